@@ -1,0 +1,1 @@
+//! EliteScript: lexer, parser, resolver, tree-walking evaluator on coroutines, diagnostics.

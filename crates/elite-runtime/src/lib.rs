@@ -1,0 +1,1 @@
+//! Tasks, script threads and the robot builtins.

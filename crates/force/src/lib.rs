@@ -1,0 +1,1 @@
+//! Admittance force control and the joint-speed limiter.

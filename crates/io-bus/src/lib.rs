@@ -1,0 +1,1 @@
+//! Field buses: the controller's Modbus server.

@@ -1,0 +1,1 @@
+//! Poses, robot models, kinematics and dynamics of six-axis arms.

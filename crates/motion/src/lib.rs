@@ -1,0 +1,1 @@
+//! The control cycle: generators, limits, safety and the simulated arm.

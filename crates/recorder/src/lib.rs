@@ -1,0 +1,1 @@
+//! MCAP recordings: writer thread, reader, comparison.

@@ -1,0 +1,2 @@
+//! The `eliteserver` binary.
+fn main() {}
