@@ -12,7 +12,10 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("motion", &["kinematics", "motion-api", "force"]),
     ("io-bus", &["motion-api"]),
     ("recorder", &["kinematics", "motion-api"]),
-    ("elite-runtime", &["elite-lang", "kinematics", "motion-api", "io-bus"]),
+    (
+        "elite-runtime",
+        &["elite-lang", "kinematics", "motion-api", "io-bus"],
+    ),
     (
         "server",
         &[
@@ -44,17 +47,30 @@ const KEPT_IN: &[(&str, &[&str])] = &[
 /// Normal (not dev, not build) dependencies of every workspace crate.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let output = Command::new(env!("CARGO"))
-        .args(["metadata", "--no-deps", "--offline", "--format-version", "1"])
+        .args([
+            "metadata",
+            "--no-deps",
+            "--offline",
+            "--format-version",
+            "1",
+        ])
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
         .output()
         .expect("cargo runs");
-    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).expect("cargo prints JSON");
+    let metadata: serde_json::Value =
+        serde_json::from_slice(&output.stdout).expect("cargo prints JSON");
     let packages = metadata["packages"].as_array().expect("a list of packages");
     packages
         .iter()
         .map(|package| {
-            let normal = package["dependencies"].as_array().expect("a list").iter().filter(|d| d["kind"].is_null());
-            let names = normal.map(|d| d["name"].as_str().expect("a name").to_owned()).collect();
+            let normal = package["dependencies"]
+                .as_array()
+                .expect("a list")
+                .iter()
+                .filter(|d| d["kind"].is_null());
+            let names = normal
+                .map(|d| d["name"].as_str().expect("a name").to_owned())
+                .collect();
             (package["name"].as_str().expect("a name").to_owned(), names)
         })
         .collect()
@@ -65,13 +81,23 @@ fn crates_import_only_what_the_architecture_allows() {
     let dependencies = dependencies();
     let ours: BTreeSet<&str> = MAY_IMPORT.iter().map(|(name, _)| *name).collect();
     for (name, imports) in &dependencies {
-        let allowed = MAY_IMPORT.iter().find(|(n, _)| n == name).map(|(_, allowed)| *allowed);
+        let allowed = MAY_IMPORT
+            .iter()
+            .find(|(n, _)| n == name)
+            .map(|(_, allowed)| *allowed);
         let allowed = allowed.unwrap_or_else(|| panic!("crate {name} is not in the table"));
         for import in imports.iter().filter(|i| ours.contains(i.as_str())) {
-            assert!(allowed.contains(&import.as_str()), "{name} must not import {import}");
+            assert!(
+                allowed.contains(&import.as_str()),
+                "{name} must not import {import}"
+            );
         }
     }
-    assert_eq!(dependencies.len(), MAY_IMPORT.len(), "a crate of the table is missing");
+    assert_eq!(
+        dependencies.len(),
+        MAY_IMPORT.len(),
+        "a crate of the table is missing"
+    );
 }
 
 #[test]
@@ -79,7 +105,10 @@ fn heavy_libraries_stay_behind_the_crate_that_owns_them() {
     for (name, imports) in dependencies() {
         for (library, owners) in KEPT_IN {
             if imports.contains(*library) {
-                assert!(owners.contains(&name.as_str()), "{name} must not import {library}");
+                assert!(
+                    owners.contains(&name.as_str()),
+                    "{name} must not import {library}"
+                );
             }
         }
     }

@@ -67,7 +67,11 @@ pub const PROTECTIVE_STOP_CODE: i32 = 100;
 impl Message {
     /// A log line.
     pub fn log(severity: Severity, origin: Origin, text: impl Into<String>) -> Self {
-        Self::Log { severity, origin, text: text.into() }
+        Self::Log {
+            severity,
+            origin,
+            text: text.into(),
+        }
     }
 
     /// The message of a protective stop.

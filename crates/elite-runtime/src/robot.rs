@@ -8,8 +8,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use kinematics::RobotModel;
 use motion_api::{
-    Command, CommandId, CommandKind, CommandPort, Event, EventReader, Origin, Outcome, RingFull, RobotState,
-    ScriptEnd, SnapshotCell, StopReason, Timeline,
+    Command, CommandId, CommandKind, CommandPort, Event, EventReader, Origin, Outcome, RingFull,
+    RobotState, ScriptEnd, SnapshotCell, StopReason, Timeline,
 };
 use tokio::sync::Notify;
 
@@ -92,9 +92,18 @@ impl Robot {
         self.enter(origin, kind, true)
     }
 
-    fn enter(&self, origin: Origin, kind: CommandKind, keep_outcome: bool) -> Result<CommandId, RingFull> {
+    fn enter(
+        &self,
+        origin: Origin,
+        kind: CommandKind,
+        keep_outcome: bool,
+    ) -> Result<CommandId, RingFull> {
         self.commands.send_with(origin, kind, |id| {
-            let entry = Entry { command: Command { id, origin, kind }, keep_outcome, outcome: None };
+            let entry = Entry {
+                command: Command { id, origin, kind },
+                keep_outcome,
+                outcome: None,
+            };
             self.awaited().open.insert(id, entry);
         })
     }
@@ -103,10 +112,16 @@ impl Robot {
     /// otherwise the level of the latest cycle.
     pub fn standard_digital_out(&self, output: u8) -> bool {
         let awaited = self.awaited();
-        let newest = awaited.open.values().rev().find_map(|entry| match entry.command.kind {
-            CommandKind::SetStandardDigitalOut { index, level } if index == output => Some(level),
-            _ => None,
-        });
+        let newest = awaited
+            .open
+            .values()
+            .rev()
+            .find_map(|entry| match entry.command.kind {
+                CommandKind::SetStandardDigitalOut { index, level } if index == output => {
+                    Some(level)
+                }
+                _ => None,
+            });
         newest.unwrap_or_else(|| self.state().digital_out & (1 << output) != 0)
     }
 
@@ -126,7 +141,10 @@ impl Robot {
 
     /// True once a requested command has ended.
     pub fn has_ended(&self, id: CommandId) -> bool {
-        self.awaited().open.get(&id).is_none_or(|entry| entry.outcome.is_some())
+        self.awaited()
+            .open
+            .get(&id)
+            .is_none_or(|entry| entry.outcome.is_some())
     }
 
     /// Gives up waiting for a command; its outcome is dropped when it comes.
@@ -160,7 +178,9 @@ impl Robot {
         match event {
             Event::Ended { id, outcome, .. } => {
                 let mut awaited = self.awaited();
-                let Some(entry) = awaited.open.get_mut(&id) else { return };
+                let Some(entry) = awaited.open.get_mut(&id) else {
+                    return;
+                };
                 if entry.keep_outcome {
                     entry.outcome = Some(outcome);
                 } else if let Some(entry) = awaited.open.remove(&id)
@@ -169,14 +189,20 @@ impl Robot {
                     drop(awaited);
                     // Nobody waits for this one, so nobody else would say that it was refused.
                     let text = format!("{}: {refusal}", entry.command.kind.name());
-                    self.observer.message(&Message::log(Severity::Warning, entry.command.origin, text));
+                    self.observer.message(&Message::log(
+                        Severity::Warning,
+                        entry.command.origin,
+                        text,
+                    ));
                 }
             }
             Event::Warned { id, warning, .. } => {
                 let command = self.awaited().open.get(&id).map(|entry| entry.command);
-                let (origin, name) = command.map_or((Origin::default(), ""), |c| (c.origin, c.kind.name()));
+                let (origin, name) =
+                    command.map_or((Origin::default(), ""), |c| (c.origin, c.kind.name()));
                 let text = format!("{name}: {warning}");
-                self.observer.message(&Message::log(Severity::Warning, origin, text));
+                self.observer
+                    .message(&Message::log(Severity::Warning, origin, text));
             }
             Event::Stopped { reason, .. } => {
                 let mut awaited = self.awaited();
@@ -205,6 +231,10 @@ pub struct ScriptEndWithoutRecords {
 
 impl From<ScriptEnd> for ScriptEndWithoutRecords {
     fn from(end: ScriptEnd) -> Self {
-        Self { commands: end.commands, events: end.events, snapshot: end.snapshot }
+        Self {
+            commands: end.commands,
+            events: end.events,
+            snapshot: end.snapshot,
+        }
     }
 }

@@ -90,7 +90,13 @@ impl Supervisor {
     /// A supervisor without a program.
     pub fn new(settings: TaskSettings) -> Self {
         let (status, _) = watch::channel(TaskStatus::default());
-        Self { shared: Arc::new(Shared { settings, current: Mutex::default(), status }) }
+        Self {
+            shared: Arc::new(Shared {
+                settings,
+                current: Mutex::default(),
+                status,
+            }),
+        }
     }
 
     /// What runs right now.
@@ -115,30 +121,40 @@ impl Supervisor {
         if self.status().ending {
             let mut status = self.watch();
             // Whether it ended in time is decided by `start`.
-            let _ = tokio::time::timeout(GRACE, status.wait_for(|s| s.state == TaskState::Stopped)).await;
+            let _ = tokio::time::timeout(GRACE, status.wait_for(|s| s.state == TaskState::Stopped))
+                .await;
         }
         let started = self.start(program);
         if let Err(error) = &started {
-            self.shared.settings.observer.message(&Message::ScriptError {
-                program: ProgramId::default(),
-                line: 1,
-                column: 1,
-                summary: format!("RuntimeError: {error}"),
-                report: format!("RuntimeError: {error}"),
-            });
+            self.shared
+                .settings
+                .observer
+                .message(&Message::ScriptError {
+                    program: ProgramId::default(),
+                    line: 1,
+                    column: 1,
+                    summary: format!("RuntimeError: {error}"),
+                    report: format!("RuntimeError: {error}"),
+                });
         }
         started
     }
 
     fn join_running(&self, program: &ProgramText) -> bool {
         let current = self.current();
-        current.running.as_ref().is_some_and(|r| r.controls.send(Control::Secondary(program.clone())).is_ok())
+        current
+            .running
+            .as_ref()
+            .is_some_and(|r| r.controls.send(Control::Secondary(program.clone())).is_ok())
     }
 
     fn start(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
         let mut current = self.current();
         if let Some(running) = &current.running {
-            return Err(SubmitError::Running { refused: program.name, running: running.name.clone() });
+            return Err(SubmitError::Running {
+                refused: program.name,
+                running: running.name.clone(),
+            });
         }
         let id = ProgramId(current.last_program + 1);
         let (controls, receiver) = mpsc::unbounded_channel();
@@ -155,7 +171,10 @@ impl Supervisor {
             .spawn(move || shared.run_task(id, program, receiver))
             .map_err(|error| {
                 self.shared.status.send_replace(TaskStatus::default());
-                SubmitError::NoThread { refused: name.clone(), reason: error.to_string() }
+                SubmitError::NoThread {
+                    refused: name.clone(),
+                    reason: error.to_string(),
+                }
             })?;
         current.last_program = id.0;
         current.running = Some(Running { name, controls });
@@ -190,7 +209,11 @@ impl Supervisor {
     pub fn command(&self, kind: CommandKind) {
         if let Err(full) = self.shared.settings.robot.send(Origin::default(), kind) {
             let text = format!("{} was not carried out: {full}", kind.name());
-            self.shared.settings.observer.message(&Message::log(Severity::Error, Origin::default(), text));
+            self.shared.settings.observer.message(&Message::log(
+                Severity::Error,
+                Origin::default(),
+                text,
+            ));
         }
     }
 
@@ -198,20 +221,37 @@ impl Supervisor {
     pub async fn ended(&self) -> Option<TaskEnd> {
         let mut status = self.watch();
         // The sender lives as long as this supervisor, so waiting cannot fail.
-        status.wait_for(|s| s.state == TaskState::Stopped).await.ok().and_then(|s| s.end.clone())
+        status
+            .wait_for(|s| s.state == TaskState::Stopped)
+            .await
+            .ok()
+            .and_then(|s| s.end.clone())
     }
 
     fn current(&self) -> MutexGuard<'_, Current> {
-        self.shared.current.lock().unwrap_or_else(PoisonError::into_inner)
+        self.shared
+            .current
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Shared {
-    fn run_task(&self, id: ProgramId, program: ProgramText, controls: mpsc::UnboundedReceiver<Control>) {
+    fn run_task(
+        &self,
+        id: ProgramId,
+        program: ProgramText,
+        controls: mpsc::UnboundedReceiver<Control>,
+    ) {
         let observer = self.settings.observer.clone();
         observer.program_started(id, &program.name, &program.text);
-        let end = match tokio::runtime::Builder::new_current_thread().enable_all().build() {
-            Ok(runtime) => runtime.block_on(Task::new(self.settings.clone(), id, controls).run(program)),
+        let end = match tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+        {
+            Ok(runtime) => {
+                runtime.block_on(Task::new(self.settings.clone(), id, controls).run(program))
+            }
             Err(error) => {
                 let text = format!("the program could not be started: {error}");
                 observer.message(&Message::log(Severity::Error, Origin::default(), text));
@@ -219,7 +259,10 @@ impl Shared {
             }
         };
         observer.program_ended(id);
-        self.current.lock().unwrap_or_else(PoisonError::into_inner).running = None;
+        self.current
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .running = None;
         self.status.send_replace(TaskStatus {
             state: TaskState::Stopped,
             program: id,
@@ -234,5 +277,8 @@ fn is_secondary(text: &str) -> bool {
     text.lines()
         .map(|line| line.split('#').next().unwrap_or_default().trim_end())
         .find(|line| !line.is_empty())
-        .is_some_and(|line| line.strip_prefix("sec").is_some_and(|rest| rest.starts_with([' ', '\t'])))
+        .is_some_and(|line| {
+            line.strip_prefix("sec")
+                .is_some_and(|rest| rest.starts_with([' ', '\t']))
+        })
 }

@@ -2,8 +2,8 @@
 //!
 //! Every message names the function, the argument, what was given and what is allowed.
 
-use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
 use ::kinematics::{JointPositions, RpyPose};
+use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
 use motion_api::{CommandId, CommandKind, Origin, Outcome};
 
 use super::declare::{Builtin, Default, Kind, Parameter};
@@ -22,9 +22,16 @@ impl<'a, 'n> Call<'a, 'n> {
         context: &'a TaskContext,
         native: &'a mut NativeCall<'n>,
     ) -> Result<Self, Raised> {
-        let mut call = Self { builtin, context, native };
+        let mut call = Self {
+            builtin,
+            context,
+            native,
+        };
         if builtin.waits && context.is_secondary(call.native.thread()) {
-            let text = format!("{}() waits and cannot be used in a secondary program (sec)", builtin.name);
+            let text = format!(
+                "{}() waits and cannot be used in a secondary program (sec)",
+                builtin.name
+            );
             return Err(call.error(ExceptionKind::RuntimeError, text));
         }
         Ok(call)
@@ -42,7 +49,8 @@ impl<'a, 'n> Call<'a, 'n> {
 
     /// Which statement called.
     pub fn origin(&self) -> Origin {
-        self.context.origin(self.native.thread(), self.native.line())
+        self.context
+            .origin(self.native.thread(), self.native.line())
     }
 
     /// An exception with `text`, which should name the argument.
@@ -65,20 +73,35 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     fn wrong_type(&mut self, index: usize, wanted: &str, got: &Value) -> Raised {
-        let text = format!("{} must be {wanted}, not {} ({})", self.place(index), got.type_name(), shorten(&got.repr()));
+        let text = format!(
+            "{} must be {wanted}, not {} ({})",
+            self.place(index),
+            got.type_name(),
+            shorten(&got.repr())
+        );
         self.error(ExceptionKind::TypeError, text)
     }
 
     /// A finite number inside the declared range.
     pub fn number(&mut self, index: usize) -> Result<f64, Raised> {
-        let Kind::Number(range) = self.parameter(index).kind else { unreachable!("declared as another kind") };
+        let Kind::Number(range) = self.parameter(index).kind else {
+            unreachable!("declared as another kind")
+        };
         let Some(value) = self.given(index).cloned() else {
-            let Default::Number(default) = self.parameter(index).default else { unreachable!("has no default") };
+            let Default::Number(default) = self.parameter(index).default else {
+                unreachable!("has no default")
+            };
             return Ok(default);
         };
-        let Some(x) = value.as_f64() else { return Err(self.wrong_type(index, "a number", &value)) };
+        let Some(x) = value.as_f64() else {
+            return Err(self.wrong_type(index, "a number", &value));
+        };
         if !x.is_finite() || !range.contains(x) {
-            let text = format!("{} must be {range}, got {}", self.place(index), value.repr());
+            let text = format!(
+                "{} must be {range}, got {}",
+                self.place(index),
+                value.repr()
+            );
             return Err(self.error(ExceptionKind::ValueError, text));
         }
         Ok(x)
@@ -86,9 +109,13 @@ impl<'a, 'n> Call<'a, 'n> {
 
     /// A whole number inside the declared range.
     pub fn integer(&mut self, index: usize) -> Result<i64, Raised> {
-        let Kind::Integer(min, max) = self.parameter(index).kind else { unreachable!("declared as another kind") };
+        let Kind::Integer(min, max) = self.parameter(index).kind else {
+            unreachable!("declared as another kind")
+        };
         let value = self.required(index);
-        let Some(n) = value.as_i64() else { return Err(self.wrong_type(index, "an integer", &value)) };
+        let Some(n) = value.as_i64() else {
+            return Err(self.wrong_type(index, "an integer", &value));
+        };
         if n < min || n > max {
             let text = format!("{} must be {min} to {max}, got {n}", self.place(index));
             return Err(self.error(ExceptionKind::ValueError, text));
@@ -99,7 +126,10 @@ impl<'a, 'n> Call<'a, 'n> {
     /// A truth value; 0 and 1 are taken too.
     pub fn boolean(&mut self, index: usize) -> Result<bool, Raised> {
         let Some(value) = self.given(index).cloned() else {
-            return Ok(matches!(self.parameter(index).default, Default::Boolean(true)));
+            return Ok(matches!(
+                self.parameter(index).default,
+                Default::Boolean(true)
+            ));
         };
         match value.as_bool() {
             Some(b) => Ok(b),
@@ -113,10 +143,21 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// A list or tuple of exactly `N` finite numbers.
-    fn fixed<const N: usize>(&mut self, index: usize, value: &Value, wanted: &str) -> Result<[f64; N], Raised> {
-        let Some(items) = value.sequence_items() else { return Err(self.wrong_type(index, wanted, value)) };
+    fn fixed<const N: usize>(
+        &mut self,
+        index: usize,
+        value: &Value,
+        wanted: &str,
+    ) -> Result<[f64; N], Raised> {
+        let Some(items) = value.sequence_items() else {
+            return Err(self.wrong_type(index, wanted, value));
+        };
         if items.len() != N {
-            let text = format!("{} must be {wanted}, got {} numbers", self.place(index), items.len());
+            let text = format!(
+                "{} must be {wanted}, got {} numbers",
+                self.place(index),
+                items.len()
+            );
             return Err(self.error(ExceptionKind::ValueError, text));
         }
         let mut out = [0.0; N];
@@ -131,7 +172,11 @@ impl<'a, 'n> Call<'a, 'n> {
                 return Err(self.error(ExceptionKind::TypeError, text));
             };
             if !x.is_finite() {
-                let text = format!("{}[{k}] must be a finite number, got {}", self.place(index), item.repr());
+                let text = format!(
+                    "{}[{k}] must be a finite number, got {}",
+                    self.place(index),
+                    item.repr()
+                );
                 return Err(self.error(ExceptionKind::ValueError, text));
             }
             out[k] = x;
@@ -150,30 +195,41 @@ impl<'a, 'n> Call<'a, 'n> {
     /// Six joint positions.
     pub fn joints(&mut self, index: usize) -> Result<JointPositions, Raised> {
         let value = self.required(index);
-        self.fixed(index, &value, "six joint positions in rad").map(JointPositions)
+        self.fixed(index, &value, "six joint positions in rad")
+            .map(JointPositions)
     }
 
     /// A pose.
     pub fn pose(&mut self, index: usize) -> Result<RpyPose, Raised> {
         let value = self.required(index);
-        self.fixed(index, &value, "a pose [x, y, z, Rx, Ry, Rz] in m and rad").map(RpyPose::from_array)
+        self.fixed(index, &value, "a pose [x, y, z, Rx, Ry, Rz] in m and rad")
+            .map(RpyPose::from_array)
     }
 
     /// Six joint positions, or `None` when omitted, `None` or the manual's symbolic empty text.
     pub fn joints_or_default(&mut self, index: usize) -> Result<Option<JointPositions>, Raised> {
-        if self.is_symbolic_default(index) { Ok(None) } else { self.joints(index).map(Some) }
+        if self.is_symbolic_default(index) {
+            Ok(None)
+        } else {
+            self.joints(index).map(Some)
+        }
     }
 
     /// A pose, or `None` when omitted, `None` or the manual's symbolic text.
     pub fn pose_or_default(&mut self, index: usize) -> Result<Option<RpyPose>, Raised> {
-        if self.is_symbolic_default(index) { Ok(None) } else { self.pose(index).map(Some) }
+        if self.is_symbolic_default(index) {
+            Ok(None)
+        } else {
+            self.pose(index).map(Some)
+        }
     }
 
     fn is_symbolic_default(&self, index: usize) -> bool {
         match self.given(index) {
             None | Some(Value::None) => true,
             Some(value) => value.as_str().is_some_and(|text| {
-                text.is_empty() || matches!(self.parameter(index).default, Default::Symbolic(word) if word == text)
+                text.is_empty()
+                    || matches!(self.parameter(index).default, Default::Symbolic(word) if word == text)
             }),
         }
     }
@@ -193,7 +249,11 @@ impl<'a, 'n> Call<'a, 'n> {
         let origin = self.origin();
         let robot = self.context.robot();
         loop {
-            let sent = if keep_outcome { robot.request(origin, kind) } else { robot.send(origin, kind) };
+            let sent = if keep_outcome {
+                robot.request(origin, kind)
+            } else {
+                robot.send(origin, kind)
+            };
             match sent {
                 Ok(id) => return Ok(id),
                 Err(_) => self.wait(Wait::Cycle(robot.state().cycle + 1))?,

@@ -194,7 +194,11 @@ impl fmt::Display for Parameter {
             Default::Number(x) => write!(f, "={x}"),
             Default::Boolean(b) => f.write_str(if b { "=True" } else { "=False" }),
             Default::Zeros => {
-                let n = if let Kind::Numbers(n) = self.kind { n } else { 6 };
+                let n = if let Kind::Numbers(n) = self.kind {
+                    n
+                } else {
+                    6
+                };
                 write!(f, "=[{}]", vec!["0"; n].join(","))
             }
             Default::EmptyText => f.write_str("=''"),

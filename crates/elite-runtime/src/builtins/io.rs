@@ -51,7 +51,9 @@ const INDEX: Parameter = Parameter {
 
 fn get_standard_digital_out(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let index = call.integer(0)? as u8;
-    Ok(Value::Bool(call.context().robot().standard_digital_out(index)))
+    Ok(Value::Bool(
+        call.context().robot().standard_digital_out(index),
+    ))
 }
 
 fn set_standard_digital_out(call: &mut Call<'_, '_>) -> Result<Value, Raised> {

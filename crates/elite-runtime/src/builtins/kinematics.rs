@@ -1,7 +1,7 @@
 //! Manual 3.2: forward and inverse kinematics.
 
-use elite_lang::{ExceptionKind, Raised, Value};
 use ::kinematics::Pose;
+use elite_lang::{ExceptionKind, Raised, Value};
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Default, Kind, Parameter};
@@ -71,7 +71,11 @@ fn get_forward_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let state = call.context().robot().state();
     let q = call.joints_or_default(0)?.unwrap_or(state.actual_q);
     let flange_from_tcp = Pose::from_rpy(&call.pose_or_default(1)?.unwrap_or(state.tcp_offset));
-    let base_from_tcp = call.context().robot().model().forward_kinematics(&q) * flange_from_tcp;
+    let base_from_tcp = call
+        .context()
+        .robot()
+        .model()
+        .tcp_pose(&q, &flange_from_tcp);
     Ok(Value::from_f64s(&base_from_tcp.to_rpy().to_array()))
 }
 
@@ -80,14 +84,12 @@ fn get_inverse_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let target = call.pose(0)?;
     let near = call.joints_or_default(1)?.unwrap_or(state.actual_q);
     let flange_from_tcp = Pose::from_rpy(&call.pose_or_default(2)?.unwrap_or(state.tcp_offset));
-    let base_from_flange = Pose::from_rpy(&target) * flange_from_tcp.inverse();
     let model = call.context().robot().model();
-    match model.nearest_inverse_kinematics(&base_from_flange, &near) {
+    match model.inverse_nearest(&Pose::from_rpy(&target), &flange_from_tcp, &near) {
         Some(q) => Ok(Value::from_f64s(&q.0)),
         None => {
             let text = format!(
-                "get_inverse_kin(): no joint positions of {} reach p = {:?} with this TCP; \
-                 get_inverse_kin_has_solution() tells beforehand",
+                "get_inverse_kin(): no joint positions of {} reach p = {:?} with this TCP",
                 model.name(),
                 target.to_array()
             );

@@ -21,7 +21,15 @@ use declare::{Builtin, Default, Kind};
 
 /// All builtins, by chapter.
 pub fn all() -> impl Iterator<Item = &'static Builtin> {
-    [motion::BUILTINS, kinematics::BUILTINS, io::BUILTINS, thread::BUILTINS, system::BUILTINS].into_iter().flatten()
+    [
+        motion::BUILTINS,
+        kinematics::BUILTINS,
+        io::BUILTINS,
+        thread::BUILTINS,
+        system::BUILTINS,
+    ]
+    .into_iter()
+    .flatten()
 }
 
 /// The builtins as functions of one task.
@@ -32,7 +40,10 @@ pub(crate) fn natives(context: &Rc<TaskContext>) -> Vec<NativeFunction> {
             NativeFunction {
                 name: builtin.name,
                 params: builtin.params.iter().map(param).collect(),
-                call: Rc::new(move |native| Call::new(builtin, &context, native).and_then(|mut call| (builtin.run)(&mut call))),
+                call: Rc::new(move |native| {
+                    Call::new(builtin, &context, native)
+                        .and_then(|mut call| (builtin.run)(&mut call))
+                }),
             }
         })
         .collect()

@@ -1,7 +1,8 @@
 //! Manual 3.1: moves, getters of the arm's state, TCP and payload.
 
+use ::kinematics::Payload;
 use elite_lang::{ExceptionKind, Raised, Value};
-use motion_api::{CommandKind, Payload};
+use motion_api::CommandKind;
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Default, Kind, Parameter, Range};
@@ -54,15 +55,31 @@ pub const BUILTINS: &[Builtin] = &[
         waits: true,
         run: movel,
     },
-    getter("get_actual_joint_positions", "3.1.4", "Measured joint positions.", "list[6] float, rad", |call| {
-        Ok(Value::from_f64s(&call.context().robot().state().actual_q.0))
-    }),
-    getter("get_actual_tcp_pose", "3.1.7", "Measured TCP pose in the base frame.", "list[6] float, m and rad", |call| {
-        Ok(Value::from_f64s(&call.context().robot().state().actual_tcp_pose.to_array()))
-    }),
-    getter("get_target_joint_positions", "3.1.12", "Commanded joint positions.", "list[6] float, rad", |call| {
-        Ok(Value::from_f64s(&call.context().robot().state().target_q.0))
-    }),
+    getter(
+        "get_actual_joint_positions",
+        "3.1.4",
+        "Measured joint positions.",
+        "list[6] float, rad",
+        |call| Ok(Value::from_f64s(&call.context().robot().state().actual_q.0)),
+    ),
+    getter(
+        "get_actual_tcp_pose",
+        "3.1.7",
+        "Measured TCP pose in the base frame.",
+        "list[6] float, m and rad",
+        |call| {
+            Ok(Value::from_f64s(
+                &call.context().robot().state().actual_tcp_pose.to_array(),
+            ))
+        },
+    ),
+    getter(
+        "get_target_joint_positions",
+        "3.1.12",
+        "Commanded joint positions.",
+        "list[6] float, rad",
+        |call| Ok(Value::from_f64s(&call.context().robot().state().target_q.0)),
+    ),
     Builtin {
         name: "set_payload",
         section: "3.1.17",
@@ -164,7 +181,16 @@ const fn getter(
     returns: &'static str,
     run: fn(&mut Call<'_, '_>) -> Result<Value, Raised>,
 ) -> Builtin {
-    Builtin { name, section, category: Category::Motion, summary, params: &[], returns, waits: false, run }
+    Builtin {
+        name,
+        section,
+        category: Category::Motion,
+        summary,
+        params: &[],
+        returns,
+        waits: false,
+        run,
+    }
 }
 
 fn movej(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
@@ -196,7 +222,9 @@ fn refuse_blend(call: &mut Call<'_, '_>) -> Result<(), Raised> {
     if radius == 0.0 {
         return Ok(());
     }
-    let text = format!("r = {radius} m: blending is not available in this version; use r = 0, the arm stops at the target");
+    let text = format!(
+        "r = {radius} m: blending is not available in this version; use r = 0, the arm stops at the target"
+    );
     Err(call.error(ExceptionKind::NotImplementedError, text))
 }
 
@@ -207,13 +235,23 @@ fn set_tcp(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 }
 
 fn set_payload(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let payload = Payload { mass: call.number(0)?, cog: call.numbers(1)?, inertia: call.numbers(2)? };
-    let rated = call.context().robot().model().rated_payload();
-    if payload.mass > rated {
-        let model = call.context().robot().model().name();
-        let text = format!("set_payload(): m must be 0 to {rated} kg on {model}, got {}", payload.mass);
+    let mass = call.number(0)?;
+    let model = call.context().robot().model();
+    if let Some(rated) = model.rated_payload_kg()
+        && mass > rated
+    {
+        let text = format!(
+            "set_payload(): m must be 0 to {rated} kg on {}, got {mass}",
+            model.name()
+        );
         return Err(call.error(ExceptionKind::ValueError, text));
     }
-    call.perform(CommandKind::SetPayload(payload))?;
+    let (cog, inertia) = (call.numbers(1)?, call.numbers(2)?);
+    match Payload::new(mass, cog, inertia) {
+        Ok(payload) => call.perform(CommandKind::SetPayload(payload))?,
+        Err(error) => {
+            return Err(call.error(ExceptionKind::ValueError, format!("set_payload(): {error}")));
+        }
+    }
     Ok(Value::None)
 }

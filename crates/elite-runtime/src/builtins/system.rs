@@ -83,7 +83,9 @@ fn sync(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 }
 
 fn sleep(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let Some(time) = Seconds::new(call.number(0)?) else { return Ok(Value::None) };
+    let Some(time) = Seconds::new(call.number(0)?) else {
+        return Ok(Value::None);
+    };
     let state = call.context().robot().state();
     let step = Seconds::new(state.step_time).unwrap_or_default();
     let cycles = time.cycles(step);
@@ -105,6 +107,8 @@ fn textmsg(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         }
     }
     let origin = call.origin();
-    call.context().observer().message(&Message::log(Severity::Info, origin, text));
+    call.context()
+        .observer()
+        .message(&Message::log(Severity::Info, origin, text));
     Ok(Value::None)
 }

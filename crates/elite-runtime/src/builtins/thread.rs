@@ -78,7 +78,10 @@ const HANDLE: Parameter = Parameter {
 fn start_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let function = call.required(0);
     if !function.is_callable() {
-        let text = format!("start_thread(): function must be a function, not {}", function.type_name());
+        let text = format!(
+            "start_thread(): function must be a function, not {}",
+            function.type_name()
+        );
         return Err(call.error(ExceptionKind::TypeError, text));
     }
     let args = match call.given(1).cloned() {
@@ -86,7 +89,10 @@ fn start_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         Some(value) => match value.sequence_items() {
             Some(items) => items.to_vec(),
             None => {
-                let text = format!("start_thread(): args must be a tuple or a list, not {}", value.type_name());
+                let text = format!(
+                    "start_thread(): args must be a tuple or a list, not {}",
+                    value.type_name()
+                );
                 return Err(call.error(ExceptionKind::TypeError, text));
             }
         },
@@ -96,14 +102,22 @@ fn start_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     call.boolean(2)?;
     match call.context().start_thread(function, args) {
         Ok(number) => Ok(Value::Int(i64::from(number.0))),
-        Err(refused) => Err(call.error(ExceptionKind::RuntimeError, format!("start_thread(): {refused}"))),
+        Err(refused) => Err(call.error(
+            ExceptionKind::RuntimeError,
+            format!("start_thread(): {refused}"),
+        )),
     }
 }
 
 fn join_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let Some(number) = handle(call, "join_thread")? else { return Ok(Value::None) };
+    let Some(number) = handle(call, "join_thread")? else {
+        return Ok(Value::None);
+    };
     if number == call.origin().thread {
-        let text = format!("join_thread(): thread {} cannot wait for its own end", number.0);
+        let text = format!(
+            "join_thread(): thread {} cannot wait for its own end",
+            number.0
+        );
         return Err(call.error(ExceptionKind::RuntimeError, text));
     }
     call.wait(Wait::Thread(number))?;
@@ -111,7 +125,9 @@ fn join_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 }
 
 fn stop_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let Some(number) = handle(call, "stop_thread")? else { return Ok(Value::None) };
+    let Some(number) = handle(call, "stop_thread")? else {
+        return Ok(Value::None);
+    };
     let own = number == call.origin().thread;
     call.context().request_thread_stop(number);
     if own {
@@ -124,7 +140,10 @@ fn stop_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 fn handle(call: &mut Call<'_, '_>, function: &str) -> Result<Option<ThreadNumber>, Raised> {
     let value = call.required(0);
     let Some(number) = value.as_i64() else {
-        let text = format!("{function}(): thread_id must be a handle from start_thread, not {}", value.type_name());
+        let text = format!(
+            "{function}(): thread_id must be a handle from start_thread, not {}",
+            value.type_name()
+        );
         return Err(call.error(ExceptionKind::TypeError, text));
     };
     if number == 0 {
@@ -134,7 +153,8 @@ fn handle(call: &mut Call<'_, '_>, function: &str) -> Result<Option<ThreadNumber
         Ok((n, ThreadLookup::Running)) => Ok(Some(ThreadNumber(n))),
         Ok((_, ThreadLookup::Ended)) => Ok(None),
         Ok((_, ThreadLookup::Unknown)) | Err(_) => {
-            let text = format!("{function}(): thread_id {number} was never returned by start_thread");
+            let text =
+                format!("{function}(): thread_id {number} was never returned by start_thread");
             Err(call.error(ExceptionKind::ValueError, text))
         }
     }

@@ -86,7 +86,11 @@ impl TaskContext {
 
     /// The statement at `line` of the thread that runs.
     pub fn origin(&self, _thread: ThreadId, line: u32) -> Origin {
-        Origin { program: self.program, thread: self.running.get().number, line }
+        Origin {
+            program: self.program,
+            thread: self.running.get().number,
+            line,
+        }
     }
 
     /// True while a secondary program runs.
@@ -112,7 +116,11 @@ impl TaskContext {
     }
 
     /// Takes a number for a new thread; it starts after the current slice.
-    pub fn start_thread(&self, function: Value, args: Vec<Value>) -> Result<ThreadNumber, TooManyThreads> {
+    pub fn start_thread(
+        &self,
+        function: Value,
+        args: Vec<Value>,
+    ) -> Result<ThreadNumber, TooManyThreads> {
         let mut threads = self.threads.borrow_mut();
         if threads.alive.len() >= THREADS_MAX {
             return Err(TooManyThreads);

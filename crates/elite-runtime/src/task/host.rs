@@ -23,15 +23,24 @@ pub(crate) struct TaskHost {
 
 impl Host for TaskHost {
     fn print(&self, thread: ThreadId, text: &str) {
-        let origin = Origin { program: self.program, thread: ThreadNumber(thread.0), line: 0 };
-        self.observer.message(&Message::Print { origin, text: text.to_owned() });
+        let origin = Origin {
+            program: self.program,
+            thread: ThreadNumber(thread.0),
+            line: 0,
+        };
+        self.observer.message(&Message::Print {
+            origin,
+            text: text.to_owned(),
+        });
     }
 
     fn unix_time(&self) -> f64 {
         if self.robot.timeline().is_virtual() {
             VIRTUAL_EPOCH_S + self.robot.state().time
         } else {
-            SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64())
+            SystemTime::now()
+                .duration_since(UNIX_EPOCH)
+                .map_or(0.0, |d| d.as_secs_f64())
         }
     }
 

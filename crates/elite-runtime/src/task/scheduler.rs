@@ -9,7 +9,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{
-    Interpreter, KnownNames, Limits, ProgramKind, Resume, ScriptError, ScriptThread, SourceFile, Step, WaitToken,
+    Interpreter, KnownNames, Limits, ProgramKind, Resume, ScriptError, ScriptThread, SourceFile,
+    Step, WaitToken,
 };
 use motion_api::{CommandId, CommandKind, Origin, ProgramId, RobotMode, StopReason, ThreadNumber};
 use tokio::sync::mpsc;
@@ -102,7 +103,11 @@ struct Entry {
 const FIRST_SECONDARY: u32 = 1 << 31;
 
 impl Task {
-    pub fn new(settings: TaskSettings, program: ProgramId, controls: mpsc::UnboundedReceiver<Control>) -> Self {
+    pub fn new(
+        settings: TaskSettings,
+        program: ProgramId,
+        controls: mpsc::UnboundedReceiver<Control>,
+    ) -> Self {
         let context = TaskContext::new(settings.robot.clone(), settings.observer.clone(), program);
         let host = Rc::new(TaskHost {
             robot: settings.robot.clone(),
@@ -168,7 +173,15 @@ impl Task {
     }
 
     fn add_thread(&mut self, number: ThreadNumber, script: ScriptThread, secondary: bool) {
-        self.threads.insert(number, Entry { script, waiting: None, secondary, line_reported: (u64::MAX, 0) });
+        self.threads.insert(
+            number,
+            Entry {
+                script,
+                waiting: None,
+                secondary,
+                line_reported: (u64::MAX, 0),
+            },
+        );
         self.ready.push_back(number);
     }
 
@@ -225,10 +238,15 @@ impl Task {
     }
 
     fn tell_robot(&self, kind: CommandKind) {
-        let origin = Origin { program: self.context.program(), ..Origin::default() };
+        let origin = Origin {
+            program: self.context.program(),
+            ..Origin::default()
+        };
         if let Err(full) = self.settings.robot.send(origin, kind) {
             let text = format!("{} was not carried out: {full}", kind.name());
-            self.settings.observer.message(&Message::log(Severity::Error, origin, text));
+            self.settings
+                .observer
+                .message(&Message::log(Severity::Error, origin, text));
         }
     }
 
@@ -243,7 +261,9 @@ impl Task {
 
     /// One slice of one thread, and what it asked for.
     fn run_slice(&mut self, number: ThreadNumber) {
-        let Some(entry) = self.threads.get_mut(&number) else { return };
+        let Some(entry) = self.threads.get_mut(&number) else {
+            return;
+        };
         self.context.enter(number, entry.secondary);
         let step = entry.script.resume(Resume::Continue, FUEL_PER_SLICE);
         self.report_line(number);
@@ -287,11 +307,20 @@ impl Task {
     }
 
     fn thread_failed(&mut self, number: ThreadNumber, error: &ScriptError) {
-        let secondary = self.threads.get(&number).is_some_and(|entry| entry.secondary);
+        let secondary = self
+            .threads
+            .get(&number)
+            .is_some_and(|entry| entry.secondary);
         if secondary {
-            let origin = Origin { program: self.context.program(), thread: number, line: error.line() };
+            let origin = Origin {
+                program: self.context.program(),
+                thread: number,
+                line: error.line(),
+            };
             let text = format!("[SEC] Exception: {}", error.summary());
-            self.settings.observer.message(&Message::log(Severity::Warning, origin, text));
+            self.settings
+                .observer
+                .message(&Message::log(Severity::Warning, origin, text));
         } else {
             self.report_script_error(error);
             self.end = Some(TaskEnd::Failed);
@@ -312,12 +341,16 @@ impl Task {
     /// Tells the observer where a thread stands, at most once a cycle.
     fn report_line(&mut self, number: ThreadNumber) {
         let cycle = self.settings.robot.state().cycle;
-        let Some(entry) = self.threads.get_mut(&number) else { return };
+        let Some(entry) = self.threads.get_mut(&number) else {
+            return;
+        };
         let line = entry.script.current_line();
         let (reported_cycle, reported_line) = entry.line_reported;
         if line != reported_line && cycle != reported_cycle {
             entry.line_reported = (cycle, line);
-            self.settings.observer.line_changed(self.context.program(), number, line);
+            self.settings
+                .observer
+                .line_changed(self.context.program(), number, line);
         }
     }
 
@@ -380,7 +413,9 @@ impl Task {
 
     /// Stops a thread and what it was waiting for.
     fn stop_thread(&mut self, number: ThreadNumber) {
-        let Some(entry) = self.threads.get_mut(&number) else { return };
+        let Some(entry) = self.threads.get_mut(&number) else {
+            return;
+        };
         self.context.enter(number, entry.secondary);
         if let Some(token) = entry.waiting.take() {
             let wait = self.context.wait_of(token);
@@ -411,7 +446,9 @@ impl Task {
         let robot = self.settings.robot.clone();
         let started = robot.state();
         if started.command_id != CommandId::NONE {
-            self.tell_robot(CommandKind::Stop { only: CommandId::NONE });
+            self.tell_robot(CommandKind::Stop {
+                only: CommandId::NONE,
+            });
         }
         if self.paused {
             self.tell_robot(CommandKind::Resume);
@@ -421,7 +458,8 @@ impl Task {
         let first = started.cycle + 1;
         loop {
             let state = robot.state();
-            let stands = state.target_qd.max_abs() == 0.0 && state.actual_qd.max_abs() < STANDSTILL_SPEED;
+            let stands =
+                state.target_qd.max_abs() == 0.0 && state.actual_qd.max_abs() < STANDSTILL_SPEED;
             let powered = state.robot_mode == RobotMode::Running;
             if state.cycle > first && (!powered || stands) || state.time > deadline {
                 return;
