@@ -55,9 +55,9 @@ impl Watch {
         self.positions.push(state.position);
         let n = self.positions.len();
         let [a, b, c, d] = [1, 2, 3, 4].map(|k| self.positions[n - 5 + k]);
-        let rounding = 1e-14 * (1.0 + d.abs());
+        let rounding = 2e-12 * (1.0 + d.abs());
         let (first, second, third) = (d - c, d - 2.0 * c + b, d - 3.0 * c + 3.0 * b - a);
-        assert!(first >= -rounding && first <= l.speed * STEP * slack + rounding);
+        assert!(first >= -rounding && first <= l.speed * STEP * slack + rounding, "{state:?} {first} {:?}", &self.positions[n-6..]);
         assert!(second.abs() <= l.acceleration * STEP.powi(2) * slack + rounding);
         assert!(third.abs() <= l.jerk * STEP.powi(3) * slack + rounding, "jerk {}", third / STEP.powi(3));
     }
