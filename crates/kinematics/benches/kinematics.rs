@@ -1,4 +1,5 @@
 //! Time of the calls a control cycle makes: `cargo bench -p kinematics`.
+#![allow(clippy::unwrap_used, reason = "the built-in arms exist")]
 
 use divan::{Bencher, black_box};
 use kinematics::{

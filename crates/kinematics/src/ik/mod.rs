@@ -19,6 +19,9 @@ use core::ops::Deref;
 /// The most solutions one flange pose can have with this arm geometry: two shoulders, two wrists, two elbows.
 pub const MAX_SOLUTIONS: usize = 8;
 
+/// An iterated solution this near (rad², over all joints) to the wanted positions is taken without looking further.
+const ON_THE_PATH: f64 = 0.01;
+
 /// All joint positions that reach one flange pose, wrapped to [-pi, pi), in the order of the manual's example (3.2.3):
 /// shoulder branch, within it wrist branch, within it elbow branch.
 #[derive(Clone, Copy, Debug, Default)]
@@ -79,7 +82,13 @@ impl IkMethod {
             Self::ClosedForm(form) => form.solve(chain, base_from_flange, free_q6),
             Self::Refined(form) => {
                 let rough = form.solve(chain, base_from_flange, free_q6);
-                iterative::refine_all(chain, base_from_flange, &rough)
+                let exact = iterative::refine_all(chain, base_from_flange, &rough);
+                // At the border of the work space the nearest shape may just not reach what the chain does.
+                if exact.is_empty() {
+                    iterative::search_all(chain, base_from_flange)
+                } else {
+                    exact
+                }
             }
             Self::Iterative => iterative::search_all(chain, base_from_flange),
         }
@@ -97,20 +106,26 @@ impl IkMethod {
         base_from_flange: &Pose,
         near: &JointPositions,
     ) -> Option<JointPositions> {
-        if let Self::Iterative = self
-            && let Some(q) = iterative::refine(chain, base_from_flange, near)
-            && let Some(q) = turned_towards(&q.map(wrap_angle), near, limits)
-        {
-            return Some(q);
-        }
         let mut best: Option<(f64, JointPositions)> = None;
-        for q in &self.all(chain, base_from_flange, near[DOF - 1]) {
+        let consider = |best: &mut Option<(f64, JointPositions)>, q: &JointPositions| {
             if let Some(q) = turned_towards(q, near, limits) {
                 let distance = q.distance_squared(near);
                 if best.is_none_or(|(least, _)| distance < least) {
-                    best = Some((distance, q));
+                    *best = Some((distance, q));
                 }
             }
+        };
+        if !matches!(self, Self::ClosedForm(_))
+            && let Some(q) = iterative::refine(chain, base_from_flange, near)
+        {
+            consider(&mut best, &q.map(wrap_angle));
+            // Following a path, the next solution is right here: no need to look at every branch.
+            if let Some((_, q)) = best.filter(|(distance, _)| *distance < ON_THE_PATH) {
+                return Some(q);
+            }
+        }
+        for q in &self.all(chain, base_from_flange, near[DOF - 1]) {
+            consider(&mut best, q);
         }
         best.map(|(_, q)| q)
     }
