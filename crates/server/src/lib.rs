@@ -1,0 +1,8 @@
+//! Everything of the `eliteserver` binary, as a library so that its parts can be tested and fuzzed one by one.
+//!
+//! Wires the other crates together and owns what users meet: command line, configuration, ports. No other crate
+//! imports this one.
+
+pub mod cli;
+pub mod config;
+pub mod options;
