@@ -49,7 +49,12 @@ impl Chain {
 
     /// Pose of the tool flange in the base frame at joint positions `q`.
     pub fn flange_pose(&self, q: &JointPositions) -> Pose {
-        self.forward(q).base_from_flange
+        let transforms = self.joint_transforms(q);
+        let mut pose = transforms[0];
+        for transform in &transforms[1..] {
+            pose = pose * *transform;
+        }
+        pose * self.joint6_from_flange
     }
 }
 
