@@ -8,8 +8,8 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use kinematics::{JointPositions, RpyPose};
-use motion_api::Payload;
+use kinematics::{JointPositions, Payload, RpyPose};
+
 use thiserror::Error;
 
 use crate::cli::{RunArgs, ServeArgs, SharedArgs};

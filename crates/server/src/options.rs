@@ -7,8 +7,7 @@ use core::fmt;
 use core::str::FromStr;
 use std::path::PathBuf;
 
-use kinematics::{JointPositions, RpyPose};
-use motion_api::Payload;
+use kinematics::{JointPositions, Payload, RpyPose};
 
 /// Names of the built-in models.
 pub const MODEL_NAMES: [&str; 6] = ["cs63", "cs66", "cs612", "cs616", "cs620", "cs625"];
@@ -274,7 +273,7 @@ impl FromStr for PayloadChoice {
             _ => None,
         };
         match payload {
-            Some((mass, cog)) if mass >= 0.0 => Ok(Self(Payload { mass, cog, ..Payload::default() })),
+            Some((mass, cog)) if mass >= 0.0 => Ok(Self(Payload { mass, cog: cog.into(), ..Payload::default() })),
             _ => Err("a mass in kg of at least 0 is needed, then perhaps the centre of gravity in m, as in 2.5 or 2.5,0,0,0.08".to_owned()),
         }
     }
@@ -332,7 +331,7 @@ mod tests {
     fn a_payload_is_a_mass_with_or_without_its_centre_of_gravity() {
         let payload: PayloadChoice = "2.5, 0, -0.01, 0.08".parse().unwrap();
         assert_eq!(payload.0.mass, 2.5);
-        assert_eq!(payload.0.cog, [0.0, -0.01, 0.08]);
+        assert_eq!(payload.0.cog.as_slice(), [0.0, -0.01, 0.08]);
         assert_eq!("1".parse::<PayloadChoice>().unwrap().0.mass, 1.0);
         for wrong in ["-1", "1,2", "1,2,3", "nan", "inf", "1,0,0,0,0", ""] {
             assert!(wrong.parse::<PayloadChoice>().is_err(), "{wrong}");
