@@ -294,7 +294,7 @@ fn stream() -> impl Strategy<Value = Vec<u8>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 120, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
 
     #[test]
     fn where_tcp_cuts_the_stream_does_not_matter(bytes in stream(), cuts in proptest::collection::vec(1usize..40, 1..20)) {
