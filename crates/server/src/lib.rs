@@ -5,4 +5,9 @@
 
 pub mod cli;
 pub mod config;
+pub mod logging;
 pub mod options;
+pub mod ports;
+pub mod ready_file;
+pub mod shutdown;
+pub mod wait;

@@ -107,7 +107,7 @@ fn every_key_is_read() {
     assert_eq!(config.robot.record, RecordTarget::File("out.mcap".into()));
     assert_eq!(config.robot.tcp.to_array(), [0.0, 0.0, 0.1, 0.0, 0.0, -1.5]);
     assert_eq!(config.robot.payload.mass, 2.5);
-    assert_eq!(config.robot.payload.cog, [0.0, 0.0, 0.08]);
+    assert_eq!(config.robot.payload.cog.as_slice(), [0.0, 0.0, 0.08]);
     assert_eq!(config.robot.home.0[0], -1.0);
     assert_eq!(config.robot.seed, 7);
     assert_eq!(config.robot.allow.len(), 2);
