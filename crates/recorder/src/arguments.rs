@@ -197,3 +197,84 @@ impl Argument for Payload {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// One command of each kind, with numbers that JSON cannot write briefly.
+    fn commands(x: f64) -> Vec<CommandKind> {
+        let target = JointPositions([x, -x, x / 3.0, x * 1e-300, 0.1 + 0.2, -0.0]);
+        let pose = RpyPose::from_array(target.0);
+        let payload = Payload {
+            mass: x,
+            cog: [x, 2.0 * x, 0.1],
+            inertia: target.0,
+        };
+        vec![
+            CommandKind::MoveJ {
+                target,
+                acceleration: x,
+                speed: x,
+                duration: 0.0,
+            },
+            CommandKind::MoveL {
+                target: pose,
+                acceleration: x,
+                speed: x,
+                duration: x,
+            },
+            CommandKind::Stop { only: CommandId(7) },
+            CommandKind::Pause,
+            CommandKind::Resume,
+            CommandKind::SetTcp(pose),
+            CommandKind::SetPayload(payload),
+            CommandKind::SetStandardDigitalOut {
+                index: 15,
+                level: true,
+            },
+            CommandKind::SetSpeedFraction(x),
+            CommandKind::PowerOn,
+            CommandKind::PowerOff,
+            CommandKind::ReleaseBrakes,
+            CommandKind::UnlockProtectiveStop,
+            CommandKind::RestartSafetyBoard,
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+        #[test]
+        fn every_command_comes_back_from_its_text(x in proptest::num::f64::NORMAL) {
+            for kind in commands(x) {
+                let text = Value::Object(to_json(&kind)).to_string();
+                let arguments: Map<String, Value> = serde_json::from_str(&text).unwrap();
+                prop_assert_eq!(from_json(kind.name(), &arguments).unwrap(), kind);
+            }
+        }
+    }
+
+    #[test]
+    fn arguments_that_do_not_fit_are_named() {
+        let mut arguments = to_json(&commands(1.0)[0]);
+        arguments.insert("target".to_owned(), Value::from("home"));
+        let error = from_json("movej", &arguments).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "movej: argument \"target\" is \"home\", which does not fit"
+        );
+        arguments.remove("target");
+        let error = from_json("movej", &arguments).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "movej: argument \"target\" is missing, which does not fit"
+        );
+        assert_eq!(
+            from_json("fly", &arguments),
+            Err(ArgumentError::UnknownCommand {
+                name: "fly".to_owned()
+            })
+        );
+    }
+}
