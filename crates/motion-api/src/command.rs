@@ -3,7 +3,7 @@
 //! A command is checked for form (numbers finite, ranges of the manual) before it enters the ring; whether the arm can
 //! do it is decided on the other side and comes back as an [`Outcome`](crate::Outcome).
 
-use kinematics::{JointPositions, RpyPose};
+use kinematics::{JointPositions, Payload, RpyPose};
 
 /// Number of a command, in the order in which commands entered the ring, from 1. 0 means "none".
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -42,17 +42,6 @@ pub struct Command {
     pub origin: Origin,
     /// What is asked.
     pub kind: CommandKind,
-}
-
-/// Mass properties of what is attached to the flange (manual 3.1.17).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Payload {
-    /// Mass, kg.
-    pub mass: f64,
-    /// Centre of gravity in the flange frame, m.
-    pub cog: [f64; 3],
-    /// Inertia about the centre of gravity in flange axes, `[Ixx, Iyy, Izz, Ixy, Ixz, Iyz]`, kg m².
-    pub inertia: [f64; 6],
 }
 
 /// The requests.

@@ -16,7 +16,7 @@ pub mod state;
 pub mod timeline;
 mod words;
 
-pub use command::{Command, CommandId, CommandKind, Origin, Payload, ProgramId, ThreadNumber};
+pub use command::{Command, CommandId, CommandKind, Origin, ProgramId, ThreadNumber};
 pub use event::{Event, Outcome, PathFault, Refusal, StopReason, Warning};
 pub use mode::{MotionMode, RobotMode, SafetyMode};
 pub use ring::{

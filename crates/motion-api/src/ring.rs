@@ -194,3 +194,62 @@ impl RecordReader {
         self.ring.is_abandoned() && self.ring.is_empty()
     }
 }
+
+// The snapshot cell works only inside a model when loom's atomics are in use.
+#[cfg(all(test, not(elite_loom)))]
+mod tests {
+    use super::*;
+    use kinematics::JointPositions;
+
+    fn small() -> (MotionEnd, ScriptEnd) {
+        let sizes = BorderSizes {
+            commands: 2,
+            events: 2,
+            records: None,
+        };
+        border(sizes, &RobotState::at_start(JointPositions::ZERO, 0.004))
+    }
+
+    #[test]
+    fn commands_are_numbered_in_the_order_in_which_they_leave_the_ring() {
+        let (mut motion, script) = small();
+        for _ in 0..2 {
+            script
+                .commands
+                .send(Origin::default(), CommandKind::Pause)
+                .unwrap();
+        }
+        let ids: Vec<u64> = std::iter::from_fn(|| motion.commands.pop().ok())
+            .map(|c| c.id.0)
+            .collect();
+        assert_eq!(ids, [1, 2]);
+    }
+
+    #[test]
+    fn a_full_ring_refuses_and_uses_up_no_number() {
+        let (mut motion, script) = small();
+        let send = || script.commands.send(Origin::default(), CommandKind::Pause);
+        send().unwrap();
+        send().unwrap();
+        assert_eq!(send(), Err(RingFull { capacity: 2 }));
+        motion.commands.pop().unwrap();
+        assert_eq!(send(), Ok(CommandId(3)));
+    }
+
+    #[test]
+    fn a_full_ring_does_not_announce_a_command() {
+        let (_motion, script) = small();
+        for _ in 0..2 {
+            script
+                .commands
+                .send(Origin::default(), CommandKind::Pause)
+                .unwrap();
+        }
+        let refused = script
+            .commands
+            .send_with(Origin::default(), CommandKind::Pause, |_| {
+                panic!("announced")
+            });
+        assert!(refused.is_err());
+    }
+}

@@ -1,9 +1,9 @@
 //! The state of the robot at the end of one cycle: what getters read, ports send and the recording keeps.
 
-use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, RpyPose};
+use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
 
 use crate::words::{Sink, Source, Words};
-use crate::{CommandId, MotionMode, Payload, RobotMode, SafetyMode};
+use crate::{CommandId, MotionMode, RobotMode, SafetyMode};
 
 macro_rules! state {
     ($(#[$doc:meta])* pub struct $name:ident { $($(#[$fdoc:meta])* pub $field:ident: $type:ty,)+ }) => {

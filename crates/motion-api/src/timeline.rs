@@ -42,3 +42,40 @@ pub trait Timeline: Send + Sync {
     /// nobody drives it, a virtual timeline of a server goes on at wall pace.
     fn drive(&self, on: bool);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Seconds;
+    use proptest::prelude::*;
+
+    fn seconds(s: f64) -> Seconds {
+        Seconds::new(s).unwrap()
+    }
+
+    #[test]
+    fn a_sleep_of_whole_cycles_takes_that_many() {
+        for step in [0.001, 0.004, 0.008] {
+            for n in [1, 3, 125, 250, 15_000] {
+                assert_eq!(seconds(step * f64::from(n)).cycles(seconds(step)), n as u64);
+            }
+        }
+        assert_eq!(seconds(0.0).cycles(seconds(0.004)), 0);
+        assert_eq!(seconds(0.0041).cycles(seconds(0.004)), 2);
+    }
+
+    proptest! {
+        #[test]
+        fn cycles_cover_the_time_and_no_more(time in 1e-6..1e4_f64, step in 0.001..0.008_f64) {
+            let cycles = seconds(time).cycles(seconds(step)) as f64;
+            prop_assert!(cycles * step >= time - 1e-8 * step);
+            prop_assert!((cycles - 1.0) * step < time);
+        }
+    }
+
+    #[test]
+    fn negative_and_infinite_times_are_no_times() {
+        assert_eq!(Seconds::new(-1.0), None);
+        assert_eq!(Seconds::new(f64::NAN), None);
+        assert_eq!(Seconds::new(f64::INFINITY), None);
+    }
+}

@@ -1,8 +1,8 @@
 //! Fixed-size values as sequences of 64-bit words, so that the snapshot cell can hold them in atomics without unsafe code.
 
-use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, RpyPose};
+use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
 
-use crate::{CommandId, MotionMode, Payload, RobotMode, SafetyMode};
+use crate::{CommandId, MotionMode, RobotMode, SafetyMode};
 
 /// Takes words one after the other.
 pub trait Sink {
@@ -88,5 +88,5 @@ words_through! {
     Payload as [f64; 10]: |x| {
         let (c, i) = (x.cog, x.inertia);
         [x.mass, c[0], c[1], c[2], i[0], i[1], i[2], i[3], i[4], i[5]]
-    }, |v| Payload { mass: v[0], cog: [v[1], v[2], v[3]], inertia: [v[4], v[5], v[6], v[7], v[8], v[9]] };
+    }, |v| Payload { mass: v[0], cog: [v[1], v[2], v[3]].into(), inertia: [v[4], v[5], v[6], v[7], v[8], v[9]] };
 }

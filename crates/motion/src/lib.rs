@@ -1,1 +1,3 @@
 //! The control cycle: generators, limits, safety and the simulated arm.
+
+pub mod scalar;
