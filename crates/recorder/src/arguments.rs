@@ -3,8 +3,8 @@
 //! One table names the arguments of every command. It is exhaustive: a command or an argument added to the contract
 //! does not compile until it is listed here. Numbers come back bit for bit, so that a recorded command can be run again.
 
-use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, RpyPose};
-use motion_api::{CommandId, CommandKind, Payload};
+use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
+use motion_api::{CommandId, CommandKind};
 use serde_json::{Map, Value};
 use thiserror::Error;
 
@@ -184,7 +184,7 @@ impl Argument for Payload {
         let Self { mass, cog, inertia } = self;
         let parts = [
             ("mass", mass.write()),
-            ("cog", cog.write()),
+            ("cog", <[f64; 3]>::from(*cog).write()),
             ("inertia", inertia.write()),
         ];
         Value::Object(parts.map(|(k, v)| (k.to_owned(), v)).into_iter().collect())
@@ -192,7 +192,7 @@ impl Argument for Payload {
     fn read(value: &Value) -> Option<Self> {
         Some(Self {
             mass: Argument::read(value.get("mass")?)?,
-            cog: Argument::read(value.get("cog")?)?,
+            cog: <[f64; 3]>::read(value.get("cog")?)?.into(),
             inertia: Argument::read(value.get("inertia")?)?,
         })
     }
@@ -209,7 +209,7 @@ mod tests {
         let pose = RpyPose::from_array(target.0);
         let payload = Payload {
             mass: x,
-            cog: [x, 2.0 * x, 0.1],
+            cog: [x, 2.0 * x, 0.1].into(),
             inertia: target.0,
         };
         vec![

@@ -5,11 +5,11 @@ use std::io::{self, Write};
 use std::sync::{Arc, Mutex};
 
 use kinematics::{
-    JointAccelerations, JointPositions, JointSpeeds, JointTorques, RobotModel, RpyPose,
+    JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RobotModel, RpyPose,
 };
 use motion_api::{
-    BorderSizes, Command, CommandId, CommandKind, MotionEnd, MotionMode, Origin, Payload,
-    ProgramId, Record, RobotMode, RobotState, SafetyMode, ScriptEnd, ThreadNumber, border,
+    BorderSizes, Command, CommandId, CommandKind, MotionEnd, MotionMode, Origin, ProgramId, Record,
+    RobotMode, RobotState, SafetyMode, ScriptEnd, ThreadNumber, border,
 };
 use recorder::{Recorder, RecorderConfig, RecorderHandle, Setup};
 
@@ -211,7 +211,7 @@ pub mod any {
             elbow_position: r.0,
             payload: Payload {
                 mass: r.1[0],
-                cog: [r.1[1], r.1[2], r.1[3]],
+                cog: [r.1[1], r.1[2], r.1[3]].into(),
                 inertia: std::array::from_fn(|i| r.1[4 + i]),
             },
             motion_mode: MotionMode::from_number(r.2),
