@@ -3,8 +3,8 @@
 //! One table names the arguments of every command. It is exhaustive: a command or an argument added to the contract
 //! does not compile until it is listed here. Numbers come back bit for bit, so that a recorded command can be run again.
 
-use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, RpyPose};
-use motion_api::{CommandId, CommandKind, Payload};
+use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
+use motion_api::{CommandId, CommandKind};
 use serde_json::{Map, Value};
 use thiserror::Error;
 
@@ -184,7 +184,7 @@ impl Argument for Payload {
         let Self { mass, cog, inertia } = self;
         let parts = [
             ("mass", mass.write()),
-            ("cog", cog.write()),
+            ("cog", <[f64; 3]>::from(*cog).write()),
             ("inertia", inertia.write()),
         ];
         Value::Object(parts.map(|(k, v)| (k.to_owned(), v)).into_iter().collect())
@@ -192,8 +192,89 @@ impl Argument for Payload {
     fn read(value: &Value) -> Option<Self> {
         Some(Self {
             mass: Argument::read(value.get("mass")?)?,
-            cog: Argument::read(value.get("cog")?)?,
+            cog: <[f64; 3]>::read(value.get("cog")?)?.into(),
             inertia: Argument::read(value.get("inertia")?)?,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// One command of each kind, with numbers that JSON cannot write briefly.
+    fn commands(x: f64) -> Vec<CommandKind> {
+        let target = JointPositions([x, -x, x / 3.0, x * 1e-300, 0.1 + 0.2, -0.0]);
+        let pose = RpyPose::from_array(target.0);
+        let payload = Payload {
+            mass: x,
+            cog: [x, 2.0 * x, 0.1].into(),
+            inertia: target.0,
+        };
+        vec![
+            CommandKind::MoveJ {
+                target,
+                acceleration: x,
+                speed: x,
+                duration: 0.0,
+            },
+            CommandKind::MoveL {
+                target: pose,
+                acceleration: x,
+                speed: x,
+                duration: x,
+            },
+            CommandKind::Stop { only: CommandId(7) },
+            CommandKind::Pause,
+            CommandKind::Resume,
+            CommandKind::SetTcp(pose),
+            CommandKind::SetPayload(payload),
+            CommandKind::SetStandardDigitalOut {
+                index: 15,
+                level: true,
+            },
+            CommandKind::SetSpeedFraction(x),
+            CommandKind::PowerOn,
+            CommandKind::PowerOff,
+            CommandKind::ReleaseBrakes,
+            CommandKind::UnlockProtectiveStop,
+            CommandKind::RestartSafetyBoard,
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+        #[test]
+        fn every_command_comes_back_from_its_text(x in proptest::num::f64::NORMAL) {
+            for kind in commands(x) {
+                let text = Value::Object(to_json(&kind)).to_string();
+                let arguments: Map<String, Value> = serde_json::from_str(&text).unwrap();
+                prop_assert_eq!(from_json(kind.name(), &arguments).unwrap(), kind);
+            }
+        }
+    }
+
+    #[test]
+    fn arguments_that_do_not_fit_are_named() {
+        let mut arguments = to_json(&commands(1.0)[0]);
+        arguments.insert("target".to_owned(), Value::from("home"));
+        let error = from_json("movej", &arguments).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "movej: argument \"target\" is \"home\", which does not fit"
+        );
+        arguments.remove("target");
+        let error = from_json("movej", &arguments).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "movej: argument \"target\" is missing, which does not fit"
+        );
+        assert_eq!(
+            from_json("fly", &arguments),
+            Err(ArgumentError::UnknownCommand {
+                name: "fly".to_owned()
+            })
+        );
     }
 }

@@ -4,8 +4,8 @@
 //! are the file format: a number is never given a new meaning. Fields from 32 on are not part of the published topic
 //! description; they make a recording complete, so that a state read back is the state that was recorded.
 
-use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, RpyPose};
-use motion_api::{CommandId, MotionMode, Payload, RobotMode, RobotState, SafetyMode};
+use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
+use motion_api::{CommandId, MotionMode, RobotMode, RobotState, SafetyMode};
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::source_code_info::Location;
 use prost_types::{
@@ -262,7 +262,7 @@ impl Cycle {
             cycle: self.cycle,
             mode: self.mode.clone(),
         })?;
-        let [mass, c0, c1, c2, inertia @ ..]: [f64; 10] = self.take("payload", &self.payload)?;
+        let payload = payload_of(self.take("payload", &self.payload)?);
         Ok(RobotState {
             cycle: self.cycle,
             time: self.time,
@@ -285,11 +285,7 @@ impl Cycle {
             tcp_force: self.take("tcp_force", &self.tcp_force)?,
             elbow_position: self.take("elbow_position", &self.elbow_position)?,
             tcp_offset: RpyPose::from_array(self.take("tcp_offset", &self.tcp_offset)?),
-            payload: Payload {
-                mass,
-                cog: [c0, c1, c2],
-                inertia,
-            },
+            payload,
             motion_mode: mode,
             command_id: CommandId(self.command_id),
             target_speed_fraction: self.target_speed_fraction,
@@ -380,9 +376,18 @@ pub(crate) fn payload_numbers(payload: &Payload) -> [f64; 10] {
     let Payload { mass, cog, inertia } = payload;
     let mut numbers = [0.0; 10];
     numbers[0] = *mass;
-    numbers[1..4].copy_from_slice(cog);
+    numbers[1..4].copy_from_slice(cog.as_slice());
     numbers[4..].copy_from_slice(inertia);
     numbers
+}
+
+/// The payload with these ten numbers, as [`payload_numbers`] gives them. Not checked: a recording may hold any.
+pub(crate) fn payload_of([mass, x, y, z, inertia @ ..]: [f64; 10]) -> Payload {
+    Payload {
+        mass,
+        cog: [x, y, z].into(),
+        inertia,
+    }
 }
 
 fn put(field: &mut Vec<f64>, values: &[f64]) {

@@ -7,11 +7,10 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::str::FromStr;
 
-use kinematics::{JointPositions, RpyPose};
-use motion_api::Payload;
+use kinematics::{JointPositions, Payload, RpyPose};
 use thiserror::Error;
 
-use crate::cycle::payload_numbers;
+use crate::cycle::{payload_numbers, payload_of};
 
 /// Name of the metadata record.
 pub(crate) const METADATA_NAME: &str = "eliteserver";
@@ -124,7 +123,6 @@ impl Setup {
         if format > FORMAT {
             return Err(SetupError::Format { found: format });
         }
-        let [mass, c0, c1, c2, inertia @ ..]: [f64; 10] = array(map, "payload")?;
         Ok(Self {
             version: parse(map, "version")?,
             model: parse(map, "model")?,
@@ -132,11 +130,7 @@ impl Setup {
             cell: map.get("cell").cloned(),
             home: JointPositions(array(map, "home")?),
             tcp: RpyPose::from_array(array(map, "tcp")?),
-            payload: Payload {
-                mass,
-                cog: [c0, c1, c2],
-                inertia,
-            },
+            payload: payload_of(array(map, "payload")?),
             step_time: parse(map, "step_time")?,
             seed: parse(map, "seed")?,
             plant: parse(map, "plant")?,
