@@ -45,6 +45,27 @@ pub const LIMIT_SLACK: f64 = 1e-6;
 /// A change of position below this (rad, m) is no motion.
 pub const NO_MOTION: f64 = 1e-12;
 
+/// Where the rotation is the larger part of a Cartesian line, a radian counts as this much way, m/rad: a rotation on the
+/// spot at the default 0.25 m/s turns at 1 rad/s, about the default speed of a movej. Our choice; the manual is silent.
+pub const ROTATION_LENGTH: f64 = 0.25;
+
+/// A Cartesian line is looked at in this many intervals, each halved up to [`LINE_REFINEMENTS`] times where the joints
+/// turn fast, with at most [`LINE_PLACES_MAX`] places in all and [`LINE_PLACES_PER_CYCLE`] in one cycle.
+pub const LINE_INTERVALS: usize = 64;
+/// See [`LINE_INTERVALS`].
+pub const LINE_REFINEMENTS: usize = 10;
+/// See [`LINE_INTERVALS`].
+pub const LINE_PLACES_MAX: u32 = 2000;
+/// See [`LINE_INTERVALS`]. Twice the places of a line without refinements.
+pub const LINE_PLACES_PER_CYCLE: usize = 128;
+
+/// Parts of a Cartesian line with limits of their own.
+pub const LINE_PARTS: usize = 32;
+
+/// A joint that would turn by more than this on a metre of the line counts as singular, rad/m: at the joint's full speed
+/// the TCP would crawl at 3 mm/s.
+pub const SINGULAR_TURN_PER_M: f64 = 1000.0;
+
 /// Places along a joint-space line at which the speeds of TCP and elbow are looked at when they are limited, and the part
 /// of the limits that is used, because between two places a point can be a little faster than at either.
 pub const POINT_SPEED_SAMPLES: usize = 64;
@@ -67,5 +88,8 @@ const _: () = assert!(ACCELERATION_RISE > 0.02 && ACCELERATION_RISE < 0.04);
 // The servo must be slow enough for its own step.
 const _: () = assert!(SERVO_STEP * SERVO_BANDWIDTH <= 0.2);
 const _: () = assert!(SERVO_STEP <= STEP_RANGE.0);
+const _: () = assert!(LINE_INTERVALS.is_multiple_of(LINE_PARTS));
+const _: () = assert!(LINE_PLACES_PER_CYCLE >= 2 * LINE_INTERVALS);
+const _: () = assert!(LINE_PARTS <= crate::scalar::course::MAX_STRETCHES);
 // A command's own end must fit beside everything it may cause.
 const _: () = assert!(EVENTS_PER_COMMAND > EVENT_RESERVE);

@@ -15,6 +15,7 @@ use crate::constants::{TRACKING_LIMIT, fault};
 use crate::machine::Machine;
 use crate::motion::Motion;
 use crate::outbox::Outbox;
+use crate::plan::LinePlanner;
 use crate::plant::{ArmState, Plant};
 use crate::report::report;
 use crate::setpoint::{LimitedSetpoint, Setpoint, limit};
@@ -37,6 +38,8 @@ pub struct Timing {
 pub(crate) enum Generator {
     /// The arm stands at the target.
     Hold,
+    /// The arm stands while a Cartesian motion is being planned.
+    Planning(CommandId, LinePlanner),
     /// A motion is under way, or held on its path.
     Path(Motion),
     /// A protective stop brakes the joints.
@@ -141,16 +144,15 @@ impl Cycle {
         } else {
             self.speed_fraction
         };
+        self.plan_on();
         match &mut self.generator {
-            Generator::Hold => Ok(Setpoint::standing(self.target.q)),
+            Generator::Hold | Generator::Planning(..) => Ok(Setpoint::standing(self.target.q)),
             Generator::Brake(brake) => Ok(brake.next(self.step)),
-            Generator::Path(motion) => {
-                motion
-                    .next(self.step, fraction, &self.target.q)
-                    .ok_or(StopReason::Internal {
-                        code: fault::PATH_LOST,
-                    })
-            }
+            Generator::Path(motion) => motion
+                .next(self.step, fraction, &self.model, &self.target.q)
+                .ok_or(StopReason::Internal {
+                    code: fault::PATH_LOST,
+                }),
         }
     }
 
@@ -254,8 +256,9 @@ impl Cycle {
         if self.machine.protective_stop(reason) {
             self.out.stopped(reason);
         }
-        if let Generator::Path(motion) = &self.generator {
-            self.out.ended(motion.id, Outcome::ProtectiveStop(reason));
+        let running = self.running();
+        if running != CommandId::NONE {
+            self.out.ended(running, Outcome::ProtectiveStop(reason));
         }
         self.is_paused = false;
         JointBrake::new(&self.target, &self.limits)
@@ -272,7 +275,7 @@ impl Cycle {
         match &self.generator {
             Generator::Hold => true,
             Generator::Path(motion) => motion.is_standing(),
-            Generator::Brake(_) => false,
+            Generator::Planning(..) | Generator::Brake(_) => false,
         }
     }
 
@@ -280,14 +283,21 @@ impl Cycle {
     pub(crate) fn running(&self) -> CommandId {
         match &self.generator {
             Generator::Path(motion) => motion.id,
+            Generator::Planning(id, _) => *id,
             _ => CommandId::NONE,
         }
     }
 
     /// Brings a moving arm to rest on its path, as a stop command would; for the end of the controller.
     pub fn stop_moving(&mut self) {
-        if let Generator::Path(motion) = &mut self.generator {
-            motion.is_stopping = true;
+        match &mut self.generator {
+            Generator::Path(motion) => motion.is_stopping = true,
+            Generator::Planning(id, _) => {
+                let id = *id;
+                self.out.ended(id, Outcome::Aborted);
+                self.generator = Generator::Hold;
+            }
+            Generator::Hold | Generator::Brake(_) => {}
         }
     }
 

@@ -1,10 +1,13 @@
 //! From a motion command to a path and a course along it: what is asked, cut down to what the arm can do.
 //!
-//! Planning runs inside the cycle that takes the command: bounded work, no allocation.
+//! Planning runs inside the cycle that takes the command, and the next ones if it is much: bounded work, no allocation.
 
 mod movej;
+mod movel;
+mod survey;
 
 pub use movej::plan_movej;
+pub use movel::LinePlanner;
 
 use kinematics::{Pose, RobotModel};
 use motion_api::{Refusal, Warning};

@@ -11,6 +11,7 @@ use motion_api::{
 pub const MODELS: [&str; 6] = ["cs63", "cs66", "cs612", "cs616", "cs620", "cs625"];
 
 pub struct Bench {
+    pub model: &'static str,
     pub cycle: Cycle,
     pub script: ScriptEnd,
     pub states: Vec<RobotState>,
@@ -33,6 +34,7 @@ impl Bench {
         let limits = config.resolve().unwrap();
         let first = config.first_state();
         Self {
+            model: "cs66",
             cycle: Cycle::new(config, motion).unwrap(),
             script,
             states: vec![first],
