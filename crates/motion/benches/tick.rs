@@ -1,10 +1,18 @@
 //! What one cycle costs, by mode and plant, and what planning a motion costs.
 //!
 //! `cargo bench -p motion`. divan prints fastest, median and mean; `percentiles` prints p50 and p99 of single ticks.
+#![allow(
+    clippy::expect_used,
+    reason = "a bench that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
 
 use divan::Bencher;
 use kinematics::{JointPositions, RobotModel};
-use motion::plan::{Arm, Wish, plan_movej};
+use motion::plan::{Arm, LinePlanner, Wish, plan_movej};
 use motion::{Cycle, CycleConfig, PlantKind, Timing};
 use motion_api::{BorderSizes, CommandKind, Origin, ScriptEnd, border};
 
@@ -102,4 +110,55 @@ fn movej_planning(bencher: Bencher) {
     };
     let target = JointPositions([0.5, -1.0, 1.0, -1.0, -1.0, 0.3]);
     bencher.bench_local(|| plan_movej(&config.home, divan::black_box(&target), &wish, &arm));
+}
+
+#[divan::bench]
+fn movel_planning(bencher: Bencher) {
+    let config = CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm"));
+    let limits = config.resolve().expect("good limits");
+    let arm = Arm {
+        model: &config.model,
+        flange_from_tcp: &kinematics::Pose::IDENTITY,
+        limits: &limits,
+    };
+    let wish = Wish {
+        speed: 0.25,
+        acceleration: 1.2,
+        duration: 0.0,
+    };
+    let mut target = config.model.flange_pose(&config.home).to_rpy();
+    target.xyz[1] += 0.3;
+    target.rpy[2] += 0.3;
+    bencher.bench_local(|| {
+        let mut planner = LinePlanner::new(&config.home, divan::black_box(&target), &wish, &arm)
+            .expect("a line that can be followed");
+        planner.work(&arm)
+    });
+}
+
+/// A cycle on a straight TCP line: inverse kinematics and Jacobian besides everything else.
+#[divan::bench]
+fn tick_on_a_line(bencher: Bencher) {
+    let (mut cycle, mut script) = controller(PlantKind::Ideal, 0.004);
+    let config = CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm"));
+    let start = config.model.flange_pose(&config.home).to_rpy();
+    let mut there = false;
+    bencher.bench_local(|| {
+        if cycle.is_standing() {
+            there = !there;
+            let mut target = start;
+            if there {
+                target.xyz[1] += 0.3;
+            }
+            let kind = CommandKind::MoveL {
+                target,
+                acceleration: 1.2,
+                speed: 0.25,
+                duration: 0.0,
+            };
+            script.commands.send(Origin::default(), kind).expect("room");
+        }
+        cycle.tick(Timing::default());
+        while script.events.next_event().is_some() {}
+    });
 }

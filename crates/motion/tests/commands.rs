@@ -1,4 +1,13 @@
 //! What commands do to a controller: ends, stops, pauses, the speed slider, power, protective stops, the border.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
 
 mod common;
 

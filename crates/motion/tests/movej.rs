@@ -1,4 +1,13 @@
 //! movej on the ideal arm: straight in joint space, exact at the end, within every limit, as fast as asked.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
 
 mod common;
 

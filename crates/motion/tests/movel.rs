@@ -1,4 +1,13 @@
 //! movel on the ideal arm: straight, exact, within the joints' limits everywhere, refused where it cannot be done.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
 
 mod common;
 

@@ -1,4 +1,13 @@
 //! The cycle does not allocate: 10,000 ticks in every mode are counted, the rigid plant's engine apart.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
 
 mod common;
 

@@ -1,4 +1,13 @@
 //! The rigid arm: it follows closely, carries what the model says, and is the same every time.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
 
 mod common;
 

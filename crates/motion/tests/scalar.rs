@@ -1,4 +1,13 @@
 //! The scalar profiles and travel along a course: limits kept, ends exact, as fast as an independent planner.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
 
 use motion::scalar::{Course, Drive, Profile, ScalarLimits, ScalarState, Stretch, Travel};
 use proptest::prelude::*;

@@ -1,4 +1,13 @@
 //! Protective stops: who is told what, how the arm brakes, and how one gets out again.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
 
 mod common;
 

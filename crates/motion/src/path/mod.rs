@@ -12,6 +12,10 @@ use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
 
 /// A way from rest to rest.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "lives in place inside the cycle, which must not allocate"
+)]
 #[derive(Clone, Copy, Debug)]
 pub enum Path {
     /// A straight line in joint space.

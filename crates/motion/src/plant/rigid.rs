@@ -153,10 +153,10 @@ impl RigidPlant {
 
     /// One cycle with the brakes engaged: no time passes for the bodies.
     pub fn stand(&mut self, dynamics: &Dynamics) -> ArmState {
-        if self.state.qd != JointSpeeds::ZERO {
-            if let Some((multibody, _)) = self.world.multibody_joints.get_mut(self.last_joint) {
-                multibody.generalized_velocity_mut().fill(0.0);
-            }
+        if self.state.qd != JointSpeeds::ZERO
+            && let Some((multibody, _)) = self.world.multibody_joints.get_mut(self.last_joint)
+        {
+            multibody.generalized_velocity_mut().fill(0.0);
         }
         let q = self.state.q;
         self.rest_at(&q);

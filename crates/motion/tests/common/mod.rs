@@ -1,5 +1,13 @@
 //! A controller on the bench: sends commands, ticks, and keeps every record and event.
 #![allow(dead_code, missing_docs, reason = "each test binary uses a part of it")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "default speeds as the manual prints them"
+)]
 
 use kinematics::{JointPositions, RobotModel, RpyPose};
 use motion::{Cycle, CycleConfig, MotionLimits, PlantKind, Timing};
