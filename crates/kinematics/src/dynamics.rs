@@ -4,8 +4,9 @@
 //! friction, no rotor inertia, no contact: an outside wrench w at the tool adds -Jᵀ w to the torques.
 //! Symbols as in Featherstone, *Rigid Body Dynamics Algorithms*, 2008, chapters 5 to 7.
 
-use crate::chain::{Chain, turned_about_z};
+use crate::chain::Chain;
 use crate::joint::{DOF, JointAccelerations, JointPositions, JointSpeeds, JointTorques};
+use crate::matrix3::times;
 use crate::payload::{Payload, RigidBody};
 use crate::pose::Pose;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
@@ -39,10 +40,10 @@ impl Spatial {
     /// A wrench on the child, expressed in the parent about the parent's origin.
     #[inline]
     fn to_parent(self, parent_from_child: &Pose) -> Self {
-        let linear = parent_from_child.rotation * self.linear;
+        let linear = parent_from_child.rotate(self.linear);
         Self {
             linear,
-            angular: parent_from_child.rotation * self.angular
+            angular: parent_from_child.rotate(self.angular)
                 + parent_from_child.translation.cross(&linear),
         }
     }
@@ -71,18 +72,6 @@ impl Dynamics {
         &self.bodies
     }
 
-    /// Pose of each joint frame in its parent's.
-    fn joint_transforms(&self, q: &JointPositions) -> [Pose; DOF] {
-        core::array::from_fn(|joint| {
-            let (sine, cosine) = q[joint].sin_cos();
-            let at_zero = &self.chain.parent_from_joint[joint];
-            Pose::new(
-                turned_about_z(&at_zero.rotation, sine, cosine),
-                at_zero.translation,
-            )
-        })
-    }
-
     /// Torques the drives must supply, Nm: tau = M(q) qdd + C(q, qd) qd + g(q). Recursive Newton-Euler.
     pub fn inverse_dynamics(
         &self,
@@ -90,7 +79,7 @@ impl Dynamics {
         qd: &JointSpeeds,
         qdd: &JointAccelerations,
     ) -> JointTorques {
-        self.newton_euler(&self.joint_transforms(q), qd, qdd)
+        self.newton_euler(&self.chain.joint_transforms(q), qd, qdd)
     }
 
     fn newton_euler(
@@ -105,14 +94,12 @@ impl Dynamics {
         let mut acceleration = -self.gravity;
         let mut wrenches = [Spatial::ZERO; DOF];
         for joint in 0..DOF {
-            let Pose {
-                rotation,
-                translation,
-            } = &transforms[joint];
-            acceleration += alpha.cross(translation) + omega.cross(&omega.cross(translation));
-            acceleration = rotation.inverse_transform_vector(&acceleration);
-            omega = rotation.inverse_transform_vector(&omega);
-            alpha = rotation.inverse_transform_vector(&alpha);
+            let parent_from_joint = &transforms[joint];
+            let arm = &parent_from_joint.translation;
+            acceleration += alpha.cross(arm) + omega.cross(&omega.cross(arm));
+            acceleration = parent_from_joint.rotate_back(acceleration);
+            omega = parent_from_joint.rotate_back(omega);
+            alpha = parent_from_joint.rotate_back(alpha);
             // The joint turns about z: omega × (z qd) has no z component.
             alpha += Vector3::new(omega.y * qd[joint], -omega.x * qd[joint], qdd[joint]);
             omega.z += qd[joint];
@@ -121,8 +108,8 @@ impl Dynamics {
             let linear =
                 (acceleration + alpha.cross(&body.com) + omega.cross(&omega.cross(&body.com)))
                     * body.mass;
-            let angular = body.inertia * alpha
-                + omega.cross(&(body.inertia * omega))
+            let angular = times(&body.inertia, &alpha)
+                + omega.cross(&times(&body.inertia, &omega))
                 + body.com.cross(&linear);
             wrenches[joint] = Spatial { linear, angular };
         }
@@ -149,7 +136,7 @@ impl Dynamics {
 
     /// The symmetric joint-space mass matrix M(q), kg m². Composite rigid bodies (Featherstone 6.2).
     pub fn mass_matrix(&self, q: &JointPositions) -> Matrix6<f64> {
-        let transforms = self.joint_transforms(q);
+        let transforms = self.chain.joint_transforms(q);
         let mut matrix = Matrix6::zeros();
         // Everything from this joint outwards, held rigid.
         let mut composite = RigidBody::default();
@@ -177,7 +164,7 @@ impl Dynamics {
         qd: &JointSpeeds,
         tau: &JointTorques,
     ) -> JointAccelerations {
-        let transforms = self.joint_transforms(q);
+        let transforms = self.chain.joint_transforms(q);
         let mut motion = [Matrix6::zeros(); DOF];
         let mut speed_bias = [Vector6::zeros(); DOF];
         let mut inertia = [Matrix6::zeros(); DOF];
@@ -185,20 +172,18 @@ impl Dynamics {
         let mut omega = Vector3::zeros();
         for joint in 0..DOF {
             let body = &self.bodies[joint];
-            omega = transforms[joint].rotation.inverse_transform_vector(&omega);
+            omega = transforms[joint].rotate_back(omega);
             // Classical acceleration of the joint origin relative to its parent's, in child axes; see `link_motion`.
             let parent_omega = omega;
             omega.z += qd[joint];
-            let arm = transforms[joint]
-                .rotation
-                .inverse_transform_vector(&transforms[joint].translation);
+            let arm = transforms[joint].rotate_back(transforms[joint].translation);
             let centripetal = parent_omega.cross(&parent_omega.cross(&arm));
             let gyroscopic = parent_omega.cross(&Vector3::new(0.0, 0.0, qd[joint]));
             speed_bias[joint] = stacked(centripetal, gyroscopic);
             motion[joint] = link_motion(&transforms[joint]);
             inertia[joint] = spatial_inertia(body);
             let force = omega.cross(&omega.cross(&body.com)) * body.mass;
-            let moment = omega.cross(&(body.inertia * omega)) + body.com.cross(&force);
+            let moment = omega.cross(&times(&body.inertia, &omega)) + body.com.cross(&force);
             force_bias[joint] = stacked(force, moment);
         }
 

@@ -1,5 +1,6 @@
 //! What the flange carries, and the mass properties of one rigid body.
 
+use crate::matrix3::product;
 use crate::pose::Pose;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
@@ -21,21 +22,21 @@ impl RigidBody {
         Self {
             mass: self.mass,
             com: a_from_b.transform_point(self.com),
-            inertia: r * self.inertia * r.transpose(),
+            inertia: product(&product(r, &self.inertia), &r.transpose()),
         }
     }
 
     /// Two bodies fixed to each other, both given in the same frame.
     pub fn joined_with(&self, other: &Self) -> Self {
+        // A part without mass must not move the centre by a rounding error.
         let mass = self.mass + other.mass;
-        if mass == 0.0 {
-            return Self {
-                mass,
-                com: self.com,
-                inertia: self.inertia + other.inertia,
-            };
-        }
-        let com = (self.com * self.mass + other.com * other.mass) / mass;
+        let com = if other.mass == 0.0 {
+            self.com
+        } else if self.mass == 0.0 {
+            other.com
+        } else {
+            (self.com * self.mass + other.com * other.mass) / mass
+        };
         Self {
             mass,
             com,
@@ -150,4 +151,42 @@ pub(crate) fn is_physical(moments: &[f64; 3]) -> bool {
     // Users type rounded numbers, hence the slack.
     let slack = 1e-6 * moments[2].abs();
     moments[0] >= -slack && moments[2] <= moments[0] + moments[1] + slack
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn payloads_that_cannot_exist_are_refused_with_the_reason() {
+        let refused = |mass, inertia| {
+            Payload::new(mass, [0.0; 3], inertia)
+                .unwrap_err()
+                .to_string()
+        };
+        assert_eq!(
+            refused(-1.0, [0.0; 6]),
+            "the payload mass is -1 kg, it must not be negative"
+        );
+        assert!(refused(f64::NAN, [0.0; 6]).contains("not a finite number"));
+        assert!(refused(1.0, [1.0, 1.0, 3.0, 0.0, 0.0, 0.0]).contains("[1, 1, 3, 0, 0, 0]"));
+        assert!(refused(1.0, [1.0, 1.0, 1.0, 2.0, 0.0, 0.0]).contains("no rigid body"));
+        Payload::new(1.0, [0.1; 3], [1.0, 1.0, 2.0, 0.0, 0.0, 0.0]).unwrap();
+    }
+
+    #[test]
+    fn two_halves_make_the_whole() {
+        let ball = |x: f64| RigidBody {
+            mass: 1.0,
+            com: Vector3::new(x, 0.0, 0.0),
+            inertia: Matrix3::identity() * 0.1,
+        };
+        let both = ball(-1.0).joined_with(&ball(1.0));
+        assert_eq!((both.mass, both.com), (2.0, Vector3::zeros()));
+        assert_eq!(
+            both.inertia,
+            Matrix3::from_diagonal(&Vector3::new(0.2, 2.2, 2.2))
+        );
+        assert_eq!(RigidBody::default().joined_with(&ball(3.0)), ball(3.0));
+    }
 }

@@ -1,4 +1,8 @@
 //! The examples of the manual's sections 3.2 (mathematics), 4.8 (wrench_trans) and those around them that need a model.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot read its input fails"
+)]
 
 mod common;
 

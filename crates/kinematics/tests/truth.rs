@@ -1,4 +1,8 @@
 //! The arms against reference values computed by an independent rigid-body library (tests/vectors/truth.json).
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot read its input fails"
+)]
 
 mod common;
 

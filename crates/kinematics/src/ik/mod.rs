@@ -13,11 +13,14 @@ use crate::joint::{DOF, JointPositions};
 use crate::model::JointLimits;
 use crate::pose::Pose;
 use crate::rotation::wrap_angle;
-use core::f64::consts::TAU;
+use core::f64::consts::{PI, TAU};
 use core::ops::Deref;
 
 /// The most solutions one flange pose can have with this arm geometry: two shoulders, two wrists, two elbows.
 pub const MAX_SOLUTIONS: usize = 8;
+
+/// An iterated solution this near (rad², over all joints) to the wanted positions is taken without looking further.
+const ON_THE_PATH: f64 = 0.01;
 
 /// All joint positions that reach one flange pose, wrapped to [-pi, pi), in the order of the manual's example (3.2.3):
 /// shoulder branch, within it wrist branch, within it elbow branch.
@@ -79,7 +82,13 @@ impl IkMethod {
             Self::ClosedForm(form) => form.solve(chain, base_from_flange, free_q6),
             Self::Refined(form) => {
                 let rough = form.solve(chain, base_from_flange, free_q6);
-                iterative::refine_all(chain, base_from_flange, &rough)
+                let exact = iterative::refine_all(chain, base_from_flange, &rough);
+                // At the border of the work space the nearest shape may just not reach what the chain does.
+                if exact.is_empty() {
+                    iterative::search_all(chain, base_from_flange)
+                } else {
+                    exact
+                }
             }
             Self::Iterative => iterative::search_all(chain, base_from_flange),
         }
@@ -97,20 +106,26 @@ impl IkMethod {
         base_from_flange: &Pose,
         near: &JointPositions,
     ) -> Option<JointPositions> {
-        if let Self::Iterative = self
-            && let Some(q) = iterative::refine(chain, base_from_flange, near)
-            && let Some(q) = turned_towards(&q.map(wrap_angle), near, limits)
-        {
-            return Some(q);
-        }
         let mut best: Option<(f64, JointPositions)> = None;
-        for q in &self.all(chain, base_from_flange, near[DOF - 1]) {
+        let consider = |best: &mut Option<(f64, JointPositions)>, q: &JointPositions| {
             if let Some(q) = turned_towards(q, near, limits) {
                 let distance = q.distance_squared(near);
                 if best.is_none_or(|(least, _)| distance < least) {
-                    best = Some((distance, q));
+                    *best = Some((distance, q));
                 }
             }
+        };
+        if !matches!(self, Self::ClosedForm(_))
+            && let Some(q) = iterative::refine(chain, base_from_flange, near)
+        {
+            consider(&mut best, &q.map(wrap_angle));
+            // Following a path, the next solution is right here: no need to look at every branch.
+            if let Some((_, q)) = best.filter(|(distance, _)| *distance < ON_THE_PATH) {
+                return Some(q);
+            }
+        }
+        for q in &self.all(chain, base_from_flange, near[DOF - 1]) {
+            consider(&mut best, q);
         }
         best.map(|(_, q)| q)
     }
@@ -127,14 +142,21 @@ pub fn turned_towards(
     let mut turned = *q;
     for joint in 0..DOF {
         let (min, max) = (limits.position_min[joint], limits.position_max[joint]);
-        let fewest = ((min - SLACK - q[joint]) / TAU).ceil();
-        let most = ((max + SLACK - q[joint]) / TAU).floor();
-        if fewest > most {
-            return None;
+        let inside = |x: f64| x >= min - SLACK && x <= max + SLACK;
+        let apart = near[joint] - q[joint];
+        let mut x = q[joint];
+        if apart.abs() > PI {
+            x += (apart / TAU).round() * TAU;
         }
-        let wanted = ((near[joint] - q[joint]) / TAU).round();
-        let turns = wanted.max(fewest).min(most);
-        turned[joint] = (q[joint] + turns * TAU).clamp(min, max);
+        if !inside(x) {
+            let fewest = ((min - SLACK - q[joint]) / TAU).ceil();
+            let most = ((max + SLACK - q[joint]) / TAU).floor();
+            if !(fewest <= most) {
+                return None;
+            }
+            x = q[joint] + (apart / TAU).round().max(fewest).min(most) * TAU;
+        }
+        turned[joint] = x.clamp(min, max);
     }
     Some(turned)
 }

@@ -43,6 +43,12 @@ impl Extension {
                     }
                     continue;
                 }
+                Event::Eof if depth > 0 => {
+                    return Err(ModelError::NotXml {
+                        offset: reader.buffer_position(),
+                        reason: "the file ends inside an element".to_owned(),
+                    });
+                }
                 Event::Eof => return Ok(extension),
                 _ => continue,
             };

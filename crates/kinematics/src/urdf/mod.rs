@@ -226,6 +226,14 @@ impl<'a> Tree<'a> {
             walk.joints.push(joint);
             here.push((child, Pose::new(z_to_axis.inverse(), Vector3::zeros())));
         }
+        for name in self.links.keys() {
+            if !walk.links.iter().any(|(link, _, _)| link.name == *name) {
+                return Err(ModelError::Tree {
+                    link: (*name).to_owned(),
+                    reason: "is not connected to the rest",
+                });
+            }
+        }
         if walk.joints.len() != DOF {
             return Err(ModelError::JointCount {
                 found: walk.joints.len(),
