@@ -25,6 +25,16 @@ pub const EVENT_RESERVE: usize = 2;
 /// Smallest event ring with which every event always finds room.
 pub const EVENT_RING_MIN: usize = EVENTS_PER_COMMAND + WAITING_COMMANDS + 1 + EVENT_RESERVE;
 
+/// Length of one step of the servo and of the rigid bodies, s; a cycle has a whole number of them.
+pub const SERVO_STEP: f64 = 0.001;
+
+/// Bandwidth of the servo, rad/s: the frequency of the critically damped error.
+pub const SERVO_BANDWIDTH: f64 = 100.0;
+
+/// Torque that a joint can give for a moment over the nominal effort of the model, which several arms nearly need to
+/// hold their rated payload at full stretch. Our choice; the vendor publishes no peak torque.
+pub const PEAK_TORQUE_FACTOR: f64 = 2.0;
+
 /// Difference of actual and target position at which the arm counts as not following, rad. Free motion stays below
 /// 1 mrad; a joint pressing against something reaches this within a few cycles.
 pub const TRACKING_LIMIT: f64 = 0.05;
@@ -54,5 +64,8 @@ pub mod fault {
 const _: () = assert!(STEP_RANGE.0 < STEP_RANGE.1);
 const _: () = assert!(FASTEST_RISE <= ACCELERATION_RISE);
 const _: () = assert!(ACCELERATION_RISE > 0.02 && ACCELERATION_RISE < 0.04);
+// The servo must be slow enough for its own step.
+const _: () = assert!(SERVO_STEP * SERVO_BANDWIDTH <= 0.2);
+const _: () = assert!(SERVO_STEP <= STEP_RANGE.0);
 // A command's own end must fit beside everything it may cause.
 const _: () = assert!(EVENTS_PER_COMMAND > EVENT_RESERVE);

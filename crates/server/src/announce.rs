@@ -4,33 +4,47 @@
 
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use elite_runtime::message::{Message, Observer, Severity};
-use motion_api::{ProgramId, ThreadNumber};
+use motion_api::{ProgramId, SnapshotCell, ThreadNumber};
 use recorder::{LogLevel, RecorderHandle};
 use tokio::sync::broadcast;
 
 /// How many messages a port may be behind before it misses some.
 const BACKLOG: usize = 1024;
 
+/// Where the `print` of programs goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Console {
+    /// To standard output, and script errors bare to standard error: `run`.
+    Stdout,
+    /// To the log: `serve`.
+    Log,
+}
+
 /// Tells everybody.
 pub struct Announcer {
     ports: broadcast::Sender<Message>,
-    recording: Option<RecorderHandle>,
-    stdout: bool,
+    recording: RecorderHandle,
+    snapshot: Arc<SnapshotCell>,
+    console: Console,
     names: Mutex<BTreeMap<ProgramId, String>>,
 }
 
 impl Announcer {
-    /// `stdout`: programs print to standard output (`run`), otherwise to the log (`serve`).
-    pub fn new(recording: Option<RecorderHandle>, stdout: bool) -> Self {
-        Self { ports: broadcast::channel(BACKLOG).0, recording, stdout, names: Mutex::default() }
+    /// Messages get the simulated time of `snapshot`.
+    pub fn new(recording: RecorderHandle, snapshot: Arc<SnapshotCell>, console: Console) -> Self {
+        Self { ports: broadcast::channel(BACKLOG).0, recording, snapshot, console, names: Mutex::default() }
     }
 
     /// Follows the messages from now on.
     pub fn subscribe(&self) -> broadcast::Receiver<Message> {
         self.ports.subscribe()
+    }
+
+    fn time(&self) -> f64 {
+        self.snapshot.read().time
     }
 
     fn name_of(&self, program: ProgramId) -> String {
@@ -39,14 +53,12 @@ impl Announcer {
     }
 
     fn record(&self, severity: Severity, source: &str, text: &str) {
-        if let Some(recording) = &self.recording {
-            let level = match severity {
-                Severity::Info => LogLevel::Info,
-                Severity::Warning => LogLevel::Warning,
-                Severity::Error => LogLevel::Error,
-            };
-            recording.log(level, source, text);
-        }
+        let level = match severity {
+            Severity::Info => LogLevel::Info,
+            Severity::Warning => LogLevel::Warning,
+            Severity::Error => LogLevel::Error,
+        };
+        self.recording.log(self.time(), level, source, text);
     }
 
     fn log(&self, severity: Severity, program: ProgramId, text: &str) {
@@ -63,7 +75,7 @@ impl Announcer {
 impl Observer for Announcer {
     fn message(&self, message: &Message) {
         match message {
-            Message::Print { origin, text } if self.stdout => {
+            Message::Print { origin, text } if self.console == Console::Stdout => {
                 // Nothing sensible is left to do when standard output is gone.
                 let _ = std::io::stdout().write_all(text.as_bytes());
                 self.record(Severity::Info, &self.name_of(origin.program), text.trim_end_matches('\n'));
@@ -74,7 +86,7 @@ impl Observer for Announcer {
             Message::Log { severity, origin, text } => self.log(*severity, origin.program, text),
             Message::ScriptError { program, report, .. } => {
                 // The report has lines of its own; a log prefix would push the caret out of place.
-                if self.stdout {
+                if self.console == Console::Stdout {
                     eprintln!("{report}");
                 } else {
                     tracing::error!(target: "script", program = %self.name_of(*program), "\n{report}");
@@ -95,15 +107,11 @@ impl Observer for Announcer {
         }
         names.insert(program, name.to_owned());
         drop(names);
-        if let Some(recording) = &self.recording {
-            recording.program_started(program, name, text);
-        }
+        self.recording.program_started(self.time(), program, name, text);
     }
 
     fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32) {
-        if let Some(recording) = &self.recording {
-            recording.script_line(program, thread, line);
-        }
+        self.recording.script_line(self.time(), program, thread, line);
     }
 
     fn program_ended(&self, program: ProgramId) {

@@ -3,12 +3,15 @@
 //! Owns the difference between target and actual. The rigid-body engine and its types stay inside this folder.
 
 mod ideal;
+mod rigid;
+mod servo;
 
 use kinematics::{Dynamics, JointPositions, JointSpeeds, JointTorques, RobotModel};
 
 use crate::config::{ConfigError, PlantKind};
 use crate::setpoint::LimitedSetpoint;
 pub use ideal::IdealPlant;
+pub use rigid::RigidPlant;
 
 /// What the joints of the arm do at the end of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +35,8 @@ impl ArmState {
 pub enum Plant {
     /// Actual is target.
     Ideal(IdealPlant),
+    /// Rigid bodies under a servo.
+    Rigid(Box<RigidPlant>),
 }
 
 impl Plant {
@@ -45,27 +50,25 @@ impl Plant {
         dynamics: &Dynamics,
         q: &JointPositions,
     ) -> Result<Self, ConfigError> {
-        let _ = (model, dynamics);
-        match kind {
-            PlantKind::Ideal => Ok(Self::Ideal(IdealPlant::new(*q))),
-            PlantKind::Rigid => Err(ConfigError::Plant {
-                what: "the rigid plant does not exist yet; choose the ideal one",
-            }),
-        }
+        Ok(match kind {
+            PlantKind::Ideal => Self::Ideal(IdealPlant::new(*q)),
+            PlantKind::Rigid => Self::Rigid(Box::new(RigidPlant::new(model, dynamics, q)?)),
+        })
     }
 
     /// Puts the arm at rest at `q`.
     pub fn reset(&mut self, q: &JointPositions) {
         match self {
             Self::Ideal(plant) => *plant = IdealPlant::new(*q),
+            Self::Rigid(plant) => plant.reset(q),
         }
     }
 
     /// One cycle of `step` seconds under servo control towards `target`.
     pub fn follow(&mut self, target: &LimitedSetpoint, dynamics: &Dynamics, step: f64) -> ArmState {
-        let _ = step;
         match self {
             Self::Ideal(plant) => plant.follow(target, dynamics),
+            Self::Rigid(plant) => plant.follow(target, dynamics, step),
         }
     }
 
@@ -73,14 +76,15 @@ impl Plant {
     pub fn stand(&mut self, dynamics: &Dynamics) -> ArmState {
         match self {
             Self::Ideal(plant) => plant.stand(dynamics),
+            Self::Rigid(plant) => plant.stand(dynamics),
         }
     }
 
     /// The masses have changed.
     pub fn set_dynamics(&mut self, dynamics: &Dynamics) {
-        let _ = dynamics;
         match self {
             Self::Ideal(_) => {}
+            Self::Rigid(plant) => plant.set_dynamics(dynamics),
         }
     }
 }

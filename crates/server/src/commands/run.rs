@@ -6,7 +6,8 @@ use elite_runtime::{ProgramText, TaskEnd};
 
 use crate::commands::check::{display_name, read_script};
 use crate::config::RunConfig;
-use crate::controller::{Console, Controller, StartError};
+use crate::announce::Console;
+use crate::controller::{Controller, StartError};
 
 /// Largest script.
 pub const SCRIPT_BYTES_MAX: usize = 8 << 20;
@@ -26,7 +27,7 @@ pub fn run(config: &RunConfig) -> Result<u8, StartError> {
     let controller = Controller::start(&config.robot, Console::Stdout, false)?;
     let program = ProgramText { name: display_name(&config.file), text };
     let started = Instant::now();
-    let end = controller.run_to_end(program);
+    let end = controller.run_to_end(program)?;
     let simulated = controller.robot().state().time;
     let wall = started.elapsed().as_secs_f64();
     tracing::info!(
