@@ -3,6 +3,7 @@
 //! Owns the life of programs and what their calls do. Talks to the robot only through `motion-api`: commands go into a
 //! ring, events and snapshots come back. Knows no port, no recording format and not the planner.
 
+pub mod interpreter_queue;
 pub mod message;
 pub mod robot;
 

@@ -102,6 +102,7 @@ fn movej_planning(bencher: Bencher) {
         model: &config.model,
         flange_from_tcp: &kinematics::Pose::IDENTITY,
         limits: &limits,
+        dynamics: &config.model.dynamics(&config.payload, config.gravity),
     };
     let wish = Wish {
         speed: 1.0,
@@ -120,6 +121,7 @@ fn movel_planning(bencher: Bencher) {
         model: &config.model,
         flange_from_tcp: &kinematics::Pose::IDENTITY,
         limits: &limits,
+        dynamics: &config.model.dynamics(&config.payload, config.gravity),
     };
     let wish = Wish {
         speed: 0.25,

@@ -35,6 +35,19 @@ pub const SERVO_BANDWIDTH: f64 = 100.0;
 /// hold their rated payload at full stretch. Our choice; the vendor publishes no peak torque.
 pub const PEAK_TORQUE_FACTOR: f64 = 2.0;
 
+/// Share of the peak torque that motions are planned with; the rest is for the servo.
+pub const PLANNED_TORQUE_SHARE: f64 = 0.8;
+
+/// Share of a joint's nominal torque that is there for motion even where gravity alone takes more than is planned with:
+/// an overloaded arm moves slowly instead of not at all.
+pub const LEAST_TORQUE_SHARE: f64 = 0.05;
+
+/// After a protective stop has braked the target, the arm gets this long to come to rest before the brakes hold it, s,
+/// and counts as resting below this speed, rad/s.
+pub const SETTLING_TIME: f64 = 0.5;
+/// See [`SETTLING_TIME`].
+pub const RESTING_SPEED: f64 = 1e-3;
+
 /// Difference of actual and target position at which the arm counts as not following, rad. Free motion stays below
 /// 1 mrad; a joint pressing against something reaches this within a few cycles.
 pub const TRACKING_LIMIT: f64 = 0.05;
@@ -71,6 +84,12 @@ pub const SINGULAR_TURN_PER_M: f64 = 1000.0;
 pub const POINT_SPEED_SAMPLES: usize = 64;
 /// See [`POINT_SPEED_SAMPLES`].
 pub const POINT_SPEED_MARGIN: f64 = 0.98;
+
+/// Places along a joint-space line at which the torques are looked at.
+pub const TORQUE_SAMPLES: usize = 32;
+
+/// Part of the torque left by gravity that speed alone may take up, so that acceleration has the rest.
+pub const TORQUE_SHARE_OF_SPEED: f64 = 0.5;
 
 /// Numbers of places in `StopReason::Internal`.
 pub mod fault {

@@ -5,13 +5,13 @@
 
 use kinematics::chain::Frames;
 use kinematics::{Dynamics, Payload, Pose, RobotModel, RpyPose};
-use motion_api::{Command, CommandId, MotionEnd, Outcome, RobotMode, StopReason};
+use motion_api::{Command, CommandId, MotionEnd, Outcome, RobotMode, SafetyMode, StopReason};
 use nalgebra::Vector3;
 use rtrb::Consumer;
 
 use crate::brake::JointBrake;
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
-use crate::constants::{TRACKING_LIMIT, fault};
+use crate::constants::{RESTING_SPEED, TRACKING_LIMIT, fault};
 use crate::machine::Machine;
 use crate::motion::Motion;
 use crate::outbox::Outbox;
@@ -182,7 +182,7 @@ impl Cycle {
 
     /// Moves the plant by one step.
     fn move_arm(&mut self, limited: &LimitedSetpoint) {
-        if self.machine.is_under_servo() {
+        if self.is_under_servo() {
             self.actual = self.plant.follow(limited, &self.dynamics, self.step);
             self.target = *limited.get();
         } else {
@@ -227,8 +227,10 @@ impl Cycle {
                 self.out.ended(motion.id, Outcome::Done);
                 self.generator = Generator::Hold;
             }
-            Generator::Brake(brake) if brake.is_standing() => {
-                // The arm may have been held up: from now on it is wanted where it stands.
+            Generator::Brake(brake)
+                if brake.has_settled(self.actual.qd.max_abs() < RESTING_SPEED) =>
+            {
+                // The arm may have been held up: from now on it is wanted where it stands, and the brakes hold it there.
                 self.generator = Generator::Hold;
                 self.stand_at_actual();
             }
@@ -264,9 +266,17 @@ impl Cycle {
         JointBrake::new(&self.target, &self.limits)
     }
 
+    /// The servos hold the arm, not the brakes: those do without power, and at the end of a protective stop.
+    pub(crate) fn is_under_servo(&self) -> bool {
+        self.machine.is_under_servo()
+            && (self.machine.safety_mode() != SafetyMode::ProtectiveStop
+                || matches!(self.generator, Generator::Brake(_)))
+    }
+
     /// The target becomes the place where the arm is.
     pub(crate) fn stand_at_actual(&mut self) {
         self.target = Setpoint::standing(self.actual.q);
+        self.plant.retarget(&self.target.q);
         self.target_frames = self.model.forward(&self.target.q);
     }
 

@@ -163,6 +163,7 @@ impl Cycle {
             model: &self.model,
             flange_from_tcp: &self.flange_from_tcp,
             limits: &self.limits,
+            dynamics: &self.dynamics,
         }
     }
 

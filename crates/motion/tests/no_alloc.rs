@@ -54,7 +54,7 @@ fn ten_thousand_ticks_through_every_mode_allocate_nothing() {
     let stop = CommandKind::Stop {
         only: CommandId::NONE,
     };
-    let payload = Payload::new(3.0, [0.0, 0.0, 0.1], [0.01; 6].map(|x| x)).unwrap_or(Payload::NONE);
+    let payload = Payload::new(3.0, [0.0, 0.0, 0.1], [0.01, 0.01, 0.01, 0.0, 0.0, 0.0]).unwrap();
     let round = [
         movej(there),
         CommandKind::Pause,

@@ -151,7 +151,7 @@ pub fn turned_towards(
         if !inside(x) {
             let fewest = ((min - SLACK - q[joint]) / TAU).ceil();
             let most = ((max + SLACK - q[joint]) / TAU).floor();
-            if !(fewest <= most) {
+            if fewest > most {
                 return None;
             }
             x = q[joint] + (apart / TAU).round().max(fewest).min(most) * TAU;

@@ -5,11 +5,12 @@
 mod movej;
 mod movel;
 mod survey;
+mod torque;
 
 pub use movej::plan_movej;
 pub use movel::LinePlanner;
 
-use kinematics::{Pose, RobotModel};
+use kinematics::{Dynamics, Pose, RobotModel};
 use motion_api::{Refusal, Warning};
 
 use crate::config::MotionLimits;
@@ -48,6 +49,8 @@ pub struct Arm<'a> {
     pub flange_from_tcp: &'a Pose,
     /// What the joints may do.
     pub limits: &'a MotionLimits,
+    /// The arm's masses with its payload.
+    pub dynamics: &'a Dynamics,
 }
 
 /// How fast a motion is wanted.

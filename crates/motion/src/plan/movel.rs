@@ -1,7 +1,7 @@
 //! movel: a straight line of the TCP, as fast as it is asked to go and the joints are able to at each place.
 //!
 //! The line is surveyed first, over several cycles if need be; then each part of it gets the limits of s under which no
-//! joint exceeds its own: with q' q'' q''' the derivatives of a joint with respect to s and V, A, J the limits of s
+//! joint exceeds its own, and no drive its torque (see `torque`): with q' q'' q''' the derivatives of a joint with respect to s and V, A, J the limits of s
 //!     |q'| V <= speed,  |q''| V² + |q'| A <= acceleration,  |q'''| V³ + 3 |q''| V A + |q'| J <= jerk.
 
 use kinematics::{JointPositions, Pose, RpyPose};
@@ -11,7 +11,9 @@ use super::movej::{NO_COURSE, with_duration};
 use super::survey::{PartBounds, Survey};
 use super::{Arm, Warnings, Wish};
 use crate::config::MotionLimits;
-use crate::constants::{LINE_PARTS, LINE_PLACES_PER_CYCLE, POINT_SPEED_MARGIN};
+use crate::constants::{
+    LINE_PARTS, LINE_PLACES_PER_CYCLE, POINT_SPEED_MARGIN, TORQUE_SHARE_OF_SPEED,
+};
 use crate::motion::Plan;
 use crate::path::{CartesianLine, Path};
 use crate::scalar::{Course, ScalarLimits, Stretch};
@@ -114,7 +116,8 @@ struct Able {
 
 fn able(part: &PartBounds, line: &CartesianLine, limits: &MotionLimits) -> Able {
     let mut speed = (limits.tcp_speed / line.tcp_distance_per_s())
-        .min(POINT_SPEED_MARGIN * limits.elbow_speed / part.elbow);
+        .min(POINT_SPEED_MARGIN * limits.elbow_speed / part.elbow)
+        .min(part.torque.speed_limit(TORQUE_SHARE_OF_SPEED));
     for joint in 0..6 {
         let (d1, d2, d3) = (part.first[joint], part.second[joint], part.third[joint]);
         speed = speed
@@ -137,7 +140,7 @@ impl Able {
         } else {
             self.speed.min(wish.speed)
         };
-        let mut acceleration = f64::INFINITY;
+        let mut acceleration = self.bounds.torque.acceleration_limit(speed);
         for joint in 0..6 {
             let (d1, d2) = (self.bounds.first[joint], self.bounds.second[joint]);
             let left = self.limits.acceleration[joint] - d2 * speed * speed;

@@ -8,6 +8,7 @@ use kinematics::{JointPositions, JointSpeeds, RobotModel};
 use motion_api::{PathFault, Refusal};
 
 use super::Arm;
+use super::torque::TorqueBounds;
 use crate::config::MotionLimits;
 use crate::constants::{
     LINE_INTERVALS, LINE_PARTS, LINE_PLACES_MAX, LINE_REFINEMENTS, SINGULAR_TURN_PER_M,
@@ -16,7 +17,7 @@ use crate::path::{CartesianLine, LinePoint};
 use crate::setpoint::elbow_speed;
 
 /// Largest absolute derivatives of each joint with respect to s in one part of the line.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct PartBounds {
     /// rad/m.
     pub first: [f64; 6],
@@ -26,6 +27,8 @@ pub struct PartBounds {
     pub third: [f64; 6],
     /// Distance the elbow goes per s.
     pub elbow: f64,
+    /// What is asked of the drives.
+    pub torque: TorqueBounds,
 }
 
 /// A walk along a line.
@@ -62,7 +65,7 @@ impl Survey {
         })?;
         Ok(Self {
             line,
-            parts: [PartBounds::default(); LINE_PARTS],
+            parts: [PartBounds::NONE; LINE_PARTS],
             left,
             ahead: [0; LINE_REFINEMENTS + 1],
             ahead_count: 0,
@@ -146,7 +149,7 @@ impl Survey {
         let part = (self.left_step as usize * LINE_PARTS / STEPS as usize).min(LINE_PARTS - 1);
         let elbow = self.elbow_per_s(&right, arm);
         if let Some(bounds) = self.parts.get_mut(part) {
-            bounds.cover(&self.left, &right, elbow);
+            bounds.cover(&self.left, &right, elbow, arm);
         }
         self.left = right;
         self.left_step = step;
@@ -263,8 +266,16 @@ fn is_smooth(left: &LinePoint, right: &LinePoint) -> bool {
 }
 
 impl PartBounds {
+    const NONE: Self = Self {
+        first: [0.0; 6],
+        second: [0.0; 6],
+        third: [0.0; 6],
+        elbow: 0.0,
+        torque: TorqueBounds::NONE,
+    };
+
     /// Takes in what happens between two places.
-    fn cover(&mut self, left: &LinePoint, right: &LinePoint, elbow: f64) {
+    fn cover(&mut self, left: &LinePoint, right: &LinePoint, elbow: f64, arm: &Arm) {
         let way = right.s - left.s;
         for joint in 0..6 {
             let third = (right.second[joint] - left.second[joint]).abs() / way;
@@ -277,5 +288,7 @@ impl PartBounds {
             self.third[joint] = self.third[joint].max(third);
         }
         self.elbow = self.elbow.max(elbow);
+        self.torque
+            .cover(&right.q, &right.first, &right.second, arm);
     }
 }

@@ -113,9 +113,14 @@ impl RigidPlant {
         self.rest_at(q);
     }
 
-    fn rest_at(&mut self, q: &JointPositions) {
+    /// Forgets the target it was on the way to: it is wanted at `q` from now on.
+    pub fn retarget(&mut self, q: &JointPositions) {
         self.servo.rest_at(q);
         self.target = Setpoint::standing(*q);
+    }
+
+    fn rest_at(&mut self, q: &JointPositions) {
+        self.retarget(q);
         self.state.q = *q;
         self.state.qd = JointSpeeds::ZERO;
     }
