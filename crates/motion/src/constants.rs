@@ -55,6 +55,20 @@ pub const TRACKING_LIMIT: f64 = 0.05;
 /// Joint positions and speeds may exceed their limits by this (rad, rad/s) through rounding.
 pub const LIMIT_SLACK: f64 = 1e-6;
 
+/// Slowest motion that is planned: speeds and accelerations below (in units of s) are refused, and longest duration, s.
+/// Far outside of use; keeps the arithmetic away from the ends of the number range.
+pub const SLOWEST: f64 = 1e-6;
+/// See [`SLOWEST`].
+pub const LONGEST: f64 = 1e6;
+
+/// Largest reach of a TCP or a centre of gravity from the flange, m, and heaviest payload, kg, that are taken. The rated
+/// payload of the model is checked where scripts are; these only keep out numbers that no physics survives.
+pub const TOOL_REACH_MAX: f64 = 10.0;
+/// See [`TOOL_REACH_MAX`].
+pub const PAYLOAD_MASS_MAX: f64 = 1000.0;
+/// Largest moment of inertia of a payload, kg m²: the heaviest at the farthest.
+pub const PAYLOAD_INERTIA_MAX: f64 = PAYLOAD_MASS_MAX * TOOL_REACH_MAX * TOOL_REACH_MAX;
+
 /// A change of position below this (rad, m) is no motion.
 pub const NO_MOTION: f64 = 1e-12;
 

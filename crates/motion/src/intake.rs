@@ -6,7 +6,9 @@
 use kinematics::{Payload, PayloadError, Pose};
 use motion_api::{Command, CommandId, CommandKind, MotionMode, Outcome, Refusal, StopReason};
 
-use crate::constants::COMMANDS_PER_CYCLE;
+use crate::constants::{
+    COMMANDS_PER_CYCLE, PAYLOAD_INERTIA_MAX, PAYLOAD_MASS_MAX, TOOL_REACH_MAX,
+};
 use crate::cycle::{Cycle, Generator};
 use crate::motion::{Motion, Plan};
 use crate::plan::{Arm, LinePlanner, Warnings, Wish, plan_movej};
@@ -88,13 +90,10 @@ impl Cycle {
                 Ok(Ending::Now)
             }
             CommandKind::SetTcp(tcp) => {
-                if let Some(value) = tcp.to_array().into_iter().find(|x| !x.is_finite()) {
-                    return Err(bad_value(
-                        "a component of the TCP",
-                        value,
-                        "a finite number",
-                    ));
+                if let Some(angle) = tcp.rpy.into_iter().find(|x| !x.is_finite()) {
+                    return Err(bad_value("an angle of the TCP", angle, "a finite number"));
                 }
+                check_within(&tcp.xyz, TOOL_REACH_MAX, "a coordinate of the TCP", "at most 10 m")?;
                 self.tcp = tcp;
                 self.flange_from_tcp = Pose::from_rpy(&tcp);
                 Ok(Ending::Now)
@@ -200,6 +199,17 @@ impl Cycle {
     }
 
     fn set_payload(&mut self, payload: &Payload) -> Answer {
+        let mass = [payload.mass];
+        check_within(&mass, PAYLOAD_MASS_MAX, "the payload mass", "0 to 1000 kg")?;
+        let cog = payload.cog.as_slice();
+        check_within(cog, TOOL_REACH_MAX, "a coordinate of the centre of gravity", "at most 10 m")?;
+        let inertia = &payload.inertia;
+        check_within(
+            inertia,
+            PAYLOAD_INERTIA_MAX,
+            "a component of the payload's inertia",
+            "at most 100000 kg m²",
+        )?;
         let given = Payload::new(payload.mass, payload.cog.into(), payload.inertia);
         self.payload = given.map_err(|error| match error {
             PayloadError::NegativeMass { mass_kg } => {
@@ -223,6 +233,19 @@ impl Cycle {
             .stop_reason()
             .as_ref()
             .map_or(0, |reason: &StopReason| u64::from(reason.code()))
+    }
+}
+
+/// Checks that all `values` are numbers of at most `most` either way.
+fn check_within(
+    values: &[f64],
+    most: f64,
+    name: &'static str,
+    needed: &'static str,
+) -> Result<(), Refusal> {
+    match values.iter().find(|x| !(-most..=most).contains(*x)) {
+        None => Ok(()),
+        Some(&value) => Err(bad_value(name, value, needed)),
     }
 }
 

@@ -436,3 +436,69 @@ proptest! {
         bench.check_limits();
     }
 }
+
+/// Numbers as a broken or hostile sender makes them.
+fn any_number() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        2 => any::<f64>(),
+        3 => -4.0..4.0f64,
+        1 => prop::sample::select(vec![0.0, -0.0, 1e-300, 5e-324, 1e300, f64::MAX, f64::NAN, f64::INFINITY, 1e-6, 1e6]),
+    ]
+}
+
+fn any_six() -> impl Strategy<Value = [f64; 6]> {
+    prop_oneof![
+        prop::array::uniform6(any_number()),
+        prop::array::uniform6(-2.0..2.0f64),
+    ]
+}
+
+fn wild_command() -> impl Strategy<Value = CommandKind> {
+    prop_oneof![
+        (any_six(), any_number(), any_number(), any_number()).prop_map(|(q, acceleration, speed, duration)| {
+            CommandKind::MoveJ { target: JointPositions(q), acceleration, speed, duration }
+        }),
+        (any_six(), any_number(), any_number(), any_number()).prop_map(|(p, acceleration, speed, duration)| {
+            CommandKind::MoveL { target: RpyPose::from_array(p), acceleration, speed, duration }
+        }),
+        any_six().prop_map(|p| CommandKind::SetTcp(RpyPose::from_array(p))),
+        (any_number(), any_six(), any_six()).prop_map(|(mass, c, inertia)| {
+            CommandKind::SetPayload(Payload { mass, cog: [c[0], c[1], c[2]].into(), inertia })
+        }),
+        any_number().prop_map(CommandKind::SetSpeedFraction),
+        (any::<u8>(), any::<bool>()).prop_map(|(index, level)| CommandKind::SetStandardDigitalOut { index, level }),
+        any::<u64>().prop_map(|id| CommandKind::Stop { only: CommandId(id % 20) }),
+        any_command(),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..Default::default() })]
+
+    #[test]
+    fn no_numbers_whatever_break_the_controller(
+        orders in prop::collection::vec((wild_command(), 0usize..40), 1..40),
+        rigid in any::<bool>(),
+    ) {
+        let plant = if rigid { motion::PlantKind::Rigid } else { motion::PlantKind::Ideal };
+        let mut bench = Bench::new(CycleConfig { plant, ..ideal("cs66") });
+        let mut ids = Vec::new();
+        for (kind, cycles) in orders {
+            ids.push(bench.send(kind));
+            bench.run(cycles);
+        }
+        ids.push(bench.send(CommandKind::Stop { only: CommandId::NONE }));
+        for id in ids {
+            bench.finish(id);
+        }
+        for state in &bench.states {
+            prop_assert!(state.target_q.is_finite() && state.actual_q.is_finite());
+            prop_assert!(state.target_torque.is_finite() && state.actual_torque.is_finite());
+            prop_assert!(state.target_tcp_pose.is_finite() && state.actual_tcp_pose.is_finite());
+        }
+        prop_assert!(
+            !bench.stops.iter().any(|s| matches!(s, motion_api::StopReason::Internal { .. })),
+            "{:?}", bench.stops
+        );
+    }
+}

@@ -14,7 +14,7 @@ use kinematics::{Dynamics, Pose, RobotModel};
 use motion_api::{Refusal, Warning};
 
 use crate::config::MotionLimits;
-use crate::constants::ACCELERATION_RISE;
+use crate::constants::{ACCELERATION_RISE, LONGEST, SLOWEST};
 use crate::scalar::ScalarLimits;
 
 /// Most warnings of one plan.
@@ -70,24 +70,18 @@ impl Wish {
     /// # Errors
     /// [`Refusal::BadValue`] names the first that cannot.
     pub fn check(&self) -> Result<(), Refusal> {
-        let bad = |name, value, needed| {
-            Err(Refusal::BadValue {
-                name,
-                value,
-                needed,
-            })
-        };
-        if !(self.duration >= 0.0 && self.duration.is_finite()) {
-            return bad("t", self.duration, "0 or a positive number of seconds");
+        let bad = |name, value, needed| Err(Refusal::BadValue { name, value, needed });
+        if !(0.0..=LONGEST).contains(&self.duration) {
+            return bad("t", self.duration, "0 or a number of seconds up to 1000000");
         }
         if self.duration > 0.0 {
             return Ok(());
         }
-        if !(self.acceleration > 0.0 && self.acceleration.is_finite()) {
-            return bad("a", self.acceleration, "a positive number");
+        if !(self.acceleration >= SLOWEST && self.acceleration.is_finite()) {
+            return bad("a", self.acceleration, "a number of at least 0.000001");
         }
-        if !(self.speed > 0.0 && self.speed.is_finite()) {
-            return bad("v", self.speed, "a positive number");
+        if !(self.speed >= SLOWEST && self.speed.is_finite()) {
+            return bad("v", self.speed, "a number of at least 0.000001");
         }
         Ok(())
     }
