@@ -61,6 +61,9 @@ pub const SLOWEST: f64 = 1e-6;
 /// See [`SLOWEST`].
 pub const LONGEST: f64 = 1e6;
 
+/// Speed fractions below hold the motion, as 0 does.
+pub const SLOWEST_FRACTION: f64 = 1e-3;
+
 /// Largest reach of a TCP or a centre of gravity from the flange, m, and heaviest payload, kg, that are taken. The rated
 /// payload of the model is checked where scripts are; these only keep out numbers that no physics survives.
 pub const TOOL_REACH_MAX: f64 = 10.0;

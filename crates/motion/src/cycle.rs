@@ -11,7 +11,7 @@ use rtrb::Consumer;
 
 use crate::brake::JointBrake;
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
-use crate::constants::{RESTING_SPEED, TRACKING_LIMIT, fault};
+use crate::constants::{RESTING_SPEED, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
 use crate::machine::Machine;
 use crate::motion::Motion;
 use crate::outbox::Outbox;
@@ -139,7 +139,7 @@ impl Cycle {
 
     /// The generator's setpoint, or why there is none.
     fn generate(&mut self) -> Result<Setpoint, StopReason> {
-        let fraction = if self.is_paused {
+        let fraction = if self.is_paused || self.speed_fraction < SLOWEST_FRACTION {
             0.0
         } else {
             self.speed_fraction

@@ -6,9 +6,7 @@
 use kinematics::{Payload, PayloadError, Pose};
 use motion_api::{Command, CommandId, CommandKind, MotionMode, Outcome, Refusal, StopReason};
 
-use crate::constants::{
-    COMMANDS_PER_CYCLE, PAYLOAD_INERTIA_MAX, PAYLOAD_MASS_MAX, TOOL_REACH_MAX,
-};
+use crate::constants::{COMMANDS_PER_CYCLE, PAYLOAD_INERTIA_MAX, PAYLOAD_MASS_MAX, TOOL_REACH_MAX};
 use crate::cycle::{Cycle, Generator};
 use crate::motion::{Motion, Plan};
 use crate::plan::{Arm, LinePlanner, Warnings, Wish, plan_movej};
@@ -93,7 +91,12 @@ impl Cycle {
                 if let Some(angle) = tcp.rpy.into_iter().find(|x| !x.is_finite()) {
                     return Err(bad_value("an angle of the TCP", angle, "a finite number"));
                 }
-                check_within(&tcp.xyz, TOOL_REACH_MAX, "a coordinate of the TCP", "at most 10 m")?;
+                check_within(
+                    &tcp.xyz,
+                    TOOL_REACH_MAX,
+                    "a coordinate of the TCP",
+                    "at most 10 m",
+                )?;
                 self.tcp = tcp;
                 self.flange_from_tcp = Pose::from_rpy(&tcp);
                 Ok(Ending::Now)
@@ -202,7 +205,12 @@ impl Cycle {
         let mass = [payload.mass];
         check_within(&mass, PAYLOAD_MASS_MAX, "the payload mass", "0 to 1000 kg")?;
         let cog = payload.cog.as_slice();
-        check_within(cog, TOOL_REACH_MAX, "a coordinate of the centre of gravity", "at most 10 m")?;
+        check_within(
+            cog,
+            TOOL_REACH_MAX,
+            "a coordinate of the centre of gravity",
+            "at most 10 m",
+        )?;
         let inertia = &payload.inertia;
         check_within(
             inertia,

@@ -159,8 +159,7 @@ fn set_up(options: &RealtimeOptions) -> Vec<SetupWarning> {
         let set = ThreadPriority::try_from(priority.min(99))
             .map_err(str::to_owned)
             .and_then(|value| {
-                set_thread_priority_and_policy(thread_native_id(), value, policy)
-                    .map_err(|error| format!("{error:?}"))
+                set_thread_priority_and_policy(thread_native_id(), value, policy).map_err(describe)
             });
         if let Err(reason) = set {
             warnings.push(SetupWarning::Priority { priority, reason });
@@ -175,6 +174,13 @@ fn set_up(options: &RealtimeOptions) -> Vec<SetupWarning> {
         warnings.push(SetupWarning::Memory { reason });
     }
     warnings
+}
+
+fn describe(error: thread_priority::Error) -> String {
+    match error {
+        thread_priority::Error::OS(code) => std::io::Error::from_raw_os_error(code).to_string(),
+        other => format!("{other:?}"),
+    }
 }
 
 fn run(mut cycle: Cycle, wake: &[Thread], shared: &Shared) -> Cycle {

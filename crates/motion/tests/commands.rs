@@ -455,19 +455,40 @@ fn any_six() -> impl Strategy<Value = [f64; 6]> {
 
 fn wild_command() -> impl Strategy<Value = CommandKind> {
     prop_oneof![
-        (any_six(), any_number(), any_number(), any_number()).prop_map(|(q, acceleration, speed, duration)| {
-            CommandKind::MoveJ { target: JointPositions(q), acceleration, speed, duration }
-        }),
-        (any_six(), any_number(), any_number(), any_number()).prop_map(|(p, acceleration, speed, duration)| {
-            CommandKind::MoveL { target: RpyPose::from_array(p), acceleration, speed, duration }
-        }),
+        (any_six(), any_number(), any_number(), any_number()).prop_map(
+            |(q, acceleration, speed, duration)| {
+                CommandKind::MoveJ {
+                    target: JointPositions(q),
+                    acceleration,
+                    speed,
+                    duration,
+                }
+            }
+        ),
+        (any_six(), any_number(), any_number(), any_number()).prop_map(
+            |(p, acceleration, speed, duration)| {
+                CommandKind::MoveL {
+                    target: RpyPose::from_array(p),
+                    acceleration,
+                    speed,
+                    duration,
+                }
+            }
+        ),
         any_six().prop_map(|p| CommandKind::SetTcp(RpyPose::from_array(p))),
         (any_number(), any_six(), any_six()).prop_map(|(mass, c, inertia)| {
-            CommandKind::SetPayload(Payload { mass, cog: [c[0], c[1], c[2]].into(), inertia })
+            CommandKind::SetPayload(Payload {
+                mass,
+                cog: [c[0], c[1], c[2]].into(),
+                inertia,
+            })
         }),
         any_number().prop_map(CommandKind::SetSpeedFraction),
-        (any::<u8>(), any::<bool>()).prop_map(|(index, level)| CommandKind::SetStandardDigitalOut { index, level }),
-        any::<u64>().prop_map(|id| CommandKind::Stop { only: CommandId(id % 20) }),
+        (any::<u8>(), any::<bool>())
+            .prop_map(|(index, level)| CommandKind::SetStandardDigitalOut { index, level }),
+        any::<u64>().prop_map(|id| CommandKind::Stop {
+            only: CommandId(id % 20)
+        }),
         any_command(),
     ]
 }

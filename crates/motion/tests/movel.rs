@@ -181,8 +181,17 @@ fn a_pose_out_of_reach_is_refused_with_the_place() {
     else {
         panic!("{outcome:?}");
     };
-    assert!(fraction > 0.05 && fraction < 0.9, "{fraction}");
     assert_eq!(bench.now().target_q, bench.states[0].target_q);
+    assert!(fraction > 0.05 && fraction < 0.9, "{fraction}");
+    // Up to there, nearly, it is possible.
+    let reachable = relative(&bench, [-2.0 * (fraction - 1e-3), 0.0, 0.0], [0.0; 3]);
+    assert!(!matches!(
+        bench.do_it(movel(reachable)),
+        Outcome::Refused(Refusal::Path {
+            fault: PathFault::OutOfReach,
+            ..
+        })
+    ));
 }
 
 #[test]
@@ -382,9 +391,11 @@ proptest! {
         v in 0.05..1.5f64,
         a in 0.2..6.0f64,
         timed in any::<bool>(),
+        step_ms in 1usize..=8,
     ) {
         let mut config = ideal(MODELS[model]);
         config.home = JointPositions(start);
+        config.step_time = step_ms as f64 * 1e-3;
         let mut bench = Bench::new(config);
         bench.model = MODELS[model];
         let to = relative(&bench, offset, turn);

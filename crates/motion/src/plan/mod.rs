@@ -70,7 +70,13 @@ impl Wish {
     /// # Errors
     /// [`Refusal::BadValue`] names the first that cannot.
     pub fn check(&self) -> Result<(), Refusal> {
-        let bad = |name, value, needed| Err(Refusal::BadValue { name, value, needed });
+        let bad = |name, value, needed| {
+            Err(Refusal::BadValue {
+                name,
+                value,
+                needed,
+            })
+        };
         if !(0.0..=LONGEST).contains(&self.duration) {
             return bad("t", self.duration, "0 or a number of seconds up to 1000000");
         }

@@ -100,17 +100,14 @@ impl Survey {
             }
             let step = self.next_step();
             let s = self.line.length() * (f64::from(step) / f64::from(STEPS));
-            let q = self
-                .line
-                .positions(arm.model, s, &self.left.q)
-                .ok_or_else(|| self.refusal(step, self.why_not(s, arm)))?;
-            let right = self.line.point(arm.model, s, q);
-            if let Some(right) = right
-                && is_smooth(&self.left, &right)
-            {
-                self.accept(step, right, arm);
-            } else if !self.halve(step) {
-                return Err(self.refusal(step, self.why_jump(s, arm)));
+            let reached = self.line.positions(arm.model, s, &self.left.q);
+            let right = reached.and_then(|q| self.line.point(arm.model, s, q));
+            match right {
+                Some(right) if is_smooth(&self.left, &right) => self.accept(step, right, arm),
+                // Halving also narrows down where the line becomes impossible.
+                _ if self.halve(step) => {}
+                _ if reached.is_some() => return Err(self.refusal(step, self.why_jump(s, arm))),
+                _ => return Err(self.refusal(step, self.why_not(s, arm))),
             }
         }
         Ok(self.left_step >= STEPS)
