@@ -19,6 +19,7 @@ use motion_api::{
     RobotMode, SafetyMode, border,
 };
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 fn far() -> JointPositions {
     let mut q = ideal("cs66").home;
@@ -378,7 +379,8 @@ fn a_border_too_small_for_its_promises_is_an_error() {
 
 #[test]
 fn configurations_that_do_not_fit_are_errors_that_name_the_setting() {
-    let broken: [(fn(&mut CycleConfig), &str); 5] = [
+    type Change = fn(&mut CycleConfig);
+    let broken: [(Change, &str); 5] = [
         (|c| c.step_time = 0.01, "0.01 s"),
         (|c| c.home[2] = 4.0, "joint 3"),
         (
@@ -414,7 +416,7 @@ fn any_command() -> impl Strategy<Value = CommandKind> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..Default::default() })]
 
     #[test]
     fn any_sequence_of_commands_keeps_the_limits_and_every_command_ends_once(
@@ -494,7 +496,7 @@ fn wild_command() -> impl Strategy<Value = CommandKind> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..Default::default() })]
 
     #[test]
     fn no_numbers_whatever_break_the_controller(
