@@ -85,7 +85,13 @@ impl Cycle {
             .clone()
             .with_limits(limits.narrowed(config.model.limits()));
         let dynamics = model.dynamics(&config.payload, config.gravity);
-        let mut plant = Plant::new(config.plant, &model, &dynamics, &config.home)?;
+        let mut plant = Plant::new(
+            config.plant,
+            &model,
+            &dynamics,
+            &config.gravity,
+            &config.home,
+        )?;
         let actual = plant.stand(&dynamics);
         let mut cycle = Self {
             limits,

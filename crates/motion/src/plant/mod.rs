@@ -7,6 +7,7 @@ mod rigid;
 mod servo;
 
 use kinematics::{Dynamics, JointPositions, JointSpeeds, JointTorques, RobotModel};
+use nalgebra::Vector3;
 
 use crate::config::{ConfigError, PlantKind};
 use crate::setpoint::LimitedSetpoint;
@@ -40,7 +41,7 @@ pub enum Plant {
 }
 
 impl Plant {
-    /// An arm standing at `q`.
+    /// An arm standing at `q`; `gravity` is the free-fall acceleration in the base frame, m/s².
     ///
     /// # Errors
     /// [`ConfigError::Plant`] when its masses cannot be simulated.
@@ -48,11 +49,14 @@ impl Plant {
         kind: PlantKind,
         model: &RobotModel,
         dynamics: &Dynamics,
+        gravity: &Vector3<f64>,
         q: &JointPositions,
     ) -> Result<Self, ConfigError> {
         Ok(match kind {
             PlantKind::Ideal => Self::Ideal(IdealPlant::new(*q)),
-            PlantKind::Rigid => Self::Rigid(Box::new(RigidPlant::new(model, dynamics, q)?)),
+            PlantKind::Rigid => {
+                Self::Rigid(Box::new(RigidPlant::new(model, dynamics, gravity, q)?))
+            }
         })
     }
 

@@ -33,13 +33,14 @@ pub struct RigidPlant {
 }
 
 impl RigidPlant {
-    /// The arm at rest at `q`.
+    /// The arm at rest at `q`; `gravity` is the free-fall acceleration in the base frame, m/s².
     ///
     /// # Errors
     /// [`ConfigError::Plant`] when a link has no mass, or the engine cannot join the links.
     pub fn new(
         model: &RobotModel,
         dynamics: &Dynamics,
+        gravity: &Vector3<f64>,
         q: &JointPositions,
     ) -> Result<Self, ConfigError> {
         if dynamics.bodies().iter().any(|link| link.mass <= 0.0) {
@@ -48,7 +49,7 @@ impl RigidPlant {
             });
         }
         let mut world = PhysicsWorld::new();
-        world.gravity = vector(&dynamics.gravity());
+        world.gravity = vector(gravity);
         world.integration_parameters.max_ccd_substeps = 0;
         world.integration_parameters.num_solver_iterations = 1;
         let base = world.insert_body(RigidBodyBuilder::fixed());
@@ -88,6 +89,9 @@ impl RigidPlant {
                 torque: JointTorques::ZERO,
             },
         };
+        // A step of no time lets the engine see that the base is fixed: until then the multibody floats.
+        plant.world.integration_parameters.dt = 0.0;
+        plant.world.step();
         if let Some((multibody, _)) = plant.world.multibody_joints.get_mut(plant.last_joint) {
             // The engine damps joints unless told otherwise.
             multibody.damping_mut().fill(0.0);
@@ -123,7 +127,6 @@ impl RigidPlant {
                 link.set_additional_mass_properties(mass_properties(body), true);
             }
         }
-        self.world.gravity = vector(&dynamics.gravity());
     }
 
     /// One cycle of `step` seconds under servo control.
@@ -134,9 +137,9 @@ impl RigidPlant {
         self.world.integration_parameters.dt = servo_step;
         for k in 1..=servo_steps as u32 {
             let next = way.positions(f64::from(k) * servo_step);
-            let torque = self
-                .servo
-                .torques(dynamics, &self.state.q, &self.state.qd, next, servo_step);
+            let torque =
+                self.servo
+                    .torques(dynamics, &self.state.q, &self.state.qd, next, servo_step);
             self.apply(&torque);
             self.world.step();
             self.state = ArmState {
@@ -188,7 +191,12 @@ impl RigidPlant {
             for (joint, link) in multibody.links().skip(1).take(DOF).enumerate() {
                 state.q[joint] = link.joint().coords()[3];
             }
-            for (joint, speed) in multibody.generalized_velocity().iter().take(DOF).enumerate() {
+            for (joint, speed) in multibody
+                .generalized_velocity()
+                .iter()
+                .take(DOF)
+                .enumerate()
+            {
                 state.qd[joint] = *speed;
             }
         }
