@@ -160,8 +160,7 @@ impl<'a> Page<'a> {
             }
             let right = x + 4.0 + canvas.width(name, style);
             if x >= free_from && right <= self.right + RIGHT {
-                let (top, _) = self.rows(0);
-                canvas.line([(x, MARKS_Y - 6.0), (x, top)], line(MARK, 1.0));
+                canvas.line([(x, MARKS_Y - 6.0), (x, MARKS_Y + 6.0)], line(MARK, 1.0));
                 canvas.text(name, (x + 4.0, MARKS_Y), style);
                 free_from = right + MARK_SPACE;
             }
