@@ -91,10 +91,28 @@ fn read_payload(given: &Bound<'_, PyAny>) -> PyResult<Payload> {
     .map_err(|e| PyValueError::new_err(e.to_string()))
 }
 
+/// The tool of a call, as transforms from the TCP to the flange: one for all rows, or one a row.
+struct Tool {
+    poses: Vec<Pose>,
+    batch: Option<usize>,
+}
+
+impl Tool {
+    #[inline]
+    fn at(&self, row: usize) -> &Pose {
+        &self.poses[if self.batch.is_some() { row } else { 0 }]
+    }
+}
+
 impl Robot {
     /// The tool of a call: its own, or the robot's.
-    fn tool(&self, tcp: Option<&Bound<'_, PyAny>>) -> PyResult<Rows<6>> {
-        Rows::read_or("tcp", tcp, self.tcp.to_array())
+    fn tool(&self, tcp: Option<&Bound<'_, PyAny>>) -> PyResult<Tool> {
+        let rows = Rows::read_or("tcp", tcp, self.tcp.to_array())?;
+        let batch = rows.batch();
+        Ok(Tool {
+            poses: (0..batch.unwrap_or(1)).map(|i| pose(rows.at(i))).collect(),
+            batch,
+        })
     }
 
     /// Nearest solutions for a pose argument; the batch size and a function from row to solution.
@@ -113,14 +131,11 @@ impl Robot {
         let batch = common_batch(&[
             ("p", p.batch()),
             ("qnear", near.batch()),
-            ("tcp", tcp.batch()),
+            ("tcp", tcp.batch),
         ])?;
         Ok(compute(py, batch, |i| {
-            self.model.inverse_nearest(
-                &pose(p.at(i)),
-                &pose(tcp.at(i)),
-                &JointPositions(*near.at(i)),
-            )
+            self.model
+                .inverse_nearest(&pose(p.at(i)), tcp.at(i), &JointPositions(*near.at(i)))
         }))
     }
 }
@@ -232,10 +247,10 @@ impl Robot {
         tcp: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (q, tcp) = (Rows::<6>::read("q", q)?, self.tool(tcp)?);
-        let batch = common_batch(&[("q", q.batch()), ("tcp", tcp.batch())])?;
+        let batch = common_batch(&[("q", q.batch()), ("tcp", tcp.batch)])?;
         compute(py, batch, |i| {
             self.model
-                .tcp_pose(&JointPositions(*q.at(i)), &pose(tcp.at(i)))
+                .tcp_pose(&JointPositions(*q.at(i)), tcp.at(i))
                 .to_rpy()
                 .to_array()
         })
@@ -304,9 +319,9 @@ impl Robot {
     ) -> PyResult<Bound<'py, PyAny>> {
         const NUMBERS: usize = 6 * MAX_SOLUTIONS;
         let (p, tcp) = (Rows::<6>::read("p", p)?, self.tool(tcp)?);
-        let batch = common_batch(&[("p", p.batch()), ("tcp", tcp.batch())])?;
+        let batch = common_batch(&[("p", p.batch()), ("tcp", tcp.batch)])?;
         let found = compute(py, batch, |i| {
-            let solutions = self.model.inverse_all(&pose(p.at(i)), &pose(tcp.at(i)));
+            let solutions = self.model.inverse_all(&pose(p.at(i)), tcp.at(i));
             let mut rows = [f64::NAN; NUMBERS];
             for (row, q) in rows.as_chunks_mut::<6>().0.iter_mut().zip(&solutions) {
                 *row = q.0;
@@ -340,11 +355,11 @@ impl Robot {
         tcp: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (q, tcp) = (Rows::<6>::read("q", q)?, self.tool(tcp)?);
-        let batch = common_batch(&[("q", q.batch()), ("tcp", tcp.batch())])?;
+        let batch = common_batch(&[("q", q.batch()), ("tcp", tcp.batch)])?;
         compute(py, batch, |i| {
             let (_, jacobian) = self
                 .model
-                .tcp_pose_and_jacobian(&JointPositions(*q.at(i)), &pose(tcp.at(i)));
+                .tcp_pose_and_jacobian(&JointPositions(*q.at(i)), tcp.at(i));
             row_major(&jacobian)
         })
         .into_array_of(py, &[6, 6])

@@ -22,7 +22,7 @@ use thiserror::Error;
 use tokio_util::sync::CancellationToken;
 
 use crate::announce::{Announcer, Console};
-use crate::cell::{self, CellError};
+use crate::cell::{Cell, CellError};
 use crate::config::RobotConfig;
 use crate::options::{ClockChoice, ModelChoice, PlantChoice, RecordTarget};
 use crate::shutdown;
@@ -100,7 +100,8 @@ impl Controller {
     /// [`StartError`], in a sentence.
     pub fn start(config: &RobotConfig, console: Console, powered_off: bool) -> Result<Self, StartError> {
         let loaded = LoadedModel::open(&config.model)?;
-        let cycle_config = cycle_config(config, &loaded, powered_off)?;
+        let cell = config.cell.as_deref().map(Cell::load).transpose()?;
+        let cycle_config = cycle_config(config, &loaded, cell.as_ref(), powered_off)?;
         let first = cycle_config.first_state();
         let path = recording_path(&config.record);
         let sizes = BorderSizes {
@@ -115,7 +116,7 @@ impl Controller {
             (Some(path), Some(records)) => {
                 let recorder_config = RecorderConfig {
                     path: path.clone(),
-                    setup: setup(config, &loaded, powered_off)?,
+                    setup: setup(config, &loaded, cell.as_ref(), powered_off),
                     model: loaded.model.clone(),
                     notes_wait: config.clock == ClockChoice::Virtual,
                     on_failure: alarm.clone().into_callback(),
@@ -247,6 +248,7 @@ impl LoadedModel {
 fn cycle_config(
     config: &RobotConfig,
     loaded: &LoadedModel,
+    cell: Option<&Cell>,
     powered_off: bool,
 ) -> Result<CycleConfig, StartError> {
     if let Some(rated) = loaded.model.rated_payload_kg()
@@ -258,10 +260,7 @@ fn cycle_config(
             model: loaded.model.name().to_owned(),
         });
     }
-    let limits = match &config.cell {
-        Some(path) => cell::load(path)?.limit_overrides()?,
-        None => Default::default(),
-    };
+    let limits = cell.map(Cell::limits).unwrap_or_default();
     Ok(CycleConfig {
         step_time: config.step.as_secs(),
         home: config.home,
@@ -277,20 +276,16 @@ fn cycle_config(
     })
 }
 
-fn setup(config: &RobotConfig, loaded: &LoadedModel, powered_off: bool) -> Result<Setup, StartError> {
+fn setup(config: &RobotConfig, loaded: &LoadedModel, cell: Option<&Cell>, powered_off: bool) -> Setup {
     let (clock, epoch_ns) = match config.clock {
         ClockChoice::Virtual => ("virtual", VIRTUAL_EPOCH_NS),
         ClockChoice::Realtime => ("realtime", unix_nanos()),
     };
-    let cell = match &config.cell {
-        Some(path) => Some(cell::read(path)?),
-        None => None,
-    };
-    Ok(Setup {
+    Setup {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         model: loaded.given.clone(),
         urdf: loaded.urdf.clone(),
-        cell,
+        cell: cell.map(|cell| cell.text().to_owned()),
         home: config.home,
         tcp: config.tcp,
         payload: config.payload,
@@ -303,7 +298,7 @@ fn setup(config: &RobotConfig, loaded: &LoadedModel, powered_off: bool) -> Resul
         clock: clock.to_owned(),
         powered_off,
         epoch_ns,
-    })
+    }
 }
 
 fn unix_nanos() -> u64 {

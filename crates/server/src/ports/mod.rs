@@ -1,6 +1,7 @@
 //! The ports: one folder each, with a pure codec, a session over any duplex stream, and a listener handed in bound.
 
 pub mod description;
+pub mod http;
 pub mod interpreter;
 pub mod listen;
 pub mod primary;
