@@ -1,4 +1,5 @@
 //! `eliteserver replay` on recordings of real cycles.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use std::path::{Path, PathBuf};
 
@@ -13,15 +14,18 @@ use server::replay::{ReplayError, answer};
 const CYCLES: u64 = 600;
 const PROGRAM: ProgramId = ProgramId(1);
 
-/// Records a program of two movements.
+/// Records a program of two movements on a controller with defaults and an ideal plant.
 fn record(name: &str, setup: Setup) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let model = RobotModel::built_in("cs66").unwrap();
     let config = CycleConfig {
-        home: setup.home,
         plant: PlantKind::Ideal,
-        ..CycleConfig::new(model.clone())
+        ..CycleConfig::new(RobotModel::built_in("cs66").unwrap())
     };
+    record_with(name, setup, config)
+}
+
+fn record_with(name: &str, setup: Setup, config: CycleConfig) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let model = config.model.clone();
     let (motion_end, mut script) = border(BorderSizes::default(), &config.first_state());
     let mut cycle = Cycle::new(config, motion_end).unwrap();
     let recorder_config = RecorderConfig {
@@ -204,6 +208,18 @@ fn the_same_commands_give_the_same_cycles() {
 }
 
 #[test]
+fn rigid_bodies_come_out_the_same_too() {
+    let setup = Setup {
+        plant: "rigid".to_owned(),
+        ..Setup::default()
+    };
+    let config = CycleConfig::new(RobotModel::built_in("cs66").unwrap());
+    let path = record_with("rigid.mcap", setup, config);
+    let (status, text) = replay(&path, "--rerun").unwrap();
+    assert_eq!((status, text.as_str()), (0, "identical: 600 cycles\n"));
+}
+
+#[test]
 fn another_payload_shows_as_the_first_cycle_that_differs() {
     let mut setup = Setup::default();
     // The controller was in fact started without it.
@@ -230,6 +246,13 @@ fn what_cannot_be_answered_is_said_by_name() {
     let path = record("cell.mcap", cell);
     let error = replay(&path, "--rerun").unwrap_err();
     assert!(error.to_string().contains("a cell file"), "{error}");
+    let plant = Setup {
+        plant: "soft".to_owned(),
+        ..Setup::default()
+    };
+    let path = record("plant.mcap", plant);
+    let error = replay(&path, "--rerun").unwrap_err().to_string();
+    assert!(error.contains("the plant \"soft\""), "{error}");
     let error = replay(Path::new("/nowhere.mcap"), "").unwrap_err();
     assert!(
         error.to_string().contains("cannot read /nowhere.mcap"),

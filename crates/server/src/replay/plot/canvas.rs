@@ -156,7 +156,9 @@ fn outline(face: &Face, text: &str) -> (Option<Path>, f32) {
 
 /// Height of capitals in units of the font; measured, since older fonts do not tell.
 fn capital_height(face: &Face) -> f32 {
-    let bounds = face.glyph_index('H').and_then(|h| face.glyph_bounding_box(h));
+    let bounds = face
+        .glyph_index('H')
+        .and_then(|h| face.glyph_bounding_box(h));
     bounds.map_or(0.0, |bounds| f32::from(bounds.y_max))
 }
 
