@@ -15,6 +15,8 @@ const GAP: f32 = 38.0;
 /// Where the title and the names of commands stand, pixels from the top.
 const TITLE_Y: f32 = 28.0;
 const MARKS_Y: f32 = 60.0;
+/// Of more commands than these the lines are faint, so that the curves stay readable.
+const MANY_MARKS: usize = 60;
 /// Room after a command's name before the next one, pixels.
 const MARK_SPACE: f32 = 10.0;
 
@@ -28,6 +30,7 @@ const FAINT_INK: [u8; 3] = rgb(104, 110, 118);
 const AXIS: [u8; 3] = rgb(150, 156, 164);
 const GRID: [u8; 3] = rgb(230, 233, 237);
 const MARK: [u8; 3] = rgb(134, 142, 152);
+const FAINT_MARK: [u8; 3] = rgb(206, 210, 216);
 
 /// Colours that people with colour blindness tell apart too (Okabe and Ito, 2008), darker where they were pale.
 const COLORS: [[u8; 3]; 6] = [
@@ -147,9 +150,10 @@ impl<'a> Page<'a> {
     /// Commands: a line through all panels, and the name where there is room for it.
     fn marks(&self, canvas: &mut Canvas) {
         let style = text(13.0, FAINT_INK, Align::Left);
+        let many = self.curves.marks.len() > MANY_MARKS;
         let dashed = Line {
             dash: Some([4.0, 4.0]),
-            ..line(MARK, 1.0)
+            ..line(if many { FAINT_MARK } else { MARK }, 1.0)
         };
         let mut free_from = 0.0;
         for (time, name) in &self.curves.marks {
