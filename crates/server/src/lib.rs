@@ -3,6 +3,7 @@
 //! Wires the other crates together and owns what users meet: command line, configuration, ports. No other crate
 //! imports this one.
 
+pub mod cell;
 pub mod cli;
 pub mod config;
 pub mod logging;

@@ -4,6 +4,7 @@ pub mod description;
 pub mod http;
 pub mod interpreter;
 pub mod listen;
+pub mod modbus;
 pub mod primary;
 pub mod text;
 
