@@ -17,4 +17,4 @@ else
 fi
 
 echo "== Python wheel"
-crates/pybind/test.sh
+python3 crates/pybind/test.py

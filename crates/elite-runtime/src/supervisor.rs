@@ -16,6 +16,9 @@ use crate::task::{Control, ProgramText, Task, TaskEnd, TaskSettings};
 /// How long a new main program waits for one that is ending.
 pub const GRACE: Duration = Duration::from_secs(2);
 
+/// Orders that may wait for a task; it takes them at the latest after a slice.
+const CONTROLS_WAITING_MAX: usize = 256;
+
 /// What the task is doing, as ports show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum TaskState {
@@ -83,7 +86,7 @@ struct Current {
 
 struct Running {
     name: String,
-    controls: mpsc::UnboundedSender<Control>,
+    controls: mpsc::Sender<Control>,
 }
 
 impl Supervisor {
@@ -145,7 +148,7 @@ impl Supervisor {
         current
             .running
             .as_ref()
-            .is_some_and(|r| r.controls.send(Control::Secondary(program.clone())).is_ok())
+            .is_some_and(|r| r.controls.try_send(Control::Secondary(program.clone())).is_ok())
     }
 
     fn start(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
@@ -157,7 +160,7 @@ impl Supervisor {
             });
         }
         let id = ProgramId(current.last_program + 1);
-        let (controls, receiver) = mpsc::unbounded_channel();
+        let (controls, receiver) = mpsc::channel(CONTROLS_WAITING_MAX);
         let name = program.name.clone();
         let shared = Arc::clone(&self.shared);
         self.shared.status.send_replace(TaskStatus {
@@ -199,7 +202,7 @@ impl Supervisor {
     fn control(&self, control: Control, change: impl FnOnce(&mut TaskStatus)) {
         let current = self.current();
         if let Some(running) = &current.running
-            && running.controls.send(control).is_ok()
+            && running.controls.try_send(control).is_ok()
         {
             self.shared.status.send_modify(change);
         }
@@ -241,7 +244,7 @@ impl Shared {
         &self,
         id: ProgramId,
         program: ProgramText,
-        controls: mpsc::UnboundedReceiver<Control>,
+        controls: mpsc::Receiver<Control>,
     ) {
         let observer = self.settings.observer.clone();
         observer.program_started(id, &program.name, &program.text);

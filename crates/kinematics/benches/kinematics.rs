@@ -18,58 +18,58 @@ fn arm() -> RobotModel {
     RobotModel::built_in("cs66").unwrap()
 }
 
-#[divan::bench]
+#[divan::bench(sample_size = 1000)]
 fn forward_flange(bencher: Bencher) {
     let arm = arm();
     bencher.bench_local(|| arm.flange_pose(black_box(&Q)));
 }
 
-#[divan::bench]
+#[divan::bench(sample_size = 1000)]
 fn forward_all_frames(bencher: Bencher) {
     let arm = arm();
     bencher.bench_local(|| arm.forward(black_box(&Q)));
 }
 
-#[divan::bench]
+#[divan::bench(sample_size = 1000)]
 fn pose_and_jacobian(bencher: Bencher) {
     let arm = arm();
     bencher.bench_local(|| arm.tcp_pose_and_jacobian(black_box(&Q), &Pose::IDENTITY));
 }
 
-#[divan::bench]
+#[divan::bench(sample_size = 1000)]
 fn inverse_all(bencher: Bencher) {
     let arm = arm();
     let pose = arm.flange_pose(&Q);
     bencher.bench_local(|| arm.inverse_all(black_box(&pose), &Pose::IDENTITY));
 }
 
-#[divan::bench]
+#[divan::bench(sample_size = 1000)]
 fn inverse_nearest(bencher: Bencher) {
     let arm = arm();
     let pose = arm.flange_pose(&Q);
     bencher.bench_local(|| arm.inverse_nearest(black_box(&pose), &Pose::IDENTITY, &Q));
 }
 
-#[divan::bench]
+#[divan::bench(sample_size = 1000)]
 fn inverse_dynamics(bencher: Bencher) {
     let dynamics = arm().dynamics(&Payload::NONE, GRAVITY_UPRIGHT);
     bencher.bench_local(|| dynamics.inverse_dynamics(black_box(&Q), &QD, &QDD));
 }
 
-#[divan::bench]
+#[divan::bench(sample_size = 1000)]
 fn mass_matrix(bencher: Bencher) {
     let dynamics = arm().dynamics(&Payload::NONE, GRAVITY_UPRIGHT);
     bencher.bench_local(|| dynamics.mass_matrix(black_box(&Q)));
 }
 
-#[divan::bench]
+#[divan::bench(sample_size = 1000)]
 fn forward_dynamics(bencher: Bencher) {
     let dynamics = arm().dynamics(&Payload::NONE, GRAVITY_UPRIGHT);
     let tau = dynamics.gravity_torques(&Q);
     bencher.bench_local(|| dynamics.forward_dynamics(black_box(&Q), &QD, &tau));
 }
 
-#[divan::bench]
+#[divan::bench(sample_size = 1000)]
 fn self_distance(bencher: Bencher) {
     let arm = arm();
     let frames = arm.forward(&Q);

@@ -4,9 +4,11 @@
 //! Owns the geometry of the chain. Knows no masses, no limits and no tool: a point on the tool is an argument.
 
 use crate::joint::{DOF, JointPositions, JointSpeeds};
+use crate::matrix3::turned_about_z;
 use crate::pose::Pose;
+use crate::trig;
 use crate::wrench::Twist;
-use nalgebra::{Matrix3, Matrix6, Rotation3, Vector3};
+use nalgebra::{Matrix6, Rotation3, Vector3};
 
 /// Geometry of the arm at rest: six fixed transforms with a turn about the local z axis after each, then the flange.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,40 +19,42 @@ pub struct Chain {
     pub joint6_from_flange: Pose,
 }
 
-/// `rotation * Rz(angle)`, six products a column instead of a full matrix product.
-#[inline]
-pub(crate) fn turned_about_z(rotation: &Rotation3<f64>, sine: f64, cosine: f64) -> Rotation3<f64> {
-    let m = rotation.matrix();
-    let (x, y) = (m.column(0), m.column(1));
-    Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[
-        x * cosine + y * sine,
-        y * cosine - x * sine,
-        m.column(2).into_owned(),
-    ]))
-}
-
 impl Chain {
+    /// Frame of each joint in its parent's at joint positions `q`.
+    #[inline]
+    pub(crate) fn joint_transforms(&self, q: &JointPositions) -> [Pose; DOF] {
+        let (sines, cosines) = trig::sin_cos(&q.0);
+        let mut transforms = self.parent_from_joint;
+        for joint in 0..DOF {
+            transforms[joint].rotation = Rotation3::from_matrix_unchecked(turned_about_z(
+                transforms[joint].rotation.matrix(),
+                sines[joint],
+                cosines[joint],
+            ));
+        }
+        transforms
+    }
+
     /// All joint frames and the flange at joint positions `q`.
     pub fn forward(&self, q: &JointPositions) -> Frames {
-        let mut parent = Pose::IDENTITY;
-        let base_from_joint = core::array::from_fn(|joint| {
-            let (sine, cosine) = q[joint].sin_cos();
-            let at_zero = parent * self.parent_from_joint[joint];
-            parent = Pose::new(
-                turned_about_z(&at_zero.rotation, sine, cosine),
-                at_zero.translation,
-            );
-            parent
-        });
+        let mut base_from_joint = self.joint_transforms(q);
+        for joint in 1..DOF {
+            base_from_joint[joint] = base_from_joint[joint - 1] * base_from_joint[joint];
+        }
         Frames {
             base_from_joint,
-            base_from_flange: parent * self.joint6_from_flange,
+            base_from_flange: base_from_joint[DOF - 1] * self.joint6_from_flange,
         }
     }
 
     /// Pose of the tool flange in the base frame at joint positions `q`.
     pub fn flange_pose(&self, q: &JointPositions) -> Pose {
-        self.forward(q).base_from_flange
+        let transforms = self.joint_transforms(q);
+        let mut pose = transforms[0];
+        for transform in &transforms[1..] {
+            pose = pose * *transform;
+        }
+        pose * self.joint6_from_flange
     }
 }
 
@@ -76,25 +80,19 @@ impl Frames {
     /// Axis of a joint (0 to 5) in the base frame, a unit vector.
     #[inline]
     fn axis(&self, joint: usize) -> Vector3<f64> {
-        self.base_from_joint[joint]
-            .rotation
-            .matrix()
-            .column(2)
-            .into_owned()
+        let m = self.base_from_joint[joint].rotation.matrix();
+        Vector3::new(m.m13, m.m23, m.m33)
     }
 
     /// Geometric Jacobian of a `point` (base frame, metres) that moves with the flange: twist = J qd.
     ///
     /// Rows vx vy vz wx wy wz in base axes, columns joints 1 to 6.
     pub fn jacobian(&self, point: Vector3<f64>) -> Matrix6<f64> {
-        let mut jacobian = Matrix6::zeros();
-        for joint in 0..DOF {
+        Matrix6::from(core::array::from_fn::<[f64; 6], DOF, _>(|joint| {
             let axis = self.axis(joint);
             let linear = axis.cross(&(point - self.base_from_joint[joint].translation));
-            jacobian.fixed_view_mut::<3, 1>(0, joint).copy_from(&linear);
-            jacobian.fixed_view_mut::<3, 1>(3, joint).copy_from(&axis);
-        }
-        jacobian
+            [linear.x, linear.y, linear.z, axis.x, axis.y, axis.z]
+        }))
     }
 
     /// Twist of a `point` (base frame, metres) that moves with the flange, in base axes.

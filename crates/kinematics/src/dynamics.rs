@@ -4,11 +4,12 @@
 //! friction, no rotor inertia, no contact: an outside wrench w at the tool adds -Jᵀ w to the torques.
 //! Symbols as in Featherstone, *Rigid Body Dynamics Algorithms*, 2008, chapters 5 to 7.
 
-use crate::chain::{Chain, turned_about_z};
+use crate::chain::Chain;
 use crate::joint::{DOF, JointAccelerations, JointPositions, JointSpeeds, JointTorques};
+use crate::matrix3::{product, times, transposed_times};
 use crate::payload::{Payload, RigidBody};
 use crate::pose::Pose;
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Vector3};
 
 /// Free-fall acceleration in the frame of a base that stands upright, m/s².
 ///
@@ -23,8 +24,8 @@ pub struct Dynamics {
     gravity: Vector3<f64>,
 }
 
-/// A force (or linear acceleration) and a moment (or angular acceleration) about the joint frame's origin.
-#[derive(Clone, Copy)]
+/// A force and a moment about the joint frame's origin, or an acceleration of that origin and an angular one.
+#[derive(Clone, Copy, Default)]
 struct Spatial {
     linear: Vector3<f64>,
     angular: Vector3<f64>,
@@ -39,11 +40,46 @@ impl Spatial {
     /// A wrench on the child, expressed in the parent about the parent's origin.
     #[inline]
     fn to_parent(self, parent_from_child: &Pose) -> Self {
-        let linear = parent_from_child.rotation * self.linear;
+        let linear = parent_from_child.rotate(self.linear);
         Self {
             linear,
-            angular: parent_from_child.rotation * self.angular
+            angular: parent_from_child.rotate(self.angular)
                 + parent_from_child.translation.cross(&linear),
+        }
+    }
+
+    /// An acceleration of the parent, of the point under the child's origin and in the child's axes.
+    #[inline]
+    fn to_child(self, parent_from_child: &Pose) -> Self {
+        let arm = &parent_from_child.translation;
+        Self {
+            linear: parent_from_child.rotate_back(self.linear + self.angular.cross(arm)),
+            angular: parent_from_child.rotate_back(self.angular),
+        }
+    }
+
+    /// Power of a wrench, or what it is with acceleration in place of speed.
+    fn dot(&self, other: &Self) -> f64 {
+        self.linear.dot(&other.linear) + self.angular.dot(&other.angular)
+    }
+}
+
+impl core::ops::Add for Spatial {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            linear: self.linear + other.linear,
+            angular: self.angular + other.angular,
+        }
+    }
+}
+
+impl core::ops::Mul<f64> for Spatial {
+    type Output = Self;
+    fn mul(self, factor: f64) -> Self {
+        Self {
+            linear: self.linear * factor,
+            angular: self.angular * factor,
         }
     }
 }
@@ -71,18 +107,6 @@ impl Dynamics {
         &self.bodies
     }
 
-    /// Pose of each joint frame in its parent's.
-    fn joint_transforms(&self, q: &JointPositions) -> [Pose; DOF] {
-        core::array::from_fn(|joint| {
-            let (sine, cosine) = q[joint].sin_cos();
-            let at_zero = &self.chain.parent_from_joint[joint];
-            Pose::new(
-                turned_about_z(&at_zero.rotation, sine, cosine),
-                at_zero.translation,
-            )
-        })
-    }
-
     /// Torques the drives must supply, Nm: tau = M(q) qdd + C(q, qd) qd + g(q). Recursive Newton-Euler.
     pub fn inverse_dynamics(
         &self,
@@ -90,7 +114,7 @@ impl Dynamics {
         qd: &JointSpeeds,
         qdd: &JointAccelerations,
     ) -> JointTorques {
-        self.newton_euler(&self.joint_transforms(q), qd, qdd)
+        self.newton_euler(&self.chain.joint_transforms(q), qd, qdd)
     }
 
     fn newton_euler(
@@ -105,14 +129,12 @@ impl Dynamics {
         let mut acceleration = -self.gravity;
         let mut wrenches = [Spatial::ZERO; DOF];
         for joint in 0..DOF {
-            let Pose {
-                rotation,
-                translation,
-            } = &transforms[joint];
-            acceleration += alpha.cross(translation) + omega.cross(&omega.cross(translation));
-            acceleration = rotation.inverse_transform_vector(&acceleration);
-            omega = rotation.inverse_transform_vector(&omega);
-            alpha = rotation.inverse_transform_vector(&alpha);
+            let parent_from_joint = &transforms[joint];
+            let arm = &parent_from_joint.translation;
+            acceleration += alpha.cross(arm) + omega.cross(&omega.cross(arm));
+            acceleration = parent_from_joint.rotate_back(acceleration);
+            omega = parent_from_joint.rotate_back(omega);
+            alpha = parent_from_joint.rotate_back(alpha);
             // The joint turns about z: omega × (z qd) has no z component.
             alpha += Vector3::new(omega.y * qd[joint], -omega.x * qd[joint], qdd[joint]);
             omega.z += qd[joint];
@@ -121,16 +143,15 @@ impl Dynamics {
             let linear =
                 (acceleration + alpha.cross(&body.com) + omega.cross(&omega.cross(&body.com)))
                     * body.mass;
-            let angular = body.inertia * alpha
-                + omega.cross(&(body.inertia * omega))
+            let angular = times(&body.inertia, &alpha)
+                + omega.cross(&times(&body.inertia, &omega))
                 + body.com.cross(&linear);
             wrenches[joint] = Spatial { linear, angular };
         }
         let mut torques = JointTorques::ZERO;
         let mut carried = Spatial::ZERO;
         for joint in (0..DOF).rev() {
-            carried.linear += wrenches[joint].linear;
-            carried.angular += wrenches[joint].angular;
+            carried = carried + wrenches[joint];
             torques[joint] = carried.angular.z;
             carried = carried.to_parent(&transforms[joint]);
         }
@@ -149,7 +170,7 @@ impl Dynamics {
 
     /// The symmetric joint-space mass matrix M(q), kg m². Composite rigid bodies (Featherstone 6.2).
     pub fn mass_matrix(&self, q: &JointPositions) -> Matrix6<f64> {
-        let transforms = self.joint_transforms(q);
+        let transforms = self.chain.joint_transforms(q);
         let mut matrix = Matrix6::zeros();
         // Everything from this joint outwards, held rigid.
         let mut composite = RigidBody::default();
@@ -177,103 +198,153 @@ impl Dynamics {
         qd: &JointSpeeds,
         tau: &JointTorques,
     ) -> JointAccelerations {
-        let transforms = self.joint_transforms(q);
-        let mut motion = [Matrix6::zeros(); DOF];
-        let mut speed_bias = [Vector6::zeros(); DOF];
-        let mut inertia = [Matrix6::zeros(); DOF];
-        let mut force_bias = [Vector6::zeros(); DOF];
+        let transforms = self.chain.joint_transforms(q);
+        // Outwards: what the speeds alone cause, an acceleration across each joint and a wrench on each link.
+        let mut across = [Spatial::ZERO; DOF];
+        let mut wrench = [Spatial::ZERO; DOF];
         let mut omega = Vector3::zeros();
         for joint in 0..DOF {
             let body = &self.bodies[joint];
-            omega = transforms[joint].rotation.inverse_transform_vector(&omega);
-            // Classical acceleration of the joint origin relative to its parent's, in child axes; see `link_motion`.
-            let parent_omega = omega;
+            let arm = transforms[joint].rotate_back(transforms[joint].translation);
+            omega = transforms[joint].rotate_back(omega);
+            across[joint] = Spatial {
+                linear: omega.cross(&omega.cross(&arm)),
+                angular: Vector3::new(omega.y * qd[joint], -omega.x * qd[joint], 0.0),
+            };
             omega.z += qd[joint];
-            let arm = transforms[joint]
-                .rotation
-                .inverse_transform_vector(&transforms[joint].translation);
-            let centripetal = parent_omega.cross(&parent_omega.cross(&arm));
-            let gyroscopic = parent_omega.cross(&Vector3::new(0.0, 0.0, qd[joint]));
-            speed_bias[joint] = stacked(centripetal, gyroscopic);
-            motion[joint] = link_motion(&transforms[joint]);
-            inertia[joint] = spatial_inertia(body);
-            let force = omega.cross(&omega.cross(&body.com)) * body.mass;
-            let moment = omega.cross(&(body.inertia * omega)) + body.com.cross(&force);
-            force_bias[joint] = stacked(force, moment);
+            let linear = omega.cross(&omega.cross(&body.com)) * body.mass;
+            let angular = omega.cross(&times(&body.inertia, &omega)) + body.com.cross(&linear);
+            wrench[joint] = Spatial { linear, angular };
         }
-
-        let mut column = [Vector6::zeros(); DOF];
-        let mut effective = [0.0; DOF];
-        let mut remaining = [0.0; DOF];
+        // Inwards: the inertia that each joint feels, everything beyond it free to turn.
+        let mut felt = [Hinged::default(); DOF];
+        let mut inertia = ArticulatedInertia::ZERO;
+        let mut carried = Spatial::ZERO;
         for joint in (0..DOF).rev() {
-            // The joint axis is angular z, the last component.
-            column[joint] = inertia[joint].column(5).into_owned();
-            effective[joint] = column[joint][5];
-            remaining[joint] = tau[joint] - force_bias[joint][5];
-            if joint > 0 {
-                let articulated =
-                    inertia[joint] - column[joint] * column[joint].transpose() / effective[joint];
-                let bias = force_bias[joint]
-                    + articulated * speed_bias[joint]
-                    + column[joint] * (remaining[joint] / effective[joint]);
-                inertia[joint - 1] += motion[joint].transpose() * articulated * motion[joint];
-                force_bias[joint - 1] += motion[joint].transpose() * bias;
-            }
+            inertia = inertia + ArticulatedInertia::of(&self.bodies[joint]);
+            carried = carried + wrench[joint];
+            let column = inertia.about_z();
+            let effective = column.angular.z;
+            let torque = tau[joint] - carried.angular.z;
+            felt[joint] = Hinged {
+                column,
+                effective,
+                torque,
+            };
+            let locked = inertia.without(&column, effective);
+            carried = (carried + locked.wrench(&across[joint]) + column * (torque / effective))
+                .to_parent(&transforms[joint]);
+            inertia = locked.to_parent(&transforms[joint]);
         }
-
-        let mut acceleration = stacked(-self.gravity, Vector3::zeros());
+        // Outwards again: accelerations, with the base rising instead of everything falling.
+        let mut acceleration = Spatial {
+            linear: -self.gravity,
+            angular: Vector3::zeros(),
+        };
         let mut qdd = JointAccelerations::ZERO;
         for joint in 0..DOF {
-            acceleration = motion[joint] * acceleration + speed_bias[joint];
-            qdd[joint] = (remaining[joint] - column[joint].dot(&acceleration)) / effective[joint];
-            acceleration[5] += qdd[joint];
+            acceleration = acceleration.to_child(&transforms[joint]) + across[joint];
+            let Hinged {
+                column,
+                effective,
+                torque,
+            } = &felt[joint];
+            qdd[joint] = (torque - column.dot(&acceleration)) / effective;
+            acceleration.angular.z += qdd[joint];
         }
         qdd
     }
 }
 
-fn stacked(linear: Vector3<f64>, angular: Vector3<f64>) -> Vector6<f64> {
-    Vector6::new(
-        linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
-    )
+/// What a joint feels of the arm beyond it.
+#[derive(Clone, Copy, Default)]
+struct Hinged {
+    /// Wrench for a unit angular acceleration about the joint axis.
+    column: Spatial,
+    /// Its moment about the joint axis, kg m².
+    effective: f64,
+    /// Torque left for acceleration, Nm.
+    torque: f64,
 }
 
-fn cross_matrix(v: &Vector3<f64>) -> Matrix3<f64> {
-    v.cross_matrix()
+/// Inertia of an articulated body in a joint frame: force = A a + B α, moment = Bᵀ a + C α.
+#[derive(Clone, Copy)]
+struct ArticulatedInertia {
+    a: Matrix3<f64>,
+    b: Matrix3<f64>,
+    c: Matrix3<f64>,
 }
 
-fn blocks(
-    top_left: &Matrix3<f64>,
-    top_right: &Matrix3<f64>,
-    bottom_left: &Matrix3<f64>,
-    bottom_right: &Matrix3<f64>,
-) -> Matrix6<f64> {
-    let mut m = Matrix6::zeros();
-    m.fixed_view_mut::<3, 3>(0, 0).copy_from(top_left);
-    m.fixed_view_mut::<3, 3>(0, 3).copy_from(top_right);
-    m.fixed_view_mut::<3, 3>(3, 0).copy_from(bottom_left);
-    m.fixed_view_mut::<3, 3>(3, 3).copy_from(bottom_right);
-    m
+impl ArticulatedInertia {
+    const ZERO: Self = {
+        let zero = Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        Self {
+            a: zero,
+            b: zero,
+            c: zero,
+        }
+    };
+
+    fn of(body: &RigidBody) -> Self {
+        Self {
+            a: Matrix3::from_diagonal_element(body.mass),
+            b: -(body.com * body.mass).cross_matrix(),
+            c: body.inertia_about(Vector3::zeros()),
+        }
+    }
+
+    /// The wrench for a unit angular acceleration about z.
+    fn about_z(&self) -> Spatial {
+        let column = |m: &Matrix3<f64>| Vector3::new(m.m13, m.m23, m.m33);
+        Spatial {
+            linear: column(&self.b),
+            angular: column(&self.c),
+        }
+    }
+
+    /// The wrench that gives an acceleration.
+    fn wrench(&self, acceleration: &Spatial) -> Spatial {
+        let Spatial { linear, angular } = acceleration;
+        Spatial {
+            linear: times(&self.a, linear) + times(&self.b, angular),
+            angular: transposed_times(&self.b, linear) + times(&self.c, angular),
+        }
+    }
+
+    /// The inertia that is left when the body may turn freely about z.
+    fn without(&self, column: &Spatial, effective: f64) -> Self {
+        let (f, n) = (column.linear, column.angular);
+        let (scaled_f, scaled_n) = ((f / effective).transpose(), (n / effective).transpose());
+        Self {
+            a: self.a - f * scaled_f,
+            b: self.b - f * scaled_n,
+            c: self.c - n * scaled_n,
+        }
+    }
+
+    /// The same in the parent's axes about the parent's origin.
+    fn to_parent(self, parent_from_child: &Pose) -> Self {
+        let r = parent_from_child.rotation.matrix();
+        let back = r.transpose();
+        let turned = |m: &Matrix3<f64>| product(&product(r, m), &back);
+        let arm = parent_from_child.translation.cross_matrix();
+        let (a, b, c) = (turned(&self.a), turned(&self.b), turned(&self.c));
+        let shifted = b - product(&a, &arm);
+        Self {
+            a,
+            b: shifted,
+            c: c + product(&arm, &shifted) - product(&b.transpose(), &arm),
+        }
+    }
 }
 
-/// Takes the parent's (linear, angular) acceleration to the child's origin and axes: a' = Rᵀ(a - r × α), α' = Rᵀ α.
-fn link_motion(parent_from_child: &Pose) -> Matrix6<f64> {
-    let r = parent_from_child.rotation.matrix().transpose();
-    blocks(
-        &r,
-        &(-r * cross_matrix(&parent_from_child.translation)),
-        &Matrix3::zeros(),
-        &r,
-    )
-}
-
-/// Maps (linear, angular) acceleration of the joint frame to (force, moment about its origin).
-fn spatial_inertia(body: &RigidBody) -> Matrix6<f64> {
-    let first_moment = cross_matrix(&(body.com * body.mass));
-    blocks(
-        &(Matrix3::identity() * body.mass),
-        &-first_moment,
-        &first_moment,
-        &body.inertia_about(Vector3::zeros()),
-    )
+impl core::ops::Add for ArticulatedInertia {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            a: self.a + other.a,
+            b: self.b + other.b,
+            c: self.c + other.c,
+        }
+    }
 }

@@ -24,11 +24,13 @@ pub mod dh;
 pub mod dynamics;
 pub mod ik;
 pub mod joint;
+mod matrix3;
 pub mod model;
 pub mod payload;
 pub mod pose;
 pub mod rotation;
 pub mod script_math;
+pub mod trig;
 pub mod urdf;
 pub mod wrench;
 

@@ -1,5 +1,6 @@
 //! What the flange carries, and the mass properties of one rigid body.
 
+use crate::matrix3::product;
 use crate::pose::Pose;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
@@ -21,7 +22,7 @@ impl RigidBody {
         Self {
             mass: self.mass,
             com: a_from_b.transform_point(self.com),
-            inertia: r * self.inertia * r.transpose(),
+            inertia: product(&product(r, &self.inertia), &r.transpose()),
         }
     }
 

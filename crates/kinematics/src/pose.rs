@@ -2,6 +2,7 @@
 //!
 //! Transforms are named `a_from_b`, so that neighbours cancel when read: `base_from_flange * flange_from_tcp`.
 
+use crate::matrix3::{product, times, transposed_times};
 use crate::rotation::{rotation_from_rpy, rpy_from_rotation};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -81,16 +82,28 @@ impl Pose {
 
     /// The inverse transform `b_from_a`.
     pub fn inverse(&self) -> Self {
-        let rotation = self.rotation.inverse();
         Self {
-            rotation,
-            translation: -(rotation * self.translation),
+            rotation: self.rotation.inverse(),
+            translation: -transposed_times(self.rotation.matrix(), &self.translation),
         }
     }
 
     /// A point given in b, expressed in a.
+    #[inline]
     pub fn transform_point(&self, point: Vector3<f64>) -> Vector3<f64> {
-        self.rotation * point + self.translation
+        self.rotate(point) + self.translation
+    }
+
+    /// A direction given in b, expressed in a.
+    #[inline]
+    pub fn rotate(&self, direction: Vector3<f64>) -> Vector3<f64> {
+        times(self.rotation.matrix(), &direction)
+    }
+
+    /// A direction given in a, expressed in b.
+    #[inline]
+    pub fn rotate_back(&self, direction: Vector3<f64>) -> Vector3<f64> {
+        transposed_times(self.rotation.matrix(), &direction)
     }
 
     /// From roll-pitch-yaw form: R = Rz(yaw) Ry(pitch) Rx(roll).
@@ -110,10 +123,14 @@ impl Pose {
 impl core::ops::Mul for Pose {
     type Output = Pose;
     /// `a_from_c = a_from_b * b_from_c`.
+    #[inline]
     fn mul(self, rhs: Pose) -> Pose {
         Pose {
-            rotation: self.rotation * rhs.rotation,
-            translation: self.rotation * rhs.translation + self.translation,
+            rotation: Rotation3::from_matrix_unchecked(product(
+                self.rotation.matrix(),
+                rhs.rotation.matrix(),
+            )),
+            translation: self.transform_point(rhs.translation),
         }
     }
 }

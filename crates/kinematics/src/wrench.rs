@@ -71,10 +71,10 @@ impl Wrench {
     /// A wrench given in frame b about its origin, expressed in frame a about the origin of a:
     /// F_a = R F_b, M_a = R M_b + t × F_a.
     pub fn transformed_by(self, a_from_b: &Pose) -> Self {
-        let force = a_from_b.rotation * self.force;
+        let force = a_from_b.rotate(self.force);
         Self {
             force,
-            moment: a_from_b.rotation * self.moment + a_from_b.translation.cross(&force),
+            moment: a_from_b.rotate(self.moment) + a_from_b.translation.cross(&force),
         }
     }
 }

@@ -95,7 +95,20 @@ pub enum Refusal {
         /// What is wrong there.
         fault: PathFault,
     },
-    /// The duration is not usable.
+    /// A number of the command cannot be used.
+    #[error("{name} is {value}; it must be {needed}")]
+    BadValue {
+        /// Which number.
+        name: &'static str,
+        /// As given.
+        value: f64,
+        /// What is allowed.
+        needed: &'static str,
+    },
+    /// The arm has not come to rest yet.
+    #[error("the arm still decelerates; this is possible once it stands")]
+    StillMoving,
+    /// The planner found nothing.
     #[error("no trajectory found for this target (planner error {code})")]
     Planner {
         /// Number of the planner's error.
@@ -168,6 +181,24 @@ pub enum StopReason {
         /// Limit, rad.
         limit: f64,
     },
+    /// The commanded state would exceed the speed limit of the TCP.
+    #[error("the TCP was about to exceed its speed limit: {value:.4} m/s, allowed {limit:.4} m/s")]
+    TcpSpeed {
+        /// Commanded, m/s.
+        value: f64,
+        /// Limit, m/s.
+        limit: f64,
+    },
+    /// The commanded state would exceed the speed limit of the elbow.
+    #[error(
+        "the elbow was about to exceed its speed limit: {value:.4} m/s, allowed {limit:.4} m/s"
+    )]
+    ElbowSpeed {
+        /// Commanded, m/s.
+        value: f64,
+        /// Limit, m/s.
+        limit: f64,
+    },
     /// The controller met a condition it has no rule for; the arm stops. A bug of ours.
     #[error("internal fault {code} in the motion thread; please report it with the recording")]
     Internal {
@@ -183,6 +214,8 @@ impl StopReason {
             Self::JointPosition { .. } => 1,
             Self::JointSpeed { .. } => 2,
             Self::TrackingError { .. } => 3,
+            Self::TcpSpeed { .. } => 4,
+            Self::ElbowSpeed { .. } => 5,
             Self::Internal { .. } => 99,
         }
     }

@@ -87,7 +87,7 @@ state! {
         pub analog_out: [f64; 3],
         /// Records that the recording could not take so far.
         pub records_lost: u64,
-        /// Time the cycle took, µs; 0 under the virtual clock.
+        /// Time the cycle before this one took, µs; 0 under the virtual clock.
         pub step_duration_us: f64,
         /// How late the motion thread woke up, µs; 0 under the virtual clock.
         pub wakeup_latency_us: f64,

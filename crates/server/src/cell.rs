@@ -1,20 +1,21 @@
 //! The cell file: what stands around the arm, how signals are wired, what acts on the arm from outside.
 //!
 //! Owns the TOML schema and its sentences. Every table is read and checked here; what this version cannot simulate yet
-//! is refused by name in [`Cell::check_supported`], never ignored. Poses are `[x, y, z, Rx, Ry, Rz]` in the base frame,
-//! m and rad.
+//! is refused by name, never ignored. Whether limits suit the arm is checked with the arm. Poses are
+//! `[x, y, z, Rx, Ry, Rz]` in the base frame, m and rad.
 
+mod check;
 pub mod point;
+pub mod schema;
 
-use core::fmt;
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
+use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
+use motion::LimitOverrides;
 use thiserror::Error;
 
 use crate::config::line_of;
-use crate::ports::description::RobotDescription;
-use point::{Direction, Point};
+use schema::{Sensor, Tables};
 
 /// Why there is no cell. Each is one sentence and ends the program with exit status 2.
 #[derive(Debug, Error)]
@@ -64,397 +65,96 @@ pub enum CellError {
 
 fn list(tables: &[&str]) -> String {
     let verb = if tables.len() == 1 { "is" } else { "are" };
-    let names: Vec<_> = tables.iter().map(|name| format!("[{name}]")).collect();
-    format!("{} {verb}", names.join(", "))
+    format!("{} {verb}", tables.join(", "))
 }
 
-/// Six numbers: a pose, a wrench, or one value a joint.
-pub type Six = [f64; 6];
-
-/// The whole file.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+/// A cell file that was read and checked, and that this version can act on.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
-    /// What the arm can hit.
-    pub obstacle: Vec<Obstacle>,
-    /// What touches obstacles; without it the TCP does.
-    pub tool: Option<Tool>,
-    /// Planes the arm may not cross.
-    pub safety_plane: Vec<SafetyPlane>,
-    /// Limits below the model's own.
-    pub limits: Limits,
-    /// Noise of the force sensor.
-    pub sensor: Sensor,
-    /// Loads from outside.
-    pub wrench: Vec<ExternalWrench>,
-    /// Belts and turntables.
-    pub conveyor: Vec<Conveyor>,
-    /// Outputs connected to inputs.
-    pub wire: Vec<Wire>,
-    /// Inputs that change by themselves.
-    pub input: Vec<Input>,
-    /// Devices on the serial ports.
-    pub serial: Vec<Serial>,
-    /// Modbus signals to add at start.
-    pub modbus: Vec<ModbusSignal>,
-}
-
-/// The shape of an obstacle or tool.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Shape {
-    /// `size` is x, y, z.
-    Box,
-    /// `size` is radius, length.
-    Cylinder,
-    /// `size` is the radius.
-    Sphere,
-    /// No size; the z axis of the pose is the normal.
-    Plane,
-}
-
-impl Shape {
-    const fn numbers_of_size(self) -> usize {
-        match self {
-            Self::Box => 3,
-            Self::Cylinder => 2,
-            Self::Sphere => 1,
-            Self::Plane => 0,
-        }
-    }
-}
-
-/// `size`, a number or a list of them, m.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(untagged, expecting = "`size` is a length in m or a list of lengths")]
-pub enum Size {
-    /// Not given.
-    #[default]
-    None,
-    /// A radius.
-    One(f64),
-    /// Several lengths.
-    Many(Vec<f64>),
-}
-
-impl Size {
-    /// The numbers, in the order of [`Shape`].
-    pub fn numbers(&self) -> &[f64] {
-        match self {
-            Self::None => &[],
-            Self::One(number) => core::slice::from_ref(number),
-            Self::Many(numbers) => numbers,
-        }
-    }
-}
-
-/// `[[obstacle]]`
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Obstacle {
-    /// For messages.
-    pub name: String,
-    /// Its shape.
-    pub shape: Shape,
-    /// Its size.
-    #[serde(default)]
-    pub size: Size,
-    /// Where it stands.
-    pub pose: Six,
-    /// N/m; hard without it.
-    pub stiffness: Option<f64>,
-    /// N s/m.
-    pub damping: Option<f64>,
-    /// Coulomb's coefficient.
-    pub friction: Option<f64>,
-}
-
-/// `[tool]`
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Tool {
-    /// Its shape.
-    pub shape: Shape,
-    /// Its size.
-    #[serde(default)]
-    pub size: Size,
-    /// Where it sits, from the flange.
-    pub pose: Six,
-}
-
-/// When a safety plane counts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum PlaneMode {
-    /// In normal mode.
-    #[default]
-    Normal,
-    /// In reduced mode.
-    Reduced,
-    /// In both.
-    Both,
-    /// Never.
-    Off,
-}
-
-/// `[[safety_plane]]`
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SafetyPlane {
-    /// For messages.
-    pub name: String,
-    /// A point on it, m.
-    pub point: [f64; 3],
-    /// Points to the allowed side.
-    pub normal: [f64; 3],
-    /// When it counts.
-    #[serde(default)]
-    pub mode: PlaneMode,
-    /// The pair of configurable inputs that switches it.
-    pub ci_pair: Option<u8>,
-}
-
-/// `[limits]`
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Limits {
-    /// rad/s.
-    pub joint_speed: Option<Six>,
-    /// rad/s².
-    pub joint_acceleration: Option<Six>,
-    /// rad/s³.
-    pub joint_jerk: Option<Six>,
-    /// rad.
-    pub joint_position_min: Option<Six>,
-    /// rad.
-    pub joint_position_max: Option<Six>,
-    /// m/s.
-    pub tcp_speed: Option<f64>,
-    /// m/s.
-    pub elbow_speed: Option<f64>,
-    /// N.
-    pub tcp_force: Option<f64>,
-}
-
-/// `[sensor]`: standard deviations.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Sensor {
-    /// N.
-    pub force_noise: f64,
-    /// Nm.
-    pub torque_noise: f64,
-}
-
-/// In which axes a load is given.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum LoadFrame {
-    /// The base's.
-    #[default]
-    Base,
-    /// The tool's.
-    Tool,
-}
-
-/// `[[wrench]]`
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ExternalWrench {
-    /// When it begins, s.
-    pub at: f64,
-    /// How long it acts, s.
-    pub duration: f64,
-    /// N and Nm.
-    pub wrench: Six,
-    /// Its axes.
-    #[serde(default)]
-    pub frame: LoadFrame,
-}
-
-/// `[[conveyor]]`: linear or circular.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Conveyor {
-    /// 0 or 1.
-    pub encoder: u8,
-    /// Of a belt.
-    pub direction: Option<[f64; 3]>,
-    /// Of a turntable: a pose, turning about its z.
-    pub center: Option<Six>,
-    /// m/s or rad/s.
-    pub speed: f64,
-    /// Of a belt.
-    pub ticks_per_meter: Option<f64>,
-    /// Of a turntable.
-    pub ticks_per_revolution: Option<f64>,
-    /// When it starts, s.
-    #[serde(default)]
-    pub start_at: f64,
-}
-
-/// `[[wire]]`: a pure delay; a pulse keeps its length.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Wire {
-    /// An output.
-    pub from: Point,
-    /// An input.
-    pub to: Point,
-    /// s.
-    #[serde(default)]
-    pub delay: f64,
-}
-
-/// A level, or an analog or register value.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(untagged, expecting = "`value` is true, false or a number")]
-pub enum PointValue {
-    /// On or off.
-    Level(bool),
-    /// Everything else.
-    Number(f64),
-}
-
-/// `[[input]]`
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Input {
-    /// When, s.
-    pub at: f64,
-    /// An input.
-    pub set: Point,
-    /// To what.
-    pub value: PointValue,
-}
-
-/// Which serial port.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum SerialPort {
-    /// At the tool connector.
-    Tool,
-    /// In the cabinet.
-    Masterboard,
-}
-
-/// `[[serial]]`
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Serial {
-    /// Which port.
-    pub port: SerialPort,
-    /// A device or pty path, or `tcp:host:port`.
-    pub device: String,
-}
-
-/// `[[modbus]]`: the arguments of `modbus_add_signal` (manual 6.1.1).
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ModbusSignal {
-    /// Address of the device.
-    #[serde(rename = "IP")]
-    pub ip: String,
-    /// Unit.
-    pub slave_number: u8,
-    /// Coil or register.
-    pub signal_address: u16,
-    /// 0 digital input, 1 digital output, 2 register input, 3 register output.
-    pub signal_type: u8,
-    /// Unique.
-    pub signal_name: String,
-    /// Updated in the order in which signals were added.
-    #[serde(default)]
-    pub is_sequential: bool,
-    /// How many in a row.
-    #[serde(default = "one")]
-    pub registers_count: u8,
-    /// TCP port of the device.
-    #[serde(default = "modbus_port")]
-    pub port: u16,
-}
-
-const fn one() -> u8 {
-    1
-}
-
-const fn modbus_port() -> u16 {
-    502
+    tables: Tables,
+    text: String,
 }
 
 impl Cell {
     /// Reads and checks a file.
     ///
     /// # Errors
-    /// [`CellError`] names the file, the key and what is allowed.
+    /// [`CellError`] names the file, the key and what is allowed, or what is not available yet.
     pub fn load(path: &Path) -> Result<Self, CellError> {
         let text = std::fs::read_to_string(path).map_err(|source| CellError::Unreadable {
             path: path.to_owned(),
             source,
         })?;
-        Self::parse(&text, path)
+        let tables = parse(&text, path)?;
+        check_available(&tables, path)?;
+        Ok(Self { tables, text })
     }
 
-    /// Reads and checks the text of a file; `path` is named in errors.
-    ///
-    /// # Errors
-    /// As [`Self::load`].
-    pub fn parse(text: &str, path: &Path) -> Result<Self, CellError> {
-        let cell: Self = toml::from_str(text).map_err(|error| schema_error(text, path, &error))?;
-        check::values(&cell).map_err(|wrong| CellError::Value {
-            path: path.to_owned(),
-            table: wrong.table,
-            key: wrong.key,
-            given: wrong.given,
-            allowed: wrong.allowed,
-        })?;
-        Ok(cell)
+    /// Every table of the file.
+    pub const fn tables(&self) -> &Tables {
+        &self.tables
     }
 
-    /// Refuses, by name, every table in use that this version cannot simulate.
-    ///
-    /// # Errors
-    /// [`CellError::NotAvailable`].
-    pub fn check_supported(&self, path: &Path) -> Result<(), CellError> {
-        let used = [
-            ("obstacle", !self.obstacle.is_empty()),
-            ("tool", self.tool.is_some()),
-            ("safety_plane", !self.safety_plane.is_empty()),
-            ("sensor", self.sensor != Sensor::default()),
-            ("wrench", !self.wrench.is_empty()),
-            ("conveyor", !self.conveyor.is_empty()),
-            ("wire", !self.wire.is_empty()),
-            ("input", !self.input.is_empty()),
-            ("serial", !self.serial.is_empty()),
-            ("modbus", !self.modbus.is_empty()),
-        ];
-        let tables: Vec<_> = used
-            .iter()
-            .filter(|(_, used)| *used)
-            .map(|(name, _)| *name)
-            .collect();
-        if tables.is_empty() {
-            return Ok(());
+    /// The file as written, for the recording.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// `[limits]`, for the cycle to check against the model's own.
+    pub fn limits(&self) -> LimitOverrides {
+        let limits = &self.tables.limits;
+        LimitOverrides {
+            joint_speed: limits.joint_speed.map(JointSpeeds),
+            joint_acceleration: limits.joint_acceleration.map(JointAccelerations),
+            joint_jerk: limits.joint_jerk.map(JointJerks),
+            joint_position_min: limits.joint_position_min.map(JointPositions),
+            joint_position_max: limits.joint_position_max.map(JointPositions),
+            tcp_speed: limits.tcp_speed,
+            elbow_speed: limits.elbow_speed,
         }
-        Err(CellError::NotAvailable {
-            path: path.to_owned(),
-            tables,
-        })
     }
+}
 
-    /// Refuses limits above the model's own.
-    ///
-    /// # Errors
-    /// [`CellError::Value`] with the model's limit.
-    pub fn check_limits(&self, robot: &RobotDescription, path: &Path) -> Result<(), CellError> {
-        check::limits(&self.limits, robot).map_err(|wrong| CellError::Value {
-            path: path.to_owned(),
-            table: wrong.table,
-            key: wrong.key,
-            given: wrong.given,
-            allowed: wrong.allowed,
-        })
+/// Reads the text of a file and checks what each table says; `path` is named in errors.
+fn parse(text: &str, path: &Path) -> Result<Tables, CellError> {
+    let tables: Tables = toml::from_str(text).map_err(|error| schema_error(text, path, &error))?;
+    check::values(&tables).map_err(|wrong| CellError::Value {
+        path: path.to_owned(),
+        table: wrong.table,
+        key: wrong.key,
+        given: wrong.given,
+        allowed: wrong.allowed,
+    })?;
+    Ok(tables)
+}
+
+/// Refuses, by name, everything in use that this version cannot simulate.
+fn check_available(tables: &Tables, path: &Path) -> Result<(), CellError> {
+    let used = [
+        ("[[obstacle]]", !tables.obstacle.is_empty()),
+        ("[tool]", tables.tool.is_some()),
+        ("[[safety_plane]]", !tables.safety_plane.is_empty()),
+        ("[sensor]", tables.sensor != Sensor::default()),
+        ("[[wrench]]", !tables.wrench.is_empty()),
+        ("[[conveyor]]", !tables.conveyor.is_empty()),
+        ("[[wire]]", !tables.wire.is_empty()),
+        ("[[input]]", !tables.input.is_empty()),
+        ("[[serial]]", !tables.serial.is_empty()),
+        ("[[modbus]]", !tables.modbus.is_empty()),
+        ("tcp_force in [limits]", tables.limits.tcp_force.is_some()),
+    ];
+    let tables: Vec<_> = used
+        .iter()
+        .filter(|(_, used)| *used)
+        .map(|(name, _)| *name)
+        .collect();
+    if tables.is_empty() {
+        return Ok(());
     }
+    Err(CellError::NotAvailable {
+        path: path.to_owned(),
+        tables,
+    })
 }
 
 /// serde names unknown keys but not the key of a wrong value: that one is read from the line it stands in.
@@ -473,8 +173,6 @@ fn schema_error(text: &str, path: &Path, error: &toml::de::Error) -> CellError {
         message,
     }
 }
-
-mod check;
 
 #[cfg(test)]
 mod tests;

@@ -10,5 +10,6 @@ pub mod logging;
 pub mod options;
 pub mod ports;
 pub mod ready_file;
+pub mod replay;
 pub mod shutdown;
 pub mod wait;

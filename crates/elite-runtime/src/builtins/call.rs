@@ -27,7 +27,7 @@ impl<'a, 'n> Call<'a, 'n> {
             context,
             native,
         };
-        if builtin.waits && context.is_secondary(call.native.thread()) {
+        if builtin.waits && context.is_secondary() {
             let text = format!(
                 "{}() waits and cannot be used in a secondary program (sec)",
                 builtin.name

@@ -103,7 +103,7 @@ fn textmsg(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let mut text = String::new();
     for index in 0..2 {
         if let Some(value) = call.given(index).cloned() {
-            text.push_str(&call.native().to_str(&value)?);
+            text.push_str(&call.native().str(&value)?);
         }
     }
     let origin = call.origin();

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use elite_lang::{ThreadId, Value, WaitToken};
+use elite_lang::{Value, WaitToken};
 use motion_api::{Origin, ProgramId, ThreadNumber};
 use thiserror::Error;
 
@@ -85,7 +85,7 @@ impl TaskContext {
     }
 
     /// The statement at `line` of the thread that runs.
-    pub fn origin(&self, _thread: ThreadId, line: u32) -> Origin {
+    pub fn origin(&self, line: u32) -> Origin {
         Origin {
             program: self.program,
             thread: self.running.get().number,
@@ -94,7 +94,7 @@ impl TaskContext {
     }
 
     /// True while a secondary program runs.
-    pub fn is_secondary(&self, _thread: ThreadId) -> bool {
+    pub fn is_secondary(&self) -> bool {
         self.running.get().secondary
     }
 

@@ -1,42 +1,56 @@
 //! What the language asks of its surroundings: output, clock and random numbers, all of them the task's.
 
-use std::cell::Cell;
-use std::sync::Arc;
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::{Host, ThreadId};
-use motion_api::{Origin, ProgramId, ThreadNumber};
 
-use crate::message::{Message, Observer};
-use crate::robot::Robot;
+use super::context::TaskContext;
+use crate::message::Message;
 
 /// 2026-01-01T00:00:00Z, where simulated time begins.
-pub(crate) const VIRTUAL_EPOCH_S: f64 = 1_767_225_600.0;
+const VIRTUAL_EPOCH_S: f64 = 1_767_225_600.0;
 
 /// The surroundings of one task.
 pub(crate) struct TaskHost {
-    pub robot: Arc<Robot>,
-    pub observer: Arc<dyn Observer>,
-    pub program: ProgramId,
-    pub random_state: Cell<u64>,
+    context: Rc<TaskContext>,
+    random_state: Cell<u64>,
+    woken: RefCell<Vec<ThreadId>>,
+}
+
+impl TaskHost {
+    /// Random numbers follow from `seed`.
+    pub fn new(context: Rc<TaskContext>, seed: u64) -> Self {
+        Self {
+            context,
+            random_state: Cell::new(seed),
+            woken: RefCell::default(),
+        }
+    }
+
+    /// Threads that became ready since the last call, in the order in which they did.
+    pub fn take_woken(&self) -> Vec<ThreadId> {
+        self.woken.take()
+    }
 }
 
 impl Host for TaskHost {
-    fn print(&self, thread: ThreadId, text: &str) {
-        let origin = Origin {
-            program: self.program,
-            thread: ThreadNumber(thread.0),
-            line: 0,
-        };
-        self.observer.message(&Message::Print {
-            origin,
-            text: text.to_owned(),
-        });
+    fn print(&self, _thread: ThreadId, text: &str) {
+        let origin = self.context.origin(0);
+        let text = text.to_owned();
+        self.context
+            .observer()
+            .message(&Message::Print { origin, text });
+    }
+
+    fn wake(&self, thread: ThreadId) {
+        self.woken.borrow_mut().push(thread);
     }
 
     fn unix_time(&self) -> f64 {
-        if self.robot.timeline().is_virtual() {
-            VIRTUAL_EPOCH_S + self.robot.state().time
+        if self.context.robot().timeline().is_virtual() {
+            VIRTUAL_EPOCH_S + self.context.robot().state().time
         } else {
             SystemTime::now()
                 .duration_since(UNIX_EPOCH)
@@ -45,7 +59,7 @@ impl Host for TaskHost {
     }
 
     fn monotonic(&self) -> f64 {
-        self.robot.state().time
+        self.context.robot().state().time
     }
 
     fn random_u64(&self) -> u64 {

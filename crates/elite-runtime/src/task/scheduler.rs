@@ -9,7 +9,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{
-    Interpreter, KnownNames, Limits, ProgramKind, Resume, ScriptError, ScriptThread, SourceFile,
+    Diagnostic, Interpreter, KnownNames, Limits, ProgramKind, Resume, ScriptError, ScriptThread, SourceFile,
     Step, WaitToken,
 };
 use motion_api::{CommandId, CommandKind, Origin, ProgramId, RobotMode, StopReason, ThreadNumber};
@@ -26,6 +26,8 @@ use crate::robot::Robot;
 const FUEL_PER_SLICE: u32 = 20_000;
 /// Safepoints for the `finally` and `with` blocks of a thread that is being stopped.
 const FUEL_FOR_UNWINDING: u32 = 200_000;
+/// How often a thread is told to stop before it is dropped as it is.
+const STOPS_MAX: u32 = 3;
 /// Longest time to wait for the arm to stand after the end of a program, in simulated seconds.
 const SETTLE_TIME_MAX: f64 = 5.0;
 
@@ -81,11 +83,12 @@ pub enum TaskEnd {
 pub(crate) struct Task {
     settings: TaskSettings,
     context: Rc<TaskContext>,
+    host: Rc<TaskHost>,
     interpreter: Interpreter,
     known: KnownNames,
     threads: BTreeMap<ThreadNumber, Entry>,
     ready: VecDeque<ThreadNumber>,
-    controls: mpsc::UnboundedReceiver<Control>,
+    controls: mpsc::Receiver<Control>,
     paused: bool,
     stops_at_start: u64,
     end: Option<TaskEnd>,
@@ -94,9 +97,18 @@ pub(crate) struct Task {
 
 struct Entry {
     script: ScriptThread,
-    waiting: Option<WaitToken>,
+    waiting: Option<Waiting>,
     secondary: bool,
     line_reported: (u64, u32),
+}
+
+/// Why a thread is not ready.
+#[derive(Clone, Copy)]
+enum Waiting {
+    /// A builtin waits for something in the wait table.
+    Token(WaitToken),
+    /// The language waits (a lock, a queue) until it is woken or this simulated time, s, has come.
+    Parked { until: Option<f64> },
 }
 
 /// Secondary programs have numbers from here on, so that they never meet those of `start_thread`.
@@ -106,22 +118,18 @@ impl Task {
     pub fn new(
         settings: TaskSettings,
         program: ProgramId,
-        controls: mpsc::UnboundedReceiver<Control>,
+        controls: mpsc::Receiver<Control>,
     ) -> Self {
         let context = TaskContext::new(settings.robot.clone(), settings.observer.clone(), program);
-        let host = Rc::new(TaskHost {
-            robot: settings.robot.clone(),
-            observer: settings.observer.clone(),
-            program,
-            random_state: settings.seed.into(),
-        });
+        let host = Rc::new(TaskHost::new(context.clone(), settings.seed));
         let natives = builtins::natives(&context);
         let known = KnownNames::from_natives(&natives);
-        let interpreter = Interpreter::new(host, natives, Limits::default());
+        let interpreter = Interpreter::new(host.clone(), natives, Limits::default());
         let stops_at_start = settings.robot.protective_stops().0;
         Self {
             settings,
             context,
+            host,
             interpreter,
             known,
             threads: BTreeMap::new(),
@@ -154,14 +162,7 @@ impl Task {
             Ok(program) => program,
             Err(findings) => {
                 for finding in &findings {
-                    let (line, column) = file.line_column(finding.span.start);
-                    self.settings.observer.message(&Message::ScriptError {
-                        program: self.context.program(),
-                        line,
-                        column,
-                        summary: finding.summary(),
-                        report: elite_lang::render_human(finding, &file, false),
-                    });
+                    self.report_finding(finding, &file);
                 }
                 return Err(());
             }
@@ -170,6 +171,19 @@ impl Task {
         let script = self.interpreter.spawn_program(&program);
         self.add_thread(number, script, secondary);
         Ok(())
+    }
+
+    fn report_finding(&self, finding: &Diagnostic, file: &SourceFile) {
+        let place = finding.fields(file);
+        let summary = format!("SyntaxError: {}", finding.message);
+        let picture = elite_lang::render_human(finding, file, false);
+        self.settings.observer.message(&Message::ScriptError {
+            program: self.context.program(),
+            line: place.line,
+            column: place.column,
+            report: format!("{}\n{summary}", picture.trim_end()),
+            summary,
+        });
     }
 
     fn add_thread(&mut self, number: ThreadNumber, script: ScriptThread, secondary: bool) {
@@ -269,19 +283,34 @@ impl Task {
         self.report_line(number);
         match step {
             Step::OutOfFuel => self.ready.push_back(number),
-            Step::Waiting(token) => self.suspend(number, token),
+            Step::Waiting(token) => self.suspend(number, Waiting::Token(token)),
+            Step::Parked { until } => self.suspend(number, Waiting::Parked { until }),
             Step::Done(_) | Step::Stopped => self.thread_ended(number),
             Step::Failed(error) => self.thread_failed(number, &error),
         }
         self.start_requested_threads();
+        self.ready_woken_threads();
         for stop in self.context.take_stops() {
             self.stop_thread(stop);
         }
     }
 
-    fn suspend(&mut self, number: ThreadNumber, token: WaitToken) {
+    fn suspend(&mut self, number: ThreadNumber, waiting: Waiting) {
         if let Some(entry) = self.threads.get_mut(&number) {
-            entry.waiting = Some(token);
+            entry.waiting = Some(waiting);
+        }
+    }
+
+    /// Threads that the slice woke by what it did in the language (released a lock, put into a queue).
+    fn ready_woken_threads(&mut self) {
+        for id in self.host.take_woken() {
+            let woken = self.threads.iter_mut().find(|(_, entry)| entry.script.id() == id);
+            if let Some((number, entry)) = woken
+                && matches!(entry.waiting, Some(Waiting::Parked { .. }))
+            {
+                entry.waiting = None;
+                self.ready.push_back(*number);
+            }
         }
     }
 
@@ -315,9 +344,9 @@ impl Task {
             let origin = Origin {
                 program: self.context.program(),
                 thread: number,
-                line: error.line(),
+                line: line_of(error),
             };
-            let text = format!("[SEC] Exception: {}", error.summary());
+            let text = format!("[SEC] Exception: {}", error.headline());
             self.settings
                 .observer
                 .message(&Message::log(Severity::Warning, origin, text));
@@ -331,10 +360,10 @@ impl Task {
     fn report_script_error(&self, error: &ScriptError) {
         self.settings.observer.message(&Message::ScriptError {
             program: self.context.program(),
-            line: error.line(),
-            column: error.column(),
-            summary: error.summary(),
-            report: elite_lang::render_script_error(error, false),
+            line: line_of(error),
+            column: error.place().map_or(1, |frame| frame.column),
+            summary: error.headline(),
+            report: elite_lang::render_script_error(error),
         });
     }
 
@@ -357,27 +386,35 @@ impl Task {
     /// Readies every thread whose wait is over, in the order of their numbers.
     fn end_waits(&mut self) {
         let robot = &self.settings.robot;
-        let cycle = robot.state().cycle;
-        let mut over = Vec::new();
-        for (number, entry) in &self.threads {
-            let Some(token) = entry.waiting else { continue };
-            let is_over = match self.context.wait_of(token) {
+        let state = robot.state();
+        let is_over = |waiting: Waiting| match waiting {
+            Waiting::Parked { until } => until.is_some_and(|time| state.time >= time),
+            Waiting::Token(token) => match self.context.wait_of(token) {
                 Wait::Command(id) => robot.has_ended(id),
-                Wait::Cycle(wanted) => cycle >= wanted,
+                Wait::Cycle(wanted) => state.cycle >= wanted,
                 Wait::Thread(other) => !self.threads.contains_key(&other),
                 Wait::Never => false,
-            };
-            if is_over {
-                over.push((*number, token));
-            }
-        }
-        for (number, token) in over {
-            self.context.end_wait(token);
-            if let Some(entry) = self.threads.get_mut(&number) {
-                entry.waiting = None;
-            }
+            },
+        };
+        let over: Vec<ThreadNumber> = self
+            .threads
+            .iter()
+            .filter(|(_, entry)| entry.waiting.is_some_and(is_over))
+            .map(|(number, _)| *number)
+            .collect();
+        for number in over {
+            self.end_wait(number);
             self.ready.push_back(number);
         }
+    }
+
+    /// Forgets what a thread waits for; gives back the wait's entry in the table.
+    fn end_wait(&mut self, number: ThreadNumber) -> Option<Wait> {
+        let waiting = self.threads.get_mut(&number)?.waiting.take()?;
+        let Waiting::Token(token) = waiting else { return None };
+        let wait = self.context.wait_of(token);
+        self.context.end_wait(token);
+        Some(wait)
     }
 
     /// One virtual cycle, or whatever comes first under the real clock: a cycle or a control.
@@ -411,25 +448,20 @@ impl Task {
         }
     }
 
-    /// Stops a thread and what it was waiting for.
+    /// Stops a thread and what it was waiting for. Its `finally` and `with` blocks run first, within the language's bound.
     fn stop_thread(&mut self, number: ThreadNumber) {
-        let Some(entry) = self.threads.get_mut(&number) else {
-            return;
-        };
-        self.context.enter(number, entry.secondary);
-        if let Some(token) = entry.waiting.take() {
-            let wait = self.context.wait_of(token);
-            self.context.end_wait(token);
-            if let Wait::Command(id) = wait {
-                self.settings.robot.forget(id);
-                self.tell_robot(CommandKind::Stop { only: id });
-            }
+        if let Some(Wait::Command(id)) = self.end_wait(number) {
+            self.settings.robot.forget(id);
+            self.tell_robot(CommandKind::Stop { only: id });
         }
-        if let Some(entry) = self.threads.get_mut(&number)
-            && let Step::OutOfFuel = entry.script.resume(Resume::Stop, FUEL_FOR_UNWINDING)
-        {
-            // Its clean-up took too long: the second stop unwinds without running more of it.
-            entry.script.resume(Resume::Stop, 0);
+        let Some(entry) = self.threads.get_mut(&number) else { return };
+        self.context.enter(number, entry.secondary);
+        for _ in 0..STOPS_MAX {
+            // Out of fuel in its clean-up: the next stop unwinds without running more of it.
+            match entry.script.resume(Resume::Stop, FUEL_FOR_UNWINDING) {
+                Step::OutOfFuel | Step::Waiting(_) | Step::Parked { .. } => {}
+                Step::Done(_) | Step::Failed(_) | Step::Stopped => break,
+            }
         }
         self.ready.retain(|n| *n != number);
         self.thread_ended(number);
@@ -471,6 +503,11 @@ impl Task {
             }
         }
     }
+}
+
+/// Where the error was raised; line 1 for an error without a place.
+fn line_of(error: &ScriptError) -> u32 {
+    error.place().map_or(1, |frame| frame.line)
 }
 
 /// Below this joint speed (rad/s) the arm counts as standing.

@@ -71,6 +71,7 @@ pub fn answer(message: &[u8], image: &PortImage) -> Vec<u8> {
 /// Why a request is refused (7).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
+#[allow(clippy::enum_variant_names, reason = "the names of the specification")]
 enum Exception {
     IllegalFunction = 1,
     IllegalAddress = 2,

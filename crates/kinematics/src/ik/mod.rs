@@ -13,7 +13,7 @@ use crate::joint::{DOF, JointPositions};
 use crate::model::JointLimits;
 use crate::pose::Pose;
 use crate::rotation::wrap_angle;
-use core::f64::consts::TAU;
+use core::f64::consts::{PI, TAU};
 use core::ops::Deref;
 
 /// The most solutions one flange pose can have with this arm geometry: two shoulders, two wrists, two elbows.
@@ -142,14 +142,21 @@ pub fn turned_towards(
     let mut turned = *q;
     for joint in 0..DOF {
         let (min, max) = (limits.position_min[joint], limits.position_max[joint]);
-        let fewest = ((min - SLACK - q[joint]) / TAU).ceil();
-        let most = ((max + SLACK - q[joint]) / TAU).floor();
-        if fewest > most {
-            return None;
+        let inside = |x: f64| x >= min - SLACK && x <= max + SLACK;
+        let apart = near[joint] - q[joint];
+        let mut x = q[joint];
+        if apart.abs() > PI {
+            x += (apart / TAU).round() * TAU;
         }
-        let wanted = ((near[joint] - q[joint]) / TAU).round();
-        let turns = wanted.max(fewest).min(most);
-        turned[joint] = (q[joint] + turns * TAU).clamp(min, max);
+        if !inside(x) {
+            let fewest = ((min - SLACK - q[joint]) / TAU).ceil();
+            let most = ((max + SLACK - q[joint]) / TAU).floor();
+            if fewest > most {
+                return None;
+            }
+            x = q[joint] + (apart / TAU).round().max(fewest).min(most) * TAU;
+        }
+        turned[joint] = x.clamp(min, max);
     }
     Some(turned)
 }

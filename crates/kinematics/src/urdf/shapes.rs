@@ -3,7 +3,8 @@
 //! Owns the reading: a cylinder stands for the capsule around its axis, a ball that lies inside a capsule of the same
 //! link adds nothing. So the portable form of a capsule, a cylinder with a ball at either end, comes back as one.
 
-use super::{ModelError, pose_of};
+use super::ModelError;
+use super::tree::pose_of;
 use crate::collision::Capsule;
 use nalgebra::Vector3;
 use urdf_rs::{Geometry, Link};

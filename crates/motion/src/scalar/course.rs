@@ -52,6 +52,8 @@ pub struct Course {
     pace: f64,
     /// Time it takes at a pace of 1, s.
     fastest: f64,
+    /// Time to wait at the end, s; only a way of no length has one.
+    rest: f64,
 }
 
 impl Course {
@@ -63,9 +65,9 @@ impl Course {
             count: stretches.len(),
             pace: 1.0,
             fastest: 0.0,
+            rest: 0.0,
         };
-        let usable =
-            |s: &Stretch| s.limits.are_usable() && s.length.is_finite() && s.length >= 0.0;
+        let usable = |s: &Stretch| s.limits.are_usable() && s.length.is_finite() && s.length >= 0.0;
         if !stretches.iter().all(usable) {
             return None;
         }
@@ -98,14 +100,21 @@ impl Course {
         self.pace
     }
 
+    /// Time to wait at the end of a way of no length, s.
+    pub fn rest(&self) -> f64 {
+        self.rest
+    }
+
     /// Time the way takes, s.
     pub fn duration(&self) -> f64 {
-        self.fastest / self.pace
+        self.fastest / self.pace + self.rest
     }
 
     /// The same way in exactly `duration` seconds if that is longer than it takes now.
     pub fn stretched_to(mut self, duration: f64) -> Self {
-        if self.fastest > 0.0 && duration > self.fastest {
+        if self.length() <= 0.0 {
+            self.rest = duration;
+        } else if duration > self.fastest {
             self.pace = self.fastest / duration;
         }
         self
@@ -146,12 +155,8 @@ impl Course {
                 speed: entry,
                 acceleration: 0.0,
             };
-            let profile = Profile::to_position(
-                start,
-                stretch.length,
-                stretch.exit_speed,
-                &stretch.limits,
-            )?;
+            let profile =
+                Profile::to_position(start, stretch.length, stretch.exit_speed, &stretch.limits)?;
             time += profile.duration();
             entry = stretch.exit_speed;
         }

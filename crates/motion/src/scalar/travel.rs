@@ -5,7 +5,7 @@
 //! that does not fit into what is left of a stretch is made at the beginning of the next one; a pause in the last one
 //! needs none, because the motion brakes there already.
 
-use super::course::{Course, Stretch};
+use super::course::{Course, MAX_STRETCHES, Stretch};
 use super::profile::Profile;
 use super::ramp::{exit_speed, natural_speed, ramp};
 use super::{ScalarLimits, ScalarState};
@@ -71,6 +71,7 @@ impl Travel {
     /// True when the motion stands: finished, or halted with nothing left of the braking.
     pub fn is_standing(&self) -> bool {
         self.finished
+            || (self.wanted == Drive::Halt && self.current().is_none())
             || (self.wanted == Drive::Halt
                 && self.planned == Some(Drive::Halt)
                 && self.time >= self.profile.duration()
@@ -88,13 +89,17 @@ impl Travel {
             self.replan();
         }
         self.time += dt;
-        // Each pass leaves one stretch, so there are at most as many passes as stretches.
-        for _ in 0..=super::course::MAX_STRETCHES {
+        // Each pass leaves one stretch; one more finishes.
+        for _ in 0..=MAX_STRETCHES {
             let over = self.time - self.profile.duration();
             if self.finished || over < 0.0 || !self.at_end_of_stretch() {
                 break;
             }
-            self.next_stretch(over);
+            if self.current().is_none() {
+                self.finished = true;
+            } else {
+                self.next_stretch(over);
+            }
         }
         self.state()
     }
@@ -124,15 +129,15 @@ impl Travel {
         let entry = self.profile.end();
         self.behind += self.current().map_or(0.0, |s| s.length);
         self.stretch += 1;
+        self.time = over;
         let Some(stretch) = self.current().copied() else {
-            self.finished = true;
+            self.profile = Profile::standing(0.0, self.course.rest());
             return;
         };
         let start = ScalarState {
             position: 0.0,
             ..entry
         };
-        self.time = over;
         match self.plan(&stretch, start) {
             Some(profile) => self.follow(profile),
             None => {
@@ -146,7 +151,6 @@ impl Travel {
     /// Plans anew from where the motion is; keeps the present profile when that does not fit into the stretch.
     fn replan(&mut self) {
         let Some(stretch) = self.current().copied() else {
-            self.finished = true;
             return;
         };
         let now = self.profile.at(self.time);

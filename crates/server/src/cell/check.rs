@@ -1,7 +1,9 @@
 //! Values that have the right type but make no sense: what TOML and serde cannot see.
 
-use super::*;
-use core::f64::consts::TAU;
+use core::fmt;
+
+use super::point::{Direction, Point};
+use super::schema::{Conveyor, ModbusSignal, PointValue, Shape, Size, Tables};
 
 /// One mistake; the file's name is added by the caller.
 pub(super) struct Wrong {
@@ -102,7 +104,7 @@ impl Table {
     }
 }
 
-pub(super) fn values(cell: &Cell) -> Checked {
+pub(super) fn values(cell: &Tables) -> Checked {
     for (index, obstacle) in cell.obstacle.iter().enumerate() {
         let table = Table::named("obstacle", &obstacle.name);
         if cell.obstacle[..index]
@@ -204,7 +206,7 @@ pub(super) fn values(cell: &Cell) -> Checked {
     for (index, signal) in cell.modbus.iter().enumerate() {
         modbus(&Table::numbered("modbus", index), signal)?;
     }
-    own_limits(&cell.limits)
+    Ok(())
 }
 
 fn conveyor(table: &Table, belt: &Conveyor) -> Checked {
@@ -241,82 +243,6 @@ fn modbus(table: &Table, signal: &ModbusSignal) -> Checked {
             signal.registers_count,
             "allowed are 1 to 123",
         ));
-    }
-    Ok(())
-}
-
-fn own_limits(limits: &Limits) -> Checked {
-    let table = Table("limits".to_owned());
-    let six = |values: &Option<Six>| values.map_or(Vec::new(), Vec::from);
-    table.positive("joint_speed", &six(&limits.joint_speed))?;
-    table.positive("joint_acceleration", &six(&limits.joint_acceleration))?;
-    table.positive("joint_jerk", &six(&limits.joint_jerk))?;
-    table.finite("joint_position_min", &six(&limits.joint_position_min))?;
-    table.finite("joint_position_max", &six(&limits.joint_position_max))?;
-    table.positive("tcp_speed", limits.tcp_speed.as_slice())?;
-    table.positive("elbow_speed", limits.elbow_speed.as_slice())?;
-    table.positive("tcp_force", limits.tcp_force.as_slice())
-}
-
-/// The joint limits of the file against the model's.
-pub(super) fn limits(limits: &Limits, robot: &RobotDescription) -> Checked {
-    let table = Table("limits".to_owned());
-    let below = |key, values: &Option<Six>, model: &Six, unit: &str| {
-        for (joint, value) in values.iter().flatten().enumerate() {
-            if *value > model[joint] {
-                let allowed = format!(
-                    "joint {} of this model allows at most {} {unit}",
-                    joint + 1,
-                    model[joint]
-                );
-                return Err(table.wrong(key, value, allowed));
-            }
-        }
-        Ok(())
-    };
-    below(
-        "joint_speed",
-        &limits.joint_speed,
-        &robot.speed_limits,
-        "rad/s",
-    )?;
-    below(
-        "joint_acceleration",
-        &limits.joint_acceleration,
-        &robot.acceleration_limits,
-        "rad/s²",
-    )?;
-    for (joint, &(model_min, model_max)) in robot.position_limits.iter().enumerate() {
-        let min = limits
-            .joint_position_min
-            .map_or(model_min, |values| values[joint]);
-        let max = limits
-            .joint_position_max
-            .map_or(model_max, |values| values[joint]);
-        let allowed = || {
-            format!(
-                "joint {} of this model allows {model_min:.4} to {model_max:.4} rad",
-                joint + 1
-            )
-        };
-        // Rounded figures of a whole turn in the file are not meant to be more than a turn.
-        let rounding = TAU * 1e-4;
-        if min < model_min - rounding {
-            return Err(table.wrong("joint_position_min", min, allowed()));
-        }
-        if max > model_max + rounding {
-            return Err(table.wrong("joint_position_max", max, allowed()));
-        }
-        if min >= max {
-            return Err(table.wrong(
-                "joint_position_min",
-                min,
-                format!(
-                    "joint {} would have no range: its maximum is {max}",
-                    joint + 1
-                ),
-            ));
-        }
     }
     Ok(())
 }

@@ -1,10 +1,18 @@
 //! The whole schema read, and the sentence for every mistake.
 
 use super::point::Group;
+use super::schema::*;
 use super::*;
 
-fn cell(text: &str) -> Result<Cell, CellError> {
-    Cell::parse(text, Path::new("c.toml"))
+fn cell(text: &str) -> Result<Tables, CellError> {
+    parse(text, Path::new("c.toml"))
+}
+
+/// Why a file with this text is not loaded.
+fn refused(text: &str) -> String {
+    check_available(&cell(text).unwrap(), Path::new("c.toml"))
+        .unwrap_err()
+        .to_string()
 }
 
 /// Every table with every key.
@@ -121,54 +129,37 @@ fn every_table_and_key_is_read() {
 
 #[test]
 fn what_is_not_simulated_yet_is_refused_by_name() {
-    let path = Path::new("c.toml");
-    let error = cell(WHOLE).unwrap().check_supported(path).unwrap_err();
     assert_eq!(
-        error.to_string(),
-        "c.toml: [obstacle], [tool], [safety_plane], [sensor], [wrench], [conveyor], [wire], [input], [serial], [modbus] \
-         are not available yet; leave them out"
+        refused(WHOLE),
+        "c.toml: [[obstacle]], [tool], [[safety_plane]], [sensor], [[wrench]], [[conveyor]], [[wire]], [[input]], \
+         [[serial]], [[modbus]], tcp_force in [limits] are not available yet; leave them out"
     );
-    let one = cell("[sensor]\nforce_noise = 1")
-        .unwrap()
-        .check_supported(path)
-        .unwrap_err();
     assert_eq!(
-        one.to_string(),
+        refused("[sensor]\nforce_noise = 1"),
         "c.toml: [sensor] is not available yet; leave it out"
     );
-    cell("[limits]\ntcp_speed = 1")
-        .unwrap()
-        .check_supported(path)
-        .unwrap();
-    cell("").unwrap().check_supported(path).unwrap();
 }
 
 #[test]
-fn limits_stay_below_the_models() {
-    let robot = RobotDescription::cs66();
-    let check = |text: &str| {
-        let sentence = cell(text)
-            .unwrap()
-            .check_limits(&robot, Path::new("c.toml"));
-        sentence.map_err(|error| error.to_string())
+fn limits_and_the_text_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cell.toml");
+    let text = "[limits]\ntcp_speed = 0.5\njoint_speed = [1, 1, 1, 2, 2, 2]\n[sensor]\n";
+    std::fs::write(&path, text).unwrap();
+    let cell = Cell::load(&path).unwrap();
+    assert_eq!(cell.text(), text);
+    let expected = LimitOverrides {
+        tcp_speed: Some(0.5),
+        joint_speed: Some(JointSpeeds([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])),
+        ..LimitOverrides::default()
     };
-    assert_eq!(
-        check("[limits]\njoint_speed = [1, 1, 1, 1, 1, 3.1415]"),
-        Ok(())
+    assert_eq!(cell.limits(), expected);
+    let missing = Cell::load(&folder.path().join("x.toml")).unwrap_err();
+    assert!(
+        missing
+            .to_string()
+            .starts_with("cannot read the cell file ")
     );
-    assert_eq!(
-        check("[limits]\njoint_position_max = [6.2832, 6.2832, 3.1416, 6.2832, 6.2832, 6.2832]"),
-        Ok(())
-    );
-    let sentences = [
-        "joint_speed = [1, 1, 1, 1, 1, 4]",
-        "joint_acceleration = [21, 1, 1, 1, 1, 1]",
-        "joint_position_min = [-7, 0, 0, 0, 0, 0]",
-        "joint_position_max = [0, 0, 4, 0, 0, 0]",
-        "joint_position_min = [0, 0, 0, 0, 0, 0]\njoint_position_max = [1, 1, 0, 1, 1, 1]",
-    ]
-    .map(|line| check(&format!("[limits]\n{line}")).unwrap_err());
-    insta::assert_snapshot!(sentences.join("\n"));
 }
 
 #[test]
@@ -181,7 +172,6 @@ fn each_mistake_has_one_sentence_that_names_the_key() {
         "[limits]\njoint_speed = [1, 1, 1, 1, 1]".to_owned(),
         "[limits]\njoint_speed = 1".to_owned(),
         "[limits]\ntcp_speed = \"fast\"".to_owned(),
-        "[limits]\ntcp_speed = 0".to_owned(),
         "[limits\n".to_owned(),
         "[[obstacle]]\nshape = \"box\"".to_owned(),
         obstacle("shape = \"cube\""),
