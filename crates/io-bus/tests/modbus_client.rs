@@ -1,5 +1,7 @@
 //! The Modbus server as a PLC sees it: over real sockets, with an independent client.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use std::net::SocketAddr;
 use std::sync::Arc;
 
