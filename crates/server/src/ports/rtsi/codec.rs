@@ -177,11 +177,22 @@ impl Value {
 #[error("a packet of {0} bytes; the shortest has {HEADER_BYTES}")]
 pub struct NotRtsi(pub u16);
 
-/// The first whole packet of `received`: its letter, its payload and its length; `None` until it is complete.
+/// A packet in the bytes received.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Packet<'a> {
+    /// What it is.
+    pub letter: u8,
+    /// What is in it.
+    pub payload: &'a [u8],
+    /// How many bytes it takes, head included.
+    pub bytes: usize,
+}
+
+/// The first whole packet of `received`; `None` until it is complete.
 ///
 /// # Errors
 /// [`NotRtsi`]
-pub fn packet(received: &[u8]) -> Result<Option<(u8, &[u8], usize)>, NotRtsi> {
+pub fn packet(received: &[u8]) -> Result<Option<Packet<'_>>, NotRtsi> {
     let Some(&[high, low, letter]) = received.first_chunk::<HEADER_BYTES>() else {
         return Ok(None);
     };
@@ -190,9 +201,11 @@ pub fn packet(received: &[u8]) -> Result<Option<(u8, &[u8], usize)>, NotRtsi> {
     if bytes < HEADER_BYTES {
         return Err(NotRtsi(length));
     }
-    Ok(received
-        .get(HEADER_BYTES..bytes)
-        .map(|payload| (letter, payload, bytes)))
+    Ok(received.get(HEADER_BYTES..bytes).map(|payload| Packet {
+        letter,
+        payload,
+        bytes,
+    }))
 }
 
 /// Appends a packet whose payload `fill` writes. Callers keep payloads below 64 KiB; a longer one would be a fault of
@@ -242,13 +255,17 @@ mod tests {
 
     #[test]
     fn packets_are_cut_from_the_stream() {
+        let whole = |letter, payload, bytes| {
+            Ok(Some(Packet {
+                letter,
+                payload,
+                bytes,
+            }))
+        };
         assert_eq!(packet(&[0, 5]), Ok(None));
         assert_eq!(packet(&[0, 5, b'V', 0]), Ok(None));
-        assert_eq!(
-            packet(&[0, 5, b'V', 0, 1, 9]),
-            Ok(Some((b'V', &[0, 1][..], 5)))
-        );
-        assert_eq!(packet(&[0, 3, b'S']), Ok(Some((b'S', &[][..], 3))));
+        assert_eq!(packet(&[0, 5, b'V', 0, 1, 9]), whole(b'V', &[0, 1], 5));
+        assert_eq!(packet(&[0, 3, b'S']), whole(b'S', &[], 3));
         assert_eq!(packet(&[0, 2, b'S']), Err(NotRtsi(2)));
     }
 

@@ -248,10 +248,10 @@ impl Written {
             (Input::StandardAnalog(index), Value::F64(x)) => {
                 self.analog[usize::from(index & 1)] = x;
             }
-            (Input::ExternalForceTorque, Value::Vector6(wrench)) => {
-                if wrench.iter().all(|x| x.is_finite()) {
-                    changes.push(Change::ExternalForceTorque(wrench));
-                }
+            (Input::ExternalForceTorque, Value::Vector6(wrench))
+                if wrench.iter().all(|x| x.is_finite()) =>
+            {
+                changes.push(Change::ExternalForceTorque(wrench));
             }
             (Input::Bits(first), Value::U32(levels)) => {
                 changes.push(Change::InputBits { first, levels });
@@ -265,7 +265,7 @@ impl Written {
             (Input::Double(index), Value::F64(value)) => {
                 changes.push(Change::InputDouble { index, value });
             }
-            // A value has the type of its variable: both come from the same recipe.
+            // A wrench that is none. Other pairs do not occur: a value is read with the type of its variable.
             _ => {}
         }
     }

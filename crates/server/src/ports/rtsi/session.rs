@@ -126,11 +126,10 @@ impl<C: Controller> Talk<'_, C> {
     /// Answers every whole packet and keeps the rest.
     async fn take_packets(&mut self, received: &mut Vec<u8>) -> io::Result<()> {
         let mut start = 0;
-        while let Some((letter, payload, bytes)) = packet(&received[start..])
-            .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))?
-        {
-            self.answer(letter, payload).await;
-            start += bytes;
+        let not_rtsi = |error| io::Error::new(io::ErrorKind::InvalidData, error);
+        while let Some(packet) = packet(&received[start..]).map_err(not_rtsi)? {
+            self.answer(packet.letter, packet.payload).await;
+            start += packet.bytes;
         }
         received.drain(..start);
         Ok(())
