@@ -72,7 +72,11 @@ impl Lower<'_> {
             }
             ExprKind::List(items) => Box::new(ListDisplay(self.elements(items))),
             ExprKind::Tuple(items) => self.tuple(items),
-            ExprKind::Set(items) => Box::new(SetDisplay(self.elements(items), span)),
+            ExprKind::Set(items) => {
+                let all_constant = items.iter().all(|item| matches!(item.kind, ExprKind::Constant(_)));
+                let copied = items.len() >= 3 && all_constant;
+                Box::new(SetDisplay { elements: self.elements(items), copied, span })
+            }
             ExprKind::Dict(items) => Box::new(DictDisplay(self.dict_elements(items), span)),
             ExprKind::Comprehension(comprehension) => self.comprehension(comprehension, span),
             ExprKind::Lambda(lambda) => Box::new(self.lambda(lambda, span)),

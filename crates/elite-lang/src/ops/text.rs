@@ -289,7 +289,8 @@ impl Evaluator<'_> {
         }
     }
 
-    fn qualname_of(&self, class: &crate::value::Class) -> String {
+    /// `__qualname__` of a class.
+    pub fn qualname_of(&self, class: &crate::value::Class) -> String {
         match class.own_attrs().get(known::QUALNAME) {
             Some(Value::Str(text)) => text.as_str().to_owned(),
             _ => class.name().to_string(),

@@ -49,7 +49,7 @@ known_symbols! {
     FLOAT = "__float__", COMPLEX = "__complex__", INDEX = "__index__", ROUND = "__round__", TRUNC = "__trunc__",
     FLOOR = "__floor__", CEIL = "__ceil__",
     CLASS = "__class__", DICT = "__dict__", NAME = "__name__", QUALNAME = "__qualname__", DOC = "__doc__",
-    MODULE = "__module__", BASES = "__bases__", MRO = "__mro__", FUNC = "__func__", SELF = "__self__",
+    MODULE = "__module__", BASES = "__bases__", BASE = "__base__", MRO = "__mro__", FUNC = "__func__", SELF = "__self__",
     DEFAULTS = "__defaults__", WRAPPED = "__wrapped__", SLOTS = "__slots__", ANNOTATIONS = "__annotations__",
     CAUSE = "__cause__", CONTEXT = "__context__", SUPPRESS_CONTEXT = "__suppress_context__",
     TRACEBACK = "__traceback__", ARGS = "args", VALUE = "value", CODE = "code", REAL = "real", IMAG = "imag",
