@@ -1,1 +1,41 @@
-//! EliteScript: lexer, parser, resolver, tree-walking evaluator on coroutines, diagnostics.
+//! EliteScript: Python 3.11 as robot controllers speak it, with `end`, `sec` and one-line programs.
+//!
+//! Text becomes a [`Program`] (`lexer` → `parser` → `resolve`), a program becomes executable nodes (`lower`) that
+//! evaluate themselves (`eval`, `ops`, `builtins`) on coroutines that the embedder drives ([`Interpreter`],
+//! [`ScriptThread`]). The crate knows nothing of robots, sockets, clocks or async: what a program can reach beyond
+//! itself goes through [`Host`] and [`NativeFunction`].
+
+mod ast;
+mod builtins;
+mod diagnostic;
+mod errors;
+mod eval;
+mod format;
+mod host;
+mod interpreter;
+mod lexer;
+mod limits;
+mod lower;
+mod native;
+mod ops;
+mod parser;
+mod program;
+mod resolve;
+mod source;
+mod stdlib;
+mod value;
+
+pub use diagnostic::{Diagnostic, DiagnosticFields, Label, Severity, render_human};
+pub use errors::{ExceptionKind, Link, ScriptError, TraceFrame, render_script_error};
+pub use eval::coroutine::Resume;
+pub use host::{Host, ThreadId};
+pub use interpreter::{Interpreter, ScriptThread, Step};
+pub use limits::Limits;
+pub use native::{NativeBody, NativeCall, NativeFunction, Param, ParamKind, WaitToken};
+pub use program::{Program, ProgramKind, check, compile};
+pub use resolve::KnownNames;
+pub use source::{Position, SourceFile, Span};
+pub use value::{Raised, Value};
+
+/// What most operations on values return.
+pub type ScriptResult<T = Value> = Result<T, Raised>;

@@ -10,6 +10,7 @@ use motion_api::{CommandKind, Origin, ProgramId};
 use thiserror::Error;
 use tokio::sync::{mpsc, watch};
 
+use crate::interpreter::Interpreter;
 use crate::message::{Message, Severity};
 use crate::task::{Control, ProgramText, Task, TaskEnd, TaskSettings};
 
@@ -74,6 +75,7 @@ pub struct Supervisor {
 
 struct Shared {
     settings: TaskSettings,
+    interpreter: Interpreter,
     current: Mutex<Current>,
     status: watch::Sender<TaskStatus>,
 }
@@ -93,13 +95,14 @@ impl Supervisor {
     /// A supervisor without a program.
     pub fn new(settings: TaskSettings) -> Self {
         let (status, _) = watch::channel(TaskStatus::default());
-        Self {
-            shared: Arc::new(Shared {
-                settings,
-                current: Mutex::default(),
-                status,
-            }),
-        }
+        let shared =
+            Shared { settings, interpreter: Interpreter::default(), current: Mutex::default(), status };
+        Self { shared: Arc::new(shared) }
+    }
+
+    /// The statements of interpreter mode.
+    pub fn interpreter(&self) -> &Interpreter {
+        &self.shared.interpreter
     }
 
     /// What runs right now.
@@ -248,6 +251,7 @@ impl Shared {
     ) {
         let observer = self.settings.observer.clone();
         observer.program_started(id, &program.name, &program.text);
+        self.interpreter.task_started();
         let end = match tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()
@@ -261,6 +265,7 @@ impl Shared {
                 TaskEnd::Failed
             }
         };
+        self.interpreter.task_ended();
         observer.program_ended(id);
         self.current
             .lock()

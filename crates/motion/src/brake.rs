@@ -5,6 +5,7 @@
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds};
 
 use crate::config::MotionLimits;
+use crate::constants::SETTLING_TIME;
 use crate::scalar::{Profile, ScalarState};
 use crate::setpoint::Setpoint;
 
@@ -43,8 +44,10 @@ impl JointBrake {
         }
     }
 
-    /// True when every joint stands.
-    pub fn is_standing(&self) -> bool {
-        self.profiles.iter().all(|p| self.time >= p.duration())
+    /// True when every joint's target stands and the arm has come to rest as well, or has had its time to.
+    pub fn has_settled(&self, arm_rests: bool) -> bool {
+        let longest = self.profiles.iter().map(Profile::duration);
+        let longest = longest.fold(0.0, f64::max);
+        self.time >= longest + if arm_rests { 0.0 } else { SETTLING_TIME }
     }
 }

@@ -5,16 +5,17 @@
 
 use kinematics::chain::Frames;
 use kinematics::{Dynamics, Payload, Pose, RobotModel, RpyPose};
-use motion_api::{Command, CommandId, MotionEnd, Outcome, RobotMode, StopReason};
+use motion_api::{Command, CommandId, MotionEnd, Outcome, RobotMode, SafetyMode, StopReason};
 use nalgebra::Vector3;
 use rtrb::Consumer;
 
 use crate::brake::JointBrake;
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
-use crate::constants::{TRACKING_LIMIT, fault};
+use crate::constants::{RESTING_SPEED, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
 use crate::machine::Machine;
 use crate::motion::Motion;
 use crate::outbox::Outbox;
+use crate::plan::LinePlanner;
 use crate::plant::{ArmState, Plant};
 use crate::report::report;
 use crate::setpoint::{LimitedSetpoint, Setpoint, limit};
@@ -37,6 +38,8 @@ pub struct Timing {
 pub(crate) enum Generator {
     /// The arm stands at the target.
     Hold,
+    /// The arm stands while a Cartesian motion is being planned.
+    Planning(CommandId, LinePlanner),
     /// A motion is under way, or held on its path.
     Path(Motion),
     /// A protective stop brakes the joints.
@@ -136,21 +139,20 @@ impl Cycle {
 
     /// The generator's setpoint, or why there is none.
     fn generate(&mut self) -> Result<Setpoint, StopReason> {
-        let fraction = if self.is_paused {
+        let fraction = if self.is_paused || self.speed_fraction < SLOWEST_FRACTION {
             0.0
         } else {
             self.speed_fraction
         };
+        self.plan_on();
         match &mut self.generator {
-            Generator::Hold => Ok(Setpoint::standing(self.target.q)),
+            Generator::Hold | Generator::Planning(..) => Ok(Setpoint::standing(self.target.q)),
             Generator::Brake(brake) => Ok(brake.next(self.step)),
-            Generator::Path(motion) => {
-                motion
-                    .next(self.step, fraction, &self.target.q)
-                    .ok_or(StopReason::Internal {
-                        code: fault::PATH_LOST,
-                    })
-            }
+            Generator::Path(motion) => motion
+                .next(self.step, fraction, &self.model, &self.target.q)
+                .ok_or(StopReason::Internal {
+                    code: fault::PATH_LOST,
+                }),
         }
     }
 
@@ -180,7 +182,7 @@ impl Cycle {
 
     /// Moves the plant by one step.
     fn move_arm(&mut self, limited: &LimitedSetpoint) {
-        if self.machine.is_under_servo() {
+        if self.is_under_servo() {
             self.actual = self.plant.follow(limited, &self.dynamics, self.step);
             self.target = *limited.get();
         } else {
@@ -225,8 +227,10 @@ impl Cycle {
                 self.out.ended(motion.id, Outcome::Done);
                 self.generator = Generator::Hold;
             }
-            Generator::Brake(brake) if brake.is_standing() => {
-                // The arm may have been held up: from now on it is wanted where it stands.
+            Generator::Brake(brake)
+                if brake.has_settled(self.actual.qd.max_abs() < RESTING_SPEED) =>
+            {
+                // The arm may have been held up: from now on it is wanted where it stands, and the brakes hold it there.
                 self.generator = Generator::Hold;
                 self.stand_at_actual();
             }
@@ -254,16 +258,25 @@ impl Cycle {
         if self.machine.protective_stop(reason) {
             self.out.stopped(reason);
         }
-        if let Generator::Path(motion) = &self.generator {
-            self.out.ended(motion.id, Outcome::ProtectiveStop(reason));
+        let running = self.running();
+        if running != CommandId::NONE {
+            self.out.ended(running, Outcome::ProtectiveStop(reason));
         }
         self.is_paused = false;
         JointBrake::new(&self.target, &self.limits)
     }
 
+    /// The servos hold the arm, not the brakes: those do without power, and at the end of a protective stop.
+    pub(crate) fn is_under_servo(&self) -> bool {
+        self.machine.is_under_servo()
+            && (self.machine.safety_mode() != SafetyMode::ProtectiveStop
+                || matches!(self.generator, Generator::Brake(_)))
+    }
+
     /// The target becomes the place where the arm is.
     pub(crate) fn stand_at_actual(&mut self) {
         self.target = Setpoint::standing(self.actual.q);
+        self.plant.retarget(&self.target.q);
         self.target_frames = self.model.forward(&self.target.q);
     }
 
@@ -272,7 +285,7 @@ impl Cycle {
         match &self.generator {
             Generator::Hold => true,
             Generator::Path(motion) => motion.is_standing(),
-            Generator::Brake(_) => false,
+            Generator::Planning(..) | Generator::Brake(_) => false,
         }
     }
 
@@ -280,14 +293,21 @@ impl Cycle {
     pub(crate) fn running(&self) -> CommandId {
         match &self.generator {
             Generator::Path(motion) => motion.id,
+            Generator::Planning(id, _) => *id,
             _ => CommandId::NONE,
         }
     }
 
     /// Brings a moving arm to rest on its path, as a stop command would; for the end of the controller.
     pub fn stop_moving(&mut self) {
-        if let Generator::Path(motion) = &mut self.generator {
-            motion.is_stopping = true;
+        match &mut self.generator {
+            Generator::Path(motion) => motion.is_stopping = true,
+            Generator::Planning(id, _) => {
+                let id = *id;
+                self.out.ended(id, Outcome::Aborted);
+                self.generator = Generator::Hold;
+            }
+            Generator::Hold | Generator::Brake(_) => {}
         }
     }
 

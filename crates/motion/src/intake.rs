@@ -1,15 +1,15 @@
 //! Commands out of the ring and what each of them sets off.
 //!
-//! Owns the rule when a command is taken: while there is room for all its consequences, at most a fixed number in a
-//! cycle, and none after a Cartesian plan, which is the costliest thing a command can ask for.
+//! Owns the rule when a command is taken: while there is room for all its consequences, and at most a fixed number in a
+//! cycle. The costly part of a plan is not done here but once a cycle in `plan_on`.
 
 use kinematics::{Payload, PayloadError, Pose};
 use motion_api::{Command, CommandId, CommandKind, MotionMode, Outcome, Refusal, StopReason};
 
-use crate::constants::COMMANDS_PER_CYCLE;
+use crate::constants::{COMMANDS_PER_CYCLE, PAYLOAD_INERTIA_MAX, PAYLOAD_MASS_MAX, TOOL_REACH_MAX};
 use crate::cycle::{Cycle, Generator};
 use crate::motion::{Motion, Plan};
-use crate::plan::{Arm, Warnings, Wish, plan_movej};
+use crate::plan::{Arm, LinePlanner, Warnings, Wish, plan_movej};
 use crate::waiting::WaitingFor;
 
 /// Whether a command ends at once, and how.
@@ -53,11 +53,27 @@ impl Cycle {
                     acceleration,
                     duration,
                 };
-                self.begin(command.id, MotionMode::MoveJ, |cycle, arm| {
-                    plan_movej(&cycle.target.q, &target, &wish, arm)
-                })
+                self.check_free()?;
+                let planned = plan_movej(&self.target.q, &target, &wish, &self.arm())?;
+                self.begin(command.id, MotionMode::MoveJ, &planned);
+                Ok(Ending::Later)
             }
-            CommandKind::MoveL { .. } => Err(Refusal::Planner { code: 2 }),
+            CommandKind::MoveL {
+                target,
+                acceleration,
+                speed,
+                duration,
+            } => {
+                let wish = Wish {
+                    speed,
+                    acceleration,
+                    duration,
+                };
+                self.check_free()?;
+                let planner = LinePlanner::new(&self.target.q, &target, &wish, &self.arm())?;
+                self.generator = Generator::Planning(command.id, planner);
+                Ok(Ending::Later)
+            }
             CommandKind::Stop { only } => Ok(self.stop(command.id, only)),
             CommandKind::Pause => {
                 self.is_paused = true;
@@ -72,13 +88,15 @@ impl Cycle {
                 Ok(Ending::Now)
             }
             CommandKind::SetTcp(tcp) => {
-                if let Some(value) = tcp.to_array().into_iter().find(|x| !x.is_finite()) {
-                    return Err(bad_value(
-                        "a component of the TCP",
-                        value,
-                        "a finite number",
-                    ));
+                if let Some(angle) = tcp.rpy.into_iter().find(|x| !x.is_finite()) {
+                    return Err(bad_value("an angle of the TCP", angle, "a finite number"));
                 }
+                check_within(
+                    &tcp.xyz,
+                    TOOL_REACH_MAX,
+                    "a coordinate of the TCP",
+                    "at most 10 m",
+                )?;
                 self.tcp = tcp;
                 self.flange_from_tcp = Pose::from_rpy(&tcp);
                 Ok(Ending::Now)
@@ -133,29 +151,44 @@ impl Cycle {
         }
     }
 
-    /// Plans a motion and starts it, unless the arm is busy or not ready.
-    fn begin(
-        &mut self,
-        id: CommandId,
-        mode: MotionMode,
-        plan: impl FnOnce(&Self, &Arm) -> Result<(Plan, Warnings), Refusal>,
-    ) -> Answer {
+    /// A motion may begin: the arm is ready and no other motion is under way.
+    fn check_free(&self) -> Result<(), Refusal> {
         self.machine.check_ready()?;
-        let running = self.running();
-        if running != CommandId::NONE {
-            return Err(Refusal::Busy { running });
+        match self.running() {
+            CommandId::NONE => Ok(()),
+            running => Err(Refusal::Busy { running }),
         }
-        let arm = Arm {
+    }
+
+    fn arm(&self) -> Arm<'_> {
+        Arm {
             model: &self.model,
             flange_from_tcp: &self.flange_from_tcp,
             limits: &self.limits,
-        };
-        let (plan, warnings) = plan(self, &arm)?;
+            dynamics: &self.dynamics,
+        }
+    }
+
+    fn begin(&mut self, id: CommandId, mode: MotionMode, (plan, warnings): &(Plan, Warnings)) {
         for warning in warnings.iter() {
             self.out.warned(id, warning);
         }
-        self.generator = Generator::Path(Motion::new(id, mode, &plan));
-        Ok(Ending::Later)
+        self.generator = Generator::Path(Motion::new(id, mode, plan));
+    }
+
+    /// Goes on with a plan that takes more than one cycle; starts the motion when it is ready.
+    pub(crate) fn plan_on(&mut self) {
+        let Generator::Planning(id, mut planner) = self.generator else {
+            return;
+        };
+        match planner.work(&self.arm()) {
+            Ok(None) => self.generator = Generator::Planning(id, planner),
+            Ok(Some(planned)) => self.begin(id, MotionMode::MoveL, &planned),
+            Err(refusal) => {
+                self.out.ended(id, Outcome::Refused(refusal));
+                self.generator = Generator::Hold;
+            }
+        }
     }
 
     fn stop(&mut self, id: CommandId, only: CommandId) -> Ending {
@@ -169,6 +202,22 @@ impl Cycle {
     }
 
     fn set_payload(&mut self, payload: &Payload) -> Answer {
+        let mass = [payload.mass];
+        check_within(&mass, PAYLOAD_MASS_MAX, "the payload mass", "0 to 1000 kg")?;
+        let cog = payload.cog.as_slice();
+        check_within(
+            cog,
+            TOOL_REACH_MAX,
+            "a coordinate of the centre of gravity",
+            "at most 10 m",
+        )?;
+        let inertia = &payload.inertia;
+        check_within(
+            inertia,
+            PAYLOAD_INERTIA_MAX,
+            "a component of the payload's inertia",
+            "at most 100000 kg m²",
+        )?;
         let given = Payload::new(payload.mass, payload.cog.into(), payload.inertia);
         self.payload = given.map_err(|error| match error {
             PayloadError::NegativeMass { mass_kg } => {
@@ -192,6 +241,19 @@ impl Cycle {
             .stop_reason()
             .as_ref()
             .map_or(0, |reason: &StopReason| u64::from(reason.code()))
+    }
+}
+
+/// Checks that all `values` are numbers of at most `most` either way.
+fn check_within(
+    values: &[f64],
+    most: f64,
+    name: &'static str,
+    needed: &'static str,
+) -> Result<(), Refusal> {
+    match values.iter().find(|x| !(-most..=most).contains(*x)) {
+        None => Ok(()),
+        Some(&value) => Err(bad_value(name, value, needed)),
     }
 }
 

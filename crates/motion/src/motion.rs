@@ -1,6 +1,6 @@
 //! One motion under way: a path, the travel along it, and the command it belongs to.
 
-use kinematics::JointPositions;
+use kinematics::{JointPositions, RobotModel};
 use motion_api::{CommandId, MotionMode};
 
 use crate::path::Path;
@@ -43,6 +43,7 @@ impl Motion {
         &mut self,
         step: f64,
         fraction: f64,
+        model: &RobotModel,
         near: &JointPositions,
     ) -> Option<Setpoint> {
         self.travel.drive(if fraction > 0.0 && !self.is_stopping {
@@ -54,7 +55,7 @@ impl Motion {
         if self.travel.is_finished() {
             return Some(self.path.end());
         }
-        self.path.at(&s, near)
+        self.path.at(model, &s, near)
     }
 
     /// True when the end of the path is reached.

@@ -70,9 +70,27 @@ pub enum SetupWarning {
     },
 }
 
+#[derive(Default)]
 struct Shared {
     is_stopping: AtomicBool,
     overruns: AtomicU64,
+    missed: AtomicU64,
+}
+
+/// How well the deadlines are met, for whoever shows it.
+#[derive(Clone, Default)]
+pub struct ClockMeter(Arc<Shared>);
+
+impl ClockMeter {
+    /// Cycles that ended later than the next one was due.
+    pub fn overruns(&self) -> u64 {
+        self.0.overruns.load(Ordering::Relaxed)
+    }
+
+    /// Cycles that were left out because the machine stood still for too long.
+    pub fn missed(&self) -> u64 {
+        self.0.missed.load(Ordering::Relaxed)
+    }
 }
 
 /// The running motion thread. Dropping it stops it.
@@ -88,10 +106,7 @@ impl MotionThread {
     /// # Errors
     /// The operating system gave no thread.
     pub fn start(cycle: Cycle, options: RealtimeOptions) -> std::io::Result<Self> {
-        let shared = Arc::new(Shared {
-            is_stopping: AtomicBool::new(false),
-            overruns: AtomicU64::new(0),
-        });
+        let shared = Arc::new(Shared::default());
         let (report, warnings) = mpsc::channel();
         let in_thread = shared.clone();
         let thread = thread::Builder::new()
@@ -113,9 +128,9 @@ impl MotionThread {
         &self.warnings
     }
 
-    /// Cycles that began or ended later than the next one was due.
-    pub fn overruns(&self) -> u64 {
-        self.shared.overruns.load(Ordering::Relaxed)
+    /// How well the deadlines are met.
+    pub fn meter(&self) -> ClockMeter {
+        ClockMeter(self.shared.clone())
     }
 
     /// Brings the arm to rest, publishes the last snapshot, ends the thread and gives the cycle back; `None` when the
@@ -159,8 +174,7 @@ fn set_up(options: &RealtimeOptions) -> Vec<SetupWarning> {
         let set = ThreadPriority::try_from(priority.min(99))
             .map_err(str::to_owned)
             .and_then(|value| {
-                set_thread_priority_and_policy(thread_native_id(), value, policy)
-                    .map_err(|error| format!("{error:?}"))
+                set_thread_priority_and_policy(thread_native_id(), value, policy).map_err(describe)
             });
         if let Err(reason) = set {
             warnings.push(SetupWarning::Priority { priority, reason });
@@ -175,6 +189,13 @@ fn set_up(options: &RealtimeOptions) -> Vec<SetupWarning> {
         warnings.push(SetupWarning::Memory { reason });
     }
     warnings
+}
+
+fn describe(error: thread_priority::Error) -> String {
+    match error {
+        thread_priority::Error::OS(code) => std::io::Error::from_raw_os_error(code).to_string(),
+        other => format!("{other:?}"),
+    }
 }
 
 fn run(mut cycle: Cycle, wake: &[Thread], shared: &Shared) -> Cycle {
@@ -198,7 +219,10 @@ fn run(mut cycle: Cycle, wake: &[Thread], shared: &Shared) -> Cycle {
         if end > deadline {
             shared.overruns.fetch_add(1, Ordering::Relaxed);
         }
-        if end.saturating_sub(deadline) > CATCH_UP_MAX {
+        let behind = end.saturating_sub(deadline);
+        if behind > CATCH_UP_MAX {
+            let left_out = (behind.as_secs_f64() / step.as_secs_f64()) as u64;
+            shared.missed.fetch_add(left_out, Ordering::Relaxed);
             deadline = end + step;
         }
         if shared.is_stopping.load(Ordering::Relaxed) {

@@ -63,6 +63,7 @@ fn motion_mode(cycle: &Cycle) -> MotionMode {
     }
     match &cycle.generator {
         Generator::Hold => MotionMode::Idle,
+        Generator::Planning(..) => MotionMode::MoveL,
         Generator::Brake(_) => MotionMode::ProtectiveStop,
         Generator::Path(motion) if motion.is_stopping => MotionMode::Stopping,
         Generator::Path(motion) if cycle.is_paused && motion.is_standing() => MotionMode::Paused,

@@ -1,4 +1,13 @@
 //! The two clocks: the same tick, no record lost under the virtual one, deadlines and a clean end under the real one.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
 
 mod common;
 

@@ -1,4 +1,13 @@
 //! movej on the ideal arm: straight in joint space, exact at the end, within every limit, as fast as asked.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
 
 mod common;
 
@@ -7,6 +16,7 @@ use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
 use motion::LimitOverrides;
 use motion_api::{CommandKind, MotionMode, Outcome, Refusal, Warning};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 fn target(offset: [f64; 6]) -> JointPositions {
     let home = ideal("cs66").home;
@@ -196,7 +206,7 @@ fn configured_tcp_and_elbow_speeds_are_kept() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..Default::default() })]
 
     #[test]
     fn random_motions_keep_every_limit_and_take_no_longer_than_necessary(

@@ -1,10 +1,20 @@
 //! The rigid arm: it follows closely, carries what the model says, and is the same every time.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
 
 mod common;
 
 use common::{Bench, MODELS, movej};
 use kinematics::{JointPositions, Payload, RobotModel};
 use motion::CycleConfig;
+use motion::constants::{PEAK_TORQUE_FACTOR, PLANNED_TORQUE_SHARE};
 use motion_api::{CommandKind, Outcome};
 
 fn rigid(model: &str) -> CycleConfig {
@@ -108,5 +118,65 @@ fn the_same_commands_give_the_same_records_bit_for_bit() {
                 b.actual_torque[joint].to_bits()
             );
         }
+    }
+}
+
+#[test]
+fn moving_joints_carry_what_the_model_says() {
+    for model in MODELS {
+        let mut bench = Bench::new(loaded(model));
+        bench.do_it(movej(JointPositions(TOUR[0])));
+        bench.do_it(movej(JointPositions(TOUR[1])));
+        let effort = RobotModel::built_in(model).unwrap().limits().effort;
+        for state in &bench.states[1..] {
+            for joint in 0..6 {
+                let off = (state.actual_torque[joint] - state.target_torque[joint]).abs();
+                assert!(
+                    off < 0.02 * effort[joint],
+                    "{model} joint {joint} {off} of {}",
+                    effort[joint]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_hardest_motions_asked_for_are_slowed_to_what_the_drives_can_do() {
+    for model in MODELS {
+        let mut bench = Bench::new(loaded(model));
+        // From stretched out to the other side and back up, as fast as anybody can ask.
+        for q in [
+            [0.0, -0.2, 0.1, -1.5708, -1.5708, 0.0],
+            [2.5, -0.2, 0.1, -1.5708, -1.5708, 0.0],
+            [2.5, -1.5708, 0.0, -1.5708, 0.0, 2.0],
+            [0.0, -2.9, 0.0, 0.0, 1.0, 0.0],
+            [0.5, -2.9, 0.0, -1.0, 1.0, 1.0],
+            [0.5, -0.2, 0.0, -1.0, 1.0, 1.0],
+            [0.5, -0.6, 0.4, -1.5, 1.0, 1.0],
+        ] {
+            let outcome = bench.do_it(CommandKind::MoveJ {
+                target: JointPositions(q),
+                acceleration: 1000.0,
+                speed: 1000.0,
+                duration: 0.0,
+            });
+            assert_eq!(outcome, Outcome::Done, "{model} {:?}", bench.stops);
+        }
+        let effort = RobotModel::built_in(model).unwrap().limits().effort;
+        let (mut off, mut most) = (0.0_f64, 0.0_f64);
+        for state in &bench.states {
+            for joint in 0..6 {
+                off = off.max((state.actual_q[joint] - state.target_q[joint]).abs());
+                most = most.max(state.target_torque[joint].abs() / effort[joint]);
+            }
+        }
+        println!("{model}: {most:.2} of the nominal torque, {off:.1e} rad off");
+        assert!(off < 1e-4, "{model} {off}");
+        assert!(
+            most <= 1.02 * PEAK_TORQUE_FACTOR * PLANNED_TORQUE_SHARE,
+            "{model} {most}"
+        );
+        bench.check_limits();
     }
 }

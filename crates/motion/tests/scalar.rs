@@ -1,7 +1,17 @@
 //! The scalar profiles and travel along a course: limits kept, ends exact, as fast as an independent planner.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
 
 use motion::scalar::{Course, Drive, Profile, ScalarLimits, ScalarState, Stretch, Travel};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use rsruckig::prelude::*;
 
 const STEP: f64 = 0.004;
@@ -78,7 +88,7 @@ impl Watch {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..Default::default() })]
 
     #[test]
     fn a_profile_from_rest_takes_as_long_as_an_independent_planner_says(limits in limits(), exponent in -6.0..1.5f64) {

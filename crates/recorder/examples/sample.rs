@@ -118,7 +118,7 @@ impl Arm {
                     line,
                 },
                 kind: CommandKind::MoveJ {
-                    target: self.ends[(number % 2 == 0) as usize],
+                    target: self.ends[(1 - number % 2) as usize],
                     acceleration: 1.4,
                     speed: 1.05,
                     duration: 0.0,
@@ -132,7 +132,7 @@ impl Arm {
         let (number, since) = (cycle / (MOVE + PAUSE), cycle % (MOVE + PAUSE));
         let (from, to) = (
             self.ends[(number % 2) as usize],
-            self.ends[(number % 2 == 0) as usize],
+            self.ends[(1 - number % 2) as usize],
         );
         let moving = since > 0 && since < MOVE;
         let u = (since as f64 / MOVE as f64).min(1.0);

@@ -48,8 +48,11 @@ pub struct RecorderConfig {
     /// (real clock).
     pub notes_wait: bool,
     /// Called once, from the recorder's thread, when the output can no longer be written: raise an alarm.
-    pub on_failure: Box<dyn FnOnce(&RecordError) + Send>,
+    pub on_failure: FailureReport,
 }
+
+/// Told that the recording has stopped, and why.
+pub type FailureReport = Box<dyn FnOnce(&RecordError) + Send>;
 
 /// Why there is no recording, or no more.
 #[derive(Debug, Error)]
@@ -309,7 +312,7 @@ struct Worker<W: Write> {
     waiting: VecDeque<Note>,
     shared: Arc<Shared>,
     path: PathBuf,
-    on_failure: Option<Box<dyn FnOnce(&RecordError) + Send>>,
+    on_failure: Option<FailureReport>,
     dropped_before: u64,
     /// The open chunk, and since when it has been seen open.
     unflushed: Option<(Option<u64>, Instant)>,

@@ -49,7 +49,7 @@ pub struct Setup {
 }
 
 impl Default for Setup {
-    /// The defaults of the command line, on an ideal plant.
+    /// The defaults of a controller (`CycleConfig`), but an ideal plant: for tests and tools.
     fn default() -> Self {
         use std::f64::consts::FRAC_PI_2;
         Self {

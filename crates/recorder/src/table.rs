@@ -5,6 +5,7 @@
 //! is the time stamp in seconds.
 
 use std::collections::HashMap;
+use std::fmt::{self, Write as _};
 
 use mcap::Channel;
 use prost_reflect::{DescriptorPool, DynamicMessage, MessageDescriptor, ReflectMessage, Value};
@@ -13,12 +14,13 @@ use crate::reader::{RawMessage, ReadError, Recording};
 
 /// More columns than a person or a spreadsheet can use.
 const MAX_COLUMNS: usize = 10_000;
+const TIME_COLUMN: &str = "log_time";
 
 /// A topic as a table.
 pub struct Table<'a> {
     recording: &'a Recording,
     topic: String,
-    columns: Vec<String>,
+    columns: Columns,
 }
 
 impl<'a> Table<'a> {
@@ -27,31 +29,31 @@ impl<'a> Table<'a> {
     /// # Errors
     /// [`ReadError`] when there is no such topic, or a message is not what the topic's schema says.
     pub fn new(recording: &'a Recording, topic: &str) -> Result<Self, ReadError> {
-        let topic = format!("/{}", topic.trim_start_matches('/'));
         let mut table = Self {
             recording,
-            topic,
-            columns: Vec::new(),
+            topic: format!("/{}", topic.trim_start_matches('/')),
+            columns: Columns::default(),
         };
-        let mut known = HashMap::new();
-        let mut found = false;
-        for cells in table.messages()? {
-            found = true;
-            for (name, _) in cells? {
-                if !known.contains_key(&name) {
-                    known.insert(name.clone(), ());
-                    table.columns.push(name);
-                }
-            }
-            if table.columns.len() > MAX_COLUMNS {
+        let mut messages = TopicMessages::new(recording, &table.topic)?;
+        loop {
+            let mut hint = 0;
+            let columns = &mut table.columns;
+            let found = messages.next(&mut |name, _| {
+                hint = 1 + columns.place_or_new(name, hint);
+                Ok(())
+            })?;
+            if table.columns.names.len() > MAX_COLUMNS {
                 return Err(ReadError::TooWide {
                     topic: table.topic,
                     limit: MAX_COLUMNS,
                 });
             }
+            if !found {
+                break;
+            }
         }
-        if !found {
-            table.columns.push(TIME_COLUMN.to_owned());
+        if messages.number == 0 {
+            table.columns.place_or_new(TIME_COLUMN, 0);
             table.topic_exists()?;
         }
         Ok(table)
@@ -59,7 +61,7 @@ impl<'a> Table<'a> {
 
     /// Names of the columns.
     pub fn columns(&self) -> &[String] {
-        &self.columns
+        &self.columns.names
     }
 
     /// The rows; a cell is `None` where the message has no such value.
@@ -70,47 +72,23 @@ impl<'a> Table<'a> {
         &self,
     ) -> Result<impl Iterator<Item = Result<Vec<Option<String>>, ReadError>> + use<'_>, ReadError>
     {
-        let places: HashMap<&str, usize> =
-            self.columns.iter().map(String::as_str).zip(0..).collect();
-        let messages = self.messages()?;
-        Ok(messages.map(move |cells| {
-            let mut row = vec![None; places.len()];
-            for (name, value) in cells? {
+        let mut messages = TopicMessages::new(self.recording, &self.topic)?;
+        Ok(std::iter::from_fn(move || {
+            let mut row = vec![None; self.columns.names.len()];
+            let mut hint = 0;
+            let found = messages.next(&mut |name, cell| {
                 // A file that grew since its columns were found may have new ones.
-                if let Some(&place) = places.get(name.as_str()) {
-                    row[place] = Some(value);
+                if let Some(place) = self.columns.place(name, hint) {
+                    row[place] = Some(cell.to_string());
+                    hint = place + 1;
                 }
+                Ok(())
+            });
+            match found {
+                Ok(true) => Some(Ok(row)),
+                Ok(false) => None,
+                Err(error) => Some(Err(error)),
             }
-            Ok(row)
-        }))
-    }
-
-    /// The messages of the topic as lists of named cells.
-    fn messages(
-        &self,
-    ) -> Result<impl Iterator<Item = Result<Vec<(String, String)>, ReadError>> + use<'a>, ReadError>
-    {
-        let topic = self.topic.clone();
-        let mut decoder: Option<Decoder> = None;
-        let mut number = 0;
-        let recording = self.recording;
-        let messages = recording.messages()?;
-        let of_topic = messages.filter(move |message| message.channel.topic == topic);
-        Ok(of_topic.map(move |message| {
-            number += 1;
-            let decoder = match &mut decoder {
-                Some(decoder) => decoder,
-                none => none.insert(Decoder::new(&message.channel)?),
-            };
-            let mut cells = vec![(TIME_COLUMN.to_owned(), seconds(recording, &message))];
-            decoder
-                .decode(&message.data, &mut cells)
-                .map_err(|reason| ReadError::Message {
-                    topic: message.channel.topic.clone(),
-                    number,
-                    reason,
-                })?;
-            Ok(cells)
         }))
     }
 
@@ -128,15 +106,82 @@ impl<'a> Table<'a> {
     }
 }
 
-const TIME_COLUMN: &str = "log_time";
-
-fn seconds(recording: &Recording, message: &RawMessage) -> String {
-    let epoch = recording.setup().map_or(0, |setup| setup.epoch_ns);
-    decimal_seconds(message.log_time_ns.saturating_sub(epoch))
+/// Names of columns and their places. Messages have their values in the same order nearly always, so the place after
+/// the one before is tried first.
+#[derive(Default)]
+struct Columns {
+    names: Vec<String>,
+    places: HashMap<String, usize>,
 }
 
-fn decimal_seconds(ns: u64) -> String {
-    format!("{}.{:09}", ns / 1_000_000_000, ns % 1_000_000_000)
+impl Columns {
+    fn place(&self, name: &str, hint: usize) -> Option<usize> {
+        if self.names.get(hint).is_some_and(|at_hint| at_hint == name) {
+            return Some(hint);
+        }
+        self.places.get(name).copied()
+    }
+
+    fn place_or_new(&mut self, name: &str, hint: usize) -> usize {
+        self.place(name, hint).unwrap_or_else(|| {
+            let place = self.names.len();
+            self.names.push(name.to_owned());
+            self.places.insert(name.to_owned(), place);
+            place
+        })
+    }
+}
+
+/// Told the name and the value of every cell.
+type Emit<'a> = dyn FnMut(&str, Cell) -> Result<(), String> + 'a;
+
+/// The messages of one topic, cell by cell.
+struct TopicMessages<'a> {
+    recording: &'a Recording,
+    messages: crate::reader::Messages,
+    topic: String,
+    decoder: Option<Decoder>,
+    /// Messages so far.
+    number: u64,
+}
+
+impl<'a> TopicMessages<'a> {
+    fn new(recording: &'a Recording, topic: &str) -> Result<Self, ReadError> {
+        Ok(Self {
+            recording,
+            messages: recording.messages()?,
+            topic: topic.to_owned(),
+            decoder: None,
+            number: 0,
+        })
+    }
+
+    /// Emits the cells of the next message; false when there is none.
+    fn next(&mut self, emit: &mut Emit) -> Result<bool, ReadError> {
+        let topic = &self.topic;
+        let Some(message) = self.messages.find(|m| m.channel.topic == *topic) else {
+            return Ok(false);
+        };
+        self.number += 1;
+        let time = Cell::Nanos(self.since_start(&message));
+        let decoder = match &mut self.decoder {
+            Some(decoder) => decoder,
+            none => none.insert(Decoder::new(&message.channel)?),
+        };
+        emit(TIME_COLUMN, time)
+            .and_then(|()| decoder.decode(&message.data, emit))
+            .map_err(|reason| ReadError::Message {
+                topic: self.topic.clone(),
+                number: self.number,
+                reason,
+            })?;
+        Ok(true)
+    }
+
+    fn since_start(&self, message: &RawMessage) -> i128 {
+        let epoch = self.recording.setup().map_or(0, |setup| setup.epoch_ns);
+        i128::from(message.log_time_ns) - i128::from(epoch)
+    }
 }
 
 enum Decoder {
@@ -159,113 +204,160 @@ impl Decoder {
                     .ok_or_else(|| fail("there is none".to_owned()))?;
                 let pool = DescriptorPool::decode(schema.data.as_ref())
                     .map_err(|error| fail(error.to_string()))?;
-                let message = pool.get_message_by_name(&schema.name).ok_or_else(|| {
-                    fail(format!("it does not define the message {}", schema.name))
-                })?;
+                let message = pool
+                    .get_message_by_name(&schema.name)
+                    .ok_or_else(|| fail(format!("it does not define {}", schema.name)))?;
                 Ok(Self::Protobuf(message))
             }
             other => Err(fail(format!("the encoding {other:?} is not supported"))),
         }
     }
 
-    fn decode(&self, data: &[u8], cells: &mut Vec<(String, String)>) -> Result<(), String> {
+    fn decode(&self, data: &[u8], emit: &mut Emit) -> Result<(), String> {
+        let mut walk = Walk {
+            name: String::new(),
+            count: 0,
+            emit,
+        };
         match self {
             Self::Json => {
                 let value: serde_json::Value =
                     serde_json::from_slice(data).map_err(|error| error.to_string())?;
-                flatten_json("", &value, cells)
+                walk.json(&value)
             }
             Self::Protobuf(descriptor) => {
                 let message = DynamicMessage::decode(descriptor.clone(), data)
                     .map_err(|error| error.to_string())?;
-                flatten_message("", &message, cells)
+                walk.message(&message)
             }
         }
     }
 }
 
-type Cells = Vec<(String, String)>;
-
-fn push(name: &str, value: String, cells: &mut Cells) -> Result<(), String> {
-    if cells.len() > MAX_COLUMNS {
-        return Err(format!("it has more than {MAX_COLUMNS} values"));
-    }
-    cells.push((name.to_owned(), value));
-    Ok(())
+/// Goes through a message and builds the names on the way. Nesting is bounded by the decoders, which refuse messages
+/// that are nested more than about a hundred times.
+struct Walk<'a, 'b> {
+    name: String,
+    count: usize,
+    emit: &'a mut Emit<'b>,
 }
 
-fn inner(outer: &str, name: &str) -> String {
-    if outer.is_empty() {
-        name.to_owned()
-    } else {
-        format!("{outer}.{name}")
-    }
-}
+type Walked = Result<(), String>;
 
-fn flatten_json(name: &str, value: &serde_json::Value, cells: &mut Cells) -> Result<(), String> {
-    use serde_json::Value;
-    match value {
-        Value::Object(fields) => fields
-            .iter()
-            .try_for_each(|(key, value)| flatten_json(&inner(name, key), value, cells)),
-        Value::Array(items) => items
-            .iter()
-            .enumerate()
-            .try_for_each(|(i, value)| flatten_json(&format!("{name}_{i}"), value, cells)),
-        Value::Null => Ok(()),
-        Value::String(text) => push(name, text.clone(), cells),
-        Value::Bool(_) | Value::Number(_) => push(name, value.to_string(), cells),
-    }
-}
-
-fn flatten_message(name: &str, message: &DynamicMessage, cells: &mut Cells) -> Result<(), String> {
-    for field in message.descriptor().fields() {
-        // A field that can be absent and is has no cell; others have their default.
-        if field.supports_presence() && !message.has_field(&field) {
-            continue;
+impl Walk<'_, '_> {
+    fn cell(&mut self, cell: Cell) -> Walked {
+        self.count += 1;
+        if self.count > MAX_COLUMNS {
+            return Err(format!("it has more than {MAX_COLUMNS} values"));
         }
-        let value = message.get_field(&field);
-        flatten_value(&inner(name, field.name()), &value, cells)?;
+        (self.emit)(&self.name, cell)
     }
-    Ok(())
-}
 
-fn flatten_value(name: &str, value: &Value, cells: &mut Cells) -> Result<(), String> {
-    let text = match value {
-        Value::Message(message) => {
-            return match instant(message) {
-                Some(text) => push(name, text, cells),
-                None => flatten_message(name, message, cells),
-            };
+    fn field(&mut self, name: &str, go_on: impl FnOnce(&mut Self) -> Walked) -> Walked {
+        let outer = self.name.len();
+        if outer > 0 {
+            self.name.push('.');
         }
-        Value::List(items) => {
-            return items
+        self.name.push_str(name);
+        go_on(self)?;
+        self.name.truncate(outer);
+        Ok(())
+    }
+
+    fn element(&mut self, index: usize, go_on: impl FnOnce(&mut Self) -> Walked) -> Walked {
+        let outer = self.name.len();
+        // Writing to a String cannot fail.
+        let _ = write!(self.name, "_{index}");
+        go_on(self)?;
+        self.name.truncate(outer);
+        Ok(())
+    }
+
+    fn json(&mut self, value: &serde_json::Value) -> Walked {
+        use serde_json::Value;
+        match value {
+            Value::Object(fields) => fields
+                .iter()
+                .try_for_each(|(name, value)| self.field(name, |walk| walk.json(value))),
+            Value::Array(items) => items
                 .iter()
                 .enumerate()
-                .try_for_each(|(i, value)| flatten_value(&format!("{name}_{i}"), value, cells));
+                .try_for_each(|(i, value)| self.element(i, |walk| walk.json(value))),
+            Value::Null => Ok(()),
+            Value::String(text) => self.cell(Cell::Text(text)),
+            Value::Bool(_) | Value::Number(_) => self.cell(Cell::Shown(value)),
         }
-        Value::Map(items) => {
-            let mut sorted: Vec<_> = items.iter().collect();
-            sorted.sort_by(|a, b| a.0.cmp(b.0));
-            return sorted.into_iter().try_for_each(|(key, value)| {
-                flatten_value(&inner(name, &format!("{key:?}")), value, cells)
-            });
+    }
+
+    fn message(&mut self, message: &DynamicMessage) -> Walked {
+        for field in message.descriptor().fields() {
+            // A field that can be absent and is has no cell; others have their default.
+            if !field.supports_presence() || message.has_field(&field) {
+                let value = message.get_field(&field);
+                self.field(field.name(), |walk| walk.value(&value))?;
+            }
         }
-        Value::Bool(x) => x.to_string(),
-        Value::I32(x) | Value::EnumNumber(x) => x.to_string(),
-        Value::I64(x) => x.to_string(),
-        Value::U32(x) => x.to_string(),
-        Value::U64(x) => x.to_string(),
-        Value::F32(x) => x.to_string(),
-        Value::F64(x) => x.to_string(),
-        Value::String(x) => x.clone(),
-        Value::Bytes(x) => x.iter().map(|byte| format!("{byte:02x}")).collect(),
-    };
-    push(name, text, cells)
+        Ok(())
+    }
+
+    fn value(&mut self, value: &Value) -> Walked {
+        match value {
+            Value::Message(message) => match instant(message) {
+                Some(ns) => self.cell(Cell::Nanos(ns)),
+                None => self.message(message),
+            },
+            Value::List(items) => items
+                .iter()
+                .enumerate()
+                .try_for_each(|(i, value)| self.element(i, |walk| walk.value(value))),
+            Value::Map(items) => {
+                let mut sorted: Vec<_> = items.iter().collect();
+                sorted.sort_by(|a, b| a.0.cmp(b.0));
+                sorted.into_iter().try_for_each(|(key, value)| {
+                    self.field(&format!("{key:?}"), |walk| walk.value(value))
+                })
+            }
+            Value::Bool(x) => self.cell(Cell::Shown(x)),
+            Value::I32(x) | Value::EnumNumber(x) => self.cell(Cell::Shown(x)),
+            Value::I64(x) => self.cell(Cell::Shown(x)),
+            Value::U32(x) => self.cell(Cell::Shown(x)),
+            Value::U64(x) => self.cell(Cell::Shown(x)),
+            Value::F32(x) => self.cell(Cell::Shown(x)),
+            Value::F64(x) => self.cell(Cell::Shown(x)),
+            Value::String(x) => self.cell(Cell::Text(x)),
+            Value::Bytes(x) => self.cell(Cell::Bytes(x)),
+        }
+    }
 }
 
-/// Seconds of a `google.protobuf.Timestamp` or `Duration`, `None` for other messages.
-fn instant(message: &DynamicMessage) -> Option<String> {
+/// Value of a cell, not yet text.
+enum Cell<'a> {
+    Text(&'a str),
+    /// Numbers as the shortest text that reads back the same.
+    Shown(&'a dyn fmt::Display),
+    /// A time, shown in seconds.
+    Nanos(i128),
+    Bytes(&'a [u8]),
+}
+
+impl fmt::Display for Cell<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(text) => f.write_str(text),
+            Self::Shown(value) => value.fmt(f),
+            Self::Nanos(ns) => {
+                let sign = if *ns < 0 { "-" } else { "" };
+                let ns = ns.unsigned_abs();
+                let (secs, rest) = (ns / 1_000_000_000, ns % 1_000_000_000);
+                write!(f, "{sign}{secs}.{rest:09}")
+            }
+            Self::Bytes(bytes) => bytes.iter().try_for_each(|byte| write!(f, "{byte:02x}")),
+        }
+    }
+}
+
+/// Nanoseconds of a `google.protobuf.Timestamp` or `Duration`, `None` for other messages.
+fn instant(message: &DynamicMessage) -> Option<i128> {
     let descriptor = message.descriptor();
     if !matches!(
         descriptor.full_name(),
@@ -275,8 +367,5 @@ fn instant(message: &DynamicMessage) -> Option<String> {
     }
     let seconds = message.get_field_by_name("seconds")?.as_i64()?;
     let nanos = message.get_field_by_name("nanos")?.as_i32()?;
-    let total = i128::from(seconds) * 1_000_000_000 + i128::from(nanos);
-    let sign = if total < 0 { "-" } else { "" };
-    let ns = u64::try_from(total.unsigned_abs()).ok()?;
-    Some(format!("{sign}{}", decimal_seconds(ns)))
+    Some(i128::from(seconds) * 1_000_000_000 + i128::from(nanos))
 }

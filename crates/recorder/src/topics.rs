@@ -257,8 +257,13 @@ pub enum IoValue {
     Level(bool),
     /// Of an integer register.
     Integer(i64),
-    /// Of an analog point (A or V by domain) or a float register.
-    Number(f64),
+    /// Of an analog point (A or V by domain) or a float register. JSON has no NaN and no infinities: they are written as
+    /// null and read as NaN.
+    Number(#[serde(deserialize_with = "null_is_nan")] f64),
+}
+
+fn null_is_nan<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }
 
 fn io_schema() -> Value {
@@ -269,7 +274,10 @@ fn io_schema() -> Value {
         "properties": {
             "cycle": {"type": "integer", "description": "the latest cycle when it changed"},
             "name": {"type": "string", "description": "name of the point, standard_digital_out[3] for instance"},
-            "value": {"type": ["boolean", "number"], "description": "the new value; analog points in A or V by domain"}
+            "value": {
+                "type": ["boolean", "number", "null"],
+                "description": "the new value; analog points in A or V by domain; null is not a number"
+            }
         },
         "required": ["cycle", "name", "value"]
     })
@@ -321,4 +329,34 @@ pub struct LogMessage {
     pub source: String,
     /// The sentence.
     pub message: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_of_points_come_back_as_what_they_were() {
+        for (value, text) in [
+            (IoValue::Level(true), "true"),
+            (IoValue::Integer(-7), "-7"),
+            (IoValue::Number(1.0), "1.0"),
+            (IoValue::Number(-0.1), "-0.1"),
+            (IoValue::Number(f64::NAN), "null"),
+        ] {
+            assert_eq!(serde_json::to_string(&value).unwrap(), text);
+            let back: IoValue = serde_json::from_str(text).unwrap();
+            // NaN is not equal to itself, its text is.
+            assert_eq!(format!("{back:?}"), format!("{value:?}"));
+        }
+    }
+
+    #[test]
+    fn topics_are_found_with_and_without_the_slash() {
+        for topic in Topic::ALL {
+            assert_eq!(Topic::from_name(topic.name()), Some(topic));
+            assert_eq!(Topic::from_name(&topic.name()[1..]), Some(topic));
+        }
+        assert_eq!(Topic::from_name("/cycles"), None);
+    }
 }

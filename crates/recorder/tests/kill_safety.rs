@@ -1,4 +1,5 @@
 //! What is left after the writer was killed, the disk filled up, or the bytes went bad.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod support;
 

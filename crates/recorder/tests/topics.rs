@@ -1,4 +1,5 @@
 //! Every topic carries its schema, and what the schema says is what is in the messages.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod support;
 

@@ -4,16 +4,21 @@ use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::{KnownNames, SourceFile};
+use elite_runtime::interpreter::{Statement, Submitted};
 use elite_runtime::message::{Message, Severity};
 use elite_runtime::{ProgramText, Robot, Supervisor, TaskState};
 use kinematics::RobotModel;
-use motion_api::{CommandKind, RobotState};
+use motion::realtime::ClockMeter;
+use motion_api::{CommandId, CommandKind, MotionMode, RobotState};
 use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
 
 use crate::controller::Controller;
 use crate::ports::ClientId;
 use crate::ports::description::{Peripherals, RobotDescription, TaskStatus};
+use crate::ports::http;
+use crate::ports::interpreter::codec::{Command, Discard};
+use crate::ports::interpreter::{self, Verdict};
 use crate::ports::primary::codec::{ErrorData, Exception, Level, Source};
 use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
 use crate::ports::primary::{self, Hub, Submission};
@@ -28,6 +33,7 @@ pub struct Backend {
     description: RobotDescription,
     hub: Hub,
     remote: bool,
+    clock: ClockMeter,
     known: KnownNames,
 }
 
@@ -40,6 +46,7 @@ impl Backend {
             description: describe(controller.robot().model()),
             hub,
             remote,
+            clock: controller.clock_meter(),
             known: KnownNames::new(elite_runtime::builtins::all().map(|b| b.name)),
         }
     }
@@ -156,6 +163,56 @@ impl primary::Backend for Backend {
                 self.supervisor.command(CommandKind::SetSpeedFraction(fraction));
             }
         }
+    }
+}
+
+impl interpreter::Interpreter for Backend {
+    async fn submit(&self, statement: interpreter::Statement) -> Verdict {
+        let text = statement.text.to_string();
+        let thrown_away = Box::new(move || statement.discard(&Discard::CleanedUp));
+        match self.supervisor.interpreter().submit(Statement { text, thrown_away }) {
+            Submitted::Accepted(id) => Verdict::Ack(id.0),
+            Submitted::NotCompiled(reason) => Verdict::Discard(Discard::Compile(reason)),
+            Submitted::NoTask => Verdict::Discard(Discard::InvalidState),
+            Submitted::Full => Verdict::Discard(Discard::TooMany),
+        }
+    }
+
+    async fn command(&self, command: Command) -> u64 {
+        let interpreter = self.supervisor.interpreter();
+        if command == Command::Abort
+            && matches!(self.robot.state().motion_mode, MotionMode::MoveJ | MotionMode::MoveL)
+        {
+            self.supervisor.command(CommandKind::Stop { only: CommandId::NONE });
+        }
+        interpreter.with_queue(|queue| match command {
+            Command::SkipBuffer => {
+                queue.skip();
+                queue.last_executed().0
+            }
+            Command::StateLastExecuted | Command::Abort => queue.last_executed().0,
+            Command::StateLastInterpreted => queue.last_accepted().0,
+            Command::StateLastCleared => queue.last_cleared().0,
+            Command::StateUnexecuted => queue.unexecuted() as u64,
+        })
+    }
+}
+
+impl http::Source for Backend {
+    fn state(&self) -> RobotState {
+        self.robot.state()
+    }
+
+    fn task_status(&self) -> TaskStatus {
+        primary::Backend::task_status(self)
+    }
+
+    fn overruns(&self) -> u64 {
+        self.clock.overruns()
+    }
+
+    fn missed_cycles(&self) -> u64 {
+        self.clock.missed()
     }
 }
 

@@ -168,6 +168,8 @@ pub struct ServeConfig {
     pub bind: IpAddr,
     /// Which services listen where.
     pub ports: PortSettings,
+    /// Options that ask for a service this version does not have.
+    pub not_available: Vec<&'static str>,
     /// Where to write process id and ports.
     pub ready_file: Option<PathBuf>,
     /// Start with the power off.
@@ -191,16 +193,18 @@ impl ServeConfig {
         let args = with_file(args)?;
         let fixed =
             |setting: Option<PortSetting>, number| setting.unwrap_or(PortSetting::Number(number));
-        // A service that does not exist yet is not started unless asked for, and asking for it is an error.
+        // Clients of the whole controller ask for every port. One that does not exist yet is left out with a warning.
+        let missing = [("--rtsi-port", args.rtsi_port), ("--dashboard-port", args.dashboard_port)];
+        let asked_for = |setting| !matches!(setting, None | Some(PortSetting::Off));
+        let not_available = missing
+            .into_iter()
+            .filter_map(|(option, setting)| asked_for(setting).then_some(option))
+            .collect();
         let ports = PortSettings {
             primary: fixed(args.primary_port, PRIMARY_PORT),
             interpreter: fixed(args.interpreter_port, 30020),
-            rtsi: not_yet("--rtsi-port", args.rtsi_port, "the RTSI port is")?,
-            dashboard: not_yet(
-                "--dashboard-port",
-                args.dashboard_port,
-                "the dashboard port is",
-            )?,
+            rtsi: PortSetting::Off,
+            dashboard: PortSetting::Off,
             modbus: fixed(args.modbus_port, 5020),
             http: fixed(args.http_port, 8080),
         };
@@ -218,6 +222,7 @@ impl ServeConfig {
             ),
             bind: args.bind.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST)),
             ports,
+            not_available,
             ready_file: args.ready_file,
             powered_off: args.powered_off.unwrap_or(false),
             local: args.local.unwrap_or(false),

@@ -13,7 +13,7 @@ use std::time::Duration;
 use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::{ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{ModelError, RobotModel};
-use motion::realtime::{MotionThread, RealTimeline, RealtimeOptions};
+use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
 use motion::virtual_time::{IdlePacer, VirtualTimeline};
 use motion::{Cycle, CycleConfig, PlantKind};
 use motion_api::{BorderSizes, Origin, SnapshotCell, Timeline, border};
@@ -169,11 +169,11 @@ impl Controller {
         self.recording_path.as_deref()
     }
 
-    /// Cycles that were late so far (0 under the virtual clock).
-    pub fn overruns(&self) -> u64 {
+    /// How well the motion thread meets its deadlines; all zeros under the virtual clock.
+    pub fn clock_meter(&self) -> ClockMeter {
         match &self.clock {
-            Clock::Real(thread) => thread.overruns(),
-            Clock::Virtual(_) => 0,
+            Clock::Real(thread) => thread.meter(),
+            Clock::Virtual(_) => ClockMeter::default(),
         }
     }
 

@@ -3,8 +3,13 @@
 //! Wires the other crates together and owns what users meet: command line, configuration, ports. No other crate
 //! imports this one.
 
+pub mod announce;
+pub mod backend;
+pub mod cell;
 pub mod cli;
+pub mod commands;
 pub mod config;
+pub mod controller;
 pub mod logging;
 pub mod options;
 pub mod ports;

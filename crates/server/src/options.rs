@@ -225,6 +225,10 @@ impl FromStr for LogFormat {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Home(pub JointPositions);
 
+#[allow(
+    clippy::approx_constant,
+    reason = "the figures as documented, not the constant"
+)]
 impl Default for Home {
     fn default() -> Self {
         Self(JointPositions([

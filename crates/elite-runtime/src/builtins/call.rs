@@ -38,7 +38,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// The task the call belongs to.
-    pub fn context(&self) -> &'a TaskContext {
+    pub(crate) fn context(&self) -> &'a TaskContext {
         self.context
     }
 
@@ -49,8 +49,7 @@ impl<'a, 'n> Call<'a, 'n> {
 
     /// Which statement called.
     pub fn origin(&self) -> Origin {
-        self.context
-            .origin(self.native.thread(), self.native.line())
+        self.context.origin(self.native.line())
     }
 
     /// An exception with `text`, which should name the argument.
@@ -73,13 +72,22 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     fn wrong_type(&mut self, index: usize, wanted: &str, got: &Value) -> Raised {
-        let text = format!(
-            "{} must be {wanted}, not {} ({})",
-            self.place(index),
-            got.type_name(),
-            shorten(&got.repr())
-        );
-        self.error(ExceptionKind::TypeError, text)
+        match self.show(got) {
+            Ok(shown) => {
+                let (place, name) = (self.place(index), got.type_name());
+                self.error(ExceptionKind::TypeError, format!("{place} must be {wanted}, not {name} ({shown})"))
+            }
+            Err(raised) => raised,
+        }
+    }
+
+    /// A value as Python writes it, shortened so that one long list does not fill the log.
+    fn show(&mut self, value: &Value) -> Result<String, Raised> {
+        let text = self.native.repr(value)?;
+        if text.chars().count() <= 60 {
+            return Ok(text);
+        }
+        Ok(text.chars().take(57).chain("...".chars()).collect())
     }
 
     /// A finite number inside the declared range.
@@ -97,11 +105,7 @@ impl<'a, 'n> Call<'a, 'n> {
             return Err(self.wrong_type(index, "a number", &value));
         };
         if !x.is_finite() || !range.contains(x) {
-            let text = format!(
-                "{} must be {range}, got {}",
-                self.place(index),
-                value.repr()
-            );
+            let text = format!("{} must be {range}, got {}", self.place(index), self.show(&value)?);
             return Err(self.error(ExceptionKind::ValueError, text));
         }
         Ok(x)
@@ -149,7 +153,7 @@ impl<'a, 'n> Call<'a, 'n> {
         value: &Value,
         wanted: &str,
     ) -> Result<[f64; N], Raised> {
-        let Some(items) = value.sequence_items() else {
+        let Some(items) = value.as_items() else {
             return Err(self.wrong_type(index, wanted, value));
         };
         if items.len() != N {
@@ -167,16 +171,13 @@ impl<'a, 'n> Call<'a, 'n> {
                     "{}[{k}] must be a number, not {} ({})",
                     self.place(index),
                     item.type_name(),
-                    shorten(&item.repr())
+                    self.show(item)?
                 );
                 return Err(self.error(ExceptionKind::TypeError, text));
             };
             if !x.is_finite() {
-                let text = format!(
-                    "{}[{k}] must be a finite number, got {}",
-                    self.place(index),
-                    item.repr()
-                );
+                let text =
+                    format!("{}[{k}] must be a finite number, got {}", self.place(index), self.show(item)?);
                 return Err(self.error(ExceptionKind::ValueError, text));
             }
             out[k] = x;
@@ -235,7 +236,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Suspends the script thread until `wait` is over.
-    pub fn wait(&mut self, wait: Wait) -> Result<(), Raised> {
+    pub(crate) fn wait(&mut self, wait: Wait) -> Result<(), Raised> {
         let token = self.context.register_wait(wait);
         self.native.wait(token)
     }
@@ -281,14 +282,5 @@ impl<'a, 'n> Call<'a, 'n> {
                 Ok(())
             }
         }
-    }
-}
-
-/// At most 60 characters of a value, so that one long list does not fill the log.
-fn shorten(text: &str) -> String {
-    if text.chars().count() <= 60 {
-        text.to_owned()
-    } else {
-        text.chars().take(57).chain("...".chars()).collect()
     }
 }

@@ -76,7 +76,7 @@ fn get_forward_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         .robot()
         .model()
         .tcp_pose(&q, &flange_from_tcp);
-    Ok(Value::from_f64s(&base_from_tcp.to_rpy().to_array()))
+    Ok(Value::list_of_f64(&base_from_tcp.to_rpy().to_array()))
 }
 
 fn get_inverse_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
@@ -86,7 +86,7 @@ fn get_inverse_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let flange_from_tcp = Pose::from_rpy(&call.pose_or_default(2)?.unwrap_or(state.tcp_offset));
     let model = call.context().robot().model();
     match model.inverse_nearest(&Pose::from_rpy(&target), &flange_from_tcp, &near) {
-        Some(q) => Ok(Value::from_f64s(&q.0)),
+        Some(q) => Ok(Value::list_of_f64(&q.0)),
         None => {
             let text = format!(
                 "get_inverse_kin(): no joint positions of {} reach p = {:?} with this TCP",

@@ -60,7 +60,7 @@ pub const BUILTINS: &[Builtin] = &[
         "3.1.4",
         "Measured joint positions.",
         "list[6] float, rad",
-        |call| Ok(Value::from_f64s(&call.context().robot().state().actual_q.0)),
+        |call| Ok(Value::list_of_f64(&call.context().robot().state().actual_q.0)),
     ),
     getter(
         "get_actual_tcp_pose",
@@ -68,7 +68,7 @@ pub const BUILTINS: &[Builtin] = &[
         "Measured TCP pose in the base frame.",
         "list[6] float, m and rad",
         |call| {
-            Ok(Value::from_f64s(
+            Ok(Value::list_of_f64(
                 &call.context().robot().state().actual_tcp_pose.to_array(),
             ))
         },
@@ -78,7 +78,7 @@ pub const BUILTINS: &[Builtin] = &[
         "3.1.12",
         "Commanded joint positions.",
         "list[6] float, rad",
-        |call| Ok(Value::from_f64s(&call.context().robot().state().target_q.0)),
+        |call| Ok(Value::list_of_f64(&call.context().robot().state().target_q.0)),
     ),
     Builtin {
         name: "set_payload",

@@ -86,8 +86,8 @@ fn start_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     }
     let args = match call.given(1).cloned() {
         None => Vec::new(),
-        Some(value) => match value.sequence_items() {
-            Some(items) => items.to_vec(),
+        Some(value) => match value.as_items() {
+            Some(items) => items,
             None => {
                 let text = format!(
                     "start_thread(): args must be a tuple or a list, not {}",

@@ -123,7 +123,7 @@ impl Task {
         let context = TaskContext::new(settings.robot.clone(), settings.observer.clone(), program);
         let host = Rc::new(TaskHost::new(context.clone(), settings.seed));
         let natives = builtins::natives(&context);
-        let known = KnownNames::from_natives(&natives);
+        let known = KnownNames::new(builtins::all().map(|b| b.name));
         let interpreter = Interpreter::new(host.clone(), natives, Limits::default());
         let stops_at_start = settings.robot.protective_stops().0;
         Self {

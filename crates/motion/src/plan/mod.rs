@@ -1,16 +1,20 @@
 //! From a motion command to a path and a course along it: what is asked, cut down to what the arm can do.
 //!
-//! Planning runs inside the cycle that takes the command: bounded work, no allocation.
+//! Planning runs inside the cycle that takes the command, and the next ones if it is much: bounded work, no allocation.
 
 mod movej;
+mod movel;
+mod survey;
+mod torque;
 
 pub use movej::plan_movej;
+pub use movel::LinePlanner;
 
-use kinematics::{Pose, RobotModel};
+use kinematics::{Dynamics, Pose, RobotModel};
 use motion_api::{Refusal, Warning};
 
 use crate::config::MotionLimits;
-use crate::constants::ACCELERATION_RISE;
+use crate::constants::{ACCELERATION_RISE, LONGEST, SLOWEST};
 use crate::scalar::ScalarLimits;
 
 /// Most warnings of one plan.
@@ -45,6 +49,8 @@ pub struct Arm<'a> {
     pub flange_from_tcp: &'a Pose,
     /// What the joints may do.
     pub limits: &'a MotionLimits,
+    /// The arm's masses with its payload.
+    pub dynamics: &'a Dynamics,
 }
 
 /// How fast a motion is wanted.
@@ -71,17 +77,17 @@ impl Wish {
                 needed,
             })
         };
-        if !(self.duration >= 0.0 && self.duration.is_finite()) {
-            return bad("t", self.duration, "0 or a positive number of seconds");
+        if !(0.0..=LONGEST).contains(&self.duration) {
+            return bad("t", self.duration, "0 or a number of seconds up to 1000000");
         }
         if self.duration > 0.0 {
             return Ok(());
         }
-        if !(self.acceleration > 0.0 && self.acceleration.is_finite()) {
-            return bad("a", self.acceleration, "a positive number");
+        if !(self.acceleration >= SLOWEST && self.acceleration.is_finite()) {
+            return bad("a", self.acceleration, "a number of at least 0.000001");
         }
-        if !(self.speed > 0.0 && self.speed.is_finite()) {
-            return bad("v", self.speed, "a positive number");
+        if !(self.speed >= SLOWEST && self.speed.is_finite()) {
+            return bad("v", self.speed, "a number of at least 0.000001");
         }
         Ok(())
     }

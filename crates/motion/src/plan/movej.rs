@@ -3,9 +3,12 @@
 use kinematics::JointPositions;
 use motion_api::{Refusal, Warning};
 
+use super::torque::TorqueBounds;
 use super::{Arm, Warnings, Wish};
 use crate::config::MotionLimits;
-use crate::constants::{LIMIT_SLACK, POINT_SPEED_MARGIN, POINT_SPEED_SAMPLES};
+use crate::constants::{
+    LIMIT_SLACK, POINT_SPEED_MARGIN, POINT_SPEED_SAMPLES, TORQUE_SAMPLES, TORQUE_SHARE_OF_SPEED,
+};
 use crate::motion::Plan;
 use crate::path::{JointLine, Path};
 use crate::scalar::{Course, ScalarLimits};
@@ -38,6 +41,14 @@ pub fn plan_movej(
         };
     } else {
         able.speed = able.speed.min(point_speed_cap(&line, arm));
+        let torques = torque_bounds(&line, arm);
+        able.speed = able.speed.min(torques.speed_limit(TORQUE_SHARE_OF_SPEED));
+        let speed = if wish.duration > 0.0 {
+            able.speed
+        } else {
+            able.speed.min(wish.speed)
+        };
+        able.acceleration = able.acceleration.min(torques.acceleration_limit(speed));
     }
     let chosen = wish.within(&able);
     if wish.duration == 0.0 {
@@ -112,4 +123,15 @@ fn point_speed_cap(line: &JointLine, arm: &Arm) -> f64 {
             .min(limits.elbow_speed / elbow_per_s);
     }
     cap * POINT_SPEED_MARGIN
+}
+
+/// What the line asks of the drives at a number of places.
+fn torque_bounds(line: &JointLine, arm: &Arm) -> TorqueBounds {
+    let first = line.direction().0;
+    let mut bounds = TorqueBounds::NONE;
+    for sample in 0..=TORQUE_SAMPLES {
+        let s = line.length() * sample as f64 / TORQUE_SAMPLES as f64;
+        bounds.cover(&line.positions(s), &first, &[0.0; 6], arm);
+    }
+    bounds
 }

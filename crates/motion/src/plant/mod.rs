@@ -76,6 +76,14 @@ impl Plant {
         }
     }
 
+    /// Forgets the target it was on the way to: it is wanted at `q` from now on.
+    pub fn retarget(&mut self, q: &JointPositions) {
+        match self {
+            Self::Ideal(_) => {}
+            Self::Rigid(plant) => plant.retarget(q),
+        }
+    }
+
     /// One cycle with the brakes engaged: the arm stands where it is.
     pub fn stand(&mut self, dynamics: &Dynamics) -> ArmState {
         match self {

@@ -113,9 +113,14 @@ impl RigidPlant {
         self.rest_at(q);
     }
 
-    fn rest_at(&mut self, q: &JointPositions) {
+    /// Forgets the target it was on the way to: it is wanted at `q` from now on.
+    pub fn retarget(&mut self, q: &JointPositions) {
         self.servo.rest_at(q);
         self.target = Setpoint::standing(*q);
+    }
+
+    fn rest_at(&mut self, q: &JointPositions) {
+        self.retarget(q);
         self.state.q = *q;
         self.state.qd = JointSpeeds::ZERO;
     }
@@ -153,10 +158,10 @@ impl RigidPlant {
 
     /// One cycle with the brakes engaged: no time passes for the bodies.
     pub fn stand(&mut self, dynamics: &Dynamics) -> ArmState {
-        if self.state.qd != JointSpeeds::ZERO {
-            if let Some((multibody, _)) = self.world.multibody_joints.get_mut(self.last_joint) {
-                multibody.generalized_velocity_mut().fill(0.0);
-            }
+        if self.state.qd != JointSpeeds::ZERO
+            && let Some((multibody, _)) = self.world.multibody_joints.get_mut(self.last_joint)
+        {
+            multibody.generalized_velocity_mut().fill(0.0);
         }
         let q = self.state.q;
         self.rest_at(&q);

@@ -1,5 +1,13 @@
 //! A controller on the bench: sends commands, ticks, and keeps every record and event.
 #![allow(dead_code, missing_docs, reason = "each test binary uses a part of it")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "default speeds as the manual prints them"
+)]
 
 use kinematics::{JointPositions, RobotModel, RpyPose};
 use motion::{Cycle, CycleConfig, MotionLimits, PlantKind, Timing};
@@ -11,6 +19,7 @@ use motion_api::{
 pub const MODELS: [&str; 6] = ["cs63", "cs66", "cs612", "cs616", "cs620", "cs625"];
 
 pub struct Bench {
+    pub model: &'static str,
     pub cycle: Cycle,
     pub script: ScriptEnd,
     pub states: Vec<RobotState>,
@@ -33,6 +42,7 @@ impl Bench {
         let limits = config.resolve().unwrap();
         let first = config.first_state();
         Self {
+            model: "cs66",
             cycle: Cycle::new(config, motion).unwrap(),
             script,
             states: vec![first],

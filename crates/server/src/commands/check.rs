@@ -38,17 +38,16 @@ fn render(finding: &Diagnostic, file: &SourceFile, format: FindingFormat) -> Str
     match format {
         FindingFormat::Human => elite_lang::render_human(finding, file, false),
         FindingFormat::Json => {
-            let (line, column) = file.line_column(finding.span.start);
-            let (end_line, end_column) = file.line_column(finding.span.end);
+            let fields = finding.fields(file);
             let object = json!({
-                "file": file.name(),
-                "line": line,
-                "column": column,
-                "end_line": end_line,
-                "end_column": end_column,
-                "code": finding.code,
-                "message": finding.message,
-                "help": finding.help,
+                "file": fields.file,
+                "line": fields.line,
+                "column": fields.column,
+                "end_line": fields.end_line,
+                "end_column": fields.end_column,
+                "code": fields.code,
+                "message": fields.message,
+                "help": fields.help,
             });
             format!("{object}\n")
         }

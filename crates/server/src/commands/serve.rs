@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use io_bus::PortImage;
 use thiserror::Error;
 use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
@@ -12,7 +13,7 @@ use crate::backend::Backend;
 use crate::config::ServeConfig;
 use crate::controller::{Controller, StartError};
 use crate::ports::listen::{BindError, PortMeter, bind};
-use crate::ports::{interpreter, primary};
+use crate::ports::{http, interpreter, modbus, primary};
 use crate::{ready_file, shutdown};
 
 /// What kept the server from starting.
@@ -44,6 +45,9 @@ pub enum ServeError {
 /// What kept the server from starting.
 pub fn serve(config: &ServeConfig) -> Result<u8, ServeError> {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
+    for option in &config.not_available {
+        tracing::warn!("{option}: this service is not available in this version, it is not started");
+    }
     // Ports first: a port in use must not leave an empty recording behind.
     let listeners = runtime.block_on(open_ports(config))?;
     let controller = Controller::start(&config.robot, Console::Log, config.powered_off)?;
@@ -81,25 +85,29 @@ async fn serve_ports(
         token.clone(),
     ));
 
+    let image = Arc::new(PortImage::default());
     let mut services = tokio::task::JoinSet::new();
     let mut bound = Vec::new();
+    let meters: Vec<PortMeter> =
+        listeners.iter().filter(|(_, l)| l.is_some()).map(|(name, _)| PortMeter::new(name)).collect();
     for (name, listener) in listeners {
         let port = match &listener {
             Some(listener) => Some(listener.local_addr()?.port()),
             None => None,
         };
         bound.push((name, port));
-        let Some(listener) = listener else { continue };
-        let meter = PortMeter::new(name);
+        let (Some(listener), Some(meter)) = (listener, meters.iter().find(|m| m.name() == name).cloned())
+        else {
+            continue;
+        };
+        let (backend, token) = (backend.clone(), token.clone());
         match name {
-            "primary" => {
-                services.spawn(primary::serve(listener, backend.clone(), hub.clone(), meter, token.clone()));
-            }
-            "interpreter" => {
-                services.spawn(interpreter::serve(listener, backend.clone(), meter, token.clone()));
-            }
-            _ => {}
-        }
+            "primary" => services.spawn(primary::serve(listener, backend, hub.clone(), meter, token)),
+            "interpreter" => services.spawn(interpreter::serve(listener, backend, meter, token)),
+            "http" => services.spawn(http::serve(listener, backend, meters.clone(), meter, token)),
+            "modbus" => services.spawn(modbus::serve(listener, image.clone(), meter, token)),
+            other => unreachable!("{other} is off until it exists, see ServeConfig::load"),
+        };
     }
     for (name, port) in &bound {
         if let Some(port) = port {

@@ -1,5 +1,7 @@
 //! Precedence, every key, and the sentence for every mistake.
 
+#![allow(clippy::approx_constant, reason = "figures as documented")]
+
 use super::*;
 use crate::cli::{Cli, Command};
 use clap::{CommandFactory, Parser};

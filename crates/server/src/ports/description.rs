@@ -112,3 +112,7 @@ impl TaskStatus {
         }
     }
 }
+
+/// The version of the vendor's controller software whose script manual this server follows: major, minor, bug fix,
+/// build.
+pub const CONTROLLER_VERSION: [u32; 4] = [2, 15, 0, 0];

@@ -78,7 +78,11 @@ fn covered(range: Option<(f64, f64)>) -> String {
     }
 }
 
-fn answer(args: &ReplayArgs, out: &mut impl Write) -> Result<u8, ReplayError> {
+/// Answers the question of the command line; returns the exit status.
+///
+/// # Errors
+/// [`ReplayError`], a sentence for people.
+pub fn answer(args: &ReplayArgs, out: &mut impl Write) -> Result<u8, ReplayError> {
     if args.serve {
         return Err(ReplayError::NotImplemented {
             option: "replay --serve",

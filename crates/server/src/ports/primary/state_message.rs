@@ -13,6 +13,10 @@ pub const STATE_MESSAGE_BYTES: usize = 1157;
 
 /// Defaults of movej and movel (manual 3.1.1, 3.1.3): rad/s, rad/s², m/s, m/s², then a radius that is internal to the
 /// vendor's planner.
+#[allow(
+    clippy::approx_constant,
+    reason = "the figures of the manual, not the constant"
+)]
 const MOTION_DEFAULTS: [f64; 5] = [1.047197, 1.396263, 0.25, 1.2, 0.0];
 
 // Values that a simulated arm has no physics for.

@@ -29,6 +29,8 @@ pub(super) struct Curves {
 pub(super) struct Panel {
     pub title: &'static str,
     pub unit: &'static str,
+    /// The axis spans at least twice this, so that noise about a constant does not fill it.
+    pub half_span_min: f64,
     pub curves: Vec<Curve>,
 }
 
@@ -41,24 +43,59 @@ pub(super) struct Curve {
 const JOINTS: &[&str] = &["J1", "J2", "J3", "J4", "J5", "J6"];
 const AXES: &[&str] = &["Fx", "Fy", "Fz"];
 
-type Values = fn(&Cycle) -> &[f64];
+/// What a panel shows.
+struct Content {
+    title: &'static str,
+    unit: &'static str,
+    half_span_min: f64,
+    names: &'static [&'static str],
+    values: fn(&Cycle) -> &[f64],
+}
 
-/// What the panels show, from top to bottom.
-const PANELS: [(&str, &str, &[&str], Values); 5] = [
-    ("Joint positions, actual", "rad", JOINTS, |c| &c.actual_q),
-    ("Joint speeds, actual", "rad/s", JOINTS, |c| &c.actual_qd),
-    ("Joint accelerations, target", "rad/s²", JOINTS, |c| {
-        &c.target_qdd
-    }),
-    ("Joint torques, actual", "Nm", JOINTS, |c| &c.actual_torque),
-    ("Force on the tool", "N", AXES, |c| &c.tcp_force),
+/// The panels from top to bottom.
+const PANELS: [Content; 5] = [
+    Content {
+        title: "Joint positions, actual",
+        unit: "rad",
+        half_span_min: 0.1,
+        names: JOINTS,
+        values: |cycle| &cycle.actual_q,
+    },
+    Content {
+        title: "Joint speeds, actual",
+        unit: "rad/s",
+        half_span_min: 0.1,
+        names: JOINTS,
+        values: |cycle| &cycle.actual_qd,
+    },
+    Content {
+        title: "Joint accelerations, target",
+        unit: "rad/s²",
+        half_span_min: 1.0,
+        names: JOINTS,
+        values: |cycle| &cycle.target_qdd,
+    },
+    Content {
+        title: "Joint torques, actual",
+        unit: "Nm",
+        half_span_min: 1.0,
+        names: JOINTS,
+        values: |cycle| &cycle.actual_torque,
+    },
+    Content {
+        title: "Force on the tool, TCP frame",
+        unit: "N",
+        half_span_min: 5.0,
+        names: AXES,
+        values: |cycle| &cycle.tcp_force,
+    },
 ];
 
 pub(super) fn read(recording: &Recording) -> Result<Curves, PlotError> {
     let range = time_range(recording)?;
     let mut slots: Vec<Vec<Vec<Slot>>> = PANELS
         .iter()
-        .map(|(_, _, names, _)| vec![vec![Slot::EMPTY; SLOTS]; names.len()])
+        .map(|panel| vec![vec![Slot::EMPTY; SLOTS]; panel.names.len()])
         .collect();
     let mut marks = Vec::new();
     let mut unmarked = 0;
@@ -68,8 +105,8 @@ pub(super) fn read(recording: &Recording) -> Result<Curves, PlotError> {
             (_, Entry::Cycle(cycle)) => {
                 let share = (cycle.time - range.0) / width;
                 let slot = ((share * SLOTS as f64) as usize).min(SLOTS - 1);
-                for ((_, _, _, values), curves) in PANELS.iter().zip(&mut slots) {
-                    for (value, curve) in values(&cycle).iter().zip(curves) {
+                for (panel, curves) in PANELS.iter().zip(&mut slots) {
+                    for (value, curve) in (panel.values)(&cycle).iter().zip(curves) {
                         curve[slot].add(*value);
                     }
                 }
@@ -85,25 +122,23 @@ pub(super) fn read(recording: &Recording) -> Result<Curves, PlotError> {
         }
     }
     let middle = |slot: usize| range.0 + (slot as f64 + 0.5) / SLOTS as f64 * width;
-    let panels = PANELS
-        .iter()
-        .zip(slots)
-        .map(|((title, unit, names, _), slots)| {
-            let curves = names.iter().zip(slots).map(|(name, slots)| Curve {
-                name,
-                points: slots
-                    .into_iter()
-                    .enumerate()
-                    .filter(|(_, slot)| slot.low <= slot.high)
-                    .map(|(index, slot)| (middle(index), slot.low, slot.high))
-                    .collect(),
-            });
-            Panel {
-                title,
-                unit,
-                curves: curves.collect(),
-            }
+    let panels = PANELS.iter().zip(slots).map(|(panel, slots)| {
+        let curves = panel.names.iter().zip(slots).map(|(name, slots)| Curve {
+            name,
+            points: slots
+                .into_iter()
+                .enumerate()
+                .filter(|(_, slot)| slot.low <= slot.high)
+                .map(|(index, slot)| (middle(index), slot.low, slot.high))
+                .collect(),
         });
+        Panel {
+            title: panel.title,
+            unit: panel.unit,
+            half_span_min: panel.half_span_min,
+            curves: curves.collect(),
+        }
+    });
     Ok(Curves {
         title: title(recording),
         range,

@@ -1,336 +1,215 @@
-//! Curves on paper: panels one below the other on one time axis, commands as vertical lines through all of them.
-//!
-//! Drawn at twice the size and then averaged, which makes lines and letters smooth. The font is compiled in.
+//! The layout of the picture: panels one below the other on one time axis, commands as vertical lines through them.
 
-use std::sync::OnceLock;
-
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{FontStyle, register_font};
+use tiny_skia::Color;
 
 use super::PlotError;
+use super::canvas::{Align, Canvas, Line, Text};
 use super::curves::{Curve, Curves, Panel};
 
-/// Drawn at this many times the size.
-const SCALE: i32 = 2;
-/// Family under which the compiled-in font is known to the drawing library.
-const FONT: &str = "dejavu";
+/// Space around and between the panels, pixels.
+const LEFT: f32 = 92.0;
+const RIGHT: f32 = 96.0;
+const TOP: f32 = 96.0;
+const BOTTOM: f32 = 62.0;
+const GAP: f32 = 38.0;
+/// Where the title and the names of commands stand, pixels from the top.
+const TITLE_Y: f32 = 28.0;
+const MARKS_Y: f32 = 60.0;
+/// Of more commands than these the lines are faint, so that the curves stay readable.
+const MANY_MARKS: usize = 60;
+/// Room after a command's name before the next one, pixels.
+const MARK_SPACE: f32 = 10.0;
 
-const PAPER: RGBColor = RGBColor(255, 255, 255);
-const INK: RGBColor = RGBColor(38, 42, 48);
-const FAINT_INK: RGBColor = RGBColor(110, 116, 124);
-const AXIS: RGBColor = RGBColor(150, 156, 164);
-const GRID: RGBColor = RGBColor(228, 231, 235);
-const MARK: RGBColor = RGBColor(120, 128, 140);
+const fn rgb(r: u8, g: u8, b: u8) -> [u8; 3] {
+    [r, g, b]
+}
 
-/// Colours that also people with colour blindness tell apart (Okabe and Ito, 2008), darkened where they are pale.
-const COLORS: [RGBColor; 6] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(192, 148, 0),
-    RGBColor(70, 160, 215),
+const PAPER: [u8; 3] = rgb(255, 255, 255);
+const INK: [u8; 3] = rgb(38, 42, 48);
+const FAINT_INK: [u8; 3] = rgb(104, 110, 118);
+const AXIS: [u8; 3] = rgb(150, 156, 164);
+const GRID: [u8; 3] = rgb(230, 233, 237);
+const MARK: [u8; 3] = rgb(134, 142, 152);
+const FAINT_MARK: [u8; 3] = rgb(206, 210, 216);
+
+/// Colours that people with colour blindness tell apart too (Okabe and Ito, 2008), darker where they were pale.
+const COLORS: [[u8; 3]; 6] = [
+    rgb(0, 114, 178),
+    rgb(213, 94, 0),
+    rgb(0, 158, 115),
+    rgb(204, 121, 167),
+    rgb(192, 148, 0),
+    rgb(70, 160, 215),
 ];
 
-/// Space around and between the panels, pixels of the finished picture.
-const LEFT: i32 = 92;
-const RIGHT: i32 = 96;
-const TOP: i32 = 84;
-const BOTTOM: i32 = 62;
-const GAP: i32 = 34;
-
-type Canvas<'a> = DrawingArea<BitMapBackend<'a>, plotters::coord::Shift>;
-
-fn failed(error: impl std::fmt::Display) -> PlotError {
-    PlotError::Draw(error.to_string())
+fn color([r, g, b]: [u8; 3]) -> Color {
+    Color::from_rgba8(r, g, b, 255)
 }
 
-/// The picture as RGB bytes, row by row.
-pub(super) fn draw(curves: &Curves, (width, height): (u32, u32)) -> Result<Vec<u8>, PlotError> {
-    load_font()?;
-    let scale = SCALE as u32;
-    let large = (width * scale, height * scale);
-    let mut pixels = vec![0; 3 * large.0 as usize * large.1 as usize];
-    {
-        let canvas = BitMapBackend::with_buffer(&mut pixels, large).into_drawing_area();
-        canvas.fill(&PAPER).map_err(failed)?;
-        let frame = Frame::new(curves, width as i32, height as i32);
-        frame.title(&canvas)?;
-        for (index, panel) in curves.panels.iter().enumerate() {
-            frame.panel(&canvas, index, panel)?;
-        }
-        frame.marks(&canvas)?;
-        canvas.present().map_err(failed)?;
-    }
-    Ok(halve(&pixels, width as usize, height as usize))
-}
-
-fn load_font() -> Result<(), PlotError> {
-    static LOADED: OnceLock<bool> = OnceLock::new();
-    let loaded = LOADED.get_or_init(|| {
-        register_font(FONT, FontStyle::Normal, dejavu::sans::regular()).is_ok()
-            && register_font(FONT, FontStyle::Bold, dejavu::sans::bold()).is_ok()
-    });
-    if *loaded {
-        Ok(())
-    } else {
-        Err(failed("the compiled-in font cannot be read"))
+fn line(rgb: [u8; 3], width: f32) -> Line {
+    Line {
+        color: color(rgb),
+        width,
+        dash: None,
     }
 }
 
-/// Averages blocks of two by two pixels.
-fn halve(pixels: &[u8], width: usize, height: usize) -> Vec<u8> {
-    let row = 3 * 2 * width;
-    let mut out = Vec::with_capacity(3 * width * height);
-    for y in 0..height {
-        for x in 0..width {
-            for channel in 0..3 {
-                let at = 2 * y * row + 6 * x + channel;
-                let four = [at, at + 3, at + row, at + row + 3];
-                let sum: u32 = four.iter().map(|&i| u32::from(pixels[i])).sum();
-                out.push((sum / 4) as u8);
-            }
-        }
+fn text(size: f32, rgb: [u8; 3], align: Align) -> Text {
+    Text {
+        size,
+        color: color(rgb),
+        bold: false,
+        align,
     }
-    out
 }
 
-/// Where things are on the paper, in pixels of the finished picture.
-struct Frame<'a> {
+fn bold(size: f32) -> Text {
+    Text {
+        bold: true,
+        ..text(size, INK, Align::Left)
+    }
+}
+
+pub(super) fn draw(curves: &Curves, (width, height): (u32, u32)) -> Result<Canvas, PlotError> {
+    let mut canvas = Canvas::new(width, height, color(PAPER))?;
+    let page = Page::new(curves, width as f32, height as f32);
+    page.title(&mut canvas);
+    page.time_axis(&mut canvas);
+    page.marks(&mut canvas);
+    for (index, panel) in curves.panels.iter().enumerate() {
+        page.panel(&mut canvas, index, panel);
+    }
+    Ok(canvas)
+}
+
+/// Where things are on the page, in pixels.
+struct Page<'a> {
     curves: &'a Curves,
-    width: i32,
-    height: i32,
-    panel_height: i32,
+    height: f32,
+    /// Right end of the panels.
+    right: f32,
+    panel_height: f32,
 }
 
-impl<'a> Frame<'a> {
-    fn new(curves: &'a Curves, width: i32, height: i32) -> Self {
-        let count = curves.panels.len().max(1) as i32;
-        let room = height - TOP - BOTTOM - GAP * (count - 1);
+impl<'a> Page<'a> {
+    fn new(curves: &'a Curves, width: f32, height: f32) -> Self {
+        let count = curves.panels.len().max(1) as f32;
+        let room = height - TOP - BOTTOM - GAP * (count - 1.0);
         Self {
             curves,
-            width,
             height,
+            right: width - RIGHT,
             panel_height: room / count,
         }
     }
 
-    fn top_of(&self, panel: usize) -> i32 {
-        TOP + panel as i32 * (self.panel_height + GAP)
+    /// Top and bottom of a panel; whole numbers, so that its lines are sharp.
+    fn rows(&self, panel: usize) -> (f32, f32) {
+        let top = TOP + panel as f32 * (self.panel_height + GAP);
+        (sharp(top), sharp(top + self.panel_height))
     }
 
-    fn plot_right(&self) -> i32 {
-        self.width - RIGHT
-    }
-
-    fn x_of(&self, time: f64) -> i32 {
+    fn x_of(&self, time: f64) -> f32 {
         let (begin, end) = self.curves.range;
         let share = (time - begin) / (end - begin).max(f64::MIN_POSITIVE);
-        LEFT + (share * f64::from(self.plot_right() - LEFT)).round() as i32
+        LEFT + share as f32 * (self.right - LEFT)
     }
 
-    fn title(&self, canvas: &Canvas) -> Result<(), PlotError> {
-        let text = &self.curves.title;
-        self.text(
-            canvas,
-            text,
-            (LEFT, 24),
-            19,
-            FontStyle::Bold,
-            INK,
-            HPos::Left,
-        )?;
+    fn title(&self, canvas: &mut Canvas) {
+        canvas.text(&self.curves.title, (LEFT, TITLE_Y), bold(20.0));
         let (begin, end) = self.curves.range;
         let mut facts = format!("{:.2} s", end - begin);
         if self.curves.unmarked > 0 {
             facts += &format!(", {} later commands not marked", self.curves.unmarked);
         }
-        let place = (self.plot_right(), 24);
-        self.text(
-            canvas,
-            &facts,
-            place,
-            15,
-            FontStyle::Normal,
-            FAINT_INK,
-            HPos::Right,
-        )
+        let style = text(15.0, FAINT_INK, Align::Right);
+        canvas.text(&facts, (self.right, TITLE_Y), style);
     }
 
-    fn panel(&self, canvas: &Canvas, index: usize, panel: &Panel) -> Result<(), PlotError> {
-        let (top, bottom) = (self.top_of(index), self.top_of(index) + self.panel_height);
-        let is_last = index + 1 == self.curves.panels.len();
-        let (low, high) = value_range(&panel.curves);
+    fn time_axis(&self, canvas: &mut Canvas) {
         let (begin, end) = self.curves.range;
-        let y_ticks = ticks(low, high, 5);
-        let x_ticks = ticks(begin, end, 12);
-        let y_of = |value: f64| {
-            let share = (value - low) / (high - low);
-            bottom - (share * f64::from(bottom - top)).round() as i32
-        };
-        for &value in &y_ticks.values {
-            let y = y_of(value);
-            self.line(canvas, (LEFT, y), (self.plot_right(), y), GRID.into(), 1)?;
-            let label = y_ticks.label(value);
-            let place = (LEFT - 9, y);
-            self.text(
-                canvas,
-                &label,
-                place,
-                13,
-                FontStyle::Normal,
-                FAINT_INK,
-                HPos::Right,
-            )?;
-        }
-        for &time in &x_ticks.values {
-            let x = self.x_of(time);
-            self.line(canvas, (x, top), (x, bottom), GRID.into(), 1)?;
-            if is_last {
-                let label = x_ticks.label(time);
-                let place = (x, bottom + 15);
-                self.text(
-                    canvas,
-                    &label,
-                    place,
-                    13,
-                    FontStyle::Normal,
-                    FAINT_INK,
-                    HPos::Center,
-                )?;
+        let ticks = ticks(begin, end, 12);
+        let mut below = 0.0;
+        for index in 0..self.curves.panels.len() {
+            let (top, bottom) = self.rows(index);
+            for &time in &ticks.values {
+                let x = sharp(self.x_of(time));
+                canvas.line([(x, top), (x, bottom)], line(GRID, 1.0));
             }
+            below = bottom;
         }
-        if is_last {
-            let place = ((LEFT + self.plot_right()) / 2, self.height - 18);
-            self.text(
-                canvas,
-                "time in s",
-                place,
-                14,
-                FontStyle::Normal,
-                INK,
-                HPos::Center,
-            )?;
+        let style = text(13.0, FAINT_INK, Align::Center);
+        for &time in &ticks.values {
+            canvas.text(&ticks.label(time), (self.x_of(time), below + 16.0), style);
         }
-        for (curve, color) in panel.curves.iter().zip(COLORS) {
-            let points = path(curve).map(|(time, value)| {
-                let share = (value - low) / (high - low);
-                let (x, height) = (self.exact_x(time), f64::from(bottom - top));
-                let y = f64::from(bottom) - share * height;
-                let scale = f64::from(SCALE);
-                ((x * scale).round() as i32, (y * scale).round() as i32)
-            });
-            let style = ShapeStyle::from(color).stroke_width(3);
-            canvas
-                .draw(&PathElement::new(points.collect::<Vec<_>>(), style))
-                .map_err(failed)?;
-        }
-        for (from, to) in [
-            ((LEFT, top), (LEFT, bottom)),
-            ((LEFT, bottom), (self.plot_right(), bottom)),
-        ] {
-            self.line(canvas, from, to, AXIS.into(), 1)?;
-        }
-        let title = format!("{} in {}", panel.title, panel.unit);
-        let place = (LEFT, top - 13);
-        self.text(canvas, &title, place, 14, FontStyle::Bold, INK, HPos::Left)?;
-        self.legend(canvas, top, panel)
-    }
-
-    fn legend(&self, canvas: &Canvas, top: i32, panel: &Panel) -> Result<(), PlotError> {
-        let x = self.plot_right() + 16;
-        for (row, (curve, color)) in panel.curves.iter().zip(COLORS).enumerate() {
-            let y = top + 10 + 22 * row as i32;
-            self.line(canvas, (x, y), (x + 24, y), color.into(), 3)?;
-            let place = (x + 32, y);
-            self.text(
-                canvas,
-                curve.name,
-                place,
-                14,
-                FontStyle::Normal,
-                INK,
-                HPos::Left,
-            )?;
-        }
-        Ok(())
+        let middle = (LEFT + self.right) / 2.0;
+        let style = text(14.0, INK, Align::Center);
+        canvas.text("time in s", (middle, self.height - 18.0), style);
     }
 
     /// Commands: a line through all panels, and the name where there is room for it.
-    fn marks(&self, canvas: &Canvas) -> Result<(), PlotError> {
-        let Some(last) = self.curves.panels.len().checked_sub(1) else {
-            return Ok(());
+    fn marks(&self, canvas: &mut Canvas) {
+        let style = text(13.0, FAINT_INK, Align::Left);
+        let many = self.curves.marks.len() > MANY_MARKS;
+        let dashed = Line {
+            dash: Some([4.0, 4.0]),
+            ..line(if many { FAINT_MARK } else { MARK }, 1.0)
         };
-        let bottom = self.top_of(last) + self.panel_height;
-        let mut free_from = LEFT;
+        let mut free_from = 0.0;
         for (time, name) in &self.curves.marks {
-            let x = self.x_of(*time);
-            for panel in 0..=last {
-                let top = self.top_of(panel);
-                let mut y = top;
-                while y < top + self.panel_height {
-                    let dash_end = (y + 4).min(bottom);
-                    self.line(canvas, (x, y), (x, dash_end), MARK.mix(0.55), 1)?;
-                    y += 8;
-                }
+            let x = sharp(self.x_of(*time));
+            for index in 0..self.curves.panels.len() {
+                let (top, bottom) = self.rows(index);
+                canvas.line([(x, top), (x, bottom)], dashed);
             }
-            let width = 8 * name.chars().count() as i32 + 10;
-            if x >= free_from && x + width <= self.width {
-                let place = (x + 3, TOP - 34);
-                self.text(canvas, name, place, 13, FontStyle::Normal, MARK, HPos::Left)?;
-                self.line(canvas, (x, TOP - 40), (x, TOP - 28), MARK.into(), 1)?;
-                free_from = x + width;
+            let right = x + 4.0 + canvas.width(name, style);
+            if x >= free_from && right <= self.right + RIGHT {
+                canvas.line([(x, MARKS_Y - 6.0), (x, MARKS_Y + 6.0)], line(MARK, 1.0));
+                canvas.text(name, (x + 4.0, MARKS_Y), style);
+                free_from = right + MARK_SPACE;
             }
         }
-        Ok(())
     }
 
-    fn exact_x(&self, time: f64) -> f64 {
-        let (begin, end) = self.curves.range;
-        let share = (time - begin) / (end - begin).max(f64::MIN_POSITIVE);
-        f64::from(LEFT) + share * f64::from(self.plot_right() - LEFT)
+    fn panel(&self, canvas: &mut Canvas, index: usize, panel: &Panel) {
+        let (top, bottom) = self.rows(index);
+        let (low, high) = value_range(panel);
+        let y_of = |value: f64| bottom - ((value - low) / (high - low)) as f32 * (bottom - top);
+        let ticks = ticks(low, high, 5);
+        let style = text(13.0, FAINT_INK, Align::Right);
+        for &value in &ticks.values {
+            let y = sharp(y_of(value));
+            canvas.line([(LEFT, y), (self.right, y)], line(GRID, 1.0));
+            canvas.text(&ticks.label(value), (LEFT - 9.0, y), style);
+        }
+        let (left, right) = (sharp(LEFT), self.right);
+        let axes = [(left, top), (left, bottom), (right, bottom)];
+        canvas.line(axes, line(AXIS, 1.0));
+        for (curve, rgb) in panel.curves.iter().zip(COLORS) {
+            let points = path(curve).map(|(time, value)| (self.x_of(time), y_of(value)));
+            canvas.line(points, line(rgb, 1.7));
+        }
+        let title = format!("{}, {}", panel.title, panel.unit);
+        canvas.text(&title, (LEFT, top - 14.0), bold(14.0));
+        self.legend(canvas, top, panel);
     }
 
-    fn line(
-        &self,
-        canvas: &Canvas,
-        from: (i32, i32),
-        to: (i32, i32),
-        color: RGBAColor,
-        width: i32,
-    ) -> Result<(), PlotError> {
-        let style = ShapeStyle::from(color).stroke_width((width * SCALE) as u32);
-        let points = [from, to].map(|(x, y)| (x * SCALE, y * SCALE));
-        canvas
-            .draw(&PathElement::new(points.to_vec(), style))
-            .map_err(failed)
-    }
-
-    #[allow(
-        clippy::too_many_arguments,
-        reason = "all of them describe one piece of text"
-    )]
-    fn text(
-        &self,
-        canvas: &Canvas,
-        text: &str,
-        (x, y): (i32, i32),
-        size: i32,
-        weight: FontStyle,
-        color: RGBColor,
-        anchor: HPos,
-    ) -> Result<(), PlotError> {
-        let font = FontDesc::new(FontFamily::Name(FONT), f64::from(size * SCALE), weight);
-        let style = TextStyle::from(font)
-            .color(&color)
-            .pos(Pos::new(anchor, VPos::Center));
-        let place = (x * SCALE, y * SCALE);
-        canvas.draw_text(text, &style, place).map_err(failed)
+    fn legend(&self, canvas: &mut Canvas, top: f32, panel: &Panel) {
+        let x = self.right + 16.0;
+        for (row, (curve, rgb)) in panel.curves.iter().zip(COLORS).enumerate() {
+            let y = top + 10.0 + 22.0 * row as f32;
+            canvas.line([(x, y), (x + 24.0, y)], line(rgb, 3.0));
+            canvas.text(curve.name, (x + 34.0, y), text(14.0, INK, Align::Left));
+        }
     }
 }
 
-/// The polyline through a curve: in every slot from the smallest to the largest value, beginning with the one that is
+/// The middle of a pixel: lines of one pixel through it are sharp.
+fn sharp(x: f32) -> f32 {
+    x.floor() + 0.5
+}
+
+/// The line through a curve: in every slot from the smallest to the largest value, beginning with the one that is
 /// nearer to where the line comes from.
 fn path(curve: &Curve) -> impl Iterator<Item = (f64, f64)> + '_ {
     let mut latest = None;
@@ -345,18 +224,19 @@ fn path(curve: &Curve) -> impl Iterator<Item = (f64, f64)> + '_ {
     })
 }
 
-/// Range of the value axis: all values with a little room, and not so narrow that noise fills it.
-fn value_range(curves: &[Curve]) -> (f64, f64) {
-    let points = || curves.iter().flat_map(|curve| &curve.points);
+/// Range of the value axis: all values with a little room.
+fn value_range(panel: &Panel) -> (f64, f64) {
+    let points = || panel.curves.iter().flat_map(|curve| &curve.points);
     let low = points().map(|p| p.1).fold(f64::INFINITY, f64::min);
     let high = points().map(|p| p.2).fold(f64::NEG_INFINITY, f64::max);
     if low > high {
-        return (-1.0, 1.0);
+        return (-panel.half_span_min, panel.half_span_min);
     }
-    let middle = low + (high - low) / 2.0;
-    let half = ((high - low) / 2.0 * 1.08)
-        .max(0.1)
-        .max(middle.abs() * 1e-6);
+    // Halves first: the sum of two very large numbers is not finite.
+    let middle = low / 2.0 + high / 2.0;
+    let half = (high / 2.0 - low / 2.0) * 1.08;
+    // Where numbers are so large that the smallest span vanishes in rounding, a share of them is the span.
+    let half = half.max(panel.half_span_min).max(middle.abs() * 1e-9);
     (middle - half, middle + half)
 }
 
@@ -368,6 +248,9 @@ struct Ticks {
 
 impl Ticks {
     fn label(&self, value: f64) -> String {
+        if value.abs() >= 1e7 {
+            return format!("{value:.1e}");
+        }
         // Without the sign of zero.
         let value = if value == 0.0 { 0.0 } else { value };
         format!("{value:.digits$}", digits = self.digits)
@@ -392,8 +275,63 @@ fn ticks(low: f64, high: f64, count: usize) -> Ticks {
     let first = (low / step).ceil();
     let values = (0..=2 * count)
         .map(|i| (first + i as f64) * step)
-        .take_while(|value| *value <= high + step * 1e-6)
+        .take_while(|value| *value - high <= step * 1e-6)
         .collect();
     let digits = (-step.log10().floor()).clamp(0.0, 12.0) as usize;
     Ticks { values, digits }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_within_the_range() {
+        let shown = |low, high, count| {
+            let ticks = ticks(low, high, count);
+            let labels = ticks.values.iter().map(|v| ticks.label(*v));
+            labels.collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(shown(-1.7, 1.7, 5), "-1 0 1");
+        assert_eq!(
+            shown(0.0, 2.4, 12),
+            "0.0 0.2 0.4 0.6 0.8 1.0 1.2 1.4 1.6 1.8 2.0 2.2 2.4"
+        );
+        assert_eq!(shown(-0.03, 0.06, 5), "-0.02 0.00 0.02 0.04 0.06");
+        assert_eq!(shown(3.0, 3.0, 5), "");
+        assert_eq!(shown(0.0, f64::MAX, 5).split(' ').count(), 4);
+    }
+
+    #[test]
+    fn a_curve_passes_every_extreme_and_jumps_as_little_as_possible() {
+        let curve = Curve {
+            name: "x",
+            points: vec![(0.0, 1.0, 1.0), (1.0, -2.0, 3.0), (2.0, -3.0, 2.0)],
+        };
+        let points: Vec<_> = path(&curve).collect();
+        assert_eq!(
+            points,
+            [(0.0, 1.0), (1.0, 3.0), (1.0, -2.0), (2.0, -3.0), (2.0, 2.0)]
+        );
+    }
+
+    #[test]
+    fn an_axis_has_room_for_any_finite_values() {
+        for (low, high) in [(0.0, 0.0), (5.0, 5.0), (-1e300, 1e300), (1e300, 1e300)] {
+            let panel = Panel {
+                title: "",
+                unit: "",
+                half_span_min: 0.1,
+                curves: vec![Curve {
+                    name: "x",
+                    points: vec![(0.0, low, high)],
+                }],
+            };
+            let (bottom, top) = value_range(&panel);
+            assert!(
+                bottom < low && high < top && (top - bottom).is_finite(),
+                "{low} {high}"
+            );
+        }
+    }
 }

@@ -1,12 +1,12 @@
 //! `replay --plot OUT.png`: the run as a picture.
 //!
-//! Owns reading the curves out of the recording and writing the file; [`draw`] puts them on paper.
+//! Owns the file that is written. [`curves`] reads what there is to draw, [`draw`] lays it out, [`canvas`] makes pixels.
 
+mod canvas;
 mod curves;
 mod draw;
 
-use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use recorder::{ReadError, Recording};
@@ -25,9 +25,9 @@ pub enum PlotError {
     /// Nothing to draw.
     #[error("there is nothing to draw: the recording has no cycles")]
     Empty,
-    /// The drawing library refused.
+    /// The compiled-in font cannot be read, or there is no memory for the picture.
     #[error("the picture cannot be drawn: {0}")]
-    Draw(String),
+    Draw(&'static str),
     /// The file cannot be written.
     #[error("cannot write the picture {}: {source}", path.display())]
     Write {
@@ -44,20 +44,12 @@ pub enum PlotError {
 /// [`PlotError`].
 pub(super) fn plot(recording: &Recording, path: &Path) -> Result<(), PlotError> {
     let curves = curves::read(recording)?;
-    let pixels = draw::draw(&curves, SIZE)?;
-    write_png(path, &pixels).map_err(|source| PlotError::Write {
-        path: path.to_owned(),
-        source,
-    })
-}
-
-fn write_png(path: &Path, rgb: &[u8]) -> io::Result<()> {
-    let file = BufWriter::new(File::create(path)?);
-    let mut encoder = png::Encoder::new(file, SIZE.0, SIZE.1);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(rgb)?;
-    writer.finish()?;
-    Ok(())
+    let picture = draw::draw(&curves, SIZE)?;
+    let written = picture.into_png().map_err(io::Error::other);
+    written
+        .and_then(|png| std::fs::write(path, png))
+        .map_err(|source| PlotError::Write {
+            path: path.to_owned(),
+            source,
+        })
 }

@@ -1,6 +1,8 @@
 //! The state message against two independent readings: the protocol page's offsets, and the one format string with
 //! which field clients unpack the whole message.
 
+#![allow(clippy::approx_constant, reason = "figures of the manual")]
+
 use kinematics::{JointPositions, JointSpeeds, JointTorques, RpyPose};
 
 use super::*;

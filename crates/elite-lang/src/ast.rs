@@ -1,0 +1,421 @@
+//! The syntax tree as the parser makes it: plain data, `Send`, a span on every node.
+//!
+//! Names are text here; slots come from `resolve`. Nothing in this tree is executed: `lower` turns it into
+//! executable nodes for one interpreter.
+
+use num_bigint::BigInt;
+
+use crate::source::Span;
+
+/// A name with its place. Private names (`__x` inside a class) are already mangled by the parser.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ident {
+    /// The text.
+    pub name: Box<str>,
+    /// Where it is written.
+    pub span: Span,
+}
+
+/// Number of a scope in a program, in source order; the module is 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ScopeId(pub u32);
+
+/// A literal.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub enum Constant {
+    None,
+    Bool(bool),
+    Ellipsis,
+    Int(i64),
+    BigInt(BigInt),
+    Float(f64),
+    Imaginary(f64),
+    Str(Box<str>),
+    Bytes(Box<[u8]>),
+}
+
+/// Binary operators.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum BinaryOp {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    FloorDiv,
+    Mod,
+    Pow,
+    MatMul,
+    BitAnd,
+    BitOr,
+    BitXor,
+    Shl,
+    Shr,
+}
+
+/// Unary operators.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum UnaryOp {
+    Not,
+    Neg,
+    Pos,
+    Invert,
+}
+
+/// Comparison operators.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum CompareOp {
+    Eq,
+    Ne,
+    Lt,
+    Le,
+    Gt,
+    Ge,
+    Is,
+    IsNot,
+    In,
+    NotIn,
+}
+
+/// An expression.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expr {
+    /// What it is.
+    pub kind: ExprKind,
+    /// Where it is written.
+    pub span: Span,
+}
+
+/// The kinds of expression.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub enum ExprKind {
+    Constant(Constant),
+    Name(Box<str>),
+    And(Vec<Expr>),
+    Or(Vec<Expr>),
+    Binary {
+        op: BinaryOp,
+        left: Box<Expr>,
+        right: Box<Expr>,
+    },
+    Unary {
+        op: UnaryOp,
+        operand: Box<Expr>,
+    },
+    Compare {
+        left: Box<Expr>,
+        rest: Vec<(CompareOp, Expr)>,
+    },
+    Call {
+        function: Box<Expr>,
+        args: Vec<Arg>,
+    },
+    Attribute {
+        value: Box<Expr>,
+        name: Ident,
+    },
+    Subscript {
+        value: Box<Expr>,
+        index: Box<Expr>,
+    },
+    /// Only as (part of) the index of a subscript.
+    Slice {
+        lower: Option<Box<Expr>>,
+        upper: Option<Box<Expr>>,
+        step: Option<Box<Expr>>,
+    },
+    List(Vec<Expr>),
+    Tuple(Vec<Expr>),
+    Set(Vec<Expr>),
+    Dict(Vec<DictItem>),
+    Comprehension(Box<Comprehension>),
+    Lambda(Box<Lambda>),
+    IfElse {
+        test: Box<Expr>,
+        body: Box<Expr>,
+        orelse: Box<Expr>,
+    },
+    /// `name := value`
+    Named {
+        target: Ident,
+        value: Box<Expr>,
+    },
+    /// `*value`, in calls, displays and targets.
+    Starred(Box<Expr>),
+    Yield(Option<Box<Expr>>),
+    YieldFrom(Box<Expr>),
+    FString(Vec<FStringPart>),
+    /// What the parser puts where it has reported an error.
+    Error,
+}
+
+/// An argument of a call or a class header.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub enum Arg {
+    Positional(Expr),
+    /// `*iterable`
+    Star(Expr),
+    Keyword(Ident, Expr),
+    /// `**mapping`
+    DoubleStar(Expr),
+}
+
+/// An item of a dict display.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub enum DictItem {
+    Pair(Expr, Expr),
+    /// `**mapping`
+    Unpack(Expr),
+}
+
+/// What a comprehension builds.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub enum ComprehensionKind {
+    List(Expr),
+    Set(Expr),
+    Dict(Expr, Expr),
+    Generator(Expr),
+}
+
+/// A list, set or dict comprehension or a generator expression.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct Comprehension {
+    pub kind: ComprehensionKind,
+    /// At least one; the iterable of the first is evaluated in the enclosing scope.
+    pub clauses: Vec<ComprehensionClause>,
+    pub scope: ScopeId,
+}
+
+/// One `for target in iterable if …` of a comprehension.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct ComprehensionClause {
+    pub target: Expr,
+    pub iterable: Expr,
+    pub conditions: Vec<Expr>,
+}
+
+/// A part of an f-string.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub enum FStringPart {
+    Text(Box<str>),
+    Value {
+        value: Expr,
+        conversion: Conversion,
+        format: Option<Vec<FStringPart>>,
+    },
+}
+
+/// `!s`, `!r`, `!a` of a replacement field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Conversion {
+    None,
+    Str,
+    Repr,
+    Ascii,
+}
+
+/// A parameter.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct Parameter {
+    pub name: Ident,
+    pub annotation: Option<Expr>,
+    pub default: Option<Expr>,
+}
+
+/// The parameters of a function, by kind.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[allow(missing_docs)]
+pub struct Parameters {
+    pub positional_only: Vec<Parameter>,
+    pub positional: Vec<Parameter>,
+    pub star: Option<Parameter>,
+    pub keyword_only: Vec<Parameter>,
+    pub double_star: Option<Parameter>,
+}
+
+impl Parameters {
+    /// All parameters in the order of their slots.
+    pub fn iter(&self) -> impl Iterator<Item = &Parameter> {
+        let by_position = self
+            .positional_only
+            .iter()
+            .chain(&self.positional)
+            .chain(&self.keyword_only);
+        by_position.chain(&self.star).chain(&self.double_star)
+    }
+
+    /// Whether a call without arguments is possible.
+    pub fn none_required(&self) -> bool {
+        let mut named = self
+            .positional_only
+            .iter()
+            .chain(&self.positional)
+            .chain(&self.keyword_only);
+        named.all(|parameter| parameter.default.is_some())
+    }
+}
+
+/// A `lambda`.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct Lambda {
+    pub parameters: Parameters,
+    pub body: Expr,
+    pub scope: ScopeId,
+}
+
+/// A statement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stmt {
+    /// What it is.
+    pub kind: StmtKind,
+    /// Where it is written; compound statements with their bodies.
+    pub span: Span,
+}
+
+/// The kinds of statement.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub enum StmtKind {
+    Expr(Expr),
+    /// `print x, y` (language.md 4.3); with `trailing_comma` the line is ended by a blank.
+    Print {
+        values: Vec<Expr>,
+        trailing_comma: bool,
+    },
+    Assign {
+        targets: Vec<Expr>,
+        value: Expr,
+    },
+    AugAssign {
+        target: Expr,
+        op: BinaryOp,
+        value: Expr,
+    },
+    AnnAssign {
+        target: Expr,
+        annotation: Expr,
+        value: Option<Expr>,
+    },
+    Delete(Vec<Expr>),
+    Pass,
+    Break,
+    Continue,
+    Return(Option<Expr>),
+    Raise {
+        exception: Option<Expr>,
+        cause: Option<Expr>,
+    },
+    Global(Vec<Ident>),
+    Nonlocal(Vec<Ident>),
+    Assert {
+        test: Expr,
+        message: Option<Expr>,
+    },
+    Import(Vec<ImportAlias>),
+    ImportFrom {
+        module: Ident,
+        names: Vec<ImportAlias>,
+        star: bool,
+    },
+    /// `if` and its `elif`s in order, then `else`.
+    If {
+        branches: Vec<(Expr, Vec<Stmt>)>,
+        orelse: Vec<Stmt>,
+    },
+    While {
+        test: Expr,
+        body: Vec<Stmt>,
+        orelse: Vec<Stmt>,
+    },
+    For {
+        target: Expr,
+        iterable: Expr,
+        body: Vec<Stmt>,
+        orelse: Vec<Stmt>,
+    },
+    With {
+        items: Vec<WithItem>,
+        body: Vec<Stmt>,
+    },
+    Try {
+        body: Vec<Stmt>,
+        handlers: Vec<Handler>,
+        orelse: Vec<Stmt>,
+        finally: Vec<Stmt>,
+    },
+    Function(Box<FunctionDef>),
+    Class(Box<ClassDef>),
+}
+
+/// `module as name` or `name as name`.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct ImportAlias {
+    pub name: Ident,
+    pub alias: Option<Ident>,
+}
+
+/// `context as target`.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct WithItem {
+    pub context: Expr,
+    pub target: Option<Expr>,
+}
+
+/// An `except` clause.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct Handler {
+    pub exception: Option<Expr>,
+    pub name: Option<Ident>,
+    pub body: Vec<Stmt>,
+    pub span: Span,
+}
+
+/// A `def`, or the `sec` that heads a secondary program.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct FunctionDef {
+    pub name: Ident,
+    pub parameters: Parameters,
+    pub returns: Option<Expr>,
+    pub decorators: Vec<Expr>,
+    pub body: Vec<Stmt>,
+    pub secondary: bool,
+    pub scope: ScopeId,
+}
+
+/// A `class`.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct ClassDef {
+    pub name: Ident,
+    pub args: Vec<Arg>,
+    pub decorators: Vec<Expr>,
+    pub body: Vec<Stmt>,
+    pub scope: ScopeId,
+}
+
+/// A whole program text.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct Module {
+    pub body: Vec<Stmt>,
+    pub span: Span,
+    /// Number of scopes handed out, the module's own included.
+    pub scope_count: u32,
+}

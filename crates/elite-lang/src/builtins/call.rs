@@ -1,0 +1,146 @@
+//! Calling anything that can be called.
+
+use std::rc::Rc;
+
+use super::{Args, Builtin, BuiltinBody};
+use crate::eval::{Evaluator, Frame};
+use crate::native::NativeCall;
+use crate::value::symbol::known;
+use crate::value::{R, Symbol, Value};
+
+/// Arguments up to this number are moved on the native stack.
+const INLINE_ARGS: usize = 6;
+
+/// Runs `inner` with `first` before `args`.
+#[inline]
+pub fn with_first<T>(first: Value, args: &mut [Value], inner: impl FnOnce(&mut [Value]) -> T) -> T {
+    let count = args.len() + 1;
+    if count <= INLINE_ARGS {
+        let mut all = [const { Value::Unbound }; INLINE_ARGS];
+        all[0] = first;
+        for (place, arg) in all[1..].iter_mut().zip(args) {
+            *place = std::mem::take(arg);
+        }
+        return inner(&mut all[..count]);
+    }
+    let mut all = Vec::with_capacity(count);
+    all.push(first);
+    all.extend(args.iter_mut().map(std::mem::take));
+    inner(&mut all)
+}
+
+impl Evaluator<'_> {
+    /// Calls `callee`; the arguments are taken out of `args`.
+    pub fn call(&self, callee: &Value, args: &mut [Value], keywords: &[(Symbol, Value)]) -> R {
+        self.call_from(callee, args, keywords, None)
+    }
+
+    /// Calls `callee` with one argument.
+    pub fn call1(&self, callee: &Value, arg: Value) -> R {
+        self.call_from(callee, &mut [arg], &[], None)
+    }
+
+    /// Calls `callee` from the frame `caller`.
+    pub fn call_from(
+        &self,
+        callee: &Value,
+        args: &mut [Value],
+        keywords: &[(Symbol, Value)],
+        caller: Option<&Frame<'_>>,
+    ) -> R {
+        match callee {
+            Value::Function(function) => self.call_function(function, args, keywords),
+            Value::Builtin(builtin) => self.call_builtin(builtin, args, keywords, caller),
+            Value::BoundMethod(method) => with_first(method.receiver.clone(), args, |all| {
+                self.call_from(&method.function, all, keywords, caller)
+            }),
+            Value::Class(class) => self.instantiate(class, args, keywords, caller),
+            Value::StaticMethod(function) => self.call_from(function, args, keywords, caller),
+            Value::Instance(instance) => match instance.class.lookup(known::CALL) {
+                Some(function) => {
+                    let method = self.bind_attribute(&function, callee, &instance.class)?;
+                    self.with_stack(crate::eval::coroutine::RESERVE, || {
+                        self.call_from(&method, args, keywords, caller)
+                    })
+                }
+                None => Err(self.not_callable(callee)),
+            },
+            _ => Err(self.not_callable(callee)),
+        }
+    }
+
+    #[cold]
+    fn not_callable(&self, callee: &Value) -> crate::value::Raised {
+        self.type_error(format!(
+            "'{}' object is not callable",
+            self.core.types.name_of(callee)
+        ))
+    }
+
+    /// Calls a builtin.
+    #[inline]
+    pub fn call_builtin(
+        &self,
+        builtin: &Rc<Builtin>,
+        args: &mut [Value],
+        keywords: &[(Symbol, Value)],
+        caller: Option<&Frame<'_>>,
+    ) -> R {
+        match &builtin.body {
+            BuiltinBody::Bound(body) => {
+                if keywords.is_empty()
+                    && args.len() == builtin.signature.len()
+                    && builtin.signature.accepts(args.len())
+                {
+                    return body(self, args);
+                }
+                self.with_bound(builtin, args, keywords, |bound| body(self, bound))
+            }
+            BuiltinBody::Raw(body) => body(
+                self,
+                &mut Args {
+                    positional: args,
+                    keywords,
+                    caller,
+                },
+            ),
+            BuiltinBody::Closure(body) => body(
+                self,
+                &mut Args {
+                    positional: args,
+                    keywords,
+                    caller,
+                },
+            ),
+            BuiltinBody::Native(native) => self.with_bound(builtin, args, keywords, |bound| {
+                (native.call)(&mut NativeCall {
+                    ev: self,
+                    args: bound,
+                    caller,
+                })
+            }),
+        }
+    }
+
+    /// Binds arguments to the signature of a builtin and runs `body` with them.
+    #[inline]
+    fn with_bound(
+        &self,
+        builtin: &Builtin,
+        args: &mut [Value],
+        keywords: &[(Symbol, Value)],
+        body: impl FnOnce(&mut [Value]) -> R,
+    ) -> R {
+        let count = builtin.signature.len();
+        crate::eval::run::with_slots(count, |bound| {
+            if keywords.is_empty() && builtin.signature.accepts(args.len()) {
+                for (place, arg) in bound.iter_mut().zip(args) {
+                    *place = std::mem::take(arg);
+                }
+            } else {
+                self.bind_builtin(builtin, args, keywords, bound)?;
+            }
+            body(bound)
+        })
+    }
+}

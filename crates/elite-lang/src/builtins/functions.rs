@@ -1,0 +1,403 @@
+//! Builtin functions on values of any kind.
+
+use std::rc::Rc;
+
+use super::{Args, Builtin};
+use crate::ast::CompareOp;
+use crate::errors::ExceptionKind;
+use crate::eval::generator::{Stepped, ToGenerator};
+use crate::eval::{Core, Evaluator};
+use crate::value::symbol::known;
+use crate::value::{Class, Iter, R, Symbol, Value};
+
+/// Puts the builtin functions in place.
+pub fn install(core: &Rc<Core>) {
+    let bound: &[(&'static str, &str, super::BoundFn)] = &[
+        ("all", "iterable /", all),
+        ("any", "iterable /", any),
+        ("ascii", "obj /", |ev, args| {
+            ev.ascii(&args[0]).map(Value::str)
+        }),
+        ("callable", "obj /", callable),
+        ("delattr", "obj name /", delattr),
+        ("format", "value format_spec? /", format),
+        ("getattr", "object name default? /", getattr),
+        ("hasattr", "obj name /", hasattr),
+        ("hash", "obj /", |ev, args| {
+            ev.hash(&args[0]).map(|hash| Value::Int(hash as i64))
+        }),
+        ("id", "obj /", id),
+        ("isinstance", "obj class_or_tuple /", isinstance),
+        ("issubclass", "cls class_or_tuple /", issubclass),
+        ("iter", "object sentinel? /", iter),
+        ("len", "obj /", |ev, args| {
+            ev.len(&args[0]).map(|length| Value::Int(length as i64))
+        }),
+        ("next", "iterator default? /", next),
+        ("repr", "obj /", |ev, args| {
+            ev.repr(&args[0]).map(Value::str)
+        }),
+        ("setattr", "obj name value /", setattr),
+        ("sorted", "iterable / * key? reverse?", sorted),
+        ("sum", "iterable / start?", sum),
+    ];
+    for (name, signature, body) in bound {
+        core.builtins.set(
+            core.symbols.intern(name),
+            Builtin::bound(core, name, signature, *body),
+        );
+    }
+    let raw: &[(&'static str, super::RawFn)] = &[("print", print), ("max", max), ("min", min)];
+    for (name, body) in raw {
+        core.builtins
+            .set(core.symbols.intern(name), Builtin::raw(name, *body));
+    }
+    super::numbers::install(core);
+    super::scope::install(core);
+}
+
+fn print(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
+    let option = |name: Symbol, default: &str| -> R<String> {
+        match args.keyword(name) {
+            None | Some(Value::None) => Ok(default.to_owned()),
+            Some(value) => match ev.plain(value) {
+                Value::Str(text) => Ok(text.as_str().to_owned()),
+                other => {
+                    let (name, type_name) =
+                        (ev.core.symbols.name(name), ev.core.types.name_of(&other));
+                    Err(ev.type_error(format!("{name} must be None or a string, not {type_name}")))
+                }
+            },
+        }
+    };
+    for (name, _) in args.keywords {
+        if ![known::SEP, known::END, known::FILE, known::FLUSH].contains(name) {
+            let name = ev.core.symbols.name(*name);
+            return Err(ev.type_error(format!(
+                "'{name}' is an invalid keyword argument for print()"
+            )));
+        }
+    }
+    let (sep, end) = (option(known::SEP, " ")?, option(known::END, "\n")?);
+    let mut text = String::new();
+    for (index, value) in args.positional.iter().enumerate() {
+        text.push_str(if index > 0 { &sep } else { "" });
+        match value {
+            Value::Str(part) => text.push_str(part.as_str()),
+            other => text.push_str(&ev.str(other)?),
+        }
+    }
+    text.push_str(&end);
+    match args.keyword(known::FILE) {
+        None | Some(Value::None) => ev.print(&text),
+        Some(file) => {
+            let write = ev.attribute(file, ev.core.symbols.intern("write"))?;
+            ev.call1(&write, Value::str(text))?;
+        }
+    }
+    Ok(Value::None)
+}
+
+fn all(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let iterator = ev.iter(&args[0])?;
+    while let Some(value) = ev.next(&iterator)? {
+        if !ev.truth(&value)? {
+            return Ok(Value::Bool(false));
+        }
+    }
+    Ok(Value::Bool(true))
+}
+
+fn any(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let iterator = ev.iter(&args[0])?;
+    while let Some(value) = ev.next(&iterator)? {
+        if ev.truth(&value)? {
+            return Ok(Value::Bool(true));
+        }
+    }
+    Ok(Value::Bool(false))
+}
+
+fn callable(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    Ok(Value::Bool(match &args[0] {
+        Value::Function(_)
+        | Value::Builtin(_)
+        | Value::BoundMethod(_)
+        | Value::Class(_)
+        | Value::StaticMethod(_) => true,
+        other => ev.core.types.of(other).lookup(known::CALL).is_some(),
+    }))
+}
+
+/// The symbol of an attribute name given as a value.
+fn attribute_name(ev: &Evaluator<'_>, name: &Value, function: &str) -> R<Symbol> {
+    match ev.plain(name) {
+        Value::Str(text) => Ok(ev.core.symbols.intern(text.as_str())),
+        other => {
+            let type_name = ev.core.types.name_of(&other);
+            let text = match function {
+                "setattr" | "delattr" => {
+                    format!("attribute name must be string, not '{type_name}'")
+                }
+                _ => format!("{function}(): attribute name must be string"),
+            };
+            Err(ev.type_error(text))
+        }
+    }
+}
+
+fn getattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let name = attribute_name(ev, &args[1], "getattr")?;
+    match args[2].given() {
+        None => ev.attribute(&args[0], name),
+        Some(default) => match ev.attribute_or_none(&args[0], name) {
+            Ok(Some(value)) => Ok(value),
+            Ok(None) => Ok(default.clone()),
+            Err(raised) if ev.is_kind(&raised, ExceptionKind::AttributeError) => {
+                Ok(default.clone())
+            }
+            Err(raised) => Err(raised),
+        },
+    }
+}
+
+fn hasattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let name = attribute_name(ev, &args[1], "hasattr")?;
+    match ev.attribute_or_none(&args[0], name) {
+        Ok(found) => Ok(Value::Bool(found.is_some())),
+        Err(raised) if ev.is_kind(&raised, ExceptionKind::AttributeError) => Ok(Value::Bool(false)),
+        Err(raised) => Err(raised),
+    }
+}
+
+fn setattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let name = attribute_name(ev, &args[1], "setattr")?;
+    ev.set_attribute(&args[0], name, args[2].clone())
+        .map(|()| Value::None)
+}
+
+fn delattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let name = attribute_name(ev, &args[1], "delattr")?;
+    ev.delete_attribute(&args[0], name).map(|()| Value::None)
+}
+
+fn format(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let spec = match args[1].given() {
+        None => String::new(),
+        Some(Value::Str(text)) => text.as_str().to_owned(),
+        Some(other) => {
+            let name = ev.core.types.name_of(other);
+            return Err(ev.type_error(format!("format() argument 2 must be str, not {name}")));
+        }
+    };
+    let mut out = String::new();
+    ev.format_into(&args[0], &spec, &mut out)?;
+    Ok(Value::str(out))
+}
+
+fn id(_: &Evaluator<'_>, args: &mut [Value]) -> R {
+    Ok(Value::Int(match &args[0] {
+        Value::None => 16,
+        Value::Bool(flag) => 32 + i64::from(*flag),
+        Value::Int(int) => int.wrapping_mul(32).wrapping_add(1 << 40),
+        Value::Float(float) => float.to_bits() as i64 >> 1,
+        other => other.address().unwrap_or(8) as i64,
+    }))
+}
+
+impl Evaluator<'_> {
+    /// Python's `isinstance(value, classes)`.
+    pub fn is_instance(&self, value: &Value, classes: &Value) -> R<bool> {
+        match classes {
+            Value::Class(class) => Ok(self.core.types.of(value).is_subclass_of(class)),
+            Value::Tuple(tuple) => {
+                for class in tuple.items() {
+                    if self.is_instance(value, class)? {
+                        return Ok(true);
+                    }
+                }
+                Ok(false)
+            }
+            _ => {
+                Err(self
+                    .type_error("isinstance() arg 2 must be a type, a tuple of types, or a union"))
+            }
+        }
+    }
+
+    fn is_subclass(&self, class: &Rc<Class>, classes: &Value) -> R<bool> {
+        match classes {
+            Value::Class(other) => Ok(class.is_subclass_of(other)),
+            Value::Tuple(tuple) => {
+                for other in tuple.items() {
+                    if self.is_subclass(class, other)? {
+                        return Ok(true);
+                    }
+                }
+                Ok(false)
+            }
+            _ => Err(self
+                .type_error("issubclass() arg 2 must be a class, a tuple of classes, or a union")),
+        }
+    }
+}
+
+fn isinstance(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    ev.is_instance(&args[0], &args[1]).map(Value::Bool)
+}
+
+fn issubclass(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    match &args[0] {
+        Value::Class(class) => ev.is_subclass(class, &args[1]).map(Value::Bool),
+        _ => Err(ev.type_error("issubclass() arg 1 must be a class")),
+    }
+}
+
+fn iter(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    match args[1].given() {
+        None => ev.iter(&args[0]),
+        Some(sentinel) => {
+            let (function, sentinel) = (args[0].clone(), sentinel.clone());
+            Ok(Value::Iter(Rc::new(Iter::Callable {
+                function,
+                sentinel,
+                done: false.into(),
+            })))
+        }
+    }
+}
+
+fn next(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let result = match &args[0] {
+        Value::Generator(generator) => {
+            match ev.step_generator(generator, ToGenerator::Send(Value::None)) {
+                Ok(Stepped::Yielded(value)) => return Ok(value),
+                Ok(Stepped::Returned(value)) => Err(value),
+                Err(raised) => return Err(ev.generator_error(raised)),
+            }
+        }
+        Value::Instance(_) => {
+            // The exception of the script's own `__next__` is kept, with its value.
+            let class = ev.core.types.of(&args[0]);
+            if let Some(method) = class.lookup(known::NEXT) {
+                return match ev.call_method_value(&method, &args[0], &mut []) {
+                    Err(raised) if ev.is_kind(&raised, ExceptionKind::StopIteration) => {
+                        match args[1].given() {
+                            Some(default) => Ok(default.clone()),
+                            None => Err(raised),
+                        }
+                    }
+                    other => other,
+                };
+            }
+            return Err(not_an_iterator(ev, &args[0]));
+        }
+        Value::Iter(_) => ev.next(&args[0])?.ok_or(Value::None),
+        other => return Err(not_an_iterator(ev, other)),
+    };
+    match (result, args[1].given()) {
+        (Ok(value), _) => Ok(value),
+        (Err(_), Some(default)) => Ok(default.clone()),
+        (Err(value), None) => ev.stop_iteration(value),
+    }
+}
+
+fn not_an_iterator(ev: &Evaluator<'_>, value: &Value) -> crate::value::Raised {
+    ev.type_error(format!(
+        "'{}' object is not an iterator",
+        ev.core.types.name_of(value)
+    ))
+}
+
+fn sorted(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let items = ev.collect(&args[0])?;
+    let reverse = match args[2].given() {
+        Some(value) => ev.truth(value)?,
+        None => false,
+    };
+    ev.sort(items, args[1].given(), reverse).map(Value::list)
+}
+
+fn sum(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let mut total = args[1].given().cloned().unwrap_or(Value::Int(0));
+    let wrong = match &total {
+        Value::Str(_) => Some("sum() can't sum strings [use ''.join(seq) instead]"),
+        Value::Bytes(_) => Some("sum() can't sum bytes [use b''.join(seq) instead]"),
+        Value::ByteArray(_) => Some("sum() can't sum bytearray [use b''.join(seq) instead]"),
+        _ => None,
+    };
+    if let Some(text) = wrong {
+        return Err(ev.type_error(text));
+    }
+    let iterator = ev.iter(&args[0])?;
+    while let Some(value) = ev.next(&iterator)? {
+        total = match crate::ops::arith::fast(crate::ast::BinaryOp::Add, &total, &value) {
+            Some(total) => total,
+            None => ev.binary(crate::ast::BinaryOp::Add, &total, &value)?,
+        };
+    }
+    Ok(total)
+}
+
+fn max(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
+    extreme(ev, args, "max", CompareOp::Gt)
+}
+
+fn min(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
+    extreme(ev, args, "min", CompareOp::Lt)
+}
+
+/// The first value that compares `better` than all others.
+fn extreme(ev: &Evaluator<'_>, args: &mut Args<'_>, name: &str, better: CompareOp) -> R {
+    for (keyword, _) in args.keywords {
+        if ![known::KEY, known::DEFAULT].contains(keyword) {
+            let keyword = ev.core.symbols.name(*keyword);
+            return Err(ev.type_error(format!(
+                "'{keyword}' is an invalid keyword argument for {name}()"
+            )));
+        }
+    }
+    let key = args.keyword(known::KEY).filter(|key| !key.is_none());
+    let default = args.keyword(known::DEFAULT);
+    let mut best: Option<(Value, Value)> = None;
+    let mut consider = |value: Value| -> R<()> {
+        let measure = match key {
+            Some(key) => ev.call1(key, value.clone())?,
+            None => value.clone(),
+        };
+        let wins = match &best {
+            None => true,
+            Some((_, other)) => match crate::ops::compare::fast(better, &measure, other) {
+                Some(wins) => wins,
+                None => ev.compare_truth(better, &measure, other)?,
+            },
+        };
+        if wins {
+            best = Some((value, measure));
+        }
+        Ok(())
+    };
+    match &*args.positional {
+        [] => return Err(ev.type_error(format!("{name} expected at least 1 argument, got 0"))),
+        [iterable] => {
+            let iterator = ev.iter(iterable)?;
+            while let Some(value) = ev.next(&iterator)? {
+                consider(value)?;
+            }
+        }
+        values => {
+            if default.is_some() {
+                let text = format!(
+                    "Cannot specify a default for {name}() with multiple positional arguments"
+                );
+                return Err(ev.type_error(text));
+            }
+            values.iter().cloned().try_for_each(consider)?;
+        }
+    }
+    match (best, default) {
+        (Some((value, _)), _) => Ok(value),
+        (None, Some(default)) => Ok(default.clone()),
+        (None, None) => Err(ev.value_error(format!("{name}() arg is an empty sequence"))),
+    }
+}

@@ -1,0 +1,298 @@
+//! Python's builtin functions, types and their methods, and how natives of any kind are called.
+
+mod call;
+pub use call::with_first;
+mod functions;
+mod numbers;
+mod scope;
+mod signature;
+mod sort;
+pub mod types;
+
+use std::rc::Rc;
+
+pub use signature::Signature;
+
+use crate::eval::{Core, Evaluator, Frame};
+use crate::native::NativeFunction;
+use crate::value::{R, Symbol, Value};
+
+/// A function written in Rust.
+pub struct Builtin {
+    /// `__name__`.
+    pub name: &'static str,
+    /// Of methods: the name of the type, which messages put before the name.
+    pub owner: Option<&'static str>,
+    /// What it takes.
+    pub signature: Signature,
+    /// What it does.
+    pub body: BuiltinBody,
+}
+
+/// A function whose arguments are bound to the signature; omitted ones are `Unbound`.
+pub type BoundFn = fn(&Evaluator<'_>, &mut [Value]) -> R;
+/// A function that looks at its arguments itself.
+pub type RawFn = fn(&Evaluator<'_>, &mut Args<'_>) -> R;
+
+/// What a builtin does.
+pub enum BuiltinBody {
+    /// With bound arguments.
+    Bound(BoundFn),
+    /// With arguments as they come.
+    Raw(RawFn),
+    /// With data of its own and arguments as they come.
+    Closure(Box<dyn Fn(&Evaluator<'_>, &mut Args<'_>) -> R>),
+    /// Of the embedder.
+    Native(NativeFunction),
+}
+
+/// Arguments of a call.
+pub struct Args<'a> {
+    /// By position.
+    pub positional: &'a mut [Value],
+    /// By name.
+    pub keywords: &'a [(Symbol, Value)],
+    /// The frame that calls, if a script does.
+    pub caller: Option<&'a Frame<'a>>,
+}
+
+impl Args<'_> {
+    /// The value of a keyword argument.
+    pub fn keyword(&self, name: Symbol) -> Option<&Value> {
+        self.keywords
+            .iter()
+            .find(|(other, _)| *other == name)
+            .map(|(_, value)| value)
+    }
+}
+
+impl Builtin {
+    /// A function with bound arguments. For the form of `signature` see `Signature::parse`.
+    pub fn bound(core: &Core, name: &'static str, signature: &str, body: BoundFn) -> Value {
+        let signature = Signature::parse(signature, &core.symbols);
+        Value::Builtin(Rc::new(Builtin {
+            name,
+            owner: None,
+            signature,
+            body: BuiltinBody::Bound(body),
+        }))
+    }
+
+    /// A function that takes its arguments as they come.
+    pub fn raw(name: &'static str, body: RawFn) -> Value {
+        let signature = Signature::default();
+        Value::Builtin(Rc::new(Builtin {
+            name,
+            owner: None,
+            signature,
+            body: BuiltinBody::Raw(body),
+        }))
+    }
+
+    /// A function with data of its own.
+    pub fn closure(
+        name: &'static str,
+        body: impl Fn(&Evaluator<'_>, &mut Args<'_>) -> R + 'static,
+    ) -> Value {
+        let (signature, body) = (Signature::default(), BuiltinBody::Closure(Box::new(body)));
+        Value::Builtin(Rc::new(Builtin {
+            name,
+            owner: None,
+            signature,
+            body,
+        }))
+    }
+
+    /// A native of the embedder.
+    pub fn native(core: &Core, native: NativeFunction) -> Value {
+        let (name, signature) = (native.name, Signature::of_native(&native, &core.symbols));
+        Value::Builtin(Rc::new(Builtin {
+            name,
+            owner: None,
+            signature,
+            body: BuiltinBody::Native(native),
+        }))
+    }
+}
+
+/// Puts all builtins in place.
+pub fn install(core: &Rc<Core>) {
+    for class in core.types.all().into_iter().chain(core.types.exceptions()) {
+        let name = class.name();
+        if is_builtin_name(&name) {
+            core.builtins
+                .set(core.symbols.intern(&name), Value::Class(class.clone()));
+        }
+    }
+    let alias = |alias: &str, name: &str| {
+        let value = core
+            .builtins
+            .get(core.symbols.intern(name))
+            .unwrap_or_default();
+        core.builtins.set(core.symbols.intern(alias), value);
+    };
+    alias("IOError", "OSError");
+    alias("EnvironmentError", "OSError");
+    core.builtins
+        .set(core.symbols.intern("Ellipsis"), Value::Ellipsis);
+    core.builtins
+        .set(core.symbols.intern("NotImplemented"), Value::NotImplemented);
+    core.builtins
+        .set(core.symbols.intern("__debug__"), Value::Bool(true));
+    functions::install(core);
+    types::install(core);
+    alias("unichr", "chr");
+}
+
+/// Names that every program finds defined.
+const NAMES: &[&str] = &[
+    "ArithmeticError",
+    "AssertionError",
+    "AttributeError",
+    "BaseException",
+    "BlockingIOError",
+    "BrokenPipeError",
+    "BufferError",
+    "BytesWarning",
+    "ChildProcessError",
+    "ConnectionAbortedError",
+    "ConnectionError",
+    "ConnectionRefusedError",
+    "ConnectionResetError",
+    "DeprecationWarning",
+    "EOFError",
+    "Ellipsis",
+    "EnvironmentError",
+    "Exception",
+    "FileExistsError",
+    "FileNotFoundError",
+    "FloatingPointError",
+    "FutureWarning",
+    "GeneratorExit",
+    "IOError",
+    "ImportError",
+    "ImportWarning",
+    "IndentationError",
+    "IndexError",
+    "InterruptedError",
+    "IsADirectoryError",
+    "KeyError",
+    "KeyboardInterrupt",
+    "LookupError",
+    "MemoryError",
+    "ModuleNotFoundError",
+    "NameError",
+    "NotADirectoryError",
+    "NotImplemented",
+    "NotImplementedError",
+    "OSError",
+    "OverflowError",
+    "PendingDeprecationWarning",
+    "PermissionError",
+    "ProcessLookupError",
+    "RecursionError",
+    "ReferenceError",
+    "ResourceWarning",
+    "RuntimeError",
+    "RuntimeWarning",
+    "StopAsyncIteration",
+    "StopIteration",
+    "SyntaxError",
+    "SyntaxWarning",
+    "SystemError",
+    "SystemExit",
+    "TabError",
+    "TimeoutError",
+    "TypeError",
+    "UnboundLocalError",
+    "UnicodeDecodeError",
+    "UnicodeEncodeError",
+    "UnicodeError",
+    "UnicodeTranslateError",
+    "UnicodeWarning",
+    "UserWarning",
+    "ValueError",
+    "Warning",
+    "ZeroDivisionError",
+    "__debug__",
+    "__import__",
+    "__name__",
+    "abs",
+    "all",
+    "any",
+    "ascii",
+    "bin",
+    "bool",
+    "bytearray",
+    "bytes",
+    "callable",
+    "chr",
+    "classmethod",
+    "compile",
+    "complex",
+    "delattr",
+    "dict",
+    "dir",
+    "divmod",
+    "enumerate",
+    "eval",
+    "exec",
+    "exit",
+    "filter",
+    "float",
+    "format",
+    "frozenset",
+    "getattr",
+    "globals",
+    "hasattr",
+    "hash",
+    "hex",
+    "id",
+    "input",
+    "int",
+    "isinstance",
+    "issubclass",
+    "iter",
+    "len",
+    "list",
+    "locals",
+    "map",
+    "max",
+    "min",
+    "next",
+    "object",
+    "oct",
+    "open",
+    "ord",
+    "pow",
+    "print",
+    "property",
+    "quit",
+    "range",
+    "repr",
+    "reversed",
+    "round",
+    "set",
+    "setattr",
+    "slice",
+    "sorted",
+    "staticmethod",
+    "str",
+    "sum",
+    "super",
+    "tuple",
+    "type",
+    "unichr",
+    "vars",
+    "zip",
+];
+
+/// Whether every program finds this name defined.
+pub fn is_builtin_name(name: &str) -> bool {
+    NAMES.binary_search(&name).is_ok()
+}
+
+/// All names that every program finds defined.
+pub fn builtin_names() -> impl Iterator<Item = &'static str> {
+    NAMES.iter().copied()
+}

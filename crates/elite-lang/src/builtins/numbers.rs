@@ -1,0 +1,201 @@
+//! Builtin functions on numbers and characters.
+
+use std::rc::Rc;
+
+use super::Builtin;
+use crate::ast::BinaryOp;
+use crate::errors::ExceptionKind;
+use crate::eval::{Core, Evaluator};
+use crate::format::{float, prefixed};
+use crate::value::int::Int;
+use crate::value::symbol::known;
+use crate::value::{R, Value};
+
+/// Puts them in place.
+pub fn install(core: &Rc<Core>) {
+    let bound: &[(&'static str, &str, super::BoundFn)] = &[
+        ("abs", "x /", abs),
+        ("bin", "number /", |ev, args| {
+            Ok(Value::str(prefixed(&ev.to_int(&args[0])?, 2, "0b")))
+        }),
+        ("chr", "i /", chr),
+        ("divmod", "x y /", divmod),
+        ("hex", "number /", |ev, args| {
+            Ok(Value::str(prefixed(&ev.to_int(&args[0])?, 16, "0x")))
+        }),
+        ("oct", "number /", |ev, args| {
+            Ok(Value::str(prefixed(&ev.to_int(&args[0])?, 8, "0o")))
+        }),
+        ("ord", "c /", ord),
+        ("pow", "base exp mod?", pow),
+        ("round", "number ndigits?", round),
+    ];
+    for (name, signature, body) in bound {
+        core.builtins.set(
+            core.symbols.intern(name),
+            Builtin::bound(core, name, signature, *body),
+        );
+    }
+}
+
+fn abs(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let value = &args[0];
+    Ok(match value {
+        Value::Float(float) => Value::Float(float.abs()),
+        Value::Complex(complex) => Value::Float(complex.0.hypot(complex.1)),
+        Value::Bool(flag) => Value::Int(i64::from(*flag)),
+        Value::Int(int) if *int >= 0 => value.clone(),
+        Value::BigInt(big) if big.sign() == num_bigint::Sign::Plus => value.clone(),
+        Value::Int(_) | Value::BigInt(_) => ev.number_negate(value).unwrap_or_default(),
+        _ => match ev.special(value, known::ABS, &mut [])? {
+            Some(result) => result,
+            None => {
+                let name = ev.core.types.name_of(value);
+                return Err(ev.type_error(format!("bad operand type for abs(): '{name}'")));
+            }
+        },
+    })
+}
+
+fn chr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let code = ev.index(&args[0])?;
+    let c = u32::try_from(code).ok().filter(|code| *code < 0x11_0000);
+    let Some(code) = c else {
+        return Err(ev.value_error("chr() arg not in range(0x110000)"));
+    };
+    match char::from_u32(code) {
+        Some(c) => Ok(ev.core.char_value(c)),
+        None => Err(ev.value_error(format!(
+            "chr({code:#x}): a surrogate is no character of its own here"
+        ))),
+    }
+}
+
+fn ord(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let length = match ev.plain(&args[0]) {
+        Value::Str(text) if text.len() == 1 => {
+            let c = text.as_str().chars().next().unwrap_or('\0');
+            return Ok(Value::Int(i64::from(c as u32)));
+        }
+        Value::Str(text) => text.len(),
+        other => match ev.bytes_like(&other) {
+            Some(data) if data.len() == 1 => return Ok(Value::Int(i64::from(data[0]))),
+            Some(data) => data.len(),
+            None => {
+                let name = ev.core.types.name_of(&other);
+                return Err(ev.type_error(format!(
+                    "ord() expected string of length 1, but {name} found"
+                )));
+            }
+        },
+    };
+    Err(ev.type_error(format!(
+        "ord() expected a character, but string of length {length} found"
+    )))
+}
+
+fn divmod(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let (a, b) = (&args[0], &args[1]);
+    if let Some((quotient, remainder)) = ev.number_divmod(a, b)? {
+        return Ok(Value::tuple(vec![quotient, remainder]));
+    }
+    if let Some(result) = ev.binary_by_methods(known::DIVMOD, known::RDIVMOD, a, b)? {
+        return Ok(result);
+    }
+    let (a, b) = (ev.core.types.name_of(a), ev.core.types.name_of(b));
+    Err(ev.type_error(format!(
+        "unsupported operand type(s) for divmod(): '{a}' and '{b}'"
+    )))
+}
+
+fn pow(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let modulus = match args[2].given() {
+        None | Some(Value::None) => return ev.binary(BinaryOp::Pow, &args[0], &args[1]),
+        Some(modulus) => modulus,
+    };
+    let ints = (Int::of(&args[0]), Int::of(&args[1]), Int::of(modulus));
+    let (Some(base), Some(exponent), Some(modulus)) = ints else {
+        let all_numbers = args
+            .iter()
+            .all(|arg| matches!(arg, Value::Float(_)) || Int::of(arg).is_some());
+        if all_numbers {
+            let text = "pow() 3rd argument not allowed unless all arguments are integers";
+            return Err(ev.type_error(text));
+        }
+        let names: Vec<String> = args
+            .iter()
+            .map(|arg| format!("'{}'", ev.core.types.name_of(arg)))
+            .collect();
+        return Err(ev.type_error(format!(
+            "unsupported operand type(s) for ** or pow(): {}",
+            names.join(", ")
+        )));
+    };
+    if modulus.is_zero() {
+        return Err(ev.value_error("pow() 3rd argument cannot be 0"));
+    }
+    let (mut base, mut exponent, modulus) = (base.to_big(), exponent.to_big(), modulus.to_big());
+    if exponent.sign() == num_bigint::Sign::Minus {
+        base = base
+            .modinv(&modulus)
+            .ok_or_else(|| ev.value_error("base is not invertible for the given modulus"))?;
+        exponent = -exponent;
+    }
+    Ok(Value::bigint(base.modpow(&exponent, &modulus)))
+}
+
+fn round(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let digits = args[1].given().filter(|digits| !digits.is_none());
+    match (&args[0], digits) {
+        (Value::Float(float), None) => {
+            if float.is_nan() {
+                return Err(ev.value_error("cannot convert float NaN to integer"));
+            }
+            if float.is_infinite() {
+                return Err(ev.raise(
+                    ExceptionKind::OverflowError,
+                    "cannot convert float infinity to integer",
+                ));
+            }
+            Ok(crate::value::int::from_f64(float.round_ties_even()))
+        }
+        (Value::Float(float), Some(digits)) => Ok(Value::Float(float::round(
+            *float,
+            ev.clamped_index(digits)?,
+        ))),
+        (value @ (Value::Int(_) | Value::BigInt(_) | Value::Bool(_)), digits) => {
+            let int = Int::of(value).unwrap_or(Int::Small(0));
+            match digits {
+                None => Ok(int.into_value()),
+                Some(digits) => round_int(ev, int, ev.clamped_index(digits)?),
+            }
+        }
+        (value, digits) => {
+            let mut given: Vec<Value> = digits.cloned().into_iter().collect();
+            match ev.special(value, known::ROUND, &mut given)? {
+                Some(result) => Ok(result),
+                None => {
+                    let name = ev.core.types.name_of(value);
+                    Err(ev.type_error(format!("type {name} doesn't define __round__ method")))
+                }
+            }
+        }
+    }
+}
+
+/// Rounds an integer to tens, hundreds, …; halves go to even.
+fn round_int(ev: &Evaluator<'_>, int: Int, digits: i64) -> R {
+    if digits >= 0 {
+        return Ok(int.into_value());
+    }
+    // An integer has fewer decimal digits than bits.
+    if digits.unsigned_abs() > int.bits() {
+        return Ok(Value::Int(0));
+    }
+    let unit = num_bigint::BigInt::from(10).pow(digits.unsigned_abs() as u32);
+    let (quotient, remainder) = crate::value::int::big_floor_divmod(&int.to_big(), &unit);
+    let twice: num_bigint::BigInt = remainder * 2;
+    let up = twice > unit || (twice == unit && quotient.bit(0));
+    ev.check_bits(int.bits() + 4)?;
+    Ok(Value::bigint((quotient + u8::from(up)) * unit))
+}

@@ -1,0 +1,237 @@
+//! What a builtin takes, and binding arguments to it.
+
+use std::rc::Rc;
+
+use super::Builtin;
+use crate::eval::Evaluator;
+use crate::native::{NativeFunction, ParamKind};
+use crate::value::symbol::Symbols;
+use crate::value::{R, Raised, Symbol, Value};
+
+/// The parameters of a builtin.
+#[derive(Clone, Debug, Default)]
+pub struct Signature {
+    params: Vec<Param>,
+    /// How many must be given.
+    required: usize,
+    /// How many can be given by position.
+    positional: usize,
+    /// How many of them cannot be given by name.
+    positional_only: usize,
+    /// The last one takes all further positional arguments.
+    var_args: bool,
+}
+
+#[derive(Clone, Debug)]
+struct Param {
+    name: Symbol,
+    aliases: Vec<Symbol>,
+    optional: bool,
+}
+
+impl Signature {
+    /// Parses `"self sep? maxsplit?"`: names in order, `?` after those that may be omitted, `/` after positional-only
+    /// ones, `*` before keyword-only ones, `*name` takes the rest.
+    pub fn parse(text: &str, symbols: &Symbols) -> Self {
+        let mut signature = Signature::default();
+        let mut keyword_only = false;
+        for word in text.split_whitespace() {
+            match word {
+                "/" => signature.positional_only = signature.params.len(),
+                "*" => keyword_only = true,
+                _ => {
+                    let var_args = word.starts_with('*');
+                    signature.var_args |= var_args;
+                    let optional = word.ends_with('?') || var_args;
+                    let name = symbols.intern(word.trim_start_matches('*').trim_end_matches('?'));
+                    signature.params.push(Param {
+                        name,
+                        aliases: Vec::new(),
+                        optional,
+                    });
+                    signature.required += usize::from(!optional);
+                    signature.positional += usize::from(!keyword_only && !var_args);
+                }
+            }
+        }
+        signature
+    }
+
+    /// The parameters of a native of the embedder.
+    pub fn of_native(native: &NativeFunction, symbols: &Symbols) -> Self {
+        let params = native.params.iter().map(|param| Param {
+            name: symbols.intern(param.name),
+            aliases: param
+                .aliases
+                .iter()
+                .map(|alias| symbols.intern(alias))
+                .collect(),
+            optional: param.kind != ParamKind::Required,
+        });
+        let params: Vec<Param> = params.collect();
+        let var_args = native
+            .params
+            .last()
+            .is_some_and(|param| param.kind == ParamKind::VarArgs);
+        Signature {
+            required: params.iter().filter(|param| !param.optional).count(),
+            positional: params.len() - usize::from(var_args),
+            positional_only: 0,
+            var_args,
+            params,
+        }
+    }
+
+    /// Number of parameters, so of bound arguments.
+    pub fn len(&self) -> usize {
+        self.params.len()
+    }
+
+    /// Whether it takes nothing.
+    pub fn is_empty(&self) -> bool {
+        self.params.is_empty()
+    }
+
+    /// Whether a call with `count` positional arguments and no others needs no more than moving them.
+    #[inline]
+    pub fn accepts(&self, count: usize) -> bool {
+        count <= self.positional && count >= self.required && !self.var_args
+    }
+}
+
+impl Evaluator<'_> {
+    /// Binds arguments to the parameters of a builtin, in `bound`, which has a place for each.
+    pub fn bind_builtin(
+        &self,
+        builtin: &Builtin,
+        args: &mut [Value],
+        keywords: &[(Symbol, Value)],
+        bound: &mut [Value],
+    ) -> R<()> {
+        let signature = &builtin.signature;
+        let given = args.len().min(signature.positional);
+        if args.len() > given && !signature.var_args {
+            return Err(self.builtin_count_error(builtin, args.len() + keywords.len()));
+        }
+        for (place, arg) in bound.iter_mut().zip(&mut args[..given]) {
+            *place = std::mem::take(arg);
+        }
+        if signature.var_args {
+            let rest = args[given..].iter_mut().map(std::mem::take).collect();
+            bound[signature.len() - 1] = Value::tuple(rest);
+        }
+        for (name, value) in keywords {
+            let by_name = signature
+                .params
+                .iter()
+                .enumerate()
+                .skip(signature.positional_only);
+            let named = by_name.take(signature.len() - usize::from(signature.var_args));
+            let found =
+                { named }.find(|(_, param)| param.name == *name || param.aliases.contains(name));
+            let Some((index, _)) = found else {
+                return Err(self.builtin_keyword_error(builtin, *name));
+            };
+            if !bound[index].is_unbound() {
+                let (name, label) = (self.core.symbols.name(*name), builtin.label());
+                return Err(self.type_error(format!(
+                    "{label}() got multiple values for argument '{name}'"
+                )));
+            }
+            bound[index] = value.clone();
+        }
+        let missing = signature
+            .params
+            .iter()
+            .zip(&*bound)
+            .position(|(param, value)| !param.optional && value.is_unbound());
+        match missing {
+            None => Ok(()),
+            Some(index) => {
+                Err(self.builtin_missing_error(builtin, index, args.len() + keywords.len()))
+            }
+        }
+    }
+
+    #[cold]
+    fn builtin_keyword_error(&self, builtin: &Builtin, name: Symbol) -> Raised {
+        let (name, label) = (self.core.symbols.name(name), builtin.label());
+        let signature = &builtin.signature;
+        if signature.positional_only == signature.len() {
+            return self.type_error(format!("{label}() takes no keyword arguments"));
+        }
+        self.type_error(format!(
+            "{label}() got an unexpected keyword argument '{name}'"
+        ))
+    }
+
+    /// A wrong number of positional arguments, in the words CPython has for the different kinds of builtins.
+    #[cold]
+    pub fn builtin_count_error(&self, builtin: &Builtin, given: usize) -> Raised {
+        let signature = &builtin.signature;
+        // A method's receiver is not counted.
+        let receiver = usize::from(builtin.owner.is_some());
+        let (given, required) = (
+            given.saturating_sub(receiver),
+            signature.required.saturating_sub(receiver),
+        );
+        let most = if signature.var_args {
+            usize::MAX
+        } else {
+            signature.positional.saturating_sub(receiver)
+        };
+        let label = builtin.label();
+        let plural = |count: usize| if count == 1 { "" } else { "s" };
+        if most == 0 {
+            return self.type_error(format!("{label}() takes no arguments ({given} given)"));
+        }
+        if required == most && most == 1 {
+            return self.type_error(format!(
+                "{label}() takes exactly one argument ({given} given)"
+            ));
+        }
+        let name = builtin.name;
+        if required == most {
+            return self.type_error(format!(
+                "{name} expected {most} argument{}, got {given}",
+                plural(most)
+            ));
+        }
+        if given < required {
+            return self.type_error(format!(
+                "{name} expected at least {required} argument{}, got {given}",
+                plural(required)
+            ));
+        }
+        self.type_error(format!(
+            "{name} expected at most {most} argument{}, got {given}",
+            plural(most)
+        ))
+    }
+
+    #[cold]
+    fn builtin_missing_error(&self, builtin: &Builtin, index: usize, given: usize) -> Raised {
+        let signature = &builtin.signature;
+        if signature.positional_only > index {
+            return self.builtin_count_error(builtin, given);
+        }
+        let (label, name) = (
+            builtin.label(),
+            self.core.symbols.name(signature.params[index].name),
+        );
+        self.type_error(format!(
+            "{label}() missing required argument '{name}' (pos {})",
+            index + 1
+        ))
+    }
+}
+
+impl Builtin {
+    /// How messages name it: `type.name` for methods.
+    pub fn label(&self) -> Rc<str> {
+        match self.owner {
+            Some(owner) => format!("{owner}.{}", self.name).into(),
+            None => self.name.into(),
+        }
+    }
+}

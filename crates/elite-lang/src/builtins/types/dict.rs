@@ -1,0 +1,178 @@
+//! `dict` and its views.
+
+use std::rc::Rc;
+
+use super::{class_method, methods, raw_constructor, raw_method, wrong_receiver};
+use crate::builtins::Args;
+use crate::errors::ExceptionKind;
+use crate::eval::{Core, Evaluator};
+use crate::ops::iterate::dict_iter;
+use crate::value::dict::ViewKind;
+use crate::value::{Dict, DictView, R, Value};
+
+pub(super) fn install(core: &Rc<Core>) {
+    let types = &core.types;
+    raw_constructor(&types.dict, |ev, args| {
+        let dict = Rc::new(Dict::new());
+        fill(ev, &dict, args.positional, args)?;
+        Ok(Value::Dict(dict))
+    });
+    methods(
+        core,
+        &types.dict,
+        &[
+            ("get", "key default? /", |ev, args| {
+                let dict = receiver(ev, &args[0])?;
+                let default = || args[2].given().cloned().unwrap_or(Value::None);
+                Ok(ev.dict_get(&dict, &args[1])?.unwrap_or_else(default))
+            }),
+            ("setdefault", "key default? /", setdefault),
+            ("pop", "key default? /", pop),
+            ("popitem", "", popitem),
+            ("clear", "", |ev, args| {
+                receiver(ev, &args[0])?.clear();
+                Ok(Value::None)
+            }),
+            ("copy", "", |ev, args| {
+                Ok(Value::Dict(Rc::new(receiver(ev, &args[0])?.copy())))
+            }),
+            ("keys", "", |ev, args| view(ev, &args[0], ViewKind::Keys)),
+            ("values", "", |ev, args| {
+                view(ev, &args[0], ViewKind::Values)
+            }),
+            ("items", "", |ev, args| view(ev, &args[0], ViewKind::Items)),
+            ("__reversed__", "", |ev, args| {
+                Ok(Value::Iter(Rc::new(dict_iter(
+                    &receiver(ev, &args[0])?,
+                    ViewKind::Keys,
+                    true,
+                ))))
+            }),
+        ],
+    );
+    raw_method(core, &types.dict, "update", |ev, args| {
+        let Some((first, rest)) = args.positional.split_first_mut() else {
+            return Err(ev.type_error("unbound method dict.update() needs an argument"));
+        };
+        let dict = receiver(ev, first)?;
+        let rest = rest.to_vec();
+        fill(ev, &dict, &rest, args)?;
+        Ok(Value::None)
+    });
+    raw_method(core, &types.dict, "__init__", |ev, args| {
+        let Some((first, rest)) = args.positional.split_first_mut() else {
+            return Err(ev.type_error("descriptor '__init__' of 'dict' object needs an argument"));
+        };
+        let dict = receiver(ev, first)?;
+        let rest = rest.to_vec();
+        fill(ev, &dict, &rest, args)?;
+        Ok(Value::None)
+    });
+    class_method(
+        core,
+        &types.dict,
+        "fromkeys",
+        "iterable value? /",
+        |ev, args| {
+            let dict = Dict::new();
+            let value = args[2].given().cloned().unwrap_or(Value::None);
+            let iterator = ev.iter(&args[1])?;
+            while let Some(key) = ev.next(&iterator)? {
+                ev.dict_set(&dict, key, value.clone())?;
+            }
+            Ok(Value::Dict(Rc::new(dict)))
+        },
+    );
+    for class in [&types.dict_keys, &types.dict_values, &types.dict_items] {
+        methods(
+            core,
+            class,
+            &[("__reversed__", "", |_, args| match &args[0] {
+                Value::DictView(view) => {
+                    Ok(Value::Iter(Rc::new(dict_iter(&view.dict, view.kind, true))))
+                }
+                other => Ok(other.clone()),
+            })],
+        );
+    }
+    for class in [&types.dict_keys, &types.dict_items] {
+        methods(
+            core,
+            class,
+            &[("isdisjoint", "other /", |ev, args| {
+                let iterator = ev.iter(&args[1])?;
+                while let Some(item) = ev.next(&iterator)? {
+                    if ev.contains(&args[0], &item)? {
+                        return Ok(Value::Bool(false));
+                    }
+                }
+                Ok(Value::Bool(true))
+            })],
+        );
+    }
+}
+
+/// The dictionary behind a receiver.
+pub(super) fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Dict>> {
+    match value {
+        Value::Dict(dict) => Ok(dict.clone()),
+        other => match ev.plain(other) {
+            Value::Dict(dict) => Ok(dict),
+            other => Err(wrong_receiver(ev, "dict", &other)),
+        },
+    }
+}
+
+/// What `dict(…)` and `update` take: a mapping or pairs, then keywords.
+fn fill(ev: &Evaluator<'_>, dict: &Dict, positional: &[Value], args: &Args<'_>) -> R<()> {
+    if positional.len() > 1 {
+        return Err(ev.type_error(format!(
+            "dict expected at most 1 argument, got {}",
+            positional.len()
+        )));
+    }
+    if let Some(source) = positional.first() {
+        ev.dict_update_from(dict, source)?;
+    }
+    for (name, value) in args.keywords {
+        dict.set_interned(ev.core.symbols.value(*name), value.clone());
+    }
+    Ok(())
+}
+
+fn view(ev: &Evaluator<'_>, value: &Value, kind: ViewKind) -> R {
+    let dict = receiver(ev, value)?;
+    Ok(Value::DictView(Rc::new(DictView { kind, dict })))
+}
+
+fn setdefault(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let dict = receiver(ev, &args[0])?;
+    let hash = ev.hash(&args[1])?;
+    if let Some(index) = ev.dict_find_hashed(&dict, hash, &args[1])? {
+        return Ok(dict.value_at(index));
+    }
+    let value = args[2].given().cloned().unwrap_or(Value::None);
+    ev.dict_set_hashed(&dict, hash, args[1].clone(), value.clone())?;
+    Ok(value)
+}
+
+fn pop(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let dict = receiver(ev, &args[0])?;
+    match (ev.dict_remove(&dict, &args[1])?, args[2].given()) {
+        (Some(value), _) => Ok(value),
+        (None, Some(default)) => Ok(default.clone()),
+        (None, None) => Err(ev.key_error(&args[1])),
+    }
+}
+
+fn popitem(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let dict = receiver(ev, &args[0])?;
+    let Some((index, _, _)) = dict.previous_entry(usize::MAX) else {
+        return Err(ev.raise_args(
+            ExceptionKind::KeyError,
+            vec![Value::str("popitem(): dictionary is empty")],
+        ));
+    };
+    let (key, value) = dict.delete_at(index);
+    Ok(Value::tuple(vec![key, value]))
+}

@@ -1,0 +1,313 @@
+//! The special methods of builtin types as attributes: what subclasses inherit and what `super().__getitem__(key)`
+//! finds. Values of the builtin types themselves never go through these.
+
+use std::rc::Rc;
+
+use super::methods;
+use crate::ast::{BinaryOp, CompareOp};
+use crate::builtins::BoundFn;
+use crate::eval::{Core, Evaluator};
+use crate::value::symbol::known;
+use crate::value::{Class, R, Value};
+
+/// A value, or `NotImplemented` where there is none.
+fn or_not_implemented(value: Option<Value>) -> Value {
+    value.unwrap_or(Value::NotImplemented)
+}
+
+fn binary(ev: &Evaluator<'_>, op: BinaryOp, a: &Value, b: &Value) -> R {
+    let (a, b) = (ev.plain(a), ev.plain(b));
+    if let Some(value) = ev.number_binary(op, &a, &b)? {
+        return Ok(value);
+    }
+    ev.builtin_binary(op, &a, &b).map(or_not_implemented)
+}
+
+fn compare(ev: &Evaluator<'_>, op: CompareOp, a: &Value, b: &Value) -> R {
+    let (a, b) = (ev.plain(a), ev.plain(b));
+    if let Some(flag) = crate::ops::compare::fast(op, &a, &b) {
+        return Ok(Value::Bool(flag));
+    }
+    Ok(or_not_implemented(
+        ev.builtin_compare(op, &a, &b)?.map(Value::Bool),
+    ))
+}
+
+macro_rules! binary_methods {
+    ($($name:literal = $op:ident, $reflected:literal;)*) => {
+        &[$(
+            ($name, "other /", |ev, args| binary(ev, BinaryOp::$op, &args[0], &args[1])),
+            ($reflected, "other /", |ev, args| binary(ev, BinaryOp::$op, &args[1], &args[0])),
+        )*]
+    };
+}
+
+macro_rules! in_place_methods {
+    ($($name:literal = $op:ident;)*) => {
+        &[$(($name, "other /", |ev, args| {
+            let target = ev.plain(&args[0]);
+            let done = ev.builtin_in_place(BinaryOp::$op, &target, &ev.plain(&args[1]))?;
+            Ok(if done.is_some() { args[0].clone() } else { Value::NotImplemented })
+        }),)*]
+    };
+}
+
+type List = &'static [(&'static str, &'static str, BoundFn)];
+
+const COMPARISONS: List = &[
+    ("__eq__", "other /", |ev, args| {
+        compare(ev, CompareOp::Eq, &args[0], &args[1])
+    }),
+    ("__ne__", "other /", |ev, args| {
+        compare(ev, CompareOp::Ne, &args[0], &args[1])
+    }),
+    ("__lt__", "other /", |ev, args| {
+        compare(ev, CompareOp::Lt, &args[0], &args[1])
+    }),
+    ("__le__", "other /", |ev, args| {
+        compare(ev, CompareOp::Le, &args[0], &args[1])
+    }),
+    ("__gt__", "other /", |ev, args| {
+        compare(ev, CompareOp::Gt, &args[0], &args[1])
+    }),
+    ("__ge__", "other /", |ev, args| {
+        compare(ev, CompareOp::Ge, &args[0], &args[1])
+    }),
+];
+
+const HASH: List = &[("__hash__", "", |ev, args| {
+    ev.hash(&ev.plain(&args[0]))
+        .map(|hash| Value::Int(hash as i64))
+})];
+
+const TEXT: List = &[
+    ("__repr__", "", |ev, args| {
+        ev.repr(&ev.plain(&args[0])).map(Value::str)
+    }),
+    ("__format__", "spec /", |ev, args| {
+        let mut out = String::new();
+        let spec = ev.str(&args[1])?;
+        ev.format_into(&ev.plain(&args[0]), &spec, &mut out)?;
+        Ok(Value::str(out))
+    }),
+];
+
+const NUMBERS: List = binary_methods! {
+    "__add__" = Add, "__radd__"; "__sub__" = Sub, "__rsub__"; "__mul__" = Mul, "__rmul__";
+    "__truediv__" = Div, "__rtruediv__"; "__floordiv__" = FloorDiv, "__rfloordiv__"; "__mod__" = Mod, "__rmod__";
+    "__pow__" = Pow, "__rpow__";
+};
+
+const BITS: List = binary_methods! {
+    "__and__" = BitAnd, "__rand__"; "__or__" = BitOr, "__ror__"; "__xor__" = BitXor, "__rxor__";
+    "__lshift__" = Shl, "__rlshift__"; "__rshift__" = Shr, "__rrshift__";
+};
+
+const CONVERSIONS: List = &[
+    ("__int__", "", |ev, args| ev.int_of(&ev.plain(&args[0]))),
+    ("__trunc__", "", |ev, args| ev.int_of(&ev.plain(&args[0]))),
+    ("__float__", "", |ev, args| {
+        ev.to_f64(&ev.plain(&args[0])).map(Value::Float)
+    }),
+    ("__bool__", "", |ev, args| {
+        ev.truth(&ev.plain(&args[0])).map(Value::Bool)
+    }),
+    ("__neg__", "", |ev, args| {
+        ev.unary(crate::ast::UnaryOp::Neg, &ev.plain(&args[0]))
+    }),
+    ("__pos__", "", |ev, args| {
+        ev.unary(crate::ast::UnaryOp::Pos, &ev.plain(&args[0]))
+    }),
+    ("__abs__", "", |ev, args| {
+        let abs = ev
+            .core
+            .builtins
+            .get(ev.core.symbols.intern("abs"))
+            .unwrap_or_default();
+        ev.call1(&abs, ev.plain(&args[0]))
+    }),
+    ("__round__", "ndigits? /", |ev, args| {
+        let round = ev
+            .core
+            .builtins
+            .get(ev.core.symbols.intern("round"))
+            .unwrap_or_default();
+        let mut given = vec![ev.plain(&args[0])];
+        given.extend(args[1].given().cloned());
+        ev.call(&round, &mut given, &[])
+    }),
+];
+
+const INTEGER: List = &[
+    ("__index__", "", |ev, args| {
+        ev.to_int(&ev.plain(&args[0]))
+            .map(crate::value::int::Int::into_value)
+    }),
+    ("__invert__", "", |ev, args| {
+        ev.unary(crate::ast::UnaryOp::Invert, &ev.plain(&args[0]))
+    }),
+];
+
+const CONTAINER: List = &[
+    ("__len__", "", |ev, args| {
+        ev.len(&ev.plain(&args[0]))
+            .map(|length| Value::Int(length as i64))
+    }),
+    ("__iter__", "", |ev, args| ev.iter(&ev.plain(&args[0]))),
+    ("__contains__", "item /", |ev, args| {
+        ev.contains(&ev.plain(&args[0]), &args[1]).map(Value::Bool)
+    }),
+];
+
+const GETITEM: List = &[("__getitem__", "index /", |ev, args| {
+    let container = ev.plain(&args[0]);
+    if let (Value::Dict(dict), Value::Instance(instance)) = (&container, &args[0])
+        && ev.dict_find(dict, &args[1])?.is_none()
+        && let Some(missing) = instance.class.lookup(known::MISSING)
+    {
+        return ev.call_method_value(&missing, &args[0], &mut [args[1].clone()]);
+    }
+    ev.item(&container, &args[1])
+})];
+
+const SETITEM: List = &[
+    ("__setitem__", "index value /", |ev, args| {
+        ev.set_item(&ev.plain(&args[0]), &args[1], args[2].clone())
+            .map(|()| Value::None)
+    }),
+    ("__delitem__", "index /", |ev, args| {
+        ev.delete_item(&ev.plain(&args[0]), &args[1])
+            .map(|()| Value::None)
+    }),
+];
+
+const SEQUENCE: List = binary_methods! {
+    "__add__" = Add, "__radd__"; "__mul__" = Mul, "__rmul__";
+};
+
+const MODULO: List = binary_methods! { "__mod__" = Mod, "__rmod__"; };
+
+const ALGEBRA: List = binary_methods! {
+    "__and__" = BitAnd, "__rand__"; "__or__" = BitOr, "__ror__"; "__xor__" = BitXor, "__rxor__";
+    "__sub__" = Sub, "__rsub__";
+};
+
+const LIST_IN_PLACE: List = in_place_methods! { "__iadd__" = Add; "__imul__" = Mul; };
+const SET_IN_PLACE: List = in_place_methods! {
+    "__iand__" = BitAnd; "__ior__" = BitOr; "__ixor__" = BitXor; "__isub__" = Sub;
+};
+
+const NEXT: List = &[
+    ("__iter__", "", |_, args| Ok(args[0].clone())),
+    ("__next__", "", |ev, args| {
+        match ev.step_with(&args[0], Value::None)? {
+            crate::eval::generator::Stepped::Yielded(value) => Ok(value),
+            crate::eval::generator::Stepped::Returned(value) => ev.stop_iteration(value),
+        }
+    }),
+];
+
+pub(super) fn install(core: &Rc<Core>) {
+    let types = &core.types;
+    let give = |class: &Rc<Class>, lists: &[List]| {
+        lists.iter().for_each(|list| methods(core, class, list))
+    };
+    give(
+        &types.int,
+        &[COMPARISONS, HASH, TEXT, NUMBERS, BITS, CONVERSIONS, INTEGER],
+    );
+    give(
+        &types.float,
+        &[COMPARISONS, HASH, TEXT, NUMBERS, CONVERSIONS],
+    );
+    give(&types.complex, &[COMPARISONS, HASH, TEXT, NUMBERS]);
+    give(
+        &types.str,
+        &[
+            COMPARISONS,
+            HASH,
+            TEXT,
+            CONTAINER,
+            GETITEM,
+            SEQUENCE,
+            MODULO,
+        ],
+    );
+    give(
+        &types.bytes,
+        &[
+            COMPARISONS,
+            HASH,
+            TEXT,
+            CONTAINER,
+            GETITEM,
+            SEQUENCE,
+            MODULO,
+        ],
+    );
+    give(
+        &types.bytearray,
+        &[
+            COMPARISONS,
+            TEXT,
+            CONTAINER,
+            GETITEM,
+            SETITEM,
+            SEQUENCE,
+            MODULO,
+        ],
+    );
+    give(
+        &types.list,
+        &[
+            COMPARISONS,
+            TEXT,
+            CONTAINER,
+            GETITEM,
+            SETITEM,
+            SEQUENCE,
+            LIST_IN_PLACE,
+        ],
+    );
+    give(
+        &types.tuple,
+        &[COMPARISONS, HASH, TEXT, CONTAINER, GETITEM, SEQUENCE],
+    );
+    give(
+        &types.dict,
+        &[COMPARISONS, TEXT, CONTAINER, GETITEM, SETITEM],
+    );
+    methods(
+        core,
+        &types.dict,
+        &[("__or__", "other /", |ev, args| {
+            binary(ev, BinaryOp::BitOr, &args[0], &args[1])
+        })],
+    );
+    give(
+        &types.set,
+        &[COMPARISONS, TEXT, CONTAINER, ALGEBRA, SET_IN_PLACE],
+    );
+    give(
+        &types.frozenset,
+        &[COMPARISONS, HASH, TEXT, CONTAINER, ALGEBRA],
+    );
+    give(&types.range, &[COMPARISONS, HASH, CONTAINER, GETITEM]);
+    for view in [&types.dict_keys, &types.dict_values, &types.dict_items] {
+        give(view, &[CONTAINER]);
+    }
+    let iterators = [
+        &types.iterator,
+        &types.map,
+        &types.filter,
+        &types.zip,
+        &types.enumerate,
+        &types.reversed,
+    ];
+    for iterator in iterators.into_iter().chain([&types.generator]) {
+        give(iterator, &[NEXT]);
+    }
+    for class in [&types.list, &types.dict, &types.set, &types.bytearray] {
+        class.set(known::HASH, Value::None);
+    }
+}

@@ -1,0 +1,50 @@
+//! Methods of exceptions.
+
+use std::rc::Rc;
+
+use super::methods;
+use crate::errors::ExceptionKind;
+use crate::eval::{Core, Evaluator};
+use crate::value::symbol::known;
+use crate::value::{R, Value};
+
+pub(super) fn install(core: &Rc<Core>) {
+    let base = core.types.exception(ExceptionKind::BaseException);
+    methods(
+        core,
+        base,
+        &[
+            ("__init__", "*args", |ev, args| {
+                if let Some(state) = exception(&args[0]) {
+                    state.set_args(args[1].clone());
+                    return Ok(Value::None);
+                }
+                Err(super::wrong_receiver(ev, "BaseException", &args[0]))
+            }),
+            ("with_traceback", "tb /", |_, args| Ok(args[0].clone())),
+            ("add_note", "note /", add_note),
+        ],
+    );
+}
+
+fn exception(value: &Value) -> Option<&crate::value::exception::ExceptionState> {
+    match value {
+        Value::Instance(instance) => instance.exception(),
+        _ => None,
+    }
+}
+
+fn add_note(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let notes = match ev.attribute_or_none(&args[0], known::NOTES)? {
+        Some(notes) => notes,
+        None => {
+            let notes = Value::list(Vec::new());
+            ev.set_attribute(&args[0], known::NOTES, notes.clone())?;
+            notes
+        }
+    };
+    if let Value::List(list) = notes {
+        list.push(args[1].clone());
+    }
+    Ok(Value::None)
+}

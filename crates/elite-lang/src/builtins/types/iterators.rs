@@ -1,0 +1,206 @@
+//! `map`, `filter`, `zip`, `enumerate`, `reversed`, and the methods of generators.
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+use super::{constructor, methods, raw_constructor, wrong_receiver};
+use crate::builtins::Args;
+use crate::errors::ExceptionKind;
+use crate::eval::generator::{Generator, Stepped, ToGenerator};
+use crate::eval::{Core, Evaluator};
+use crate::ops::iterate::dict_iter;
+use crate::value::dict::ViewKind;
+use crate::value::symbol::known;
+use crate::value::{Iter, R, Raised, Range, Value};
+
+pub(super) fn install(core: &Rc<Core>) {
+    let types = &core.types;
+    raw_constructor(&types.map, map);
+    raw_constructor(&types.zip, zip);
+    constructor(core, &types.filter, "function iterable /", |ev, args| {
+        let source = ev.iter(&args[1])?;
+        Ok(Value::Iter(Rc::new(Iter::Filter {
+            function: args[0].clone(),
+            source,
+        })))
+    });
+    constructor(core, &types.enumerate, "iterable start?", |ev, args| {
+        let source = ev.iter(&args[0])?;
+        let start = match args[1].given() {
+            Some(start) => ev.to_int(start)?.into_value(),
+            None => Value::Int(0),
+        };
+        Ok(Value::Iter(Rc::new(Iter::Enumerate {
+            source,
+            count: RefCell::new(start),
+        })))
+    });
+    constructor(core, &types.reversed, "sequence /", reversed);
+    methods(
+        core,
+        &types.generator,
+        &[
+            ("send", "value /", |ev, args| {
+                let generator = receiver(ev, &args[0])?;
+                if !args[1].is_none()
+                    && !generator.is_suspended()
+                    && !generator.is_finished()
+                    && !generator.is_running()
+                {
+                    return Err(
+                        ev.type_error("can't send non-None value to a just-started generator")
+                    );
+                }
+                finish(
+                    ev,
+                    ev.step_generator(&generator, ToGenerator::Send(args[1].clone())),
+                )
+            }),
+            ("throw", "type value? traceback? /", throw),
+            ("close", "", |ev, args| {
+                let generator = receiver(ev, &args[0])?;
+                ev.close_generator(&generator).map(|()| Value::None)
+            }),
+        ],
+    );
+}
+
+fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Generator>> {
+    match value {
+        Value::Generator(generator) => Ok(generator.clone()),
+        other => Err(wrong_receiver(ev, "generator", other)),
+    }
+}
+
+fn finish(ev: &Evaluator<'_>, step: R<Stepped>) -> R {
+    match step {
+        Ok(Stepped::Yielded(value)) => Ok(value),
+        Ok(Stepped::Returned(value)) => ev.stop_iteration(value),
+        Err(raised) => Err(ev.generator_error(raised)),
+    }
+}
+
+fn throw(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let generator = receiver(ev, &args[0])?;
+    let exception = match (&args[1], args[2].given()) {
+        (Value::Class(_), Some(value)) if !value.is_none() => match value {
+            Value::Instance(instance) if instance.exception().is_some() => instance.clone(),
+            value => {
+                let made = ev.call1(&args[1], value.clone())?;
+                ev.to_exception(&made)?
+            }
+        },
+        (value, _) => ev.to_exception(value).map_err(|raised| {
+            let name = ev.core.types.name_of(value);
+            if ev.is_kind(&raised, ExceptionKind::TypeError) {
+                return ev.type_error(format!(
+                    "exceptions must be classes or instances deriving from BaseException, not {name}"
+                ));
+            }
+            raised
+        })?,
+    };
+    finish(
+        ev,
+        ev.step_generator(&generator, ToGenerator::Throw(Raised::Exception(exception))),
+    )
+}
+
+fn map(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
+    let Some((function, iterables)) = args.positional.split_first() else {
+        return Err(ev.type_error("map() must have at least two arguments."));
+    };
+    if iterables.is_empty() {
+        return Err(ev.type_error("map() must have at least two arguments."));
+    }
+    let sources: R<Vec<Value>> = iterables.iter().map(|iterable| ev.iter(iterable)).collect();
+    Ok(Value::Iter(Rc::new(Iter::Map {
+        function: function.clone(),
+        sources: sources?,
+    })))
+}
+
+fn zip(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
+    let strict = match args.keyword(known::STRICT) {
+        Some(value) => ev.truth(value)?,
+        None => false,
+    };
+    if let Some((name, _)) = args
+        .keywords
+        .iter()
+        .find(|(name, _)| *name != known::STRICT)
+    {
+        let name = ev.core.symbols.name(*name);
+        return Err(ev.type_error(format!("'{name}' is an invalid keyword argument for zip()")));
+    }
+    let sources: R<Vec<Value>> = args
+        .positional
+        .iter()
+        .map(|iterable| ev.iter(iterable))
+        .collect();
+    let sources = sources?;
+    Ok(Value::Iter(Rc::new(Iter::Zip { sources, strict })))
+}
+
+fn reversed(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let value = &args[0];
+    let iter = match value {
+        Value::List(list) => Iter::ListReversed {
+            list: list.clone(),
+            index: Cell::new(list.len()),
+        },
+        Value::Range(range) => {
+            let length = range.len();
+            let last = if length == 0 {
+                range.start
+            } else {
+                range.at(length - 1)
+            };
+            let backwards = Range {
+                start: last,
+                stop: range.start,
+                step: range.step.wrapping_neg(),
+            };
+            Iter::Range {
+                next: Cell::new(backwards.start),
+                step: backwards.step,
+                left: Cell::new(length),
+            }
+        }
+        Value::Dict(dict) => dict_iter(dict, ViewKind::Keys, true),
+        Value::DictView(view) => dict_iter(&view.dict, view.kind, true),
+        Value::Str(_) | Value::Tuple(_) | Value::Bytes(_) | Value::ByteArray(_) => {
+            backwards(ev, value)?
+        }
+        Value::Instance(instance) => {
+            if let Some(result) = ev.special(value, known::REVERSED, &mut [])? {
+                return Ok(result);
+            }
+            if instance.class.lookup(known::GETITEM).is_none()
+                || instance.class.lookup(known::LEN).is_none()
+            {
+                return Err(not_reversible(ev, value));
+            }
+            backwards(ev, value)?
+        }
+        other => return Err(not_reversible(ev, other)),
+    };
+    Ok(Value::Iter(Rc::new(iter)))
+}
+
+fn backwards(ev: &Evaluator<'_>, value: &Value) -> R<Iter> {
+    let last = ev.len(value)? as i64 - 1;
+    Ok(Iter::Sequence {
+        object: value.clone(),
+        index: Cell::new(last),
+        reversed: true,
+        done: Cell::new(false),
+    })
+}
+
+fn not_reversible(ev: &Evaluator<'_>, value: &Value) -> Raised {
+    ev.type_error(format!(
+        "'{}' object is not reversible",
+        ev.core.types.name_of(value)
+    ))
+}

@@ -1,0 +1,133 @@
+//! Constructors and methods of the builtin types, one file a type.
+
+mod bytes;
+mod dict;
+mod dunder;
+mod exception;
+mod function;
+mod iterators;
+mod list;
+mod number;
+mod object;
+mod set;
+mod string;
+mod string_methods;
+
+use std::rc::Rc;
+
+use super::{BoundFn, Builtin, BuiltinBody, RawFn, Signature};
+use crate::eval::{Core, Evaluator};
+use crate::value::{Class, R, Raised, Value};
+
+/// Puts them in place.
+pub fn install(core: &Rc<Core>) {
+    object::install(core);
+    number::install(core);
+    string::install(core);
+    string_methods::install(core);
+    bytes::install(core);
+    list::install(core);
+    dict::install(core);
+    set::install(core);
+    function::install(core);
+    iterators::install(core);
+    exception::install(core);
+    dunder::install(core);
+}
+
+/// Names of types live as long as the program.
+fn static_name(class: &Class) -> &'static str {
+    super::builtin_names()
+        .chain(OTHER_NAMES.iter().copied())
+        .find(|name| **name == *class.name())
+        .unwrap_or("object")
+}
+
+const OTHER_NAMES: &[&str] = &[
+    "dict_keys",
+    "dict_values",
+    "dict_items",
+    "generator",
+    "method",
+    "function",
+    "iterator",
+    "builtin_function_or_method",
+    "module",
+];
+
+/// Gives a class methods with bound arguments; the receiver is the first one.
+fn methods(core: &Core, class: &Class, list: &[(&'static str, &str, BoundFn)]) {
+    let owner = Some(static_name(class));
+    for (name, signature, body) in list {
+        let signature = Signature::parse(&format!("self {signature}"), &core.symbols);
+        let body = BuiltinBody::Bound(*body);
+        class.set(
+            core.symbols.intern(name),
+            Value::Builtin(Rc::new(Builtin {
+                name,
+                owner,
+                signature,
+                body,
+            })),
+        );
+    }
+}
+
+/// Gives a class a method that takes its arguments as they come.
+fn raw_method(core: &Core, class: &Class, name: &'static str, body: RawFn) {
+    let (owner, signature) = (Some(static_name(class)), Signature::default());
+    let body = BuiltinBody::Raw(body);
+    class.set(
+        core.symbols.intern(name),
+        Value::Builtin(Rc::new(Builtin {
+            name,
+            owner,
+            signature,
+            body,
+        })),
+    );
+}
+
+/// Gives a class a static or class method; for the latter the class is the first argument.
+fn class_method(core: &Core, class: &Class, name: &'static str, signature: &str, body: BoundFn) {
+    let function = Builtin::bound(core, name, &format!("cls {signature}"), body);
+    class.set(
+        core.symbols.intern(name),
+        Value::ClassMethod(Rc::new(function)),
+    );
+}
+
+/// What calling the class does.
+fn constructor(core: &Core, class: &Class, signature: &str, body: BoundFn) {
+    *class.constructor.borrow_mut() = Builtin::bound(core, static_name(class), signature, body);
+}
+
+/// What calling the class does, with arguments as they come.
+fn raw_constructor(class: &Class, body: RawFn) {
+    *class.constructor.borrow_mut() = Builtin::raw(static_name(class), body);
+}
+
+/// The error for a receiver of the wrong type.
+#[cold]
+fn wrong_receiver(ev: &Evaluator<'_>, wanted: &str, value: &Value) -> Raised {
+    let name = ev.core.types.name_of(value);
+    ev.type_error(format!(
+        "descriptor requires a '{wanted}' object but received a '{name}'"
+    ))
+}
+
+/// An index argument for `index` and the like, clamped to the length as slices are.
+fn clamp_start(ev: &Evaluator<'_>, value: &Value, length: usize, default: usize) -> R<usize> {
+    if value.is_unbound() || value.is_none() {
+        return Ok(default);
+    }
+    let index = ev.clamped_index(value)?;
+    let index = if index < 0 {
+        index.saturating_add(length as i64).max(0)
+    } else {
+        index
+    };
+    Ok(usize::try_from(index)
+        .unwrap_or(usize::MAX)
+        .min(length.max(default)))
+}

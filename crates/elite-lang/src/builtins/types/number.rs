@@ -1,0 +1,483 @@
+//! `int`, `bool`, `float`, `complex`.
+
+use std::rc::Rc;
+
+use num_bigint::BigInt;
+
+use super::{class_method, constructor, methods};
+use crate::errors::ExceptionKind;
+use crate::eval::{Core, Evaluator};
+use crate::value::int::{Int, from_f64};
+use crate::value::symbol::known;
+use crate::value::{Bytes, R, Value};
+
+pub(super) fn install(core: &Rc<Core>) {
+    let types = &core.types;
+    constructor(core, &types.int, "x? / base?", int);
+    constructor(core, &types.bool, "x? /", |ev, args| {
+        match args[0].given() {
+            None => Ok(Value::Bool(false)),
+            Some(value) => ev.truth(value).map(Value::Bool),
+        }
+    });
+    constructor(core, &types.float, "x? /", float);
+    constructor(core, &types.complex, "real? imag?", complex);
+    methods(
+        core,
+        &types.int,
+        &[
+            ("bit_length", "", |ev, args| {
+                Ok(Value::Int(ev.to_int(&args[0])?.bits() as i64))
+            }),
+            ("bit_count", "", |ev, args| {
+                let ones: u64 = ev
+                    .to_int(&args[0])?
+                    .to_big()
+                    .iter_u64_digits()
+                    .map(|d| u64::from(d.count_ones()))
+                    .sum();
+                Ok(Value::Int(ones as i64))
+            }),
+            ("conjugate", "", |ev, args| {
+                ev.to_int(&args[0]).map(Int::into_value)
+            }),
+            ("is_integer", "", |_, _| Ok(Value::Bool(true))),
+            ("as_integer_ratio", "", |ev, args| {
+                Ok(Value::tuple(vec![
+                    ev.to_int(&args[0])?.into_value(),
+                    Value::Int(1),
+                ]))
+            }),
+            ("to_bytes", "length? byteorder? * signed?", to_bytes),
+        ],
+    );
+    class_method(
+        core,
+        &types.int,
+        "from_bytes",
+        "bytes byteorder? * signed?",
+        from_bytes,
+    );
+    methods(
+        core,
+        &types.float,
+        &[
+            ("is_integer", "", |ev, args| {
+                let float = ev.to_f64(&args[0])?;
+                Ok(Value::Bool(float.is_finite() && float.fract() == 0.0))
+            }),
+            ("conjugate", "", |ev, args| {
+                ev.to_f64(&args[0]).map(Value::Float)
+            }),
+            ("hex", "", |ev, args| {
+                Ok(Value::str(float_hex(ev.to_f64(&args[0])?)))
+            }),
+            ("as_integer_ratio", "", float_ratio),
+        ],
+    );
+    methods(
+        core,
+        &types.complex,
+        &[("conjugate", "", |ev, args| match ev.plain(&args[0]) {
+            Value::Complex(complex) => Ok(Value::complex(complex.0, -complex.1)),
+            other => Ok(other),
+        })],
+    );
+}
+
+impl Evaluator<'_> {
+    /// Python's `int(value)` for anything but text.
+    pub fn int_of(&self, value: &Value) -> R {
+        match value {
+            Value::Int(_) | Value::BigInt(_) => Ok(value.clone()),
+            Value::Bool(flag) => Ok(Value::Int(i64::from(*flag))),
+            Value::Float(float) => {
+                if float.is_nan() {
+                    return Err(self.value_error("cannot convert float NaN to integer"));
+                }
+                if float.is_infinite() {
+                    let kind = ExceptionKind::OverflowError;
+                    return Err(self.raise(kind, "cannot convert float infinity to integer"));
+                }
+                Ok(from_f64(*float))
+            }
+            Value::Instance(instance) => {
+                for method in [known::INT, known::INDEX, known::TRUNC] {
+                    if instance.class.lookup(method).is_none() {
+                        continue;
+                    }
+                    let result = self.special(value, method, &mut [])?.unwrap_or_default();
+                    return match Int::of(&self.plain(&result)) {
+                        Some(int) => Ok(int.into_value()),
+                        None => {
+                            let (method, name) = (
+                                self.core.symbols.name(method),
+                                self.core.types.name_of(&result),
+                            );
+                            Err(self.type_error(format!("{method} returned non-int (type {name})")))
+                        }
+                    };
+                }
+                Err(self.not_a_number(
+                    "int()",
+                    "a string, a bytes-like object or a real number",
+                    value,
+                ))
+            }
+            _ => Err(self.not_a_number(
+                "int()",
+                "a string, a bytes-like object or a real number",
+                value,
+            )),
+        }
+    }
+
+    fn not_a_number(&self, function: &str, wanted: &str, value: &Value) -> crate::value::Raised {
+        let name = self.core.types.name_of(value);
+        self.type_error(format!(
+            "{function} argument must be {wanted}, not '{name}'"
+        ))
+    }
+}
+
+fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let Some(value) = args[0].given() else {
+        return Ok(Value::Int(0));
+    };
+    let base = args[1].given();
+    let text = match value {
+        Value::Str(text) => text.as_str().to_owned(),
+        other => match ev.plain(other) {
+            Value::Str(text) => text.as_str().to_owned(),
+            plain => match ev.bytes_like(&plain) {
+                Some(data) => data.iter().map(|byte| char::from(*byte)).collect(),
+                None if base.is_some() => {
+                    return Err(ev.type_error("int() can't convert non-string with explicit base"));
+                }
+                None => return ev.int_of(value),
+            },
+        },
+    };
+    let base = match base {
+        Some(base) => ev.index(base)?,
+        None => 10,
+    };
+    if base != 0 && !(2..=36).contains(&base) {
+        return Err(ev.value_error("int() base must be >= 2 and <= 36, or 0"));
+    }
+    match parse_int(ev, &text, base as u32)? {
+        Some(int) => Ok(int),
+        None => {
+            let shown = ev.repr(value)?;
+            Err(ev.value_error(format!(
+                "invalid literal for int() with base {base}: {shown}"
+            )))
+        }
+    }
+}
+
+/// An integer in text; None if it is none.
+fn parse_int(ev: &Evaluator<'_>, text: &str, base: u32) -> R<Option<Value>> {
+    let trimmed = text.trim();
+    let (negative, digits) = match trimmed.strip_prefix('-') {
+        Some(rest) => (true, rest),
+        None => (false, trimmed.strip_prefix('+').unwrap_or(trimmed)),
+    };
+    let prefix = digits.get(..2).unwrap_or("").to_ascii_lowercase();
+    let prefix_base = match &*prefix {
+        "0x" => 16,
+        "0o" => 8,
+        "0b" => 2,
+        _ => 0,
+    };
+    let automatic = base == 0;
+    let has_prefix = prefix_base != 0 && (base == prefix_base || base == 0);
+    let (base, digits) = match (base, has_prefix) {
+        (_, true) => (
+            prefix_base,
+            digits[2..].strip_prefix('_').unwrap_or(&digits[2..]),
+        ),
+        (0, false) => (10, digits),
+        (base, false) => (base, digits),
+    };
+    let grouped = digits.starts_with('_') || digits.ends_with('_') || digits.contains("__");
+    if digits.is_empty() || grouped {
+        return Ok(None);
+    }
+    let digits: String = digits
+        .chars()
+        .filter(|c| *c != '_')
+        .map(to_ascii_digit)
+        .collect();
+    if !digits.chars().all(|c| c.is_digit(base)) {
+        return Ok(None);
+    }
+    // With base 0 the text must be a literal: no leading zeros.
+    let zero_padded =
+        digits.len() > 1 && digits.starts_with('0') && digits.bytes().any(|byte| byte != b'0');
+    if automatic && zero_padded && !has_prefix {
+        return Ok(None);
+    }
+    if let Ok(small) = i64::from_str_radix(&digits, base) {
+        return Ok(Some(Value::Int(if negative { -small } else { small })));
+    }
+    let limit = ev.core.limits.int_digits;
+    if digits.len() > limit && !base.is_power_of_two() {
+        return Err(ev.value_error(format!(
+            "Exceeds the limit ({limit} digits) for integer string conversion: value has {} digits; \
+             use sys.set_int_max_str_digits() to increase the limit",
+            digits.len()
+        )));
+    }
+    ev.check_bits(digits.len() as u64 * 6)?;
+    let big = BigInt::parse_bytes(digits.as_bytes(), base);
+    Ok(big.map(|big| Value::bigint(if negative { -big } else { big })))
+}
+
+/// Decimal digits of other scripts count as digits, as in Python; of those, full-width ones are in use.
+fn to_ascii_digit(c: char) -> char {
+    match c as u32 {
+        code @ 0xff10..=0xff19 => char::from(b'0' + (code - 0xff10) as u8),
+        _ => c,
+    }
+}
+
+fn float(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let Some(value) = args[0].given() else {
+        return Ok(Value::Float(0.0));
+    };
+    let text = match ev.plain(value) {
+        Value::Str(text) => text.as_str().to_owned(),
+        plain => match ev.bytes_like(&plain) {
+            Some(data) => data.iter().map(|byte| char::from(*byte)).collect(),
+            None => {
+                return ev.to_f64(value).map(Value::Float).map_err(|raised| {
+                    let plain_type = !matches!(value, Value::Instance(_));
+                    if ev.is_kind(&raised, ExceptionKind::TypeError) && plain_type {
+                        return ev.not_a_number("float()", "a string or a real number", value);
+                    }
+                    raised
+                });
+            }
+        },
+    };
+    match parse_float(&text) {
+        Some(float) => Ok(Value::Float(float)),
+        None => Err(ev.value_error(format!(
+            "could not convert string to float: {}",
+            ev.repr(value)?
+        ))),
+    }
+}
+
+/// A float in text, as `float` reads it.
+pub(crate) fn parse_float(text: &str) -> Option<f64> {
+    let trimmed = text.trim();
+    let unsigned = trimmed.trim_start_matches(['+', '-']);
+    if trimmed.len() - unsigned.len() > 1 {
+        return None;
+    }
+    let lower = unsigned.to_ascii_lowercase();
+    if matches!(&*lower, "inf" | "infinity" | "nan") {
+        return trimmed.parse().ok();
+    }
+    let digits: String = trimmed.chars().map(to_ascii_digit).collect();
+    let numeric = digits
+        .bytes()
+        .all(|b| b.is_ascii_digit() || b"+-.eE_".contains(&b));
+    if !numeric {
+        return None;
+    }
+    if digits.contains('_') {
+        let bytes = digits.as_bytes();
+        let is_digit = |at: Option<usize>| {
+            at.and_then(|at| bytes.get(at))
+                .is_some_and(u8::is_ascii_digit)
+        };
+        let between = bytes.iter().enumerate().filter(|(_, byte)| **byte == b'_');
+        if !{ between }.all(|(at, _)| is_digit(at.checked_sub(1)) && is_digit(Some(at + 1))) {
+            return None;
+        }
+        return digits.replace('_', "").parse().ok();
+    }
+    digits.parse().ok()
+}
+
+fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    if let Some(Value::Str(text)) = args[0].given() {
+        if args[1].given().is_some() {
+            return Err(ev.type_error("complex() can't take second arg if first is a string"));
+        }
+        let parsed = parse_complex(text.as_str());
+        return parsed
+            .map(|(re, im)| Value::complex(re, im))
+            .ok_or_else(|| ev.value_error("complex() arg is a malformed string"));
+    }
+    let part = |value: &Value| -> R<(f64, f64)> {
+        match value {
+            Value::Unbound => Ok((0.0, 0.0)),
+            Value::Complex(complex) => Ok(**complex),
+            Value::Instance(instance) if instance.class.lookup(known::COMPLEX).is_some() => {
+                match ev.special(value, known::COMPLEX, &mut [])? {
+                    Some(Value::Complex(complex)) => Ok(*complex),
+                    _ => Err(ev.type_error("__complex__ should return a complex object")),
+                }
+            }
+            other => ev.to_f64(other).map(|re| (re, 0.0)).map_err(|raised| {
+                if ev.is_kind(&raised, ExceptionKind::TypeError) {
+                    let name = ev.core.types.name_of(other);
+                    return ev.type_error(format!(
+                        "complex() first argument must be a string or a number, not '{name}'"
+                    ));
+                }
+                raised
+            }),
+        }
+    };
+    let (a, b) = (part(&args[0])?, part(&args[1])?);
+    Ok(Value::complex(a.0 - b.1, a.1 + b.0))
+}
+
+/// `re+imj`, with either part missing and optional parentheses.
+fn parse_complex(text: &str) -> Option<(f64, f64)> {
+    let text = text.trim();
+    let text = text
+        .strip_prefix('(')
+        .and_then(|text| text.strip_suffix(')'))
+        .unwrap_or(text)
+        .trim();
+    let Some(body) = text.strip_suffix(['j', 'J']) else {
+        return parse_float(text).map(|re| (re, 0.0));
+    };
+    let bytes = body.as_bytes();
+    let sign = (1..bytes.len())
+        .rev()
+        .find(|at| b"+-".contains(&bytes[*at]) && !b"eE".contains(&bytes[at - 1]));
+    let (re, im) = body.split_at(sign.unwrap_or(0));
+    let im = match im {
+        "" | "+" => 1.0,
+        "-" => -1.0,
+        digits => parse_float(digits)?,
+    };
+    let re = if re.is_empty() { 0.0 } else { parse_float(re)? };
+    Some((re, im))
+}
+
+fn byte_order(ev: &Evaluator<'_>, value: &Value) -> R<bool> {
+    match value {
+        Value::Unbound => Ok(true),
+        Value::Str(text) if text.as_str() == "big" => Ok(true),
+        Value::Str(text) if text.as_str() == "little" => Ok(false),
+        _ => Err(ev.value_error("byteorder must be either 'little' or 'big'")),
+    }
+}
+
+fn to_bytes(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let int = ev.to_int(&args[0])?;
+    let length = match args[1].given() {
+        Some(length) => ev.index(length)?,
+        None => 1,
+    };
+    let length = usize::try_from(length)
+        .map_err(|_| ev.value_error("length argument must be non-negative"))?;
+    ev.check_allocation(length)?;
+    let big_endian = byte_order(ev, &args[2])?;
+    let signed = args[3].given().map_or(Ok(false), |value| ev.truth(value))?;
+    if int.is_negative() && !signed {
+        return Err(ev.raise(
+            ExceptionKind::OverflowError,
+            "can't convert negative int to unsigned",
+        ));
+    }
+    let big = int.to_big();
+    let mut data = if signed {
+        big.to_signed_bytes_le()
+    } else {
+        big.magnitude().to_bytes_le()
+    };
+    let filler = if int.is_negative() { 0xff } else { 0 };
+    while data.len() > length
+        && data.last() == Some(&filler)
+        && (!signed || fits_without(&data, filler))
+    {
+        data.pop();
+    }
+    if data.len() > length {
+        return Err(ev.raise(ExceptionKind::OverflowError, "int too big to convert"));
+    }
+    data.resize(length, filler);
+    if big_endian {
+        data.reverse();
+    }
+    Ok(Value::Bytes(Rc::new(Bytes::new(data))))
+}
+
+/// Whether the last byte of a signed number can go: the sign stays in the byte before it.
+fn fits_without(data: &[u8], filler: u8) -> bool {
+    data.len() < 2 || (data[data.len() - 2] & 0x80 != 0) == (filler == 0xff)
+}
+
+fn from_bytes(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let mut data = match ev.bytes_like(&args[1]) {
+        Some(data) => data,
+        None => ev.collect_bytes(&args[1])?,
+    };
+    if !byte_order(ev, &args[2])? {
+        data.reverse();
+    }
+    let signed = args[3].given().map_or(Ok(false), |value| ev.truth(value))?;
+    let big = if signed {
+        BigInt::from_signed_bytes_be(&data)
+    } else {
+        BigInt::from_bytes_be(num_bigint::Sign::Plus, &data)
+    };
+    Ok(Value::bigint(big))
+}
+
+/// Python's `float.hex()`.
+fn float_hex(value: f64) -> String {
+    if !value.is_finite() {
+        return crate::format::float::repr(value);
+    }
+    let sign = if value.is_sign_negative() { "-" } else { "" };
+    let bits = value.to_bits();
+    let mantissa = bits & ((1 << 52) - 1);
+    let exponent = ((bits >> 52) & 0x7ff) as i32;
+    match (exponent, mantissa) {
+        (0, 0) => format!("{sign}0x0.0p+0"),
+        (0, _) => format!("{sign}0x0.{mantissa:013x}p-1022"),
+        _ => format!("{sign}0x1.{mantissa:013x}p{:+}", exponent - 1023),
+    }
+}
+
+fn float_ratio(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let float = ev.to_f64(&args[0])?;
+    if !float.is_finite() {
+        let what = if float.is_nan() { "NaN" } else { "Infinity" };
+        let text = format!("cannot convert {what} to integer ratio");
+        return Err(if float.is_nan() {
+            ev.value_error(text)
+        } else {
+            ev.raise(ExceptionKind::OverflowError, text)
+        });
+    }
+    let (mut mantissa, mut exponent) = crate::ops::hash::frexp(float);
+    for _ in 0..300 {
+        if mantissa.fract() == 0.0 {
+            break;
+        }
+        mantissa *= 2.0;
+        exponent -= 1;
+    }
+    let numerator = BigInt::from(mantissa as i64);
+    let power = BigInt::from(1) << exponent.unsigned_abs();
+    let (numerator, denominator) = if exponent > 0 {
+        (numerator * power, BigInt::from(1))
+    } else {
+        (numerator, power)
+    };
+    Ok(Value::tuple(vec![
+        Value::bigint(numerator),
+        Value::bigint(denominator),
+    ]))
+}

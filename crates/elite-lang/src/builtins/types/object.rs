@@ -1,0 +1,166 @@
+//! `object`, `type`, and what every object can do by nature.
+
+use std::rc::Rc;
+
+use super::{constructor, methods, raw_constructor, raw_method, wrong_receiver};
+use crate::ast::CompareOp;
+use crate::builtins::Args;
+use crate::errors::ExceptionKind;
+use crate::eval::{Core, Evaluator};
+use crate::ops::hash::address_hash;
+use crate::value::instance::Payload;
+use crate::value::symbol::known;
+use crate::value::{Instance, R, Symbol, Value};
+
+pub(super) fn install(core: &Rc<Core>) {
+    let types = &core.types;
+    constructor(core, &types.object, "", |ev, _| {
+        Ok(Value::Instance(Instance::new(
+            ev.core.types.object.clone(),
+            Payload::None,
+        )))
+    });
+    constructor(core, &types.none, "", |_, _| Ok(Value::None));
+    raw_constructor(&types.type_, type_of);
+    methods(
+        core,
+        &types.type_,
+        &[
+            ("mro", "", |ev, args| {
+                let order = ev.attribute(&args[0], known::MRO)?;
+                ev.collect(&order).map(Value::list)
+            }),
+            ("__subclasses__", "", |ev, args| match &args[0] {
+                Value::Class(class) => Ok(Value::list(
+                    class.subclasses().into_iter().map(Value::Class).collect(),
+                )),
+                other => Err(wrong_receiver(ev, "type", other)),
+            }),
+        ],
+    );
+    install_natural(core);
+}
+
+/// What every object has unless its class says otherwise. These are not found by lookups of special methods, only
+/// when a script names them: `super().__init__()`, `object.__setattr__(self, name, value)`.
+fn install_natural(core: &Rc<Core>) {
+    let natural = &core.types.natural;
+    raw_method(core, natural, "__init__", |_, _| Ok(Value::None));
+    raw_method(core, natural, "__init_subclass__", |_, _| Ok(Value::None));
+    let new =
+        crate::builtins::Builtin::raw("__new__", |ev, args| match args.positional.split_first() {
+            Some((Value::Class(class), rest)) => ev.allocate(class, rest, args.keywords),
+            _ => Err(ev.type_error("object.__new__(X): X is not a type object")),
+        });
+    natural.set(known::NEW, Value::StaticMethod(Rc::new(new)));
+    methods(
+        core,
+        natural,
+        &[
+            ("__str__", "", |ev, args| {
+                ev.natural_str(&args[0]).map(Value::str)
+            }),
+            ("__repr__", "", |ev, args| {
+                ev.natural_repr(&args[0]).map(Value::str)
+            }),
+            ("__format__", "spec /", |ev, args| {
+                let mut out = String::new();
+                let (text, spec) = (ev.str_value(&args[0])?, ev.str(&args[1])?);
+                ev.format_into(&text, &spec, &mut out)?;
+                Ok(Value::str(out))
+            }),
+            ("__hash__", "", |_, args| {
+                Ok(Value::Int(
+                    address_hash(args[0].address().unwrap_or(0)) as i64
+                ))
+            }),
+            ("__eq__", "other /", |_, args| {
+                Ok(identity(&args[0], &args[1], true))
+            }),
+            ("__ne__", "other /", |ev, args| {
+                let equal = ev.compare(CompareOp::Eq, &args[0], &args[1])?;
+                ev.truth(&equal).map(|equal| Value::Bool(!equal))
+            }),
+            ("__getattribute__", "name /", |ev, args| {
+                let name = name_of(ev, &args[1])?;
+                let found = match &args[0] {
+                    Value::Instance(instance) => {
+                        ev.plain_instance_attribute(&args[0], instance, name)?
+                    }
+                    other => ev.attribute_or_none(other, name)?,
+                };
+                found.ok_or_else(|| {
+                    let (class, name) =
+                        (ev.core.types.name_of(&args[0]), ev.core.symbols.name(name));
+                    ev.raise(
+                        ExceptionKind::AttributeError,
+                        format!("'{class}' object has no attribute '{name}'"),
+                    )
+                })
+            }),
+            ("__setattr__", "name value /", |ev, args| {
+                let name = name_of(ev, &args[1])?;
+                match &args[0] {
+                    Value::Instance(instance) => ev
+                        .plain_set_attribute(&args[0], instance, name, args[2].clone())
+                        .map(|()| Value::None),
+                    other => ev
+                        .set_attribute(other, name, args[2].clone())
+                        .map(|()| Value::None),
+                }
+            }),
+            ("__delattr__", "name /", |ev, args| {
+                let name = name_of(ev, &args[1])?;
+                match &args[0] {
+                    Value::Instance(instance) => ev
+                        .plain_delete_attribute(&args[0], instance, name)
+                        .map(|()| Value::None),
+                    other => ev.delete_attribute(other, name).map(|()| Value::None),
+                }
+            }),
+            ("__sizeof__", "", |_, _| {
+                Ok(Value::Int(size_of::<Instance>() as i64))
+            }),
+        ],
+    );
+}
+
+fn identity(a: &Value, b: &Value, equal: bool) -> Value {
+    if a.is(b) == equal {
+        Value::Bool(true)
+    } else {
+        Value::NotImplemented
+    }
+}
+
+fn name_of(ev: &Evaluator<'_>, name: &Value) -> R<Symbol> {
+    match name {
+        Value::Str(text) => Ok(ev.core.symbols.intern(text.as_str())),
+        other => {
+            let name = ev.core.types.name_of(other);
+            Err(ev.type_error(format!("attribute name must be string, not '{name}'")))
+        }
+    }
+}
+
+/// `type(value)`, or `type(name, bases, dict)`.
+fn type_of(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
+    match &*args.positional {
+        [value] => Ok(Value::Class(ev.core.types.of(value).clone())),
+        [Value::Str(name), Value::Tuple(bases), Value::Dict(dict)] => {
+            let attrs: Vec<(Symbol, Value)> = dict
+                .entries()
+                .into_iter()
+                .filter_map(|(_, key, value)| match key {
+                    Value::Str(text) => Some((ev.core.symbols.intern(text.as_str()), value)),
+                    _ => None,
+                })
+                .collect();
+            let class = ev.make_class(name.as_str(), bases.items(), attrs, args.keywords)?;
+            ev.finish_class(&class, args.keywords)?;
+            Ok(Value::Class(class))
+        }
+        [_, _, _] => Err(ev.type_error("type() takes a name, a tuple of bases and a dict")),
+        _ => Err(ev.type_error("type() takes 1 or 3 arguments")),
+    }
+}

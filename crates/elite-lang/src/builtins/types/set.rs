@@ -1,0 +1,210 @@
+//! `set` and `frozenset`.
+
+use std::rc::Rc;
+
+use super::{constructor, methods, wrong_receiver};
+use crate::ast::CompareOp;
+use crate::eval::{Core, Evaluator};
+use crate::value::{Class, R, Set, Value};
+
+pub(super) fn install(core: &Rc<Core>) {
+    let types = &core.types;
+    constructor(core, &types.set, "iterable? /", |ev, args| {
+        let set = Rc::new(Set::new());
+        if let Some(iterable) = args[0].given() {
+            ev.set_extend(&set, iterable)?;
+        }
+        Ok(Value::Set(set))
+    });
+    constructor(
+        core,
+        &types.frozenset,
+        "iterable? /",
+        |ev, args| match args[0].given() {
+            Some(frozen @ Value::FrozenSet(_)) => Ok(frozen.clone()),
+            iterable => {
+                let set = Rc::new(Set::new());
+                if let Some(iterable) = iterable {
+                    ev.set_extend(&set, iterable)?;
+                }
+                Ok(Value::FrozenSet(set))
+            }
+        },
+    );
+    install_queries(core, &types.set);
+    install_queries(core, &types.frozenset);
+    methods(
+        core,
+        &types.set,
+        &[
+            ("__init__", "iterable? /", |ev, args| {
+                let set = receiver(ev, &args[0])?;
+                set.clear();
+                if let Some(iterable) = args[1].given() {
+                    ev.set_extend(&set, iterable)?;
+                }
+                Ok(Value::None)
+            }),
+            ("add", "element /", |ev, args| {
+                let set = receiver(ev, &args[0])?;
+                ev.set_add(&set, std::mem::take(&mut args[1]))
+                    .map(|()| Value::None)
+            }),
+            ("discard", "element /", |ev, args| {
+                let set = receiver(ev, &args[0])?;
+                ev.set_remove(&set, &args[1]).map(|_| Value::None)
+            }),
+            ("remove", "element /", |ev, args| {
+                let set = receiver(ev, &args[0])?;
+                if ev.set_remove(&set, &args[1])? {
+                    Ok(Value::None)
+                } else {
+                    Err(ev.key_error(&args[1]))
+                }
+            }),
+            ("pop", "", |ev, args| {
+                let set = receiver(ev, &args[0])?;
+                let Some((at, _, _)) = set.next_element(0) else {
+                    let text = Value::str("pop from an empty set");
+                    return Err(ev.raise_args(crate::errors::ExceptionKind::KeyError, vec![text]));
+                };
+                Ok(set.delete_at(at - 1))
+            }),
+            ("clear", "", |ev, args| {
+                receiver(ev, &args[0])?.clear();
+                Ok(Value::None)
+            }),
+            ("update", "*others", |ev, args| {
+                let set = receiver(ev, &args[0])?;
+                for other in others(&args[1]) {
+                    ev.set_extend(&set, &other)?;
+                }
+                Ok(Value::None)
+            }),
+            ("intersection_update", "*others", |ev, args| {
+                update(ev, args, Evaluator::set_intersection)
+            }),
+            ("difference_update", "*others", |ev, args| {
+                update(ev, args, Evaluator::set_difference)
+            }),
+            ("symmetric_difference_update", "other /", |ev, args| {
+                let set = receiver(ev, &args[0])?;
+                let result = ev.set_symmetric_difference(&set, &*as_set(ev, &args[1])?)?;
+                ev.set_replace(&set, &result).map(|()| Value::None)
+            }),
+        ],
+    );
+}
+
+fn install_queries(core: &Rc<Core>, class: &Class) {
+    methods(
+        core,
+        class,
+        &[
+            ("copy", "", |ev, args| {
+                let copy = receiver(ev, &args[0])?.copy();
+                Ok(like(&args[0], copy))
+            }),
+            ("union", "*others", |ev, args| {
+                let result = receiver(ev, &args[0])?.copy();
+                for other in others(&args[1]) {
+                    ev.set_extend(&result, &other)?;
+                }
+                Ok(like(&args[0], result))
+            }),
+            ("intersection", "*others", |ev, args| {
+                combine(ev, args, Evaluator::set_intersection)
+            }),
+            ("difference", "*others", |ev, args| {
+                combine(ev, args, Evaluator::set_difference)
+            }),
+            ("symmetric_difference", "other /", |ev, args| {
+                let set = receiver(ev, &args[0])?;
+                let result = ev.set_symmetric_difference(&set, &*as_set(ev, &args[1])?)?;
+                Ok(like(&args[0], result))
+            }),
+            ("issubset", "other /", |ev, args| {
+                let (set, other) = (receiver(ev, &args[0])?, as_set(ev, &args[1])?);
+                ev.compare_sets(CompareOp::Le, &set, &other)
+                    .map(Value::Bool)
+            }),
+            ("issuperset", "other /", |ev, args| {
+                let (set, other) = (receiver(ev, &args[0])?, as_set(ev, &args[1])?);
+                ev.compare_sets(CompareOp::Ge, &set, &other)
+                    .map(Value::Bool)
+            }),
+            ("isdisjoint", "other /", |ev, args| {
+                let set = receiver(ev, &args[0])?;
+                let iterator = ev.iter(&args[1])?;
+                while let Some(item) = ev.next(&iterator)? {
+                    if ev.set_contains(&set, &item)? {
+                        return Ok(Value::Bool(false));
+                    }
+                }
+                Ok(Value::Bool(true))
+            }),
+        ],
+    );
+}
+
+/// The set behind a receiver.
+fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Set>> {
+    match ev.plain(value) {
+        Value::Set(set) | Value::FrozenSet(set) => Ok(set),
+        other => Err(wrong_receiver(ev, "set", &other)),
+    }
+}
+
+/// Any iterable as a set.
+fn as_set(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Set>> {
+    match ev.plain(value) {
+        Value::Set(set) | Value::FrozenSet(set) => Ok(set),
+        other => {
+            let set = Rc::new(Set::new());
+            ev.set_extend(&set, &other)?;
+            Ok(set)
+        }
+    }
+}
+
+/// A result of the same type as the receiver.
+fn like(receiver: &Value, set: Set) -> Value {
+    let frozen = match receiver {
+        Value::FrozenSet(_) => true,
+        Value::Instance(instance) => matches!(instance.extended(), Some(Value::FrozenSet(_))),
+        _ => false,
+    };
+    if frozen {
+        Value::FrozenSet(Rc::new(set))
+    } else {
+        Value::Set(Rc::new(set))
+    }
+}
+
+fn others(rest: &Value) -> Vec<Value> {
+    if let Value::Tuple(tuple) = rest {
+        tuple.items().to_vec()
+    } else {
+        Vec::new()
+    }
+}
+
+type Combine<'y> = fn(&Evaluator<'y>, &Set, &Set) -> R<Set>;
+
+fn combined<'y>(ev: &Evaluator<'y>, args: &[Value], combine: Combine<'y>) -> R<Set> {
+    let mut result = receiver(ev, &args[0])?.copy();
+    for other in others(&args[1]) {
+        result = combine(ev, &result, &*as_set(ev, &other)?)?;
+    }
+    Ok(result)
+}
+
+fn combine<'y>(ev: &Evaluator<'y>, args: &[Value], operation: Combine<'y>) -> R {
+    Ok(like(&args[0], combined(ev, args, operation)?))
+}
+
+fn update<'y>(ev: &Evaluator<'y>, args: &[Value], operation: Combine<'y>) -> R {
+    let result = combined(ev, args, operation)?;
+    let set = receiver(ev, &args[0])?;
+    ev.set_replace(&set, &result).map(|()| Value::None)
+}

@@ -1,0 +1,144 @@
+//! The one model for findings in program text: syntax errors, scope errors, warnings.
+//!
+//! Owns the data and its two forms, for people (annotate-snippets) and for editors (flat fields).
+//! Errors of running programs are `ScriptError`, not diagnostics.
+
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+
+use crate::source::{SourceFile, Span};
+
+/// How serious a finding is. Only errors keep a program from running.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// The program runs, but probably not as meant.
+    Warning,
+    /// The program does not compile.
+    Error,
+}
+
+/// A second place that explains a finding, with its text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Label {
+    /// Where.
+    pub span: Span,
+    /// What about it.
+    pub text: String,
+}
+
+/// One finding in a program text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// Stable short name, for example `syntax`, `indentation`, `undefined-name`.
+    pub code: &'static str,
+    /// Error or warning.
+    pub severity: Severity,
+    /// A sentence for people.
+    pub message: String,
+    /// The place it is about.
+    pub span: Span,
+    /// Further places.
+    pub labels: Vec<Label>,
+    /// What to do about it, if there is advice.
+    pub help: Option<String>,
+}
+
+/// The flat fields of a finding as editors and `check --format json` want them: lines and columns from 1,
+/// columns in characters, `end_column` exclusive.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct DiagnosticFields {
+    pub file: String,
+    pub line: u32,
+    pub column: u32,
+    pub end_line: u32,
+    pub end_column: u32,
+    pub code: &'static str,
+    pub message: String,
+    pub help: Option<String>,
+}
+
+impl Diagnostic {
+    /// An error without further labels.
+    pub fn error(code: &'static str, span: Span, message: impl Into<String>) -> Self {
+        let message = message.into();
+        Diagnostic {
+            code,
+            severity: Severity::Error,
+            message,
+            span,
+            labels: Vec::new(),
+            help: None,
+        }
+    }
+
+    /// A warning without further labels.
+    pub fn warning(code: &'static str, span: Span, message: impl Into<String>) -> Self {
+        Diagnostic {
+            severity: Severity::Warning,
+            ..Self::error(code, span, message)
+        }
+    }
+
+    /// Adds a second place.
+    pub fn with_label(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.labels.push(Label {
+            span,
+            text: text.into(),
+        });
+        self
+    }
+
+    /// Adds advice.
+    pub fn with_help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// The fields of this finding for editors.
+    pub fn fields(&self, file: &SourceFile) -> DiagnosticFields {
+        let start = file.position(self.span.start);
+        let end = file.position(self.span.end.max(self.span.start));
+        DiagnosticFields {
+            file: file.name().to_owned(),
+            line: start.line,
+            column: start.column,
+            end_line: end.line,
+            end_column: end.column,
+            code: self.code,
+            message: self.message.clone(),
+            help: self.help.clone(),
+        }
+    }
+}
+
+/// Renders a finding for people: title, source lines with carets, labels, help. With `ansi`, in colour.
+pub fn render_human(diagnostic: &Diagnostic, file: &SourceFile, ansi: bool) -> String {
+    let level = match diagnostic.severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
+    };
+    let clip = |span: Span| {
+        let end = (span.end as usize).min(file.text().len());
+        (span.start as usize).min(end)..end
+    };
+    let mut snippet = Snippet::source(file.text()).path(file.name());
+    snippet = snippet.annotation(AnnotationKind::Primary.span(clip(diagnostic.span)));
+    for label in &diagnostic.labels {
+        snippet = snippet.annotation(
+            AnnotationKind::Context
+                .span(clip(label.span))
+                .label(&label.text),
+        );
+    }
+    let title = level.primary_title(&diagnostic.message).id(diagnostic.code);
+    let mut group = Group::with_title(title).element(snippet);
+    if let Some(help) = &diagnostic.help {
+        group = group.element(Level::HELP.message(help));
+    }
+    let renderer = if ansi {
+        Renderer::styled()
+    } else {
+        Renderer::plain()
+    };
+    renderer.render(&[group]).to_string()
+}

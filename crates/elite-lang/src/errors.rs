@@ -1,0 +1,326 @@
+//! Exceptions of running programs: their kinds, how they are raised, how an uncaught one is reported.
+
+use std::fmt::Write as _;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use crate::eval::Evaluator;
+use crate::source::{SourceFile, Span};
+use crate::value::exception::{ExceptionState, Trace};
+use crate::value::instance::Payload;
+use crate::value::{Instance, R, Raised, Value};
+
+macro_rules! exceptions {
+    ($($name:ident : $parent:ident,)*) => {
+        /// Python's exception types.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        #[allow(missing_docs)]
+        pub enum ExceptionKind { BaseException, $($name,)* }
+
+        impl ExceptionKind {
+            /// All kinds; a parent comes before its children.
+            pub const ALL: &[ExceptionKind] = &[ExceptionKind::BaseException, $(ExceptionKind::$name,)*];
+
+            /// The name of the type.
+            pub fn name(self) -> &'static str {
+                match self {
+                    ExceptionKind::BaseException => "BaseException",
+                    $(ExceptionKind::$name => stringify!($name),)*
+                }
+            }
+
+            /// The type it is derived from.
+            pub fn parent(self) -> Option<ExceptionKind> {
+                match self {
+                    ExceptionKind::BaseException => None,
+                    $(ExceptionKind::$name => Some(ExceptionKind::$parent),)*
+                }
+            }
+        }
+    };
+}
+
+exceptions! {
+    Exception: BaseException, GeneratorExit: BaseException, KeyboardInterrupt: BaseException,
+    SystemExit: BaseException,
+    ArithmeticError: Exception, FloatingPointError: ArithmeticError, OverflowError: ArithmeticError,
+    ZeroDivisionError: ArithmeticError, AssertionError: Exception, AttributeError: Exception,
+    BufferError: Exception, EOFError: Exception, ImportError: Exception, ModuleNotFoundError: ImportError,
+    LookupError: Exception, IndexError: LookupError, KeyError: LookupError, MemoryError: Exception,
+    NameError: Exception, UnboundLocalError: NameError, OSError: Exception, BlockingIOError: OSError,
+    ChildProcessError: OSError, ConnectionError: OSError, BrokenPipeError: ConnectionError,
+    ConnectionAbortedError: ConnectionError, ConnectionRefusedError: ConnectionError,
+    ConnectionResetError: ConnectionError, FileExistsError: OSError, FileNotFoundError: OSError,
+    InterruptedError: OSError, IsADirectoryError: OSError, NotADirectoryError: OSError, PermissionError: OSError,
+    ProcessLookupError: OSError, TimeoutError: OSError, ReferenceError: Exception, RuntimeError: Exception,
+    NotImplementedError: RuntimeError, RecursionError: RuntimeError, StopIteration: Exception,
+    StopAsyncIteration: Exception, SyntaxError: Exception, IndentationError: SyntaxError,
+    TabError: IndentationError, SystemError: Exception, TypeError: Exception, ValueError: Exception,
+    UnicodeError: ValueError, UnicodeDecodeError: UnicodeError, UnicodeEncodeError: UnicodeError,
+    UnicodeTranslateError: UnicodeError, Warning: Exception, BytesWarning: Warning, DeprecationWarning: Warning,
+    FutureWarning: Warning, ImportWarning: Warning, PendingDeprecationWarning: Warning, ResourceWarning: Warning,
+    RuntimeWarning: Warning, SyntaxWarning: Warning, UnicodeWarning: Warning, UserWarning: Warning,
+}
+
+impl Evaluator<'_> {
+    /// An exception with a message.
+    #[cold]
+    #[inline(never)]
+    pub fn raise(&self, kind: ExceptionKind, message: impl Into<String>) -> Raised {
+        let class = self.core.types.exception(kind).clone();
+        let state = ExceptionState::with_message(message.into());
+        Raised::Exception(Instance::new(class, Payload::Exception(Box::new(state))))
+    }
+
+    /// An exception with arguments.
+    #[cold]
+    pub fn raise_args(&self, kind: ExceptionKind, args: Vec<Value>) -> Raised {
+        let class = self.core.types.exception(kind).clone();
+        let state = ExceptionState::with_args(Value::tuple(args));
+        Raised::Exception(Instance::new(class, Payload::Exception(Box::new(state))))
+    }
+
+    /// `TypeError`
+    #[cold]
+    pub fn type_error(&self, message: impl Into<String>) -> Raised {
+        self.raise(ExceptionKind::TypeError, message)
+    }
+
+    /// `ValueError`
+    #[cold]
+    pub fn value_error(&self, message: impl Into<String>) -> Raised {
+        self.raise(ExceptionKind::ValueError, message)
+    }
+
+    /// `MemoryError`
+    #[cold]
+    pub fn memory_error(&self, message: impl Into<String>) -> Raised {
+        self.raise(ExceptionKind::MemoryError, message)
+    }
+
+    /// `RecursionError`
+    #[cold]
+    pub fn recursion_error(&self) -> Raised {
+        self.raise(
+            ExceptionKind::RecursionError,
+            "maximum recursion depth exceeded",
+        )
+    }
+
+    /// Whether `raised` is an exception of this kind or one derived from it.
+    pub fn is_kind(&self, raised: &Raised, kind: ExceptionKind) -> bool {
+        match raised {
+            Raised::Exception(exception) => exception
+                .class
+                .is_subclass_of(self.core.types.exception(kind)),
+            Raised::Stop => false,
+        }
+    }
+}
+
+/// One level of the call stack of an error.
+#[derive(Clone, Debug)]
+pub struct TraceFrame {
+    /// Name of the function, `<module>` at the top level.
+    pub function: String,
+    /// The program text.
+    pub file: Arc<SourceFile>,
+    /// The expression that failed or called.
+    pub span: Span,
+    /// Its line, from 1.
+    pub line: u32,
+    /// Its column in characters, from 1.
+    pub column: u32,
+}
+
+/// An exception that no handler took: it ended its script thread.
+#[derive(Clone, Debug)]
+pub struct ScriptError {
+    /// Name of the exception's type.
+    pub exception: String,
+    /// The exception as text.
+    pub message: String,
+    /// The call stack, outermost first.
+    pub traceback: Vec<TraceFrame>,
+    /// The exception this one was raised from, or while handling which it was raised.
+    pub previous: Option<(Link, Box<ScriptError>)>,
+}
+
+/// How an exception is linked to the one before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Link {
+    /// `raise … from …`
+    Cause,
+    /// Raised while the other was being handled.
+    Context,
+}
+
+impl ScriptError {
+    /// The last line of the report: `Type: message`, or the type alone.
+    pub fn headline(&self) -> String {
+        if self.message.is_empty() {
+            self.exception.clone()
+        } else {
+            format!("{}: {}", self.exception, self.message)
+        }
+    }
+
+    /// Where the exception was raised: the innermost level of the call stack.
+    pub fn place(&self) -> Option<&TraceFrame> {
+        self.traceback.last()
+    }
+}
+
+impl std::fmt::Display for ScriptError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.headline())
+    }
+}
+
+impl std::error::Error for ScriptError {}
+
+/// Levels of a call stack that are printed at each end; what lies between is counted.
+const FRAMES_SHOWN: usize = 12;
+
+/// Renders an error for people: the call stack with source lines and carets, innermost last, then `Type: message`.
+pub fn render_script_error(error: &ScriptError) -> String {
+    let mut out = String::new();
+    render_into(error, &mut out);
+    out
+}
+
+fn render_into(error: &ScriptError, out: &mut String) {
+    if let Some((link, previous)) = &error.previous {
+        render_into(previous, out);
+        out.push_str(match link {
+            Link::Cause => {
+                "\nThe above exception was the direct cause of the following exception:\n\n"
+            }
+            Link::Context => {
+                "\nDuring handling of the above exception, another exception occurred:\n\n"
+            }
+        });
+    }
+    if !error.traceback.is_empty() {
+        out.push_str("Traceback (most recent call last):\n");
+    }
+    let frames = &error.traceback;
+    let hidden = frames.len().saturating_sub(2 * FRAMES_SHOWN);
+    for (index, frame) in frames.iter().enumerate() {
+        if hidden > 0 && index == FRAMES_SHOWN {
+            let _ = writeln!(out, "  … {hidden} more levels …");
+        }
+        if hidden == 0 || index < FRAMES_SHOWN || index >= frames.len() - FRAMES_SHOWN {
+            render_frame(frame, out);
+        }
+    }
+    let _ = writeln!(out, "{}", error.headline());
+}
+
+fn render_frame(frame: &TraceFrame, out: &mut String) {
+    let (name, line, column) = (frame.file.name(), frame.line, frame.column);
+    let _ = writeln!(
+        out,
+        "  {name}, line {line}, column {column}, in {}",
+        frame.function
+    );
+    let text = frame.file.line_text(line);
+    let code = text.trim_start();
+    if code.is_empty() {
+        return;
+    }
+    let _ = writeln!(out, "    {}", code.trim_end());
+    let indent = text.chars().count() - code.chars().count();
+    let start = (column as usize).saturating_sub(1 + indent);
+    let end = frame.file.position(frame.span.end);
+    let on_line = if end.line == line {
+        end.column as usize - 1
+    } else {
+        text.trim_end().chars().count()
+    };
+    let width = on_line.saturating_sub(start + indent).max(1);
+    // Tabs are kept in the caret line, so that the carets stand below the text whatever a tab's width is.
+    let before: String = code
+        .chars()
+        .take(start)
+        .map(|c| if c == '\t' { '\t' } else { ' ' })
+        .collect();
+    let _ = writeln!(out, "    {before}{}", "^".repeat(width));
+}
+
+impl Evaluator<'_> {
+    /// The report of an exception that nobody handled. Runs the exception's `__str__` if the script defines one.
+    pub fn report(&self, exception: &Rc<Instance>) -> ScriptError {
+        self.report_at(exception, 0)
+    }
+
+    fn report_at(&self, exception: &Rc<Instance>, depth: u32) -> ScriptError {
+        let value = Value::Instance(exception.clone());
+        let message = self
+            .str(&value)
+            .unwrap_or_else(|_| "<exception str() failed>".to_owned());
+        let state = exception.exception();
+        let mut traceback: Vec<TraceFrame> = state
+            .map(|s| s.traceback())
+            .unwrap_or_default()
+            .iter()
+            .map(frame)
+            .collect();
+        traceback.reverse();
+        let previous = state.and_then(|state| {
+            let (cause, context) = (state.cause.borrow().clone(), state.context.borrow().clone());
+            match (cause, context) {
+                (Value::Instance(cause), _) => Some((Link::Cause, cause)),
+                (_, Value::Instance(context)) if !state.suppress_context.get() => {
+                    Some((Link::Context, context))
+                }
+                _ => None,
+            }
+        });
+        let previous = previous.filter(|_| depth < 8);
+        let previous =
+            previous.map(|(link, other)| (link, Box::new(self.report_at(&other, depth + 1))));
+        ScriptError {
+            exception: exception.class.name().to_string(),
+            message,
+            traceback,
+            previous,
+        }
+    }
+
+    /// Python's chain of `__context__`: `raised` came up while `handled` was being dealt with.
+    pub fn chain(&self, raised: &Raised, handled: &Rc<Instance>) {
+        if let Raised::Exception(exception) = raised
+            && let Some(state) = exception.exception()
+        {
+            state.set_context(exception, handled);
+        }
+    }
+
+    /// A `KeyError` for a key.
+    #[cold]
+    pub fn key_error(&self, key: &Value) -> Raised {
+        self.raise_args(ExceptionKind::KeyError, vec![key.clone()])
+    }
+
+    /// Ends an iteration from native code.
+    pub fn stop_iteration(&self, value: Value) -> R {
+        let args = if value.is_none() {
+            Vec::new()
+        } else {
+            vec![value]
+        };
+        Err(self.raise_args(ExceptionKind::StopIteration, args))
+    }
+}
+
+fn frame(trace: &Trace) -> TraceFrame {
+    let position = trace.code.file.position(trace.span.start);
+    TraceFrame {
+        function: trace.code.qualname.to_string(),
+        file: trace.code.file.clone(),
+        span: trace.span,
+        line: position.line,
+        column: position.column,
+    }
+}

@@ -1,0 +1,135 @@
+//! Executable code of one function, class body, generator or module.
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use super::{Evaluator, Expr, Flow, Frame, Statement};
+use crate::source::{SourceFile, Span};
+use crate::value::{R, Symbol, Value};
+
+/// How calling a function with this code goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CodeKind {
+    /// Runs to its end.
+    Plain,
+    /// Makes a generator.
+    Generator,
+}
+
+/// The code of one frame.
+pub struct Code {
+    /// `__name__`.
+    pub name: Rc<str>,
+    /// `__qualname__`, which messages use.
+    pub qualname: Rc<str>,
+    /// Documentation string.
+    pub doc: Option<Rc<str>>,
+    /// The text it was made from.
+    pub file: Arc<SourceFile>,
+    /// Where in the text.
+    pub span: Span,
+    /// What it takes.
+    pub params: Params,
+    /// Number of slots.
+    pub slots: usize,
+    /// Name of each slot.
+    pub slot_names: Box<[Symbol]>,
+    /// Name of each cell of the closure.
+    pub free_names: Box<[Symbol]>,
+    /// Slots that become cells on entry.
+    pub cells: Box<[u32]>,
+    /// Plain function or generator.
+    pub kind: CodeKind,
+    /// What runs.
+    pub body: Body,
+    /// Native stack that evaluating the body may take between two checks.
+    pub stack_bytes: usize,
+}
+
+/// The parameters of a function. They take the first slots: positional ones, keyword-only ones, `*`, `**`.
+#[derive(Clone, Debug, Default)]
+pub struct Params {
+    /// Names of positional and keyword-only parameters.
+    pub names: Box<[Symbol]>,
+    /// How many of them cannot be given by name.
+    pub positional_only: usize,
+    /// How many can be given by position.
+    pub positional: usize,
+    /// The slot of `*args`.
+    pub star: Option<usize>,
+    /// The slot of `**kwargs`.
+    pub double_star: Option<usize>,
+}
+
+impl Params {
+    /// Only positional parameters: calls by position need no binding.
+    #[inline]
+    pub fn is_simple(&self) -> bool {
+        self.names.len() == self.positional && self.star.is_none() && self.double_star.is_none()
+    }
+}
+
+/// What a frame runs.
+pub enum Body {
+    /// Statements.
+    Block(Block),
+    /// A single expression (lambdas).
+    Expression(Expr),
+}
+
+impl Body {
+    /// Runs it to its end.
+    #[inline]
+    pub fn run(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        match self {
+            Body::Block(block) => match block.exec(ev, f) {
+                Flow::Return(value) => Ok(value),
+                Flow::Raise(raised) => Err(raised),
+                // The parser lets no `break` or `continue` out of a loop.
+                Flow::Next | Flow::Break | Flow::Continue => Ok(Value::None),
+            },
+            Body::Expression(expr) => expr.eval(ev, f),
+        }
+    }
+}
+
+/// Statements one after the other, with their lines.
+#[derive(Default)]
+pub struct Block {
+    statements: Box<[Line]>,
+}
+
+struct Line {
+    number: u32,
+    statement: Box<dyn Statement>,
+}
+
+impl Block {
+    /// A block of these statements, each with its line.
+    pub fn new(statements: Vec<(u32, Box<dyn Statement>)>) -> Self {
+        let lines = statements
+            .into_iter()
+            .map(|(number, statement)| Line { number, statement });
+        Block {
+            statements: lines.collect(),
+        }
+    }
+
+    /// Whether there is nothing in it.
+    pub fn is_empty(&self) -> bool {
+        self.statements.is_empty()
+    }
+
+    /// Executes the statements up to one that leaves the block.
+    #[inline]
+    pub fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        for line in &self.statements {
+            ev.core.line.set(line.number);
+            match line.statement.exec(ev, f) {
+                Flow::Next => {}
+                other => return other,
+            }
+        }
+        Flow::Next
+    }
+}

@@ -1,0 +1,232 @@
+//! Coroutines: how script threads and generators suspend, and the native stacks they run on.
+//!
+//! A generator that has to wait for something hands the request to the coroutine that resumed it, which hands it on,
+//! until the driver of the script thread gets it: the whole thread is suspended.
+
+use std::cell::{Cell, RefCell};
+
+use corosensei::stack::{DefaultStack, Stack};
+use corosensei::{Yielder, on_stack};
+
+use super::Evaluator;
+use super::generator::{FromGenerator, ToGenerator};
+use crate::native::WaitToken;
+use crate::value::{R, Raised};
+
+/// Debug builds use several times the stack of release builds.
+const SCALE: usize = if cfg!(debug_assertions) { 6 } else { 1 };
+/// Stack of a script thread before it needs segments.
+pub const THREAD_STACK: usize = 256 * 1024 * SCALE;
+/// Stack of a generator before it needs segments.
+pub const GENERATOR_STACK: usize = 64 * 1024 * SCALE;
+/// A further segment of stack for deep calls.
+const SEGMENT_STACK: usize = 1024 * 1024 * SCALE;
+/// What native code may use beyond what the evaluated tree needs: sorting, formatting, dropping, the host's natives.
+pub const RESERVE: usize = 32 * 1024 * SCALE;
+/// What one level of the tree needs at most.
+pub const LEVEL: usize = 512 * SCALE;
+/// Stacks kept for reuse, of each size.
+const POOL_MAX: usize = 64;
+
+/// What a script thread asks of its driver.
+#[derive(Clone, Copy, Debug)]
+pub enum Request {
+    /// The fuel is used up; resume whenever it suits.
+    OutOfFuel,
+    /// A native waits for something the embedder knows by this token.
+    Wait(WaitToken),
+    /// Waits for another thread, or until the host's monotonic time has come.
+    Park {
+        /// Seconds of `Host::monotonic`, if the wait has an end.
+        until: Option<f64>,
+    },
+}
+
+/// How a suspended script thread goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resume {
+    /// Normally.
+    Continue,
+    /// It unwinds: `finally` blocks and `with` exits run, no handler sees it.
+    Stop,
+}
+
+/// Where a coroutine hands its requests.
+pub enum Outlet<'y> {
+    /// To the driver of the script thread.
+    Thread(&'y Yielder<Resume, Request>),
+    /// To the coroutine that resumed the generator.
+    Generator(&'y Yielder<ToGenerator, FromGenerator>),
+}
+
+/// Native stacks for reuse: making one costs microseconds, taking one from here nanoseconds.
+#[derive(Default)]
+pub struct StackPool {
+    threads: RefCell<Vec<DefaultStack>>,
+    generators: RefCell<Vec<DefaultStack>>,
+    segments: RefCell<Vec<DefaultStack>>,
+}
+
+/// Which stacks of the pool.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub enum StackKind {
+    Thread,
+    Generator,
+    Segment,
+}
+
+impl StackPool {
+    fn shelf(&self, kind: StackKind) -> (&RefCell<Vec<DefaultStack>>, usize) {
+        match kind {
+            StackKind::Thread => (&self.threads, THREAD_STACK),
+            StackKind::Generator => (&self.generators, GENERATOR_STACK),
+            StackKind::Segment => (&self.segments, SEGMENT_STACK),
+        }
+    }
+
+    /// A stack, or None if the system has no more.
+    pub fn take(&self, kind: StackKind) -> Option<DefaultStack> {
+        let (shelf, size) = self.shelf(kind);
+        let pooled = shelf.borrow_mut().pop();
+        pooled.or_else(|| DefaultStack::new(size).ok())
+    }
+
+    /// Takes a stack back.
+    pub fn give(&self, kind: StackKind, stack: DefaultStack) {
+        let mut shelf = self.shelf(kind).0.borrow_mut();
+        if shelf.len() < POOL_MAX {
+            shelf.push(stack);
+        }
+    }
+}
+
+/// The lowest address of `stack` that calls may reach.
+pub fn limit_of(stack: &DefaultStack) -> usize {
+    stack.limit().get() + 4096
+}
+
+impl Evaluator<'_> {
+    /// Suspends the script thread with a request; an error means that it is to stop.
+    pub fn suspend(&self, request: Request) -> R<()> {
+        if self.core.stopping.get() != Stopping::No {
+            return self.suspend_while_stopping(request);
+        }
+        let line = self.core.line.get();
+        let resume = match &self.outlet {
+            Outlet::Thread(yielder) => yielder.suspend(request),
+            Outlet::Generator(yielder) => match yielder.suspend(FromGenerator::Request(request)) {
+                ToGenerator::Resumed(resume) => resume,
+                // Nobody steps a generator that has an open request.
+                ToGenerator::Send(_) | ToGenerator::Throw(_) => Resume::Stop,
+            },
+        };
+        self.core.line.set(line);
+        match resume {
+            Resume::Continue => Ok(()),
+            Resume::Stop => {
+                self.core.begin_stop();
+                Err(Raised::Stop)
+            }
+        }
+    }
+
+    /// While a thread is stopping, waits are refused and its fuel is all it gets.
+    fn suspend_while_stopping(&self, request: Request) -> R<()> {
+        if matches!(request, Request::OutOfFuel) {
+            self.core.stopping.set(Stopping::Abandoned);
+        }
+        Err(Raised::Stop)
+    }
+
+    #[cold]
+    #[inline(never)]
+    pub(super) fn out_of_fuel(&self) -> R<()> {
+        if self.core.refuel() {
+            return self.check_memory();
+        }
+        self.check_memory()?;
+        self.suspend(Request::OutOfFuel)
+    }
+
+    /// Bytes of native stack left before the limit.
+    #[inline]
+    pub fn stack_left(&self) -> usize {
+        let marker = 0u8;
+        let here = std::ptr::from_ref(&marker) as usize;
+        here.saturating_sub(self.stack_limit.get())
+    }
+
+    /// Runs `inner` with at least `bytes` of native stack: here, or on a further segment.
+    #[inline]
+    pub fn with_stack<T>(&self, bytes: usize, inner: impl FnOnce() -> R<T>) -> R<T> {
+        if self.stack_left() >= bytes {
+            return inner();
+        }
+        self.on_segment(bytes, inner)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn on_segment<T>(&self, bytes: usize, inner: impl FnOnce() -> R<T>) -> R<T> {
+        let pooled = bytes + RESERVE <= SEGMENT_STACK;
+        let stack = if pooled {
+            self.core.stacks.take(StackKind::Segment)
+        } else {
+            DefaultStack::new(bytes * 2).ok()
+        };
+        let Some(mut stack) = stack else {
+            return Err(self.memory_error("the system has no memory for a deeper call"));
+        };
+        let outer = self.stack_limit.replace(limit_of(&stack));
+        let result = on_stack(&mut stack, inner);
+        self.stack_limit.set(outer);
+        if pooled {
+            self.core.stacks.give(StackKind::Segment, stack);
+        }
+        result
+    }
+}
+
+/// How far the stop of a thread has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stopping {
+    /// It is not being stopped.
+    #[default]
+    No,
+    /// `finally` blocks and `with` exits run, with limited fuel.
+    Unwinding,
+    /// No more script code runs.
+    Abandoned,
+}
+
+/// State of the running script thread that is kept while it is suspended.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ThreadState {
+    /// Number of the thread.
+    pub thread: u64,
+    /// Calls within calls.
+    pub depth: u32,
+    /// The line being executed.
+    pub line: u32,
+    /// Whether it is being stopped.
+    pub stopping: Stopping,
+}
+
+/// A cell with the state of the running thread, exchanged at each switch.
+#[derive(Debug, Default)]
+pub struct Switch {
+    saved: Cell<ThreadState>,
+}
+
+impl Switch {
+    /// The saved state.
+    pub fn get(&self) -> ThreadState {
+        self.saved.get()
+    }
+
+    /// Saves a state.
+    pub fn set(&self, state: ThreadState) {
+        self.saved.set(state);
+    }
+}

@@ -1,0 +1,113 @@
+//! `value.name`, with an inline cache.
+
+use std::cell::Cell;
+
+use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::source::Span;
+use crate::value::class::Location;
+use crate::value::symbol::known;
+use crate::value::{Class, R, Symbol, Value};
+
+/// What a cache knows about an attribute of instances of one class in one state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hint {
+    /// In the slot of the instance.
+    Slot(u32),
+    /// A function of the class; no instance has an attribute of that name.
+    Method(Location),
+    /// A property of the class.
+    Property(Location),
+    /// A plain value of the class; no instance has an attribute of that name.
+    Plain(Location),
+}
+
+/// A cache for two classes: methods of a base class see instances of several.
+#[derive(Default)]
+pub struct Cache {
+    entries: [Cell<Option<(u32, Hint)>>; 2],
+}
+
+impl Cache {
+    /// What is known for a class in the state `version`.
+    #[inline]
+    pub fn get(&self, version: u32) -> Option<Hint> {
+        match self.entries[0].get() {
+            Some((known, hint)) if known == version => return Some(hint),
+            _ => {}
+        }
+        match self.entries[1].get() {
+            Some((known, hint)) if known == version => Some(hint),
+            _ => None,
+        }
+    }
+
+    fn set(&self, version: u32, hint: Hint) {
+        self.entries[1].set(self.entries[0].get());
+        self.entries[0].set(Some((version, hint)));
+    }
+
+    /// Finds out what can be remembered about reading `name` of instances of `class`.
+    pub fn learn(&self, class: &Class, name: Symbol) -> Option<Hint> {
+        if class.lookup(known::GETATTRIBUTE).is_some() {
+            return None;
+        }
+        let slot = class.slot(name);
+        let hint = match (class.locate(name), slot) {
+            (None, Some(slot)) => Hint::Slot(slot as u32),
+            (Some((location, Value::Property(_))), _) => Hint::Property(location),
+            (Some((_, Value::Instance(_))), _) => return None,
+            (Some((_, _)), Some(slot)) => Hint::Slot(slot as u32),
+            (Some((location, Value::Function(_))), None) => Hint::Method(location),
+            (Some((location, Value::Builtin(builtin))), None) if builtin.owner.is_some() => {
+                Hint::Method(location)
+            }
+            (Some((_, Value::StaticMethod(_) | Value::ClassMethod(_))), None) => return None,
+            (Some((location, _)), None) => Hint::Plain(location),
+            (None, None) => return None,
+        };
+        self.set(class.version(), hint);
+        Some(hint)
+    }
+}
+
+/// `value.name`
+pub struct Attribute {
+    /// The object.
+    pub value: Expr,
+    /// The name.
+    pub name: Symbol,
+    /// Where it is written.
+    pub span: Span,
+    /// What is known about it.
+    pub cache: Cache,
+}
+
+impl Expression for Attribute {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let value = self.value.eval(ev, f)?;
+        if let Value::Instance(instance) = &value {
+            let class = &instance.class;
+            match self.cache.get(class.version()) {
+                Some(Hint::Slot(slot)) => {
+                    let found = instance.slot(slot as usize);
+                    if !found.is_unbound() {
+                        return Ok(found);
+                    }
+                }
+                Some(Hint::Plain(location)) => return Ok(class.at(location)),
+                Some(Hint::Property(location)) => {
+                    if let Value::Property(property) = class.at(location)
+                        && !property.get.is_none()
+                    {
+                        return ev.call1(&property.get, value).at(ev, f, self.span);
+                    }
+                }
+                Some(Hint::Method(_)) => {}
+                None => {
+                    self.cache.learn(class, self.name);
+                }
+            }
+        }
+        ev.attribute(&value, self.name).at(ev, f, self.span)
+    }
+}

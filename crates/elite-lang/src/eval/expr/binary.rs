@@ -1,0 +1,228 @@
+//! Arithmetic nodes, by operator and by what their operands are.
+
+use std::marker::PhantomData;
+
+use super::names::{Const, Local, Peek};
+use crate::ast::{BinaryOp, UnaryOp};
+use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::ops::arith::fast;
+use crate::source::Span;
+use crate::value::{R, Value};
+
+/// An operator as a type.
+pub trait Operator: 'static {
+    /// Which one.
+    const OP: BinaryOp;
+}
+
+macro_rules! declare {
+    ($($name:ident),*) => {
+        /// The operators as types.
+        #[allow(missing_docs)]
+        pub mod op {
+            $(pub struct $name;
+            impl super::Operator for $name {
+                const OP: super::BinaryOp = super::BinaryOp::$name;
+            })*
+        }
+    };
+}
+declare!(
+    Add, Sub, Mul, Div, FloorDiv, Mod, Pow, MatMul, BitAnd, BitOr, BitXor, Shl, Shr
+);
+
+/// Both operands can be looked at.
+struct PeekPeek<O, A, B> {
+    left: A,
+    right: B,
+    span: Span,
+    op: PhantomData<O>,
+}
+
+impl<O: Operator, A: Peek, B: Peek> Expression for PeekPeek<O, A, B> {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let (a, b) = (self.left.peek(f), self.right.peek(f));
+        if let Some(value) = fast(O::OP, a, b) {
+            return Ok(value);
+        }
+        self.left.check(ev, f)?;
+        self.right.check(ev, f)?;
+        let (a, b) = (a.clone(), b.clone());
+        ev.binary(O::OP, &a, &b).at(ev, f, self.span)
+    }
+}
+
+/// The right operand can be looked at.
+struct ExprPeek<O, B> {
+    left: Expr,
+    right: B,
+    span: Span,
+    op: PhantomData<O>,
+}
+
+impl<O: Operator, B: Peek> Expression for ExprPeek<O, B> {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let a = self.left.eval(ev, f)?;
+        let b = self.right.peek(f);
+        if let Some(value) = fast(O::OP, &a, b) {
+            return Ok(value);
+        }
+        self.right.check(ev, f)?;
+        let b = b.clone();
+        ev.binary(O::OP, &a, &b).at(ev, f, self.span)
+    }
+}
+
+/// The left operand can be looked at; its value is taken before the right one is evaluated.
+struct PeekExpr<O, A> {
+    left: A,
+    right: Expr,
+    span: Span,
+    op: PhantomData<O>,
+}
+
+impl<O: Operator, A: Peek> Expression for PeekExpr<O, A> {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        self.left.check(ev, f)?;
+        let a = self.left.peek(f).clone();
+        let b = self.right.eval(ev, f)?;
+        if let Some(value) = fast(O::OP, &a, &b) {
+            return Ok(value);
+        }
+        ev.binary(O::OP, &a, &b).at(ev, f, self.span)
+    }
+}
+
+/// Both operands are expressions.
+struct ExprExpr<O> {
+    left: Expr,
+    right: Expr,
+    span: Span,
+    op: PhantomData<O>,
+}
+
+impl<O: Operator> Expression for ExprExpr<O> {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let a = self.left.eval(ev, f)?;
+        let b = self.right.eval(ev, f)?;
+        if let Some(value) = fast(O::OP, &a, &b) {
+            return Ok(value);
+        }
+        ev.binary(O::OP, &a, &b).at(ev, f, self.span)
+    }
+}
+
+/// An operand as `lower` found it.
+pub enum Operand {
+    /// A local variable.
+    Local(Local),
+    /// A constant.
+    Const(Value),
+    /// Anything else.
+    Expr(Expr),
+}
+
+impl Operand {
+    /// As an expression.
+    pub fn into_expr(self) -> Expr {
+        match self {
+            Operand::Local(local) => Box::new(local),
+            Operand::Const(value) => Box::new(Const(value)),
+            Operand::Expr(expr) => expr,
+        }
+    }
+}
+
+/// The node for `left op right`.
+pub fn binary(op: BinaryOp, left: Operand, right: Operand, span: Span) -> Expr {
+    match op {
+        BinaryOp::Add => shaped::<op::Add>(left, right, span),
+        BinaryOp::Sub => shaped::<op::Sub>(left, right, span),
+        BinaryOp::Mul => shaped::<op::Mul>(left, right, span),
+        BinaryOp::Div => shaped::<op::Div>(left, right, span),
+        BinaryOp::FloorDiv => shaped::<op::FloorDiv>(left, right, span),
+        BinaryOp::Mod => shaped::<op::Mod>(left, right, span),
+        BinaryOp::BitAnd => shaped::<op::BitAnd>(left, right, span),
+        BinaryOp::BitOr => shaped::<op::BitOr>(left, right, span),
+        BinaryOp::BitXor => shaped::<op::BitXor>(left, right, span),
+        BinaryOp::Shl => shaped::<op::Shl>(left, right, span),
+        BinaryOp::Shr => shaped::<op::Shr>(left, right, span),
+        BinaryOp::Pow => general::<op::Pow>(left, right, span),
+        BinaryOp::MatMul => general::<op::MatMul>(left, right, span),
+    }
+}
+
+fn general<O: Operator>(left: Operand, right: Operand, span: Span) -> Expr {
+    Box::new(ExprExpr::<O> {
+        left: left.into_expr(),
+        right: right.into_expr(),
+        span,
+        op: PhantomData,
+    })
+}
+
+fn shaped<O: Operator>(left: Operand, right: Operand, span: Span) -> Expr {
+    let op = PhantomData::<O>;
+    match (left, right) {
+        (Operand::Local(left), Operand::Local(right)) => Box::new(PeekPeek {
+            left,
+            right,
+            span,
+            op,
+        }),
+        (Operand::Local(left), Operand::Const(right)) => Box::new(PeekPeek {
+            left,
+            right: Const(right),
+            span,
+            op,
+        }),
+        (Operand::Const(left), Operand::Local(right)) => Box::new(PeekPeek {
+            left: Const(left),
+            right,
+            span,
+            op,
+        }),
+        (Operand::Expr(left), Operand::Local(right)) => Box::new(ExprPeek {
+            left,
+            right,
+            span,
+            op,
+        }),
+        (Operand::Expr(left), Operand::Const(right)) => Box::new(ExprPeek {
+            left,
+            right: Const(right),
+            span,
+            op,
+        }),
+        (Operand::Local(left), Operand::Expr(right)) => Box::new(PeekExpr {
+            left,
+            right,
+            span,
+            op,
+        }),
+        (Operand::Const(left), Operand::Expr(right)) => Box::new(PeekExpr {
+            left: Const(left),
+            right,
+            span,
+            op,
+        }),
+        (left, right) => general::<O>(left, right, span),
+    }
+}
+
+/// `-x`, `+x`, `~x`
+pub struct Unary {
+    /// Which operator.
+    pub op: UnaryOp,
+    /// Its operand.
+    pub operand: Expr,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Expression for Unary {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let value = self.operand.eval(ev, f)?;
+        ev.unary(self.op, &value).at(ev, f, self.span)
+    }
+}

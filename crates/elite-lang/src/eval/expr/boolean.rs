@@ -1,0 +1,97 @@
+//! `and`, `or`, `not`, and the conditional expression.
+
+use crate::eval::{Evaluator, Expr, Expression, Frame};
+use crate::value::{R, Value};
+
+/// `a and b and c`
+pub struct And(pub Box<[Expr]>);
+
+impl Expression for And {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let Some((last, before)) = self.0.split_last() else {
+            return Ok(Value::Bool(true));
+        };
+        for operand in before {
+            let value = operand.eval(ev, f)?;
+            if !ev.truth(&value)? {
+                return Ok(value);
+            }
+        }
+        last.eval(ev, f)
+    }
+
+    fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
+        for operand in &self.0 {
+            if !operand.truth(ev, f)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+}
+
+/// `a or b or c`
+pub struct Or(pub Box<[Expr]>);
+
+impl Expression for Or {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let Some((last, before)) = self.0.split_last() else {
+            return Ok(Value::Bool(false));
+        };
+        for operand in before {
+            let value = operand.eval(ev, f)?;
+            if ev.truth(&value)? {
+                return Ok(value);
+            }
+        }
+        last.eval(ev, f)
+    }
+
+    fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
+        for operand in &self.0 {
+            if operand.truth(ev, f)? {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+}
+
+/// `not a`
+pub struct Not(pub Expr);
+
+impl Expression for Not {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        self.truth(ev, f).map(Value::Bool)
+    }
+
+    fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
+        self.0.truth(ev, f).map(|flag| !flag)
+    }
+}
+
+/// `body if test else orelse`
+#[allow(missing_docs)]
+pub struct IfElse {
+    pub test: Expr,
+    pub body: Expr,
+    pub orelse: Expr,
+}
+
+impl Expression for IfElse {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        if self.test.truth(ev, f)? {
+            self.body.eval(ev, f)
+        } else {
+            self.orelse.eval(ev, f)
+        }
+    }
+
+    fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
+        if self.test.truth(ev, f)? {
+            self.body.truth(ev, f)
+        } else {
+            self.orelse.truth(ev, f)
+        }
+    }
+}

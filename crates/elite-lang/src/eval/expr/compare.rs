@@ -1,0 +1,255 @@
+//! Comparison nodes. Their truth is computed directly: no value is made for `if a < b`.
+
+use std::marker::PhantomData;
+
+use super::binary::Operand;
+use super::names::{Const, Peek};
+use crate::ast::CompareOp;
+use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::ops::compare::fast;
+use crate::source::Span;
+use crate::value::{R, Value};
+
+/// An ordering operator as a type.
+pub trait Ordering: 'static {
+    /// Which one.
+    const OP: CompareOp;
+}
+
+macro_rules! declare {
+    ($($name:ident),*) => {
+        /// The ordering operators as types.
+        #[allow(missing_docs)]
+        pub mod op {
+            $(pub struct $name;
+            impl super::Ordering for $name {
+                const OP: super::CompareOp = super::CompareOp::$name;
+            })*
+        }
+    };
+}
+declare!(Eq, Ne, Lt, Le, Gt, Ge);
+
+struct PeekPeek<O, A, B> {
+    left: A,
+    right: B,
+    span: Span,
+    op: PhantomData<O>,
+}
+
+impl<O: Ordering, A: Peek, B: Peek> PeekPeek<O, A, B> {
+    fn slow(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        self.left.check(ev, f)?;
+        self.right.check(ev, f)?;
+        let (a, b) = (self.left.peek(f).clone(), self.right.peek(f).clone());
+        ev.compare(O::OP, &a, &b).at(ev, f, self.span)
+    }
+}
+
+impl<O: Ordering, A: Peek, B: Peek> Expression for PeekPeek<O, A, B> {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        match fast(O::OP, self.left.peek(f), self.right.peek(f)) {
+            Some(flag) => Ok(Value::Bool(flag)),
+            None => self.slow(ev, f),
+        }
+    }
+
+    fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
+        match fast(O::OP, self.left.peek(f), self.right.peek(f)) {
+            Some(flag) => Ok(flag),
+            None => truth_of(self.slow(ev, f)?, ev, f, self.span),
+        }
+    }
+}
+
+#[inline]
+fn truth_of(value: Value, ev: &Evaluator<'_>, f: &Frame<'_>, span: Span) -> R<bool> {
+    match value {
+        Value::Bool(flag) => Ok(flag),
+        other => ev.truth(&other).at(ev, f, span),
+    }
+}
+
+struct ExprPeek<O, B> {
+    left: Expr,
+    right: B,
+    span: Span,
+    op: PhantomData<O>,
+}
+
+impl<O: Ordering, B: Peek> ExprPeek<O, B> {
+    fn slow(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, a: &Value) -> R {
+        self.right.check(ev, f)?;
+        let b = self.right.peek(f).clone();
+        ev.compare(O::OP, a, &b).at(ev, f, self.span)
+    }
+}
+
+impl<O: Ordering, B: Peek> Expression for ExprPeek<O, B> {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let a = self.left.eval(ev, f)?;
+        match fast(O::OP, &a, self.right.peek(f)) {
+            Some(flag) => Ok(Value::Bool(flag)),
+            None => self.slow(ev, f, &a),
+        }
+    }
+
+    fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
+        let a = self.left.eval(ev, f)?;
+        match fast(O::OP, &a, self.right.peek(f)) {
+            Some(flag) => Ok(flag),
+            None => truth_of(self.slow(ev, f, &a)?, ev, f, self.span),
+        }
+    }
+}
+
+struct ExprExpr<O> {
+    left: Expr,
+    right: Expr,
+    span: Span,
+    op: PhantomData<O>,
+}
+
+impl<O: Ordering> Expression for ExprExpr<O> {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let a = self.left.eval(ev, f)?;
+        let b = self.right.eval(ev, f)?;
+        match fast(O::OP, &a, &b) {
+            Some(flag) => Ok(Value::Bool(flag)),
+            None => ev.compare(O::OP, &a, &b).at(ev, f, self.span),
+        }
+    }
+
+    fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
+        let a = self.left.eval(ev, f)?;
+        let b = self.right.eval(ev, f)?;
+        match fast(O::OP, &a, &b) {
+            Some(flag) => Ok(flag),
+            None => truth_of(
+                ev.compare(O::OP, &a, &b).at(ev, f, self.span)?,
+                ev,
+                f,
+                self.span,
+            ),
+        }
+    }
+}
+
+/// `is`, `in` and their opposites.
+struct Membership {
+    op: CompareOp,
+    left: Expr,
+    right: Expr,
+    span: Span,
+}
+
+impl Expression for Membership {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        self.truth(ev, f).map(Value::Bool)
+    }
+
+    fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
+        let a = self.left.eval(ev, f)?;
+        let b = self.right.eval(ev, f)?;
+        match self.op {
+            CompareOp::Is => Ok(a.is(&b)),
+            CompareOp::IsNot => Ok(!a.is(&b)),
+            CompareOp::In => ev.contains(&b, &a).at(ev, f, self.span),
+            _ => ev.contains(&b, &a).at(ev, f, self.span).map(|found| !found),
+        }
+    }
+}
+
+/// `a < b < c`: every operand is evaluated once, and none after a comparison that fails.
+pub struct Chain {
+    /// The first operand.
+    pub first: Expr,
+    /// The comparisons after it.
+    pub rest: Box<[(CompareOp, Expr)]>,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Expression for Chain {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let mut left = self.first.eval(ev, f)?;
+        let mut result = Value::Bool(true);
+        for (index, (op, right)) in self.rest.iter().enumerate() {
+            let right = right.eval(ev, f)?;
+            result = match fast_ordering(*op, &left, &right) {
+                Some(flag) => Value::Bool(flag),
+                None => ev.compare(*op, &left, &right).at(ev, f, self.span)?,
+            };
+            if index + 1 < self.rest.len() && !ev.truth(&result).at(ev, f, self.span)? {
+                break;
+            }
+            left = right;
+        }
+        Ok(result)
+    }
+}
+
+#[inline]
+fn fast_ordering(op: CompareOp, a: &Value, b: &Value) -> Option<bool> {
+    match op {
+        CompareOp::Is | CompareOp::IsNot | CompareOp::In | CompareOp::NotIn => None,
+        _ => fast(op, a, b),
+    }
+}
+
+/// The node for `left op right`.
+pub fn compare(op: CompareOp, left: Operand, right: Operand, span: Span) -> Expr {
+    match op {
+        CompareOp::Eq => shaped::<op::Eq>(left, right, span),
+        CompareOp::Ne => shaped::<op::Ne>(left, right, span),
+        CompareOp::Lt => shaped::<op::Lt>(left, right, span),
+        CompareOp::Le => shaped::<op::Le>(left, right, span),
+        CompareOp::Gt => shaped::<op::Gt>(left, right, span),
+        CompareOp::Ge => shaped::<op::Ge>(left, right, span),
+        _ => Box::new(Membership {
+            op,
+            left: left.into_expr(),
+            right: right.into_expr(),
+            span,
+        }),
+    }
+}
+
+fn shaped<O: Ordering>(left: Operand, right: Operand, span: Span) -> Expr {
+    let op = PhantomData::<O>;
+    match (left, right) {
+        (Operand::Local(left), Operand::Local(right)) => Box::new(PeekPeek {
+            left,
+            right,
+            span,
+            op,
+        }),
+        (Operand::Local(left), Operand::Const(right)) => Box::new(PeekPeek {
+            left,
+            right: Const(right),
+            span,
+            op,
+        }),
+        (Operand::Expr(left), Operand::Local(right)) => Box::new(ExprPeek {
+            left,
+            right,
+            span,
+            op,
+        }),
+        (Operand::Expr(left), Operand::Const(right)) => Box::new(ExprPeek {
+            left,
+            right: Const(right),
+            span,
+            op,
+        }),
+        (left, right) => {
+            let (left, right) = (left.into_expr(), right.into_expr());
+            Box::new(ExprExpr::<O> {
+                left,
+                right,
+                span,
+                op,
+            })
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! List, set and dict comprehensions, run in the frame around them.
+
+use std::rc::Rc;
+
+use crate::eval::stmt::target::Target;
+use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::source::Span;
+use crate::value::{CellVar, Dict, R, Set, Value};
+
+/// One `for target in iterable if …`.
+pub struct Clause {
+    /// What is bound.
+    pub target: Box<dyn Target>,
+    /// What is walked through.
+    pub iterable: Expr,
+    /// What must hold.
+    pub conditions: Box<[Expr]>,
+    /// Where the iterable is written.
+    pub span: Span,
+}
+
+/// What all comprehensions share.
+pub struct Clauses {
+    /// At least one.
+    pub clauses: Box<[Clause]>,
+    /// Slots of its variables, cleared at its end.
+    pub slots: Box<[u32]>,
+    /// Slots that get a new cell each time it runs.
+    pub fresh_cells: Box<[u32]>,
+}
+
+impl Clauses {
+    /// Runs `body` for each combination that the clauses let through.
+    #[inline]
+    fn run(
+        &self,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+        body: &mut dyn FnMut(&Evaluator<'_>, &mut Frame<'_>) -> R<()>,
+    ) -> R<()> {
+        // The first iterable is evaluated before the variables are made anew.
+        let Some(first) = self.clauses.first() else {
+            return Ok(());
+        };
+        let iterable = first.iterable.eval(ev, f)?;
+        for slot in &self.fresh_cells {
+            f.slots[*slot as usize] = Value::Cell(CellVar::new(Value::Unbound));
+        }
+        let result = self.clause(0, iterable, ev, f, body);
+        for slot in &self.slots {
+            f.slots[*slot as usize] = Value::Unbound;
+        }
+        result
+    }
+
+    fn clause(
+        &self,
+        index: usize,
+        iterable: Value,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+        body: &mut dyn FnMut(&Evaluator<'_>, &mut Frame<'_>) -> R<()>,
+    ) -> R<()> {
+        let clause = &self.clauses[index];
+        let iterator = ev.iter(&iterable).at(ev, f, clause.span)?;
+        'items: while let Some(item) = ev.next(&iterator).at(ev, f, clause.span)? {
+            ev.safepoint()?;
+            clause.target.assign(ev, f, item)?;
+            for condition in &clause.conditions {
+                if !condition.truth(ev, f)? {
+                    continue 'items;
+                }
+            }
+            match self.clauses.get(index + 1) {
+                None => body(ev, f)?,
+                Some(next) => {
+                    let iterable = next.iterable.eval(ev, f)?;
+                    self.clause(index + 1, iterable, ev, f, body)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// `[element for …]`
+pub struct ListComprehension {
+    /// What is collected.
+    pub element: Expr,
+    /// From where.
+    pub clauses: Clauses,
+}
+
+impl Expression for ListComprehension {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let mut items = Vec::new();
+        self.clauses.run(ev, f, &mut |ev, f| {
+            let value = self.element.eval(ev, f)?;
+            if items.len() == items.capacity() {
+                ev.check_allocation(2 * items.len() * size_of::<Value>())?;
+            }
+            items.push(value);
+            Ok(())
+        })?;
+        Ok(Value::list(items))
+    }
+}
+
+/// `{element for …}`
+pub struct SetComprehension {
+    /// What is collected.
+    pub element: Expr,
+    /// From where.
+    pub clauses: Clauses,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Expression for SetComprehension {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let set = Set::new();
+        self.clauses.run(ev, f, &mut |ev, f| {
+            let value = self.element.eval(ev, f)?;
+            ev.set_add(&set, value).at(ev, f, self.span)
+        })?;
+        Ok(Value::Set(Rc::new(set)))
+    }
+}
+
+/// `{key: value for …}`
+pub struct DictComprehension {
+    /// The keys.
+    pub key: Expr,
+    /// Their values.
+    pub value: Expr,
+    /// From where.
+    pub clauses: Clauses,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Expression for DictComprehension {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let dict = Dict::new();
+        self.clauses.run(ev, f, &mut |ev, f| {
+            let key = self.key.eval(ev, f)?;
+            let value = self.value.eval(ev, f)?;
+            ev.dict_set(&dict, key, value).at(ev, f, self.span)
+        })?;
+        Ok(Value::Dict(Rc::new(dict)))
+    }
+}
+
+/// `(element for …)`: makes the generator; the first iterable is evaluated at once.
+pub struct GeneratorExpression {
+    /// The generator function, with the iterator as only parameter.
+    pub function: super::function::MakeFunction,
+    /// The first iterable.
+    pub iterable: Expr,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Expression for GeneratorExpression {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let iterable = self.iterable.eval(ev, f)?;
+        let iterator = ev.iter(&iterable).at(ev, f, self.span)?;
+        let function = self.function.make(ev, f)?;
+        ev.call_function(&function, &mut [iterator], &[])
+    }
+}
+
+/// The body of a generator expression: the clauses, yielding each element.
+pub struct GeneratorBody {
+    /// What is yielded.
+    pub element: Expr,
+    /// From where; the iterable of the first clause is the parameter.
+    pub clauses: Clauses,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Expression for GeneratorBody {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        self.clauses.run(ev, f, &mut |ev, f| {
+            let value = self.element.eval(ev, f)?;
+            ev.yield_value(value).at(ev, f, self.span).map(|_| ())
+        })?;
+        Ok(Value::None)
+    }
+}

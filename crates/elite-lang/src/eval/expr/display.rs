@@ -1,0 +1,108 @@
+//! Lists, tuples, sets and dictionaries written out.
+
+use std::rc::Rc;
+
+use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::source::Span;
+use crate::value::{Dict, R, Set, Value};
+
+/// An item of a display.
+pub enum Element {
+    /// A value.
+    One(Expr),
+    /// `*iterable`
+    Star(Expr, Span),
+}
+
+/// Evaluates the items of a display.
+fn gather(elements: &[Element], ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<Vec<Value>> {
+    let mut items = Vec::with_capacity(elements.len());
+    for element in elements {
+        match element {
+            Element::One(expr) => items.push(expr.eval(ev, f)?),
+            Element::Star(expr, span) => {
+                let iterable = expr.eval(ev, f)?;
+                items.extend(ev.collect(&iterable).at(ev, f, *span)?);
+            }
+        }
+    }
+    Ok(items)
+}
+
+/// `[a, b, *c]`
+pub struct ListDisplay(pub Box<[Element]>);
+
+impl Expression for ListDisplay {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        gather(&self.0, ev, f).map(Value::list)
+    }
+}
+
+/// `(a, b, *c)`
+pub struct TupleDisplay(pub Box<[Element]>);
+
+impl Expression for TupleDisplay {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        gather(&self.0, ev, f).map(Value::tuple)
+    }
+}
+
+/// `{a, b, *c}`
+pub struct SetDisplay(pub Box<[Element]>, pub Span);
+
+impl Expression for SetDisplay {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let set = Set::new();
+        for item in gather(&self.0, ev, f)? {
+            ev.set_add(&set, item).at(ev, f, self.1)?;
+        }
+        Ok(Value::Set(Rc::new(set)))
+    }
+}
+
+/// An item of a dict display.
+pub enum DictElement {
+    /// `key: value`
+    Pair(Expr, Expr),
+    /// `**mapping`
+    Unpack(Expr),
+}
+
+/// `{a: b, **c}`
+pub struct DictDisplay(pub Box<[DictElement]>, pub Span);
+
+impl Expression for DictDisplay {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let dict = Dict::new();
+        for element in &self.0 {
+            match element {
+                DictElement::Pair(key, value) => {
+                    let key = key.eval(ev, f)?;
+                    let value = value.eval(ev, f)?;
+                    ev.dict_set(&dict, key, value).at(ev, f, self.1)?;
+                }
+                DictElement::Unpack(mapping) => {
+                    let mapping = mapping.eval(ev, f)?;
+                    ev.update_from_mapping(&dict, &mapping).at(ev, f, self.1)?;
+                }
+            }
+        }
+        Ok(Value::Dict(Rc::new(dict)))
+    }
+}
+
+impl Evaluator<'_> {
+    /// `**mapping`: like `dict.update`, but only mappings are accepted.
+    pub fn update_from_mapping(&self, dict: &Dict, mapping: &Value) -> R<()> {
+        let is_dict = matches!(self.plain(mapping), Value::Dict(_));
+        if !is_dict
+            && self
+                .attribute_or_none(mapping, crate::value::symbol::known::KEYS)?
+                .is_none()
+        {
+            let name = self.core.types.name_of(mapping);
+            return Err(self.type_error(format!("'{name}' object is not a mapping")));
+        }
+        self.dict_update_from(dict, mapping)
+    }
+}

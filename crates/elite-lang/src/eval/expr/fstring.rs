@@ -1,0 +1,66 @@
+//! f-strings.
+
+use crate::ast::Conversion;
+use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::source::Span;
+use crate::value::{R, Value};
+
+/// A part of an f-string.
+pub enum Part {
+    /// Text between the fields.
+    Text(Box<str>),
+    /// A replacement field.
+    Field {
+        /// What is shown.
+        value: Expr,
+        /// `!s`, `!r` or `!a`.
+        conversion: Conversion,
+        /// The format specification, if it is plain text.
+        spec: Box<str>,
+        /// The format specification, if it has fields of its own.
+        nested: Option<Box<[Part]>>,
+        /// Where the value is written.
+        span: Span,
+    },
+}
+
+/// An f-string.
+pub struct FString(pub Box<[Part]>);
+
+impl Expression for FString {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let mut out = String::new();
+        join(&self.0, ev, f, &mut out)?;
+        Ok(Value::str(out))
+    }
+}
+
+fn join(parts: &[Part], ev: &Evaluator<'_>, f: &mut Frame<'_>, out: &mut String) -> R<()> {
+    for part in parts {
+        match part {
+            Part::Text(text) => out.push_str(text),
+            Part::Field {
+                value,
+                conversion,
+                spec,
+                nested,
+                span,
+            } => {
+                let value = value.eval(ev, f)?;
+                let value = match conversion {
+                    Conversion::None => value,
+                    conversion => ev.convert(value, *conversion).at(ev, f, *span)?,
+                };
+                match nested {
+                    None => ev.format_into(&value, spec, out).at(ev, f, *span)?,
+                    Some(parts) => {
+                        let mut spec = String::new();
+                        join(parts, ev, f, &mut spec)?;
+                        ev.format_into(&value, &spec, out).at(ev, f, *span)?;
+                    }
+                }
+            }
+        }
+    }
+    Ok(())
+}

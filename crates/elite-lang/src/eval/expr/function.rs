@@ -1,0 +1,67 @@
+//! Making functions: `def` and `lambda`.
+
+use std::rc::Rc;
+
+use crate::eval::code::Code;
+use crate::eval::{Evaluator, Expr, Expression, Frame};
+use crate::resolve::Place;
+use crate::value::{CellVar, Function, R, Value};
+
+/// Makes a function with the variables of this frame.
+pub struct MakeFunction {
+    /// Its code.
+    pub code: Rc<Code>,
+    /// Defaults of the last positional parameters.
+    pub defaults: Box<[Expr]>,
+    /// Defaults of the keyword-only parameters.
+    pub keyword_defaults: Box<[Option<Expr>]>,
+    /// Where its closure comes from.
+    pub closure: Box<[Place]>,
+}
+
+impl MakeFunction {
+    /// The function object.
+    pub fn make(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<Rc<Function>> {
+        let defaults: R<Vec<Value>> = self
+            .defaults
+            .iter()
+            .map(|default| default.eval(ev, f))
+            .collect();
+        let keyword_defaults: R<Vec<Value>> = self
+            .keyword_defaults
+            .iter()
+            .map(|default| {
+                default
+                    .as_ref()
+                    .map_or(Ok(Value::Unbound), |default| default.eval(ev, f))
+            })
+            .collect();
+        Ok(Rc::new(Function {
+            code: self.code.clone(),
+            defaults: std::cell::RefCell::new(defaults?.into()),
+            keyword_defaults: keyword_defaults?.into(),
+            closure: closure(&self.closure, f),
+            attrs: Default::default(),
+        }))
+    }
+}
+
+/// The cells an inner frame shares with this one.
+pub fn closure(places: &[Place], f: &Frame<'_>) -> Box<[Rc<CellVar>]> {
+    let cell = |place: &Place| match place {
+        Place::Cell(slot) => match &f.slots[*slot as usize] {
+            Value::Cell(cell) => cell.clone(),
+            // Cells are made on entry, so this does not happen; a fresh cell reads as unbound.
+            _ => Rc::default(),
+        },
+        Place::Free(index) => f.function.closure[*index as usize].clone(),
+        Place::Local(_) | Place::Global | Place::Class(_) => Rc::default(),
+    };
+    places.iter().map(cell).collect()
+}
+
+impl Expression for MakeFunction {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        self.make(ev, f).map(Value::Function)
+    }
+}

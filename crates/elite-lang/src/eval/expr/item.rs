@@ -1,0 +1,44 @@
+//! `value[index]` and slices.
+
+use std::rc::Rc;
+
+use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::source::Span;
+use crate::value::{R, Slice, Value};
+
+/// `value[index]`
+pub struct Item {
+    /// The container.
+    pub value: Expr,
+    /// The index.
+    pub index: Expr,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Expression for Item {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let value = self.value.eval(ev, f)?;
+        let index = self.index.eval(ev, f)?;
+        ev.item(&value, &index).at(ev, f, self.span)
+    }
+}
+
+/// `lower:upper:step`, as an index.
+#[allow(missing_docs)]
+pub struct SliceExpr {
+    pub lower: Option<Expr>,
+    pub upper: Option<Expr>,
+    pub step: Option<Expr>,
+}
+
+impl Expression for SliceExpr {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let mut bound = |expr: &Option<Expr>| match expr {
+            Some(expr) => expr.eval(ev, f),
+            None => Ok(Value::None),
+        };
+        let (start, stop, step) = (bound(&self.lower)?, bound(&self.upper)?, bound(&self.step)?);
+        Ok(Value::Slice(Rc::new(Slice { start, stop, step })))
+    }
+}

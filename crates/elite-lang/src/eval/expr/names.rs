@@ -1,0 +1,237 @@
+//! Constants and variables.
+
+use std::rc::Rc;
+
+use crate::errors::ExceptionKind;
+use crate::eval::{Evaluator, Expression, Frame, Located};
+use crate::source::Span;
+use crate::value::{CellVar, R, Raised, Symbol, Value};
+
+/// An operand whose value can be looked at without evaluating anything.
+pub trait Peek {
+    /// The value; `Unbound` if the variable is not bound.
+    fn peek<'v>(&'v self, f: &'v Frame<'_>) -> &'v Value;
+
+    /// The error for an unbound variable.
+    fn check(&self, ev: &Evaluator<'_>, f: &Frame<'_>) -> R<()>;
+}
+
+/// A constant.
+pub struct Const(pub Value);
+
+impl Peek for Const {
+    #[inline(always)]
+    fn peek<'v>(&'v self, _: &'v Frame<'_>) -> &'v Value {
+        &self.0
+    }
+
+    #[inline(always)]
+    fn check(&self, _: &Evaluator<'_>, _: &Frame<'_>) -> R<()> {
+        Ok(())
+    }
+}
+
+impl Expression for Const {
+    fn eval(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> R {
+        Ok(self.0.clone())
+    }
+
+    fn as_constant(&self) -> Option<&Value> {
+        Some(&self.0)
+    }
+}
+
+/// A local variable.
+#[derive(Clone, Copy)]
+pub struct Local {
+    /// Its slot.
+    pub slot: u32,
+    /// Where it is read.
+    pub span: Span,
+}
+
+impl Peek for Local {
+    #[inline(always)]
+    fn peek<'v>(&'v self, f: &'v Frame<'_>) -> &'v Value {
+        &f.slots[self.slot as usize]
+    }
+
+    #[inline(always)]
+    fn check(&self, ev: &Evaluator<'_>, f: &Frame<'_>) -> R<()> {
+        if f.slots[self.slot as usize].is_unbound() {
+            return Err(unbound_local(ev, f, self.slot, self.span));
+        }
+        Ok(())
+    }
+}
+
+impl Expression for Local {
+    #[inline]
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        match &f.slots[self.slot as usize] {
+            Value::Unbound => Err(unbound_local(ev, f, self.slot, self.span)),
+            value => Ok(value.clone()),
+        }
+    }
+
+    fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
+        match &f.slots[self.slot as usize] {
+            Value::Unbound => Err(unbound_local(ev, f, self.slot, self.span)),
+            Value::Bool(flag) => Ok(*flag),
+            Value::Instance(_) => {
+                let value = f.slots[self.slot as usize].clone();
+                ev.truth(&value).at(ev, f, self.span)
+            }
+            value => ev.truth(value),
+        }
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn unbound_local(ev: &Evaluator<'_>, f: &Frame<'_>, slot: u32, span: Span) -> Raised {
+    let name = ev
+        .core
+        .symbols
+        .name(f.function.code.slot_names[slot as usize]);
+    let text =
+        format!("cannot access local variable '{name}' where it is not associated with a value");
+    ev.trace(f, span, ev.raise(ExceptionKind::UnboundLocalError, text))
+}
+
+/// A local variable that inner functions share.
+pub struct LocalCell {
+    /// The slot with the cell.
+    pub slot: u32,
+    /// Where it is read.
+    pub span: Span,
+}
+
+impl Expression for LocalCell {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let value = match &f.slots[self.slot as usize] {
+            Value::Cell(cell) => cell.value.borrow().clone(),
+            _ => Value::Unbound,
+        };
+        if value.is_unbound() {
+            return Err(unbound_local(ev, f, self.slot, self.span));
+        }
+        Ok(value)
+    }
+}
+
+/// A variable of an outer function.
+pub struct Free {
+    /// Index in the closure.
+    pub index: u32,
+    /// Where it is read.
+    pub span: Span,
+}
+
+impl Expression for Free {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let value = f.function.closure[self.index as usize]
+            .value
+            .borrow()
+            .clone();
+        if value.is_unbound() {
+            return Err(unbound_free(ev, f, self.index, self.span));
+        }
+        Ok(value)
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn unbound_free(ev: &Evaluator<'_>, f: &Frame<'_>, index: u32, span: Span) -> Raised {
+    let name = ev
+        .core
+        .symbols
+        .name(f.function.code.free_names[index as usize]);
+    let text = format!(
+        "cannot access free variable '{name}' where it is not associated with a value in enclosing scope"
+    );
+    ev.trace(f, span, ev.raise(ExceptionKind::NameError, text))
+}
+
+/// A global variable, or the builtin of that name while it is unbound.
+pub struct Global {
+    /// The global variable.
+    pub cell: Rc<CellVar>,
+    /// The builtin.
+    pub builtin: Rc<CellVar>,
+    /// The name.
+    pub name: Symbol,
+    /// Where it is read.
+    pub span: Span,
+}
+
+impl Global {
+    /// Runs `inner` on the value without copying it; the value must not be assigned meanwhile.
+    #[inline]
+    pub fn value(&self, ev: &Evaluator<'_>, f: &Frame<'_>) -> R {
+        let value = self.cell.value.borrow();
+        if !value.is_unbound() {
+            return Ok(value.clone());
+        }
+        let builtin = self.builtin.value.borrow();
+        if !builtin.is_unbound() {
+            return Ok(builtin.clone());
+        }
+        Err(undefined(ev, f, self.name, self.span))
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn undefined(ev: &Evaluator<'_>, f: &Frame<'_>, name: Symbol, span: Span) -> Raised {
+    let name = ev.core.symbols.name(name);
+    ev.trace(
+        f,
+        span,
+        ev.raise(
+            ExceptionKind::NameError,
+            format!("name '{name}' is not defined"),
+        ),
+    )
+}
+
+impl Expression for Global {
+    #[inline]
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        self.value(ev, f)
+    }
+}
+
+/// A name bound in a class body: its slot, or the global while that is unbound.
+pub struct ClassName {
+    /// Slot of the class body.
+    pub slot: u32,
+    /// The global of that name.
+    pub global: Global,
+}
+
+impl Expression for ClassName {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        match &f.slots[self.slot as usize] {
+            Value::Unbound => self.global.value(ev, f),
+            value => Ok(value.clone()),
+        }
+    }
+}
+
+/// `name := value`
+pub struct Named {
+    /// What is bound.
+    pub target: Box<dyn crate::eval::stmt::target::Target>,
+    /// To what.
+    pub value: crate::eval::Expr,
+}
+
+impl Expression for Named {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let value = self.value.eval(ev, f)?;
+        self.target.assign(ev, f, value.clone())?;
+        Ok(value)
+    }
+}

@@ -1,0 +1,152 @@
+//! `yield` and `yield from`.
+
+use crate::errors::ExceptionKind;
+use crate::eval::generator::{Stepped, ToGenerator};
+use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::source::Span;
+use crate::value::symbol::known;
+use crate::value::{R, Raised, Value};
+
+/// `yield value`
+pub struct Yield {
+    /// What is handed out.
+    pub value: Option<Expr>,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Expression for Yield {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let value = match &self.value {
+            Some(value) => value.eval(ev, f)?,
+            None => Value::None,
+        };
+        let line = ev.core.line.get();
+        let sent = ev.yield_value(value).at(ev, f, self.span);
+        ev.core.line.set(line);
+        sent
+    }
+}
+
+/// `yield from iterable`
+pub struct YieldFrom {
+    /// What values come from.
+    pub value: Expr,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Expression for YieldFrom {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let iterable = self.value.eval(ev, f)?;
+        delegate(&iterable, ev).at(ev, f, self.span)
+    }
+}
+
+fn delegate(iterable: &Value, ev: &Evaluator<'_>) -> R {
+    let iterator = ev.iter(iterable)?;
+    let mut step = ev.step_with(&iterator, Value::None)?;
+    loop {
+        let value = match step {
+            Stepped::Yielded(value) => value,
+            Stepped::Returned(value) => return Ok(value),
+        };
+        step = match ev.yield_value(value) {
+            Ok(sent) => ev.step_with(&iterator, sent)?,
+            Err(Raised::Stop) => return Err(Raised::Stop),
+            Err(raised) if ev.is_kind(&raised, ExceptionKind::GeneratorExit) => {
+                ev.close_iterator(&iterator)?;
+                return Err(raised);
+            }
+            Err(raised) => ev.throw_into(&iterator, raised)?,
+        };
+    }
+}
+
+impl Evaluator<'_> {
+    /// The next step of any iterator, sending it a value if it takes one.
+    pub fn step_with(&self, iterator: &Value, sent: Value) -> R<Stepped> {
+        if let Value::Generator(generator) = iterator {
+            let step = self.step_generator(generator, ToGenerator::Send(sent));
+            return step.map_err(|raised| self.generator_error(raised));
+        }
+        if sent.is_none() {
+            if let Value::Iter(_) = iterator {
+                return Ok(match self.next(iterator)? {
+                    Some(value) => Stepped::Yielded(value),
+                    None => Stepped::Returned(Value::None),
+                });
+            }
+            let next = self.attribute(iterator, known::NEXT)?;
+            return self.stepped(self.call(&next, &mut [], &[]));
+        }
+        let send = self.attribute(iterator, known::SEND)?;
+        self.stepped(self.call1(&send, sent))
+    }
+
+    /// A `StopIteration` as the end of an iterator with its value.
+    fn stepped(&self, result: R) -> R<Stepped> {
+        match result {
+            Ok(value) => Ok(Stepped::Yielded(value)),
+            Err(raised) => self.returned(raised).map(Stepped::Returned),
+        }
+    }
+
+    /// The value a `StopIteration` carries; any other exception goes on.
+    pub fn returned(&self, raised: Raised) -> R {
+        match &raised {
+            Raised::Exception(exception) if self.is_kind(&raised, ExceptionKind::StopIteration) => {
+                self.attribute(&Value::Instance(exception.clone()), known::VALUE)
+            }
+            _ => Err(raised),
+        }
+    }
+
+    /// Raises an exception where an iterator stands.
+    fn throw_into(&self, iterator: &Value, raised: Raised) -> R<Stepped> {
+        if let Value::Generator(generator) = iterator {
+            let step = self.step_generator(generator, ToGenerator::Throw(raised));
+            return step.map_err(|raised| self.generator_error(raised));
+        }
+        match (self.attribute_or_none(iterator, known::THROW)?, &raised) {
+            (Some(throw), Raised::Exception(exception)) => {
+                self.stepped(self.call1(&throw, Value::Instance(exception.clone())))
+            }
+            _ => Err(raised),
+        }
+    }
+
+    /// Closes an iterator that can be closed.
+    pub fn close_iterator(&self, iterator: &Value) -> R<()> {
+        if let Value::Generator(generator) = iterator {
+            return self.close_generator(generator);
+        }
+        if matches!(iterator, Value::Iter(_)) {
+            return Ok(());
+        }
+        match self.attribute_or_none(iterator, known::CLOSE)? {
+            Some(close) => self.call(&close, &mut [], &[]).map(|_| ()),
+            None => Ok(()),
+        }
+    }
+
+    /// Python's `generator.close()`.
+    pub fn close_generator(&self, generator: &crate::eval::generator::Generator) -> R<()> {
+        if generator.is_finished() {
+            return Ok(());
+        }
+        let exit = self.raise(ExceptionKind::GeneratorExit, "");
+        match self.step_generator(generator, ToGenerator::Throw(exit)) {
+            Ok(Stepped::Returned(_)) => Ok(()),
+            Ok(Stepped::Yielded(_)) => Err(self.raise(
+                ExceptionKind::RuntimeError,
+                "generator ignored GeneratorExit",
+            )),
+            Err(raised) => {
+                let ends = self.is_kind(&raised, ExceptionKind::GeneratorExit)
+                    || self.is_kind(&raised, ExceptionKind::StopIteration);
+                if ends { Ok(()) } else { Err(raised) }
+            }
+        }
+    }
+}

@@ -1,0 +1,233 @@
+//! Generators: coroutines whose values go to whoever steps them.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use corosensei::stack::DefaultStack;
+use corosensei::{Coroutine, CoroutineResult};
+
+use super::coroutine::{Outlet, Request, Resume, StackKind, Stopping, limit_of};
+use super::{Core, Evaluator, Frame};
+use crate::errors::ExceptionKind;
+use crate::value::{Function, R, Raised, Value};
+
+/// What a generator is resumed with.
+pub enum ToGenerator {
+    /// The value of the `yield` it stands at; ignored by the first step.
+    Send(Value),
+    /// Raised at the `yield` it stands at.
+    Throw(Raised),
+    /// How the request it made for its script thread ended.
+    Resumed(Resume),
+}
+
+/// What a generator suspends with.
+pub enum FromGenerator {
+    /// The next value.
+    Yield(Value),
+    /// A request for the script thread.
+    Request(Request),
+}
+
+type GeneratorCoroutine = Coroutine<ToGenerator, FromGenerator, R, DefaultStack>;
+
+/// A generator object.
+pub struct Generator {
+    /// The function it was made from.
+    pub function: Rc<Function>,
+    core: Rc<Core>,
+    state: RefCell<State>,
+}
+
+enum State {
+    /// Not started: its slots, parameters bound.
+    Fresh(Vec<Value>),
+    Suspended(GeneratorCoroutine),
+    Running,
+    Finished,
+}
+
+/// What a step of a generator gave.
+pub enum Stepped {
+    /// The next value.
+    Yielded(Value),
+    /// It returned this.
+    Returned(Value),
+}
+
+impl Generator {
+    /// A generator of `function` that starts with these slots.
+    pub fn new(core: Rc<Core>, function: Rc<Function>, slots: Vec<Value>) -> Self {
+        Generator {
+            function,
+            core,
+            state: RefCell::new(State::Fresh(slots)),
+        }
+    }
+
+    /// Whether it has ended.
+    pub fn is_finished(&self) -> bool {
+        matches!(&*self.state.borrow(), State::Finished)
+    }
+
+    /// Whether it is executing right now.
+    pub fn is_running(&self) -> bool {
+        matches!(&*self.state.borrow(), State::Running)
+    }
+
+    /// Whether it stands at a `yield`.
+    pub fn is_suspended(&self) -> bool {
+        matches!(&*self.state.borrow(), State::Suspended(_))
+    }
+
+    fn start(&self, slots: Vec<Value>) -> Option<GeneratorCoroutine> {
+        let stack = self.core.stacks.take(StackKind::Generator)?;
+        let (core, function) = (self.core.clone(), self.function.clone());
+        let limit = limit_of(&stack);
+        Some(Coroutine::with_stack(stack, move |yielder, input| {
+            if let ToGenerator::Throw(raised) = input {
+                return Err(raised);
+            }
+            let ev = Evaluator::new(core, Outlet::Generator(yielder), limit);
+            let mut slots = slots;
+            let code = function.code.clone();
+            ev.with_stack(code.stack_bytes, || {
+                let mut frame = Frame {
+                    slots: &mut slots,
+                    function: &function,
+                };
+                code.body.run(&ev, &mut frame)
+            })
+        }))
+    }
+
+    /// Whether the slots of a generator that has not started are given up, so that it is over.
+    fn finish_fresh(&self) -> bool {
+        let mut state = self.state.borrow_mut();
+        let fresh = matches!(&*state, State::Fresh(_));
+        if fresh {
+            let old = std::mem::replace(&mut *state, State::Finished);
+            drop(state);
+            drop(old);
+        }
+        fresh
+    }
+}
+
+impl Evaluator<'_> {
+    /// Steps a generator to its next `yield` or its end.
+    pub fn step_generator(&self, generator: &Generator, input: ToGenerator) -> R<Stepped> {
+        if let ToGenerator::Throw(raised) = &input
+            && generator.finish_fresh()
+        {
+            return Err(raised.clone());
+        }
+        let state = std::mem::replace(&mut *generator.state.borrow_mut(), State::Running);
+        let mut coroutine = match state {
+            State::Suspended(coroutine) => coroutine,
+            State::Fresh(slots) => match generator.start(slots) {
+                Some(coroutine) => coroutine,
+                None => {
+                    *generator.state.borrow_mut() = State::Finished;
+                    return Err(self.memory_error("the system has no memory for another generator"));
+                }
+            },
+            State::Running => {
+                return Err(self.raise(ExceptionKind::ValueError, "generator already executing"));
+            }
+            State::Finished => {
+                *generator.state.borrow_mut() = State::Finished;
+                return match input {
+                    ToGenerator::Throw(raised) => Err(raised),
+                    ToGenerator::Send(_) | ToGenerator::Resumed(_) => {
+                        Ok(Stepped::Returned(Value::None))
+                    }
+                };
+            }
+        };
+        let core = &self.core;
+        let (depth, line) = (core.depth.get(), core.line.get());
+        if depth >= core.limits.call_depth {
+            *generator.state.borrow_mut() = State::Suspended(coroutine);
+            return Err(self.recursion_error());
+        }
+        core.depth.set(depth + 1);
+        let mut input = input;
+        let result = loop {
+            match coroutine.resume(input) {
+                CoroutineResult::Yield(FromGenerator::Yield(value)) => {
+                    *generator.state.borrow_mut() = State::Suspended(coroutine);
+                    break Ok(Stepped::Yielded(value));
+                }
+                CoroutineResult::Yield(FromGenerator::Request(request)) => {
+                    let resume = match self.suspend(request) {
+                        Ok(()) => Resume::Continue,
+                        Err(_) => Resume::Stop,
+                    };
+                    input = ToGenerator::Resumed(resume);
+                }
+                CoroutineResult::Return(result) => {
+                    *generator.state.borrow_mut() = State::Finished;
+                    core.stacks
+                        .give(StackKind::Generator, coroutine.into_stack());
+                    break result.map(Stepped::Returned);
+                }
+            }
+        };
+        core.depth.set(depth);
+        core.line.set(line);
+        result
+    }
+
+    /// `yield`: hands a value to whoever steps this generator; the value sent back is the result.
+    pub fn yield_value(&self, value: Value) -> R {
+        let Outlet::Generator(yielder) = &self.outlet else {
+            // The parser lets `yield` stand in functions only, and those with one run as generators.
+            return Err(self.raise(ExceptionKind::SystemError, "yield outside a generator"));
+        };
+        match yielder.suspend(FromGenerator::Yield(value)) {
+            ToGenerator::Send(value) => Ok(value),
+            ToGenerator::Throw(raised) => Err(raised),
+            ToGenerator::Resumed(_) => Err(Raised::Stop),
+        }
+    }
+}
+
+impl Drop for Generator {
+    /// A generator that is given up unwinds as a stopped thread does: its `finally` blocks run, bounded; it cannot wait.
+    fn drop(&mut self) {
+        let State::Suspended(mut coroutine) =
+            std::mem::replace(self.state.get_mut(), State::Finished)
+        else {
+            return;
+        };
+        let core = &self.core;
+        let saved = (
+            core.fuel.get(),
+            core.stopping.get(),
+            core.line.get(),
+            core.depth.get(),
+        );
+        core.fuel.set(core.limits.stop_fuel);
+        core.stopping.set(if saved.1 == Stopping::No {
+            Stopping::Unwinding
+        } else {
+            saved.1
+        });
+        let mut input = ToGenerator::Throw(Raised::Stop);
+        loop {
+            match coroutine.resume(input) {
+                CoroutineResult::Return(_) => break,
+                // A `yield` in a `finally` block: nobody takes the value, no more code runs.
+                CoroutineResult::Yield(_) => core.stopping.set(Stopping::Abandoned),
+            }
+            input = ToGenerator::Throw(Raised::Stop);
+        }
+        core.stacks
+            .give(StackKind::Generator, coroutine.into_stack());
+        core.fuel.set(saved.0);
+        core.stopping.set(saved.1);
+        core.line.set(saved.2);
+        core.depth.set(saved.3);
+    }
+}

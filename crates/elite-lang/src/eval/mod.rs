@@ -1,0 +1,163 @@
+//! Running programs: the evaluator, its coroutines, and the nodes it walks.
+//!
+//! A program is a tree of nodes (`expr`, `stmt`) that evaluate themselves; which node stands for what is decided once,
+//! by `lower`. Every script thread and every generator is a coroutine with its own `Evaluator`, so that anything that
+//! waits can suspend the whole thread from any depth of native calls.
+
+pub mod code;
+pub mod core;
+pub mod coroutine;
+pub mod expr;
+pub mod generator;
+pub mod run;
+pub mod stmt;
+pub mod types;
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+pub use self::core::Core;
+use self::coroutine::Outlet;
+use crate::value::{Function, Instance, R, Raised, Value};
+
+/// The variables of a running function.
+pub struct Frame<'f> {
+    /// Locals by slot.
+    pub slots: &'f mut [Value],
+    /// What is running.
+    pub function: &'f Rc<Function>,
+}
+
+/// An expression that can be evaluated.
+pub trait Expression {
+    /// Its value.
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R;
+
+    /// Its truth, without making a value of it where possible.
+    fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
+        let value = self.eval(ev, f)?;
+        ev.truth(&value)
+    }
+
+    /// Evaluates it as the callee of a method call: the function and its receiver, if it is one.
+    fn as_constant(&self) -> Option<&Value> {
+        None
+    }
+}
+
+/// A statement that can be executed.
+pub trait Statement {
+    /// Executes it.
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow;
+}
+
+/// A boxed expression.
+pub type Expr = Box<dyn Expression>;
+
+/// How a statement ended.
+pub enum Flow {
+    /// Go on with the next one.
+    Next,
+    /// Leave the innermost loop.
+    Break,
+    /// Go on with the innermost loop.
+    Continue,
+    /// Leave the function with this value.
+    Return(Value),
+    /// An exception, or the stop of the thread.
+    Raise(Raised),
+}
+
+const _: () = assert!(size_of::<Flow>() == 16);
+
+impl From<R<()>> for Flow {
+    fn from(result: R<()>) -> Self {
+        match result {
+            Ok(()) => Flow::Next,
+            Err(raised) => Flow::Raise(raised),
+        }
+    }
+}
+
+/// Unwraps a result inside `Statement::exec`.
+macro_rules! attempt {
+    ($result:expr) => {
+        match $result {
+            Ok(value) => value,
+            Err(raised) => return $crate::eval::Flow::Raise(raised),
+        }
+    };
+}
+pub(crate) use attempt;
+
+/// What runs script code: one per coroutine.
+pub struct Evaluator<'y> {
+    /// What all coroutines of the interpreter share.
+    pub core: Rc<Core>,
+    outlet: Outlet<'y>,
+    /// Lowest address of the native stack that calls may reach.
+    stack_limit: Cell<usize>,
+    /// The exception whose handler is running, for a bare `raise`.
+    handled: RefCell<Option<Rc<Instance>>>,
+}
+
+impl<'y> Evaluator<'y> {
+    /// An evaluator for a coroutine that hands its requests to `outlet` and must not use the stack below `stack_limit`.
+    pub fn new(core: Rc<Core>, outlet: Outlet<'y>, stack_limit: usize) -> Self {
+        Evaluator {
+            core,
+            outlet,
+            stack_limit: Cell::new(stack_limit),
+            handled: RefCell::new(None),
+        }
+    }
+
+    /// Passed at every loop back-edge and call: counts fuel, and lets the driver in when it is used up.
+    #[inline]
+    pub fn safepoint(&self) -> R<()> {
+        let fuel = self.core.fuel.get();
+        if fuel == 0 {
+            return self.out_of_fuel();
+        }
+        self.core.fuel.set(fuel - 1);
+        Ok(())
+    }
+
+    /// The exception whose handler is running.
+    pub fn handled_exception(&self) -> Option<Rc<Instance>> {
+        self.handled.borrow().clone()
+    }
+
+    /// Sets the exception whose handler is running; returns the one before.
+    pub fn set_handled_exception(&self, exception: Option<Rc<Instance>>) -> Option<Rc<Instance>> {
+        self.handled.replace(exception)
+    }
+
+    /// Notes on its way out that an exception passed through `span` of the running function.
+    #[cold]
+    #[inline(never)]
+    pub fn trace(&self, f: &Frame<'_>, span: crate::source::Span, raised: Raised) -> Raised {
+        if let Raised::Exception(exception) = &raised
+            && let Some(state) = exception.exception()
+        {
+            state.trace(f.function.code.clone(), span);
+        }
+        raised
+    }
+}
+
+/// Adds the place of an operation to whatever it raises.
+pub(crate) trait Located<T> {
+    /// See `Evaluator::trace`.
+    fn at(self, ev: &Evaluator<'_>, f: &Frame<'_>, span: crate::source::Span) -> R<T>;
+}
+
+impl<T> Located<T> for R<T> {
+    #[inline]
+    fn at(self, ev: &Evaluator<'_>, f: &Frame<'_>, span: crate::source::Span) -> R<T> {
+        match self {
+            Ok(value) => Ok(value),
+            Err(raised) => Err(ev.trace(f, span, raised)),
+        }
+    }
+}

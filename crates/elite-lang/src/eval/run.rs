@@ -1,0 +1,289 @@
+//! Entering functions: slots, binding of arguments, checks of depth, fuel and native stack.
+
+use std::rc::Rc;
+
+use super::code::{Code, CodeKind};
+use super::generator::Generator;
+use super::{Evaluator, Frame};
+use crate::value::{CellVar, Dict, Function, R, Symbol, Value};
+
+/// Runs `inner` with `count` empty slots: on the native stack if they are few.
+#[inline(always)]
+pub fn with_slots<T>(count: usize, inner: impl FnOnce(&mut [Value]) -> T) -> T {
+    match count {
+        0..=4 => inner(&mut [const { Value::Unbound }; 4][..count]),
+        5..=8 => inner(&mut [const { Value::Unbound }; 8][..count]),
+        9..=16 => inner(&mut [const { Value::Unbound }; 16][..count]),
+        _ => inner(&mut vec![Value::Unbound; count]),
+    }
+}
+
+impl Evaluator<'_> {
+    /// Runs a function whose parameters are bound in `slots`; a generator function makes its generator.
+    #[inline]
+    pub fn run(&self, function: &Rc<Function>, slots: &mut [Value]) -> R {
+        let code = &*function.code;
+        if code.kind == CodeKind::Generator {
+            return Ok(self.make_generator(function, slots));
+        }
+        let core = &*self.core;
+        let depth = core.depth.get();
+        if depth >= core.limits.call_depth {
+            return Err(self.recursion_error());
+        }
+        self.safepoint()?;
+        if !code.cells.is_empty() {
+            make_cells(code, slots);
+        }
+        core.depth.set(depth + 1);
+        let line = core.line.get();
+        let result = if self.stack_left() >= code.stack_bytes {
+            code.body.run(self, &mut Frame { slots, function })
+        } else {
+            self.with_stack(code.stack_bytes, || {
+                code.body.run(self, &mut Frame { slots, function })
+            })
+        };
+        core.line.set(line);
+        core.depth.set(depth);
+        result
+    }
+
+    #[inline(never)]
+    fn make_generator(&self, function: &Rc<Function>, slots: &mut [Value]) -> Value {
+        make_cells(&function.code, slots);
+        let slots = slots.iter_mut().map(std::mem::take).collect();
+        Value::Generator(Rc::new(Generator::new(
+            self.core.clone(),
+            function.clone(),
+            slots,
+        )))
+    }
+
+    /// Calls a script function with arguments that are values already.
+    pub fn call_function(
+        &self,
+        function: &Rc<Function>,
+        args: &mut [Value],
+        keywords: &[(Symbol, Value)],
+    ) -> R {
+        with_slots(function.code.slots, |slots| {
+            let params = &function.code.params;
+            if keywords.is_empty() && params.is_simple() && args.len() == params.positional {
+                for (slot, arg) in slots.iter_mut().zip(args) {
+                    *slot = std::mem::take(arg);
+                }
+            } else {
+                self.bind(function, args, keywords, slots)?;
+            }
+            self.run(function, slots)
+        })
+    }
+
+    /// Binds arguments to the parameters of a function, as Python does.
+    #[inline(never)]
+    pub fn bind(
+        &self,
+        function: &Function,
+        args: &mut [Value],
+        keywords: &[(Symbol, Value)],
+        slots: &mut [Value],
+    ) -> R<()> {
+        let params = &function.code.params;
+        let given = args.len().min(params.positional);
+        for (slot, arg) in slots.iter_mut().zip(&mut args[..given]) {
+            *slot = std::mem::take(arg);
+        }
+        if let Some(star) = params.star {
+            slots[star] = Value::tuple(args[given..].iter_mut().map(std::mem::take).collect());
+        }
+        let mut more = params.double_star.map(|_| Dict::new());
+        for (name, value) in keywords {
+            let by_name = &params.names[params.positional_only..];
+            match by_name.iter().position(|param| param == name) {
+                Some(index) => {
+                    let slot = &mut slots[params.positional_only + index];
+                    if !slot.is_unbound() {
+                        return Err(self.multiple_values(&function.code, *name));
+                    }
+                    *slot = value.clone();
+                }
+                None => match &mut more {
+                    Some(dict) => dict.set_interned(self.core.symbols.value(*name), value.clone()),
+                    None => return Err(self.unexpected_keyword(function, *name, keywords)),
+                },
+            }
+        }
+        if let (Some(slot), Some(dict)) = (params.double_star, more) {
+            slots[slot] = Value::Dict(Rc::new(dict));
+        }
+        if args.len() > given && params.star.is_none() {
+            return Err(self.too_many_arguments(function, args.len(), slots));
+        }
+        self.fill_defaults(function, slots)
+    }
+
+    /// Fills parameters that were not given with their defaults; what is still missing is an error.
+    #[inline]
+    pub fn fill_defaults(&self, function: &Function, slots: &mut [Value]) -> R<()> {
+        let params = &function.code.params;
+        let defaults = function.defaults.borrow();
+        let first = params.positional - defaults.len().min(params.positional);
+        for (index, slot) in slots[..params.positional].iter_mut().enumerate() {
+            if slot.is_unbound() {
+                match index
+                    .checked_sub(first)
+                    .and_then(|index| defaults.get(index))
+                {
+                    Some(default) => *slot = default.clone(),
+                    None => return Err(self.missing_arguments(function, slots)),
+                }
+            }
+        }
+        let keyword_only = slots[params.positional..params.names.len()].iter_mut();
+        for (slot, default) in keyword_only.zip(&function.keyword_defaults) {
+            if slot.is_unbound() {
+                *slot = default.clone();
+            }
+        }
+        if slots[params.positional..params.names.len()]
+            .iter()
+            .any(Value::is_unbound)
+        {
+            return Err(self.missing_keyword_arguments(function, slots));
+        }
+        Ok(())
+    }
+
+    #[cold]
+    fn multiple_values(&self, code: &Code, name: Symbol) -> crate::value::Raised {
+        let name = self.core.symbols.name(name);
+        self.type_error(format!(
+            "{}() got multiple values for argument '{name}'",
+            code.qualname
+        ))
+    }
+
+    #[cold]
+    fn unexpected_keyword(
+        &self,
+        function: &Function,
+        name: Symbol,
+        keywords: &[(Symbol, Value)],
+    ) -> crate::value::Raised {
+        let (code, symbols) = (&function.code, &self.core.symbols);
+        let positional_only = &code.params.names[..code.params.positional_only];
+        let misused: Vec<_> = keywords
+            .iter()
+            .filter(|(name, _)| positional_only.contains(name))
+            .collect();
+        if !misused.is_empty() {
+            let names: Vec<String> = misused
+                .iter()
+                .map(|(name, _)| symbols.name(*name).to_string())
+                .collect();
+            let message = "got some positional-only arguments passed as keyword arguments";
+            return self.type_error(format!(
+                "{}() {message}: '{}'",
+                code.qualname,
+                names.join(", ")
+            ));
+        }
+        let name = symbols.name(name);
+        self.type_error(format!(
+            "{}() got an unexpected keyword argument '{name}'",
+            code.qualname
+        ))
+    }
+
+    #[cold]
+    fn too_many_arguments(
+        &self,
+        function: &Function,
+        given: usize,
+        slots: &[Value],
+    ) -> crate::value::Raised {
+        let (code, params) = (&function.code, &function.code.params);
+        let defaults = function.defaults.borrow().len();
+        let takes = match defaults {
+            0 => params.positional.to_string(),
+            _ => format!(
+                "from {} to {}",
+                params.positional - defaults,
+                params.positional
+            ),
+        };
+        let plural = if params.positional == 1 && defaults == 0 {
+            ""
+        } else {
+            "s"
+        };
+        let keyword_only = slots[params.positional..params.names.len()]
+            .iter()
+            .filter(|v| !v.is_unbound())
+            .count();
+        let given = if keyword_only > 0 {
+            let (s, t) = (
+                if given == 1 { "" } else { "s" },
+                if keyword_only == 1 { "" } else { "s" },
+            );
+            format!(
+                "{given} positional argument{s} (and {keyword_only} keyword-only argument{t}) were"
+            )
+        } else {
+            format!("{given} {}", if given == 1 { "was" } else { "were" })
+        };
+        self.type_error(format!(
+            "{}() takes {takes} positional argument{plural} but {given} given",
+            code.qualname
+        ))
+    }
+
+    #[cold]
+    fn missing_arguments(&self, function: &Function, slots: &[Value]) -> crate::value::Raised {
+        let params = &function.code.params;
+        let without_default = params.positional - function.defaults.borrow().len();
+        let missing = (0..without_default).filter(|index| slots[*index].is_unbound());
+        let names = missing.map(|index| params.names[index]).collect();
+        self.missing(&function.code, "positional", names)
+    }
+
+    #[cold]
+    fn missing_keyword_arguments(
+        &self,
+        function: &Function,
+        slots: &[Value],
+    ) -> crate::value::Raised {
+        let params = &function.code.params;
+        let missing =
+            (params.positional..params.names.len()).filter(|index| slots[*index].is_unbound());
+        let names = missing.map(|index| params.names[index]).collect();
+        self.missing(&function.code, "keyword-only", names)
+    }
+
+    fn missing(&self, code: &Code, kind: &str, names: Vec<Symbol>) -> crate::value::Raised {
+        let names: Vec<String> = names
+            .iter()
+            .map(|name| format!("'{}'", self.core.symbols.name(*name)))
+            .collect();
+        let list = match &names[..] {
+            [] | [_] => names.join(""),
+            [first, second] => format!("{first} and {second}"),
+            [rest @ .., last] => format!("{}, and {last}", rest.join(", ")),
+        };
+        let plural = if names.len() == 1 { "" } else { "s" };
+        let count = names.len();
+        self.type_error(format!(
+            "{}() missing {count} required {kind} argument{plural}: {list}",
+            code.qualname
+        ))
+    }
+}
+
+/// Variables that inner functions share move into cells.
+fn make_cells(code: &Code, slots: &mut [Value]) {
+    for slot in &code.cells {
+        let slot = &mut slots[*slot as usize];
+        *slot = Value::Cell(CellVar::new(std::mem::take(slot)));
+    }
+}

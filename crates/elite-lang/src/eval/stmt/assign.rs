@@ -1,0 +1,298 @@
+//! Assignments.
+
+use std::marker::PhantomData;
+use std::rc::Rc;
+
+use super::target::{AttributeTarget, Target};
+use crate::ast::BinaryOp;
+use crate::eval::expr::binary::{Operand, Operator, op};
+use crate::eval::expr::names::{Const, Peek};
+use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
+use crate::ops::arith::fast;
+use crate::source::Span;
+use crate::value::{R, Value};
+
+/// `name = value` for a local name.
+pub struct AssignLocal {
+    /// Its slot.
+    pub slot: u32,
+    /// The value.
+    pub value: Expr,
+}
+
+impl Statement for AssignLocal {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let value = attempt!(self.value.eval(ev, f));
+        f.slots[self.slot as usize] = value;
+        Flow::Next
+    }
+}
+
+/// `a = b = value`
+pub struct Assign {
+    /// The targets, left to right.
+    pub targets: Box<[Box<dyn Target>]>,
+    /// The value.
+    pub value: Expr,
+}
+
+impl Statement for Assign {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let value = attempt!(self.value.eval(ev, f));
+        let Some((last, before)) = self.targets.split_last() else {
+            return Flow::Next;
+        };
+        for target in before {
+            attempt!(target.assign(ev, f, value.clone()));
+        }
+        last.assign(ev, f, value).into()
+    }
+}
+
+/// `a, b = x, y`: the values are taken first, no tuple is made.
+pub struct AssignPair {
+    /// The targets.
+    pub targets: [Box<dyn Target>; 2],
+    /// Their values.
+    pub values: [Expr; 2],
+}
+
+impl Statement for AssignPair {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let first = attempt!(self.values[0].eval(ev, f));
+        let second = attempt!(self.values[1].eval(ev, f));
+        attempt!(self.targets[0].assign(ev, f, first));
+        self.targets[1].assign(ev, f, second).into()
+    }
+}
+
+/// `name op= value` for a local name, the value being something that can be looked at.
+struct AugLocalPeek<O, B> {
+    slot: u32,
+    value: B,
+    span: Span,
+    local: crate::eval::expr::names::Local,
+    op: PhantomData<O>,
+}
+
+impl<O: Operator, B: Peek> Statement for AugLocalPeek<O, B> {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let slot = self.slot as usize;
+        if let Some(value) = fast(O::OP, &f.slots[slot], self.value.peek(f)) {
+            f.slots[slot] = value;
+            return Flow::Next;
+        }
+        attempt!(self.local.check(ev, f));
+        attempt!(self.value.check(ev, f));
+        let value = self.value.peek(f).clone();
+        slow_local(O::OP, slot, &value, ev, f, self.span).into()
+    }
+}
+
+/// `name op= value` for a local name.
+struct AugLocal<O> {
+    slot: u32,
+    value: Expr,
+    span: Span,
+    local: crate::eval::expr::names::Local,
+    op: PhantomData<O>,
+}
+
+impl<O: Operator> Statement for AugLocal<O> {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let slot = self.slot as usize;
+        attempt!(self.local.check(ev, f));
+        let value = attempt!(self.value.eval(ev, f));
+        if let Some(value) = fast(O::OP, &f.slots[slot], &value) {
+            f.slots[slot] = value;
+            return Flow::Next;
+        }
+        slow_local(O::OP, slot, &value, ev, f, self.span).into()
+    }
+}
+
+fn slow_local(
+    op: BinaryOp,
+    slot: usize,
+    value: &Value,
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+    span: Span,
+) -> R<()> {
+    if let (BinaryOp::Add, Value::Str(text), Value::Str(more)) = (op, &mut f.slots[slot], value) {
+        // A string that only this variable refers to grows in place.
+        if let Some(text) = Rc::get_mut(text) {
+            ev.check_allocation(text.as_str().len() + more.as_str().len())?;
+            text.push_str(more);
+            return Ok(());
+        }
+    }
+    let old = f.slots[slot].clone();
+    let new = ev.binary_in_place(op, &old, value).at(ev, f, span)?;
+    f.slots[slot] = new;
+    Ok(())
+}
+
+/// The statement `name op= value` for a local name.
+pub fn augmented_local(
+    binary: BinaryOp,
+    slot: u32,
+    value: Operand,
+    target: Span,
+    span: Span,
+) -> Box<dyn Statement> {
+    macro_rules! pick {
+        ($($name:ident),*) => {
+            match binary {
+                $(BinaryOp::$name => shaped::<op::$name>(slot, value, target, span),)*
+            }
+        };
+    }
+    pick!(
+        Add, Sub, Mul, Div, FloorDiv, Mod, Pow, MatMul, BitAnd, BitOr, BitXor, Shl, Shr
+    )
+}
+
+fn shaped<O: Operator>(slot: u32, value: Operand, target: Span, span: Span) -> Box<dyn Statement> {
+    let local = crate::eval::expr::names::Local { slot, span: target };
+    let op = PhantomData::<O>;
+    match value {
+        Operand::Local(value) => Box::new(AugLocalPeek {
+            slot,
+            value,
+            span,
+            local,
+            op,
+        }),
+        Operand::Const(value) => Box::new(AugLocalPeek {
+            slot,
+            value: Const(value),
+            span,
+            local,
+            op,
+        }),
+        Operand::Expr(value) => Box::new(AugLocal {
+            slot,
+            value,
+            span,
+            local,
+            op,
+        }),
+    }
+}
+
+/// `name op= value` for any other name.
+pub struct AugName {
+    /// Reads the name.
+    pub read: Expr,
+    /// Writes it.
+    pub target: Box<dyn Target>,
+    /// The operator.
+    pub op: BinaryOp,
+    /// The other operand.
+    pub value: Expr,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Statement for AugName {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let old = attempt!(self.read.eval(ev, f));
+        let value = attempt!(self.value.eval(ev, f));
+        let new = match fast(self.op, &old, &value) {
+            Some(new) => new,
+            None => attempt!(
+                ev.binary_in_place(self.op, &old, &value)
+                    .at(ev, f, self.span)
+            ),
+        };
+        self.target.assign(ev, f, new).into()
+    }
+}
+
+/// `object.name op= value`
+pub struct AugAttribute {
+    /// The attribute.
+    pub target: AttributeTarget,
+    /// What is known about reading it.
+    pub cache: crate::eval::expr::attribute::Cache,
+    /// The operator.
+    pub op: BinaryOp,
+    /// The other operand.
+    pub value: Expr,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Statement for AugAttribute {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let object = attempt!(self.target.value.eval(ev, f));
+        let old = attempt!(self.read(ev, f, &object));
+        let value = attempt!(self.value.eval(ev, f));
+        let new = match fast(self.op, &old, &value) {
+            Some(new) => new,
+            None => attempt!(
+                ev.binary_in_place(self.op, &old, &value)
+                    .at(ev, f, self.span)
+            ),
+        };
+        self.target.set(ev, f, &object, new).into()
+    }
+}
+
+impl AugAttribute {
+    #[inline]
+    fn read(&self, ev: &Evaluator<'_>, f: &Frame<'_>, object: &Value) -> R {
+        if let Value::Instance(instance) = object {
+            match self.cache.get(instance.class.version()) {
+                Some(crate::eval::expr::attribute::Hint::Slot(slot)) => {
+                    let found = instance.slot(slot as usize);
+                    if !found.is_unbound() {
+                        return Ok(found);
+                    }
+                }
+                Some(_) => {}
+                None => {
+                    self.cache.learn(&instance.class, self.target.name);
+                }
+            }
+        }
+        ev.attribute(object, self.target.name)
+            .at(ev, f, self.target.span)
+    }
+}
+
+/// `container[index] op= value`
+pub struct AugItem {
+    /// The container.
+    pub container: Expr,
+    /// The index.
+    pub index: Expr,
+    /// The operator.
+    pub op: BinaryOp,
+    /// The other operand.
+    pub value: Expr,
+    /// Where the item is written.
+    pub item_span: Span,
+    /// Where the statement is written.
+    pub span: Span,
+}
+
+impl Statement for AugItem {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let container = attempt!(self.container.eval(ev, f));
+        let index = attempt!(self.index.eval(ev, f));
+        let old = attempt!(ev.item(&container, &index).at(ev, f, self.item_span));
+        let value = attempt!(self.value.eval(ev, f));
+        let new = match fast(self.op, &old, &value) {
+            Some(new) => new,
+            None => attempt!(
+                ev.binary_in_place(self.op, &old, &value)
+                    .at(ev, f, self.span)
+            ),
+        };
+        ev.set_item(&container, &index, new)
+            .at(ev, f, self.item_span)
+            .into()
+    }
+}

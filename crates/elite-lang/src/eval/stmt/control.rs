@@ -1,0 +1,73 @@
+//! `if`, `break`, `continue`, `return`, `pass`.
+
+use crate::eval::code::Block;
+use crate::eval::{Evaluator, Expr, Flow, Frame, Statement, attempt};
+use crate::value::Value;
+
+/// `if test: … elif test: … else: …`
+pub struct If {
+    /// Each condition with its line and its block.
+    pub branches: Box<[(u32, Expr, Block)]>,
+    /// What runs if none holds.
+    pub orelse: Block,
+}
+
+impl Statement for If {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        for (line, test, block) in &self.branches {
+            ev.core.line.set(*line);
+            if attempt!(test.truth(ev, f)) {
+                return block.exec(ev, f);
+            }
+        }
+        self.orelse.exec(ev, f)
+    }
+}
+
+/// `return value`
+pub struct Return(pub Expr);
+
+impl Statement for Return {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        match self.0.eval(ev, f) {
+            Ok(value) => Flow::Return(value),
+            Err(raised) => Flow::Raise(raised),
+        }
+    }
+}
+
+/// `return`
+pub struct ReturnNone;
+
+impl Statement for ReturnNone {
+    fn exec(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
+        Flow::Return(Value::None)
+    }
+}
+
+/// `break`
+pub struct Break;
+
+impl Statement for Break {
+    fn exec(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
+        Flow::Break
+    }
+}
+
+/// `continue`
+pub struct Continue;
+
+impl Statement for Continue {
+    fn exec(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
+        Flow::Continue
+    }
+}
+
+/// `pass`, and declarations that need no action.
+pub struct Pass;
+
+impl Statement for Pass {
+    fn exec(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
+        Flow::Next
+    }
+}

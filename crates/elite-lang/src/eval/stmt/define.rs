@@ -1,0 +1,339 @@
+//! `def` and `class`.
+
+use std::rc::Rc;
+
+use super::target::Target;
+use crate::eval::code::Code;
+use crate::eval::expr::call::{CallArg, gather};
+use crate::eval::expr::function::{MakeFunction, closure};
+use crate::eval::run::with_slots;
+use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
+use crate::resolve::Place;
+use crate::source::Span;
+use crate::value::symbol::known;
+use crate::value::{Class, Function, R, Symbol, Value};
+
+/// `def`
+pub struct DefineFunction {
+    /// The function.
+    pub function: MakeFunction,
+    /// Its decorators, outermost first, with their places.
+    pub decorators: Box<[(Expr, Span)]>,
+    /// The name it is bound to.
+    pub target: Box<dyn Target>,
+}
+
+impl Statement for DefineFunction {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let decorators = attempt!(evaluate(&self.decorators, ev, f));
+        let mut value = Value::Function(attempt!(self.function.make(ev, f)));
+        for (decorator, span) in decorators.iter().rev() {
+            value = attempt!(ev.call1(decorator, value).at(ev, f, *span));
+        }
+        self.target.assign(ev, f, value).into()
+    }
+}
+
+fn evaluate(
+    decorators: &[(Expr, Span)],
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+) -> R<Vec<(Value, Span)>> {
+    decorators
+        .iter()
+        .map(|(decorator, span)| Ok((decorator.eval(ev, f)?, *span)))
+        .collect()
+}
+
+/// `class`
+pub struct DefineClass {
+    /// The body, run once.
+    pub code: Rc<Code>,
+    /// Where its closure comes from.
+    pub closure: Box<[Place]>,
+    /// Base classes and keywords.
+    pub args: Box<[CallArg]>,
+    /// How many of the leading slots of the body are attributes.
+    pub names: usize,
+    /// The slot with the cell of `__class__`.
+    pub class_cell: Option<u32>,
+    /// Its decorators, outermost first, with their places.
+    pub decorators: Box<[(Expr, Span)]>,
+    /// The name it is bound to.
+    pub target: Box<dyn Target>,
+    /// Where the header is written.
+    pub span: Span,
+}
+
+impl Statement for DefineClass {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let decorators = attempt!(evaluate(&self.decorators, ev, f));
+        let (mut bases, mut keywords) = (Vec::new(), Vec::new());
+        attempt!(gather(
+            &self.args,
+            ev,
+            f,
+            self.span,
+            &mut bases,
+            &mut keywords
+        ));
+        let function = Function::plain(self.code.clone(), closure(&self.closure, f));
+        let class = attempt!(self.build(ev, f, &function, &bases, &keywords));
+        let mut value = Value::Class(class);
+        for (decorator, span) in decorators.iter().rev() {
+            value = attempt!(ev.call1(decorator, value).at(ev, f, *span));
+        }
+        self.target.assign(ev, f, value).into()
+    }
+}
+
+impl DefineClass {
+    fn build(
+        &self,
+        ev: &Evaluator<'_>,
+        f: &Frame<'_>,
+        function: &Rc<Function>,
+        bases: &[Value],
+        keywords: &[(Symbol, Value)],
+    ) -> R<Rc<Class>> {
+        with_slots(self.code.slots, |slots| {
+            ev.run(function, slots).at(ev, f, self.span)?;
+            let names = self.code.slot_names[..self.names]
+                .iter()
+                .zip(slots[..self.names].iter());
+            let mut attrs = vec![(known::QUALNAME, Value::str(&*self.code.qualname))];
+            attrs.push((known::MODULE, Value::str("__main__")));
+            attrs.push((
+                known::DOC,
+                self.code.doc.as_deref().map_or(Value::None, Value::str),
+            ));
+            // Names the body shares with functions of it cannot be seen there, so none of them is a cell.
+            attrs.extend(
+                names
+                    .filter(|(_, value)| !value.is_unbound())
+                    .map(|(name, value)| (*name, value.clone())),
+            );
+            let class = ev
+                .make_class(&self.code.name, bases, attrs, keywords)
+                .at(ev, f, self.span)?;
+            if let Some(Value::Cell(cell)) = self.class_cell.map(|slot| &slots[slot as usize]) {
+                *cell.value.borrow_mut() = Value::Class(class.clone());
+            }
+            ev.finish_class(&class, keywords).at(ev, f, self.span)?;
+            Ok(class)
+        })
+    }
+}
+
+impl Evaluator<'_> {
+    /// A class as the `class` statement and `type(name, bases, dict)` make it.
+    pub fn make_class(
+        &self,
+        name: &str,
+        bases: &[Value],
+        attrs: Vec<(Symbol, Value)>,
+        keywords: &[(Symbol, Value)],
+    ) -> R<Rc<Class>> {
+        if let Some((_, metaclass)) = keywords.iter().find(|(name, _)| *name == known::METACLASS) {
+            let plain = matches!(metaclass, Value::Class(class) if Rc::ptr_eq(class, &self.core.types.type_));
+            if !plain {
+                let kind = crate::errors::ExceptionKind::NotImplementedError;
+                return Err(self.raise(kind, "metaclasses are not supported"));
+            }
+        }
+        let mut parents: Vec<Rc<Class>> = Vec::new();
+        for base in bases {
+            let Value::Class(class) = base else {
+                let name = self.core.types.name_of(base);
+                return Err(self.type_error(format!(
+                    "a base of a class must be a class, not '{name}' object"
+                )));
+            };
+            if is_final(&class.name()) && !class.is_script {
+                let text = format!("type '{}' is not an acceptable base type", class.name());
+                return Err(self.type_error(text));
+            }
+            if parents.iter().any(|other| Rc::ptr_eq(other, class)) {
+                return Err(self.type_error(format!("duplicate base class {}", class.name())));
+            }
+            parents.push(class.clone());
+        }
+        if parents.is_empty() {
+            parents.push(self.core.types.object.clone());
+        }
+        let ancestors = linearise(&parents).ok_or_else(|| {
+            let names: Vec<_> = parents.iter().map(|class| class.name()).collect();
+            let text = "Cannot create a consistent method resolution\norder (MRO) for bases";
+            self.type_error(format!("{text} {}", names.join(", ")))
+        })?;
+        let base = self.layout_base(&parents)?;
+        let class = Class::new(name, base, parents, ancestors, true);
+        self.core.classes.borrow_mut().push(Rc::downgrade(&class));
+        let (mut has_eq, mut has_hash) = (false, false);
+        for (name, value) in attrs {
+            has_eq |= name == known::EQ;
+            has_hash |= name == known::HASH;
+            let value = match (&value, name) {
+                // These take the class without a decorator.
+                (Value::Function(_), known::INIT_SUBCLASS | known::CLASS_GETITEM) => {
+                    Value::ClassMethod(Rc::new(value))
+                }
+                (Value::Function(_), known::NEW) => Value::StaticMethod(Rc::new(value)),
+                _ => value,
+            };
+            class.set(name, value);
+        }
+        if has_eq && !has_hash {
+            class.set(known::HASH, Value::None);
+        }
+        Ok(class)
+    }
+
+    /// The builtin layout that instances of a class with these bases have.
+    fn layout_base(&self, parents: &[Rc<Class>]) -> R<crate::value::class::Base> {
+        use crate::value::class::Base;
+        let mut base = Base::Object;
+        for parent in parents {
+            if parent.base != Base::Object && parent.base != base {
+                if base != Base::Object {
+                    return Err(self.type_error("multiple bases have instance lay-out conflict"));
+                }
+                base = parent.base;
+            }
+        }
+        Ok(base)
+    }
+
+    /// Tells attributes their names and the parent about the new class.
+    pub fn finish_class(&self, class: &Rc<Class>, keywords: &[(Symbol, Value)]) -> R<()> {
+        let attrs: Vec<(Symbol, Value)> = class
+            .own_attrs()
+            .iter()
+            .map(|(name, value)| (name, value.clone()))
+            .collect();
+        for (name, value) in attrs {
+            if let Value::Instance(descriptor) = &value
+                && let Some(set_name) = descriptor.class.lookup(known::SET_NAME)
+            {
+                let mut args = [Value::Class(class.clone()), self.core.symbols.value(name)];
+                self.call_method_value(&set_name, &value, &mut args)?;
+            }
+        }
+        if let Some(hook) = class
+            .ancestors()
+            .iter()
+            .find_map(|parent| parent.own_attrs().get(known::INIT_SUBCLASS).cloned())
+        {
+            let keywords: Vec<_> = keywords
+                .iter()
+                .filter(|(name, _)| *name != known::METACLASS)
+                .cloned()
+                .collect();
+            if let Value::ClassMethod(function) = hook {
+                self.call(&function, &mut [Value::Class(class.clone())], &keywords)?;
+            }
+        } else if let Some((name, _)) = keywords.iter().find(|(name, _)| *name != known::METACLASS)
+        {
+            let _ = name;
+            return Err(self.type_error(format!(
+                "{}.__init_subclass__() takes no keyword arguments",
+                class.name()
+            )));
+        }
+        Ok(())
+    }
+
+    /// `super()` for a class and an object.
+    pub fn make_super(&self, class: &Value, receiver: &Value) -> R {
+        let Value::Class(class) = class else {
+            return Err(self.type_error("super() argument 1 must be a type"));
+        };
+        let own = self.core.types.of(receiver);
+        let receiver_class = match receiver {
+            Value::Class(other) if other.is_subclass_of(class) => other.clone(),
+            _ if own.is_subclass_of(class) => own.clone(),
+            _ => {
+                return Err(
+                    self.type_error("super(type, obj): obj must be an instance or subtype of type")
+                );
+            }
+        };
+        let (class, receiver) = (class.clone(), receiver.clone());
+        Ok(Value::Super(Rc::new(crate::value::function::Super {
+            class,
+            receiver,
+            receiver_class,
+        })))
+    }
+}
+
+/// Builtin types nothing can be derived from.
+fn is_final(name: &str) -> bool {
+    matches!(
+        name,
+        "bool"
+            | "NoneType"
+            | "ellipsis"
+            | "NotImplementedType"
+            | "range"
+            | "slice"
+            | "function"
+            | "method"
+            | "builtin_function_or_method"
+            | "generator"
+            | "dict_keys"
+            | "dict_values"
+            | "dict_items"
+            | "iterator"
+            | "type"
+            | "module"
+            | "map"
+            | "filter"
+            | "zip"
+            | "enumerate"
+            | "reversed"
+            | "property"
+            | "staticmethod"
+            | "classmethod"
+            | "super"
+    )
+}
+
+/// The C3 linearisation of a class with these parents, the class itself left out; None if there is no order.
+fn linearise(parents: &[Rc<Class>]) -> Option<Vec<Rc<Class>>> {
+    let line = |class: &Rc<Class>| -> Vec<Rc<Class>> {
+        std::iter::once(class)
+            .chain(class.ancestors())
+            .rev()
+            .cloned()
+            .collect()
+    };
+    // Reversed, so that heads are popped from the ends.
+    let mut lines: Vec<Vec<Rc<Class>>> = parents.iter().map(line).collect();
+    lines.push(parents.iter().rev().cloned().collect());
+    let mut order = Vec::new();
+    loop {
+        lines.retain(|line| !line.is_empty());
+        if lines.is_empty() {
+            return Some(order);
+        }
+        let in_tail = |class: &Rc<Class>| {
+            lines.iter().any(|line| {
+                line[..line.len() - 1]
+                    .iter()
+                    .any(|other| Rc::ptr_eq(other, class))
+            })
+        };
+        let next = lines
+            .iter()
+            .filter_map(|line| line.last())
+            .find(|class| !in_tail(class))?
+            .clone();
+        for line in &mut lines {
+            if line.last().is_some_and(|class| Rc::ptr_eq(class, &next)) {
+                line.pop();
+            }
+        }
+        order.push(next);
+    }
+}

@@ -1,0 +1,162 @@
+//! `try`.
+
+use std::rc::Rc;
+
+use super::target::Target;
+use crate::errors::ExceptionKind;
+use crate::eval::code::Block;
+use crate::eval::coroutine::Stopping;
+use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement};
+use crate::source::Span;
+use crate::value::{Instance, R, Raised, Value};
+
+/// An `except` clause.
+pub struct Handler {
+    /// The type or types it takes; none for all.
+    pub exception: Option<Expr>,
+    /// The name the exception is bound to, and unbound from at the end.
+    pub name: Option<Box<dyn Target>>,
+    /// What runs.
+    pub body: Block,
+    /// Where the types are written.
+    pub span: Span,
+}
+
+/// `try: … except: … else: …`
+pub struct Try {
+    /// What may raise.
+    pub body: Block,
+    /// The clauses in order.
+    pub handlers: Box<[Handler]>,
+    /// What runs if nothing was raised.
+    pub orelse: Block,
+}
+
+impl Statement for Try {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        match self.body.exec(ev, f) {
+            Flow::Next => self.orelse.exec(ev, f),
+            Flow::Raise(Raised::Exception(exception)) => self.handle(exception, ev, f),
+            other => other,
+        }
+    }
+}
+
+impl Try {
+    #[inline(never)]
+    fn handle(&self, exception: Rc<Instance>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let outer = ev.set_handled_exception(Some(exception.clone()));
+        let flow = self.handle_inside(&exception, ev, f);
+        ev.set_handled_exception(outer);
+        if let Flow::Raise(raised) = &flow {
+            ev.chain(raised, &exception);
+        }
+        flow
+    }
+
+    fn handle_inside(
+        &self,
+        exception: &Rc<Instance>,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+    ) -> Flow {
+        for handler in &self.handlers {
+            let takes = match &handler.exception {
+                None => Ok(true),
+                Some(types) => types.eval(ev, f).and_then(|types| {
+                    ev.exception_matches(exception, &types)
+                        .at(ev, f, handler.span)
+                }),
+            };
+            match takes {
+                Ok(false) => {}
+                Ok(true) => return handler.run(exception, ev, f),
+                Err(raised) => return Flow::Raise(raised),
+            }
+        }
+        Flow::Raise(Raised::Exception(exception.clone()))
+    }
+}
+
+impl Handler {
+    fn run(&self, exception: &Rc<Instance>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let Some(name) = &self.name else {
+            return self.body.exec(ev, f);
+        };
+        if let Err(raised) = name.assign(ev, f, Value::Instance(exception.clone())) {
+            return Flow::Raise(raised);
+        }
+        let flow = self.body.exec(ev, f);
+        // Unbound in any case, also if the script has deleted or rebound it.
+        let unbound = name.assign(ev, f, Value::Unbound);
+        debug_assert!(unbound.is_ok());
+        flow
+    }
+}
+
+impl Evaluator<'_> {
+    /// Whether an `except` clause with these types takes an exception.
+    pub fn exception_matches(&self, exception: &Rc<Instance>, types: &Value) -> R<bool> {
+        match types {
+            Value::Class(class) if class.base == crate::value::class::Base::Exception => {
+                Ok(exception.class.is_subclass_of(class))
+            }
+            Value::Tuple(tuple) => {
+                for item in tuple.items() {
+                    if self.exception_matches(exception, item)? {
+                        return Ok(true);
+                    }
+                }
+                Ok(false)
+            }
+            _ => {
+                let text = "catching classes that do not inherit from BaseException is not allowed";
+                Err(self.raise(ExceptionKind::TypeError, text))
+            }
+        }
+    }
+}
+
+/// `try: … finally: …`
+pub struct Finally {
+    /// What runs first.
+    pub body: Block,
+    /// What runs in any case.
+    pub finally: Block,
+}
+
+impl Statement for Finally {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let flow = self.body.exec(ev, f);
+        let raised = match &flow {
+            Flow::Raise(Raised::Exception(exception)) => Some(exception.clone()),
+            Flow::Raise(Raised::Stop) if ev.core.stopping.get() == Stopping::Abandoned => {
+                return flow;
+            }
+            _ => None,
+        };
+        let line = ev.core.line.get();
+        let outer = raised
+            .clone()
+            .map(|exception| ev.set_handled_exception(Some(exception)));
+        let last = self.finally.exec(ev, f);
+        if let Some(outer) = outer {
+            ev.set_handled_exception(outer);
+        }
+        match last {
+            Flow::Next => {
+                ev.core.line.set(line);
+                flow
+            }
+            // A stop cannot be swallowed by `return`, `break` or an exception in a `finally` block.
+            _ if matches!(flow, Flow::Raise(Raised::Stop)) => flow,
+            Flow::Raise(other) => {
+                if let Some(exception) = raised {
+                    ev.chain(&other, &exception);
+                }
+                Flow::Raise(other)
+            }
+            leaves => leaves,
+        }
+    }
+}

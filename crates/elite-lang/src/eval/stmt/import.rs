@@ -1,0 +1,117 @@
+//! `import` and `from … import`.
+
+use std::rc::Rc;
+
+use super::target::Target;
+use crate::errors::ExceptionKind;
+use crate::eval::{Evaluator, Flow, Frame, Located, Statement, attempt};
+use crate::source::Span;
+use crate::value::{CellVar, R, Symbol, Value};
+
+/// `import name as target`
+pub struct Import {
+    /// The module.
+    pub module: Box<str>,
+    /// With an alias a dotted name means its last part, otherwise its first.
+    pub aliased: bool,
+    /// What it is bound to.
+    pub target: Box<dyn Target>,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Statement for Import {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let module = attempt!(ev.import(&self.module).at(ev, f, self.span));
+        let module = match self.module.split_once('.') {
+            Some((first, _)) if !self.aliased => attempt!(ev.import(first).at(ev, f, self.span)),
+            _ => module,
+        };
+        self.target.assign(ev, f, module).into()
+    }
+}
+
+/// `from module import name as target, …`
+pub struct ImportFrom {
+    /// The module.
+    pub module: Box<str>,
+    /// The names with their targets.
+    pub names: Box<[(Symbol, Box<dyn Target>, Span)]>,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Statement for ImportFrom {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let module = attempt!(ev.import(&self.module).at(ev, f, self.span));
+        for (name, target, span) in &self.names {
+            let value = attempt!(self.name(ev, &module, *name).at(ev, f, *span));
+            attempt!(target.assign(ev, f, value));
+        }
+        Flow::Next
+    }
+}
+
+impl ImportFrom {
+    fn name(&self, ev: &Evaluator<'_>, module: &Value, name: Symbol) -> R {
+        match ev.attribute_or_none(module, name)? {
+            Some(value) => Ok(value),
+            None => {
+                let (name, module) = (ev.core.symbols.name(name), &self.module);
+                let text =
+                    format!("cannot import name '{name}' from '{module}' (unknown location)");
+                Err(ev.raise(ExceptionKind::ImportError, text))
+            }
+        }
+    }
+}
+
+/// `from module import *`, at the top level.
+pub struct ImportStar {
+    /// The module.
+    pub module: Box<str>,
+    /// Makes the global of a name.
+    pub global: Rc<dyn Fn(Symbol) -> Rc<CellVar>>,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Statement for ImportStar {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let module = attempt!(ev.import(&self.module).at(ev, f, self.span));
+        if let Value::Module(module) = module {
+            for (name, value) in module.namespace.entries() {
+                if !ev.core.symbols.name(name).starts_with('_') {
+                    drop((self.global)(name).value.replace(value));
+                }
+            }
+        }
+        Flow::Next
+    }
+}
+
+impl Evaluator<'_> {
+    /// The module of this name.
+    pub fn import(&self, name: &str) -> R {
+        let known = self
+            .core
+            .modules
+            .borrow()
+            .iter()
+            .find(|module| &*module.name == name)
+            .cloned();
+        if let Some(module) = known {
+            return Ok(Value::Module(module));
+        }
+        match crate::stdlib::load(self, name)? {
+            Some(module) => {
+                self.core.modules.borrow_mut().push(module.clone());
+                Ok(Value::Module(module))
+            }
+            None => {
+                let text = format!("No module named '{name}'");
+                Err(self.raise(ExceptionKind::ModuleNotFoundError, text))
+            }
+        }
+    }
+}

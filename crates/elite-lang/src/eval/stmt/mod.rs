@@ -1,0 +1,11 @@
+//! The statement nodes.
+
+pub mod assign;
+pub mod control;
+pub mod define;
+pub mod handle;
+pub mod import;
+pub mod loops;
+pub mod simple;
+pub mod target;
+pub mod with;

@@ -1,0 +1,161 @@
+//! Expression statements, `print x`, `del`, `assert`, `raise`.
+
+use std::rc::Rc;
+
+use super::target::Target;
+use crate::errors::ExceptionKind;
+use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
+use crate::source::Span;
+use crate::value::{Instance, R, Raised, Value};
+
+/// An expression whose value is not used.
+pub struct ExprStatement(pub Expr);
+
+impl Statement for ExprStatement {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        match self.0.eval(ev, f) {
+            Ok(_) => Flow::Next,
+            Err(raised) => Flow::Raise(raised),
+        }
+    }
+}
+
+/// `print x, y`
+pub struct Print {
+    /// What is printed.
+    pub values: Box<[Expr]>,
+    /// After the last value: a line end, or a blank if the statement ends with a comma.
+    pub end: &'static str,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Statement for Print {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let mut text = String::new();
+        for (index, value) in self.values.iter().enumerate() {
+            let value = attempt!(value.eval(ev, f));
+            text.push_str(if index > 0 { " " } else { "" });
+            text.push_str(&attempt!(ev.str(&value).at(ev, f, self.span)));
+        }
+        text.push_str(self.end);
+        ev.print(&text);
+        Flow::Next
+    }
+}
+
+/// `del a, b[0]`
+pub struct Delete(pub Box<[Box<dyn Target>]>);
+
+impl Statement for Delete {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        for target in &self.0 {
+            attempt!(target.delete(ev, f));
+        }
+        Flow::Next
+    }
+}
+
+/// `assert test, message`
+pub struct Assert {
+    /// What must hold.
+    pub test: Expr,
+    /// What the error says.
+    pub message: Option<Expr>,
+    /// Where the test is written.
+    pub span: Span,
+}
+
+impl Statement for Assert {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        if attempt!(self.test.truth(ev, f)) {
+            return Flow::Next;
+        }
+        let args = match &self.message {
+            Some(message) => vec![attempt!(message.eval(ev, f))],
+            None => Vec::new(),
+        };
+        let error = ev.raise_args(ExceptionKind::AssertionError, args);
+        Flow::Raise(ev.trace(f, self.span, error))
+    }
+}
+
+/// `raise exception from cause`
+pub struct Raise {
+    /// What is raised; nothing for the exception being handled.
+    pub exception: Option<Expr>,
+    /// What it came from.
+    pub cause: Option<Expr>,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Statement for Raise {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let Some(exception) = &self.exception else {
+            return Flow::Raise(match ev.handled_exception() {
+                Some(exception) => Raised::Exception(exception),
+                None => {
+                    let error = ev.raise(
+                        ExceptionKind::RuntimeError,
+                        "No active exception to reraise",
+                    );
+                    ev.trace(f, self.span, error)
+                }
+            });
+        };
+        let value = attempt!(exception.eval(ev, f));
+        let exception = attempt!(ev.to_exception(&value).at(ev, f, self.span));
+        if let Some(cause) = &self.cause {
+            let cause = attempt!(cause.eval(ev, f));
+            attempt!(set_cause(ev, &exception, &cause).at(ev, f, self.span));
+        }
+        Flow::Raise(ev.trace(f, self.span, Raised::Exception(exception)))
+    }
+}
+
+fn set_cause(ev: &Evaluator<'_>, exception: &Rc<Instance>, cause: &Value) -> R<()> {
+    let Some(state) = exception.exception() else {
+        return Ok(());
+    };
+    state.suppress_context.set(true);
+    if cause.is_none() {
+        *state.cause.borrow_mut() = Value::Unbound;
+        return Ok(());
+    }
+    let cause = ev.to_exception(cause).map_err(|raised| {
+        if ev.is_kind(&raised, ExceptionKind::TypeError) {
+            return ev.type_error("exception causes must derive from BaseException");
+        }
+        raised
+    })?;
+    *state.cause.borrow_mut() = Value::Instance(cause);
+    Ok(())
+}
+
+impl Evaluator<'_> {
+    /// What `raise value` raises: an exception, or a new instance of an exception class.
+    pub fn to_exception(&self, value: &Value) -> R<Rc<Instance>> {
+        match value {
+            Value::Instance(instance) if instance.exception().is_some() => Ok(instance.clone()),
+            Value::Class(class) if class.base == crate::value::class::Base::Exception => {
+                match self.call(value, &mut [], &[])? {
+                    Value::Instance(instance) if instance.exception().is_some() => Ok(instance),
+                    other => {
+                        let (class, name) = (class.name(), self.core.types.name_of(&other));
+                        let text = "should have returned an instance of BaseException";
+                        Err(self.type_error(format!("calling {class} {text}, not {name}")))
+                    }
+                }
+            }
+            _ => Err(self.type_error("exceptions must derive from BaseException")),
+        }
+    }
+
+    /// Hands text to the host.
+    pub fn print(&self, text: &str) {
+        self.core
+            .host
+            .print(crate::host::ThreadId(self.core.thread.get()), text);
+    }
+}

@@ -1,0 +1,316 @@
+//! What can be assigned to.
+
+use std::cell::Cell;
+use std::rc::Rc;
+
+use crate::errors::ExceptionKind;
+use crate::eval::{Evaluator, Expr, Frame, Located};
+use crate::source::Span;
+use crate::value::{CellVar, R, Raised, Symbol, Value};
+
+/// A place a value can be put.
+pub trait Target {
+    /// Puts it there.
+    fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()>;
+
+    /// Takes it away (`del`).
+    fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()>;
+
+    /// The slot, if it is a plain local.
+    fn local(&self) -> Option<u32> {
+        None
+    }
+}
+
+/// A local variable or a name of a class body.
+pub struct Slot {
+    /// Its slot.
+    pub slot: u32,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Target for Slot {
+    #[inline]
+    fn assign(&self, _: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
+        f.slots[self.slot as usize] = value;
+        Ok(())
+    }
+
+    fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()> {
+        let value = std::mem::take(&mut f.slots[self.slot as usize]);
+        if value.is_unbound() {
+            let name = ev
+                .core
+                .symbols
+                .name(f.function.code.slot_names[self.slot as usize]);
+            let text = format!(
+                "cannot access local variable '{name}' where it is not associated with a value"
+            );
+            return Err(ev.raise(ExceptionKind::UnboundLocalError, text)).at(ev, f, self.span);
+        }
+        Ok(())
+    }
+
+    fn local(&self) -> Option<u32> {
+        Some(self.slot)
+    }
+}
+
+/// A variable in a cell: of this frame, of an outer one, or a global.
+pub enum Shared {
+    /// The slot that holds the cell.
+    Cell(u32),
+    /// Index in the closure.
+    Free(u32),
+    /// The global.
+    Global(Rc<CellVar>, Symbol),
+}
+
+/// A shared variable as a target.
+pub struct SharedTarget {
+    /// Which one.
+    pub place: Shared,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl SharedTarget {
+    #[inline]
+    fn cell<'c>(&'c self, f: &'c Frame<'_>) -> Option<&'c Rc<CellVar>> {
+        match &self.place {
+            Shared::Cell(slot) => match &f.slots[*slot as usize] {
+                Value::Cell(cell) => Some(cell),
+                _ => None,
+            },
+            Shared::Free(index) => Some(&f.function.closure[*index as usize]),
+            Shared::Global(cell, _) => Some(cell),
+        }
+    }
+}
+
+impl Target for SharedTarget {
+    fn assign(&self, _: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
+        if let Some(cell) = self.cell(f) {
+            let old = cell.value.replace(value);
+            drop(old);
+        }
+        Ok(())
+    }
+
+    fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()> {
+        let old = self
+            .cell(f)
+            .map(|cell| cell.value.take())
+            .unwrap_or_default();
+        if !old.is_unbound() {
+            return Ok(());
+        }
+        let code = &f.function.code;
+        let name = match &self.place {
+            Shared::Cell(slot) => code.slot_names[*slot as usize],
+            Shared::Free(index) => code.free_names[*index as usize],
+            Shared::Global(_, name) => *name,
+        };
+        let name = ev.core.symbols.name(name);
+        Err(ev.raise(
+            ExceptionKind::NameError,
+            format!("name '{name}' is not defined"),
+        ))
+        .at(ev, f, self.span)
+    }
+}
+
+/// `value.name`
+pub struct AttributeTarget {
+    /// The object.
+    pub value: Expr,
+    /// The name.
+    pub name: Symbol,
+    /// Where it is written.
+    pub span: Span,
+    /// Version of the class and slot that were set last.
+    pub cache: [Cell<(u32, u32)>; 2],
+}
+
+impl AttributeTarget {
+    /// `object.name = value` for an object that has been evaluated.
+    #[inline]
+    pub fn set(&self, ev: &Evaluator<'_>, f: &Frame<'_>, object: &Value, value: Value) -> R<()> {
+        let Value::Instance(instance) = object else {
+            return ev
+                .set_attribute(object, self.name, value)
+                .at(ev, f, self.span);
+        };
+        let version = instance.class.version();
+        let mut value = value;
+        for entry in &self.cache {
+            let (known, slot) = entry.get();
+            if known == version {
+                match instance.set_slot(slot as usize, value) {
+                    Ok(()) => return Ok(()),
+                    Err(back) => value = back,
+                }
+                break;
+            }
+        }
+        ev.set_attribute(object, self.name, value)
+            .at(ev, f, self.span)?;
+        self.learn(ev, object);
+        Ok(())
+    }
+
+    fn learn(&self, ev: &Evaluator<'_>, object: &Value) {
+        let Value::Instance(instance) = object else {
+            return;
+        };
+        let class = &instance.class;
+        let plain = class.is_script
+            && class.lookup(crate::value::symbol::known::SETATTR).is_none()
+            && instance
+                .exception()
+                .is_none_or(|_| !ev.is_exception_attribute(self.name))
+            && class
+                .lookup(self.name)
+                .is_none_or(|found| !ev.is_data_descriptor(&found));
+        if let (true, Some(slot)) = (plain, class.slot(self.name)) {
+            self.cache[1].set(self.cache[0].get());
+            self.cache[0].set((class.version(), slot as u32));
+        }
+    }
+}
+
+impl Evaluator<'_> {
+    /// Attributes that exceptions have by nature are no slots.
+    fn is_exception_attribute(&self, name: Symbol) -> bool {
+        use crate::value::symbol::known;
+        matches!(
+            name,
+            known::ARGS
+                | known::CAUSE
+                | known::CONTEXT
+                | known::SUPPRESS_CONTEXT
+                | known::TRACEBACK
+        )
+    }
+}
+
+impl Target for AttributeTarget {
+    fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
+        let object = self.value.eval(ev, f)?;
+        self.set(ev, f, &object, value)
+    }
+
+    fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()> {
+        let object = self.value.eval(ev, f)?;
+        ev.delete_attribute(&object, self.name).at(ev, f, self.span)
+    }
+}
+
+/// `value[index]`
+pub struct ItemTarget {
+    /// The container.
+    pub value: Expr,
+    /// The index.
+    pub index: Expr,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Target for ItemTarget {
+    fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
+        let container = self.value.eval(ev, f)?;
+        let index = self.index.eval(ev, f)?;
+        ev.set_item(&container, &index, value).at(ev, f, self.span)
+    }
+
+    fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()> {
+        let container = self.value.eval(ev, f)?;
+        let index = self.index.eval(ev, f)?;
+        ev.delete_item(&container, &index).at(ev, f, self.span)
+    }
+}
+
+/// `a, *b, c`
+pub struct Unpack {
+    /// The targets.
+    pub targets: Box<[Box<dyn Target>]>,
+    /// Which of them takes the rest.
+    pub star: Option<usize>,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Target for Unpack {
+    fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
+        if let (Value::Tuple(tuple), None) = (&value, self.star)
+            && tuple.items().len() == self.targets.len()
+        {
+            for (target, item) in self.targets.iter().zip(tuple.items()) {
+                target.assign(ev, f, item.clone())?;
+            }
+            return Ok(());
+        }
+        let items = self.items(ev, &value).at(ev, f, self.span)?;
+        for (target, item) in self.targets.iter().zip(items) {
+            target.assign(ev, f, item)?;
+        }
+        Ok(())
+    }
+
+    fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()> {
+        self.targets
+            .iter()
+            .try_for_each(|target| target.delete(ev, f))
+    }
+}
+
+impl Unpack {
+    /// One value for each target.
+    fn items(&self, ev: &Evaluator<'_>, value: &Value) -> R<Vec<Value>> {
+        let wanted = self.targets.len();
+        let iterator = ev.iter(value).map_err(|raised| {
+            if ev.is_kind(&raised, ExceptionKind::TypeError) && !matches!(value, Value::Instance(_))
+            {
+                let name = ev.core.types.name_of(value);
+                return ev.type_error(format!("cannot unpack non-iterable {name} object"));
+            }
+            raised
+        })?;
+        let Some(star) = self.star else {
+            let mut items = Vec::with_capacity(wanted);
+            while let Some(item) = ev.next(&iterator)? {
+                if items.len() == wanted {
+                    return Err(
+                        ev.value_error(format!("too many values to unpack (expected {wanted})"))
+                    );
+                }
+                items.push(item);
+            }
+            if items.len() < wanted {
+                let text = format!(
+                    "not enough values to unpack (expected {wanted}, got {})",
+                    items.len()
+                );
+                return Err(ev.value_error(text));
+            }
+            return Ok(items);
+        };
+        let mut items = ev.drain(&iterator)?;
+        if items.len() + 1 < wanted {
+            return Err(self.too_few(ev, items.len()));
+        }
+        let rest = items.len() + 1 - wanted;
+        let middle: Vec<Value> = items.drain(star..star + rest).collect();
+        items.insert(star, Value::list(middle));
+        Ok(items)
+    }
+
+    #[cold]
+    fn too_few(&self, ev: &Evaluator<'_>, got: usize) -> Raised {
+        let least = self.targets.len() - 1;
+        ev.value_error(format!(
+            "not enough values to unpack (expected at least {least}, got {got})"
+        ))
+    }
+}

@@ -1,0 +1,178 @@
+//! The builtin types and exceptions of one interpreter.
+
+use std::rc::Rc;
+
+use crate::errors::ExceptionKind;
+use crate::value::class::Base;
+use crate::value::symbol::Symbols;
+use crate::value::{Class, Value};
+
+macro_rules! builtin_types {
+    ($($field:ident = $text:literal, $base:ident;)*) => {
+        /// One class for each builtin type.
+        #[allow(missing_docs)]
+        pub struct Types {
+            pub object: Rc<Class>,
+            /// Not a type: what every object has unless its class says otherwise (`builtins::types::object`).
+            pub natural: Rc<Class>,
+            $(pub $field: Rc<Class>,)*
+            exceptions: Vec<Rc<Class>>,
+        }
+
+        impl Types {
+            fn make(object: Rc<Class>, exceptions: Vec<Rc<Class>>, make: impl Fn(&str, Base) -> Rc<Class>) -> Self {
+                let natural = Class::new("object", Base::Object, Vec::new(), Vec::new(), false);
+                Types { object, natural, $($field: make($text, Base::$base),)* exceptions }
+            }
+
+            /// All types that are no exceptions.
+            pub fn all(&self) -> Vec<&Rc<Class>> {
+                vec![&self.object, $(&self.$field,)*]
+            }
+        }
+    };
+}
+
+builtin_types! {
+    type_ = "type", Type;
+    none = "NoneType", NoneType;
+    ellipsis = "ellipsis", EllipsisType;
+    not_implemented = "NotImplementedType", NotImplementedType;
+    int = "int", Int;
+    float = "float", Float;
+    complex = "complex", Complex;
+    str = "str", Str;
+    bytes = "bytes", Bytes;
+    bytearray = "bytearray", ByteArray;
+    list = "list", List;
+    tuple = "tuple", Tuple;
+    dict = "dict", Dict;
+    dict_keys = "dict_keys", DictKeys;
+    dict_values = "dict_values", DictValues;
+    dict_items = "dict_items", DictItems;
+    set = "set", Set;
+    frozenset = "frozenset", FrozenSet;
+    range = "range", Range;
+    slice = "slice", Slice;
+    function = "function", Function;
+    method = "method", Method;
+    builtin = "builtin_function_or_method", Builtin;
+    module = "module", Module;
+    iterator = "iterator", Iterator;
+    map = "map", Iterator;
+    filter = "filter", Iterator;
+    zip = "zip", Iterator;
+    enumerate = "enumerate", Iterator;
+    reversed = "reversed", Iterator;
+    generator = "generator", Generator;
+    property = "property", Property;
+    staticmethod = "staticmethod", StaticMethod;
+    classmethod = "classmethod", ClassMethod;
+    super_ = "super", Super;
+    cell = "cell", Native;
+    bool = "bool", Bool;
+}
+
+impl Types {
+    /// The types, without their methods.
+    pub fn new(_symbols: &Symbols) -> Self {
+        let object = Class::new("object", Base::Object, Vec::new(), Vec::new(), false);
+        let derive = |name: &str, base: Base, parent: &Rc<Class>| {
+            let mut ancestors = vec![parent.clone()];
+            ancestors.extend(parent.ancestors().iter().cloned());
+            Class::new(name, base, vec![parent.clone()], ancestors, false)
+        };
+        let mut exceptions: Vec<Rc<Class>> = Vec::new();
+        for kind in ExceptionKind::ALL {
+            let parent = kind
+                .parent()
+                .map_or(&object, |parent| &exceptions[parent as usize])
+                .clone();
+            exceptions.push(derive(kind.name(), Base::Exception, &parent));
+        }
+        let mut types = Types::make(object.clone(), exceptions, |name, base| {
+            derive(name, base, &object)
+        });
+        types.bool = derive("bool", Base::Bool, &types.int);
+        types
+    }
+
+    /// The class of an exception kind.
+    pub fn exception(&self, kind: ExceptionKind) -> &Rc<Class> {
+        &self.exceptions[kind as usize]
+    }
+
+    /// All exception classes, in the order of `ExceptionKind::ALL`.
+    pub fn exceptions(&self) -> &[Rc<Class>] {
+        &self.exceptions
+    }
+
+    /// The class of a value.
+    #[inline]
+    pub fn of<'v>(&'v self, value: &'v Value) -> &'v Rc<Class> {
+        match value {
+            Value::Instance(instance) => &instance.class,
+            Value::Unbound | Value::None => &self.none,
+            Value::Ellipsis => &self.ellipsis,
+            Value::NotImplemented => &self.not_implemented,
+            Value::Bool(_) => &self.bool,
+            Value::Int(_) | Value::BigInt(_) => &self.int,
+            Value::Float(_) => &self.float,
+            Value::Complex(_) => &self.complex,
+            Value::Str(_) => &self.str,
+            Value::Bytes(_) => &self.bytes,
+            Value::ByteArray(_) => &self.bytearray,
+            Value::List(_) => &self.list,
+            Value::Tuple(_) => &self.tuple,
+            Value::Dict(_) => &self.dict,
+            Value::DictView(view) => match view.kind {
+                crate::value::dict::ViewKind::Keys => &self.dict_keys,
+                crate::value::dict::ViewKind::Values => &self.dict_values,
+                crate::value::dict::ViewKind::Items => &self.dict_items,
+            },
+            Value::Set(_) => &self.set,
+            Value::FrozenSet(_) => &self.frozenset,
+            Value::Range(_) => &self.range,
+            Value::Slice(_) => &self.slice,
+            Value::Function(_) => &self.function,
+            Value::BoundMethod(_) => &self.method,
+            Value::Builtin(_) => &self.builtin,
+            Value::Class(_) => &self.type_,
+            Value::Module(_) => &self.module,
+            Value::Iter(iter) => match &**iter {
+                crate::value::Iter::Map { .. } => &self.map,
+                crate::value::Iter::Filter { .. } => &self.filter,
+                crate::value::Iter::Zip { .. } => &self.zip,
+                crate::value::Iter::Enumerate { .. } => &self.enumerate,
+                crate::value::Iter::Sequence { reversed: true, .. } => &self.reversed,
+                _ => &self.iterator,
+            },
+            Value::Generator(_) => &self.generator,
+            Value::Property(_) => &self.property,
+            Value::StaticMethod(_) => &self.staticmethod,
+            Value::ClassMethod(_) => &self.classmethod,
+            Value::Super(_) => &self.super_,
+            Value::Cell(_) => &self.cell,
+        }
+    }
+
+    /// The name of a value's type, as messages use it.
+    pub fn name_of(&self, value: &Value) -> Rc<str> {
+        match value {
+            Value::Iter(iter) => iter.type_name().into(),
+            _ => self.of(value).name(),
+        }
+    }
+
+    /// Drops the attributes of all types, to break cycles when an interpreter ends.
+    pub fn dismantle(&self) {
+        for class in self
+            .all()
+            .into_iter()
+            .chain(&self.exceptions)
+            .chain([&self.natural])
+        {
+            class.dismantle();
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! `str.format`: replacement fields by position, name, attribute and item.
+
+use crate::ast::Conversion;
+use crate::builtins::Args;
+use crate::eval::Evaluator;
+use crate::value::{R, Value};
+
+/// How fields without a number are counted.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Numbering {
+    Undecided,
+    Automatic(usize),
+    Manual,
+}
+
+/// Fields within the specification of a field.
+const DEPTH_MAX: u32 = 2;
+
+impl Evaluator<'_> {
+    /// `format.format(*args, **kwargs)`
+    pub fn format_fields(&self, format: &str, args: &Args<'_>) -> R<String> {
+        let mut out = String::with_capacity(format.len() + 16);
+        let mut numbering = Numbering::Undecided;
+        self.fields(format, args, &mut numbering, 0, &mut out)?;
+        Ok(out)
+    }
+
+    fn fields(
+        &self,
+        format: &str,
+        args: &Args<'_>,
+        numbering: &mut Numbering,
+        depth: u32,
+        out: &mut String,
+    ) -> R<()> {
+        if depth >= DEPTH_MAX {
+            return Err(self.value_error("Max string recursion exceeded"));
+        }
+        let mut rest = format;
+        while let Some(brace) = rest.find(['{', '}']) {
+            out.push_str(&rest[..brace]);
+            let here = &rest[brace..];
+            if here.starts_with("{{") || here.starts_with("}}") {
+                out.push_str(&here[..1]);
+                rest = &here[2..];
+            } else if here.starts_with('}') {
+                return Err(self.value_error("Single '}' encountered in format string"));
+            } else {
+                let Some(end) = field_end(&here[1..]) else {
+                    let single = here.len() == 1;
+                    let text = if single {
+                        "Single '{' encountered in format string"
+                    } else {
+                        "expected '}' before end of string"
+                    };
+                    return Err(self.value_error(text));
+                };
+                self.field(&here[1..=end], args, numbering, depth, out)?;
+                rest = &here[end + 2..];
+            }
+        }
+        out.push_str(rest);
+        self.check_allocation(out.len())
+    }
+
+    /// A field without its braces: `name!conversion:spec`.
+    fn field(
+        &self,
+        field: &str,
+        args: &Args<'_>,
+        numbering: &mut Numbering,
+        depth: u32,
+        out: &mut String,
+    ) -> R<()> {
+        let split = name_end(field);
+        let (name, tail) = field.split_at(split);
+        let (conversion, tail) = match tail.strip_prefix('!') {
+            None => (Conversion::None, tail),
+            Some(after) => {
+                let mut chars = after.chars();
+                let conversion = match chars.next() {
+                    Some('s') => Conversion::Str,
+                    Some('r') => Conversion::Repr,
+                    Some('a') => Conversion::Ascii,
+                    Some(c) => {
+                        return Err(self.value_error(format!("Unknown conversion specifier '{c}'")));
+                    }
+                    None => {
+                        let text = "end of string while looking for conversion specifier";
+                        return Err(self.value_error(text));
+                    }
+                };
+                (conversion, chars.as_str())
+            }
+        };
+        let spec = match tail.strip_prefix(':') {
+            Some(spec) => spec,
+            None if tail.is_empty() => "",
+            None => return Err(self.value_error("expected ':' after conversion specifier")),
+        };
+        let value = self.field_value(name, args, numbering)?;
+        let value = self.convert(value, conversion)?;
+        if !spec.contains('{') {
+            return self.format_into(&value, spec, out);
+        }
+        let mut resolved = String::new();
+        self.fields(spec, args, numbering, depth + 1, &mut resolved)?;
+        self.format_into(&value, &resolved, out)
+    }
+
+    fn field_value(&self, name: &str, args: &Args<'_>, numbering: &mut Numbering) -> R {
+        let first_end = name.find(['.', '[']).unwrap_or(name.len());
+        let (first, mut path) = name.split_at(first_end);
+        let mut value = self.first_value(first, args, numbering)?;
+        while !path.is_empty() {
+            if let Some(after) = path.strip_prefix('.') {
+                let end = after.find(['.', '[']).unwrap_or(after.len());
+                if end == 0 {
+                    return Err(self.value_error("Empty attribute in format string"));
+                }
+                value = self.attribute(&value, self.core.symbols.intern(&after[..end]))?;
+                path = &after[end..];
+            } else if let Some(after) = path.strip_prefix('[') {
+                let end = after
+                    .find(']')
+                    .ok_or_else(|| self.value_error("Missing ']' in format string"))?;
+                let key = &after[..end];
+                if key.is_empty() {
+                    return Err(self.value_error("Empty attribute in format string"));
+                }
+                let key = key.parse().map_or_else(|_| Value::str(key), Value::Int);
+                value = self.item(&value, &key)?;
+                path = &after[end + 1..];
+            } else {
+                return Err(
+                    self.value_error("Only '.' or '[' may follow ']' in format field specifier")
+                );
+            }
+        }
+        Ok(value)
+    }
+
+    fn first_value(&self, name: &str, args: &Args<'_>, numbering: &mut Numbering) -> R {
+        let index = if name.is_empty() {
+            let next = match numbering {
+                Numbering::Undecided => 0,
+                Numbering::Automatic(next) => *next,
+                Numbering::Manual => {
+                    let text = "cannot switch from manual field specification to automatic field numbering";
+                    return Err(self.value_error(text));
+                }
+            };
+            *numbering = Numbering::Automatic(next + 1);
+            Some(next)
+        } else if let Ok(index) = name.parse::<usize>() {
+            if let Numbering::Automatic(_) = numbering {
+                let text =
+                    "cannot switch from automatic field numbering to manual field specification";
+                return Err(self.value_error(text));
+            }
+            *numbering = Numbering::Manual;
+            Some(index)
+        } else {
+            None
+        };
+        if let Some(index) = index {
+            return args.positional.get(index).cloned().ok_or_else(|| {
+                let text =
+                    format!("Replacement index {index} out of range for positional args tuple");
+                self.raise(crate::errors::ExceptionKind::IndexError, text)
+            });
+        }
+        let symbol = self.core.symbols.find(name);
+        let found = symbol.and_then(|symbol| args.keyword(symbol).cloned());
+        found.ok_or_else(|| self.key_error(&Value::str(name)))
+    }
+}
+
+/// Index of the `}` that ends the field whose text starts at `text`; braces in the specification nest, brackets of
+/// items hide braces.
+fn field_end(text: &str) -> Option<usize> {
+    let mut depth = 0;
+    let mut in_item = false;
+    for (index, byte) in text.bytes().enumerate() {
+        match byte {
+            b'[' if depth == 0 => in_item = true,
+            b']' => in_item = false,
+            b'{' if !in_item => depth += 1,
+            b'}' if !in_item && depth == 0 => return Some(index),
+            b'}' if !in_item => depth -= 1,
+            _ => {}
+        }
+    }
+    None
+}
+
+fn name_end(field: &str) -> usize {
+    let mut in_item = false;
+    for (index, byte) in field.bytes().enumerate() {
+        match byte {
+            b'[' => in_item = true,
+            b']' => in_item = false,
+            b'!' | b':' if !in_item => return index,
+            _ => {}
+        }
+    }
+    field.len()
+}

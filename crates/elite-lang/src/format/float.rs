@@ -1,0 +1,195 @@
+//! Floats as text, digit for digit as CPython writes them.
+
+/// Python's `repr(float)`: the shortest digits that read back as the same float.
+pub fn repr(value: f64) -> String {
+    if let Some(text) = not_finite(value) {
+        return text.to_owned();
+    }
+    // Rust finds the same shortest digits; only the layout differs.
+    let text = format!("{value:e}");
+    let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    if (-4..16).contains(&exponent) {
+        let plain = format!("{value}");
+        return if plain.contains('.') {
+            plain
+        } else {
+            plain + ".0"
+        };
+    }
+    format!(
+        "{digits}e{}{:02}",
+        if exponent < 0 { '-' } else { '+' },
+        exponent.abs()
+    )
+}
+
+fn not_finite(value: f64) -> Option<&'static str> {
+    if value.is_nan() {
+        return Some("nan");
+    }
+    value
+        .is_infinite()
+        .then_some(if value > 0.0 { "inf" } else { "-inf" })
+}
+
+/// Python's `repr(complex)`.
+pub fn complex_repr(re: f64, im: f64) -> String {
+    let short = |value: f64| {
+        let text = repr(value);
+        text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
+    };
+    let imaginary = short(im);
+    if re == 0.0 && re.is_sign_positive() {
+        return format!("{imaginary}j");
+    }
+    let plus = if imaginary.starts_with('-') { "" } else { "+" };
+    format!("({}{plus}{imaginary}j)", short(re))
+}
+
+/// `f` format of a non-negative number.
+pub fn fixed(value: f64, precision: usize, alternate: bool) -> String {
+    if let Some(text) = not_finite(value) {
+        return text.to_owned();
+    }
+    let text = format!("{value:.precision$}");
+    if alternate && precision == 0 {
+        text + "."
+    } else {
+        text
+    }
+}
+
+/// `e` format of a non-negative number.
+pub fn exponent(value: f64, precision: usize, alternate: bool) -> String {
+    if let Some(text) = not_finite(value) {
+        return text.to_owned();
+    }
+    let text = format!("{value:.precision$e}");
+    let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let point = if alternate && precision == 0 { "." } else { "" };
+    format!(
+        "{digits}{point}e{}{:02}",
+        if exponent < 0 { '-' } else { '+' },
+        exponent.abs()
+    )
+}
+
+/// `g` format of a non-negative number with `precision` significant digits. With `with_point` (no type given) the
+/// result always looks like a float.
+pub fn general(value: f64, precision: usize, alternate: bool, with_point: bool) -> String {
+    if let Some(text) = not_finite(value) {
+        return text.to_owned();
+    }
+    // The exponent after rounding to the precision decides between the layouts.
+    let rounded = format!("{value:.*e}", precision - 1);
+    let (_, exponent_text) = rounded.split_once('e').unwrap_or((&rounded, "0"));
+    let size: i32 = exponent_text.parse().unwrap_or(0);
+    let limit = precision as i32 - i32::from(with_point);
+    if size < -4 || size >= limit.max(if with_point { 1 } else { 0 }) && size >= limit {
+        let text = exponent(value, precision - 1, alternate);
+        if alternate {
+            return text;
+        }
+        let (digits, tail) = text.split_once('e').unwrap_or((&text, ""));
+        return format!("{}e{tail}", trim_zeros(digits));
+    }
+    let text = fixed(
+        value,
+        (precision as i32 - 1 - size).max(0) as usize,
+        alternate,
+    );
+    if alternate {
+        return text;
+    }
+    let text = trim_zeros(&text).to_owned();
+    if with_point && !text.contains('.') {
+        text + ".0"
+    } else {
+        text
+    }
+}
+
+fn trim_zeros(digits: &str) -> &str {
+    if digits.contains('.') {
+        digits.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        digits
+    }
+}
+
+/// Rounds to `digits` decimal places (negative: tens, hundreds, …), halves to even by the exact value, as Python's
+/// `round(float, digits)`.
+pub fn round(value: f64, digits: i64) -> f64 {
+    if !value.is_finite() || digits > 330 {
+        return value;
+    }
+    if digits < -310 {
+        return 0f64.copysign(value);
+    }
+    if digits >= 0 {
+        // Formatting rounds the exact binary value correctly.
+        return format!("{value:.*}", digits as usize)
+            .parse()
+            .unwrap_or(value);
+    }
+    let text = format!("{:.0}", value.abs().trunc());
+    let drop = (-digits) as usize;
+    let fraction = value.abs().fract();
+    if drop > text.len() {
+        return 0f64.copysign(value);
+    }
+    let (kept, cut) = text.split_at(text.len() - drop);
+    let half = format!("5{}", "0".repeat(drop - 1));
+    let odd = kept.ends_with(['1', '3', '5', '7', '9']);
+    let up = match cut.cmp(&half) {
+        std::cmp::Ordering::Greater => true,
+        std::cmp::Ordering::Equal => fraction > 0.0 || odd,
+        std::cmp::Ordering::Less => false,
+    };
+    let kept: f64 = if kept.is_empty() {
+        0.0
+    } else {
+        kept.parse().unwrap_or(0.0)
+    };
+    let rounded = format!("{}e{drop}", kept + f64::from(u8::from(up)))
+        .parse()
+        .unwrap_or(value);
+    f64::copysign(rounded, value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn floats_read_as_python_writes_them() {
+        for (value, text) in [
+            (0.0, "0.0"),
+            (-0.0, "-0.0"),
+            (1.0, "1.0"),
+            (0.1, "0.1"),
+            (1e15, "1000000000000000.0"),
+            (1e16, "1e+16"),
+            (1.5e-5, "1.5e-05"),
+            (0.0001, "0.0001"),
+            (1e22, "1e+22"),
+            (1.7976931348623157e308, "1.7976931348623157e+308"),
+            (5e-324, "5e-324"),
+            (123_456_789.125, "123456789.125"),
+        ] {
+            assert_eq!(repr(value), text);
+        }
+    }
+
+    #[test]
+    fn halves_round_by_their_exact_value() {
+        assert_eq!(round(2.675, 2), 2.67);
+        assert_eq!(round(0.5, 0), 0.0);
+        assert_eq!(round(1.5, 0), 2.0);
+        assert_eq!(round(25.0, -1), 20.0);
+        assert_eq!(round(35.0, -1), 40.0);
+        assert_eq!(round(-1234.5, -2), -1200.0);
+    }
+}

@@ -1,0 +1,360 @@
+//! The `%` operator of strings and bytes.
+
+use super::{Spec, integer, real, text};
+use crate::eval::Evaluator;
+use crate::value::int::Int;
+use crate::value::{Bytes, R, Value};
+
+/// A conversion specifier: `%[(key)][flags][width][.precision]type`.
+#[derive(Default)]
+struct Conversion {
+    left: bool,
+    plus: bool,
+    blank: bool,
+    zero: bool,
+    alternate: bool,
+    width: usize,
+    precision: Option<usize>,
+}
+
+/// Where the values come from.
+struct Source<'v> {
+    mapping: Option<&'v Value>,
+    items: Vec<Value>,
+    next: usize,
+}
+
+impl Evaluator<'_> {
+    /// `format % args`
+    pub fn percent_format(&self, format: &str, args: &Value) -> R<String> {
+        let mut out = String::with_capacity(format.len() + 16);
+        self.percent(format, args, "string", &mut out)?;
+        Ok(out)
+    }
+
+    /// `bytes % args`: the text of a format in Latin-1 is formatted and goes back to bytes.
+    pub fn percent_bytes(&self, format: &Value, args: &Value) -> R {
+        let data = self.bytes_like(format).unwrap_or_default();
+        let text: String = data.iter().map(|byte| char::from(*byte)).collect();
+        let as_text = |value: &Value| match self.bytes_like(value) {
+            Some(data) => Value::str(
+                data.iter()
+                    .map(|byte| char::from(*byte))
+                    .collect::<String>(),
+            ),
+            None => value.clone(),
+        };
+        let args = match args {
+            Value::Tuple(tuple) => Value::tuple(tuple.items().iter().map(as_text).collect()),
+            other => as_text(other),
+        };
+        let mut out = String::new();
+        self.percent(&text, &args, "bytes", &mut out)?;
+        let data: Vec<u8> = out
+            .chars()
+            .map(|c| u8::try_from(c as u32).unwrap_or(b'?'))
+            .collect();
+        Ok(match format {
+            Value::ByteArray(_) => Value::ByteArray(std::rc::Rc::new(crate::value::ByteArray {
+                data: data.into(),
+            })),
+            _ => Value::Bytes(std::rc::Rc::new(Bytes::new(data))),
+        })
+    }
+
+    fn percent(&self, format: &str, args: &Value, what: &str, out: &mut String) -> R<()> {
+        let mut source = match args {
+            Value::Tuple(tuple) => Source {
+                mapping: None,
+                items: tuple.items().to_vec(),
+                next: 0,
+            },
+            other => {
+                let is_mapping = matches!(other, Value::Dict(_))
+                    || matches!(other, Value::Instance(instance)
+                        if instance.class.lookup(crate::value::symbol::known::GETITEM).is_some()
+                            || matches!(instance.extended(), Some(Value::Dict(_))));
+                Source {
+                    mapping: is_mapping.then_some(other),
+                    items: vec![other.clone()],
+                    next: 0,
+                }
+            }
+        };
+        let mut rest = format;
+        while let Some(percent) = rest.find('%') {
+            out.push_str(&rest[..percent]);
+            let at = format.len() - rest.len() + percent;
+            rest = self.conversion(&rest[percent + 1..], format, at, &mut source, out)?;
+        }
+        out.push_str(rest);
+        let all_used = source.next >= source.items.len() || source.mapping.is_some();
+        if !all_used {
+            return Err(self.type_error(format!(
+                "not all arguments converted during {what} formatting"
+            )));
+        }
+        self.check_allocation(out.len())
+    }
+
+    fn next_argument(&self, source: &mut Source<'_>) -> R {
+        let item = source.items.get(source.next).cloned();
+        source.next += 1;
+        item.ok_or_else(|| self.type_error("not enough arguments for format string"))
+    }
+
+    /// One conversion after its `%`, which is at byte `at` of `format`; returns the text after it.
+    fn conversion<'t>(
+        &self,
+        text_after: &'t str,
+        format: &str,
+        at: usize,
+        source: &mut Source<'_>,
+        out: &mut String,
+    ) -> R<&'t str> {
+        let mut rest = text_after;
+        let incomplete = || self.value_error("incomplete format");
+        let mut keyed = None;
+        if let Some(after) = rest.strip_prefix('(') {
+            let end = matching_parenthesis(after)
+                .ok_or_else(|| self.value_error("incomplete format key"))?;
+            let Some(mapping) = source.mapping else {
+                return Err(self.type_error("format requires a mapping"));
+            };
+            keyed = Some(self.item(mapping, &Value::str(&after[..end]))?);
+            rest = &after[end + 1..];
+        }
+        let mut conversion = Conversion::default();
+        while let Some(flag) = rest.chars().next() {
+            match flag {
+                '-' => conversion.left = true,
+                '+' => conversion.plus = true,
+                ' ' => conversion.blank = true,
+                '0' => conversion.zero = true,
+                '#' => conversion.alternate = true,
+                _ => break,
+            }
+            rest = &rest[1..];
+        }
+        let width = self.size(&mut rest, source)?;
+        conversion.left |= width < 0;
+        conversion.width = width.unsigned_abs() as usize;
+        if let Some(after) = rest.strip_prefix('.') {
+            rest = after;
+            conversion.precision = Some(self.size(&mut rest, source)?.max(0) as usize);
+        }
+        self.check_allocation(conversion.width.max(conversion.precision.unwrap_or(0)))?;
+        rest = rest.trim_start_matches(['l', 'h', 'L']);
+        let kind = rest.chars().next().ok_or_else(incomplete)?;
+        rest = &rest[kind.len_utf8()..];
+        if kind == '%' {
+            out.push('%');
+            return Ok(rest);
+        }
+        if !"sradiuoxXeEfFgGcb".contains(kind) {
+            let index =
+                format[..at].chars().count() + text_after.chars().count() - rest.chars().count();
+            let code = kind as u32;
+            let text =
+                format!("unsupported format character '{kind}' ({code:#x}) at index {index}");
+            return Err(self.value_error(text));
+        }
+        let value = match keyed {
+            Some(value) => value,
+            None => self.next_argument(source)?,
+        };
+        self.convert_percent(kind, &conversion, &value, out)?;
+        Ok(rest)
+    }
+
+    /// A width or precision: digits, or `*` for the next argument.
+    fn size(&self, rest: &mut &str, source: &mut Source<'_>) -> R<i64> {
+        if let Some(after) = rest.strip_prefix('*') {
+            *rest = after;
+            let value = self.next_argument(source)?;
+            return match value {
+                Value::Int(size) => Ok(size.clamp(-(i32::MAX as i64), i32::MAX as i64)),
+                _ => Err(self.type_error("* wants int")),
+            };
+        }
+        let length = rest
+            .find(|c: char| !c.is_ascii_digit())
+            .unwrap_or(rest.len());
+        let (digits, after) = rest.split_at(length);
+        *rest = after;
+        match digits.parse::<i32>() {
+            Ok(size) => Ok(i64::from(size)),
+            Err(_) if digits.is_empty() => Ok(0),
+            Err(_) => Err(self.value_error("width too big")),
+        }
+    }
+
+    fn convert_percent(
+        &self,
+        kind: char,
+        conversion: &Conversion,
+        value: &Value,
+        out: &mut String,
+    ) -> R<()> {
+        let numeric = !"srac".contains(kind) && kind != 'b';
+        let zero = conversion.zero && numeric && !conversion.left;
+        let spec = Spec {
+            fill: if zero { '0' } else { ' ' },
+            align: Some(match (conversion.left, zero) {
+                (true, _) => '<',
+                (_, true) => '=',
+                _ => '>',
+            }),
+            sign: match (conversion.plus, conversion.blank) {
+                (true, _) if numeric => '+',
+                (_, true) if numeric => ' ',
+                _ => '-',
+            },
+            no_negative_zero: false,
+            alternate: conversion.alternate,
+            width: conversion.width,
+            grouping: None,
+            precision: conversion.precision,
+            kind: Some(kind),
+        };
+        let as_text = Spec {
+            kind: None,
+            alternate: false,
+            ..spec.clone()
+        };
+        match kind {
+            's' | 'b' => text(&self.str(value)?, &as_text, self, out),
+            'r' => text(&self.repr(value)?, &as_text, self, out),
+            'a' => text(&self.ascii(value)?, &as_text, self, out),
+            'c' => {
+                let text_value = match self.plain(value) {
+                    Value::Str(text) if text.len() == 1 => text.as_str().to_owned(),
+                    Value::Int(code) => match u32::try_from(code).ok().and_then(char::from_u32) {
+                        Some(c) => c.to_string(),
+                        None => {
+                            let kind = crate::errors::ExceptionKind::OverflowError;
+                            return Err(self.raise(kind, "%c arg not in range(0x110000)"));
+                        }
+                    },
+                    _ => return Err(self.type_error("%c requires int or char")),
+                };
+                text(
+                    &text_value,
+                    &Spec {
+                        precision: None,
+                        ..as_text
+                    },
+                    self,
+                    out,
+                )
+            }
+            'd' | 'i' | 'u' => self.percent_integer(kind, 'd', &spec, value, out),
+            'o' | 'x' | 'X' => self.percent_integer(kind, kind, &spec, value, out),
+            _ => {
+                let float = self.to_f64(value).map_err(|raised| {
+                    if self.is_kind(&raised, crate::errors::ExceptionKind::TypeError) {
+                        let name = self.core.types.name_of(value);
+                        return self.type_error(format!("must be real number, not {name}"));
+                    }
+                    raised
+                })?;
+                real(
+                    float,
+                    &Spec {
+                        kind: Some(kind),
+                        ..spec
+                    },
+                    "float",
+                    self,
+                    out,
+                )
+            }
+        }
+    }
+
+    fn percent_integer(
+        &self,
+        shown: char,
+        kind: char,
+        spec: &Spec,
+        value: &Value,
+        out: &mut String,
+    ) -> R<()> {
+        let int = match self.plain(value) {
+            Value::Float(float) if kind == 'd' => {
+                if !float.is_finite() {
+                    let what = if float.is_nan() {
+                        "float NaN"
+                    } else {
+                        "float infinity"
+                    };
+                    let text = format!("cannot convert {what} to integer");
+                    return Err(if float.is_nan() {
+                        self.value_error(text)
+                    } else {
+                        self.raise(crate::errors::ExceptionKind::OverflowError, text)
+                    });
+                }
+                Int::of(&crate::value::int::from_f64(float)).unwrap_or(Int::Small(0))
+            }
+            other => match Int::of(&other) {
+                Some(int) => int,
+                None => self.to_int(&other).map_err(|_| {
+                    let name = self.core.types.name_of(value);
+                    let wanted = if kind == 'd' {
+                        "a real number"
+                    } else {
+                        "an integer"
+                    };
+                    self.type_error(format!("%{shown} format: {wanted} is required, not {name}"))
+                })?,
+            },
+        };
+        let precision = spec.precision;
+        let spec = Spec {
+            kind: Some(kind),
+            precision: None,
+            ..spec.clone()
+        };
+        let Some(precision) = precision else {
+            return integer(&int, &spec, self, out);
+        };
+        // A precision of an integer is its least number of digits.
+        let mut digits = String::new();
+        let bare = Spec {
+            width: 0,
+            sign: '-',
+            fill: ' ',
+            align: None,
+            ..spec.clone()
+        };
+        integer(&int, &bare, self, &mut digits)?;
+        let magnitude = digits.trim_start_matches('-');
+        let zeros = "0".repeat(precision.saturating_sub(magnitude.len()));
+        let sign = super::sign_of(int.is_negative(), &spec);
+        super::pad(
+            sign,
+            &format!("{zeros}{magnitude}"),
+            spec.align.unwrap_or('>'),
+            &spec,
+            out,
+        );
+        Ok(())
+    }
+}
+
+/// Index of the parenthesis that closes the one before `text`.
+fn matching_parenthesis(text: &str) -> Option<usize> {
+    let mut depth = 1;
+    for (index, byte) in text.bytes().enumerate() {
+        match byte {
+            b'(' => depth += 1,
+            b')' => depth -= 1,
+            _ => {}
+        }
+        if depth == 0 {
+            return Some(index);
+        }
+    }
+    None
+}

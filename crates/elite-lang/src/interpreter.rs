@@ -1,0 +1,295 @@
+//! The interpreter of one task, and its script threads as the embedder drives them.
+
+use std::rc::Rc;
+
+use corosensei::stack::DefaultStack;
+use corosensei::{Coroutine, CoroutineResult};
+
+use crate::builtins::Builtin;
+use crate::errors::ScriptError;
+use crate::eval::coroutine::{Outlet, Request, Resume, StackKind, Stopping, ThreadState, limit_of};
+use crate::eval::{Core, Evaluator};
+use crate::host::{Host, ThreadId};
+use crate::limits::Limits;
+use crate::native::{NativeFunction, WaitToken};
+use crate::program::Program;
+use crate::value::{Function, R, Raised, Value};
+
+/// The interpreter of one task: its globals, its script threads. Stays on the OS thread that made it.
+pub struct Interpreter {
+    core: Rc<Core>,
+}
+
+impl Interpreter {
+    /// An interpreter whose programs find the given natives beside Python's builtins.
+    pub fn new(host: Rc<dyn Host>, natives: Vec<NativeFunction>, limits: Limits) -> Self {
+        let core = Core::new(host, limits);
+        for native in natives {
+            let name = core.symbols.intern(native.name);
+            core.builtins.set(name, Builtin::native(&core, native));
+        }
+        Interpreter { core }
+    }
+
+    /// A script thread that runs the top-level statements of a program in the globals of the task; a program that
+    /// consists of one function runs that. Nothing runs before the first `resume`.
+    pub fn spawn_program(&self, program: &Program) -> ScriptThread {
+        let (core, program) = (self.core.clone(), program.clone());
+        ScriptThread::new(&self.core, move |ev| {
+            let namespace = core.globals.clone();
+            let code = crate::lower::module(
+                &core,
+                &namespace,
+                &program.file,
+                &program.module,
+                &program.resolution,
+            );
+            let function = Function::plain(code, Box::default());
+            let result = ev.call_function(&function, &mut [], &[])?;
+            let Some(entry) = &program.entry else {
+                return Ok(result);
+            };
+            match namespace.get(core.symbols.intern(entry)) {
+                Some(function) => ev.call(&function, &mut [], &[]),
+                None => Ok(result),
+            }
+        })
+    }
+
+    /// A script thread that calls a function, as `start_thread` does.
+    ///
+    /// # Errors
+    /// If `function` cannot be called at all.
+    pub fn spawn_call(
+        &self,
+        function: Value,
+        args: Vec<Value>,
+    ) -> Result<ScriptThread, Box<ScriptError>> {
+        let callable = match &function {
+            Value::Function(_) | Value::Builtin(_) | Value::BoundMethod(_) | Value::Class(_) => {
+                true
+            }
+            other => self
+                .core
+                .types
+                .of(other)
+                .lookup(crate::value::symbol::known::CALL)
+                .is_some(),
+        };
+        if !callable {
+            let name = self.core.types.name_of(&function);
+            return Err(Box::new(ScriptError {
+                exception: "TypeError".to_owned(),
+                message: format!("'{name}' object is not callable"),
+                traceback: Vec::new(),
+                previous: None,
+            }));
+        }
+        Ok(ScriptThread::new(&self.core, move |ev| {
+            ev.call(&function, &mut { args }, &[])
+        }))
+    }
+
+    /// The value of a global variable.
+    pub fn global(&self, name: &str) -> Option<Value> {
+        self.core.globals.get(self.core.symbols.find(name)?)
+    }
+
+    /// Sets a global variable.
+    pub fn set_global(&self, name: &str, value: Value) {
+        self.core.globals.set(self.core.symbols.intern(name), value);
+    }
+
+    /// The names of all global variables that are bound, in the order they first appeared.
+    pub fn global_names(&self) -> Vec<String> {
+        let entries = self.core.globals.entries();
+        entries
+            .into_iter()
+            .map(|(name, _)| self.core.symbols.name(name).to_string())
+            .collect()
+    }
+
+    /// Bytes the task's values hold, approximately.
+    pub fn memory_used(&self) -> usize {
+        self.core.memory_used()
+    }
+
+    /// What all script threads share. For the interpreter's own library.
+    pub fn core(&self) -> &Rc<Core> {
+        &self.core
+    }
+}
+
+impl Drop for Interpreter {
+    fn drop(&mut self) {
+        self.core.dismantle();
+    }
+}
+
+/// What a call of `ScriptThread::resume` came to.
+#[derive(Debug)]
+pub enum Step {
+    /// The fuel is used up; resume again whenever it suits.
+    OutOfFuel,
+    /// A native waits; resume when what the token stands for has happened.
+    Waiting(WaitToken),
+    /// The thread waits for another one (lock, queue, condition) or for time to pass: resume when `Host::wake` is
+    /// called for it, or when `Host::monotonic` has reached `until`.
+    Parked {
+        /// Seconds of `Host::monotonic`; None if only another thread can end the wait.
+        until: Option<f64>,
+    },
+    /// It ended with this result.
+    Done(Value),
+    /// An exception ended it.
+    Failed(Box<ScriptError>),
+    /// It was stopped.
+    Stopped,
+}
+
+enum End {
+    Done(Value),
+    Failed(Box<ScriptError>),
+    Stopped,
+}
+
+type ThreadCoroutine = Coroutine<Resume, Request, End, DefaultStack>;
+
+/// A script thread. Runs only while `resume` runs.
+pub struct ScriptThread {
+    core: Rc<Core>,
+    id: ThreadId,
+    state: ThreadState,
+    coroutine: Option<ThreadCoroutine>,
+    /// What to report when it has no coroutine any more.
+    ended: Option<Step>,
+}
+
+impl ScriptThread {
+    fn new(core: &Rc<Core>, body: impl FnOnce(&Evaluator<'_>) -> R + 'static) -> Self {
+        let number = core.new_thread();
+        let (coroutine, ended) = match core.stacks.take(StackKind::Thread) {
+            Some(stack) => (Some(start(core.clone(), stack, body)), None),
+            None => (None, Some(Step::Failed(Box::new(no_stack())))),
+        };
+        let state = ThreadState {
+            thread: number,
+            ..ThreadState::default()
+        };
+        ScriptThread {
+            core: core.clone(),
+            id: ThreadId(number),
+            state,
+            coroutine,
+            ended,
+        }
+    }
+
+    /// Its number, unique in the interpreter.
+    pub fn id(&self) -> ThreadId {
+        self.id
+    }
+
+    /// The line it is at, from 1; 0 before it has started.
+    pub fn current_line(&self) -> u32 {
+        self.state.line
+    }
+
+    /// Whether it has ended.
+    pub fn is_ended(&self) -> bool {
+        self.coroutine.is_none()
+    }
+
+    /// Runs it until it waits, ends, or has passed `fuel` safepoints (back-edges of loops and calls). With
+    /// `Resume::Stop` it unwinds: `finally` blocks and `with` exits run, with the fuel of `Limits::stop_fuel` in
+    /// total; a second stop unwinds without running more code.
+    pub fn resume(&mut self, resume: Resume, fuel: u32) -> Step {
+        let Some(mut coroutine) = self.coroutine.take() else {
+            return self.ended.take().unwrap_or(Step::Stopped);
+        };
+        if resume == Resume::Stop && !coroutine.started() {
+            return Step::Stopped;
+        }
+        let core = self.core.clone();
+        core.memory_resume();
+        let outer = core.switch_to(self.state);
+        core.set_fuel(fuel);
+        let result = coroutine.resume(resume);
+        self.state = core.switch_to(outer);
+        core.memory_pause();
+        match result {
+            CoroutineResult::Yield(request) => {
+                self.coroutine = Some(coroutine);
+                match request {
+                    Request::OutOfFuel => Step::OutOfFuel,
+                    Request::Wait(token) => Step::Waiting(token),
+                    Request::Park { until } => Step::Parked { until },
+                }
+            }
+            CoroutineResult::Return(end) => {
+                core.stacks.give(StackKind::Thread, coroutine.into_stack());
+                match end {
+                    End::Done(value) => Step::Done(value),
+                    End::Failed(error) => Step::Failed(error),
+                    End::Stopped => Step::Stopped,
+                }
+            }
+        }
+    }
+}
+
+impl Drop for ScriptThread {
+    /// A thread that is given up unwinds like a stopped one, but without running more code.
+    fn drop(&mut self) {
+        self.state.stopping = Stopping::Abandoned;
+        while self.coroutine.is_some() {
+            self.resume(Resume::Stop, 0);
+        }
+    }
+}
+
+fn start(
+    core: Rc<Core>,
+    stack: DefaultStack,
+    body: impl FnOnce(&Evaluator<'_>) -> R + 'static,
+) -> ThreadCoroutine {
+    let limit = limit_of(&stack);
+    Coroutine::with_stack(stack, move |yielder, _| {
+        let ev = Evaluator::new(core, Outlet::Thread(yielder), limit);
+        match body(&ev) {
+            Ok(value) => End::Done(value),
+            Err(Raised::Stop) => End::Stopped,
+            Err(Raised::Exception(exception)) => ev.end_of(&exception),
+        }
+    })
+}
+
+impl Evaluator<'_> {
+    /// What an exception that nobody handled makes of its thread. `SystemExit` without an error code is a normal end.
+    fn end_of(&self, exception: &Rc<crate::value::Instance>) -> End {
+        let exit = self
+            .core
+            .types
+            .exception(crate::errors::ExceptionKind::SystemExit);
+        if exception.class.is_subclass_of(exit) {
+            let code = self.attribute(
+                &Value::Instance(exception.clone()),
+                crate::value::symbol::known::CODE,
+            );
+            if matches!(code, Ok(Value::None | Value::Int(0) | Value::Bool(false))) {
+                return End::Done(Value::None);
+            }
+        }
+        End::Failed(Box::new(self.report(exception)))
+    }
+}
+
+fn no_stack() -> ScriptError {
+    let message = "the system has no memory for another script thread".to_owned();
+    ScriptError {
+        exception: "MemoryError".to_owned(),
+        message,
+        traceback: Vec::new(),
+        previous: None,
+    }
+}

@@ -1,0 +1,362 @@
+//! From text to tokens. Indentation, the optional `end` and the one-line form with semicolons live here
+//! (`layout`, `oneline`) and nowhere else: the parser only sees `Indent`, `Dedent`, `End` and `Newline`.
+
+mod layout;
+mod oneline;
+mod token;
+
+pub use token::{Token, TokenKind};
+
+use crate::diagnostic::Diagnostic;
+use crate::source::{SourceFile, Span};
+
+/// The tokens of a file, always ended by `EndOfFile`, and what was wrong with its text.
+pub struct Tokens {
+    /// The tokens.
+    pub tokens: Vec<Token>,
+    /// Errors and warnings.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Lexes a whole file.
+pub fn lex(file: &SourceFile) -> Tokens {
+    let mut lexer = Lexer::new(file.text(), 0, file.text().len());
+    lexer.run();
+    Tokens {
+        tokens: lexer.tokens,
+        diagnostics: lexer.diagnostics,
+    }
+}
+
+/// Lexes a single expression that lies at `span` of a file (a replacement field of an f-string): line ends and
+/// indentation mean nothing, as between brackets.
+pub fn lex_expression(file: &SourceFile, span: Span) -> Tokens {
+    let mut lexer = Lexer::new(file.text(), span.start as usize, span.end as usize);
+    lexer.brackets.push((TokenKind::LeftParen, span));
+    lexer.run_expression();
+    Tokens {
+        tokens: lexer.tokens,
+        diagnostics: lexer.diagnostics,
+    }
+}
+
+struct Lexer<'t> {
+    text: &'t str,
+    at: usize,
+    end: usize,
+    tokens: Vec<Token>,
+    diagnostics: Vec<Diagnostic>,
+    /// Open brackets, innermost last.
+    brackets: Vec<(TokenKind, Span)>,
+    layout: layout::Layout,
+}
+
+impl<'t> Lexer<'t> {
+    fn new(text: &'t str, start: usize, end: usize) -> Self {
+        let start = if start == 0 && text.starts_with('\u{feff}') {
+            '\u{feff}'.len_utf8()
+        } else {
+            start
+        };
+        let (tokens, diagnostics, brackets) = (Vec::new(), Vec::new(), Vec::new());
+        Lexer {
+            text,
+            at: start,
+            end,
+            tokens,
+            diagnostics,
+            brackets,
+            layout: layout::Layout::default(),
+        }
+    }
+
+    fn run(&mut self) {
+        while self.at < self.end {
+            self.start_of_line();
+            while self.at < self.end && !self.layout.at_line_start() {
+                self.token();
+            }
+        }
+        self.end_of_text();
+    }
+
+    fn run_expression(&mut self) {
+        self.layout.inside_expression();
+        while self.at < self.end {
+            self.token();
+        }
+        self.push(TokenKind::EndOfFile, self.end, self.end);
+    }
+
+    fn rest(&self) -> &'t str {
+        &self.text[self.at..self.end]
+    }
+
+    fn peek(&self) -> Option<char> {
+        self.rest().chars().next()
+    }
+
+    fn push(&mut self, kind: TokenKind, start: usize, end: usize) {
+        self.tokens.push(Token {
+            kind,
+            span: Span::new(start, end),
+        });
+    }
+
+    fn error(&mut self, code: &'static str, start: usize, end: usize, message: impl Into<String>) {
+        self.diagnostics
+            .push(Diagnostic::error(code, Span::new(start, end), message));
+    }
+
+    /// One token, or the blanks, comment or line end before it.
+    fn token(&mut self) {
+        let start = self.at;
+        let Some(c) = self.peek() else { return };
+        match c {
+            ' ' | '\t' | '\u{c}' => self.at += 1,
+            '#' => self.skip_comment(),
+            '\n' | '\r' => self.line_end(),
+            '\\' => self.continuation(),
+            '"' | '\'' => self.string(start),
+            ';' if self.layout.in_one_line_form() && self.brackets.is_empty() => self.part_end(),
+            _ if c.is_ascii_digit() => self.number(),
+            '.' if self.rest()[1..].starts_with(|next: char| next.is_ascii_digit()) => {
+                self.number()
+            }
+            _ if c == '_' || c.is_alphabetic() => self.word(),
+            _ => self.operator(c),
+        }
+    }
+
+    fn skip_comment(&mut self) {
+        let length = self.rest().find(['\n', '\r']).unwrap_or(self.rest().len());
+        self.at += length;
+    }
+
+    /// A backslash joins the next line to this one; anywhere else it is an error.
+    fn continuation(&mut self) {
+        let after = &self.rest()[1..];
+        let joined = ["\r\n", "\n", "\r"]
+            .into_iter()
+            .find(|end| after.starts_with(end));
+        match joined {
+            Some(line_end) => self.at += 1 + line_end.len(),
+            None => {
+                self.error(
+                    "syntax",
+                    self.at,
+                    self.at + 1,
+                    "unexpected character after line continuation '\\'",
+                );
+                self.at += 1;
+            }
+        }
+    }
+
+    fn word(&mut self) {
+        let start = self.at;
+        let rest = self.rest();
+        let length = rest
+            .find(|c: char| c != '_' && !c.is_alphanumeric())
+            .unwrap_or(rest.len());
+        let word = &rest[..length];
+        let is_prefix = length <= 2 && word.bytes().all(|b| b"rRbBuUfF".contains(&b));
+        if is_prefix && rest[length..].starts_with(['"', '\'']) {
+            self.at += length;
+            return self.string(start);
+        }
+        self.at += length;
+        let kind = TokenKind::keyword(word).unwrap_or(TokenKind::Name);
+        self.push(kind, start, self.at);
+    }
+
+    /// A string literal whose prefix starts at `start` and whose quote is at `self.at`.
+    fn string(&mut self, start: usize) {
+        let rest = self.rest();
+        let quote = &rest[..1];
+        let triple = rest.starts_with(&quote.repeat(3));
+        let delimiter = if triple { &rest[..3] } else { quote };
+        let mut at = delimiter.len();
+        loop {
+            let Some(c) = rest[at..].chars().next() else {
+                let kind = if triple {
+                    "triple-quoted string"
+                } else {
+                    "string"
+                };
+                self.at = self.end;
+                self.push(TokenKind::Str, start, self.end);
+                let opening = start + delimiter.len();
+                return self.error(
+                    "syntax",
+                    start,
+                    opening,
+                    format!("this {kind} is never closed"),
+                );
+            };
+            if rest[at..].starts_with(delimiter) {
+                break;
+            }
+            if !triple && (c == '\n' || c == '\r') {
+                self.at += at;
+                self.push(TokenKind::Str, start, self.at);
+                return self.error(
+                    "syntax",
+                    start,
+                    self.at,
+                    "this string is not closed before the line ends",
+                );
+            }
+            at += c.len_utf8();
+            if c == '\\' {
+                let escaped = &rest[at..];
+                let line_end = if escaped.starts_with("\r\n") { 2 } else { 0 };
+                at += line_end.max(escaped.chars().next().map_or(0, char::len_utf8));
+            }
+        }
+        self.at += at + delimiter.len();
+        self.push(TokenKind::Str, start, self.at);
+    }
+
+    fn number(&mut self) {
+        let start = self.at;
+        let rest = self.rest();
+        let lower = rest.get(..2).unwrap_or("").to_ascii_lowercase();
+        let kind = if ["0x", "0o", "0b"].contains(&lower.as_str()) {
+            self.at += 2 + digits(&rest[2..], |c| c.is_ascii_alphanumeric());
+            TokenKind::Int
+        } else {
+            let (length, kind) = decimal(rest);
+            self.at += length;
+            kind
+        };
+        let glued = self
+            .rest()
+            .find(|c: char| c != '_' && !c.is_alphanumeric())
+            .unwrap_or(self.rest().len());
+        let word = &self.rest()[..glued];
+        // `1if x else y` is legal Python; any other letter after a number is a slip.
+        if glued > 0 && TokenKind::keyword(word).is_none() {
+            self.at += glued;
+            let text = &self.text[start..self.at];
+            self.error(
+                "syntax",
+                start,
+                self.at,
+                format!("'{text}' is neither a number nor a name"),
+            );
+        }
+        self.push(kind, start, self.at);
+    }
+
+    fn operator(&mut self, c: char) {
+        let start = self.at;
+        let Some((kind, length)) = token::longest_operator(self.rest()) else {
+            self.at += c.len_utf8();
+            self.push(TokenKind::Unknown, start, self.at);
+            return self.unknown_character(start, c);
+        };
+        self.at += length;
+        match kind {
+            TokenKind::LeftParen | TokenKind::LeftBracket | TokenKind::LeftBrace => {
+                self.brackets.push((kind, Span::new(start, self.at)));
+            }
+            TokenKind::RightParen | TokenKind::RightBracket | TokenKind::RightBrace => {
+                self.close(kind, start)
+            }
+            _ => {}
+        }
+        self.push(kind, start, self.at);
+    }
+
+    fn unknown_character(&mut self, start: usize, c: char) {
+        let message = format!(
+            "the character {c:?} (U+{:04X}) has no meaning here",
+            c as u32
+        );
+        let ascii = match c {
+            '（' => "(",
+            '）' => ")",
+            '，' => ",",
+            '：' => ":",
+            '；' => ";",
+            '“' | '”' => "\"",
+            '‘' | '’' => "'",
+            '【' => "[",
+            '】' => "]",
+            '＝' => "=",
+            '－' | '–' | '−' => "-",
+            '＋' => "+",
+            _ => "",
+        };
+        let mut diagnostic = Diagnostic::error("syntax", Span::new(start, self.at), message);
+        if !ascii.is_empty() {
+            diagnostic = diagnostic.with_help(format!("did you mean {ascii}"));
+        }
+        self.diagnostics.push(diagnostic);
+    }
+
+    /// A closing bracket must match the innermost open one.
+    fn close(&mut self, kind: TokenKind, start: usize) {
+        let span = Span::new(start, self.at);
+        let Some((open, open_span)) = self.brackets.pop() else {
+            return self.error(
+                "syntax",
+                start,
+                self.at,
+                format!("{} closes nothing", kind.describe()),
+            );
+        };
+        let matching = match open {
+            TokenKind::LeftParen => TokenKind::RightParen,
+            TokenKind::LeftBracket => TokenKind::RightBracket,
+            _ => TokenKind::RightBrace,
+        };
+        if matching != kind {
+            let message = format!("{} does not match {}", kind.describe(), open.describe());
+            self.diagnostics.push(
+                Diagnostic::error("syntax", span, message).with_label(open_span, "opened here"),
+            );
+        }
+    }
+}
+
+/// Length of the run of characters that `accept` takes, single underscores between them included.
+fn digits(text: &str, accept: impl Fn(char) -> bool) -> usize {
+    let mut length = 0;
+    let mut chars = text.chars().peekable();
+    while let Some(c) = chars.next() {
+        let separator = c == '_' && chars.peek().is_some_and(|next| accept(*next));
+        if !accept(c) && !separator {
+            break;
+        }
+        length += c.len_utf8();
+    }
+    length
+}
+
+/// Length and kind of the decimal number that `text` starts with.
+fn decimal(text: &str) -> (usize, TokenKind) {
+    let digit = |c: char| c.is_ascii_digit();
+    let mut length = digits(text, digit);
+    let mut kind = TokenKind::Int;
+    if text[length..].starts_with('.') {
+        kind = TokenKind::Float;
+        length += 1;
+        if text[length..].starts_with(digit) {
+            length += digits(&text[length..], digit);
+        }
+    }
+    if let Some(after) = text[length..].strip_prefix(['e', 'E']) {
+        let sign = usize::from(after.starts_with(['+', '-']));
+        if after[sign..].starts_with(digit) {
+            kind = TokenKind::Float;
+            length += 1 + sign + digits(&after[sign..], digit);
+        }
+    }
+    if text[length..].starts_with(['j', 'J']) {
+        return (length + 1, TokenKind::Imaginary);
+    }
+    (length, kind)
+}
+

@@ -1,0 +1,98 @@
+//! The tokens of EliteScript. Owns their kinds and how they are named in messages.
+
+use crate::source::Span;
+
+/// A token: its kind and place. The text is `file.slice(span)`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct Token {
+    pub kind: TokenKind,
+    pub span: Span,
+}
+
+macro_rules! tokens {
+    (
+        layout { $($layout:ident => $layout_text:literal,)* }
+        keywords { $($keyword:ident => $keyword_text:literal,)* }
+        operators { $($operator:ident => $operator_text:literal,)* }
+    ) => {
+        /// What a token is.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[allow(missing_docs)]
+        pub enum TokenKind { $($layout,)* $($keyword,)* $($operator,)* }
+
+        impl TokenKind {
+            /// How messages name this kind of token.
+            pub fn describe(self) -> &'static str {
+                match self {
+                    $(TokenKind::$layout => $layout_text,)*
+                    $(TokenKind::$keyword => concat!("'", $keyword_text, "'"),)*
+                    $(TokenKind::$operator => concat!("'", $operator_text, "'"),)*
+                }
+            }
+
+            /// The keyword with this text.
+            pub fn keyword(text: &str) -> Option<TokenKind> {
+                match text {
+                    $($keyword_text => Some(TokenKind::$keyword),)*
+                    _ => None,
+                }
+            }
+
+            /// Whether this is a keyword.
+            pub fn is_keyword(self) -> bool {
+                matches!(self, $(TokenKind::$keyword)|*)
+            }
+        }
+
+        /// All operators, longest first within each starting character by construction of `longest_operator`.
+        const OPERATORS: &[(&str, TokenKind)] = &[$(($operator_text, TokenKind::$operator),)*];
+    };
+}
+
+tokens! {
+    layout {
+        Name => "a name",
+        Int => "a number",
+        Float => "a number",
+        Imaginary => "a number",
+        Str => "a string",
+        Newline => "the end of the line",
+        Indent => "an indented line",
+        Dedent => "the end of the block",
+        End => "'end'",
+        EndOfFile => "the end of the program",
+        Unknown => "an unknown character",
+    }
+    keywords {
+        False => "False", None => "None", True => "True", And => "and", As => "as", Assert => "assert",
+        Async => "async", Await => "await", Break => "break", Class => "class", Continue => "continue",
+        Def => "def", Del => "del", Elif => "elif", Else => "else", Except => "except", Finally => "finally",
+        For => "for", From => "from", Global => "global", If => "if", Import => "import", In => "in", Is => "is",
+        Lambda => "lambda", Nonlocal => "nonlocal", Not => "not", Or => "or", Pass => "pass", Raise => "raise",
+        Return => "return", Try => "try", While => "while", With => "with", Yield => "yield",
+    }
+    operators {
+        LeftParen => "(", RightParen => ")", LeftBracket => "[", RightBracket => "]",
+        LeftBrace => "{", RightBrace => "}",
+        Comma => ",", ColonEqual => ":=", Colon => ":", Semicolon => ";", Ellipsis => "...", Dot => ".",
+        Arrow => "->", PlusEqual => "+=", Plus => "+", MinusEqual => "-=", Minus => "-",
+        DoubleStarEqual => "**=", DoubleStar => "**", StarEqual => "*=", Star => "*",
+        DoubleSlashEqual => "//=", DoubleSlash => "//", SlashEqual => "/=", Slash => "/",
+        PercentEqual => "%=", Percent => "%", AtEqual => "@=", At => "@",
+        AmpersandEqual => "&=", Ampersand => "&", BarEqual => "|=", Bar => "|",
+        CaretEqual => "^=", Caret => "^", Tilde => "~",
+        LeftShiftEqual => "<<=", LeftShift => "<<", RightShiftEqual => ">>=", RightShift => ">>",
+        LessEqual => "<=", Less => "<", GreaterEqual => ">=", Greater => ">",
+        EqualEqual => "==", Equal => "=", NotEqual => "!=",
+    }
+}
+
+/// The longest operator `rest` starts with, and its length in bytes.
+pub fn longest_operator(rest: &str) -> Option<(TokenKind, usize)> {
+    let found = OPERATORS
+        .iter()
+        .filter(|(text, _)| rest.starts_with(text))
+        .max_by_key(|(text, _)| text.len());
+    found.map(|(text, kind)| (*kind, text.len()))
+}

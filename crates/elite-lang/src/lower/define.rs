@@ -1,0 +1,262 @@
+//! Functions, lambdas, generator expressions and classes: code objects of their own.
+
+use std::rc::Rc;
+
+use super::Lower;
+use crate::ast::{self, Constant, ExprKind, Stmt, StmtKind};
+use crate::eval::Expr;
+use crate::eval::code::{Body, Code, CodeKind, Params};
+use crate::eval::expr::comprehension::{Clauses, GeneratorBody};
+use crate::eval::expr::function::MakeFunction;
+use crate::eval::expr::names::Local;
+use crate::eval::stmt::define::{DefineClass, DefineFunction};
+use crate::resolve::{FrameLayout, Place};
+use crate::source::Span;
+
+/// What a code object is made of.
+struct Parts<'p> {
+    name: &'p str,
+    doc: Option<Rc<str>>,
+    params: Params,
+    layout: FrameLayout,
+    body: Body,
+    stack_bytes: usize,
+    span: Span,
+}
+
+impl Lower<'_> {
+    fn layout(&self, scope: ast::ScopeId) -> FrameLayout {
+        self.places(scope).frame.clone().unwrap_or_default()
+    }
+
+    fn code(&self, parts: Parts<'_>) -> Rc<Code> {
+        let layout = parts.layout;
+        Rc::new(Code {
+            name: parts.name.into(),
+            qualname: format!("{}{}", self.prefix, parts.name).into(),
+            doc: parts.doc,
+            file: self.file.clone(),
+            span: parts.span,
+            params: parts.params,
+            slots: layout.slot_names.len(),
+            slot_names: self.symbols(&layout),
+            free_names: layout
+                .closure
+                .iter()
+                .map(|(name, _)| self.symbol(name))
+                .collect(),
+            cells: layout.cells.into(),
+            kind: if layout.is_generator {
+                CodeKind::Generator
+            } else {
+                CodeKind::Plain
+            },
+            body: parts.body,
+            stack_bytes: parts.stack_bytes,
+        })
+    }
+
+    fn params(&self, parameters: &ast::Parameters) -> Params {
+        let by_name = parameters
+            .positional_only
+            .iter()
+            .chain(&parameters.positional)
+            .chain(&parameters.keyword_only);
+        let names: Box<[_]> = by_name
+            .map(|parameter| self.symbol(&parameter.name.name))
+            .collect();
+        let star = parameters.star.as_ref().map(|_| names.len());
+        let double_star = parameters
+            .double_star
+            .as_ref()
+            .map(|_| names.len() + usize::from(star.is_some()));
+        Params {
+            positional_only: parameters.positional_only.len(),
+            positional: parameters.positional_only.len() + parameters.positional.len(),
+            names,
+            star,
+            double_star,
+        }
+    }
+
+    fn make_function(
+        &mut self,
+        parameters: &ast::Parameters,
+        code: Rc<Code>,
+        layout: &FrameLayout,
+    ) -> MakeFunction {
+        let positional = parameters
+            .positional_only
+            .iter()
+            .chain(&parameters.positional);
+        let defaults: Vec<&ast::Expr> = positional
+            .filter_map(|parameter| parameter.default.as_ref())
+            .collect();
+        let defaults = defaults
+            .into_iter()
+            .map(|default| self.expr(default))
+            .collect();
+        let keyword = |parameter: &ast::Parameter| {
+            parameter.default.as_ref().map(|default| self.expr(default))
+        };
+        let keyword_defaults = parameters.keyword_only.iter().map(keyword).collect();
+        MakeFunction {
+            code,
+            defaults,
+            keyword_defaults,
+            closure: closure(layout),
+        }
+    }
+
+    pub(super) fn define_function(&mut self, def: &ast::FunctionDef, span: Span) -> DefineFunction {
+        let decorators = self.decorators(&def.decorators);
+        let layout = self.layout(def.scope);
+        let prefix = format!("{}{}.<locals>.", self.prefix, def.name.name);
+        let (body, stack_bytes) = self.frame(def.scope, prefix, |lower| lower.block(&def.body));
+        let code = self.code(Parts {
+            name: &def.name.name,
+            doc: docstring(&def.body),
+            params: self.params(&def.parameters),
+            layout: layout.clone(),
+            body: Body::Block(body),
+            stack_bytes,
+            span,
+        });
+        let function = self.make_function(&def.parameters, code, &layout);
+        DefineFunction {
+            function,
+            decorators,
+            target: self.name_target(&def.name.name, def.name.span),
+        }
+    }
+
+    fn decorators(&mut self, decorators: &[ast::Expr]) -> Box<[(Expr, Span)]> {
+        decorators
+            .iter()
+            .map(|decorator| (self.expr(decorator), decorator.span))
+            .collect()
+    }
+
+    pub(super) fn lambda(&mut self, lambda: &ast::Lambda, span: Span) -> MakeFunction {
+        let layout = self.layout(lambda.scope);
+        let prefix = format!("{}<lambda>.<locals>.", self.prefix);
+        let (body, stack_bytes) =
+            self.frame(lambda.scope, prefix, |lower| lower.expr(&lambda.body));
+        let code = self.code(Parts {
+            name: "<lambda>",
+            doc: None,
+            params: self.params(&lambda.parameters),
+            layout: layout.clone(),
+            body: Body::Expression(body),
+            stack_bytes,
+            span,
+        });
+        self.make_function(&lambda.parameters, code, &layout)
+    }
+
+    pub(super) fn generator_expression(
+        &mut self,
+        comprehension: &ast::Comprehension,
+        element: &ast::Expr,
+        span: Span,
+    ) -> MakeFunction {
+        let layout = self.layout(comprehension.scope);
+        let prefix = format!("{}<genexpr>.<locals>.", self.prefix);
+        let (body, stack_bytes) = self.frame(comprehension.scope, prefix, |lower| {
+            let first: Expr = Box::new(Local { slot: 0, span });
+            let clauses = lower.clauses(comprehension, first);
+            let clauses = Clauses {
+                clauses,
+                slots: Box::default(),
+                fresh_cells: Box::default(),
+            };
+            Box::new(GeneratorBody {
+                element: lower.expr(element),
+                clauses,
+                span: element.span,
+            }) as Expr
+        });
+        let params = Params {
+            names: Box::new([self.symbol(".0")]),
+            positional_only: 1,
+            positional: 1,
+            ..Params::default()
+        };
+        let code = self.code(Parts {
+            name: "<genexpr>",
+            doc: None,
+            params,
+            layout: layout.clone(),
+            body: Body::Expression(body),
+            stack_bytes,
+            span,
+        });
+        MakeFunction {
+            code,
+            defaults: Box::default(),
+            keyword_defaults: Box::default(),
+            closure: closure(&layout),
+        }
+    }
+
+    pub(super) fn define_class(&mut self, def: &ast::ClassDef, span: Span) -> DefineClass {
+        let decorators = self.decorators(&def.decorators);
+        let args = self.call_args(&def.args);
+        let layout = self.layout(def.scope);
+        let prefix = format!("{}{}.", self.prefix, def.name.name);
+        let (body, stack_bytes) = self.frame(def.scope, prefix, |lower| lower.block(&def.body));
+        let code = self.code(Parts {
+            name: &def.name.name,
+            doc: docstring(&def.body),
+            params: Params::default(),
+            layout: layout.clone(),
+            body: Body::Block(body),
+            stack_bytes,
+            span,
+        });
+        DefineClass {
+            code,
+            closure: closure(&layout),
+            args,
+            names: layout.class_names as usize,
+            class_cell: layout.class_cell,
+            decorators,
+            target: self.name_target(&def.name.name, def.name.span),
+            span: def.name.span,
+        }
+    }
+
+    /// Reads the first parameter of the function around; None if it has none.
+    pub(super) fn first_parameter(&mut self, span: Span) -> Option<Expr> {
+        let layout = self.layout(self.frame_scope);
+        let name = layout.slot_names.first()?.clone();
+        let outer = std::mem::replace(&mut self.scope, self.frame_scope);
+        let place = self.place(&name);
+        self.scope = outer;
+        Some(match place {
+            Place::Cell(slot) => Box::new(crate::eval::expr::names::LocalCell { slot, span }),
+            Place::Local(slot) => Box::new(Local { slot, span }),
+            _ => return None,
+        })
+    }
+}
+
+fn closure(layout: &FrameLayout) -> Box<[Place]> {
+    layout
+        .closure
+        .iter()
+        .map(|(_, place)| place.clone())
+        .collect()
+}
+
+/// The documentation string a body starts with.
+fn docstring(body: &[Stmt]) -> Option<Rc<str>> {
+    let first = body.first()?;
+    let StmtKind::Expr(expr) = &first.kind else {
+        return None;
+    };
+    match &expr.kind {
+        ExprKind::Constant(Constant::Str(text)) => Some((&**text).into()),
+        _ => None,
+    }
+}

@@ -1,0 +1,382 @@
+//! Expressions.
+
+use super::Lower;
+use crate::ast::{
+    self, Arg, ComprehensionKind, Constant, Conversion, DictItem, ExprKind, FStringPart, UnaryOp,
+};
+use crate::eval::Expr;
+use crate::eval::expr::attribute::{Attribute, Cache};
+use crate::eval::expr::binary::{Operand, Unary, binary};
+use crate::eval::expr::boolean::{And, IfElse, Not, Or};
+use crate::eval::expr::call::{Call, CallArg, CallMethod, CallWith, SuperCall};
+use crate::eval::expr::compare::{Chain, compare};
+use crate::eval::expr::comprehension::{
+    Clause, Clauses, DictComprehension, GeneratorExpression, ListComprehension, SetComprehension,
+};
+use crate::eval::expr::display::{
+    DictDisplay, DictElement, Element, ListDisplay, SetDisplay, TupleDisplay,
+};
+use crate::eval::expr::fstring::{FString, Part};
+use crate::eval::expr::item::{Item, SliceExpr};
+use crate::eval::expr::names::{ClassName, Const, Free, Global, Local, LocalCell, Named};
+use crate::eval::expr::yields::{Yield, YieldFrom};
+use crate::resolve::Place;
+use crate::source::Span;
+use crate::value::Value;
+
+impl Lower<'_> {
+    pub(super) fn expr(&mut self, expr: &ast::Expr) -> Expr {
+        self.deeper(|lower| lower.expr_here(expr))
+    }
+
+    fn boxed(&mut self, expr: &Option<Box<ast::Expr>>) -> Option<Expr> {
+        expr.as_ref().map(|expr| self.expr(expr))
+    }
+
+    pub(super) fn exprs(&mut self, exprs: &[ast::Expr]) -> Box<[Expr]> {
+        exprs.iter().map(|expr| self.expr(expr)).collect()
+    }
+
+    fn expr_here(&mut self, expr: &ast::Expr) -> Expr {
+        let span = expr.span;
+        match &expr.kind {
+            ExprKind::Constant(constant) => Box::new(Const(self.constant(constant))),
+            ExprKind::Error => Box::new(Const(Value::None)),
+            ExprKind::Name(name) => self.name(name, span),
+            ExprKind::And(operands) => Box::new(And(self.exprs(operands))),
+            ExprKind::Or(operands) => Box::new(Or(self.exprs(operands))),
+            ExprKind::Binary { op, left, right } => {
+                let (left, right) = (self.operand(left), self.operand(right));
+                binary(*op, left, right, span)
+            }
+            ExprKind::Unary { op, operand } => self.unary(*op, operand, span),
+            ExprKind::Compare { left, rest } => self.comparison(left, rest, span),
+            ExprKind::Call { function, args } => self.call(function, args, span),
+            ExprKind::Attribute { value, name } => {
+                let (value, name) = (self.expr(value), self.symbol(&name.name));
+                Box::new(Attribute {
+                    value,
+                    name,
+                    span,
+                    cache: Cache::default(),
+                })
+            }
+            ExprKind::Subscript { value, index } => Box::new(Item {
+                value: self.expr(value),
+                index: self.expr(index),
+                span,
+            }),
+            ExprKind::Slice { lower, upper, step } => {
+                let (lower, upper, step) = (self.boxed(lower), self.boxed(upper), self.boxed(step));
+                Box::new(SliceExpr { lower, upper, step })
+            }
+            ExprKind::List(items) => Box::new(ListDisplay(self.elements(items))),
+            ExprKind::Tuple(items) => self.tuple(items),
+            ExprKind::Set(items) => Box::new(SetDisplay(self.elements(items), span)),
+            ExprKind::Dict(items) => Box::new(DictDisplay(self.dict_elements(items), span)),
+            ExprKind::Comprehension(comprehension) => self.comprehension(comprehension, span),
+            ExprKind::Lambda(lambda) => Box::new(self.lambda(lambda, span)),
+            ExprKind::IfElse { test, body, orelse } => {
+                let (test, body, orelse) = (self.expr(test), self.expr(body), self.expr(orelse));
+                Box::new(IfElse { test, body, orelse })
+            }
+            ExprKind::Named { target, value } => Box::new(Named {
+                target: self.name_target(&target.name, target.span),
+                value: self.expr(value),
+            }),
+            // Stars are handled by what they stand in.
+            ExprKind::Starred(inner) => self.expr(inner),
+            ExprKind::Yield(value) => Box::new(Yield {
+                value: self.boxed(value),
+                span,
+            }),
+            ExprKind::YieldFrom(value) => Box::new(YieldFrom {
+                value: self.expr(value),
+                span,
+            }),
+            ExprKind::FString(parts) => Box::new(FString(self.parts(parts))),
+        }
+    }
+
+    /// A node that reads a name.
+    pub(super) fn name(&mut self, name: &str, span: Span) -> Expr {
+        match self.place(name) {
+            Place::Local(slot) => Box::new(Local { slot, span }),
+            Place::Cell(slot) => Box::new(LocalCell { slot, span }),
+            Place::Free(index) => Box::new(Free { index, span }),
+            Place::Global => Box::new(self.global(name, span)),
+            Place::Class(slot) => Box::new(ClassName {
+                slot,
+                global: self.global(name, span),
+            }),
+        }
+    }
+
+    pub(super) fn global(&self, name: &str, span: Span) -> Global {
+        let name = self.symbol(name);
+        Global {
+            cell: self.namespace.cell(name),
+            builtin: self.core.builtins.cell(name),
+            name,
+            span,
+        }
+    }
+
+    /// An operand, as what it is.
+    pub(super) fn operand(&mut self, expr: &ast::Expr) -> Operand {
+        match &expr.kind {
+            ExprKind::Constant(constant) => Operand::Const(self.constant(constant)),
+            ExprKind::Name(name) => match self.place(name) {
+                Place::Local(slot) => Operand::Local(Local {
+                    slot,
+                    span: expr.span,
+                }),
+                _ => Operand::Expr(self.expr(expr)),
+            },
+            ExprKind::Unary {
+                op: UnaryOp::Neg,
+                operand,
+            } => match &operand.kind {
+                ExprKind::Constant(Constant::Int(int)) => Operand::Const(Value::Int(-int)),
+                ExprKind::Constant(Constant::Float(float)) => Operand::Const(Value::Float(-float)),
+                _ => Operand::Expr(self.expr(expr)),
+            },
+            _ => Operand::Expr(self.expr(expr)),
+        }
+    }
+
+    fn unary(&mut self, op: UnaryOp, operand: &ast::Expr, span: Span) -> Expr {
+        if op == UnaryOp::Not {
+            return Box::new(Not(self.expr(operand)));
+        }
+        match (op, &operand.kind) {
+            (UnaryOp::Neg, ExprKind::Constant(Constant::Int(int))) => {
+                Box::new(Const(Value::Int(-int)))
+            }
+            (UnaryOp::Neg, ExprKind::Constant(Constant::Float(float))) => {
+                Box::new(Const(Value::Float(-float)))
+            }
+            _ => Box::new(Unary {
+                op,
+                operand: self.expr(operand),
+                span,
+            }),
+        }
+    }
+
+    fn comparison(
+        &mut self,
+        left: &ast::Expr,
+        rest: &[(ast::CompareOp, ast::Expr)],
+        span: Span,
+    ) -> Expr {
+        if let [(op, right)] = rest {
+            let (left, right) = (self.operand(left), self.operand(right));
+            return compare(*op, left, right, span);
+        }
+        let first = self.expr(left);
+        let rest = rest
+            .iter()
+            .map(|(op, right)| (*op, self.expr(right)))
+            .collect();
+        Box::new(Chain { first, rest, span })
+    }
+
+    fn call(&mut self, function: &ast::Expr, args: &[Arg], span: Span) -> Expr {
+        let is_super = matches!(&function.kind, ExprKind::Name(name) if &**name == "super");
+        if is_super && args.is_empty() {
+            return self.super_call(function, span);
+        }
+        let plain: Option<Vec<&ast::Expr>> = args
+            .iter()
+            .map(|arg| match arg {
+                Arg::Positional(expr) => Some(expr),
+                _ => None,
+            })
+            .collect();
+        let Some(plain) = plain else {
+            let function = self.expr(function);
+            return Box::new(CallWith {
+                function,
+                args: self.call_args(args),
+                span,
+            });
+        };
+        let args = |lower: &mut Self| plain.iter().map(|arg| lower.expr(arg)).collect();
+        if let ExprKind::Attribute { value, name } = &function.kind {
+            let (receiver, name) = (self.expr(value), self.symbol(&name.name));
+            let (attribute_span, cache) = (function.span, Cache::default());
+            return Box::new(CallMethod {
+                receiver,
+                name,
+                args: args(self),
+                attribute_span,
+                span,
+                cache,
+            });
+        }
+        Box::new(Call {
+            function: self.expr(function),
+            args: args(self),
+            span,
+        })
+    }
+
+    pub(super) fn call_args(&mut self, args: &[Arg]) -> Box<[CallArg]> {
+        let arg = |arg: &Arg| match arg {
+            Arg::Positional(expr) => CallArg::Positional(self.expr(expr)),
+            Arg::Star(expr) => CallArg::Star(self.expr(expr)),
+            Arg::Keyword(name, expr) => CallArg::Keyword(self.symbol(&name.name), self.expr(expr)),
+            Arg::DoubleStar(expr) => CallArg::DoubleStar(self.expr(expr)),
+        };
+        args.iter().map(arg).collect()
+    }
+
+    fn super_call(&mut self, function: &ast::Expr, span: Span) -> Expr {
+        let in_class = self.place("__class__") != Place::Global;
+        let callee = self.expr(function);
+        if !in_class {
+            return Box::new(Call {
+                function: callee,
+                args: Box::default(),
+                span,
+            });
+        }
+        let class = self.name("__class__", span);
+        let receiver = self.first_parameter(span);
+        Box::new(SuperCall {
+            function: callee,
+            class,
+            receiver,
+            span,
+        })
+    }
+
+    fn elements(&mut self, items: &[ast::Expr]) -> Box<[Element]> {
+        let element = |item: &ast::Expr| match &item.kind {
+            ExprKind::Starred(inner) => Element::Star(self.expr(inner), item.span),
+            _ => Element::One(self.expr(item)),
+        };
+        items.iter().map(element).collect()
+    }
+
+    /// A tuple; one of constants is a constant.
+    fn tuple(&mut self, items: &[ast::Expr]) -> Expr {
+        let constants: Option<Vec<Value>> = items
+            .iter()
+            .map(|item| match self.operand(item) {
+                Operand::Const(value) => Some(value),
+                _ => None,
+            })
+            .collect();
+        match constants {
+            Some(values) => Box::new(Const(Value::tuple(values))),
+            None => Box::new(TupleDisplay(self.elements(items))),
+        }
+    }
+
+    fn dict_elements(&mut self, items: &[DictItem]) -> Box<[DictElement]> {
+        let element = |item: &DictItem| match item {
+            DictItem::Pair(key, value) => DictElement::Pair(self.expr(key), self.expr(value)),
+            DictItem::Unpack(mapping) => DictElement::Unpack(self.expr(mapping)),
+        };
+        items.iter().map(element).collect()
+    }
+
+    fn parts(&mut self, parts: &[FStringPart]) -> Box<[Part]> {
+        let part = |part: &FStringPart| match part {
+            FStringPart::Text(text) => Part::Text(text.clone()),
+            FStringPart::Value {
+                value,
+                conversion,
+                format,
+            } => {
+                let span = value.span;
+                let (spec, nested) = match format.as_deref() {
+                    None | Some([]) => ("".into(), None),
+                    Some([FStringPart::Text(text)]) => (text.clone(), None),
+                    Some(parts) => ("".into(), Some(self.parts(parts))),
+                };
+                let conversion: Conversion = *conversion;
+                Part::Field {
+                    value: self.expr(value),
+                    conversion,
+                    spec,
+                    nested,
+                    span,
+                }
+            }
+        };
+        parts.iter().map(part).collect()
+    }
+
+    /// The clauses of a comprehension; the first iterable has been made in the scope around already.
+    pub(super) fn clauses(
+        &mut self,
+        comprehension: &ast::Comprehension,
+        first: Expr,
+    ) -> Box<[Clause]> {
+        let mut first = Some(first);
+        let clause = |clause: &ast::ComprehensionClause| {
+            let iterable = match first.take() {
+                Some(iterable) => iterable,
+                None => self.expr(&clause.iterable),
+            };
+            let target = self.target(&clause.target);
+            let conditions = self.exprs(&clause.conditions);
+            Clause {
+                target,
+                iterable,
+                conditions,
+                span: clause.iterable.span,
+            }
+        };
+        comprehension.clauses.iter().map(clause).collect()
+    }
+
+    fn comprehension(&mut self, comprehension: &ast::Comprehension, span: Span) -> Expr {
+        let Some(first) = comprehension.clauses.first() else {
+            return Box::new(Const(Value::None));
+        };
+        let iterable = self.expr(&first.iterable);
+        if let ComprehensionKind::Generator(element) = &comprehension.kind {
+            let function = self.generator_expression(comprehension, element, span);
+            return Box::new(GeneratorExpression {
+                function,
+                iterable,
+                span: first.iterable.span,
+            });
+        }
+        let places = self.places(comprehension.scope);
+        let (slots, fresh_cells) = (
+            places.slots.clone().into(),
+            places.fresh_cells.clone().into(),
+        );
+        let outer = std::mem::replace(&mut self.scope, comprehension.scope);
+        let clauses = Clauses {
+            clauses: self.clauses(comprehension, iterable),
+            slots,
+            fresh_cells,
+        };
+        let node: Expr = match &comprehension.kind {
+            ComprehensionKind::List(element) => Box::new(ListComprehension {
+                element: self.expr(element),
+                clauses,
+            }),
+            ComprehensionKind::Set(element) => Box::new(SetComprehension {
+                element: self.expr(element),
+                clauses,
+                span,
+            }),
+            ComprehensionKind::Dict(key, value) => Box::new(DictComprehension {
+                key: self.expr(key),
+                value: self.expr(value),
+                clauses,
+                span,
+            }),
+            ComprehensionKind::Generator(_) => Box::new(Const(Value::None)),
+        };
+        self.scope = outer;
+        node
+    }
+}

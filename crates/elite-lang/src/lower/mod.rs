@@ -1,0 +1,200 @@
+//! From the resolved tree to executable nodes, for one interpreter: names become slots and cells, the common shapes of
+//! expressions get nodes of their own.
+
+mod define;
+mod expr;
+mod stmt;
+mod target;
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use crate::ast::{self, Constant, ScopeId};
+use crate::eval::Core;
+use crate::eval::code::{Block, Body, Code, CodeKind, Params};
+use crate::eval::coroutine::{LEVEL, RESERVE};
+use crate::resolve::{FrameLayout, Place, Resolution, ScopePlaces};
+use crate::source::{SourceFile, Span};
+use crate::value::module::Namespace;
+use crate::value::{Bytes, Symbol, Value};
+
+/// Makes the code of a whole module.
+pub fn module(
+    core: &Rc<Core>,
+    namespace: &Rc<Namespace>,
+    file: &Arc<SourceFile>,
+    module: &ast::Module,
+    resolution: &Resolution,
+) -> Rc<Code> {
+    let mut lower = Lower::new(core, namespace, file, resolution);
+    let body = lower.block(&module.body);
+    lower.module_code(Body::Block(body), module.span)
+}
+
+/// Makes the code of a single expression, as `eval` runs it.
+pub fn expression(
+    core: &Rc<Core>,
+    namespace: &Rc<Namespace>,
+    file: &Arc<SourceFile>,
+    expr: &ast::Expr,
+    resolution: &Resolution,
+) -> Rc<Code> {
+    let mut lower = Lower::new(core, namespace, file, resolution);
+    let body = lower.expr(expr);
+    lower.module_code(Body::Expression(body), expr.span)
+}
+
+struct Lower<'l> {
+    core: &'l Rc<Core>,
+    namespace: &'l Rc<Namespace>,
+    file: &'l Arc<SourceFile>,
+    resolution: &'l Resolution,
+    /// The scope names are looked up in, and the one that has the frame.
+    scope: ScopeId,
+    frame_scope: ScopeId,
+    /// `__qualname__` of the function or class around, with its separator.
+    prefix: String,
+    /// Nesting of the node being made, and the deepest of this frame.
+    depth: usize,
+    deepest: usize,
+    no_places: ScopePlaces,
+}
+
+impl<'l> Lower<'l> {
+    fn new(
+        core: &'l Rc<Core>,
+        namespace: &'l Rc<Namespace>,
+        file: &'l Arc<SourceFile>,
+        resolution: &'l Resolution,
+    ) -> Self {
+        Lower {
+            core,
+            namespace,
+            file,
+            resolution,
+            scope: ScopeId(0),
+            frame_scope: ScopeId(0),
+            prefix: String::new(),
+            depth: 0,
+            deepest: 0,
+            no_places: ScopePlaces::default(),
+        }
+    }
+
+    fn places(&self, scope: ScopeId) -> &ScopePlaces {
+        let places = self.resolution.scopes.get(scope.0 as usize);
+        places.and_then(Option::as_ref).unwrap_or(&self.no_places)
+    }
+
+    fn place(&self, name: &str) -> Place {
+        self.places(self.scope)
+            .names
+            .get(name)
+            .cloned()
+            .unwrap_or(Place::Global)
+    }
+
+    fn symbol(&self, name: &str) -> Symbol {
+        self.core.symbols.intern(name)
+    }
+
+    fn line(&self, span: Span) -> u32 {
+        self.file.line_of(span.start)
+    }
+
+    /// Runs `inner` for the contents of a frame, and returns with its result the native stack the frame needs.
+    fn frame<T>(
+        &mut self,
+        scope: ScopeId,
+        prefix: String,
+        inner: impl FnOnce(&mut Self) -> T,
+    ) -> (T, usize) {
+        let outer_scope = std::mem::replace(&mut self.scope, scope);
+        let outer_frame = std::mem::replace(&mut self.frame_scope, scope);
+        let outer_prefix = std::mem::replace(&mut self.prefix, prefix);
+        let outer_depth = (
+            std::mem::take(&mut self.depth),
+            std::mem::take(&mut self.deepest),
+        );
+        let result = inner(self);
+        let stack_bytes = stack_bytes(self.deepest);
+        (self.depth, self.deepest) = outer_depth;
+        self.scope = outer_scope;
+        self.frame_scope = outer_frame;
+        self.prefix = outer_prefix;
+        (result, stack_bytes)
+    }
+
+    /// Runs `inner` one level deeper in the tree.
+    fn deeper<T>(&mut self, inner: impl FnOnce(&mut Self) -> T) -> T {
+        self.depth += 1;
+        self.deepest = self.deepest.max(self.depth);
+        let result = inner(self);
+        self.depth -= 1;
+        result
+    }
+
+    fn module_code(&self, body: Body, span: Span) -> Rc<Code> {
+        let layout = self.places(ScopeId(0)).frame.clone().unwrap_or_default();
+        Rc::new(Code {
+            name: "<module>".into(),
+            qualname: "<module>".into(),
+            doc: None,
+            file: self.file.clone(),
+            span,
+            params: Params::default(),
+            slots: layout.slot_names.len(),
+            slot_names: self.symbols(&layout),
+            free_names: Box::default(),
+            cells: layout.cells.into(),
+            kind: CodeKind::Plain,
+            body,
+            stack_bytes: stack_bytes(self.deepest),
+        })
+    }
+
+    fn symbols(&self, layout: &FrameLayout) -> Box<[Symbol]> {
+        layout
+            .slot_names
+            .iter()
+            .map(|name| self.symbol(name))
+            .collect()
+    }
+
+    fn block(&mut self, body: &[ast::Stmt]) -> Block {
+        self.deeper(|lower| {
+            let statements = body.iter().filter_map(|statement| {
+                let line = lower.line(statement.span);
+                lower.statement(statement).map(|node| (line, node))
+            });
+            Block::new(statements.collect())
+        })
+    }
+
+    fn constant(&self, constant: &Constant) -> Value {
+        match constant {
+            Constant::None => Value::None,
+            Constant::Bool(flag) => Value::Bool(*flag),
+            Constant::Ellipsis => Value::Ellipsis,
+            Constant::Int(int) => Value::Int(*int),
+            Constant::BigInt(big) => Value::bigint(big.clone()),
+            Constant::Float(float) => Value::Float(*float),
+            Constant::Imaginary(imaginary) => Value::complex(0.0, *imaginary),
+            // Short strings that look like names are shared, as in CPython.
+            Constant::Str(text) if is_name(text) => self.core.symbols.value(self.symbol(text)),
+            Constant::Str(text) => Value::str(&**text),
+            Constant::Bytes(bytes) => Value::Bytes(Rc::new(Bytes::new(bytes.to_vec()))),
+        }
+    }
+}
+
+fn is_name(text: &str) -> bool {
+    text.len() <= 32
+        && text
+            .bytes()
+            .all(|byte| byte == b'_' || byte.is_ascii_alphanumeric())
+}
+
+fn stack_bytes(levels: usize) -> usize {
+    RESERVE + (levels + 2) * LEVEL
+}

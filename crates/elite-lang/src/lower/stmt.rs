@@ -1,0 +1,339 @@
+//! Statements.
+
+use std::rc::Rc;
+
+use super::Lower;
+use crate::ast::{self, ExprKind, Stmt, StmtKind};
+use crate::eval::code::Block;
+use crate::eval::expr::attribute::Cache;
+use crate::eval::stmt::assign::{
+    Assign, AssignLocal, AssignPair, AugAttribute, AugItem, AugName, augmented_local,
+};
+use crate::eval::stmt::control::{Break, Continue, If, Return, ReturnNone};
+use crate::eval::stmt::handle::{Finally, Handler, Try};
+use crate::eval::stmt::import::{Import, ImportFrom, ImportStar};
+use crate::eval::stmt::loops::{For, While};
+use crate::eval::stmt::simple::{Assert, Delete, ExprStatement, Print, Raise};
+use crate::eval::stmt::with::With;
+use crate::eval::{Expr, Statement};
+use crate::resolve::Place;
+use crate::source::Span;
+
+type Node = Box<dyn Statement>;
+
+impl Lower<'_> {
+    /// The node of a statement; None for those that do nothing.
+    pub(super) fn statement(&mut self, statement: &Stmt) -> Option<Node> {
+        let span = statement.span;
+        Some(match &statement.kind {
+            StmtKind::Expr(expr) if matches!(expr.kind, ExprKind::Constant(_)) => return None,
+            StmtKind::Expr(expr) => Box::new(ExprStatement(self.expr(expr))),
+            StmtKind::Print {
+                values,
+                trailing_comma,
+            } => {
+                let end = if *trailing_comma { " " } else { "\n" };
+                Box::new(Print {
+                    values: self.exprs(values),
+                    end,
+                    span,
+                })
+            }
+            StmtKind::Assign { targets, value } => self.assign(targets, value),
+            StmtKind::AugAssign { target, op, value } => self.augmented(target, *op, value, span),
+            StmtKind::AnnAssign { target, value, .. } => {
+                let value = value.as_ref()?;
+                self.assign(std::slice::from_ref(target), value)
+            }
+            StmtKind::Delete(targets) => Box::new(Delete(self.targets(targets))),
+            StmtKind::Pass | StmtKind::Global(_) | StmtKind::Nonlocal(_) => return None,
+            StmtKind::Break => Box::new(Break),
+            StmtKind::Continue => Box::new(Continue),
+            StmtKind::Return(None) => Box::new(ReturnNone),
+            StmtKind::Return(Some(value)) => Box::new(Return(self.expr(value))),
+            StmtKind::Raise { exception, cause } => {
+                let exception = exception.as_ref().map(|expr| self.expr(expr));
+                let cause = cause.as_ref().map(|expr| self.expr(expr));
+                Box::new(Raise {
+                    exception,
+                    cause,
+                    span,
+                })
+            }
+            StmtKind::Assert { test, message } => {
+                let message = message.as_ref().map(|message| self.expr(message));
+                Box::new(Assert {
+                    span: test.span,
+                    test: self.expr(test),
+                    message,
+                })
+            }
+            StmtKind::Import(names) => self.import(names, span),
+            StmtKind::ImportFrom {
+                module,
+                names,
+                star,
+            } => self.import_from(module, names, *star, span),
+            StmtKind::Function(def) => Box::new(self.define_function(def, span)),
+            StmtKind::Class(def) => Box::new(self.define_class(def, span)),
+            _ => self.compound(statement),
+        })
+    }
+
+    fn compound(&mut self, statement: &Stmt) -> Node {
+        match &statement.kind {
+            StmtKind::If { branches, orelse } => {
+                let branch = |(test, body): &(ast::Expr, Vec<Stmt>)| {
+                    (self.line(test.span), self.expr(test), self.block(body))
+                };
+                let branches = branches.iter().map(branch).collect();
+                Box::new(If {
+                    branches,
+                    orelse: self.block(orelse),
+                })
+            }
+            StmtKind::While { test, body, orelse } => Box::new(While {
+                line: self.line(test.span),
+                test: self.expr(test),
+                body: self.block(body),
+                orelse: self.block(orelse),
+            }),
+            StmtKind::For {
+                target,
+                iterable,
+                body,
+                orelse,
+            } => Box::new(For {
+                iterable: self.expr(iterable),
+                span: iterable.span,
+                line: self.line(statement.span),
+                target: self.target(target),
+                body: self.block(body),
+                orelse: self.block(orelse),
+            }),
+            StmtKind::With { items, body } => self.with(items, body, statement.span),
+            StmtKind::Try {
+                body,
+                handlers,
+                orelse,
+                finally,
+            } => self.try_statement(statement, body, handlers, orelse, finally),
+            // All others are handled by `statement`.
+            _ => Box::new(crate::eval::stmt::control::Pass),
+        }
+    }
+
+    fn assign(&mut self, targets: &[ast::Expr], value: &ast::Expr) -> Node {
+        if let [target] = targets {
+            if let (ExprKind::Tuple(names), ExprKind::Tuple(values)) = (&target.kind, &value.kind)
+                && let ([first, second], [x, y]) = (&names[..], &values[..])
+                && [first, second, x, y]
+                    .iter()
+                    .all(|expr| !matches!(expr.kind, ExprKind::Starred(_)))
+            {
+                let values = [self.expr(x), self.expr(y)];
+                return Box::new(AssignPair {
+                    targets: [self.target(first), self.target(second)],
+                    values,
+                });
+            }
+            if let ExprKind::Name(name) = &target.kind
+                && let Place::Local(slot) | Place::Class(slot) = self.place(name)
+            {
+                return Box::new(AssignLocal {
+                    slot,
+                    value: self.expr(value),
+                });
+            }
+        }
+        let value = self.expr(value);
+        Box::new(Assign {
+            targets: self.targets(targets),
+            value,
+        })
+    }
+
+    fn augmented(
+        &mut self,
+        target: &ast::Expr,
+        op: ast::BinaryOp,
+        value: &ast::Expr,
+        span: Span,
+    ) -> Node {
+        match &target.kind {
+            ExprKind::Name(name) => {
+                if let Place::Local(slot) = self.place(name) {
+                    let value = self.operand(value);
+                    return augmented_local(op, slot, value, target.span, span);
+                }
+                let (read, value) = (self.expr(target), self.expr(value));
+                Box::new(AugName {
+                    read,
+                    target: self.target(target),
+                    op,
+                    value,
+                    span,
+                })
+            }
+            ExprKind::Subscript {
+                value: container,
+                index,
+            } => {
+                let (container, index) = (self.expr(container), self.expr(index));
+                Box::new(AugItem {
+                    container,
+                    index,
+                    op,
+                    value: self.expr(value),
+                    item_span: target.span,
+                    span,
+                })
+            }
+            _ => {
+                let target = self.attribute_target(target);
+                Box::new(AugAttribute {
+                    target,
+                    cache: Cache::default(),
+                    op,
+                    value: self.expr(value),
+                    span,
+                })
+            }
+        }
+    }
+
+    /// Several items of a `with` are nested statements.
+    fn with(&mut self, items: &[ast::WithItem], body: &[Stmt], span: Span) -> Node {
+        self.deeper(|lower| match items {
+            [] => Box::new(crate::eval::stmt::control::Pass) as Node,
+            [item, rest @ ..] => {
+                let context: Expr = lower.expr(&item.context);
+                let target = item.target.as_ref().map(|target| lower.target(target));
+                let body = if rest.is_empty() {
+                    lower.block(body)
+                } else {
+                    let line = lower.line(span);
+                    Block::new(vec![(line, lower.with(rest, body, span))])
+                };
+                Box::new(With {
+                    context,
+                    target,
+                    body,
+                    span: item.context.span,
+                })
+            }
+        })
+    }
+
+    fn try_statement(
+        &mut self,
+        statement: &Stmt,
+        body: &[Stmt],
+        handlers: &[ast::Handler],
+        orelse: &[Stmt],
+        finally: &[Stmt],
+    ) -> Node {
+        let line = self.line(statement.span);
+        let body = self.block(body);
+        let protected = if handlers.is_empty() {
+            body
+        } else {
+            let handlers = handlers
+                .iter()
+                .map(|handler| self.handler(handler))
+                .collect();
+            let node: Node = Box::new(Try {
+                body,
+                handlers,
+                orelse: self.block(orelse),
+            });
+            if finally.is_empty() {
+                return node;
+            }
+            Block::new(vec![(line, node)])
+        };
+        self.deeper(|lower| {
+            Box::new(Finally {
+                body: protected,
+                finally: lower.block(finally),
+            })
+        })
+    }
+
+    fn handler(&mut self, handler: &ast::Handler) -> Handler {
+        Handler {
+            span: handler
+                .exception
+                .as_ref()
+                .map_or(handler.span, |exception| exception.span),
+            exception: handler
+                .exception
+                .as_ref()
+                .map(|exception| self.expr(exception)),
+            name: handler
+                .name
+                .as_ref()
+                .map(|name| self.name_target(&name.name, name.span)),
+            body: self.block(&handler.body),
+        }
+    }
+
+    fn import(&mut self, names: &[ast::ImportAlias], span: Span) -> Node {
+        let node = |alias: &ast::ImportAlias| {
+            let name = &alias.name.name;
+            let first = name.split('.').next().unwrap_or("");
+            let bound = alias.alias.as_ref().map_or(first, |alias| &alias.name);
+            let target = self.name_target(bound, alias.name.span);
+            let aliased = alias.alias.is_some();
+            Box::new(Import {
+                module: name.clone(),
+                aliased,
+                target,
+                span: alias.name.span,
+            }) as Node
+        };
+        let mut nodes: Vec<Node> = names.iter().map(node).collect();
+        if nodes.len() == 1
+            && let Some(node) = nodes.pop()
+        {
+            return node;
+        }
+        let line = self.line(span);
+        let block = Block::new(nodes.into_iter().map(|node| (line, node)).collect());
+        Box::new(If {
+            branches: Box::default(),
+            orelse: block,
+        })
+    }
+
+    fn import_from(
+        &mut self,
+        module: &ast::Ident,
+        names: &[ast::ImportAlias],
+        star: bool,
+        span: Span,
+    ) -> Node {
+        let module_name = module.name.clone();
+        if star {
+            let (namespace, module) = (self.namespace.clone(), module_name);
+            return Box::new(ImportStar {
+                module,
+                global: Rc::new(move |name| namespace.cell(name)),
+                span,
+            });
+        }
+        let name = |alias: &ast::ImportAlias| {
+            let bound = alias.alias.as_ref().unwrap_or(&alias.name);
+            (
+                self.symbol(&alias.name.name),
+                self.name_target(&bound.name, bound.span),
+                alias.name.span,
+            )
+        };
+        Box::new(ImportFrom {
+            module: module_name,
+            names: names.iter().map(name).collect(),
+            span: module.span,
+        })
+    }
+}

@@ -1,0 +1,81 @@
+//! Targets.
+
+use super::Lower;
+use crate::ast::{self, ExprKind};
+use crate::eval::stmt::target::{
+    AttributeTarget, ItemTarget, Shared, SharedTarget, Slot, Target, Unpack,
+};
+use crate::resolve::Place;
+use crate::source::Span;
+
+impl Lower<'_> {
+    pub(super) fn target(&mut self, target: &ast::Expr) -> Box<dyn Target> {
+        let span = target.span;
+        match &target.kind {
+            ExprKind::Name(name) => self.name_target(name, span),
+            ExprKind::Attribute { .. } => Box::new(self.attribute_target(target)),
+            ExprKind::Subscript { value, index } => Box::new(ItemTarget {
+                value: self.expr(value),
+                index: self.expr(index),
+                span,
+            }),
+            ExprKind::Starred(inner) => self.target(inner),
+            ExprKind::Tuple(items) | ExprKind::List(items) => {
+                let star = items
+                    .iter()
+                    .position(|item| matches!(item.kind, ExprKind::Starred(_)));
+                let targets = items.iter().map(|item| self.target(item)).collect();
+                Box::new(Unpack {
+                    targets,
+                    star,
+                    span,
+                })
+            }
+            // The parser accepts no other targets.
+            _ => Box::new(Unpack {
+                targets: Box::default(),
+                star: None,
+                span,
+            }),
+        }
+    }
+
+    pub(super) fn targets(&mut self, targets: &[ast::Expr]) -> Box<[Box<dyn Target>]> {
+        targets.iter().map(|target| self.target(target)).collect()
+    }
+
+    /// The attribute that `target` is.
+    pub(super) fn attribute_target(&mut self, target: &ast::Expr) -> AttributeTarget {
+        let ExprKind::Attribute { value, name } = &target.kind else {
+            // Only called for attributes.
+            let value = self.expr(target);
+            let name = self.symbol("");
+            return AttributeTarget {
+                value,
+                name,
+                span: target.span,
+                cache: Default::default(),
+            };
+        };
+        let (value, name) = (self.expr(value), self.symbol(&name.name));
+        AttributeTarget {
+            value,
+            name,
+            span: target.span,
+            cache: Default::default(),
+        }
+    }
+
+    pub(super) fn name_target(&mut self, name: &str, span: Span) -> Box<dyn Target> {
+        let place = match self.place(name) {
+            Place::Local(slot) | Place::Class(slot) => return Box::new(Slot { slot, span }),
+            Place::Cell(slot) => Shared::Cell(slot),
+            Place::Free(index) => Shared::Free(index),
+            Place::Global => {
+                let name = self.symbol(name);
+                Shared::Global(self.namespace.cell(name), name)
+            }
+        };
+        Box::new(SharedTarget { place, span })
+    }
+}

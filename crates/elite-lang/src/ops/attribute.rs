@@ -1,0 +1,450 @@
+//! Attributes: lookup through instances and classes, descriptors, setting and deleting.
+
+use std::rc::Rc;
+
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::value::symbol::known;
+use crate::value::{BoundMethod, Class, Instance, R, Raised, Symbol, Value};
+
+impl Evaluator<'_> {
+    /// `value.name`
+    pub fn attribute(&self, value: &Value, name: Symbol) -> R {
+        match self.attribute_or_none(value, name)? {
+            Some(found) => Ok(found),
+            None => Err(self.attribute_error(value, name)),
+        }
+    }
+
+    /// Like `attribute`; None if there is no such attribute.
+    pub fn attribute_or_none(&self, value: &Value, name: Symbol) -> R<Option<Value>> {
+        match value {
+            Value::Instance(instance) => self.instance_attribute(value, instance, name),
+            Value::Class(class) => self.class_attribute(value, class, name),
+            Value::Module(module) => Ok(module.namespace.get(name).or_else(|| match name {
+                known::NAME => Some(Value::str(&*module.name)),
+                _ => None,
+            })),
+            Value::Super(sup) => {
+                if name == known::CLASS {
+                    return Ok(Some(Value::Class(self.core.types.super_.clone())));
+                }
+                match sup.receiver_class.lookup_after(&sup.class, name) {
+                    Some(found) => self
+                        .bind_attribute(&found, &sup.receiver, &sup.receiver_class)
+                        .map(Some),
+                    None => self.object_attribute(&sup.receiver, &sup.receiver_class, name),
+                }
+            }
+            Value::Function(function) => {
+                let own = function
+                    .attrs
+                    .borrow()
+                    .as_ref()
+                    .and_then(|attrs| attrs.get(name).cloned());
+                match own {
+                    Some(found) => Ok(Some(found)),
+                    None => match self.function_attribute(function, name) {
+                        Some(found) => Ok(Some(found)),
+                        None => self.builtin_attribute(value, name),
+                    },
+                }
+            }
+            _ => self.builtin_attribute(value, name),
+        }
+    }
+
+    /// Attributes of values of builtin types: methods of their class, and a few that are computed.
+    fn builtin_attribute(&self, value: &Value, name: Symbol) -> R<Option<Value>> {
+        let class = self.core.types.of(value);
+        if let Some(found) = self.computed_attribute(value, name)? {
+            return Ok(Some(found));
+        }
+        match class.lookup(name) {
+            Some(found) => self.bind_attribute(&found, value, class).map(Some),
+            None => self.object_attribute(value, class, name),
+        }
+    }
+
+    /// Attributes that everything has.
+    fn object_attribute(&self, value: &Value, class: &Rc<Class>, name: Symbol) -> R<Option<Value>> {
+        Ok(match name {
+            known::CLASS => Some(Value::Class(class.clone())),
+            known::DOC => Some(Value::None),
+            known::DICT => match value {
+                Value::Instance(instance) => Some(Value::Dict(instance.dict(&self.core.symbols))),
+                _ => None,
+            },
+            _ => match self.core.types.natural.lookup(name) {
+                Some(found) => Some(self.bind_attribute(&found, value, class)?),
+                None => None,
+            },
+        })
+    }
+
+    fn instance_attribute(
+        &self,
+        value: &Value,
+        instance: &Rc<Instance>,
+        name: Symbol,
+    ) -> R<Option<Value>> {
+        let class = &instance.class;
+        if class.is_script
+            && let Some(custom) = class.lookup(known::GETATTRIBUTE)
+        {
+            return self.by_getattr_method(&custom, value, class, name);
+        }
+        match self.plain_instance_attribute(value, instance, name) {
+            Ok(None) => {}
+            Err(raised) if self.is_kind(&raised, ExceptionKind::AttributeError) => {
+                // An AttributeError of a property falls back to `__getattr__`, too.
+                return match class.lookup(known::GETATTR) {
+                    Some(custom) => self
+                        .call_method_value(&custom, value, &mut [self.core.symbols.value(name)])
+                        .map(Some),
+                    None => Err(raised),
+                };
+            }
+            found => return found,
+        }
+        match class.lookup(known::GETATTR) {
+            Some(custom) => self
+                .call_method_value(&custom, value, &mut [self.core.symbols.value(name)])
+                .map(Some),
+            None => Ok(None),
+        }
+    }
+
+    fn by_getattr_method(
+        &self,
+        custom: &Value,
+        value: &Value,
+        class: &Rc<Class>,
+        name: Symbol,
+    ) -> R<Option<Value>> {
+        match self.call_method_value(custom, value, &mut [self.core.symbols.value(name)]) {
+            Err(raised) if self.is_kind(&raised, ExceptionKind::AttributeError) => {
+                match class.lookup(known::GETATTR) {
+                    Some(custom) => self
+                        .call_method_value(&custom, value, &mut [self.core.symbols.value(name)])
+                        .map(Some),
+                    None => Err(raised),
+                }
+            }
+            other => other.map(Some),
+        }
+    }
+
+    /// Python's `object.__getattribute__`.
+    pub fn plain_instance_attribute(
+        &self,
+        value: &Value,
+        instance: &Rc<Instance>,
+        name: Symbol,
+    ) -> R<Option<Value>> {
+        let class = &instance.class;
+        let found = class.lookup(name);
+        if let Some(found) = &found
+            && self.is_data_descriptor(found)
+        {
+            return self.bind_attribute(found, value, class).map(Some);
+        }
+        if let Some(own) = instance.get(name, &self.core.symbols) {
+            return Ok(Some(own));
+        }
+        if let Some(found) = found {
+            return self.bind_attribute(&found, value, class).map(Some);
+        }
+        if let Some(state) = instance.exception()
+            && let Some(found) = self.exception_attribute(instance, state, name)
+        {
+            return Ok(Some(found));
+        }
+        self.object_attribute(value, class, name)
+    }
+
+    /// Whether an attribute of a class takes precedence over one of the instance.
+    pub fn is_data_descriptor(&self, value: &Value) -> bool {
+        match value {
+            Value::Property(_) => true,
+            Value::Instance(instance) => {
+                instance.class.lookup(known::SET).is_some()
+                    || instance.class.lookup(known::DELETE).is_some()
+            }
+            _ => false,
+        }
+    }
+
+    /// What an attribute found in the class of `receiver` means for it: functions become bound methods, properties
+    /// are read.
+    pub fn bind_attribute(&self, found: &Value, receiver: &Value, class: &Rc<Class>) -> R {
+        match found {
+            Value::Function(_) => Ok(self.bound(found, receiver)),
+            Value::Builtin(builtin) if builtin.owner.is_some() => Ok(self.bound(found, receiver)),
+            Value::Property(property) => {
+                if property.get.is_none() {
+                    return Err(self.raise(ExceptionKind::AttributeError, "unreadable attribute"));
+                }
+                self.call1(&property.get, receiver.clone())
+            }
+            Value::StaticMethod(function) => Ok((**function).clone()),
+            Value::ClassMethod(function) => Ok(self.bound(function, &Value::Class(class.clone()))),
+            Value::Instance(descriptor) => match descriptor.class.lookup(known::GET) {
+                Some(get) => self.call_method_value(
+                    &get,
+                    found,
+                    &mut [receiver.clone(), Value::Class(class.clone())],
+                ),
+                None => Ok(found.clone()),
+            },
+            _ => Ok(found.clone()),
+        }
+    }
+
+    fn bound(&self, function: &Value, receiver: &Value) -> Value {
+        let (function, receiver) = (function.clone(), receiver.clone());
+        Value::BoundMethod(Rc::new(BoundMethod { receiver, function }))
+    }
+
+    fn class_attribute(&self, value: &Value, class: &Rc<Class>, name: Symbol) -> R<Option<Value>> {
+        match name {
+            known::NAME | known::QUALNAME if class.own_attrs().get(name).is_none() => {
+                return Ok(Some(Value::str(&*class.name())));
+            }
+            known::CLASS => return Ok(Some(Value::Class(self.core.types.type_.clone()))),
+            known::BASES => {
+                return Ok(Some(Value::tuple(
+                    class.bases().iter().cloned().map(Value::Class).collect(),
+                )));
+            }
+            known::MRO => {
+                let all = std::iter::once(class).chain(class.ancestors()).cloned();
+                return Ok(Some(Value::tuple(all.map(Value::Class).collect())));
+            }
+            known::DICT => {
+                let dict = crate::value::Dict::new();
+                for (name, value) in class.own_attrs().iter() {
+                    dict.set_interned(self.core.symbols.value(name), value.clone());
+                }
+                return Ok(Some(Value::Dict(Rc::new(dict))));
+            }
+            _ => {}
+        }
+        if let Some(found) = class.lookup(name) {
+            return Ok(Some(match &found {
+                Value::StaticMethod(function) => (**function).clone(),
+                Value::ClassMethod(function) => self.bound(function, value),
+                Value::Instance(descriptor) => match descriptor.class.lookup(known::GET) {
+                    Some(get) => {
+                        self.call_method_value(&get, &found, &mut [Value::None, value.clone()])?
+                    }
+                    None => found,
+                },
+                _ => found,
+            }));
+        }
+        match self.core.types.type_.lookup(name) {
+            Some(found) => self
+                .bind_attribute(&found, value, &self.core.types.type_)
+                .map(Some),
+            None => Ok(match name {
+                known::DOC => Some(Value::None),
+                known::MODULE => Some(Value::str(if class.is_script {
+                    "__main__"
+                } else {
+                    "builtins"
+                })),
+                _ => self
+                    .core
+                    .types
+                    .natural
+                    .lookup(name)
+                    .map(|found| match found {
+                        Value::StaticMethod(function) => (*function).clone(),
+                        other => other,
+                    }),
+            }),
+        }
+    }
+
+    #[cold]
+    fn attribute_error(&self, value: &Value, name: Symbol) -> Raised {
+        let name = self.core.symbols.name(name);
+        let message = match value {
+            Value::Class(class) => {
+                format!("type object '{}' has no attribute '{name}'", class.name())
+            }
+            Value::Module(module) => format!("module '{}' has no attribute '{name}'", module.name),
+            other => format!(
+                "'{}' object has no attribute '{name}'",
+                self.core.types.name_of(other)
+            ),
+        };
+        self.raise(ExceptionKind::AttributeError, message)
+    }
+
+    /// `value.name = new`
+    pub fn set_attribute(&self, value: &Value, name: Symbol, new: Value) -> R<()> {
+        match value {
+            Value::Instance(instance) => {
+                let class = &instance.class;
+                if let Some(custom) = class.lookup(known::SETATTR) {
+                    let name = self.core.symbols.value(name);
+                    return self
+                        .call_method_value(&custom, value, &mut [name, new])
+                        .map(|_| ());
+                }
+                self.plain_set_attribute(value, instance, name, new)
+            }
+            Value::Class(class) if class.is_script => {
+                if name == known::NAME
+                    && let Value::Str(text) = &new
+                {
+                    class.set_name(text.as_str());
+                    return Ok(());
+                }
+                class.set(name, new);
+                Ok(())
+            }
+            Value::Class(class) => {
+                let (name, class) = (self.core.symbols.name(name), class.name());
+                Err(self.type_error(format!(
+                    "cannot set '{name}' attribute of immutable type '{class}'"
+                )))
+            }
+            Value::Module(module) => {
+                module.namespace.set(name, new);
+                Ok(())
+            }
+            Value::Function(function) => self.set_function_attribute(function, name, new),
+            _ => Err(self.cannot_set(value, name)),
+        }
+    }
+
+    #[cold]
+    fn cannot_set(&self, value: &Value, name: Symbol) -> Raised {
+        let class = self.core.types.name_of(value);
+        let text = self.core.symbols.name(name);
+        let exists = self
+            .attribute_or_none(value, name)
+            .is_ok_and(|found| found.is_some());
+        let message = if exists {
+            format!("'{class}' object attribute '{text}' is read-only")
+        } else {
+            format!("'{class}' object has no attribute '{text}'")
+        };
+        self.raise(ExceptionKind::AttributeError, message)
+    }
+
+    /// Python's `object.__setattr__`.
+    pub fn plain_set_attribute(
+        &self,
+        value: &Value,
+        instance: &Rc<Instance>,
+        name: Symbol,
+        new: Value,
+    ) -> R<()> {
+        let class = &instance.class;
+        match class.lookup(name) {
+            Some(Value::Property(property)) => {
+                if property.set.is_none() {
+                    let (name, class) = (self.core.symbols.name(name), class.name());
+                    let message = format!("property '{name}' of '{class}' object has no setter");
+                    return Err(self.raise(ExceptionKind::AttributeError, message));
+                }
+                return self
+                    .call(&property.set, &mut [value.clone(), new], &[])
+                    .map(|_| ());
+            }
+            Some(Value::Instance(descriptor)) => {
+                if let Some(set) = descriptor.class.lookup(known::SET) {
+                    let descriptor = Value::Instance(descriptor);
+                    return self
+                        .call_method_value(&set, &descriptor, &mut [value.clone(), new])
+                        .map(|_| ());
+                }
+            }
+            _ => {}
+        }
+        if let Some(state) = instance.exception()
+            && self.set_exception_attribute(state, name, &new)?
+        {
+            return Ok(());
+        }
+        if !class.is_script && instance.exception().is_none() {
+            return Err(self.cannot_set(value, name));
+        }
+        if name == known::DICT || name == known::CLASS {
+            let name = self.core.symbols.name(name);
+            return Err(self.type_error(format!("{name} assignment is not supported")));
+        }
+        instance.set(name, new, &self.core.symbols);
+        Ok(())
+    }
+
+    /// `del value.name`
+    pub fn delete_attribute(&self, value: &Value, name: Symbol) -> R<()> {
+        match value {
+            Value::Instance(instance) => {
+                if let Some(custom) = instance.class.lookup(known::DELATTR) {
+                    let name = self.core.symbols.value(name);
+                    return self
+                        .call_method_value(&custom, value, &mut [name])
+                        .map(|_| ());
+                }
+                self.plain_delete_attribute(value, instance, name)
+            }
+            Value::Class(class) if class.is_script && class.remove(name) => Ok(()),
+            Value::Module(module) if module.namespace.get(name).is_some() => {
+                module.namespace.set(name, Value::Unbound);
+                Ok(())
+            }
+            Value::Function(function) => {
+                let removed = function
+                    .attrs
+                    .borrow_mut()
+                    .as_mut()
+                    .and_then(|attrs| attrs.remove(name));
+                if removed.is_some() {
+                    Ok(())
+                } else {
+                    Err(self.attribute_error(value, name))
+                }
+            }
+            _ => Err(self.attribute_error(value, name)),
+        }
+    }
+
+    /// Python's `object.__delattr__`.
+    pub fn plain_delete_attribute(
+        &self,
+        value: &Value,
+        instance: &Rc<Instance>,
+        name: Symbol,
+    ) -> R<()> {
+        match instance.class.lookup(name) {
+            Some(Value::Property(property)) => {
+                if property.delete.is_none() {
+                    let (name, class) = (self.core.symbols.name(name), instance.class.name());
+                    let message = format!("property '{name}' of '{class}' object has no deleter");
+                    return Err(self.raise(ExceptionKind::AttributeError, message));
+                }
+                return self.call1(&property.delete, value.clone()).map(|_| ());
+            }
+            Some(Value::Instance(descriptor)) => {
+                if let Some(delete) = descriptor.class.lookup(known::DELETE) {
+                    let descriptor = Value::Instance(descriptor);
+                    return self
+                        .call_method_value(&delete, &descriptor, &mut [value.clone()])
+                        .map(|_| ());
+                }
+            }
+            _ => {}
+        }
+        if instance.remove(name, &self.core.symbols) {
+            Ok(())
+        } else {
+            Err(self.attribute_error(value, name))
+        }
+    }
+}

@@ -1,0 +1,395 @@
+//! Comparisons.
+
+use std::cmp::Ordering;
+use std::rc::Rc;
+
+use super::hash::{Equal, int_float_order, quick_equal};
+use crate::ast::CompareOp;
+use crate::eval::Evaluator;
+use crate::value::int::Int;
+use crate::value::symbol::known;
+use crate::value::{R, Symbol, Value};
+
+/// The result of comparing two numbers of the commonest types; None if they are of others.
+#[inline(always)]
+pub fn fast(op: CompareOp, a: &Value, b: &Value) -> Option<bool> {
+    match (a, b) {
+        (Value::Int(a), Value::Int(b)) => Some(holds(op, a, b)),
+        (Value::Float(a), Value::Float(b)) => Some(holds(op, a, b)),
+        (Value::Float(a), Value::Int(b)) if b.unsigned_abs() < 1 << 53 => {
+            Some(holds(op, a, &(*b as f64)))
+        }
+        (Value::Int(a), Value::Float(b)) if a.unsigned_abs() < 1 << 53 => {
+            Some(holds(op, &(*a as f64), b))
+        }
+        _ => None,
+    }
+}
+
+#[inline(always)]
+fn holds<T: PartialOrd>(op: CompareOp, a: &T, b: &T) -> bool {
+    match op {
+        CompareOp::Eq => a == b,
+        CompareOp::Ne => a != b,
+        CompareOp::Lt => a < b,
+        CompareOp::Le => a <= b,
+        CompareOp::Gt => a > b,
+        _ => a >= b,
+    }
+}
+
+fn by_order(op: CompareOp, order: Option<Ordering>) -> bool {
+    match (op, order) {
+        (CompareOp::Ne, None) => true,
+        (_, None) => false,
+        (CompareOp::Eq, Some(order)) => order.is_eq(),
+        (CompareOp::Ne, Some(order)) => order.is_ne(),
+        (CompareOp::Lt, Some(order)) => order.is_lt(),
+        (CompareOp::Le, Some(order)) => order.is_le(),
+        (CompareOp::Gt, Some(order)) => order.is_gt(),
+        (_, Some(order)) => order.is_ge(),
+    }
+}
+
+fn method(op: CompareOp) -> Symbol {
+    match op {
+        CompareOp::Eq => known::EQ,
+        CompareOp::Ne => known::NE,
+        CompareOp::Lt => known::LT,
+        CompareOp::Le => known::LE,
+        CompareOp::Gt => known::GT,
+        _ => known::GE,
+    }
+}
+
+fn mirrored(op: CompareOp) -> CompareOp {
+    match op {
+        CompareOp::Lt => CompareOp::Gt,
+        CompareOp::Le => CompareOp::Ge,
+        CompareOp::Gt => CompareOp::Lt,
+        CompareOp::Ge => CompareOp::Le,
+        other => other,
+    }
+}
+
+/// How messages write an operator.
+pub fn text(op: CompareOp) -> &'static str {
+    match op {
+        CompareOp::Eq => "==",
+        CompareOp::Ne => "!=",
+        CompareOp::Lt => "<",
+        CompareOp::Le => "<=",
+        CompareOp::Gt => ">",
+        CompareOp::Ge => ">=",
+        CompareOp::Is => "is",
+        CompareOp::IsNot => "is not",
+        CompareOp::In => "in",
+        CompareOp::NotIn => "not in",
+    }
+}
+
+impl Evaluator<'_> {
+    /// `a op b` for any comparison operator; the result of a method may be any value.
+    pub fn compare(&self, op: CompareOp, a: &Value, b: &Value) -> R {
+        match op {
+            CompareOp::Is => return Ok(Value::Bool(a.is(b))),
+            CompareOp::IsNot => return Ok(Value::Bool(!a.is(b))),
+            CompareOp::In => return self.contains(b, a).map(Value::Bool),
+            CompareOp::NotIn => return self.contains(b, a).map(|found| Value::Bool(!found)),
+            _ => {}
+        }
+        if let Some(result) = fast(op, a, b) {
+            return Ok(Value::Bool(result));
+        }
+        if matches!(a, Value::Instance(_)) || matches!(b, Value::Instance(_)) {
+            return self.compare_by_methods(op, a, b);
+        }
+        match self.builtin_compare(op, a, b)? {
+            Some(result) => Ok(Value::Bool(result)),
+            None => self.compare_default(op, a, b),
+        }
+    }
+
+    /// `a op b` as truth.
+    pub fn compare_truth(&self, op: CompareOp, a: &Value, b: &Value) -> R<bool> {
+        match self.compare(op, a, b)? {
+            Value::Bool(flag) => Ok(flag),
+            other => self.truth(&other),
+        }
+    }
+
+    /// Python's `a == b`; identical objects are equal, as containers have it.
+    #[inline]
+    pub fn equal(&self, a: &Value, b: &Value) -> R<bool> {
+        match quick_equal(a, b) {
+            Equal::Yes => Ok(true),
+            Equal::No => Ok(false),
+            Equal::Ask => self.compare_truth(CompareOp::Eq, a, b),
+        }
+    }
+
+    /// Python's `a < b`.
+    pub fn less(&self, a: &Value, b: &Value) -> R<bool> {
+        match fast(CompareOp::Lt, a, b) {
+            Some(result) => Ok(result),
+            None => self.compare_truth(CompareOp::Lt, a, b),
+        }
+    }
+
+    fn compare_by_methods(&self, op: CompareOp, a: &Value, b: &Value) -> R {
+        let types = &self.core.types;
+        let (class_a, class_b) = (types.of(a), types.of(b));
+        let b_first = !Rc::ptr_eq(class_a, class_b) && class_b.is_subclass_of(class_a);
+        let reflected = mirrored(op);
+        if b_first && let Some(value) = self.compare_method(reflected, b, a)? {
+            return Ok(value);
+        }
+        if let Some(value) = self.compare_method(op, a, b)? {
+            return Ok(value);
+        }
+        if !b_first && let Some(value) = self.compare_method(reflected, b, a)? {
+            return Ok(value);
+        }
+        self.compare_default(op, a, b)
+    }
+
+    fn compare_method(&self, op: CompareOp, receiver: &Value, other: &Value) -> R<Option<Value>> {
+        let class = self.core.types.of(receiver);
+        let found = class.lookup(method(op));
+        if let Some(found) = found {
+            let value = self.with_stack(crate::eval::coroutine::RESERVE, || {
+                self.call_method_value(&found, receiver, &mut [other.clone()])
+            })?;
+            return Ok((!matches!(value, Value::NotImplemented)).then_some(value));
+        }
+        // `!=` is the opposite of `==` unless defined otherwise.
+        if op == CompareOp::Ne
+            && let Some(equal) = self.compare_method(CompareOp::Eq, receiver, other)?
+        {
+            return Ok(Some(Value::Bool(!self.truth(&equal)?)));
+        }
+        Ok(None)
+    }
+
+    /// What comparison means for objects without methods: identity, or an error.
+    fn compare_default(&self, op: CompareOp, a: &Value, b: &Value) -> R {
+        match op {
+            CompareOp::Eq => Ok(Value::Bool(a.is(b))),
+            CompareOp::Ne => Ok(Value::Bool(!a.is(b))),
+            _ => {
+                let (a, b) = (self.core.types.name_of(a), self.core.types.name_of(b));
+                let op = text(op);
+                Err(self.type_error(format!(
+                    "'{op}' not supported between instances of '{a}' and '{b}'"
+                )))
+            }
+        }
+    }
+
+    /// Comparison of builtin values; None if their types define none.
+    pub fn builtin_compare(&self, op: CompareOp, a: &Value, b: &Value) -> R<Option<bool>> {
+        Ok(match (a, b) {
+            (Value::Str(a), Value::Str(b)) => Some(holds(op, &a.as_str(), &b.as_str())),
+            (Value::List(a), Value::List(b)) => {
+                if Rc::ptr_eq(a, b) && matches!(op, CompareOp::Eq | CompareOp::Ne) {
+                    return Ok(Some(op == CompareOp::Eq));
+                }
+                Some(self.recurse(|| {
+                    self.compare_sequences(op, (a.len(), b.len()), |i| Some((a.get(i)?, b.get(i)?)))
+                })?)
+            }
+            (Value::Tuple(a), Value::Tuple(b)) => {
+                let (x, y) = (a.items(), b.items());
+                let pair = |i: usize| Some((x.get(i)?.clone(), y.get(i)?.clone()));
+                Some(self.recurse(|| self.compare_sequences(op, (x.len(), y.len()), pair))?)
+            }
+            (Value::Dict(a), Value::Dict(b)) => match op {
+                CompareOp::Eq => Some(self.recurse(|| self.dicts_equal(a, b))?),
+                CompareOp::Ne => Some(!self.recurse(|| self.dicts_equal(a, b))?),
+                _ => None,
+            },
+            (Value::Set(a) | Value::FrozenSet(a), Value::Set(b) | Value::FrozenSet(b)) => {
+                Some(self.compare_sets(op, a, b)?)
+            }
+            (Value::Bytes(_) | Value::ByteArray(_), Value::Bytes(_) | Value::ByteArray(_)) => {
+                match (self.bytes_like(a), self.bytes_like(b)) {
+                    (Some(a), Some(b)) => Some(holds(op, &a, &b)),
+                    _ => None,
+                }
+            }
+            (Value::Range(x), Value::Range(y)) => {
+                let equal = x.len() == y.len()
+                    && (x.is_empty() || (x.start == y.start && (x.len() == 1 || x.step == y.step)));
+                equality(op, equal)
+            }
+            (Value::Slice(x), Value::Slice(y)) => {
+                let parts = [(&x.start, &y.start), (&x.stop, &y.stop), (&x.step, &y.step)];
+                let mut equal = true;
+                for (x, y) in parts {
+                    equal = equal && self.equal(x, y)?;
+                }
+                equality(op, equal)
+            }
+            (Value::DictView(_), _) | (_, Value::DictView(_)) => self.compare_views(op, a, b)?,
+            (Value::BoundMethod(x), Value::BoundMethod(y)) => {
+                equality(op, x.receiver.is(&y.receiver) && x.function.is(&y.function))
+            }
+            _ => number_order(op, a, b),
+        })
+    }
+
+    fn compare_views(&self, op: CompareOp, a: &Value, b: &Value) -> R<Option<bool>> {
+        let as_set = |value: &Value| -> R<Option<Rc<crate::value::Set>>> {
+            match value {
+                Value::Set(set) | Value::FrozenSet(set) => Ok(Some(set.clone())),
+                Value::DictView(view) if view.kind != crate::value::dict::ViewKind::Values => {
+                    let set = crate::value::Set::new();
+                    self.set_extend(&set, value)?;
+                    Ok(Some(Rc::new(set)))
+                }
+                _ => Ok(None),
+            }
+        };
+        match (as_set(a)?, as_set(b)?) {
+            (Some(a), Some(b)) => self.compare_sets(op, &a, &b).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    fn compare_sequences(
+        &self,
+        op: CompareOp,
+        lengths: (usize, usize),
+        pair: impl Fn(usize) -> Option<(Value, Value)>,
+    ) -> R<bool> {
+        if lengths.0 != lengths.1 {
+            match op {
+                CompareOp::Eq => return Ok(false),
+                CompareOp::Ne => return Ok(true),
+                _ => {}
+            }
+        }
+        let mut index = 0;
+        // The lists may change while items are compared; the pairs are taken one by one.
+        while let Some((a, b)) = pair(index) {
+            if !self.equal(&a, &b)? {
+                return match op {
+                    CompareOp::Eq => Ok(false),
+                    CompareOp::Ne => Ok(true),
+                    _ => self.compare_truth(op, &a, &b),
+                };
+            }
+            index += 1;
+        }
+        Ok(by_order(op, Some(lengths.0.cmp(&lengths.1))))
+    }
+
+    /// `item in container`.
+    pub fn contains(&self, container: &Value, item: &Value) -> R<bool> {
+        match container {
+            Value::List(list) => {
+                let mut index = 0;
+                while let Some(other) = list.get(index) {
+                    if self.equal(&other, item)? {
+                        return Ok(true);
+                    }
+                    index += 1;
+                }
+                Ok(false)
+            }
+            Value::Tuple(tuple) => {
+                for other in tuple.items() {
+                    if self.equal(other, item)? {
+                        return Ok(true);
+                    }
+                }
+                Ok(false)
+            }
+            Value::Dict(dict) => Ok(self.dict_find(dict, item)?.is_some()),
+            Value::Set(set) | Value::FrozenSet(set) => self.set_contains(set, item),
+            Value::Str(text) => match item {
+                Value::Str(part) => Ok(text.as_str().contains(part.as_str())),
+                _ => match self.plain(item) {
+                    Value::Str(part) => Ok(text.as_str().contains(part.as_str())),
+                    other => {
+                        let name = self.core.types.name_of(&other);
+                        Err(self.type_error(format!(
+                            "'in <string>' requires string as left operand, not {name}"
+                        )))
+                    }
+                },
+            },
+            Value::Range(range) => match Int::of(item) {
+                Some(Int::Small(int)) => Ok(range.position(int).is_some()),
+                Some(Int::Big(_)) => Ok(false),
+                None => self.contains_by_iteration(container, item),
+            },
+            Value::Bytes(_) | Value::ByteArray(_) => self.bytes_contain(container, item),
+            Value::DictView(view) => match view.kind {
+                crate::value::dict::ViewKind::Keys => {
+                    Ok(self.dict_find(&view.dict, item)?.is_some())
+                }
+                _ => self.contains_by_iteration(container, item),
+            },
+            Value::Instance(_) => {
+                match self.special(container, known::CONTAINS, &mut [item.clone()])? {
+                    Some(result) => self.truth(&result),
+                    None => self.contains_by_iteration(container, item),
+                }
+            }
+            _ => self.contains_by_iteration(container, item),
+        }
+    }
+
+    fn bytes_contain(&self, container: &Value, item: &Value) -> R<bool> {
+        let data = self.bytes_like(container).unwrap_or_default();
+        if let Some(part) = self.bytes_like(item) {
+            return Ok(part.is_empty() || data.windows(part.len()).any(|window| window == part));
+        }
+        let byte = u8::try_from(self.index(item)?);
+        let byte = byte.map_err(|_| self.value_error("byte must be in range(0, 256)"))?;
+        Ok(data.contains(&byte))
+    }
+
+    fn contains_by_iteration(&self, container: &Value, item: &Value) -> R<bool> {
+        let iterator = match self.iter(container) {
+            Ok(iterator) => iterator,
+            Err(raised) if self.is_kind(&raised, crate::errors::ExceptionKind::TypeError) => {
+                let name = self.core.types.name_of(container);
+                return Err(self.type_error(format!("argument of type '{name}' is not iterable")));
+            }
+            Err(raised) => return Err(raised),
+        };
+        while let Some(other) = self.next(&iterator)? {
+            if self.equal(&other, item)? {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+}
+
+fn equality(op: CompareOp, equal: bool) -> Option<bool> {
+    match op {
+        CompareOp::Eq => Some(equal),
+        CompareOp::Ne => Some(!equal),
+        _ => None,
+    }
+}
+
+/// Comparison of numbers of any types; complex ones have no order. None if one is no number.
+fn number_order(op: CompareOp, a: &Value, b: &Value) -> Option<bool> {
+    if let (Value::Complex(_), _) | (_, Value::Complex(_)) = (a, b) {
+        return equality(op, super::hash::numbers_equal(a, b)?);
+    }
+    let order = match (a, b) {
+        (Value::Float(a), Value::Float(b)) => a.partial_cmp(b),
+        (Value::Float(a), b) => int_float_order(&Int::of(b)?, *a).map(Ordering::reverse),
+        (a, Value::Float(b)) => int_float_order(&Int::of(a)?, *b),
+        _ => match (Int::of(a)?, Int::of(b)?) {
+            (Int::Small(a), Int::Small(b)) => Some(a.cmp(&b)),
+            (a, b) => Some(a.to_big().cmp(&b.to_big())),
+        },
+    };
+    Some(by_order(op, order))
+}

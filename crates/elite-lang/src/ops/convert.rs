@@ -1,0 +1,108 @@
+//! Conversions to the integers and floats that builtins need.
+
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::value::int::Int;
+use crate::value::symbol::known;
+use crate::value::{R, Value};
+
+impl Evaluator<'_> {
+    /// The integer a value stands for as an index: integers, booleans and objects with `__index__`.
+    pub fn to_int(&self, value: &Value) -> R<Int> {
+        if let Some(int) = Int::of(value) {
+            return Ok(int);
+        }
+        if let Value::Instance(instance) = value {
+            if let Some(result) = instance.extended().as_ref().and_then(Int::of) {
+                return Ok(result);
+            }
+            if let Some(result) = self.special(value, known::INDEX, &mut [])? {
+                let name = self.core.types.name_of(&result);
+                let error = || self.type_error(format!("__index__ returned non-int (type {name})"));
+                return Int::of(&result).ok_or_else(error);
+            }
+        }
+        let name = self.core.types.name_of(value);
+        Err(self.type_error(format!(
+            "'{name}' object cannot be interpreted as an integer"
+        )))
+    }
+
+    /// Like `to_int`, within 64 bits.
+    #[inline]
+    pub fn index(&self, value: &Value) -> R<i64> {
+        if let Value::Int(int) = value {
+            return Ok(*int);
+        }
+        match self.to_int(value)? {
+            Int::Small(small) => Ok(small),
+            Int::Big(_) => Err(self.raise(
+                ExceptionKind::OverflowError,
+                "Python int too large to convert to C ssize_t",
+            )),
+        }
+    }
+
+    /// Like `index`, but out of range means the nearest bound, as slices want it.
+    pub fn clamped_index(&self, value: &Value) -> R<i64> {
+        Ok(match self.to_int(value)? {
+            Int::Small(small) => small,
+            big if big.is_negative() => i64::MIN,
+            Int::Big(_) => i64::MAX,
+        })
+    }
+
+    /// The float a real number stands for, including objects with `__float__` or `__index__`.
+    pub fn to_f64(&self, value: &Value) -> R<f64> {
+        match value {
+            Value::Float(float) => return Ok(*float),
+            Value::Int(int) => return Ok(*int as f64),
+            _ => {}
+        }
+        if let Some(int) = Int::of(value) {
+            return self.int_to_f64(&int);
+        }
+        if let Value::Instance(instance) = value {
+            if let Some(extended) = instance.extended() {
+                return self.to_f64(&extended);
+            }
+            if let Some(result) = self.special(value, known::FLOAT, &mut [])? {
+                return match result {
+                    Value::Float(float) => Ok(float),
+                    other => {
+                        let (own, name) = (instance.class.name(), self.core.types.name_of(&other));
+                        Err(self.type_error(format!(
+                            "{own}.__float__ returned non-float (type {name})"
+                        )))
+                    }
+                };
+            }
+            if instance.class.lookup(known::INDEX).is_some() {
+                let int = self.to_int(value)?;
+                return self.int_to_f64(&int);
+            }
+        }
+        let name = self.core.types.name_of(value);
+        Err(self.type_error(format!("must be real number, not {name}")))
+    }
+
+    /// An integer as a float; an error if it is out of range.
+    pub fn int_to_f64(&self, int: &Int) -> R<f64> {
+        let float = int.to_f64();
+        if float.is_finite() {
+            return Ok(float);
+        }
+        Err(self.raise(
+            ExceptionKind::OverflowError,
+            "int too large to convert to float",
+        ))
+    }
+
+    /// The builtin value behind an instance of a subclass of a builtin type; any other value as it is.
+    pub fn plain(&self, value: &Value) -> Value {
+        match value {
+            Value::Instance(instance) => instance.extended().unwrap_or_else(|| value.clone()),
+            _ => value.clone(),
+        }
+    }
+}

@@ -1,0 +1,388 @@
+//! Dictionaries and sets with keys whose hash or equality may need script code.
+
+use std::rc::Rc;
+
+use super::hash::{TupleHash, address_hash, quick_hash};
+use crate::ast::CompareOp;
+use crate::eval::Evaluator;
+use crate::value::dict::Found;
+use crate::value::symbol::known;
+use crate::value::{Dict, R, Set, Value};
+
+/// Times a search starts over because script code changed the table meanwhile.
+const RETRIES_MAX: usize = 100;
+
+impl Evaluator<'_> {
+    /// Python's `hash(value)`.
+    #[inline]
+    pub fn hash(&self, value: &Value) -> R<u64> {
+        match quick_hash(value) {
+            Some(hash) => Ok(hash),
+            None => self.hash_slowly(value),
+        }
+    }
+
+    #[inline(never)]
+    fn hash_slowly(&self, value: &Value) -> R<u64> {
+        match value {
+            Value::Tuple(tuple) => self.recurse(|| {
+                let mut combine = TupleHash::default();
+                for item in tuple.items() {
+                    combine.add(self.hash(item)?);
+                }
+                Ok(combine.finish())
+            }),
+            Value::FrozenSet(set) => Ok(frozenset_hash(set)),
+            Value::BoundMethod(method) => {
+                let function = self.hash(&method.function)?;
+                Ok(address_hash(method.receiver.address().unwrap_or(0)) ^ function)
+            }
+            Value::Instance(instance) => self.instance_hash(value, instance),
+            _ => Err(self.unhashable(value)),
+        }
+    }
+
+    fn instance_hash(&self, value: &Value, instance: &crate::value::Instance) -> R<u64> {
+        // A class that defines `__eq__` without `__hash__` cannot be hashed: the `class` statement sets it to None.
+        match instance.class.lookup(known::HASH) {
+            Some(Value::None) => Err(self.unhashable(value)),
+            Some(method) => {
+                let hash = self.call_method_value(&method, value, &mut [])?;
+                let int = self.to_int(&hash)?;
+                // Big results are folded as CPython folds them: by the hash of the integer.
+                quick_hash(&int.into_value())
+                    .ok_or_else(|| self.type_error("__hash__ method should return an integer"))
+            }
+            None => match instance.extended() {
+                Some(extended) => self.hash(&extended),
+                None => Ok(address_hash(std::ptr::from_ref(instance) as usize)),
+            },
+        }
+    }
+
+    #[cold]
+    fn unhashable(&self, value: &Value) -> crate::value::Raised {
+        let name = self.core.types.name_of(value);
+        self.type_error(format!("unhashable type: '{name}'"))
+    }
+
+    /// The index of the entry of `key`.
+    #[inline]
+    pub fn dict_find(&self, dict: &Dict, key: &Value) -> R<Option<usize>> {
+        let hash = self.hash(key)?;
+        self.dict_find_hashed(dict, hash, key)
+    }
+
+    /// Like `dict_find` with the hash known.
+    #[inline]
+    pub fn dict_find_hashed(&self, dict: &Dict, hash: u64, key: &Value) -> R<Option<usize>> {
+        match dict.find(hash, key) {
+            Found::At(index) => Ok(Some(index)),
+            Found::Nowhere => Ok(None),
+            Found::Ask(candidates, generation) => self.ask(
+                key,
+                candidates,
+                generation,
+                || dict.generation(),
+                || dict.find(hash, key),
+            ),
+        }
+    }
+
+    /// Compares `key` with candidates by script code; starts over if the table changes meanwhile.
+    #[inline(never)]
+    fn ask(
+        &self,
+        key: &Value,
+        candidates: Vec<(usize, Value)>,
+        generation: u64,
+        current: impl Fn() -> u64,
+        again: impl Fn() -> Found,
+    ) -> R<Option<usize>> {
+        let (mut candidates, mut generation) = (candidates, generation);
+        for _ in 0..RETRIES_MAX {
+            let mut changed = false;
+            for (index, candidate) in &candidates {
+                let equal = self.equal(candidate, key)?;
+                changed = current() != generation;
+                if changed {
+                    break;
+                }
+                if equal {
+                    return Ok(Some(*index));
+                }
+            }
+            if !changed {
+                return Ok(None);
+            }
+            match again() {
+                Found::At(index) => return Ok(Some(index)),
+                Found::Nowhere => return Ok(None),
+                Found::Ask(more, now) => (candidates, generation) = (more, now),
+            }
+        }
+        let message = "a dictionary or set keeps changing while its keys are compared";
+        Err(self.raise(crate::errors::ExceptionKind::RuntimeError, message))
+    }
+
+    /// `dict.get(key)`.
+    #[inline]
+    pub fn dict_get(&self, dict: &Dict, key: &Value) -> R<Option<Value>> {
+        Ok(self.dict_find(dict, key)?.map(|index| dict.value_at(index)))
+    }
+
+    /// `dict[key] = value`.
+    #[inline]
+    pub fn dict_set(&self, dict: &Dict, key: Value, value: Value) -> R<()> {
+        let hash = self.hash(&key)?;
+        self.dict_set_hashed(dict, hash, key, value)
+    }
+
+    /// Like `dict_set` with the hash known.
+    pub fn dict_set_hashed(&self, dict: &Dict, hash: u64, key: Value, value: Value) -> R<()> {
+        match self.dict_find_hashed(dict, hash, &key)? {
+            Some(index) => dict.set_value_at(index, value),
+            None => dict.append(hash, key, value),
+        }
+        Ok(())
+    }
+
+    /// `dict.pop(key)`.
+    pub fn dict_remove(&self, dict: &Dict, key: &Value) -> R<Option<Value>> {
+        Ok(self
+            .dict_find(dict, key)?
+            .map(|index| dict.delete_at(index).1))
+    }
+
+    /// Copies all entries of `other` into `dict`.
+    pub fn dict_update(&self, dict: &Dict, other: &Dict) -> R<()> {
+        for (hash, key, value) in other.entries() {
+            self.dict_set_hashed(dict, hash, key, value)?;
+        }
+        Ok(())
+    }
+
+    /// `dict.update(other)`: a mapping, or an iterable of pairs.
+    pub fn dict_update_from(&self, dict: &Dict, other: &Value) -> R<()> {
+        if let Value::Dict(other) = self.plain(other) {
+            return self.dict_update(dict, &other);
+        }
+        if let Some(keys) = self.attribute_or_none(other, known::KEYS)? {
+            let keys = self.call(&keys, &mut [], &[])?;
+            let iterator = self.iter(&keys)?;
+            while let Some(key) = self.next(&iterator)? {
+                let value = self.item(other, &key)?;
+                self.dict_set(dict, key, value)?;
+            }
+            return Ok(());
+        }
+        let iterator = self.iter(other)?;
+        let mut index = 0;
+        while let Some(pair) = self.next(&iterator)? {
+            let items = self.collect(&pair).map_err(|raised| {
+                if self.is_kind(&raised, crate::errors::ExceptionKind::TypeError) {
+                    let message = format!(
+                        "cannot convert dictionary update sequence element #{index} to a sequence"
+                    );
+                    self.type_error(message)
+                } else {
+                    raised
+                }
+            })?;
+            let length = items.len();
+            let Ok([key, value]) = <[Value; 2]>::try_from(items) else {
+                let what = format!(
+                    "dictionary update sequence element #{index} has length {length}; 2 is required"
+                );
+                return Err(self.value_error(what));
+            };
+            self.dict_set(dict, key, value)?;
+            index += 1;
+        }
+        Ok(())
+    }
+
+    /// Whether two dictionaries have equal keys with equal values.
+    pub fn dicts_equal(&self, a: &Dict, b: &Dict) -> R<bool> {
+        if a.len() != b.len() {
+            return Ok(false);
+        }
+        for (hash, key, value) in a.entries() {
+            let Some(index) = self.dict_find_hashed(b, hash, &key)? else {
+                return Ok(false);
+            };
+            if !self.equal(&value, &b.value_at(index))? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// The index of an element of a set.
+    pub fn set_find(&self, set: &Set, hash: u64, key: &Value) -> R<Option<usize>> {
+        match set.find(hash, key) {
+            Found::At(index) => Ok(Some(index)),
+            Found::Nowhere => Ok(None),
+            Found::Ask(candidates, generation) => self.ask(
+                key,
+                candidates,
+                generation,
+                || set.generation(),
+                || set.find(hash, key),
+            ),
+        }
+    }
+
+    /// `set.add(key)`
+    pub fn set_add(&self, set: &Set, key: Value) -> R<()> {
+        let hash = self.hash(&key)?;
+        self.set_add_hashed(set, hash, key)
+    }
+
+    /// Like `set_add` with the hash known.
+    pub fn set_add_hashed(&self, set: &Set, hash: u64, key: Value) -> R<()> {
+        if self.set_find(set, hash, &key)?.is_none() {
+            set.append(hash, key);
+        }
+        Ok(())
+    }
+
+    /// `key in set`; a set as key is looked up as the frozen set it equals.
+    pub fn set_contains(&self, set: &Set, key: &Value) -> R<bool> {
+        let hash = self.element_hash(key)?;
+        Ok(self.set_find(set, hash, key)?.is_some())
+    }
+
+    fn element_hash(&self, key: &Value) -> R<u64> {
+        match key {
+            Value::Set(inner) => Ok(frozenset_hash(inner)),
+            _ => self.hash(key),
+        }
+    }
+
+    /// `set.discard(key)`; whether it was there.
+    pub fn set_remove(&self, set: &Set, key: &Value) -> R<bool> {
+        let hash = self.element_hash(key)?;
+        let found = self.set_find(set, hash, key)?;
+        if let Some(index) = found {
+            drop(set.delete_at(index));
+        }
+        Ok(found.is_some())
+    }
+
+    /// Adds all items of an iterable.
+    pub fn set_extend(&self, set: &Set, iterable: &Value) -> R<()> {
+        match iterable {
+            Value::Set(other) | Value::FrozenSet(other) => {
+                for (hash, key) in other.elements() {
+                    self.set_add_hashed(set, hash, key)?;
+                }
+            }
+            Value::Dict(dict) => {
+                for (hash, key, _) in dict.entries() {
+                    self.set_add_hashed(set, hash, key)?;
+                }
+            }
+            _ => {
+                let iterator = self.iter(iterable)?;
+                while let Some(key) = self.next(&iterator)? {
+                    self.set_add(set, key)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// `a | b`
+    pub fn set_union(&self, a: &Set, b: &Set) -> R<Set> {
+        let result = a.copy();
+        for (hash, key) in b.elements() {
+            self.set_add_hashed(&result, hash, key)?;
+        }
+        Ok(result)
+    }
+
+    /// `a & b`; the smaller one is walked through, as in CPython, whose order this keeps.
+    pub fn set_intersection(&self, a: &Set, b: &Set) -> R<Set> {
+        let (walked, other) = if b.len() > a.len() { (a, b) } else { (b, a) };
+        let result = Set::new();
+        for (hash, key) in walked.elements() {
+            if self.set_find(other, hash, &key)?.is_some() {
+                self.set_add_hashed(&result, hash, key)?;
+            }
+        }
+        Ok(result)
+    }
+
+    /// `a - b`
+    pub fn set_difference(&self, a: &Set, b: &Set) -> R<Set> {
+        let result = Set::new();
+        for (hash, key) in a.elements() {
+            if self.set_find(b, hash, &key)?.is_none() {
+                self.set_add_hashed(&result, hash, key)?;
+            }
+        }
+        Ok(result)
+    }
+
+    /// `a ^ b`
+    pub fn set_symmetric_difference(&self, a: &Set, b: &Set) -> R<Set> {
+        let result = b.copy();
+        for (hash, key) in a.elements() {
+            match self.set_find(&result, hash, &key)? {
+                Some(index) => drop(result.delete_at(index)),
+                None => self.set_add_hashed(&result, hash, key)?,
+            }
+        }
+        Ok(result)
+    }
+
+    /// Makes `set` hold what `other` holds.
+    pub fn set_replace(&self, set: &Set, other: &Set) -> R<()> {
+        set.clear();
+        for (hash, key) in other.elements() {
+            self.set_add_hashed(set, hash, key)?;
+        }
+        Ok(())
+    }
+
+    fn is_subset(&self, a: &Set, b: &Set) -> R<bool> {
+        if a.len() > b.len() {
+            return Ok(false);
+        }
+        for (hash, key) in a.elements() {
+            if self.set_find(b, hash, &key)?.is_none() {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Comparison of sets: subset relations.
+    pub fn compare_sets(&self, op: CompareOp, a: &Rc<Set>, b: &Rc<Set>) -> R<bool> {
+        match op {
+            CompareOp::Eq => Ok(a.len() == b.len() && self.is_subset(a, b)?),
+            CompareOp::Ne => Ok(!(a.len() == b.len() && self.is_subset(a, b)?)),
+            CompareOp::Le => self.is_subset(a, b),
+            CompareOp::Lt => Ok(a.len() < b.len() && self.is_subset(a, b)?),
+            CompareOp::Ge => self.is_subset(b, a),
+            _ => Ok(b.len() < a.len() && self.is_subset(b, a)?),
+        }
+    }
+}
+
+/// CPython's hash of frozen sets, independent of order.
+fn frozenset_hash(set: &Set) -> u64 {
+    let shuffle = |hash: u64| ((hash ^ 89_869_747) ^ (hash << 16)).wrapping_mul(3_644_798_167);
+    let mut hash = 0u64;
+    for (element, _) in set.elements() {
+        hash ^= shuffle(element);
+    }
+    hash ^= (set.len() as u64 + 1).wrapping_mul(1_927_868_237);
+    hash ^= (hash >> 11) ^ (hash >> 25);
+    hash = hash.wrapping_mul(69_069).wrapping_add(907_133_923);
+    if hash == u64::MAX {
+        hash = 590_923_713;
+    }
+    hash
+}

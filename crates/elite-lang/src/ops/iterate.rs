@@ -1,0 +1,407 @@
+//! The iterator protocol.
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::eval::generator::{Stepped, ToGenerator};
+use crate::value::dict::ViewKind;
+use crate::value::symbol::known;
+use crate::value::{Iter, R, Raised, Value};
+
+impl Evaluator<'_> {
+    /// Python's `iter(value)`.
+    pub fn iter(&self, value: &Value) -> R {
+        let iter = match value {
+            Value::List(list) => Iter::List {
+                list: RefCell::new(Some(list.clone())),
+                index: Cell::new(0),
+            },
+            Value::Tuple(tuple) => Iter::Tuple {
+                tuple: tuple.clone(),
+                index: Cell::new(0),
+            },
+            Value::Str(text) => Iter::Str {
+                text: text.clone(),
+                offset: Cell::new(0),
+            },
+            Value::Range(range) => Iter::Range {
+                next: Cell::new(range.start),
+                step: range.step,
+                left: Cell::new(range.len()),
+            },
+            Value::Dict(dict) => dict_iter(dict, ViewKind::Keys, false),
+            Value::DictView(view) => dict_iter(&view.dict, view.kind, false),
+            Value::Set(set) | Value::FrozenSet(set) => Iter::Set {
+                set: set.clone(),
+                position: Cell::new(0),
+                length: Cell::new(set.len()),
+            },
+            Value::Bytes(bytes) => Iter::Bytes {
+                bytes: bytes.clone(),
+                index: Cell::new(0),
+            },
+            Value::ByteArray(_) => Iter::Sequence {
+                object: value.clone(),
+                index: Cell::new(0),
+                reversed: false,
+                done: Cell::new(false),
+            },
+            Value::Iter(_) | Value::Generator(_) => return Ok(value.clone()),
+            Value::Instance(instance) => return self.instance_iter(value, instance),
+            _ => return Err(self.not_iterable(value)),
+        };
+        Ok(Value::Iter(Rc::new(iter)))
+    }
+
+    fn instance_iter(&self, value: &Value, instance: &crate::value::Instance) -> R {
+        match instance.class.lookup(known::ITER) {
+            Some(Value::None) => Err(self.not_iterable(value)),
+            Some(method) => {
+                let iterator = self.call_method_value(&method, value, &mut [])?;
+                let steps = match &iterator {
+                    Value::Iter(_) | Value::Generator(_) => true,
+                    other => self.core.types.of(other).lookup(known::NEXT).is_some(),
+                };
+                if steps {
+                    return Ok(iterator);
+                }
+                let name = self.core.types.name_of(&iterator);
+                Err(self.type_error(format!("iter() returned non-iterator of type '{name}'")))
+            }
+            None => {
+                if let Some(extended) = instance.extended() {
+                    return self.iter(&extended);
+                }
+                if instance.class.lookup(known::GETITEM).is_none() {
+                    return Err(self.not_iterable(value));
+                }
+                let (object, done) = (value.clone(), Cell::new(false));
+                Ok(Value::Iter(Rc::new(Iter::Sequence {
+                    object,
+                    index: Cell::new(0),
+                    reversed: false,
+                    done,
+                })))
+            }
+        }
+    }
+
+    #[cold]
+    fn not_iterable(&self, value: &Value) -> Raised {
+        let name = self.core.types.name_of(value);
+        self.type_error(format!("'{name}' object is not iterable"))
+    }
+
+    /// The next value of an iterator; None at its end.
+    #[inline]
+    pub fn next(&self, iterator: &Value) -> R<Option<Value>> {
+        match iterator {
+            Value::Iter(iter) => self.next_of(iter),
+            Value::Generator(generator) => {
+                match self.step_generator(generator, ToGenerator::Send(Value::None)) {
+                    Ok(Stepped::Yielded(value)) => Ok(Some(value)),
+                    Ok(Stepped::Returned(_)) => Ok(None),
+                    Err(raised) => Err(self.generator_error(raised)),
+                }
+            }
+            _ => self.next_by_method(iterator),
+        }
+    }
+
+    /// A `StopIteration` that leaves a generator is an error of the script (PEP 479).
+    #[cold]
+    pub fn generator_error(&self, raised: Raised) -> Raised {
+        if !self.is_kind(&raised, ExceptionKind::StopIteration) {
+            return raised;
+        }
+        let error = self.raise(
+            ExceptionKind::RuntimeError,
+            "generator raised StopIteration",
+        );
+        if let (Raised::Exception(error), Raised::Exception(cause)) = (&error, raised)
+            && let Some(state) = error.exception()
+        {
+            *state.cause.borrow_mut() = Value::Instance(cause.clone());
+            *state.context.borrow_mut() = Value::Instance(cause);
+        }
+        error
+    }
+
+    fn next_by_method(&self, iterator: &Value) -> R<Option<Value>> {
+        let Some(method) = self.core.types.of(iterator).lookup(known::NEXT) else {
+            let name = self.core.types.name_of(iterator);
+            return Err(self.type_error(format!("'{name}' object is not an iterator")));
+        };
+        match self.call_method_value(&method, iterator, &mut []) {
+            Ok(value) => Ok(Some(value)),
+            Err(raised) if self.is_kind(&raised, ExceptionKind::StopIteration) => Ok(None),
+            Err(raised) => Err(raised),
+        }
+    }
+
+    fn next_of(&self, iter: &Iter) -> R<Option<Value>> {
+        Ok(match iter {
+            Iter::List { list, index } => {
+                let at = index.get();
+                let item = list.borrow().as_ref().and_then(|list| list.get(at));
+                match item {
+                    Some(_) => index.set(at + 1),
+                    None => drop(list.take()),
+                }
+                item
+            }
+            Iter::Tuple { tuple, index } => {
+                let item = tuple.items().get(index.get()).cloned();
+                index.set(index.get() + 1);
+                item
+            }
+            Iter::Str { text, offset } => {
+                let c = text.as_str()[offset.get()..].chars().next();
+                c.map(|c| {
+                    offset.set(offset.get() + c.len_utf8());
+                    self.core.char_value(c)
+                })
+            }
+            Iter::Bytes { bytes, index } => {
+                let item = bytes
+                    .data()
+                    .get(index.get())
+                    .map(|byte| Value::Int(i64::from(*byte)));
+                index.set(index.get() + 1);
+                item
+            }
+            Iter::Range { next, step, left } => {
+                let count = left.get();
+                if count == 0 {
+                    return Ok(None);
+                }
+                left.set(count - 1);
+                let value = next.get();
+                next.set(value.wrapping_add(*step));
+                Some(Value::Int(value))
+            }
+            Iter::Dict {
+                dict,
+                kind,
+                position,
+                length,
+                reversed,
+            } => {
+                if dict.len() != length.get() {
+                    if length.get() == usize::MAX {
+                        return Ok(None);
+                    }
+                    length.set(usize::MAX);
+                    let message = "dictionary changed size during iteration";
+                    return Err(self.raise(ExceptionKind::RuntimeError, message));
+                }
+                let entry = if *reversed {
+                    dict.previous_entry(position.get())
+                } else {
+                    dict.next_entry(position.get())
+                };
+                entry.map(|(at, key, value)| {
+                    position.set(at);
+                    match kind {
+                        ViewKind::Keys => key,
+                        ViewKind::Values => value,
+                        ViewKind::Items => Value::tuple(vec![key, value]),
+                    }
+                })
+            }
+            Iter::Set {
+                set,
+                position,
+                length,
+            } => {
+                if set.len() != length.get() {
+                    length.set(usize::MAX);
+                    return Err(self.raise(
+                        ExceptionKind::RuntimeError,
+                        "Set changed size during iteration",
+                    ));
+                }
+                set.next_element(position.get()).map(|(at, _, key)| {
+                    position.set(at);
+                    key
+                })
+            }
+            _ => return self.with_stack(crate::eval::coroutine::RESERVE, || self.next_lazy(iter)),
+        })
+    }
+
+    /// Iterators that may run script code.
+    fn next_lazy(&self, iter: &Iter) -> R<Option<Value>> {
+        match iter {
+            Iter::ListReversed { list, index } => {
+                let at = index.get();
+                if at == 0 {
+                    return Ok(None);
+                }
+                let item = list.get(at - 1);
+                index.set(if item.is_some() { at - 1 } else { 0 });
+                Ok(item)
+            }
+            Iter::Sequence {
+                object,
+                index,
+                reversed,
+                done,
+            } => {
+                let at = index.get();
+                if done.get() || (*reversed && at < 0) {
+                    return Ok(None);
+                }
+                match self.item(object, &Value::Int(at)) {
+                    Ok(value) => {
+                        index.set(if *reversed { at - 1 } else { at + 1 });
+                        Ok(Some(value))
+                    }
+                    Err(raised) => {
+                        done.set(true);
+                        let ends = self.is_kind(&raised, ExceptionKind::IndexError)
+                            || self.is_kind(&raised, ExceptionKind::StopIteration);
+                        if ends { Ok(None) } else { Err(raised) }
+                    }
+                }
+            }
+            Iter::Callable {
+                function,
+                sentinel,
+                done,
+            } => {
+                if done.get() {
+                    return Ok(None);
+                }
+                let value = self.call(function, &mut [], &[])?;
+                if self.equal(&value, sentinel)? {
+                    done.set(true);
+                    return Ok(None);
+                }
+                Ok(Some(value))
+            }
+            Iter::Map { function, sources } => {
+                let mut args = Vec::with_capacity(sources.len());
+                for source in sources {
+                    match self.next(source)? {
+                        Some(value) => args.push(value),
+                        None => return Ok(None),
+                    }
+                }
+                self.call(function, &mut args, &[]).map(Some)
+            }
+            Iter::Filter { function, source } => {
+                while let Some(value) = self.next(source)? {
+                    let keep = if function.is_none() {
+                        self.truth(&value)?
+                    } else {
+                        let verdict = self.call1(function, value.clone())?;
+                        self.truth(&verdict)?
+                    };
+                    if keep {
+                        return Ok(Some(value));
+                    }
+                }
+                Ok(None)
+            }
+            Iter::Zip { sources, strict } => self.next_zip(sources, *strict),
+            Iter::Enumerate { source, count } => {
+                let Some(value) = self.next(source)? else {
+                    return Ok(None);
+                };
+                let number = count.borrow().clone();
+                let following = self.binary(crate::ast::BinaryOp::Add, &number, &Value::Int(1))?;
+                drop(count.replace(following));
+                Ok(Some(Value::tuple(vec![number, value])))
+            }
+            Iter::Native(native) => (native.next)(self),
+            // The others are stepped by `next_of`.
+            _ => Ok(None),
+        }
+    }
+
+    fn next_zip(&self, sources: &[Value], strict: bool) -> R<Option<Value>> {
+        let mut items = Vec::with_capacity(sources.len());
+        for source in sources {
+            match self.next(source)? {
+                Some(value) => items.push(value),
+                None if strict => return self.check_zip_lengths(sources, items.len()),
+                None => return Ok(None),
+            }
+        }
+        Ok((!sources.is_empty()).then(|| Value::tuple(items)))
+    }
+
+    /// `zip(strict=True)`: argument `ended` has ended; if it is the first, all others must have ended too.
+    fn check_zip_lengths(&self, sources: &[Value], ended: usize) -> R<Option<Value>> {
+        let before = |index: usize| match index {
+            1 => "argument 1".to_owned(),
+            _ => format!("arguments 1-{index}"),
+        };
+        if ended > 0 {
+            let text = format!(
+                "zip() argument {} is shorter than {}",
+                ended + 1,
+                before(ended)
+            );
+            return Err(self.value_error(text));
+        }
+        for (index, source) in sources.iter().enumerate().skip(1) {
+            if self.next(source)?.is_some() {
+                let text = format!(
+                    "zip() argument {} is longer than {}",
+                    index + 1,
+                    before(index)
+                );
+                return Err(self.value_error(text));
+            }
+        }
+        Ok(None)
+    }
+
+    /// All items of an iterable.
+    pub fn collect(&self, iterable: &Value) -> R<Vec<Value>> {
+        match iterable {
+            Value::List(list) => return Ok(list.borrow().clone()),
+            Value::Tuple(tuple) => return Ok(tuple.items().to_vec()),
+            Value::Dict(dict) => return Ok(dict.keys()),
+            Value::Range(range) => {
+                let length = range.len();
+                self.check_allocation((length as usize).saturating_mul(size_of::<Value>()))?;
+                return Ok((0..length)
+                    .map(|index| Value::Int(range.at(index)))
+                    .collect());
+            }
+            _ => {}
+        }
+        let iterator = self.iter(iterable)?;
+        self.drain(&iterator)
+    }
+
+    /// All remaining values of an iterator.
+    pub fn drain(&self, iterator: &Value) -> R<Vec<Value>> {
+        let mut items = Vec::new();
+        while let Some(value) = self.next(iterator)? {
+            if items.len() == items.capacity() {
+                self.check_allocation(2 * items.len() * size_of::<Value>())?;
+                self.safepoint()?;
+            }
+            items.push(value);
+        }
+        Ok(items)
+    }
+}
+
+/// An iterator over a dictionary.
+pub fn dict_iter(dict: &Rc<crate::value::Dict>, kind: ViewKind, reversed: bool) -> Iter {
+    let position = Cell::new(if reversed { usize::MAX } else { 0 });
+    Iter::Dict {
+        dict: dict.clone(),
+        kind,
+        position,
+        length: Cell::new(dict.len()),
+        reversed,
+    }
+}

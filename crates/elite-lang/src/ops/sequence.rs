@@ -1,0 +1,221 @@
+//! Operators of builtin containers: joining, repeating, set algebra, `%` of strings.
+
+use std::rc::Rc;
+
+use crate::ast::BinaryOp;
+use crate::eval::Evaluator;
+use crate::value::int::Int;
+use crate::value::{ByteArray, Bytes, R, Set, Str, Value};
+
+impl Evaluator<'_> {
+    /// The operation on builtin containers; None if they have no such operation.
+    pub fn builtin_binary(&self, op: BinaryOp, a: &Value, b: &Value) -> R<Option<Value>> {
+        match op {
+            BinaryOp::Add => self.concatenate(a, b),
+            BinaryOp::Mul => self.repeat_either(a, b),
+            BinaryOp::Mod => match a {
+                Value::Str(format) => self
+                    .percent_format(format.as_str(), b)
+                    .map(|text| Some(Value::str(text))),
+                Value::Bytes(_) | Value::ByteArray(_) => self.percent_bytes(a, b).map(Some),
+                _ => Ok(None),
+            },
+            BinaryOp::BitOr | BinaryOp::BitAnd | BinaryOp::BitXor | BinaryOp::Sub => {
+                self.algebra(op, a, b)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    fn concatenate(&self, a: &Value, b: &Value) -> R<Option<Value>> {
+        Ok(Some(match (a, b) {
+            (Value::Str(a), Value::Str(b)) => {
+                let bytes = a.as_str().len() + b.as_str().len();
+                self.check_allocation(bytes)?;
+                let mut text = String::with_capacity(bytes);
+                text.push_str(a.as_str());
+                text.push_str(b.as_str());
+                Value::Str(Rc::new(Str::counted(text, a.len() + b.len())))
+            }
+            (Value::List(a), Value::List(b)) => {
+                let (a, b) = (a.borrow(), b.borrow());
+                self.check_allocation((a.len() + b.len()) * size_of::<Value>())?;
+                Value::list([&a[..], &b[..]].concat())
+            }
+            (Value::Tuple(a), Value::Tuple(b)) => {
+                self.check_allocation((a.items().len() + b.items().len()) * size_of::<Value>())?;
+                Value::tuple([a.items(), b.items()].concat())
+            }
+            (Value::Bytes(a), _) => match self.bytes_like(b) {
+                Some(b) => Value::Bytes(Rc::new(Bytes::new([a.data(), &b].concat()))),
+                None => return Ok(None),
+            },
+            (Value::ByteArray(a), _) => match self.bytes_like(b) {
+                Some(b) => {
+                    let data = [&a.data.borrow()[..], &b].concat();
+                    Value::ByteArray(Rc::new(ByteArray { data: data.into() }))
+                }
+                None => return Ok(None),
+            },
+            _ => return Ok(None),
+        }))
+    }
+
+    /// The bytes of a bytes or bytearray.
+    pub fn bytes_like(&self, value: &Value) -> Option<Vec<u8>> {
+        match value {
+            Value::Bytes(bytes) => Some(bytes.data().to_vec()),
+            Value::ByteArray(bytes) => Some(bytes.data.borrow().clone()),
+            Value::Instance(instance) => self.bytes_like(&instance.extended()?),
+            _ => None,
+        }
+    }
+
+    fn repeat_either(&self, a: &Value, b: &Value) -> R<Option<Value>> {
+        match (Int::of(a), Int::of(b)) {
+            (None, Some(count)) => self.repeat(a, &count),
+            (Some(count), None) => self.repeat(b, &count),
+            _ => Ok(None),
+        }
+    }
+
+    /// How often to repeat something of `bytes` bytes; refused if the result would be too big.
+    fn repetitions(&self, count: &Int, bytes: usize) -> R<usize> {
+        let count = match count {
+            Int::Small(count) => usize::try_from(*count).unwrap_or(0),
+            Int::Big(_) if count.is_negative() || bytes == 0 => 0,
+            Int::Big(_) => usize::MAX,
+        };
+        self.check_allocation(bytes.saturating_mul(count))?;
+        Ok(count)
+    }
+
+    fn repeat(&self, sequence: &Value, count: &Int) -> R<Option<Value>> {
+        Ok(Some(match sequence {
+            Value::Str(text) => {
+                let count = self.repetitions(count, text.as_str().len())?;
+                Value::Str(Rc::new(Str::counted(
+                    text.as_str().repeat(count),
+                    text.len() * count,
+                )))
+            }
+            Value::List(list) => {
+                let items = list.borrow();
+                let count = self.repetitions(count, items.len() * size_of::<Value>())?;
+                Value::list(repeated(&items, count))
+            }
+            Value::Tuple(tuple) => {
+                let count = self.repetitions(count, std::mem::size_of_val(tuple.items()))?;
+                Value::tuple(repeated(tuple.items(), count))
+            }
+            Value::Bytes(bytes) => {
+                let count = self.repetitions(count, bytes.data().len())?;
+                Value::Bytes(Rc::new(Bytes::new(bytes.data().repeat(count))))
+            }
+            Value::ByteArray(bytes) => {
+                let data = bytes.data.borrow();
+                let count = self.repetitions(count, data.len())?;
+                Value::ByteArray(Rc::new(ByteArray {
+                    data: data.repeat(count).into(),
+                }))
+            }
+            _ => return Ok(None),
+        }))
+    }
+
+    fn algebra(&self, op: BinaryOp, a: &Value, b: &Value) -> R<Option<Value>> {
+        if let (BinaryOp::BitOr, Value::Dict(a), Value::Dict(b)) = (op, a, b) {
+            let union = Rc::new(a.copy());
+            self.dict_update(&union, b)?;
+            return Ok(Some(Value::Dict(union)));
+        }
+        let (Some(x), Some(y)) = (self.set_operand(a)?, self.set_operand(b)?) else {
+            return Ok(None);
+        };
+        let result = Rc::new(match op {
+            BinaryOp::BitOr => self.set_union(&x, &y)?,
+            BinaryOp::BitAnd => self.set_intersection(&x, &y)?,
+            BinaryOp::Sub => self.set_difference(&x, &y)?,
+            _ => self.set_symmetric_difference(&x, &y)?,
+        });
+        Ok(Some(if matches!(a, Value::FrozenSet(_)) {
+            Value::FrozenSet(result)
+        } else {
+            Value::Set(result)
+        }))
+    }
+
+    /// The set an operand is; views of keys and items count as sets.
+    fn set_operand(&self, value: &Value) -> R<Option<Rc<Set>>> {
+        Ok(match value {
+            Value::Set(set) | Value::FrozenSet(set) => Some(set.clone()),
+            Value::DictView(view) if view.kind != crate::value::dict::ViewKind::Values => {
+                let set = Set::new();
+                self.set_extend(&set, value)?;
+                Some(Rc::new(set))
+            }
+            Value::Instance(instance) => match instance.extended() {
+                Some(Value::Set(set) | Value::FrozenSet(set)) => Some(set),
+                _ => None,
+            },
+            _ => None,
+        })
+    }
+
+    /// `a op= b` for containers that change in place; None if `a` is not one or the operands do not fit.
+    pub fn builtin_in_place(&self, op: BinaryOp, a: &Value, b: &Value) -> R<Option<Value>> {
+        match (op, a) {
+            (BinaryOp::Add, Value::List(list)) => {
+                let items = self.collect(b)?;
+                self.check_allocation((list.len() + items.len()) * size_of::<Value>())?;
+                list.borrow_mut().extend(items);
+                list.account();
+            }
+            (BinaryOp::Mul, Value::List(list)) => {
+                let Some(count) = Int::of(b) else {
+                    return Ok(None);
+                };
+                let items = list.borrow().clone();
+                let count = self.repetitions(&count, items.len() * size_of::<Value>())?;
+                *list.borrow_mut() = repeated(&items, count);
+                list.account();
+            }
+            (BinaryOp::Add, Value::ByteArray(bytes)) => {
+                let Some(more) = self.bytes_like(b) else {
+                    return Ok(None);
+                };
+                bytes.data.borrow_mut().extend(more);
+            }
+            (BinaryOp::BitOr, Value::Dict(dict)) => self.dict_update_from(dict, b)?,
+            (BinaryOp::BitOr, Value::Set(set)) => {
+                let Some(other) = self.set_operand(b)? else {
+                    return Ok(None);
+                };
+                for (hash, key) in other.elements() {
+                    self.set_add_hashed(set, hash, key)?;
+                }
+            }
+            (BinaryOp::BitAnd | BinaryOp::Sub | BinaryOp::BitXor, Value::Set(set)) => {
+                let Some(other) = self.set_operand(b)? else {
+                    return Ok(None);
+                };
+                let result = match op {
+                    BinaryOp::BitAnd => self.set_intersection(set, &other)?,
+                    BinaryOp::Sub => self.set_difference(set, &other)?,
+                    _ => self.set_symmetric_difference(set, &other)?,
+                };
+                self.set_replace(set, &result)?;
+            }
+            _ => return Ok(None),
+        }
+        Ok(Some(a.clone()))
+    }
+}
+
+fn repeated(items: &[Value], count: usize) -> Vec<Value> {
+    let mut out = Vec::with_capacity(items.len() * count);
+    for _ in 0..count {
+        out.extend_from_slice(items);
+    }
+    out
+}

@@ -1,0 +1,507 @@
+//! `str`, `repr` and `format` of values.
+
+use std::fmt::Write as _;
+
+use crate::ast::Conversion;
+use crate::eval::Evaluator;
+use crate::format::{Spec, float};
+use crate::value::symbol::known;
+use crate::value::{Dict, Instance, R, Value};
+
+impl Evaluator<'_> {
+    /// Python's `str(value)`.
+    pub fn str(&self, value: &Value) -> R<String> {
+        match value {
+            Value::Str(text) => Ok(text.as_str().to_owned()),
+            Value::Int(int) => Ok(int.to_string()),
+            Value::Instance(instance) => self.instance_str(value, instance),
+            _ => self.repr(value),
+        }
+    }
+
+    /// Like `str`, without copying strings.
+    pub fn str_value(&self, value: &Value) -> R {
+        match value {
+            Value::Str(_) => Ok(value.clone()),
+            other => self.str(other).map(Value::str),
+        }
+    }
+
+    fn instance_str(&self, value: &Value, instance: &Instance) -> R<String> {
+        if let Some(method) = instance.class.lookup(known::STR) {
+            let text = self.call_method_value(&method, value, &mut [])?;
+            return self.expect_text(&text, "__str__");
+        }
+        if let Some(method) = instance.class.lookup(known::REPR) {
+            let text = self.call_method_value(&method, value, &mut [])?;
+            return self.expect_text(&text, "__repr__");
+        }
+        self.natural_str(value)
+    }
+
+    /// The text of an object whose class defines none.
+    pub fn natural_str(&self, value: &Value) -> R<String> {
+        let Value::Instance(instance) = value else {
+            return self.str(value);
+        };
+        if let Some(state) = instance.exception() {
+            return match state.plain_message() {
+                Some(message) => Ok(message),
+                None => self.exception_str(instance, &state.args()),
+            };
+        }
+        match instance.extended() {
+            Some(extended) => self.str(&extended),
+            None => self.repr(value),
+        }
+    }
+
+    fn exception_str(&self, instance: &Instance, args: &Value) -> R<String> {
+        use crate::errors::ExceptionKind;
+        let Value::Tuple(tuple) = args else {
+            return Ok(String::new());
+        };
+        let is = |kind| {
+            instance
+                .class
+                .is_subclass_of(self.core.types.exception(kind))
+        };
+        match tuple.items() {
+            [] => Ok(String::new()),
+            // The key is shown as it would be written.
+            [key] if is(ExceptionKind::KeyError) => self.repr(key),
+            [single] => self.str(single),
+            [number, text] if is(ExceptionKind::OSError) => {
+                Ok(format!("[Errno {}] {}", self.str(number)?, self.str(text)?))
+            }
+            [number, text, name, ..] if is(ExceptionKind::OSError) => Ok(format!(
+                "[Errno {}] {}: {}",
+                self.str(number)?,
+                self.str(text)?,
+                self.repr(name)?
+            )),
+            _ => self.repr(args),
+        }
+    }
+
+    fn expect_text(&self, value: &Value, method: &str) -> R<String> {
+        match self.plain(value) {
+            Value::Str(text) => Ok(text.as_str().to_owned()),
+            other => {
+                let name = self.core.types.name_of(&other);
+                Err(self.type_error(format!("{method} returned non-string (type {name})")))
+            }
+        }
+    }
+
+    /// Python's `repr(value)`.
+    pub fn repr(&self, value: &Value) -> R<String> {
+        let mut out = String::new();
+        let mut inside = Vec::new();
+        self.repr_into(value, &mut out, &mut inside)?;
+        Ok(out)
+    }
+
+    /// Appends the `repr`. `inside` holds the addresses of the containers around, to stop at circles.
+    fn repr_into(&self, value: &Value, out: &mut String, inside: &mut Vec<usize>) -> R<()> {
+        match value {
+            Value::Unbound => out.push_str("<unbound>"),
+            Value::None => out.push_str("None"),
+            Value::Ellipsis => out.push_str("Ellipsis"),
+            Value::NotImplemented => out.push_str("NotImplemented"),
+            Value::Bool(flag) => out.push_str(if *flag { "True" } else { "False" }),
+            Value::Int(int) => {
+                let _ = write!(out, "{int}");
+            }
+            Value::Float(value) => out.push_str(&float::repr(*value)),
+            Value::BigInt(big) => out.push_str(&self.big_to_text(big)?),
+            Value::Complex(complex) => out.push_str(&float::complex_repr(complex.0, complex.1)),
+            Value::Str(text) => quote(text.as_str(), out),
+            Value::Bytes(bytes) => quote_bytes(bytes.data(), out),
+            Value::ByteArray(bytes) => {
+                out.push_str("bytearray(");
+                quote_bytes(&bytes.data.borrow(), out);
+                out.push(')');
+            }
+            Value::Range(range) => {
+                let _ = match range.step {
+                    1 => write!(out, "range({}, {})", range.start, range.stop),
+                    step => write!(out, "range({}, {}, {step})", range.start, range.stop),
+                };
+            }
+            Value::List(_)
+            | Value::Tuple(_)
+            | Value::Dict(_)
+            | Value::DictView(_)
+            | Value::Set(_)
+            | Value::FrozenSet(_)
+            | Value::Slice(_) => return self.recurse(|| self.container_repr(value, out, inside)),
+            Value::Instance(instance) => {
+                let text = self.recurse(|| self.instance_repr(value, instance))?;
+                out.push_str(&text);
+            }
+            other => out.push_str(&self.object_repr(other)?),
+        }
+        self.check_allocation(out.len())
+    }
+
+    fn container_repr(&self, value: &Value, out: &mut String, inside: &mut Vec<usize>) -> R<()> {
+        let address = value.address().unwrap_or(0);
+        if inside.contains(&address) {
+            out.push_str(match value {
+                Value::List(_) => "[...]",
+                Value::Tuple(_) => "(...)",
+                Value::Dict(_) => "{...}",
+                _ => "set(...)",
+            });
+            return Ok(());
+        }
+        inside.push(address);
+        let result = self.container_repr_inside(value, out, inside);
+        inside.pop();
+        result
+    }
+
+    fn container_repr_inside(
+        &self,
+        value: &Value,
+        out: &mut String,
+        inside: &mut Vec<usize>,
+    ) -> R<()> {
+        match value {
+            Value::List(list) => {
+                out.push('[');
+                let mut index = 0;
+                // Item by item: a `__repr__` of the script may change the list.
+                while let Some(item) = list.get(index) {
+                    out.push_str(if index > 0 { ", " } else { "" });
+                    self.repr_into(&item, out, inside)?;
+                    index += 1;
+                }
+                out.push(']');
+            }
+            Value::Tuple(tuple) => {
+                out.push('(');
+                self.repr_items(tuple.items(), out, inside)?;
+                out.push_str(if tuple.items().len() == 1 { ",)" } else { ")" });
+            }
+            Value::Dict(dict) => self.dict_repr(dict, out, inside)?,
+            Value::DictView(view) => {
+                let name = self.core.types.name_of(value);
+                let _ = write!(out, "{name}([");
+                let items = self.collect(&Value::DictView(view.clone()))?;
+                self.repr_items(&items, out, inside)?;
+                out.push_str("])");
+            }
+            Value::Set(set) | Value::FrozenSet(set) => {
+                let frozen = matches!(value, Value::FrozenSet(_));
+                let items: Vec<Value> = set.elements().into_iter().map(|(_, key)| key).collect();
+                match (items.is_empty(), frozen) {
+                    (true, false) => out.push_str("set()"),
+                    (true, true) => out.push_str("frozenset()"),
+                    (false, frozen) => {
+                        out.push_str(if frozen { "frozenset({" } else { "{" });
+                        self.repr_items(&items, out, inside)?;
+                        out.push_str(if frozen { "})" } else { "}" });
+                    }
+                }
+            }
+            Value::Slice(slice) => {
+                out.push_str("slice(");
+                self.repr_items(
+                    &[slice.start.clone(), slice.stop.clone(), slice.step.clone()],
+                    out,
+                    inside,
+                )?;
+                out.push(')');
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn repr_items(&self, items: &[Value], out: &mut String, inside: &mut Vec<usize>) -> R<()> {
+        for (index, item) in items.iter().enumerate() {
+            out.push_str(if index > 0 { ", " } else { "" });
+            self.repr_into(item, out, inside)?;
+        }
+        Ok(())
+    }
+
+    fn dict_repr(&self, dict: &Dict, out: &mut String, inside: &mut Vec<usize>) -> R<()> {
+        out.push('{');
+        for (index, (_, key, value)) in dict.entries().into_iter().enumerate() {
+            out.push_str(if index > 0 { ", " } else { "" });
+            self.repr_into(&key, out, inside)?;
+            out.push_str(": ");
+            self.repr_into(&value, out, inside)?;
+        }
+        out.push('}');
+        Ok(())
+    }
+
+    fn instance_repr(&self, value: &Value, instance: &Instance) -> R<String> {
+        if let Some(method) = instance.class.lookup(known::REPR) {
+            let text = self.call_method_value(&method, value, &mut [])?;
+            return self.expect_text(&text, "__repr__");
+        }
+        self.natural_repr(value)
+    }
+
+    /// The `repr` of an object whose class defines none.
+    pub fn natural_repr(&self, value: &Value) -> R<String> {
+        let Value::Instance(instance) = value else {
+            return self.repr(value);
+        };
+        if let Some(state) = instance.exception() {
+            let args = self.repr(&state.args())?;
+            let single = matches!(&state.args(), Value::Tuple(tuple) if tuple.items().len() == 1);
+            let args = if single {
+                format!("{})", args.trim_end_matches(",)"))
+            } else {
+                args
+            };
+            return Ok(format!("{}{args}", instance.class.name()));
+        }
+        match instance.extended() {
+            Some(extended) => {
+                let text = self.repr(&extended)?;
+                let named = matches!(extended, Value::Set(_) | Value::FrozenSet(_));
+                let inner = text.trim_start_matches("frozenset(").trim_end_matches(')');
+                Ok(if named {
+                    format!("{}({inner})", instance.class.name())
+                } else {
+                    text
+                })
+            }
+            None => {
+                let module = if instance.class.is_script {
+                    "__main__."
+                } else {
+                    ""
+                };
+                let address = value.address().unwrap_or(0);
+                Ok(format!(
+                    "<{module}{} object at {address:#x}>",
+                    self.qualname_of(&instance.class)
+                ))
+            }
+        }
+    }
+
+    fn qualname_of(&self, class: &crate::value::Class) -> String {
+        match class.own_attrs().get(known::QUALNAME) {
+            Some(Value::Str(text)) => text.as_str().to_owned(),
+            _ => class.name().to_string(),
+        }
+    }
+
+    fn object_repr(&self, value: &Value) -> R<String> {
+        let address = value.address().unwrap_or(0);
+        Ok(match value {
+            Value::Function(function) => {
+                format!("<function {} at {address:#x}>", function.code.qualname)
+            }
+            Value::BoundMethod(method) => {
+                let name = match &method.function {
+                    Value::Function(function) => function.code.qualname.to_string(),
+                    Value::Builtin(builtin) => {
+                        let owner = self.core.types.name_of(&method.receiver);
+                        return Ok(format!(
+                            "<built-in method {} of {owner} object at {address:#x}>",
+                            builtin.name
+                        ));
+                    }
+                    other => self.repr(other)?,
+                };
+                format!("<bound method {name} of {}>", self.repr(&method.receiver)?)
+            }
+            Value::Builtin(builtin) => match builtin.owner {
+                Some(owner) => format!("<method '{}' of '{owner}' objects>", builtin.name),
+                None => format!("<built-in function {}>", builtin.name),
+            },
+            Value::Class(class) => {
+                let module = if class.is_script { "__main__." } else { "" };
+                format!("<class '{module}{}'>", self.qualname_of(class))
+            }
+            Value::Module(module) => format!("<module '{}' (built-in)>", module.name),
+            Value::Generator(generator) => {
+                format!(
+                    "<generator object {} at {address:#x}>",
+                    generator.function.code.qualname
+                )
+            }
+            Value::Super(sup) => {
+                let (class, receiver) = (sup.class.name(), sup.receiver_class.name());
+                format!("<super: <class '{class}'>, <{receiver} object>>")
+            }
+            other => format!(
+                "<{} object at {address:#x}>",
+                self.core.types.name_of(other)
+            ),
+        })
+    }
+
+    /// An integer of any size in decimal; refused beyond the limit on digits, as in CPython.
+    pub fn big_to_text(&self, big: &num_bigint::BigInt) -> R<String> {
+        let limit = self.core.limits.int_digits;
+        // 2^10 is a little more than 10^3.
+        let certainly_too_long = big.bits() as f64 * 0.301_029_995 > limit as f64 + 1.0;
+        let text = if certainly_too_long {
+            String::new()
+        } else {
+            big.to_string()
+        };
+        if certainly_too_long || text.trim_start_matches('-').len() > limit {
+            return Err(self.value_error(format!(
+                "Exceeds the limit ({limit} digits) for integer string conversion; \
+                 use sys.set_int_max_str_digits() to increase the limit"
+            )));
+        }
+        Ok(text)
+    }
+
+    /// Python's `ascii(value)`.
+    pub fn ascii(&self, value: &Value) -> R<String> {
+        let text = self.repr(value)?;
+        let mut out = String::with_capacity(text.len());
+        for c in text.chars() {
+            match c as u32 {
+                0..128 => out.push(c),
+                code @ ..0x100 => {
+                    let _ = write!(out, "\\x{code:02x}");
+                }
+                code @ ..0x1_0000 => {
+                    let _ = write!(out, "\\u{code:04x}");
+                }
+                code => {
+                    let _ = write!(out, "\\U{code:08x}");
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    /// The value of a replacement field before it is formatted.
+    pub fn convert(&self, value: Value, conversion: Conversion) -> R {
+        match conversion {
+            Conversion::None => Ok(value),
+            Conversion::Str => self.str_value(&value),
+            Conversion::Repr => self.repr(&value).map(Value::str),
+            Conversion::Ascii => self.ascii(&value).map(Value::str),
+        }
+    }
+
+    /// Python's `format(value, spec)`, appended to `out`.
+    pub fn format_into(&self, value: &Value, spec: &str, out: &mut String) -> R<()> {
+        if let Value::Instance(instance) = value {
+            if let Some(method) = instance.class.lookup(known::FORMAT) {
+                let text = self.call_method_value(&method, value, &mut [Value::str(spec)])?;
+                out.push_str(&self.expect_text(&text, "__format__")?);
+                return Ok(());
+            }
+            let overrides = instance.class.lookup(known::STR).is_some();
+            if let (Some(extended), false) = (instance.extended(), overrides) {
+                return self.format_into(&extended, spec, out);
+            }
+        }
+        if spec.is_empty() {
+            if let Value::Str(text) = value {
+                out.push_str(text.as_str());
+            } else {
+                out.push_str(&self.str(value)?);
+            }
+            return self.check_allocation(out.len());
+        }
+        let name = self.core.types.name_of(value);
+        let error = |message: String| self.value_error(message);
+        match value {
+            Value::Int(_)
+            | Value::BigInt(_)
+            | Value::Bool(_)
+            | Value::Float(_)
+            | Value::Complex(_)
+            | Value::Str(_) => {
+                let spec = Spec::parse(spec, &name).map_err(error)?;
+                self.check_allocation(spec.width.max(spec.precision.unwrap_or(0)))?;
+                crate::format::value(value, &spec, self, out)
+            }
+            _ => Err(self.type_error(format!(
+                "unsupported format string passed to {name}.__format__"
+            ))),
+        }
+    }
+}
+
+/// Appends a string as Python writes it: with quotes and escapes.
+pub fn quote(text: &str, out: &mut String) {
+    let quote = if text.contains('\'') && !text.contains('"') {
+        '"'
+    } else {
+        '\''
+    };
+    out.push(quote);
+    for c in text.chars() {
+        match c {
+            '\\' => out.push_str("\\\\"),
+            '\n' => out.push_str("\\n"),
+            '\r' => out.push_str("\\r"),
+            '\t' => out.push_str("\\t"),
+            _ if c == quote => {
+                out.push('\\');
+                out.push(c);
+            }
+            ' '..='~' => out.push(c),
+            _ if is_printable(c) => out.push(c),
+            _ => {
+                let code = c as u32;
+                let _ = match code {
+                    0..0x100 => write!(out, "\\x{code:02x}"),
+                    0x100..0x1_0000 => write!(out, "\\u{code:04x}"),
+                    _ => write!(out, "\\U{code:08x}"),
+                };
+            }
+        }
+    }
+    out.push(quote);
+}
+
+/// Python's `str.isprintable` of one character, closely: no controls, separators other than the blank, private or
+/// unassigned characters of the common ranges.
+pub fn is_printable(c: char) -> bool {
+    match c as u32 {
+        0..0x20 | 0x7f..0xa1 | 0xad => false,
+        0x2000..=0x200f | 0x2028..=0x202f | 0x205f..=0x206f | 0x3000 | 0xfeff => false,
+        0x1680 | 0x180e | 0xe000..=0xf8ff | 0xfff0..=0xfffb | 0xfffe..=0xffff => false,
+        0xe0000..=0xe0fff | 0xf0000.. => false,
+        _ => true,
+    }
+}
+
+/// Appends bytes as Python writes them.
+pub fn quote_bytes(data: &[u8], out: &mut String) {
+    let quote = if data.contains(&b'\'') && !data.contains(&b'"') {
+        '"'
+    } else {
+        '\''
+    };
+    out.push('b');
+    out.push(quote);
+    for byte in data {
+        match byte {
+            b'\\' => out.push_str("\\\\"),
+            b'\n' => out.push_str("\\n"),
+            b'\r' => out.push_str("\\r"),
+            b'\t' => out.push_str("\\t"),
+            _ if char::from(*byte) == quote => {
+                out.push('\\');
+                out.push(quote);
+            }
+            b' '..=b'~' => out.push(char::from(*byte)),
+            _ => {
+                let _ = write!(out, "\\x{byte:02x}");
+            }
+        }
+    }
+    out.push(quote);
+}

@@ -1,0 +1,80 @@
+//! Truth and length.
+
+use crate::eval::Evaluator;
+use crate::value::symbol::known;
+use crate::value::{R, Value};
+
+impl Evaluator<'_> {
+    /// Python's `bool(value)`.
+    #[inline]
+    pub fn truth(&self, value: &Value) -> R<bool> {
+        Ok(match value {
+            Value::Bool(flag) => *flag,
+            Value::None | Value::Unbound => false,
+            Value::Int(int) => *int != 0,
+            Value::Float(float) => *float != 0.0,
+            Value::Str(text) => !text.is_empty(),
+            Value::List(list) => !list.is_empty(),
+            Value::Instance(_) => return self.instance_truth(value),
+            other => other_truth(other),
+        })
+    }
+
+    fn instance_truth(&self, value: &Value) -> R<bool> {
+        if let Some(result) = self.special(value, known::BOOL, &mut [])? {
+            return match result {
+                Value::Bool(flag) => Ok(flag),
+                other => {
+                    let name = self.core.types.name_of(&other);
+                    Err(self.type_error(format!("__bool__ should return bool, returned {name}")))
+                }
+            };
+        }
+        let has_length = self.core.types.of(value).lookup(known::LEN).is_some();
+        Ok(!has_length || self.len(value)? != 0)
+    }
+
+    /// Python's `len(value)`.
+    pub fn len(&self, value: &Value) -> R<usize> {
+        Ok(match value {
+            Value::Str(text) => text.len(),
+            Value::List(list) => list.len(),
+            Value::Tuple(tuple) => tuple.items().len(),
+            Value::Dict(dict) => dict.len(),
+            Value::DictView(view) => view.dict.len(),
+            Value::Set(set) | Value::FrozenSet(set) => set.len(),
+            Value::Bytes(bytes) => bytes.data().len(),
+            Value::ByteArray(bytes) => bytes.data.borrow().len(),
+            Value::Range(range) => range.len() as usize,
+            Value::Instance(_) => {
+                let Some(length) = self.special(value, known::LEN, &mut [])? else {
+                    return Err(self.no_len(value));
+                };
+                let length = self.index(&length)?;
+                let error = || self.value_error("__len__() should return >= 0");
+                return usize::try_from(length).map_err(|_| error());
+            }
+            _ => return Err(self.no_len(value)),
+        })
+    }
+
+    #[cold]
+    fn no_len(&self, value: &Value) -> crate::value::Raised {
+        let name = self.core.types.name_of(value);
+        self.type_error(format!("object of type '{name}' has no len()"))
+    }
+}
+
+fn other_truth(value: &Value) -> bool {
+    match value {
+        Value::Complex(complex) => complex.0 != 0.0 || complex.1 != 0.0,
+        Value::Tuple(tuple) => !tuple.items().is_empty(),
+        Value::Dict(dict) => !dict.is_empty(),
+        Value::DictView(view) => !view.dict.is_empty(),
+        Value::Set(set) | Value::FrozenSet(set) => !set.is_empty(),
+        Value::Bytes(bytes) => !bytes.data().is_empty(),
+        Value::ByteArray(bytes) => !bytes.data.borrow().is_empty(),
+        Value::Range(range) => !range.is_empty(),
+        _ => true,
+    }
+}

@@ -1,0 +1,429 @@
+//! Atoms and what can follow them: calls, items, attributes, displays and comprehensions.
+
+use super::{Parse, Parser};
+use crate::ast::{
+    Arg, Comprehension, ComprehensionClause, ComprehensionKind, Constant, DictItem, Expr, ExprKind,
+};
+use crate::diagnostic::Diagnostic;
+use crate::lexer::TokenKind as T;
+use crate::source::Span;
+
+impl Parser<'_> {
+    /// An atom with the calls, subscripts and attributes after it.
+    pub(super) fn postfix(&mut self) -> Parse<Expr> {
+        let start = self.token().span;
+        let mut expr = self.atom()?;
+        let mut links = 0;
+        loop {
+            let kind = match self.kind() {
+                T::LeftParen => {
+                    self.bump();
+                    let args = self.nested(Self::arguments)?;
+                    ExprKind::Call {
+                        function: Box::new(expr),
+                        args,
+                    }
+                }
+                T::LeftBracket => {
+                    self.bump();
+                    let index = Box::new(self.nested(Self::subscript_index)?);
+                    self.expect(T::RightBracket)?;
+                    ExprKind::Subscript {
+                        value: Box::new(expr),
+                        index,
+                    }
+                }
+                T::Dot => {
+                    self.bump();
+                    let name = self.ident()?;
+                    ExprKind::Attribute {
+                        value: Box::new(expr),
+                        name,
+                    }
+                }
+                _ => return Ok(expr),
+            };
+            links += 1;
+            self.check_chain(links, start)?;
+            expr = Expr {
+                kind,
+                span: self.span_from(start),
+            };
+        }
+    }
+
+    fn atom(&mut self) -> Parse<Expr> {
+        let token = self.token();
+        let kind = match token.kind {
+            T::Name => return self.name_expr(),
+            T::Int | T::Float | T::Imaginary => self.number()?,
+            T::Str => return self.strings(),
+            T::None => self.constant(Constant::None),
+            T::True => self.constant(Constant::Bool(true)),
+            T::False => self.constant(Constant::Bool(false)),
+            T::Ellipsis => self.constant(Constant::Ellipsis),
+            T::LeftParen => return self.nested(Self::parenthesised),
+            T::LeftBracket => return self.nested(Self::list_display),
+            T::LeftBrace => return self.nested(Self::brace_display),
+            _ => return self.unexpected("an expression"),
+        };
+        Ok(Expr {
+            kind,
+            span: token.span,
+        })
+    }
+
+    fn constant(&mut self, constant: Constant) -> ExprKind {
+        self.bump();
+        ExprKind::Constant(constant)
+    }
+
+    fn parenthesised(&mut self) -> Parse<Expr> {
+        let start = self.bump().span;
+        if self.eat(T::RightParen).is_some() {
+            return Ok(Expr {
+                kind: ExprKind::Tuple(Vec::new()),
+                span: self.span_from(start),
+            });
+        }
+        if self.kind() == T::Yield {
+            let inner = self.yield_expression()?;
+            self.expect(T::RightParen)?;
+            return Ok(Expr {
+                kind: inner.kind,
+                span: self.span_from(start),
+            });
+        }
+        let first = self.star_or_named()?;
+        if self.kind() == T::For {
+            let comprehension = self.comprehension(ComprehensionKind::Generator(first))?;
+            self.expect(T::RightParen)?;
+            return Ok(Expr {
+                kind: comprehension,
+                span: self.span_from(start),
+            });
+        }
+        if self.kind() != T::Comma {
+            self.check_no_star(&first)?;
+            self.expect(T::RightParen)?;
+            return Ok(Expr {
+                kind: first.kind,
+                span: self.span_from(start),
+            });
+        }
+        let items = self.more_items(first, T::RightParen)?;
+        Ok(Expr {
+            kind: ExprKind::Tuple(items),
+            span: self.span_from(start),
+        })
+    }
+
+    fn list_display(&mut self) -> Parse<Expr> {
+        let start = self.bump().span;
+        if self.eat(T::RightBracket).is_some() {
+            return Ok(Expr {
+                kind: ExprKind::List(Vec::new()),
+                span: self.span_from(start),
+            });
+        }
+        let first = self.star_or_named()?;
+        if self.kind() == T::For {
+            let kind = self.comprehension(ComprehensionKind::List(first))?;
+            self.expect(T::RightBracket)?;
+            return Ok(Expr {
+                kind,
+                span: self.span_from(start),
+            });
+        }
+        let items = self.more_items(first, T::RightBracket)?;
+        Ok(Expr {
+            kind: ExprKind::List(items),
+            span: self.span_from(start),
+        })
+    }
+
+    /// The items after the first one, and the closing bracket.
+    fn more_items(&mut self, first: Expr, closer: T) -> Parse<Vec<Expr>> {
+        let mut items = vec![first];
+        while self.eat(T::Comma).is_some() {
+            if self.kind() == closer {
+                break;
+            }
+            items.push(self.star_or_named()?);
+        }
+        self.close(closer)?;
+        Ok(items)
+    }
+
+    fn close(&mut self, closer: T) -> Parse<()> {
+        if self.eat(closer).is_some() {
+            return Ok(());
+        }
+        if self.starts_expression() {
+            return self.unexpected(&format!("',' or {}", closer.describe()));
+        }
+        self.unexpected(closer.describe())
+    }
+
+    fn brace_display(&mut self) -> Parse<Expr> {
+        let start = self.bump().span;
+        if self.eat(T::RightBrace).is_some() {
+            return Ok(Expr {
+                kind: ExprKind::Dict(Vec::new()),
+                span: self.span_from(start),
+            });
+        }
+        let kind = if self.kind() == T::DoubleStar {
+            self.dict_items(Vec::new())?
+        } else {
+            let first = self.star_or_named()?;
+            if self.eat(T::Colon).is_some() {
+                let value = self.expression()?;
+                if self.kind() == T::For {
+                    let kind = self.comprehension(ComprehensionKind::Dict(first, value))?;
+                    self.expect(T::RightBrace)?;
+                    kind
+                } else {
+                    self.dict_items(vec![DictItem::Pair(first, value)])?
+                }
+            } else if self.kind() == T::For {
+                let kind = self.comprehension(ComprehensionKind::Set(first))?;
+                self.expect(T::RightBrace)?;
+                kind
+            } else {
+                ExprKind::Set(self.more_items(first, T::RightBrace)?)
+            }
+        };
+        Ok(Expr {
+            kind,
+            span: self.span_from(start),
+        })
+    }
+
+    /// Further items of a dict display and its closing brace.
+    fn dict_items(&mut self, mut items: Vec<DictItem>) -> Parse<ExprKind> {
+        if !items.is_empty() && self.eat(T::Comma).is_none() {
+            self.close(T::RightBrace)?;
+            return Ok(ExprKind::Dict(items));
+        }
+        while self.kind() != T::RightBrace {
+            if self.eat(T::DoubleStar).is_some() {
+                items.push(DictItem::Unpack(self.binary(2)?));
+            } else {
+                let key = self.expression()?;
+                if self.eat(T::Colon).is_none() {
+                    return self.unexpected("':' after the dict key");
+                }
+                items.push(DictItem::Pair(key, self.expression()?));
+            }
+            if self.eat(T::Comma).is_none() {
+                break;
+            }
+        }
+        self.close(T::RightBrace)?;
+        Ok(ExprKind::Dict(items))
+    }
+
+    /// The `for` clauses after the element of a comprehension.
+    pub(super) fn comprehension(&mut self, kind: ComprehensionKind) -> Parse<ExprKind> {
+        let element = match &kind {
+            ComprehensionKind::List(e)
+            | ComprehensionKind::Set(e)
+            | ComprehensionKind::Generator(e) => Some(e),
+            ComprehensionKind::Dict(..) => None,
+        };
+        if let Some(Expr {
+            kind: ExprKind::Starred(_),
+            span,
+        }) = element
+        {
+            let span = *span;
+            return self.fail(span, "a comprehension cannot unpack with '*'");
+        }
+        let scope = self.new_scope();
+        let mut clauses = Vec::new();
+        loop {
+            if self.kind() == T::Async {
+                let span = self.token().span;
+                return self.not_supported(span, "'async'");
+            }
+            if self.eat(T::For).is_none() {
+                break;
+            }
+            let target = self.target_list()?;
+            self.expect(T::In)?;
+            let iterable = self.disjunction()?;
+            let mut conditions = Vec::new();
+            while self.eat(T::If).is_some() {
+                conditions.push(self.condition_without_else()?);
+            }
+            clauses.push(ComprehensionClause {
+                target,
+                iterable,
+                conditions,
+            });
+        }
+        Ok(ExprKind::Comprehension(Box::new(Comprehension {
+            kind,
+            clauses,
+            scope,
+        })))
+    }
+
+    /// The condition of a comprehension: no conditional expression, but a name may be bound.
+    fn condition_without_else(&mut self) -> Parse<Expr> {
+        if self.kind() == T::Name && self.kind_ahead(1) == T::ColonEqual {
+            return self.named_expression();
+        }
+        self.disjunction()
+    }
+
+    /// The item of a target list: like an expression, but `in` ends it.
+    pub(super) fn target_item(&mut self) -> Parse<Expr> {
+        let start = self.token().span;
+        if self.eat(T::Star).is_some() {
+            let inner = self.postfix()?;
+            return Ok(Expr {
+                kind: ExprKind::Starred(Box::new(inner)),
+                span: self.span_from(start),
+            });
+        }
+        self.binary(2)
+    }
+
+    /// Arguments up to and including the closing parenthesis; the opening one is taken already.
+    pub(super) fn arguments(&mut self) -> Parse<Vec<Arg>> {
+        let mut args: Vec<Arg> = Vec::new();
+        while self.kind() != T::RightParen {
+            let arg = self.argument(&args)?;
+            args.push(arg);
+            if self.eat(T::Comma).is_none() {
+                break;
+            }
+        }
+        self.close(T::RightParen)?;
+        Ok(args)
+    }
+
+    fn argument(&mut self, earlier: &[Arg]) -> Parse<Arg> {
+        let start = self.token().span;
+        if self.eat(T::Star).is_some() {
+            return Ok(Arg::Star(self.expression()?));
+        }
+        if self.eat(T::DoubleStar).is_some() {
+            return Ok(Arg::DoubleStar(self.expression()?));
+        }
+        if self.kind() == T::Name && self.kind_ahead(1) == T::Equal {
+            let name = self.ident()?;
+            self.bump();
+            let value = self.expression()?;
+            let twice = earlier
+                .iter()
+                .any(|arg| matches!(arg, Arg::Keyword(other, _) if other.name == name.name));
+            if twice {
+                return self.fail(
+                    name.span,
+                    format!("keyword argument '{}' is given twice", name.name),
+                );
+            }
+            return Ok(Arg::Keyword(name, value));
+        }
+        let value = self.named_expression()?;
+        if self.kind() == T::For {
+            return self.bare_generator(value, earlier.is_empty(), start);
+        }
+        self.check_argument_order(earlier, value.span)?;
+        if self.kind() == T::Equal {
+            let span = self.token().span;
+            let message = "only a name can stand before '=' in a call";
+            let diagnostic =
+                Diagnostic::error("syntax", span, message).with_help("use '==' to compare");
+            return Err(self.report(diagnostic));
+        }
+        Ok(Arg::Positional(value))
+    }
+
+    /// `f(x for x in y)`: a generator expression without its own parentheses, only as the sole argument.
+    fn bare_generator(&mut self, element: Expr, first: bool, start: Span) -> Parse<Arg> {
+        let kind = self.comprehension(ComprehensionKind::Generator(element))?;
+        let span = self.span_from(start);
+        if !first || self.kind() == T::Comma && self.kind_ahead(1) != T::RightParen {
+            return self.fail(
+                span,
+                "a generator expression needs parentheses unless it is the only argument",
+            );
+        }
+        Ok(Arg::Positional(Expr { kind, span }))
+    }
+
+    fn check_argument_order(&mut self, earlier: &[Arg], span: Span) -> Parse<()> {
+        let after_mapping = earlier.iter().any(|arg| matches!(arg, Arg::DoubleStar(_)));
+        let after_keyword = earlier.iter().any(|arg| matches!(arg, Arg::Keyword(..)));
+        if after_mapping {
+            return self.fail(span, "a positional argument follows '**' unpacking");
+        }
+        if after_keyword {
+            return self.fail(span, "a positional argument follows a keyword argument");
+        }
+        Ok(())
+    }
+
+    /// What stands between `[` and `]` after a value: an index, a slice, or a tuple of them.
+    fn subscript_index(&mut self) -> Parse<Expr> {
+        let start = self.token().span;
+        let first = self.slice_item()?;
+        if self.kind() != T::Comma {
+            return match first.kind {
+                ExprKind::Starred(_) => Ok(Expr {
+                    kind: ExprKind::Tuple(vec![first]),
+                    span: self.span_from(start),
+                }),
+                _ => Ok(first),
+            };
+        }
+        let mut items = vec![first];
+        while self.eat(T::Comma).is_some() && self.kind() != T::RightBracket {
+            items.push(self.slice_item()?);
+        }
+        Ok(Expr {
+            kind: ExprKind::Tuple(items),
+            span: self.span_from(start),
+        })
+    }
+
+    fn slice_item(&mut self) -> Parse<Expr> {
+        let start = self.token().span;
+        let lower = if self.kind() == T::Colon {
+            None
+        } else {
+            Some(self.star_or_named()?)
+        };
+        if self.kind() != T::Colon {
+            // `lower` is only missing before a colon.
+            return lower.map_or_else(|| self.unexpected("an index"), Ok);
+        }
+        self.bump();
+        let upper = self.slice_bound()?;
+        let step = if self.eat(T::Colon).is_some() {
+            self.slice_bound()?
+        } else {
+            None
+        };
+        let kind = ExprKind::Slice {
+            lower: lower.map(Box::new),
+            upper,
+            step,
+        };
+        Ok(Expr {
+            kind,
+            span: self.span_from(start),
+        })
+    }
+
+    fn slice_bound(&mut self) -> Parse<Option<Box<Expr>>> {
+        if matches!(self.kind(), T::Colon | T::Comma | T::RightBracket) {
+            return Ok(None);
+        }
+        Ok(Some(Box::new(self.expression()?)))
+    }
+}

@@ -1,0 +1,375 @@
+//! Statements with blocks: `if`, `while`, `for`, `try`, `with`, `def`, `sec`, `class`, decorators.
+
+use super::{Context, Parse, Parser};
+use crate::ast::{ClassDef, Expr, ExprKind, FunctionDef, Handler, Stmt, StmtKind, WithItem};
+use crate::diagnostic::Diagnostic;
+use crate::lexer::TokenKind as T;
+
+impl Parser<'_> {
+    /// The compound statement that starts here, or None if the line starts with anything else.
+    pub(super) fn compound_statement(&mut self) -> Parse<Option<Stmt>> {
+        let start = self.token().span;
+        let kind = match self.kind() {
+            T::If => self.if_statement()?,
+            T::While => self.while_statement()?,
+            T::For => self.for_statement()?,
+            T::Try => self.try_statement()?,
+            T::With => self.with_statement()?,
+            T::Def => self.function(Vec::new(), false)?,
+            T::Class => self.class(Vec::new())?,
+            T::At => self.decorated()?,
+            T::Name if self.heads_secondary() => self.function(Vec::new(), true)?,
+            T::Elif | T::Else | T::Except | T::Finally => return self.stray_clause(),
+            _ => return Ok(None),
+        };
+        Ok(Some(Stmt {
+            kind,
+            span: self.span_from(start),
+        }))
+    }
+
+    /// `sec name(` heads a secondary program; anywhere else `sec` is an ordinary name (language.md 5 and 7).
+    fn heads_secondary(&self) -> bool {
+        self.text(self.token()) == "sec"
+            && self.kind_ahead(1) == T::Name
+            && self.kind_ahead(2) == T::LeftParen
+    }
+
+    fn stray_clause<N>(&mut self) -> Parse<N> {
+        let token = self.token();
+        let word = self.text(token);
+        let opener = match token.kind {
+            T::Except | T::Finally => "'try'",
+            _ => "'if', loop or 'try'",
+        };
+        let message = format!("'{word}' without a matching {opener}");
+        let mut diagnostic = Diagnostic::error("syntax", token.span, message);
+        let after_end = self.at >= 2 && self.tokens[self.at - 2].kind == T::End;
+        if after_end {
+            diagnostic = diagnostic.with_help(
+                "'end' closes the whole statement: write it once, after the last branch",
+            );
+        }
+        Err(self.report(diagnostic))
+    }
+
+    /// `:` and the block after it, indented or on the same line. Returns whether the block was closed by an `end`
+    /// at the column of its own lines, which also ends the statement.
+    pub(super) fn block(&mut self, header: &str) -> Parse<Vec<Stmt>> {
+        if self.eat(T::Colon).is_none() {
+            return self.unexpected(&format!("':' after {header}"));
+        }
+        self.nested(|parser| {
+            let mut body = Vec::new();
+            if parser.eat(T::Newline).is_none() {
+                if parser.compound_starts_here() {
+                    return parser
+                        .unexpected("a simple statement; a block needs a line of its own");
+                }
+                parser.simple_line(&mut body)?;
+                return Ok(body);
+            }
+            if parser.eat(T::Indent).is_none() {
+                let span = parser.token().span;
+                let message = format!("expected an indented block after {header}");
+                return Err(parser.report(Diagnostic::error("indentation", span, message)));
+            }
+            parser.block_lines(&mut body)?;
+            Ok(body)
+        })
+    }
+
+    fn compound_starts_here(&self) -> bool {
+        matches!(
+            self.kind(),
+            T::If | T::While | T::For | T::Try | T::With | T::Def | T::Class
+        )
+    }
+
+    /// The lines of an indented block. An `end` at the column of these lines closes the block (rule 3).
+    fn block_lines(&mut self, body: &mut Vec<Stmt>) -> Parse<()> {
+        loop {
+            match self.kind() {
+                T::Dedent => {
+                    self.bump();
+                    return Ok(());
+                }
+                T::EndOfFile => return Ok(()),
+                T::End => {
+                    let end = self.bump();
+                    self.end_of_line()?;
+                    if self.kind() != T::Dedent && self.kind() != T::EndOfFile {
+                        let span = self.token().span;
+                        let message = "the block was closed by 'end' above, but its lines go on";
+                        let diagnostic = Diagnostic::error("misplaced-end", span, message);
+                        self.report(diagnostic.with_label(end.span, "closed here"));
+                        continue;
+                    }
+                }
+                _ => self.statement_or_recover(body, true),
+            }
+        }
+    }
+
+    fn loop_block(&mut self, header: &str) -> Parse<Vec<Stmt>> {
+        let outer = std::mem::replace(&mut self.context.in_loop, true);
+        let body = self.block(header);
+        self.context.in_loop = outer;
+        body
+    }
+
+    fn else_block(&mut self) -> Parse<Vec<Stmt>> {
+        if self.eat(T::Else).is_none() {
+            return Ok(Vec::new());
+        }
+        self.block("'else'")
+    }
+
+    fn condition(&mut self) -> Parse<Expr> {
+        let test = self.named_expression()?;
+        self.check_no_star(&test)?;
+        Ok(test)
+    }
+
+    fn if_statement(&mut self) -> Parse<StmtKind> {
+        self.bump();
+        let test = self.condition()?;
+        let mut branches = vec![(test, self.block("the 'if' condition")?)];
+        while self.eat(T::Elif).is_some() {
+            let test = self.condition()?;
+            branches.push((test, self.block("the 'elif' condition")?));
+        }
+        let orelse = self.else_block()?;
+        Ok(StmtKind::If { branches, orelse })
+    }
+
+    fn while_statement(&mut self) -> Parse<StmtKind> {
+        self.bump();
+        let test = self.condition()?;
+        let body = self.loop_block("the 'while' condition")?;
+        let orelse = self.else_block()?;
+        Ok(StmtKind::While { test, body, orelse })
+    }
+
+    fn for_statement(&mut self) -> Parse<StmtKind> {
+        self.bump();
+        let target = self.target_list()?;
+        self.expect(T::In)?;
+        let iterable = self.expression_list()?;
+        self.check_no_star(&iterable)?;
+        let body = self.loop_block("the 'for' line")?;
+        let orelse = self.else_block()?;
+        Ok(StmtKind::For {
+            target,
+            iterable,
+            body,
+            orelse,
+        })
+    }
+
+    fn try_statement(&mut self) -> Parse<StmtKind> {
+        let start = self.bump().span;
+        let body = self.block("'try'")?;
+        let mut handlers: Vec<Handler> = Vec::new();
+        while self.kind() == T::Except {
+            let handler = self.handler()?;
+            if let Some(bare) = handlers.iter().find(|earlier| earlier.exception.is_none()) {
+                let message = "a bare 'except:' must be the last one";
+                self.report(Diagnostic::error("syntax", bare.span, message));
+            }
+            handlers.push(handler);
+        }
+        let orelse = if handlers.is_empty() {
+            Vec::new()
+        } else {
+            self.else_block()?
+        };
+        let finally = if self.eat(T::Finally).is_some() {
+            self.block("'finally'")?
+        } else {
+            Vec::new()
+        };
+        if handlers.is_empty() && finally.is_empty() {
+            return self.fail(start, "'try' needs at least one 'except' or a 'finally'");
+        }
+        Ok(StmtKind::Try {
+            body,
+            handlers,
+            orelse,
+            finally,
+        })
+    }
+
+    fn handler(&mut self) -> Parse<Handler> {
+        let start = self.bump().span;
+        if self.kind() == T::Star {
+            return self.not_supported(start.to(self.token().span), "'except*'");
+        }
+        let mut exception = None;
+        let mut name = None;
+        if self.kind() != T::Colon {
+            let first = self.expression()?;
+            if self.kind() == T::Comma {
+                let span = self.token().span;
+                let message = "several exception types need parentheses";
+                let help = "write 'except (A, B):'; to name the exception, 'except A as e:'";
+                return Err(self.report(Diagnostic::error("syntax", span, message).with_help(help)));
+            }
+            exception = Some(first);
+            if self.eat(T::As).is_some() {
+                name = Some(self.ident()?);
+            }
+        }
+        let span = self.span_from(start);
+        let body = self.block("'except'")?;
+        Ok(Handler {
+            exception,
+            name,
+            body,
+            span,
+        })
+    }
+
+    fn with_statement(&mut self) -> Parse<StmtKind> {
+        self.bump();
+        let items = match self.parenthesised_with_items() {
+            Some(items) => items,
+            None => self.with_items(T::Colon)?,
+        };
+        let body = self.block("the 'with' line")?;
+        Ok(StmtKind::With { items, body })
+    }
+
+    /// `with (a as b, c):` — tried first, given up without a trace if the parentheses belong to an expression.
+    fn parenthesised_with_items(&mut self) -> Option<Vec<WithItem>> {
+        if self.kind() != T::LeftParen {
+            return None;
+        }
+        let (at, reported, scopes) = (self.at, self.diagnostics.clone(), self.scope_count);
+        self.bump();
+        let items = self
+            .with_items(T::RightParen)
+            .ok()
+            .filter(|items| !items.is_empty());
+        let closed = self.eat(T::RightParen).is_some() && self.kind() == T::Colon;
+        if let Some(items) = items.filter(|_| closed) {
+            return Some(items);
+        }
+        (self.at, self.diagnostics, self.scope_count) = (at, reported, scopes);
+        None
+    }
+
+    fn with_items(&mut self, closer: T) -> Parse<Vec<WithItem>> {
+        let mut items = Vec::new();
+        loop {
+            let context = self.expression()?;
+            let target = if self.eat(T::As).is_some() {
+                let target = self.target_item()?;
+                self.check_target(&target)?;
+                Some(target)
+            } else {
+                None
+            };
+            items.push(WithItem { context, target });
+            if self.eat(T::Comma).is_none() || self.kind() == closer {
+                return Ok(items);
+            }
+        }
+    }
+
+    fn decorated(&mut self) -> Parse<StmtKind> {
+        let mut decorators = Vec::new();
+        while self.eat(T::At).is_some() {
+            decorators.push(self.named_expression()?);
+            self.end_of_line()?;
+        }
+        match self.kind() {
+            T::Def => self.function(decorators, false),
+            T::Class => self.class(decorators),
+            T::Async => {
+                let span = self.token().span;
+                self.not_supported(span, "'async'")
+            }
+            _ => self.unexpected("'def' or 'class' after the decorator"),
+        }
+    }
+
+    fn function(&mut self, decorators: Vec<Expr>, secondary: bool) -> Parse<StmtKind> {
+        self.bump();
+        let name = self.ident()?;
+        let scope = self.new_scope();
+        self.expect(T::LeftParen)?;
+        let parameters = self.parameters(T::RightParen)?;
+        self.expect(T::RightParen)?;
+        let returns = if self.eat(T::Arrow).is_some() {
+            Some(self.expression()?)
+        } else {
+            None
+        };
+        let inner = Context {
+            in_function: true,
+            ..Context::default()
+        };
+        let outer = std::mem::replace(&mut self.context, inner);
+        let body = self.block("the function header");
+        self.context = outer;
+        let body = body?;
+        let def = FunctionDef {
+            name,
+            parameters,
+            returns,
+            decorators,
+            body,
+            secondary,
+            scope,
+        };
+        Ok(StmtKind::Function(Box::new(def)))
+    }
+
+    fn class(&mut self, decorators: Vec<Expr>) -> Parse<StmtKind> {
+        self.bump();
+        let name = self.ident()?;
+        let scope = self.new_scope();
+        let args = if self.eat(T::LeftParen).is_some() {
+            self.arguments()?
+        } else {
+            Vec::new()
+        };
+        let inner = Context {
+            in_class: true,
+            ..Context::default()
+        };
+        let outer = std::mem::replace(&mut self.context, inner);
+        self.classes.push(name.name.clone());
+        let body = self.block("the class header");
+        self.classes.pop();
+        self.context = outer;
+        Ok(StmtKind::Class(Box::new(ClassDef {
+            name,
+            args,
+            decorators,
+            body: body?,
+            scope,
+        })))
+    }
+
+    /// The targets between `for` and `in`.
+    pub(super) fn target_list(&mut self) -> Parse<Expr> {
+        let start = self.token().span;
+        let first = self.target_item()?;
+        let target = if self.kind() == T::Comma {
+            let mut items = vec![first];
+            while self.eat(T::Comma).is_some() && self.kind() != T::In {
+                items.push(self.target_item()?);
+            }
+            Expr {
+                kind: ExprKind::Tuple(items),
+                span: self.span_from(start),
+            }
+        } else {
+            first
+        };
+        self.check_target(&target)?;
+        Ok(target)
+    }
+}

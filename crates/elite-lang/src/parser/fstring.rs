@@ -1,0 +1,209 @@
+//! f-strings: the text between replacement fields, and the fields.
+
+use super::strings::Literal;
+use super::{Parse, Parser};
+use crate::ast::{Conversion, Expr, FStringPart};
+use crate::lexer::lex_expression;
+use crate::source::Span;
+
+/// Fields within format specifications within fields: Python 3.11 allows two levels.
+const FIELD_NESTING_MAX: u32 = 2;
+
+impl Parser<'_> {
+    /// The parts of the f-string text at `span`. `level` counts the replacement fields around it.
+    pub(super) fn fstring_parts(
+        &mut self,
+        literal: &Literal,
+        span: Span,
+        level: u32,
+    ) -> Parse<Vec<FStringPart>> {
+        if level > FIELD_NESTING_MAX {
+            return self.fail(
+                span,
+                "the replacement fields of this f-string nest too deeply",
+            );
+        }
+        let text = self.file.slice(span);
+        let offset = span.start as usize;
+        let mut parts = Vec::new();
+        let mut literal_start = 0;
+        let mut at = 0;
+        while let Some(found) = text[at..].find(['{', '}', '\\']) {
+            let brace = at + found;
+            let here = &text[brace..];
+            let doubled = level == 0 && (here.starts_with("{{") || here.starts_with("}}"));
+            if here.starts_with('\\') {
+                // `\N{…}` aside, an escape never contains a brace; the escapes are resolved with the text.
+                at = brace + 1 + here[1..].chars().next().map_or(0, char::len_utf8);
+            } else if doubled {
+                self.fstring_text(
+                    literal,
+                    offset + literal_start,
+                    offset + brace + 1,
+                    &mut parts,
+                );
+                at = brace + 2;
+                literal_start = at;
+            } else if here.starts_with('{') {
+                self.fstring_text(literal, offset + literal_start, offset + brace, &mut parts);
+                let end = self.field(literal, offset + brace, span, level, &mut parts)?;
+                at = end - offset;
+                literal_start = at;
+            } else {
+                let span = Span::new(offset + brace, offset + brace + 1);
+                return self.fail(
+                    span,
+                    "a single '}' is not allowed in an f-string; write '}}'",
+                );
+            }
+        }
+        self.fstring_text(
+            literal,
+            offset + literal_start,
+            span.end as usize,
+            &mut parts,
+        );
+        Ok(parts)
+    }
+
+    fn fstring_text(
+        &mut self,
+        literal: &Literal,
+        start: usize,
+        end: usize,
+        parts: &mut Vec<FStringPart>,
+    ) {
+        if start < end {
+            let text = self.text_body(literal, Span::new(start, end));
+            parts.push(FStringPart::Text(text.into()));
+        }
+    }
+
+    /// The replacement field whose `{` is at byte `open`; returns the byte after its `}`.
+    fn field(
+        &mut self,
+        literal: &Literal,
+        open: usize,
+        within: Span,
+        level: u32,
+        parts: &mut Vec<FStringPart>,
+    ) -> Parse<usize> {
+        let text = self.file.text();
+        let end = within.end as usize;
+        let start = open + 1;
+        let stop = expression_end(&text[start..end]) + start;
+        let brace = Span::new(open, open + 1);
+        if text[start..stop].trim().is_empty() {
+            return self.fail(brace, "an f-string field needs an expression");
+        }
+        if let Some(backslash) = text[start..stop].find('\\') {
+            let span = Span::new(start + backslash, start + backslash + 1);
+            return self.fail(
+                span,
+                "the expression of an f-string field cannot contain a backslash",
+            );
+        }
+        let mut at = stop;
+        let echoes = text[at..end].starts_with('=');
+        if echoes {
+            at += 1;
+            at += text[at..end].len() - text[at..end].trim_start().len();
+            parts.push(FStringPart::Text(text[start..at].into()));
+        }
+        let value = self.field_expression(Span::new(start, stop))?;
+        let conversion = self.conversion(&mut at, end)?;
+        let mut format = None;
+        if text[at..end].starts_with(':') {
+            let spec_end = at + 1 + format_end(&text[at + 1..end]);
+            format = Some(self.fstring_parts(literal, Span::new(at + 1, spec_end), level + 1)?);
+            at = spec_end;
+        }
+        if !text[at..end].starts_with('}') {
+            return self.fail(brace, "this f-string field is never closed: expected '}'");
+        }
+        let by_repr = echoes && format.is_none() && conversion == Conversion::None;
+        let conversion = if by_repr {
+            Conversion::Repr
+        } else {
+            conversion
+        };
+        parts.push(FStringPart::Value {
+            value,
+            conversion,
+            format,
+        });
+        Ok(at + 1)
+    }
+
+    fn conversion(&mut self, at: &mut usize, end: usize) -> Parse<Conversion> {
+        let rest = &self.file.text()[*at..end];
+        if !rest.starts_with('!') {
+            return Ok(Conversion::None);
+        }
+        let conversion = match rest[1..].chars().next() {
+            Some('s') => Conversion::Str,
+            Some('r') => Conversion::Repr,
+            Some('a') => Conversion::Ascii,
+            _ => return self.fail(Span::new(*at, *at + 1), "expected '!s', '!r' or '!a'"),
+        };
+        *at += 2;
+        Ok(conversion)
+    }
+
+    /// Parses the expression at `span` with the state of this parser.
+    fn field_expression(&mut self, span: Span) -> Parse<Expr> {
+        let lexed = lex_expression(self.file, span);
+        self.diagnostics.extend(lexed.diagnostics);
+        let outer = (
+            std::mem::replace(&mut self.tokens, lexed.tokens),
+            std::mem::replace(&mut self.at, 0),
+        );
+        let result = self.nested(Self::whole_expression);
+        (self.tokens, self.at) = outer;
+        result
+    }
+}
+
+/// Length of the expression at the start of `text`: up to `}`, `!x`, `:` or a lone `=` outside brackets and strings.
+fn expression_end(text: &str) -> usize {
+    let bytes = text.as_bytes();
+    let mut depth = 0u32;
+    let mut at = 0;
+    while let Some(byte) = bytes.get(at) {
+        let next = bytes.get(at + 1).copied().unwrap_or(0);
+        let before = at.checked_sub(1).map_or(0, |i| bytes[i]);
+        match byte {
+            b'(' | b'[' | b'{' => depth += 1,
+            b'}' | b':' if depth == 0 => return at,
+            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
+            b'!' if depth == 0 && next != b'=' => return at,
+            b'=' if depth == 0 && next != b'=' && !b"=!<>".contains(&before) => return at,
+            b'"' | b'\'' => at = string_end(bytes, at),
+            _ => {}
+        }
+        at += 1;
+    }
+    text.len()
+}
+
+/// Index of the quote that closes the string at `start`, or the last byte.
+fn string_end(bytes: &[u8], start: usize) -> usize {
+    let length = bytes[start + 1..]
+        .iter()
+        .position(|byte| *byte == bytes[start]);
+    length.map_or(bytes.len() - 1, |length| start + 1 + length)
+}
+
+/// Length of the format specification at the start of `text`: up to the `}` that closes its field.
+fn format_end(text: &str) -> usize {
+    let mut depth = 0u32;
+    for (at, byte) in text.bytes().enumerate() {
+        match byte {
+            b'{' => depth += 1,
+            b'}' if depth == 0 => return at,
+            b'}' => depth -= 1,
+            _ => {}
+        }
+    }
+    text.len()
+}

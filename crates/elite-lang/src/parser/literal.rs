@@ -1,0 +1,62 @@
+//! Number literals.
+
+use num_bigint::BigInt;
+
+use super::{Parse, Parser};
+use crate::ast::{Constant, ExprKind};
+use crate::lexer::TokenKind as T;
+
+/// Digits of a decimal integer literal that are accepted (CPython: `sys.get_int_max_str_digits()`).
+const INT_DIGITS_MAX: usize = 4300;
+
+impl Parser<'_> {
+    pub(super) fn number(&mut self) -> Parse<ExprKind> {
+        let token = self.bump();
+        let text: String = self.text(token).chars().filter(|c| *c != '_').collect();
+        let constant = match token.kind {
+            T::Int => self.integer(&text, token.span)?,
+            T::Float => text.parse().ok().map(Constant::Float),
+            _ => text[..text.len() - 1].parse().ok().map(Constant::Imaginary),
+        };
+        match constant {
+            Some(constant) => Ok(ExprKind::Constant(constant)),
+            None => self.fail(token.span, format!("'{text}' is not a number")),
+        }
+    }
+
+    fn integer(&mut self, text: &str, span: crate::source::Span) -> Parse<Option<Constant>> {
+        let (radix, digits) = match text.get(..2) {
+            Some("0x" | "0X") => (16, &text[2..]),
+            Some("0o" | "0O") => (8, &text[2..]),
+            Some("0b" | "0B") => (2, &text[2..]),
+            _ => (10, text),
+        };
+        if radix == 10 && digits.len() > INT_DIGITS_MAX {
+            return self.fail(
+                span,
+                format!(
+                    "this number has {} digits, {INT_DIGITS_MAX} are allowed",
+                    digits.len()
+                ),
+            );
+        }
+        if radix == 10
+            && digits.len() > 1
+            && digits.starts_with('0')
+            && digits.bytes().any(|b| b != b'0')
+        {
+            return self.fail(
+                span,
+                "a decimal number cannot start with 0; write octal numbers as 0o17",
+            );
+        }
+        if let Ok(small) = i64::from_str_radix(digits, radix) {
+            return Ok(Some(Constant::Int(small)));
+        }
+        let all_digits = !digits.is_empty() && digits.chars().all(|c| c.is_digit(radix));
+        Ok(all_digits
+            .then(|| BigInt::parse_bytes(digits.as_bytes(), radix))
+            .flatten()
+            .map(Constant::BigInt))
+    }
+}

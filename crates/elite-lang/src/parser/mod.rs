@@ -1,0 +1,284 @@
+//! From tokens to the tree: recursive descent for statements, Pratt parsing for expressions.
+//!
+//! Always returns a tree and the list of errors: after an error it goes on with the next line, so several slips
+//! are reported in one go. Names are not looked up here (`resolve` does), but everything the grammar alone decides
+//! is: where `return`, `yield`, `break` may stand, what can be assigned to, how deep things may nest.
+
+mod atom;
+mod compound;
+mod expr;
+mod fstring;
+mod literal;
+mod params;
+mod stmt;
+mod strings;
+mod target;
+
+use crate::ast::{Expr, ExprKind, Ident, Module, ScopeId, Stmt};
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::lexer::{Token, TokenKind, lex, lex_expression};
+use crate::source::{SourceFile, Span};
+
+/// Nesting of brackets, blocks and prefix operators that is accepted.
+const NESTING_MAX: u32 = 200;
+/// Length of a chain of left-associative operators, calls or attributes: each link is a level of the tree.
+const CHAIN_MAX: u32 = 1000;
+/// Errors reported for one text; further ones add nothing.
+const ERRORS_MAX: usize = 50;
+
+/// What the parser makes of a text.
+pub struct Parsed {
+    /// The tree; where there were errors it has gaps.
+    pub module: Module,
+    /// Errors and warnings of lexer and parser, in the order of the text.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Parses a whole program.
+pub fn parse(file: &SourceFile) -> Parsed {
+    let lexed = lex(file);
+    let mut parser = Parser::new(file, lexed.tokens, lexed.diagnostics);
+    parser.print_is_assigned = parser.assigns_print();
+    let body = parser.statements_until_end();
+    parser.finish(body)
+}
+
+/// Parses the text of one expression, as `eval` takes it.
+pub fn parse_expression(file: &SourceFile) -> (Option<Expr>, Parsed) {
+    let text = file.text();
+    let start = text.len() - text.trim_start_matches([' ', '\t']).len();
+    let lexed = lex_expression(file, Span::new(start, text.trim_end().len().max(start)));
+    let mut parser = Parser::new(file, lexed.tokens, lexed.diagnostics);
+    let expr = parser.whole_expression().ok();
+    (expr, parser.finish(Vec::new()))
+}
+
+/// Says that an error has been reported and this construct given up.
+#[derive(Clone, Copy, Debug)]
+struct Failed;
+
+type Parse<T> = Result<T, Failed>;
+
+/// What surrounds the statement being parsed.
+#[derive(Clone, Copy, Default)]
+struct Context {
+    in_function: bool,
+    in_loop: bool,
+    in_class: bool,
+}
+
+struct Parser<'f> {
+    file: &'f SourceFile,
+    tokens: Vec<Token>,
+    at: usize,
+    diagnostics: Vec<Diagnostic>,
+    nesting: u32,
+    scope_count: u32,
+    context: Context,
+    /// Names of the classes around, for private names.
+    classes: Vec<Box<str>>,
+    /// The script assigns `print`, so `print x` is not rewritten.
+    print_is_assigned: bool,
+}
+
+impl<'f> Parser<'f> {
+    fn new(file: &'f SourceFile, tokens: Vec<Token>, diagnostics: Vec<Diagnostic>) -> Self {
+        let context = Context::default();
+        let classes = Vec::new();
+        Parser {
+            file,
+            tokens,
+            at: 0,
+            diagnostics,
+            nesting: 0,
+            scope_count: 1,
+            context,
+            classes,
+            print_is_assigned: false,
+        }
+    }
+
+    fn finish(mut self, body: Vec<Stmt>) -> Parsed {
+        self.diagnostics
+            .sort_by_key(|diagnostic| diagnostic.span.start);
+        let mut errors = 0;
+        self.diagnostics.retain(|diagnostic| {
+            errors += usize::from(diagnostic.severity == Severity::Error);
+            errors <= ERRORS_MAX
+        });
+        let span = Span::new(0, self.file.text().len());
+        Parsed {
+            module: Module {
+                body,
+                span,
+                scope_count: self.scope_count,
+            },
+            diagnostics: self.diagnostics,
+        }
+    }
+
+    fn statements_until_end(&mut self) -> Vec<Stmt> {
+        let mut body = Vec::new();
+        while self.kind() != TokenKind::EndOfFile {
+            self.statement_or_recover(&mut body, false);
+        }
+        body
+    }
+
+    fn whole_expression(&mut self) -> Parse<Expr> {
+        let expr = self.expression_list()?;
+        if self.kind() != TokenKind::EndOfFile {
+            return self.unexpected("the end of the expression");
+        }
+        Ok(expr)
+    }
+
+    fn token(&self) -> Token {
+        self.tokens[self.at.min(self.tokens.len() - 1)]
+    }
+
+    fn kind(&self) -> TokenKind {
+        self.token().kind
+    }
+
+    /// Kind of the token `ahead` places after the current one.
+    fn kind_ahead(&self, ahead: usize) -> TokenKind {
+        self.tokens
+            .get(self.at + ahead)
+            .map_or(TokenKind::EndOfFile, |token| token.kind)
+    }
+
+    fn text(&self, token: Token) -> &'f str {
+        self.file.slice(token.span)
+    }
+
+    /// Takes the current token.
+    fn bump(&mut self) -> Token {
+        let token = self.token();
+        if self.at + 1 < self.tokens.len() {
+            self.at += 1;
+        }
+        token
+    }
+
+    /// Takes the current token if it is of this kind.
+    fn eat(&mut self, kind: TokenKind) -> Option<Token> {
+        (self.kind() == kind).then(|| self.bump())
+    }
+
+    fn expect(&mut self, kind: TokenKind) -> Parse<Token> {
+        match self.eat(kind) {
+            Some(token) => Ok(token),
+            None => self.unexpected(kind.describe()),
+        }
+    }
+
+    /// The span from `start` to the last token taken.
+    fn span_from(&self, start: Span) -> Span {
+        let last = self
+            .at
+            .checked_sub(1)
+            .and_then(|i| self.tokens.get(i))
+            .map_or(start, |token| token.span);
+        Span {
+            start: start.start,
+            end: last.end.max(start.end),
+        }
+    }
+
+    fn report(&mut self, diagnostic: Diagnostic) -> Failed {
+        // What the lexer reported at this very place is not reported again in other words.
+        let span = diagnostic.span;
+        let known = self.diagnostics.iter().any(|other| {
+            let overlaps = other.span.start <= span.end && span.start <= other.span.end;
+            other.severity == Severity::Error && overlaps
+        });
+        if !known {
+            self.diagnostics.push(diagnostic);
+        }
+        Failed
+    }
+
+    fn fail<T>(&mut self, span: Span, message: impl Into<String>) -> Parse<T> {
+        Err(self.report(Diagnostic::error("syntax", span, message)))
+    }
+
+    /// Reports that `expected` should stand here.
+    fn unexpected<T>(&mut self, expected: &str) -> Parse<T> {
+        let token = self.token();
+        let found = match token.kind {
+            TokenKind::Name => format!("'{}'", self.text(token)),
+            TokenKind::Int | TokenKind::Float | TokenKind::Imaginary => {
+                format!("the number {}", self.text(token))
+            }
+            kind => kind.describe().to_owned(),
+        };
+        let mut diagnostic = Diagnostic::error(
+            "syntax",
+            token.span,
+            format!("expected {expected}, found {found}"),
+        );
+        if token.kind == TokenKind::Equal {
+            diagnostic = diagnostic.with_help("'=' assigns; use '==' to compare");
+        } else if token.kind.is_keyword() {
+            let help = format!("'{}' is a keyword and cannot be a name", self.text(token));
+            diagnostic = if expected == "a name" {
+                diagnostic.with_help(help)
+            } else {
+                diagnostic
+            };
+        }
+        Err(self.report(diagnostic))
+    }
+
+    fn not_supported<T>(&mut self, span: Span, what: &str) -> Parse<T> {
+        Err(self.report(Diagnostic::error(
+            "not-supported",
+            span,
+            format!("{what} is not supported"),
+        )))
+    }
+
+    /// Runs `inner` one level deeper, or reports that the text nests too deeply.
+    fn nested<T>(&mut self, inner: impl FnOnce(&mut Self) -> Parse<T>) -> Parse<T> {
+        if self.nesting == NESTING_MAX {
+            let span = self.token().span;
+            return self.fail(span, format!("this nests deeper than {NESTING_MAX} levels"));
+        }
+        self.nesting += 1;
+        let result = inner(self);
+        self.nesting -= 1;
+        result
+    }
+
+    fn new_scope(&mut self) -> ScopeId {
+        self.scope_count += 1;
+        ScopeId(self.scope_count - 1)
+    }
+
+    fn ident(&mut self) -> Parse<Ident> {
+        let token = self.expect(TokenKind::Name)?;
+        Ok(Ident {
+            name: self.mangled(self.text(token)),
+            span: token.span,
+        })
+    }
+
+    /// Private names `__x` inside a class are kept apart from those of other classes (Python, "Private name mangling").
+    fn mangled(&self, name: &str) -> Box<str> {
+        let private = name.starts_with("__") && !name.ends_with("__");
+        match self.classes.last() {
+            Some(class) if private => format!("_{}{name}", class.trim_start_matches('_')).into(),
+            _ => name.into(),
+        }
+    }
+
+    fn name_expr(&mut self) -> Parse<Expr> {
+        let ident = self.ident()?;
+        Ok(Expr {
+            kind: ExprKind::Name(ident.name),
+            span: ident.span,
+        })
+    }
+}
+

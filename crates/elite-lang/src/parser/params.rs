@@ -1,0 +1,121 @@
+//! Parameter lists of `def` and `lambda`.
+
+use super::{Parse, Parser};
+use crate::ast::{Parameter, Parameters};
+use crate::diagnostic::Diagnostic;
+use crate::lexer::TokenKind as T;
+
+impl Parser<'_> {
+    /// Parameters up to `closer` (`)` of a `def`, `:` of a `lambda`), which is not taken.
+    pub(super) fn parameters(&mut self, closer: T) -> Parse<Parameters> {
+        let mut parameters = Parameters::default();
+        let mut after_star = false;
+        while self.kind() != closer {
+            let start = self.token().span;
+            match self.kind() {
+                T::Slash => {
+                    self.bump();
+                    if after_star
+                        || !parameters.positional_only.is_empty()
+                        || parameters.positional.is_empty()
+                    {
+                        return self.fail(
+                            start,
+                            "'/' must follow positional parameters, once and before '*'",
+                        );
+                    }
+                    parameters.positional_only = std::mem::take(&mut parameters.positional);
+                }
+                T::Star => {
+                    self.bump();
+                    if after_star {
+                        return self.fail(start, "'*' may appear only once");
+                    }
+                    after_star = true;
+                    if self.kind() == T::Comma {
+                        let names_follow = self.kind_ahead(1) == T::Name;
+                        if !names_follow {
+                            return self.fail(start, "named parameters must follow a bare '*'");
+                        }
+                    } else {
+                        parameters.star = Some(self.parameter(closer)?);
+                    }
+                }
+                T::DoubleStar => {
+                    self.bump();
+                    parameters.double_star = Some(self.parameter(closer)?);
+                    self.eat(T::Comma);
+                    if self.kind() != closer {
+                        return self.unexpected("nothing after the '**' parameter");
+                    }
+                    break;
+                }
+                _ => {
+                    let parameter = self.parameter(closer)?;
+                    self.add_parameter(&mut parameters, parameter, after_star);
+                }
+            }
+            if self.kind() != closer && self.eat(T::Comma).is_none() {
+                return self.unexpected(&format!("',' or {}", closer.describe()));
+            }
+        }
+        self.check_duplicates(&parameters);
+        Ok(parameters)
+    }
+
+    fn add_parameter(
+        &mut self,
+        parameters: &mut Parameters,
+        parameter: Parameter,
+        keyword_only: bool,
+    ) {
+        if keyword_only {
+            parameters.keyword_only.push(parameter);
+            return;
+        }
+        let mut earlier = parameters
+            .positional_only
+            .iter()
+            .chain(&parameters.positional);
+        let earlier_default = earlier.any(|other| other.default.is_some());
+        if parameter.default.is_none() && earlier_default {
+            let message = format!(
+                "parameter '{}' without a default follows one with a default",
+                parameter.name.name
+            );
+            self.report(Diagnostic::error("syntax", parameter.name.span, message));
+        }
+        parameters.positional.push(parameter);
+    }
+
+    fn parameter(&mut self, closer: T) -> Parse<Parameter> {
+        let name = self.ident()?;
+        let annotated = closer == T::RightParen && self.eat(T::Colon).is_some();
+        let annotation = if annotated {
+            Some(self.expression()?)
+        } else {
+            None
+        };
+        let default = if self.eat(T::Equal).is_some() {
+            Some(self.expression()?)
+        } else {
+            None
+        };
+        Ok(Parameter {
+            name,
+            annotation,
+            default,
+        })
+    }
+
+    fn check_duplicates(&mut self, parameters: &Parameters) {
+        let mut seen: Vec<&str> = Vec::new();
+        for parameter in parameters.iter() {
+            if seen.contains(&&*parameter.name.name) {
+                let message = format!("parameter '{}' appears twice", parameter.name.name);
+                self.report(Diagnostic::error("syntax", parameter.name.span, message));
+            }
+            seen.push(&parameter.name.name);
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! From text to a program that can be run: the one entry for lexer, parser and resolver.
+
+use std::sync::Arc;
+
+use crate::ast::{Expr, ExprKind, FunctionDef, Module, Stmt, StmtKind};
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::parser::parse;
+use crate::resolve::{KnownNames, Resolution, resolve};
+use crate::source::{SourceFile, Span};
+
+/// Longest text that is compiled, in bytes.
+const TEXT_MAX: usize = 64 << 20;
+
+/// What a program is to the controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProgramKind {
+    /// The main task.
+    Main,
+    /// A secondary program, headed by `sec` (manual 1.2.6).
+    Secondary,
+}
+
+/// A program that compiles. Plain data: it can be sent to the thread that runs it, and run any number of times.
+#[derive(Clone, Debug)]
+pub struct Program {
+    pub(crate) file: Arc<SourceFile>,
+    pub(crate) module: Arc<Module>,
+    pub(crate) resolution: Arc<Resolution>,
+    kind: ProgramKind,
+    /// The function that is called once it is defined.
+    pub(crate) entry: Option<Box<str>>,
+    warnings: Arc<[Diagnostic]>,
+}
+
+impl Program {
+    /// Main or secondary.
+    pub fn kind(&self) -> ProgramKind {
+        self.kind
+    }
+
+    /// The name of its function if it consists of one, otherwise that of its text.
+    pub fn name(&self) -> &str {
+        self.entry.as_deref().unwrap_or(self.file.name())
+    }
+
+    /// The text it was compiled from.
+    pub fn file(&self) -> &Arc<SourceFile> {
+        &self.file
+    }
+
+    /// Names that are declared `global` anywhere in it; the variable monitor shows them (language.md 3).
+    pub fn declared_globals(&self) -> impl Iterator<Item = &str> {
+        self.resolution.declared_globals.iter().map(|name| &**name)
+    }
+
+    /// What was found that does not keep it from running.
+    pub fn warnings(&self) -> &[Diagnostic] {
+        &self.warnings
+    }
+}
+
+/// Compiles a program. `known` are the names that the embedder provides to scripts.
+///
+/// # Errors
+/// All syntax and scope errors of the text.
+pub fn compile(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Vec<Diagnostic>> {
+    let (module, mut diagnostics, shape) = front(&file);
+    let Some(module) = module else {
+        return Err(diagnostics);
+    };
+    let resolution = resolve(&module, known);
+    diagnostics.extend(resolution.diagnostics.iter().cloned());
+    diagnostics.sort_by_key(|diagnostic| diagnostic.span.start);
+    if diagnostics
+        .iter()
+        .any(|diagnostic| diagnostic.severity == Severity::Error)
+    {
+        diagnostics.retain(|diagnostic| diagnostic.severity == Severity::Error);
+        return Err(diagnostics);
+    }
+    Ok(Program {
+        file,
+        module: Arc::new(module),
+        resolution: Arc::new(resolution),
+        kind: shape.kind,
+        entry: shape.entry,
+        warnings: diagnostics.into(),
+    })
+}
+
+/// Parses and checks a text without running it: errors and warnings, in the order of the text. Undefined names are
+/// warnings with the code `undefined-name`.
+pub fn check(file: Arc<SourceFile>, known: &KnownNames) -> Vec<Diagnostic> {
+    match compile(file, known) {
+        Ok(program) => program.warnings.to_vec(),
+        Err(diagnostics) => diagnostics,
+    }
+}
+
+/// What a text is as a whole.
+struct Shape {
+    kind: ProgramKind,
+    entry: Option<Box<str>>,
+}
+
+fn front(file: &SourceFile) -> (Option<Module>, Vec<Diagnostic>, Shape) {
+    let nothing = Shape {
+        kind: ProgramKind::Main,
+        entry: None,
+    };
+    if file.text().len() > TEXT_MAX {
+        let text = format!(
+            "the text has {} bytes, {TEXT_MAX} are allowed",
+            file.text().len()
+        );
+        return (
+            None,
+            vec![Diagnostic::error("too-long", Span::default(), text)],
+            nothing,
+        );
+    }
+    let parsed = parse(file);
+    let mut diagnostics = parsed.diagnostics;
+    let shape = shape(&parsed.module, &mut diagnostics);
+    let failed = diagnostics
+        .iter()
+        .any(|diagnostic| diagnostic.severity == Severity::Error);
+    if failed {
+        // Names are looked up in trees without gaps only: a gap would make half of the names look undefined.
+        diagnostics.retain(|diagnostic| diagnostic.severity == Severity::Error);
+        return (None, diagnostics, shape);
+    }
+    (Some(parsed.module), diagnostics, shape)
+}
+
+/// A text whose only statement is a function without required parameters runs that function; `sec` always does
+/// (language.md 5).
+fn shape(module: &Module, diagnostics: &mut Vec<Diagnostic>) -> Shape {
+    let statements: Vec<&Stmt> = module
+        .body
+        .iter()
+        .filter(|statement| !is_docstring(statement))
+        .collect();
+    let mut secondary = functions(&module.body).filter(|def| def.secondary);
+    if let [
+        Stmt {
+            kind: StmtKind::Function(def),
+            ..
+        },
+    ] = &statements[..]
+    {
+        if def.secondary && !def.parameters.none_required() {
+            let message = "a secondary program takes no parameters";
+            diagnostics.push(Diagnostic::error("secondary", def.name.span, message));
+        }
+        let kind = if def.secondary {
+            ProgramKind::Secondary
+        } else {
+            ProgramKind::Main
+        };
+        let entry = def
+            .parameters
+            .none_required()
+            .then(|| def.name.name.clone());
+        return Shape { kind, entry };
+    }
+    if let Some(def) = secondary.next() {
+        let message = "'sec' heads a program of its own: nothing else can stand in the same text";
+        diagnostics.push(Diagnostic::error("secondary", def.name.span, message));
+    }
+    Shape {
+        kind: ProgramKind::Main,
+        entry: None,
+    }
+}
+
+fn functions(body: &[Stmt]) -> impl Iterator<Item = &FunctionDef> {
+    body.iter().filter_map(|statement| match &statement.kind {
+        StmtKind::Function(def) => Some(&**def),
+        _ => None,
+    })
+}
+
+fn is_docstring(statement: &Stmt) -> bool {
+    matches!(
+        &statement.kind,
+        StmtKind::Expr(Expr {
+            kind: ExprKind::Constant(_),
+            ..
+        })
+    )
+}

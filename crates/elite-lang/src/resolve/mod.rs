@@ -1,0 +1,88 @@
+//! From names to places, before anything runs: which names are locals, which are shared with inner functions
+//! (cells), which are globals.
+//!
+//! Follows Python's rules: a name bound in a function is local unless declared otherwise; class bodies are skipped
+//! when an inner function looks outwards; comprehensions have their own names. List, set and dict comprehensions run
+//! in the frame of the function around them, so their names are slots there; generator expressions have a frame.
+
+mod collect;
+mod names;
+mod places;
+
+use std::collections::BTreeMap;
+
+use crate::ast::Module;
+use crate::diagnostic::Diagnostic;
+
+pub use names::KnownNames;
+
+/// Where a name lives, seen from one scope.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A slot of the frame.
+    Local(u32),
+    /// A slot of the frame that holds a cell, because inner functions share the variable.
+    Cell(u32),
+    /// A cell of an outer function, by its index in the closure.
+    Free(u32),
+    /// A global or a builtin.
+    Global,
+    /// A name bound in a class body: the slot, or the global while the slot is unbound.
+    Class(u32),
+}
+
+/// What is needed to run the code of one frame: a function, a class body, a generator expression or the module.
+#[derive(Clone, Debug, Default)]
+pub struct FrameLayout {
+    /// Name of each slot; parameters first, in the order of `Parameters::iter`.
+    pub slot_names: Vec<Box<str>>,
+    /// Slots that are made cells when the frame is entered.
+    pub cells: Vec<u32>,
+    /// Where the enclosing frame finds each cell of this frame's closure.
+    pub closure: Vec<(Box<str>, Place)>,
+    /// It contains `yield`.
+    pub is_generator: bool,
+    /// Class bodies: the slot with the cell for `__class__`, if a method needs it.
+    pub class_cell: Option<u32>,
+    /// Class bodies: how many of the leading slots are names of the class.
+    pub class_names: u32,
+}
+
+/// The places of all names of one scope.
+#[derive(Clone, Debug, Default)]
+pub struct ScopePlaces {
+    /// Place of each name used or bound in the scope.
+    pub names: BTreeMap<Box<str>, Place>,
+    /// Only for scopes with a frame of their own.
+    pub frame: Option<FrameLayout>,
+    /// Inlined comprehensions: cells that are made anew each time the comprehension runs.
+    pub fresh_cells: Vec<u32>,
+    /// Inlined comprehensions: all slots of its names, cleared when it ends.
+    pub slots: Vec<u32>,
+}
+
+/// The result for a whole program.
+#[derive(Debug)]
+pub struct Resolution {
+    /// By `ScopeId`; None for scopes the parser gave up.
+    pub scopes: Vec<Option<ScopePlaces>>,
+    /// Names declared `global` anywhere, in the order of the text, once each: the variable monitor shows them.
+    pub declared_globals: Vec<Box<str>>,
+    /// Scope errors, and undefined names as warnings.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Resolves all names of a program. `known` are the names the embedder provides beside Python's builtins.
+pub fn resolve(module: &Module, known: &KnownNames) -> Resolution {
+    let mut scopes = collect::collect(module);
+    let mut diagnostics = std::mem::take(&mut scopes.diagnostics);
+    let declared_globals = scopes.declared_globals();
+    let places = places::assign(&mut scopes, &mut diagnostics);
+    names::report_undefined(&scopes, known, &mut diagnostics);
+    Resolution {
+        scopes: places,
+        declared_globals,
+        diagnostics,
+    }
+}
+

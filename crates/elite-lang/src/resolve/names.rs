@@ -1,0 +1,149 @@
+//! Undefined names: what is known, what is probably meant.
+
+use std::collections::BTreeSet;
+
+use super::collect::Scopes;
+use crate::ast::ScopeId;
+use crate::diagnostic::Diagnostic;
+
+/// Findings up to which similar names are searched: each search looks at all names.
+const SUGGESTIONS_MAX: usize = 50;
+
+/// The names an embedder provides to scripts, beside Python's own builtins.
+#[derive(Clone, Debug, Default)]
+pub struct KnownNames {
+    natives: BTreeSet<String>,
+}
+
+impl KnownNames {
+    /// The given names are known.
+    pub fn new<N: Into<String>>(natives: impl IntoIterator<Item = N>) -> Self {
+        KnownNames {
+            natives: natives.into_iter().map(Into::into).collect(),
+        }
+    }
+
+    /// Adds a name.
+    pub fn insert(&mut self, name: impl Into<String>) {
+        self.natives.insert(name.into());
+    }
+
+    /// Whether the embedder provides this name.
+    pub fn contains(&self, name: &str) -> bool {
+        self.natives.contains(name)
+    }
+}
+
+/// Warns about every use of a name that nothing defines: no assignment anywhere, no builtin, no native.
+pub(super) fn report_undefined(
+    scopes: &Scopes,
+    known: &KnownNames,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    if scopes.star_import {
+        return;
+    }
+    let mut globals: BTreeSet<&str> = BTreeSet::new();
+    for scope in scopes.scopes.iter().flatten() {
+        let is_module = scope.parent.is_none();
+        let global = scope
+            .names
+            .iter()
+            .filter(|info| info.bound && (is_module || info.global.is_some()));
+        globals.extend(global.map(|info| &*info.name));
+    }
+    for (index, scope) in scopes.scopes.iter().enumerate() {
+        let Some(scope) = scope else { continue };
+        for (name, span) in &scope.uses {
+            let local = binds_around(scopes, ScopeId(index as u32), name);
+            let builtin = crate::builtins::is_builtin_name(name);
+            if local
+                || builtin
+                || globals.contains(&**name)
+                || known.contains(name)
+                || &**name == "__class__"
+            {
+                continue;
+            }
+            let message = format!("the name '{name}' is not defined");
+            let mut diagnostic = Diagnostic::warning("undefined-name", *span, message);
+            let candidates = globals
+                .iter()
+                .copied()
+                .chain(known.natives.iter().map(String::as_str));
+            let locals = scope
+                .names
+                .iter()
+                .filter(|info| info.bound)
+                .map(|info| &*info.name);
+            let all = candidates
+                .chain(locals)
+                .chain(crate::builtins::builtin_names().map(|name| -> &str { name }));
+            let near = if diagnostics.len() < SUGGESTIONS_MAX {
+                nearest(name, all)
+            } else {
+                None
+            };
+            if let Some(near) = near {
+                diagnostic = diagnostic.with_help(format!("did you mean '{near}'"));
+            }
+            diagnostics.push(diagnostic);
+        }
+    }
+}
+
+/// Whether the scope or one around it (class bodies of others excepted) binds the name.
+fn binds_around(scopes: &Scopes, id: ScopeId, name: &str) -> bool {
+    let mut at = Some(id);
+    while let Some(scope) = at.and_then(|id| scopes.get(id)) {
+        if scope.name(name).is_some_and(|info| info.bound) {
+            return true;
+        }
+        at = scope.parent;
+    }
+    false
+}
+
+/// The candidate that differs least from `name`, if it is near enough to be a likely slip.
+pub fn nearest(name: &str, candidates: impl Iterator<Item = impl AsRef<str>>) -> Option<String> {
+    let limit = match name.chars().count() {
+        0..=2 => return None,
+        3..=5 => 1,
+        6..=9 => 2,
+        _ => 3,
+    };
+    let mut best: Option<(usize, String)> = None;
+    for candidate in candidates {
+        let candidate = candidate.as_ref();
+        let distance = distance(name, candidate);
+        let better = best
+            .as_ref()
+            .is_none_or(|(least, text)| (distance, candidate) < (*least, text.as_str()));
+        if candidate != name && distance <= limit && better {
+            best = Some((distance, candidate.to_owned()));
+        }
+    }
+    best.map(|(_, text)| text)
+}
+
+/// Edit distance with transpositions of neighbours counted as one (optimal string alignment).
+fn distance(a: &str, b: &str) -> usize {
+    let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
+    if a.len().abs_diff(b.len()) > 3 {
+        return usize::MAX;
+    }
+    let mut rows = vec![(0..=b.len()).collect::<Vec<usize>>()];
+    for i in 1..=a.len() {
+        let mut row = vec![i; b.len() + 1];
+        for j in 1..=b.len() {
+            let substitution = rows[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
+            row[j] = substitution.min(rows[i - 1][j] + 1).min(row[j - 1] + 1);
+            let swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+            if swapped {
+                row[j] = row[j].min(rows[i - 2][j - 2] + 1);
+            }
+        }
+        rows.push(row);
+    }
+    rows[a.len()][b.len()]
+}

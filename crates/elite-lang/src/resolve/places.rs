@@ -1,0 +1,310 @@
+//! Second pass: which variables are shared, and a slot for each.
+
+use std::collections::{HashMap, HashSet};
+
+use super::collect::{NameInfo, Scope, ScopeKind, Scopes};
+use super::{FrameLayout, Place, ScopePlaces};
+use crate::ast::ScopeId;
+use crate::diagnostic::Diagnostic;
+
+/// The scope a name belongs to; None is the module, so a global or builtin.
+type Owner = Option<ScopeId>;
+
+/// The implicit variable of a class body that `super()` uses.
+const CLASS_CELL: &str = "__class__";
+
+struct Assigner<'s> {
+    scopes: &'s mut Scopes,
+    diagnostics: &'s mut Vec<Diagnostic>,
+    /// By scope: names of it that inner frames share.
+    captured: Vec<HashSet<Box<str>>>,
+    /// By frame: the closure, in the order of first need, with the owner of each name.
+    free: Vec<Closure>,
+    /// By frame: the comprehensions that run in it.
+    inlined: Vec<Vec<ScopeId>>,
+}
+
+#[derive(Clone, Default)]
+struct Closure {
+    names: Vec<(Box<str>, ScopeId)>,
+    index: HashMap<Box<str>, u32>,
+}
+
+/// The slots of one frame.
+#[derive(Default)]
+struct Slots {
+    names: Vec<(ScopeId, Box<str>)>,
+    index: HashMap<(ScopeId, Box<str>), u32>,
+}
+
+impl Slots {
+    fn push(&mut self, scope: ScopeId, name: &str) {
+        self.index
+            .insert((scope, name.into()), self.names.len() as u32);
+        self.names.push((scope, name.into()));
+    }
+
+    fn find(&self, scope: ScopeId, name: &str) -> Option<u32> {
+        self.index.get(&(scope, name.into())).copied()
+    }
+}
+
+pub(super) fn assign(
+    scopes: &mut Scopes,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Vec<Option<ScopePlaces>> {
+    let count = scopes.scopes.len();
+    let (captured, free) = (vec![HashSet::new(); count], vec![Closure::default(); count]);
+    let mut assigner = Assigner {
+        scopes,
+        diagnostics,
+        captured,
+        free,
+        inlined: vec![Vec::new(); count],
+    };
+    let ids: Vec<ScopeId> = (0..count as u32).map(ScopeId).collect();
+    for id in &ids {
+        let frame = assigner.frame_of(*id);
+        if frame != *id {
+            assigner.inlined[frame.0 as usize].push(*id);
+        }
+    }
+    for id in &ids {
+        assigner.find_shared(*id);
+    }
+    let slots: Vec<Slots> = ids.iter().map(|id| assigner.slots_of_frame(*id)).collect();
+    ids.iter()
+        .map(|id| assigner.places_of(*id, &slots))
+        .collect()
+}
+
+impl Assigner<'_> {
+    fn scope(&self, id: ScopeId) -> Option<&Scope> {
+        self.scopes.get(id)
+    }
+
+    /// The scope whose frame the code of `id` runs in.
+    fn frame_of(&self, id: ScopeId) -> ScopeId {
+        let mut id = id;
+        while let Some(Scope {
+            kind: ScopeKind::Comprehension,
+            parent: Some(parent),
+            ..
+        }) = self.scope(id)
+        {
+            id = *parent;
+        }
+        id
+    }
+
+    /// Which scope the name, seen from `id`, belongs to.
+    fn owner(&self, id: ScopeId, name: &str) -> Owner {
+        let scope = self.scope(id)?;
+        let info = scope.name(name);
+        if scope.kind == ScopeKind::Module || info.is_some_and(|info| info.global.is_some()) {
+            return None;
+        }
+        if info.is_some_and(|info| info.bound && info.nonlocal.is_none()) {
+            return Some(id);
+        }
+        self.outer_owner(scope.parent?, name)
+    }
+
+    fn outer_owner(&self, from: ScopeId, name: &str) -> Owner {
+        let mut at = Some(from);
+        while let Some(id) = at {
+            let scope = self.scope(id)?;
+            match scope.kind {
+                ScopeKind::Module => return None,
+                ScopeKind::Class if name == CLASS_CELL => return Some(id),
+                ScopeKind::Class => {}
+                ScopeKind::Function | ScopeKind::Comprehension => match scope.name(name) {
+                    Some(NameInfo {
+                        global: Some(_), ..
+                    }) => return None,
+                    Some(NameInfo {
+                        bound: true,
+                        nonlocal: None,
+                        ..
+                    }) => return Some(id),
+                    _ => {}
+                },
+            }
+            at = scope.parent;
+        }
+        None
+    }
+
+    /// Notes, for every name of scope `id`, whether it crosses frames.
+    fn find_shared(&mut self, id: ScopeId) {
+        let Some(scope) = self.scope(id) else { return };
+        let names: Vec<NameInfo> = scope.names.clone();
+        for info in names {
+            let owner = self.owner(id, &info.name);
+            if let (Some(span), None) = (info.nonlocal, owner) {
+                let message = format!(
+                    "'{}' is declared nonlocal, but no function around binds it",
+                    info.name
+                );
+                self.diagnostics
+                    .push(Diagnostic::error("syntax", span, message));
+            }
+            let Some(owner) = owner else { continue };
+            let own_class_name = owner == id && info.name.as_ref() != CLASS_CELL;
+            let is_class = self
+                .scope(owner)
+                .is_some_and(|scope| scope.kind == ScopeKind::Class);
+            if is_class && own_class_name {
+                continue;
+            }
+            self.share(id, owner, &info.name);
+        }
+    }
+
+    fn share(&mut self, from: ScopeId, owner: ScopeId, name: &str) {
+        let target = self.frame_of(owner);
+        let mut frame = self.frame_of(from);
+        while frame != target {
+            let closure = &mut self.free[frame.0 as usize];
+            if !closure.index.contains_key(name) {
+                closure
+                    .index
+                    .insert(name.into(), closure.names.len() as u32);
+                closure.names.push((name.into(), owner));
+            }
+            self.captured[owner.0 as usize].insert(name.into());
+            let Some(parent) = self.scope(frame).and_then(|scope| scope.parent) else {
+                return;
+            };
+            frame = self.frame_of(parent);
+        }
+    }
+
+    /// The slots of the frame of `id`, as (scope, name); empty if `id` has no frame.
+    fn slots_of_frame(&self, id: ScopeId) -> Slots {
+        let mut slots = Slots::default();
+        let Some(scope) = self.scope(id) else {
+            return slots;
+        };
+        match scope.kind {
+            ScopeKind::Comprehension => return slots,
+            ScopeKind::Module => {}
+            ScopeKind::Function | ScopeKind::Class => {
+                let local = |info: &&NameInfo| {
+                    info.bound && info.global.is_none() && info.nonlocal.is_none()
+                };
+                let (parameters, others): (Vec<_>, Vec<_>) = scope
+                    .names
+                    .iter()
+                    .filter(local)
+                    .partition(|info| info.parameter);
+                parameters
+                    .into_iter()
+                    .chain(others)
+                    .for_each(|info| slots.push(id, &info.name));
+            }
+        }
+        if scope.kind == ScopeKind::Class && self.is_captured(id, CLASS_CELL) {
+            slots.push(id, CLASS_CELL);
+        }
+        for inner in &self.inlined[id.0 as usize] {
+            let names = self.scope(*inner).map_or(&[][..], |scope| &scope.names);
+            names
+                .iter()
+                .filter(|info| info.bound)
+                .for_each(|info| slots.push(*inner, &info.name));
+        }
+        slots
+    }
+
+    fn is_captured(&self, id: ScopeId, name: &str) -> bool {
+        self.captured[id.0 as usize].contains(name)
+    }
+
+    /// Place of `name`, which belongs to `owner`, in the frame of scope `from`.
+    fn place(&self, from: ScopeId, owner: Owner, name: &str, slots: &[Slots]) -> Place {
+        let Some(owner) = owner else {
+            return Place::Global;
+        };
+        let frame = self.frame_of(from);
+        if self.frame_of(owner) != frame {
+            // `share` has put it there.
+            return Place::Free(
+                self.free[frame.0 as usize]
+                    .index
+                    .get(name)
+                    .copied()
+                    .unwrap_or(0),
+            );
+        }
+        // Every name that belongs to a scope has a slot in its frame.
+        let slot = slots[frame.0 as usize].find(owner, name).unwrap_or(0);
+        let in_class = self
+            .scope(owner)
+            .is_some_and(|scope| scope.kind == ScopeKind::Class);
+        if self.is_captured(owner, name) {
+            Place::Cell(slot)
+        } else if in_class {
+            Place::Class(slot)
+        } else {
+            Place::Local(slot)
+        }
+    }
+
+    fn places_of(&self, id: ScopeId, slots: &[Slots]) -> Option<ScopePlaces> {
+        let scope = self.scope(id)?;
+        let mut places = ScopePlaces::default();
+        for info in &scope.names {
+            let owner = self.owner(id, &info.name);
+            places
+                .names
+                .insert(info.name.clone(), self.place(id, owner, &info.name, slots));
+        }
+        if scope.kind == ScopeKind::Comprehension {
+            let frame_slots = &slots[self.frame_of(id).0 as usize];
+            for (slot, (_, name)) in frame_slots
+                .names
+                .iter()
+                .enumerate()
+                .filter(|(_, (owner, _))| *owner == id)
+            {
+                places.slots.push(slot as u32);
+                if self.is_captured(id, name) {
+                    places.fresh_cells.push(slot as u32);
+                }
+            }
+            return Some(places);
+        }
+        places.frame = Some(self.layout(id, scope, &slots[id.0 as usize], slots));
+        Some(places)
+    }
+
+    fn layout(&self, id: ScopeId, scope: &Scope, own: &Slots, slots: &[Slots]) -> FrameLayout {
+        let own = &own.names;
+        let cells = own
+            .iter()
+            .enumerate()
+            .filter(|(_, (owner, name))| *owner == id && self.is_captured(id, name));
+        let is_class = scope.kind == ScopeKind::Class;
+        let class_cell = own
+            .iter()
+            .position(|(owner, name)| *owner == id && is_class && &**name == CLASS_CELL);
+        let names_of_class = own
+            .iter()
+            .filter(|(owner, name)| *owner == id && &**name != CLASS_CELL)
+            .count();
+        let parent = scope.parent.unwrap_or(id);
+        let closure = self.free[id.0 as usize]
+            .names
+            .iter()
+            .map(|(name, owner)| (name.clone(), self.place(parent, Some(*owner), name, slots)));
+        FrameLayout {
+            slot_names: own.iter().map(|(_, name)| name.clone()).collect(),
+            cells: cells.map(|(slot, _)| slot as u32).collect(),
+            closure: closure.collect(),
+            is_generator: scope.is_generator,
+            class_cell: class_cell.map(|slot| slot as u32),
+            class_names: if is_class { names_of_class as u32 } else { 0 },
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Attributes by symbol, in the order they were first set. Indices stay valid: deleting leaves a hole.
+
+use std::collections::HashMap;
+
+use super::{Symbol, Value};
+
+/// Up to this many keys a scan is faster than a table.
+const SCAN_MAX: usize = 8;
+
+/// A map from symbols to values with stable indices.
+#[derive(Default)]
+pub struct AttrMap {
+    keys: Vec<Symbol>,
+    values: Vec<Value>,
+    index: HashMap<Symbol, u32>,
+}
+
+impl AttrMap {
+    /// Index of `key`, also if its value has been deleted.
+    pub fn index_of(&self, key: Symbol) -> Option<usize> {
+        if self.keys.len() <= SCAN_MAX {
+            return self.keys.iter().position(|other| *other == key);
+        }
+        self.index.get(&key).map(|index| *index as usize)
+    }
+
+    /// The value of `key`.
+    pub fn get(&self, key: Symbol) -> Option<&Value> {
+        self.index_of(key)
+            .map(|index| &self.values[index])
+            .filter(|value| !value.is_unbound())
+    }
+
+    /// The value at an index from `index_of`; `Unbound` if deleted.
+    #[inline]
+    pub fn at(&self, index: usize) -> Option<&Value> {
+        self.values.get(index)
+    }
+
+    /// Sets `key`; returns the value before, `Unbound` if there was none.
+    pub fn insert(&mut self, key: Symbol, value: Value) -> Value {
+        if let Some(index) = self.index_of(key) {
+            return std::mem::replace(&mut self.values[index], value);
+        }
+        let index = self.keys.len();
+        if index == SCAN_MAX {
+            self.index = self
+                .keys
+                .iter()
+                .enumerate()
+                .map(|(index, key)| (*key, index as u32))
+                .collect();
+        }
+        if index >= SCAN_MAX {
+            self.index.insert(key, index as u32);
+        }
+        self.keys.push(key);
+        self.values.push(value);
+        Value::Unbound
+    }
+
+    /// Deletes `key`; returns the value it had.
+    pub fn remove(&mut self, key: Symbol) -> Option<Value> {
+        let index = self.index_of(key)?;
+        let value = std::mem::take(&mut self.values[index]);
+        (!value.is_unbound()).then_some(value)
+    }
+
+    /// Keys and values, holes left out.
+    pub fn iter(&self) -> impl Iterator<Item = (Symbol, &Value)> {
+        self.keys
+            .iter()
+            .copied()
+            .zip(&self.values)
+            .filter(|(_, value)| !value.is_unbound())
+    }
+
+    /// Number of indices in use, holes included.
+    pub fn width(&self) -> usize {
+        self.keys.len()
+    }
+
+    /// Drops all values and keys.
+    pub fn take_values(&mut self) -> Vec<Value> {
+        self.keys.clear();
+        self.index.clear();
+        std::mem::take(&mut self.values)
+    }
+}

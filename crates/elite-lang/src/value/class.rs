@@ -1,0 +1,341 @@
+//! Classes: builtin types and those of scripts.
+//!
+//! Owns attribute lookup along the method resolution order and the version numbers that make inline caches safe:
+//! a version names one state of one class, and changes whenever a cached answer could.
+
+use std::cell::{Cell, Ref, RefCell};
+use std::collections::HashMap;
+use std::rc::{Rc, Weak};
+
+use super::attrs::AttrMap;
+use super::{Symbol, Value, trash};
+
+/// How instances of a class are laid out: which builtin type they extend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Base {
+    Object,
+    Type,
+    NoneType,
+    EllipsisType,
+    NotImplementedType,
+    Bool,
+    Int,
+    Float,
+    Complex,
+    Str,
+    Bytes,
+    ByteArray,
+    List,
+    Tuple,
+    Dict,
+    DictKeys,
+    DictValues,
+    DictItems,
+    Set,
+    FrozenSet,
+    Range,
+    Slice,
+    Function,
+    Method,
+    Builtin,
+    Module,
+    Iterator,
+    Generator,
+    Property,
+    StaticMethod,
+    ClassMethod,
+    Super,
+    Exception,
+    /// Instances carry data of the library (`Payload::Object`).
+    Native,
+}
+
+/// Attributes of instances of one class: which slot holds which.
+#[derive(Default)]
+pub struct Layout {
+    index: HashMap<Symbol, u32>,
+    names: Vec<Symbol>,
+}
+
+/// Slots an instance may have; further attributes turn it into dictionary mode.
+pub const LAYOUT_MAX: usize = 256;
+
+impl Layout {
+    /// The slot of an attribute.
+    pub fn find(&self, name: Symbol) -> Option<usize> {
+        if self.names.len() <= 8 {
+            return self.names.iter().position(|other| *other == name);
+        }
+        self.index.get(&name).map(|index| *index as usize)
+    }
+
+    /// Attribute names in slot order.
+    pub fn names(&self) -> &[Symbol] {
+        &self.names
+    }
+
+    fn add(&mut self, name: Symbol) -> usize {
+        self.index.insert(name, self.names.len() as u32);
+        self.names.push(name);
+        self.names.len() - 1
+    }
+}
+
+/// A class.
+pub struct Class {
+    name: RefCell<Rc<str>>,
+    /// The builtin type its instances extend.
+    pub base: Base,
+    bases: Vec<Rc<Class>>,
+    /// The method resolution order without the class itself.
+    ancestors: Vec<Rc<Class>>,
+    attrs: RefCell<AttrMap>,
+    version: Cell<u32>,
+    subclasses: RefCell<Vec<Weak<Class>>>,
+    layout: RefCell<Layout>,
+    /// A `class` statement made it; only such classes can be changed.
+    pub is_script: bool,
+    /// Makes instances without going through `__new__` and `__init__` of scripts.
+    pub constructor: RefCell<Value>,
+}
+
+thread_local! {
+    static VERSION: Cell<u32> = const { Cell::new(FIRST_VERSION) };
+}
+
+/// Versions below are tags of builtin values, see `ops::attribute`.
+const FIRST_VERSION: u32 = 1 << 8;
+
+fn fresh_version() -> u32 {
+    VERSION.with(|version| {
+        // After four billion changes the numbers start again; a stale cache would have to survive all of them.
+        let next = version.get().checked_add(1).unwrap_or(FIRST_VERSION);
+        version.set(next);
+        next
+    })
+}
+
+/// Where an attribute was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Location {
+    /// 0 for the class itself, otherwise 1 + the index of the ancestor.
+    pub depth: u16,
+    /// Index in the attributes of that class.
+    pub index: u32,
+}
+
+impl Class {
+    /// A class with the given linearised ancestors (itself excluded).
+    pub fn new(
+        name: &str,
+        base: Base,
+        bases: Vec<Rc<Class>>,
+        ancestors: Vec<Rc<Class>>,
+        is_script: bool,
+    ) -> Rc<Class> {
+        let class = Rc::new(Class {
+            name: RefCell::new(name.into()),
+            base,
+            bases,
+            ancestors,
+            attrs: RefCell::default(),
+            version: Cell::new(fresh_version()),
+            subclasses: RefCell::default(),
+            layout: RefCell::default(),
+            is_script,
+            constructor: RefCell::default(),
+        });
+        for parent in &class.bases {
+            parent.subclasses.borrow_mut().push(Rc::downgrade(&class));
+        }
+        class
+    }
+
+    /// `__name__`.
+    pub fn name(&self) -> Rc<str> {
+        self.name.borrow().clone()
+    }
+
+    /// Changes `__name__`.
+    pub fn set_name(&self, name: &str) {
+        *self.name.borrow_mut() = name.into();
+    }
+
+    /// `__bases__`.
+    pub fn bases(&self) -> &[Rc<Class>] {
+        &self.bases
+    }
+
+    /// The method resolution order without the class itself.
+    pub fn ancestors(&self) -> &[Rc<Class>] {
+        &self.ancestors
+    }
+
+    /// Names the present state of the class; equal versions mean that nothing an inline cache relies on has changed.
+    #[inline]
+    pub fn version(&self) -> u32 {
+        self.version.get()
+    }
+
+    /// Whether the class is `other` or derived from it.
+    pub fn is_subclass_of(&self, other: &Class) -> bool {
+        std::ptr::eq(self, other)
+            || self
+                .ancestors
+                .iter()
+                .any(|class| std::ptr::eq(&**class, other))
+    }
+
+    /// Classes derived directly from this one that are still alive.
+    pub fn subclasses(&self) -> Vec<Rc<Class>> {
+        self.subclasses
+            .borrow()
+            .iter()
+            .filter_map(Weak::upgrade)
+            .collect()
+    }
+
+    /// The attributes of the class itself.
+    pub fn own_attrs(&self) -> Ref<'_, AttrMap> {
+        self.attrs.borrow()
+    }
+
+    /// Looks an attribute up along the method resolution order.
+    pub fn lookup(&self, name: Symbol) -> Option<Value> {
+        if let Some(value) = self.attrs.borrow().get(name) {
+            return Some(value.clone());
+        }
+        self.ancestors
+            .iter()
+            .find_map(|class| class.attrs.borrow().get(name).cloned())
+    }
+
+    /// Like `lookup`, with the place for a cache.
+    pub fn locate(&self, name: Symbol) -> Option<(Location, Value)> {
+        let within = |class: &Class, depth: usize| {
+            let attrs = class.attrs.borrow();
+            let index = attrs.index_of(name)?;
+            let value = attrs.get(name)?.clone();
+            Some((
+                Location {
+                    depth: depth as u16,
+                    index: index as u32,
+                },
+                value,
+            ))
+        };
+        within(self, 0).or_else(|| {
+            self.ancestors
+                .iter()
+                .enumerate()
+                .find_map(|(i, class)| within(class, i + 1))
+        })
+    }
+
+    /// The value at a place from `locate`, valid while the version is the same.
+    #[inline]
+    pub fn at(&self, location: Location) -> Value {
+        let attrs = match location.depth {
+            0 => self.attrs.borrow(),
+            depth => self.ancestors[depth as usize - 1].attrs.borrow(),
+        };
+        attrs
+            .at(location.index as usize)
+            .cloned()
+            .unwrap_or_default()
+    }
+
+    /// Looks an attribute up in the classes after `class` in this one's resolution order, as `super` does.
+    pub fn lookup_after(&self, class: &Class, name: Symbol) -> Option<Value> {
+        let start = if std::ptr::eq(self, class) {
+            0
+        } else {
+            self.ancestors
+                .iter()
+                .position(|other| std::ptr::eq(&**other, class))?
+                + 1
+        };
+        self.ancestors[start..]
+            .iter()
+            .find_map(|class| class.attrs.borrow().get(name).cloned())
+    }
+
+    /// Sets an attribute of the class itself.
+    pub fn set(&self, name: Symbol, value: Value) {
+        let plain = is_plain(&value);
+        let old = self.attrs.borrow_mut().insert(name, value);
+        // Caches read the value through its place, so a new plain value for an old one needs no new version.
+        if old.is_unbound() || !plain || !is_plain(&old) {
+            self.changed();
+        }
+    }
+
+    /// Deletes an attribute of the class itself.
+    pub fn remove(&self, name: Symbol) -> bool {
+        let removed = self.attrs.borrow_mut().remove(name);
+        if removed.is_some() {
+            self.changed();
+        }
+        removed.is_some()
+    }
+
+    fn changed(&self) {
+        self.version.set(fresh_version());
+        for class in self.subclasses() {
+            class.changed();
+        }
+    }
+
+    /// The slot of an instance attribute, if instances of this class have ever had it.
+    pub fn slot(&self, name: Symbol) -> Option<usize> {
+        self.layout.borrow().find(name)
+    }
+
+    /// The slot for an instance attribute that is being set; None if there are too many.
+    pub fn slot_for(&self, name: Symbol) -> Option<usize> {
+        if let Some(slot) = self.slot(name) {
+            return Some(slot);
+        }
+        let mut layout = self.layout.borrow_mut();
+        if layout.names.len() >= LAYOUT_MAX {
+            return None;
+        }
+        // An instance attribute may now hide one of the class that caches point to.
+        self.version.set(fresh_version());
+        Some(layout.add(name))
+    }
+
+    /// The instance layout.
+    pub fn layout(&self) -> Ref<'_, Layout> {
+        self.layout.borrow()
+    }
+
+    /// Drops all attributes, to break cycles when an interpreter ends.
+    pub fn dismantle(&self) {
+        let values = self.attrs.borrow_mut().take_values();
+        self.version.set(fresh_version());
+        drop(values);
+    }
+}
+
+/// Whether a class attribute is no descriptor, so that lookups through instances return it as it is.
+fn is_plain(value: &Value) -> bool {
+    !matches!(
+        value,
+        Value::Function(_)
+            | Value::Builtin(_)
+            | Value::Property(_)
+            | Value::StaticMethod(_)
+            | Value::ClassMethod(_)
+            | Value::Instance(_)
+            | Value::Class(_)
+    )
+}
+
+impl Drop for Class {
+    fn drop(&mut self) {
+        let mut values = self.attrs.get_mut().take_values();
+        trash::dismantle(&mut values);
+    }
+}

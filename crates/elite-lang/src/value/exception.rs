@@ -1,0 +1,122 @@
+//! What makes an instance an exception: arguments, cause and context, where it passed through.
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+use super::{Instance, Value};
+use crate::eval::code::Code;
+use crate::source::Span;
+
+/// The state of an exception instance.
+#[derive(Default)]
+pub struct ExceptionState {
+    /// Arguments; `Unbound` while there is only a message, which then is the single argument.
+    args: RefCell<Value>,
+    message: RefCell<Option<Box<str>>>,
+    /// `__cause__`, or `Unbound`.
+    pub cause: RefCell<Value>,
+    /// `__context__`, or `Unbound`.
+    pub context: RefCell<Value>,
+    /// `raise … from …` has been used.
+    pub suppress_context: Cell<bool>,
+    traceback: RefCell<Vec<Trace>>,
+}
+
+/// One place an exception passed through, innermost first in the list.
+#[derive(Clone)]
+pub struct Trace {
+    /// The code of the frame.
+    pub code: Rc<Code>,
+    /// The expression or statement within it.
+    pub span: Span,
+}
+
+/// Places kept per exception; more can only come from raising one object again and again.
+const TRACEBACK_MAX: usize = 2048;
+
+impl ExceptionState {
+    /// State of an exception raised by the interpreter itself.
+    pub fn with_message(message: String) -> Self {
+        ExceptionState {
+            message: RefCell::new(Some(message.into())),
+            ..ExceptionState::default()
+        }
+    }
+
+    /// State of an exception made with these arguments.
+    pub fn with_args(args: Value) -> Self {
+        ExceptionState {
+            args: RefCell::new(args),
+            ..ExceptionState::default()
+        }
+    }
+
+    /// The arguments, a tuple.
+    pub fn args(&self) -> Value {
+        let mut args = self.args.borrow_mut();
+        if args.is_unbound() {
+            let message = self.message.borrow_mut().take();
+            *args = Value::tuple(
+                message
+                    .map(|message| Value::str(String::from(message)))
+                    .into_iter()
+                    .collect(),
+            );
+        }
+        args.clone()
+    }
+
+    /// Replaces the arguments.
+    pub fn set_args(&self, args: Value) {
+        *self.message.borrow_mut() = None;
+        *self.args.borrow_mut() = args;
+    }
+
+    /// The message of an exception that the interpreter raised and nobody has looked at.
+    pub fn plain_message(&self) -> Option<String> {
+        self.message.borrow().as_deref().map(str::to_owned)
+    }
+
+    /// Notes a place it passed through.
+    pub fn trace(&self, code: Rc<Code>, span: Span) {
+        let mut traceback = self.traceback.borrow_mut();
+        if traceback.len() < TRACEBACK_MAX {
+            traceback.push(Trace { code, span });
+        }
+    }
+
+    /// The places it passed through, innermost first.
+    pub fn traceback(&self) -> Vec<Trace> {
+        self.traceback.borrow().clone()
+    }
+
+    /// Sets `__context__`, unless that would make a circle.
+    pub fn set_context(&self, own: &Rc<Instance>, context: &Rc<Instance>) {
+        if Rc::ptr_eq(own, context) || !self.context.borrow().is_unbound() {
+            return;
+        }
+        // Walk the chain that would hang below: if it holds this exception, the link is cut there (as CPython does).
+        let mut at = context.clone();
+        for _ in 0..1000 {
+            let Some(state) = at.exception() else { break };
+            let next = match &*state.context.borrow() {
+                Value::Instance(next) => next.clone(),
+                _ => break,
+            };
+            if Rc::ptr_eq(&next, own) {
+                *state.context.borrow_mut() = Value::Unbound;
+                break;
+            }
+            at = next;
+        }
+        *self.context.borrow_mut() = Value::Instance(context.clone());
+    }
+
+    /// Takes out everything it refers to.
+    pub fn take_values(&mut self) -> Vec<Value> {
+        [&mut self.args, &mut self.cause, &mut self.context]
+            .map(RefCell::get_mut)
+            .map(std::mem::take)
+            .into()
+    }
+}

@@ -1,0 +1,79 @@
+//! Functions of scripts and what wraps them: bound methods, properties, `super`.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use super::attrs::AttrMap;
+use super::{CellVar, Class, Value, trash};
+use crate::eval::code::Code;
+
+/// A function: code, defaults and the variables it shares with functions around it.
+pub struct Function {
+    /// What runs.
+    pub code: Rc<Code>,
+    /// Defaults of the last positional parameters.
+    pub defaults: RefCell<Rc<[Value]>>,
+    /// Defaults of the keyword-only parameters, `Unbound` where there is none.
+    pub keyword_defaults: Box<[Value]>,
+    /// Cells of outer functions.
+    pub closure: Box<[Rc<CellVar>]>,
+    /// Attributes set by scripts, and what `__name__` and the like were changed to.
+    pub attrs: RefCell<Option<Box<AttrMap>>>,
+}
+
+impl Function {
+    /// A function without defaults.
+    pub fn plain(code: Rc<Code>, closure: Box<[Rc<CellVar>]>) -> Rc<Self> {
+        let defaults = RefCell::new(Rc::from([]));
+        Rc::new(Function {
+            code,
+            defaults,
+            keyword_defaults: Box::default(),
+            closure,
+            attrs: RefCell::default(),
+        })
+    }
+}
+
+impl Drop for Function {
+    fn drop(&mut self) {
+        if let Some(attrs) = self.attrs.get_mut() {
+            trash::dismantle(&mut attrs.take_values());
+        }
+    }
+}
+
+/// A function with its first argument.
+pub struct BoundMethod {
+    /// The object before the dot.
+    pub receiver: Value,
+    /// What is called, with the receiver first.
+    pub function: Value,
+}
+
+impl Drop for BoundMethod {
+    fn drop(&mut self) {
+        trash::dismantle_one(&mut self.receiver);
+        trash::dismantle_one(&mut self.function);
+    }
+}
+
+/// A property; parts that are missing are `None`.
+#[derive(Clone)]
+#[allow(missing_docs)]
+pub struct Property {
+    pub get: Value,
+    pub set: Value,
+    pub delete: Value,
+    pub doc: Value,
+}
+
+/// A `super()` object: looks attributes up in the classes after `class`.
+pub struct Super {
+    /// Lookup starts after this class.
+    pub class: Rc<Class>,
+    /// The object methods are bound to: an instance or, in class methods, a class.
+    pub receiver: Value,
+    /// The class whose resolution order is followed.
+    pub receiver_class: Rc<Class>,
+}

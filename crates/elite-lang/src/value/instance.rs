@@ -1,0 +1,209 @@
+//! Instances of classes: slots by the layout of their class, and what they extend.
+
+use std::any::Any;
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use super::exception::ExceptionState;
+use super::{Class, Dict, Symbol, Value, trash};
+
+/// An object with a class.
+pub struct Instance {
+    /// Its class.
+    pub class: Rc<Class>,
+    attrs: RefCell<Attrs>,
+    /// What it is beyond its attributes.
+    pub payload: Payload,
+}
+
+/// Where the attributes are.
+enum Attrs {
+    /// By slot of the class's layout; short if the last ones were never set.
+    Slots(Vec<Value>),
+    /// In a dictionary that scripts can see (`__dict__`).
+    Dict(Rc<Dict>),
+}
+
+/// What an instance is beyond its attributes.
+pub enum Payload {
+    /// Nothing.
+    None,
+    /// An exception.
+    Exception(Box<ExceptionState>),
+    /// The builtin value a subclass of a builtin type extends.
+    Value(RefCell<Value>),
+    /// Data of the library or the embedder.
+    Object(Box<dyn Any>),
+}
+
+impl Instance {
+    /// An instance without attributes.
+    pub fn new(class: Rc<Class>, payload: Payload) -> Rc<Self> {
+        let width = class.layout().names().len();
+        let attrs = RefCell::new(Attrs::Slots(Vec::with_capacity(width)));
+        crate::limits::memory::track(size_of::<Instance>());
+        Rc::new(Instance {
+            class,
+            attrs,
+            payload,
+        })
+    }
+
+    /// The exception state, if this is an exception.
+    #[inline]
+    pub fn exception(&self) -> Option<&ExceptionState> {
+        match &self.payload {
+            Payload::Exception(state) => Some(state),
+            _ => None,
+        }
+    }
+
+    /// The builtin value this instance extends.
+    pub fn extended(&self) -> Option<Value> {
+        match &self.payload {
+            Payload::Value(value) => Some(value.borrow().clone()),
+            _ => None,
+        }
+    }
+
+    /// The library data of type `T`.
+    pub fn object<T: 'static>(&self) -> Option<&T> {
+        match &self.payload {
+            Payload::Object(object) => object.downcast_ref(),
+            _ => None,
+        }
+    }
+
+    /// Attribute in slot `slot`; `Unbound` if not set or if the attributes are in a dictionary.
+    #[inline]
+    pub fn slot(&self, slot: usize) -> Value {
+        match &*self.attrs.borrow() {
+            Attrs::Slots(slots) => slots.get(slot).cloned().unwrap_or_default(),
+            Attrs::Dict(_) => Value::Unbound,
+        }
+    }
+
+    /// Runs `f` on the attribute in slot `slot`, without copying it.
+    #[inline]
+    pub fn with_slot<T>(&self, slot: usize, f: impl FnOnce(&Value) -> T) -> Option<T> {
+        match &*self.attrs.borrow() {
+            Attrs::Slots(slots) => slots.get(slot).map(f),
+            Attrs::Dict(_) => None,
+        }
+    }
+
+    /// Sets the attribute in slot `slot`; false (and the value back) if the attributes are in a dictionary.
+    #[inline]
+    pub fn set_slot(&self, slot: usize, value: Value) -> Result<(), Value> {
+        let old = match &mut *self.attrs.borrow_mut() {
+            Attrs::Slots(slots) => match slots.get_mut(slot) {
+                Some(place) => std::mem::replace(place, value),
+                None => {
+                    slots.resize_with(slot, Value::default);
+                    slots.push(value);
+                    Value::Unbound
+                }
+            },
+            Attrs::Dict(_) => return Err(value),
+        };
+        // Dropped only now: the old value's last reference may run script code.
+        drop(old);
+        Ok(())
+    }
+
+    /// The attribute `name` of the instance itself.
+    pub fn get(&self, name: Symbol, symbols: &super::symbol::Symbols) -> Option<Value> {
+        let value = match &*self.attrs.borrow() {
+            Attrs::Slots(slots) => {
+                let slot = self.class.slot(name)?;
+                slots.get(slot).cloned()
+            }
+            Attrs::Dict(dict) => dict.get_str(&symbols.name(name)),
+        };
+        value.filter(|value| !value.is_unbound())
+    }
+
+    /// Sets the attribute `name` of the instance itself.
+    pub fn set(&self, name: Symbol, value: Value, symbols: &super::symbol::Symbols) {
+        let value = match self.class.slot_for(name) {
+            Some(slot) => match self.set_slot(slot, value) {
+                Ok(()) => return,
+                Err(value) => value,
+            },
+            None => value,
+        };
+        self.dict(symbols).set_interned(symbols.value(name), value);
+    }
+
+    /// Deletes the attribute `name` of the instance itself; whether it was there.
+    pub fn remove(&self, name: Symbol, symbols: &super::symbol::Symbols) -> bool {
+        let removed = match &mut *self.attrs.borrow_mut() {
+            Attrs::Slots(slots) => {
+                let slot = self.class.slot(name);
+                slot.and_then(|slot| slots.get_mut(slot))
+                    .map(std::mem::take)
+            }
+            Attrs::Dict(dict) => {
+                let key = symbols.value(name);
+                let Value::Str(text) = &key else { return false };
+                match dict.find(text.hash(), &key) {
+                    super::dict::Found::At(index) => Some(dict.delete_at(index).1),
+                    _ => None,
+                }
+            }
+        };
+        removed.is_some_and(|value| !value.is_unbound())
+    }
+
+    /// All attributes of the instance itself, in the order of their slots.
+    pub fn entries(&self, symbols: &super::symbol::Symbols) -> Vec<(Value, Value)> {
+        match &*self.attrs.borrow() {
+            Attrs::Slots(slots) => {
+                let layout = self.class.layout();
+                let named = layout
+                    .names()
+                    .iter()
+                    .zip(slots)
+                    .filter(|(_, value)| !value.is_unbound());
+                named
+                    .map(|(name, value)| (symbols.value(*name), value.clone()))
+                    .collect()
+            }
+            Attrs::Dict(dict) => dict
+                .entries()
+                .into_iter()
+                .map(|(_, key, value)| (key, value))
+                .collect(),
+        }
+    }
+
+    /// The attributes as a dictionary, live from now on (`__dict__`).
+    pub fn dict(&self, symbols: &super::symbol::Symbols) -> Rc<Dict> {
+        if let Attrs::Dict(dict) = &*self.attrs.borrow() {
+            return dict.clone();
+        }
+        let dict = Rc::new(Dict::new());
+        for (key, value) in self.entries(symbols) {
+            dict.set_interned(key, value);
+        }
+        *self.attrs.borrow_mut() = Attrs::Dict(dict.clone());
+        dict
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        crate::limits::memory::release(size_of::<Instance>());
+        if let Attrs::Slots(slots) = self.attrs.get_mut() {
+            trash::dismantle(slots);
+        }
+        match &mut self.payload {
+            Payload::Exception(state) => {
+                let mut values = state.take_values();
+                trash::dismantle(&mut values);
+            }
+            Payload::Value(value) => trash::dismantle_one(value.get_mut()),
+            Payload::None | Payload::Object(_) => {}
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! Iterators over builtin values and the lazy builtins (`map`, `zip`, …). Stepping them is in `ops::iterate`.
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+use super::dict::ViewKind;
+use super::{Bytes, Dict, List, Set, Str, Tuple, Value, trash};
+
+/// An iterator. What can run script code while stepping keeps nothing borrowed meanwhile.
+pub enum Iter {
+    /// Over a list; emptied at its end, so that later growth does not revive it.
+    List {
+        list: RefCell<Option<Rc<List>>>,
+        index: Cell<usize>,
+    },
+    /// Over a tuple.
+    Tuple {
+        tuple: Rc<Tuple>,
+        index: Cell<usize>,
+    },
+    /// Over the characters of a string; `offset` is in bytes.
+    Str { text: Rc<Str>, offset: Cell<usize> },
+    /// Over bytes.
+    Bytes {
+        bytes: Rc<Bytes>,
+        index: Cell<usize>,
+    },
+    /// Over a range.
+    Range {
+        next: Cell<i64>,
+        step: i64,
+        left: Cell<u64>,
+    },
+    /// Over a dictionary; the keys must not change meanwhile.
+    Dict {
+        dict: Rc<Dict>,
+        kind: ViewKind,
+        position: Cell<usize>,
+        length: Cell<usize>,
+        reversed: bool,
+    },
+    /// Over a set; the elements must not change meanwhile.
+    Set {
+        set: Rc<Set>,
+        position: Cell<usize>,
+        length: Cell<usize>,
+    },
+    /// Backwards over a list.
+    ListReversed { list: Rc<List>, index: Cell<usize> },
+    /// By `__getitem__` from 0 on, or backwards from the end.
+    Sequence {
+        object: Value,
+        index: Cell<i64>,
+        reversed: bool,
+        done: Cell<bool>,
+    },
+    /// Calls until the sentinel is returned.
+    Callable {
+        function: Value,
+        sentinel: Value,
+        done: Cell<bool>,
+    },
+    /// `map`
+    Map {
+        function: Value,
+        sources: Vec<Value>,
+    },
+    /// `filter`
+    Filter { function: Value, source: Value },
+    /// `zip`
+    Zip { sources: Vec<Value>, strict: bool },
+    /// `enumerate`
+    Enumerate {
+        source: Value,
+        count: RefCell<Value>,
+    },
+    /// Of the library: a closure with its own name.
+    Native(NativeIter),
+}
+
+/// What a library iterator does for its next value; None ends it.
+pub type NativeNext = dyn Fn(&crate::eval::Evaluator<'_>) -> super::R<Option<Value>>;
+
+/// An iterator of the library.
+pub struct NativeIter {
+    /// Name of its type.
+    pub type_name: &'static str,
+    /// The next value.
+    pub next: Box<NativeNext>,
+}
+
+impl Iter {
+    /// The name of its type.
+    pub fn type_name(&self) -> &'static str {
+        match self {
+            Iter::List { .. } => "list_iterator",
+            Iter::Tuple { .. } => "tuple_iterator",
+            Iter::Str { .. } => "str_iterator",
+            Iter::Bytes { .. } => "bytes_iterator",
+            Iter::Range { .. } => "range_iterator",
+            Iter::Dict {
+                kind: ViewKind::Keys,
+                reversed: false,
+                ..
+            } => "dict_keyiterator",
+            Iter::Dict {
+                kind: ViewKind::Values,
+                reversed: false,
+                ..
+            } => "dict_valueiterator",
+            Iter::Dict {
+                kind: ViewKind::Items,
+                reversed: false,
+                ..
+            } => "dict_itemiterator",
+            Iter::Dict {
+                kind: ViewKind::Keys,
+                ..
+            } => "dict_reversekeyiterator",
+            Iter::Dict {
+                kind: ViewKind::Values,
+                ..
+            } => "dict_reversevalueiterator",
+            Iter::Dict { .. } => "dict_reverseitemiterator",
+            Iter::Set { .. } => "set_iterator",
+            Iter::ListReversed { .. } => "list_reverseiterator",
+            Iter::Sequence {
+                reversed: false, ..
+            } => "iterator",
+            Iter::Sequence { .. } => "reversed",
+            Iter::Callable { .. } => "callable_iterator",
+            Iter::Map { .. } => "map",
+            Iter::Filter { .. } => "filter",
+            Iter::Zip { .. } => "zip",
+            Iter::Enumerate { .. } => "enumerate",
+            Iter::Native(native) => native.type_name,
+        }
+    }
+}
+
+impl Drop for Iter {
+    fn drop(&mut self) {
+        match self {
+            Iter::Map { function, sources } => {
+                trash::dismantle_one(function);
+                trash::dismantle(sources);
+            }
+            Iter::Zip { sources, .. } => trash::dismantle(sources),
+            Iter::Filter { source, .. } | Iter::Enumerate { source, .. } => {
+                trash::dismantle_one(source)
+            }
+            _ => {}
+        }
+    }
+}

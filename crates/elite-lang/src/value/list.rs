@@ -1,0 +1,107 @@
+//! Lists and tuples.
+
+use std::cell::{Cell, Ref, RefCell, RefMut};
+
+use super::{Value, trash};
+use crate::limits::memory;
+
+/// A list. Nothing may hold a borrow of the items while it runs script code.
+#[derive(Default)]
+pub struct List {
+    items: RefCell<Vec<Value>>,
+    /// Bytes of the items that are accounted for.
+    tracked: Cell<usize>,
+}
+
+impl List {
+    /// A list of these items.
+    pub fn new(items: Vec<Value>) -> Self {
+        let bytes = items.capacity() * size_of::<Value>();
+        memory::track(bytes);
+        List {
+            items: RefCell::new(items),
+            tracked: Cell::new(bytes),
+        }
+    }
+
+    /// The items, to read.
+    #[inline]
+    pub fn borrow(&self) -> Ref<'_, Vec<Value>> {
+        self.items.borrow()
+    }
+
+    /// The items, to change. After growing them by more than a few, call `account`.
+    #[inline]
+    pub fn borrow_mut(&self) -> RefMut<'_, Vec<Value>> {
+        self.items.borrow_mut()
+    }
+
+    /// Number of items.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.items.borrow().len()
+    }
+
+    /// Whether there are no items.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Item `index`.
+    #[inline]
+    pub fn get(&self, index: usize) -> Option<Value> {
+        self.items.borrow().get(index).cloned()
+    }
+
+    /// Appends an item.
+    #[inline]
+    pub fn push(&self, value: Value) {
+        let mut items = self.items.borrow_mut();
+        let full = items.len() == items.capacity();
+        items.push(value);
+        if full {
+            drop(items);
+            self.account();
+        }
+    }
+
+    /// Brings the accounting up to date with the capacity.
+    pub fn account(&self) {
+        let bytes = self.items.borrow().capacity() * size_of::<Value>();
+        let before = self.tracked.replace(bytes);
+        memory::retrack(before, bytes);
+    }
+}
+
+impl Drop for List {
+    fn drop(&mut self) {
+        memory::release(self.tracked.get());
+        trash::dismantle(self.items.get_mut());
+    }
+}
+
+/// A tuple.
+pub struct Tuple {
+    items: Vec<Value>,
+}
+
+impl Tuple {
+    /// A tuple of these items.
+    pub fn new(items: Vec<Value>) -> Self {
+        memory::track(items.capacity() * size_of::<Value>());
+        Tuple { items }
+    }
+
+    /// The items.
+    #[inline]
+    pub fn items(&self) -> &[Value] {
+        &self.items
+    }
+}
+
+impl Drop for Tuple {
+    fn drop(&mut self) {
+        memory::release(self.items.capacity() * size_of::<Value>());
+        trash::dismantle(&mut self.items);
+    }
+}

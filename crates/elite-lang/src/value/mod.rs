@@ -1,0 +1,235 @@
+//! Values of running programs: 16 bytes each, numbers in place, everything else behind an `Rc`.
+//!
+//! One interpreter owns its values and never shares them with another thread: no atomics, no locks. The files beside
+//! this one hold one type each; what operators do with them is in `ops`.
+
+pub mod attrs;
+pub mod bytes;
+pub mod class;
+pub mod dict;
+pub mod embed;
+pub mod exception;
+pub mod function;
+pub mod instance;
+pub mod int;
+pub mod iter;
+pub mod list;
+pub mod module;
+pub mod range;
+pub mod set;
+pub mod string;
+pub mod symbol;
+pub mod trash;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use num_bigint::BigInt;
+
+pub use bytes::{ByteArray, Bytes};
+pub use class::Class;
+pub use dict::{Dict, DictView};
+pub use function::{BoundMethod, Function};
+pub use instance::Instance;
+pub use iter::Iter;
+pub use list::{List, Tuple};
+pub use module::Module;
+pub use range::{Range, Slice};
+pub use set::Set;
+pub use string::Str;
+pub use symbol::Symbol;
+
+use crate::builtins::Builtin;
+use crate::eval::generator::Generator;
+
+/// Any value of a program.
+#[derive(Clone, Default)]
+#[allow(missing_docs)]
+pub enum Value {
+    /// Not a value: an empty slot, an omitted argument.
+    #[default]
+    Unbound,
+    None,
+    Ellipsis,
+    NotImplemented,
+    Bool(bool),
+    Int(i64),
+    Float(f64),
+    /// Integers that do not fit `Int`; never one that would.
+    BigInt(Rc<BigInt>),
+    /// Real and imaginary part.
+    Complex(Rc<(f64, f64)>),
+    Str(Rc<Str>),
+    Bytes(Rc<Bytes>),
+    ByteArray(Rc<ByteArray>),
+    List(Rc<List>),
+    Tuple(Rc<Tuple>),
+    Dict(Rc<Dict>),
+    DictView(Rc<DictView>),
+    Set(Rc<Set>),
+    FrozenSet(Rc<Set>),
+    Range(Rc<Range>),
+    Slice(Rc<Slice>),
+    Function(Rc<Function>),
+    BoundMethod(Rc<BoundMethod>),
+    Builtin(Rc<Builtin>),
+    Class(Rc<Class>),
+    Instance(Rc<Instance>),
+    Module(Rc<Module>),
+    Iter(Rc<Iter>),
+    Generator(Rc<Generator>),
+    Property(Rc<function::Property>),
+    StaticMethod(Rc<Value>),
+    ClassMethod(Rc<Value>),
+    Super(Rc<function::Super>),
+    /// Only in slots: a variable shared with inner functions.
+    Cell(Rc<CellVar>),
+}
+
+const _: () = assert!(size_of::<Value>() == 16);
+const _: () = assert!(size_of::<Result<Value, Raised>>() == 16);
+
+/// A variable shared between a function and functions inside it.
+#[derive(Default)]
+pub struct CellVar {
+    /// The current value.
+    pub value: RefCell<Value>,
+}
+
+impl CellVar {
+    /// A cell with this value.
+    pub fn new(value: Value) -> Rc<Self> {
+        Rc::new(CellVar {
+            value: RefCell::new(value),
+        })
+    }
+}
+
+impl Drop for CellVar {
+    fn drop(&mut self) {
+        trash::dismantle_one(self.value.get_mut());
+    }
+}
+
+/// Why evaluation does not go on: an exception on its way to a handler, or the stop of the thread, which no handler
+/// sees. One word, so that results stay in two registers.
+#[derive(Clone)]
+pub enum Raised {
+    /// An exception; always an instance of a class derived from `BaseException`.
+    Exception(Rc<Instance>),
+    /// The thread is being stopped: only `finally` blocks and `with` exits run.
+    Stop,
+}
+
+impl std::fmt::Debug for Raised {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Raised::Exception(instance) => write!(f, "Raised({})", instance.class.name()),
+            Raised::Stop => f.write_str("Raised(stop)"),
+        }
+    }
+}
+
+/// What most operations return.
+pub type R<T = Value> = Result<T, Raised>;
+
+impl Value {
+    /// A new string.
+    pub fn str(text: impl Into<String>) -> Value {
+        Value::Str(Rc::new(Str::new(text.into())))
+    }
+
+    /// A new list.
+    pub fn list(items: Vec<Value>) -> Value {
+        Value::List(Rc::new(List::new(items)))
+    }
+
+    /// A new tuple.
+    pub fn tuple(items: Vec<Value>) -> Value {
+        Value::Tuple(Rc::new(Tuple::new(items)))
+    }
+
+    /// An integer of any size, in place if it fits.
+    pub fn bigint(value: BigInt) -> Value {
+        match i64::try_from(&value) {
+            Ok(small) => Value::Int(small),
+            Err(_) => Value::BigInt(Rc::new(value)),
+        }
+    }
+
+    /// A complex number.
+    pub fn complex(real: f64, imaginary: f64) -> Value {
+        Value::Complex(Rc::new((real, imaginary)))
+    }
+
+    /// Whether this is an empty slot or an omitted argument.
+    #[inline]
+    pub fn is_unbound(&self) -> bool {
+        matches!(self, Value::Unbound)
+    }
+
+    /// Whether this is `None`.
+    #[inline]
+    pub fn is_none(&self) -> bool {
+        matches!(self, Value::None)
+    }
+
+    /// None for an omitted argument.
+    pub fn given(&self) -> Option<&Value> {
+        (!self.is_unbound()).then_some(self)
+    }
+
+    /// Python's `is`.
+    pub fn is(&self, other: &Value) -> bool {
+        match (self, other) {
+            (Value::None, Value::None)
+            | (Value::Ellipsis, Value::Ellipsis)
+            | (Value::NotImplemented, Value::NotImplemented) => true,
+            (Value::Bool(a), Value::Bool(b)) => a == b,
+            // Numbers have no identity of their own here; equal bits are the same object.
+            (Value::Int(a), Value::Int(b)) => a == b,
+            (Value::Float(a), Value::Float(b)) => a.to_bits() == b.to_bits(),
+            _ => match (self.address(), other.address()) {
+                (Some(a), Some(b)) => {
+                    a == b && std::mem::discriminant(self) == std::mem::discriminant(other)
+                }
+                _ => false,
+            },
+        }
+    }
+
+    /// Where the object lies, for everything behind an `Rc`.
+    pub fn address(&self) -> Option<usize> {
+        fn of<T: ?Sized>(rc: &Rc<T>) -> Option<usize> {
+            Some(Rc::as_ptr(rc).cast::<()>() as usize)
+        }
+        match self {
+            Value::Unbound | Value::None | Value::Ellipsis | Value::NotImplemented => None,
+            Value::Bool(_) | Value::Int(_) | Value::Float(_) => None,
+            Value::BigInt(rc) => of(rc),
+            Value::Complex(rc) => of(rc),
+            Value::Str(rc) => of(rc),
+            Value::Bytes(rc) => of(rc),
+            Value::ByteArray(rc) => of(rc),
+            Value::List(rc) => of(rc),
+            Value::Tuple(rc) => of(rc),
+            Value::Dict(rc) => of(rc),
+            Value::DictView(rc) => of(rc),
+            Value::Set(rc) | Value::FrozenSet(rc) => of(rc),
+            Value::Range(rc) => of(rc),
+            Value::Slice(rc) => of(rc),
+            Value::Function(rc) => of(rc),
+            Value::BoundMethod(rc) => of(rc),
+            Value::Builtin(rc) => of(rc),
+            Value::Class(rc) => of(rc),
+            Value::Instance(rc) => of(rc),
+            Value::Module(rc) => of(rc),
+            Value::Iter(rc) => of(rc),
+            Value::Generator(rc) => of(rc),
+            Value::Property(rc) => of(rc),
+            Value::StaticMethod(rc) | Value::ClassMethod(rc) => of(rc),
+            Value::Super(rc) => of(rc),
+            Value::Cell(rc) => of(rc),
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! Modules and the namespaces of globals.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use super::{CellVar, Symbol, Value};
+
+/// An imported module.
+pub struct Module {
+    /// Its name.
+    pub name: Rc<str>,
+    /// Its attributes.
+    pub namespace: Namespace,
+}
+
+/// Global variables by name. Code refers to the cells directly, so a lookup by name happens once.
+#[derive(Default)]
+pub struct Namespace {
+    cells: RefCell<HashMap<Symbol, Rc<CellVar>>>,
+    order: RefCell<Vec<Symbol>>,
+}
+
+impl Namespace {
+    /// The cell of a name, made if need be; `Unbound` until assigned.
+    pub fn cell(&self, name: Symbol) -> Rc<CellVar> {
+        if let Some(cell) = self.cells.borrow().get(&name) {
+            return cell.clone();
+        }
+        self.order.borrow_mut().push(name);
+        self.cells.borrow_mut().entry(name).or_default().clone()
+    }
+
+    /// The value of a name, if it is bound.
+    pub fn get(&self, name: Symbol) -> Option<Value> {
+        let value = self.cells.borrow().get(&name)?.value.borrow().clone();
+        (!value.is_unbound()).then_some(value)
+    }
+
+    /// Binds a name.
+    pub fn set(&self, name: Symbol, value: Value) {
+        let cell = self.cell(name);
+        let old = cell.value.replace(value);
+        drop(old);
+    }
+
+    /// All bound names with their values, in the order they first appeared.
+    pub fn entries(&self) -> Vec<(Symbol, Value)> {
+        self.order
+            .borrow()
+            .iter()
+            .filter_map(|name| self.get(*name).map(|value| (*name, value)))
+            .collect()
+    }
+
+    /// Unbinds everything, to break cycles when an interpreter ends.
+    pub fn dismantle(&self) {
+        let cells: Vec<Rc<CellVar>> = self
+            .cells
+            .borrow_mut()
+            .drain()
+            .map(|(_, cell)| cell)
+            .collect();
+        for cell in cells {
+            let value = cell.value.take();
+            drop(value);
+        }
+    }
+}
