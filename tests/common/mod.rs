@@ -34,20 +34,41 @@ impl Server {
     pub fn start(folder: &Path, options: &[&str]) -> Self {
         let ready = folder.join("ready.json");
         let mut command = eliteserver();
-        command.arg("serve").arg("--ready-file").arg(&ready).current_dir(folder);
+        command
+            .arg("serve")
+            .arg("--ready-file")
+            .arg(&ready)
+            .current_dir(folder);
         for service in ["primary", "interpreter", "modbus", "http"] {
             command.arg(format!("--{service}-port")).arg("0");
         }
         let log = std::fs::File::create(folder.join("stderr.log")).unwrap();
-        let child = command.args(options).stdout(Stdio::null()).stderr(log).spawn().unwrap();
-        let mut server = Self { child, ports: BTreeMap::new() };
+        let child = command
+            .args(options)
+            .stdout(Stdio::null())
+            .stderr(log)
+            .spawn()
+            .unwrap();
+        let mut server = Self {
+            child,
+            ports: BTreeMap::new(),
+        };
         let started = Instant::now();
         while !ready.exists() {
-            assert!(server.child.try_wait().unwrap().is_none(), "ended early: {}", log_of(folder));
-            assert!(started.elapsed() < PATIENCE, "not ready: {}", log_of(folder));
+            assert!(
+                server.child.try_wait().unwrap().is_none(),
+                "ended early: {}",
+                log_of(folder)
+            );
+            assert!(
+                started.elapsed() < PATIENCE,
+                "not ready: {}",
+                log_of(folder)
+            );
             std::thread::sleep(Duration::from_millis(5));
         }
-        let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&ready).unwrap()).unwrap();
+        let json: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(&ready).unwrap()).unwrap();
         for (service, port) in json["ports"].as_object().unwrap() {
             if let Some(port) = port.as_u64() {
                 server.ports.insert(service.clone(), port as u16);
@@ -66,7 +87,13 @@ impl Server {
     /// Asks the server to end, as a service manager would, and waits for it.
     pub fn terminate(mut self) -> ExitStatus {
         let pid = self.child.id().to_string();
-        assert!(Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
+        assert!(
+            Command::new("kill")
+                .args(["-TERM", &pid])
+                .status()
+                .unwrap()
+                .success()
+        );
         let started = Instant::now();
         loop {
             if let Some(status) = self.child.try_wait().unwrap() {
@@ -207,7 +234,11 @@ fn decode_exception(message: &[u8]) -> FromPrimary {
     match message[14] {
         10 => {
             let text = String::from_utf8(message[23..].to_vec()).unwrap();
-            FromPrimary::ScriptError(i32_at(15), i32_at(19), text.trim_end_matches('\0').to_owned())
+            FromPrimary::ScriptError(
+                i32_at(15),
+                i32_at(19),
+                text.trim_end_matches('\0').to_owned(),
+            )
         }
         6 => FromPrimary::RobotError(i32_at(15), i32_at(19)),
         other => panic!("exception kind {other}"),
@@ -229,15 +260,23 @@ pub struct Recording {
 /// Reads a recording.
 pub fn read_recording(path: &Path) -> Recording {
     let bytes = std::fs::read(path).unwrap();
-    let mut recording =
-        Recording { cycles: Vec::new(), json: BTreeMap::new(), log: Vec::new(), counts: BTreeMap::new() };
+    let mut recording = Recording {
+        cycles: Vec::new(),
+        json: BTreeMap::new(),
+        log: Vec::new(),
+        counts: BTreeMap::new(),
+    };
     for message in mcap::MessageStream::new(&bytes).unwrap() {
         let message = message.unwrap();
         let topic = message.channel.topic.clone();
         *recording.counts.entry(topic.clone()).or_default() += 1;
         match topic.as_str() {
-            "/cycle" => recording.cycles.push(prost::Message::decode(&*message.data).unwrap()),
-            "/log" => recording.log.push(String::from_utf8_lossy(&message.data).into_owned()),
+            "/cycle" => recording
+                .cycles
+                .push(prost::Message::decode(&*message.data).unwrap()),
+            "/log" => recording
+                .log
+                .push(String::from_utf8_lossy(&message.data).into_owned()),
             _ if message.channel.message_encoding == "json" => {
                 let value = serde_json::from_slice(&message.data).unwrap();
                 recording.json.entry(topic).or_default().push(value);
@@ -252,7 +291,13 @@ pub fn read_recording(path: &Path) -> Recording {
 pub fn run_script(folder: &Path, text: &str, options: &[&str]) -> Output {
     let script = folder.join("program.script");
     std::fs::write(&script, text).unwrap();
-    eliteserver().arg("run").arg(&script).args(options).current_dir(folder).output().unwrap()
+    eliteserver()
+        .arg("run")
+        .arg(&script)
+        .args(options)
+        .current_dir(folder)
+        .output()
+        .unwrap()
 }
 
 /// The example program of the README.

@@ -45,7 +45,10 @@ struct Shared {
 impl Default for Interpreter {
     fn default() -> Self {
         let known = KnownNames::new(crate::builtins::all().map(|b| b.name));
-        Self { known, shared: Mutex::default() }
+        Self {
+            known,
+            shared: Mutex::default(),
+        }
     }
 }
 
@@ -55,7 +58,11 @@ impl Interpreter {
         let file = SourceFile::new("statement", statement.text.as_str());
         if let Err(findings) = elite_lang::compile(file.clone(), &self.known) {
             let reason = findings.first().map_or_else(String::new, |finding| {
-                format!("{} (column {})", finding.message, finding.fields(&file).column)
+                format!(
+                    "{} (column {})",
+                    finding.message,
+                    finding.fields(&file).column
+                )
             });
             return Submitted::NotCompiled(reason);
         }

@@ -95,9 +95,15 @@ impl Supervisor {
     /// A supervisor without a program.
     pub fn new(settings: TaskSettings) -> Self {
         let (status, _) = watch::channel(TaskStatus::default());
-        let shared =
-            Shared { settings, interpreter: Interpreter::default(), current: Mutex::default(), status };
-        Self { shared: Arc::new(shared) }
+        let shared = Shared {
+            settings,
+            interpreter: Interpreter::default(),
+            current: Mutex::default(),
+            status,
+        };
+        Self {
+            shared: Arc::new(shared),
+        }
     }
 
     /// The statements of interpreter mode.
@@ -148,10 +154,11 @@ impl Supervisor {
 
     fn join_running(&self, program: &ProgramText) -> bool {
         let current = self.current();
-        current
-            .running
-            .as_ref()
-            .is_some_and(|r| r.controls.try_send(Control::Secondary(program.clone())).is_ok())
+        current.running.as_ref().is_some_and(|r| {
+            r.controls
+                .try_send(Control::Secondary(program.clone()))
+                .is_ok()
+        })
     }
 
     fn start(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
@@ -243,12 +250,7 @@ impl Supervisor {
 }
 
 impl Shared {
-    fn run_task(
-        &self,
-        id: ProgramId,
-        program: ProgramText,
-        controls: mpsc::Receiver<Control>,
-    ) {
+    fn run_task(&self, id: ProgramId, program: ProgramText, controls: mpsc::Receiver<Control>) {
         let observer = self.settings.observer.clone();
         observer.program_started(id, &program.name, &program.text);
         self.interpreter.task_started();

@@ -35,7 +35,13 @@ pub struct Announcer {
 impl Announcer {
     /// Messages get the simulated time of `snapshot`.
     pub fn new(recording: RecorderHandle, snapshot: Arc<SnapshotCell>, console: Console) -> Self {
-        Self { ports: broadcast::channel(BACKLOG).0, recording, snapshot, console, names: Mutex::default() }
+        Self {
+            ports: broadcast::channel(BACKLOG).0,
+            recording,
+            snapshot,
+            console,
+            names: Mutex::default(),
+        }
     }
 
     /// Follows the messages from now on.
@@ -49,7 +55,10 @@ impl Announcer {
 
     fn name_of(&self, program: ProgramId) -> String {
         let names = self.names.lock().unwrap_or_else(PoisonError::into_inner);
-        names.get(&program).cloned().unwrap_or_else(|| "controller".to_owned())
+        names
+            .get(&program)
+            .cloned()
+            .unwrap_or_else(|| "controller".to_owned())
     }
 
     fn record(&self, severity: Severity, source: &str, text: &str) {
@@ -78,22 +87,34 @@ impl Observer for Announcer {
             Message::Print { origin, text } if self.console == Console::Stdout => {
                 // Nothing sensible is left to do when standard output is gone.
                 let _ = std::io::stdout().write_all(text.as_bytes());
-                self.record(Severity::Info, &self.name_of(origin.program), text.trim_end_matches('\n'));
+                self.record(
+                    Severity::Info,
+                    &self.name_of(origin.program),
+                    text.trim_end_matches('\n'),
+                );
             }
             Message::Print { origin, text } => {
                 self.log(Severity::Info, origin.program, text.trim_end_matches('\n'));
             }
-            Message::Log { severity, origin, text } => self.log(*severity, origin.program, text),
-            Message::ScriptError { program, report, .. } => {
+            Message::Log {
+                severity,
+                origin,
+                text,
+            } => self.log(*severity, origin.program, text),
+            Message::ScriptError {
+                program, report, ..
+            } => {
                 // The report has lines of its own; a log prefix would push the caret out of place.
                 if self.console == Console::Stdout {
-                    eprintln!("{report}");
+                    eprintln!("{}", report.trim_end());
                 } else {
-                    tracing::error!(target: "script", program = %self.name_of(*program), "\n{report}");
+                    tracing::error!(target: "script", program = %self.name_of(*program), "\n{}", report.trim_end());
                 }
                 self.record(Severity::Error, &self.name_of(*program), report);
             }
-            Message::Robot { severity, text, .. } => self.log(*severity, ProgramId::default(), text),
+            Message::Robot { severity, text, .. } => {
+                self.log(*severity, ProgramId::default(), text)
+            }
         }
         // Nobody listening is fine.
         let _ = self.ports.send(message.clone());
@@ -107,11 +128,13 @@ impl Observer for Announcer {
         }
         names.insert(program, name.to_owned());
         drop(names);
-        self.recording.program_started(self.time(), program, name, text);
+        self.recording
+            .program_started(self.time(), program, name, text);
     }
 
     fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32) {
-        self.recording.script_line(self.time(), program, thread, line);
+        self.recording
+            .script_line(self.time(), program, thread, line);
     }
 
     fn program_ended(&self, program: ProgramId) {

@@ -54,22 +54,55 @@ impl Backend {
     /// Tells every client of port 30001 what a person should know.
     fn announce(&self, message: &Message) {
         let (source, exception) = match message {
-            Message::ScriptError { line, column, report, .. } => {
+            Message::ScriptError {
+                line,
+                column,
+                report,
+                ..
+            } => {
                 let (line, column) = (clamp(*line), clamp(*column));
-                (Source::Controller, Exception::Script { line, column, text: report.clone() })
+                (
+                    Source::Controller,
+                    Exception::Script {
+                        line,
+                        column,
+                        text: report.clone(),
+                    },
+                )
             }
-            Message::Robot { code, sub_code, severity, text } => {
+            Message::Robot {
+                code,
+                sub_code,
+                severity,
+                text,
+            } => {
                 let level = match severity {
                     Severity::Info => Level::Info,
                     Severity::Warning => Level::Warning,
                     Severity::Error => Level::Error,
                 };
                 let data = ErrorData::Text(text.clone());
-                (Source::Safety, Exception::Robot { code: *code, sub_code: *sub_code, level, data })
+                (
+                    Source::Safety,
+                    Exception::Robot {
+                        code: *code,
+                        sub_code: *sub_code,
+                        level,
+                        data,
+                    },
+                )
             }
             // A problem of a secondary program goes out as a script exception with its prefix (manual 1.2.6).
-            Message::Log { severity: Severity::Warning, origin, text } if text.starts_with("[SEC] ") => {
-                let exception = Exception::Script { line: clamp(origin.line), column: 1, text: text.clone() };
+            Message::Log {
+                severity: Severity::Warning,
+                origin,
+                text,
+            } if text.starts_with("[SEC] ") => {
+                let exception = Exception::Script {
+                    line: clamp(origin.line),
+                    column: 1,
+                    text: text.clone(),
+                };
                 (Source::Controller, exception)
             }
             Message::Print { .. } | Message::Log { .. } => return,
@@ -134,14 +167,25 @@ impl primary::Backend for Backend {
     }
 
     async fn submit(&self, submission: Submission) {
-        let program = ProgramText { name: name_of(&submission.program), text: submission.program.text };
+        let program = ProgramText {
+            name: name_of(&submission.program),
+            text: submission.program.text,
+        };
         if !self.remote {
             let text = format!(
                 "RuntimeError: program \"{}\" was refused: remote control is off (the server runs with --local)",
                 program.name
             );
             tracing::warn!(client = %submission.client, "{text}");
-            self.hub.announce(unix_millis(), Source::Controller, &Exception::Script { line: 1, column: 1, text });
+            self.hub.announce(
+                unix_millis(),
+                Source::Controller,
+                &Exception::Script {
+                    line: 1,
+                    column: 1,
+                    text,
+                },
+            );
             return;
         }
         // A refusal has been told to everybody by the supervisor.
@@ -157,10 +201,15 @@ impl primary::Backend for Backend {
             ControlPhrase::PowerOn => self.supervisor.command(CommandKind::PowerOn),
             ControlPhrase::PowerOff => self.supervisor.command(CommandKind::PowerOff),
             ControlPhrase::ReleaseBrakes => self.supervisor.command(CommandKind::ReleaseBrakes),
-            ControlPhrase::UnlockProtectiveStop => self.supervisor.command(CommandKind::UnlockProtectiveStop),
-            ControlPhrase::RestartSafetyBoard => self.supervisor.command(CommandKind::RestartSafetyBoard),
+            ControlPhrase::UnlockProtectiveStop => {
+                self.supervisor.command(CommandKind::UnlockProtectiveStop)
+            }
+            ControlPhrase::RestartSafetyBoard => {
+                self.supervisor.command(CommandKind::RestartSafetyBoard)
+            }
             ControlPhrase::SetSpeed(fraction) => {
-                self.supervisor.command(CommandKind::SetSpeedFraction(fraction));
+                self.supervisor
+                    .command(CommandKind::SetSpeedFraction(fraction));
             }
         }
     }
@@ -170,7 +219,11 @@ impl interpreter::Interpreter for Backend {
     async fn submit(&self, statement: interpreter::Statement) -> Verdict {
         let text = statement.text.to_string();
         let thrown_away = Box::new(move || statement.discard(&Discard::CleanedUp));
-        match self.supervisor.interpreter().submit(Statement { text, thrown_away }) {
+        match self
+            .supervisor
+            .interpreter()
+            .submit(Statement { text, thrown_away })
+        {
             Submitted::Accepted(id) => Verdict::Ack(id.0),
             Submitted::NotCompiled(reason) => Verdict::Discard(Discard::Compile(reason)),
             Submitted::NoTask => Verdict::Discard(Discard::InvalidState),
@@ -181,9 +234,14 @@ impl interpreter::Interpreter for Backend {
     async fn command(&self, command: Command) -> u64 {
         let interpreter = self.supervisor.interpreter();
         if command == Command::Abort
-            && matches!(self.robot.state().motion_mode, MotionMode::MoveJ | MotionMode::MoveL)
+            && matches!(
+                self.robot.state().motion_mode,
+                MotionMode::MoveJ | MotionMode::MoveL
+            )
         {
-            self.supervisor.command(CommandKind::Stop { only: CommandId::NONE });
+            self.supervisor.command(CommandKind::Stop {
+                only: CommandId::NONE,
+            });
         }
         interpreter.with_queue(|queue| match command {
             Command::SkipBuffer => {

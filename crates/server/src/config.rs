@@ -194,7 +194,10 @@ impl ServeConfig {
         let fixed =
             |setting: Option<PortSetting>, number| setting.unwrap_or(PortSetting::Number(number));
         // Clients of the whole controller ask for every port. One that does not exist yet is left out with a warning.
-        let missing = [("--rtsi-port", args.rtsi_port), ("--dashboard-port", args.dashboard_port)];
+        let missing = [
+            ("--rtsi-port", args.rtsi_port),
+            ("--dashboard-port", args.dashboard_port),
+        ];
         let asked_for = |setting| !matches!(setting, None | Some(PortSetting::Off));
         let not_available = missing
             .into_iter()

@@ -98,7 +98,11 @@ impl Controller {
     ///
     /// # Errors
     /// [`StartError`], in a sentence.
-    pub fn start(config: &RobotConfig, console: Console, powered_off: bool) -> Result<Self, StartError> {
+    pub fn start(
+        config: &RobotConfig,
+        console: Console,
+        powered_off: bool,
+    ) -> Result<Self, StartError> {
         let loaded = LoadedModel::open(&config.model)?;
         let cell = config.cell.as_deref().map(Cell::load).transpose()?;
         let cycle_config = cycle_config(config, &loaded, cell.as_ref(), powered_off)?;
@@ -121,8 +125,15 @@ impl Controller {
                     notes_wait: config.clock == ClockChoice::Virtual,
                     on_failure: alarm.clone().into_callback(),
                 };
-                let (recorder, handle) = Recorder::start(recorder_config, records)?;
-                (Some(recorder), handle)
+                match Recorder::start(recorder_config, records) {
+                    Ok((recorder, handle)) => (Some(recorder), handle),
+                    // A full disk is no reason to stand still, now as little as later.
+                    Err(error @ RecordError::Write { .. }) => {
+                        tracing::error!("recording stopped, the robot goes on: {error}");
+                        (None, RecorderHandle::off())
+                    }
+                    Err(error) => return Err(error.into()),
+                }
             }
             _ => (None, RecorderHandle::off()),
         };
@@ -133,11 +144,19 @@ impl Controller {
         let (pump, robot_for_pump) = Pump::start()?;
         let (clock, timeline) = start_clock(config.clock, console, cycle, pump.thread())?;
         let model = Arc::new(loaded.model);
-        let robot = Arc::new(Robot::new(model, script_end.into(), timeline, announcer.clone()));
+        let robot = Arc::new(Robot::new(
+            model,
+            script_end.into(),
+            timeline,
+            announcer.clone(),
+        ));
         // The pump waits for exactly this; it cannot have ended before.
         let _ = robot_for_pump.send(Arc::clone(&robot));
-        let settings =
-            TaskSettings { robot: robot.clone(), observer: announcer.clone(), seed: config.seed };
+        let settings = TaskSettings {
+            robot: robot.clone(),
+            observer: announcer.clone(),
+            seed: config.seed,
+        };
         Ok(Self {
             robot,
             supervisor: Supervisor::new(settings),
@@ -182,12 +201,16 @@ impl Controller {
     /// # Errors
     /// The operating system gave no runtime or no signal handler.
     pub fn run_to_end(&self, program: ProgramText) -> io::Result<Option<TaskEnd>> {
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()?;
         runtime.block_on(async {
             let signalled = CancellationToken::new();
             shutdown::on_signals(signalled.clone())?;
             // A refusal was reported to the observer.
-            let Ok(_) = self.supervisor.submit(program).await else { return Ok(None) };
+            let Ok(_) = self.supervisor.submit(program).await else {
+                return Ok(None);
+            };
             tokio::select! {
                 end = self.supervisor.ended() => Ok(end),
                 () = signalled.cancelled() => {
@@ -207,7 +230,9 @@ impl Controller {
         }
         self.robot.pump();
         self.pump.stop();
-        let Some(recorder) = self.recorder else { return true };
+        let Some(recorder) = self.recorder else {
+            return true;
+        };
         match recorder.finish() {
             Ok(totals) => {
                 tracing::debug!(?totals, "recording finished");
@@ -232,12 +257,18 @@ impl LoadedModel {
         let (model, urdf) = match choice {
             ModelChoice::BuiltIn(name) => (RobotModel::built_in(name), None),
             ModelChoice::Urdf(path) => {
-                let text = std::fs::read_to_string(path)
-                    .map_err(|source| StartError::ModelFile { path: path.clone(), source })?;
+                let text =
+                    std::fs::read_to_string(path).map_err(|source| StartError::ModelFile {
+                        path: path.clone(),
+                        source,
+                    })?;
                 (RobotModel::from_urdf(&text), Some(text))
             }
         };
-        let model = model.map_err(|source| StartError::Model { model: given.clone(), source })?;
+        let model = model.map_err(|source| StartError::Model {
+            model: given.clone(),
+            source,
+        })?;
         for warning in model.warnings() {
             tracing::warn!("model {given}: {warning}");
         }
@@ -276,7 +307,12 @@ fn cycle_config(
     })
 }
 
-fn setup(config: &RobotConfig, loaded: &LoadedModel, cell: Option<&Cell>, powered_off: bool) -> Setup {
+fn setup(
+    config: &RobotConfig,
+    loaded: &LoadedModel,
+    cell: Option<&Cell>,
+    powered_off: bool,
+) -> Setup {
     let (clock, epoch_ns) = match config.clock {
         ClockChoice::Virtual => ("virtual", VIRTUAL_EPOCH_NS),
         ClockChoice::Realtime => ("realtime", unix_nanos()),
@@ -312,7 +348,9 @@ fn recording_path(target: &RecordTarget) -> Option<PathBuf> {
         RecordTarget::Off => None,
         RecordTarget::File(path) => Some(path.clone()),
         RecordTarget::NewFileIn(folder) => {
-            let name = jiff::Timestamp::now().strftime("%Y-%m-%dT%H-%M-%S").to_string();
+            let name = jiff::Timestamp::now()
+                .strftime("%Y-%m-%dT%H-%M-%S")
+                .to_string();
             // Two servers started within a second must not write into one file.
             Some(folder.join(format!("{name}-{}.mcap", std::process::id())))
         }
@@ -327,7 +365,10 @@ fn start_clock(
 ) -> Result<(Clock, Arc<dyn Timeline>), StartError> {
     match choice {
         ClockChoice::Realtime => {
-            let options = RealtimeOptions { wake: vec![pump], ..RealtimeOptions::default() };
+            let options = RealtimeOptions {
+                wake: vec![pump],
+                ..RealtimeOptions::default()
+            };
             let thread = MotionThread::start(cycle, options)?;
             for warning in thread.warnings() {
                 tracing::warn!("{warning}");
@@ -358,17 +399,19 @@ impl Pump {
         let ending = Arc::new(AtomicBool::new(false));
         let (sender, receiver) = mpsc::channel::<Arc<Robot>>();
         let told = ending.clone();
-        let thread = thread::Builder::new().name("pump".to_owned()).spawn(move || {
-            let Ok(robot) = receiver.recv() else { return };
-            while !told.load(Ordering::Acquire) {
-                robot.pump();
-                if robot.timeline().is_virtual() {
-                    thread::park_timeout(IDLE_PUMP);
-                } else {
-                    thread::park();
+        let thread = thread::Builder::new()
+            .name("pump".to_owned())
+            .spawn(move || {
+                let Ok(robot) = receiver.recv() else { return };
+                while !told.load(Ordering::Acquire) {
+                    robot.pump();
+                    if robot.timeline().is_virtual() {
+                        thread::park_timeout(IDLE_PUMP);
+                    } else {
+                        thread::park();
+                    }
                 }
-            }
-        })?;
+            })?;
         Ok((Self { thread, ending }, sender))
     }
 

@@ -27,12 +27,16 @@ fn execute(command: Command) -> Result<ExitCode, String> {
         Command::Serve(args) => {
             let config = ServeConfig::load(*args).map_err(|e| e.to_string())?;
             start_log(config.robot.log_format)?;
-            commands::serve::serve(&config).map(ExitCode::from).map_err(|e| e.to_string())
+            commands::serve::serve(&config)
+                .map(ExitCode::from)
+                .map_err(|e| e.to_string())
         }
         Command::Run(args) => {
             let config = RunConfig::load(*args).map_err(|e| e.to_string())?;
             start_log(config.robot.log_format)?;
-            commands::run::run(&config).map(ExitCode::from).map_err(|e| e.to_string())
+            commands::run::run(&config)
+                .map(ExitCode::from)
+                .map_err(|e| e.to_string())
         }
         Command::Check(args) => {
             plain(&args.log)?;

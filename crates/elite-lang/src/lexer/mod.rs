@@ -359,4 +359,3 @@ fn decimal(text: &str) -> (usize, TokenKind) {
     }
     (length, kind)
 }
-

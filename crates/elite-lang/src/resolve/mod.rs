@@ -85,4 +85,3 @@ pub fn resolve(module: &Module, known: &KnownNames) -> Resolution {
         diagnostics,
     }
 }
-

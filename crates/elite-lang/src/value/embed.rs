@@ -76,7 +76,11 @@ impl Value {
     pub fn is_callable(&self) -> bool {
         matches!(
             self,
-            Value::Function(_) | Value::BoundMethod(_) | Value::Builtin(_) | Value::Class(_) | Value::Instance(_)
+            Value::Function(_)
+                | Value::BoundMethod(_)
+                | Value::Builtin(_)
+                | Value::Class(_)
+                | Value::Instance(_)
         )
     }
 

@@ -75,7 +75,10 @@ impl<'a, 'n> Call<'a, 'n> {
         match self.show(got) {
             Ok(shown) => {
                 let (place, name) = (self.place(index), got.type_name());
-                self.error(ExceptionKind::TypeError, format!("{place} must be {wanted}, not {name} ({shown})"))
+                self.error(
+                    ExceptionKind::TypeError,
+                    format!("{place} must be {wanted}, not {name} ({shown})"),
+                )
             }
             Err(raised) => raised,
         }
@@ -105,7 +108,11 @@ impl<'a, 'n> Call<'a, 'n> {
             return Err(self.wrong_type(index, "a number", &value));
         };
         if !x.is_finite() || !range.contains(x) {
-            let text = format!("{} must be {range}, got {}", self.place(index), self.show(&value)?);
+            let text = format!(
+                "{} must be {range}, got {}",
+                self.place(index),
+                self.show(&value)?
+            );
             return Err(self.error(ExceptionKind::ValueError, text));
         }
         Ok(x)
@@ -176,8 +183,11 @@ impl<'a, 'n> Call<'a, 'n> {
                 return Err(self.error(ExceptionKind::TypeError, text));
             };
             if !x.is_finite() {
-                let text =
-                    format!("{}[{k}] must be a finite number, got {}", self.place(index), self.show(item)?);
+                let text = format!(
+                    "{}[{k}] must be a finite number, got {}",
+                    self.place(index),
+                    self.show(item)?
+                );
                 return Err(self.error(ExceptionKind::ValueError, text));
             }
             out[k] = x;

@@ -60,7 +60,11 @@ pub const BUILTINS: &[Builtin] = &[
         "3.1.4",
         "Measured joint positions.",
         "list[6] float, rad",
-        |call| Ok(Value::list_of_f64(&call.context().robot().state().actual_q.0)),
+        |call| {
+            Ok(Value::list_of_f64(
+                &call.context().robot().state().actual_q.0,
+            ))
+        },
     ),
     getter(
         "get_actual_tcp_pose",
@@ -78,7 +82,11 @@ pub const BUILTINS: &[Builtin] = &[
         "3.1.12",
         "Commanded joint positions.",
         "list[6] float, rad",
-        |call| Ok(Value::list_of_f64(&call.context().robot().state().target_q.0)),
+        |call| {
+            Ok(Value::list_of_f64(
+                &call.context().robot().state().target_q.0,
+            ))
+        },
     ),
     Builtin {
         name: "set_payload",

@@ -9,8 +9,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{
-    Diagnostic, Interpreter, KnownNames, Limits, ProgramKind, Resume, ScriptError, ScriptThread, SourceFile,
-    Step, WaitToken,
+    Diagnostic, Interpreter, KnownNames, Limits, ProgramKind, Resume, ScriptError, ScriptThread,
+    SourceFile, Step, WaitToken,
 };
 use motion_api::{CommandId, CommandKind, Origin, ProgramId, RobotMode, StopReason, ThreadNumber};
 use tokio::sync::mpsc;
@@ -304,7 +304,10 @@ impl Task {
     /// Threads that the slice woke by what it did in the language (released a lock, put into a queue).
     fn ready_woken_threads(&mut self) {
         for id in self.host.take_woken() {
-            let woken = self.threads.iter_mut().find(|(_, entry)| entry.script.id() == id);
+            let woken = self
+                .threads
+                .iter_mut()
+                .find(|(_, entry)| entry.script.id() == id);
             if let Some((number, entry)) = woken
                 && matches!(entry.waiting, Some(Waiting::Parked { .. }))
             {
@@ -411,7 +414,9 @@ impl Task {
     /// Forgets what a thread waits for; gives back the wait's entry in the table.
     fn end_wait(&mut self, number: ThreadNumber) -> Option<Wait> {
         let waiting = self.threads.get_mut(&number)?.waiting.take()?;
-        let Waiting::Token(token) = waiting else { return None };
+        let Waiting::Token(token) = waiting else {
+            return None;
+        };
         let wait = self.context.wait_of(token);
         self.context.end_wait(token);
         Some(wait)
@@ -454,7 +459,9 @@ impl Task {
             self.settings.robot.forget(id);
             self.tell_robot(CommandKind::Stop { only: id });
         }
-        let Some(entry) = self.threads.get_mut(&number) else { return };
+        let Some(entry) = self.threads.get_mut(&number) else {
+            return;
+        };
         self.context.enter(number, entry.secondary);
         for _ in 0..STOPS_MAX {
             // Out of fuel in its clean-up: the next stop unwinds without running more of it.

@@ -23,15 +23,29 @@ pub fn list(format: ListFormat) -> String {
 
 /// `3.1.20` after `3.1.4`.
 fn section_order(section: &str) -> Vec<u32> {
-    section.split('.').map(|part| part.parse().unwrap_or(u32::MAX)).collect()
+    section
+        .split('.')
+        .map(|part| part.parse().unwrap_or(u32::MAX))
+        .collect()
 }
 
 fn table(builtins: &[&Builtin]) -> String {
     let mut out = String::new();
-    let width = builtins.iter().map(|b| b.signature().chars().count()).max().unwrap_or(0);
+    let width = builtins
+        .iter()
+        .map(|b| b.signature().chars().count())
+        .max()
+        .unwrap_or(0);
     for b in builtins {
         // Writing to a String cannot fail.
-        let _ = writeln!(out, "{:<8} {:<10} {:<width$}  {}", b.section, b.category.name(), b.signature(), b.summary);
+        let _ = writeln!(
+            out,
+            "{:<8} {:<10} {:<width$}  {}",
+            b.section,
+            b.category.name(),
+            b.signature(),
+            b.summary
+        );
     }
     out
 }

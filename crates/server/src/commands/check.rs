@@ -56,7 +56,11 @@ fn render(finding: &Diagnostic, file: &SourceFile, format: FindingFormat) -> Str
 
 /// The name of a script in messages.
 pub fn display_name(path: &Path) -> String {
-    if path == Path::new("-") { "<stdin>".to_owned() } else { path.display().to_string() }
+    if path == Path::new("-") {
+        "<stdin>".to_owned()
+    } else {
+        path.display().to_string()
+    }
 }
 
 /// Reads a script, `-` from stdin; the error is a sentence.
@@ -71,9 +75,15 @@ pub fn read_script(path: &Path) -> Result<String, String> {
     let name = display_name(path);
     read.map_err(|error| format!("cannot read the script {name}: {error}"))?;
     if bytes.len() > SCRIPT_BYTES_MAX {
-        return Err(format!("the script {name} is larger than the {} MiB allowed", SCRIPT_BYTES_MAX >> 20));
+        return Err(format!(
+            "the script {name} is larger than the {} MiB allowed",
+            SCRIPT_BYTES_MAX >> 20
+        ));
     }
     String::from_utf8(bytes).map_err(|error| {
-        format!("the script {name} is not UTF-8 text (byte {} is not)", error.utf8_error().valid_up_to() + 1)
+        format!(
+            "the script {name} is not UTF-8 text (byte {} is not)",
+            error.utf8_error().valid_up_to() + 1
+        )
     })
 }

@@ -4,9 +4,9 @@ use std::time::Instant;
 
 use elite_runtime::{ProgramText, TaskEnd};
 
+use crate::announce::Console;
 use crate::commands::check::{display_name, read_script};
 use crate::config::RunConfig;
-use crate::announce::Console;
 use crate::controller::{Controller, StartError};
 
 /// Largest script.
@@ -25,18 +25,25 @@ pub fn run(config: &RunConfig) -> Result<u8, StartError> {
         }
     };
     let controller = Controller::start(&config.robot, Console::Stdout, false)?;
-    let program = ProgramText { name: display_name(&config.file), text };
+    let program = ProgramText {
+        name: display_name(&config.file),
+        text,
+    };
     let started = Instant::now();
     let end = controller.run_to_end(program)?;
     let simulated = controller.robot().state().time;
     let wall = started.elapsed().as_secs_f64();
-    tracing::info!(
-        "{simulated:.3} s simulated in {wall:.3} s, {:.1} simulated seconds a second",
-        simulated / wall.max(1e-9)
-    );
-    let flushed = controller.shut_down();
+    // Not after an error: the last line on stderr is then the exception.
+    if end == Some(TaskEnd::Finished) {
+        tracing::info!(
+            "{simulated:.3} s simulated in {wall:.3} s, {:.1} simulated seconds a second",
+            simulated / wall.max(1e-9)
+        );
+    }
+    // A recording that was cut short has been reported; the status is the script's.
+    controller.shut_down();
     Ok(match end {
-        Some(TaskEnd::Finished) if flushed => 0,
+        Some(TaskEnd::Finished) => 0,
         Some(TaskEnd::NotCompiled) => 2,
         _ => 1,
     })

@@ -44,9 +44,14 @@ pub enum ServeError {
 /// # Errors
 /// What kept the server from starting.
 pub fn serve(config: &ServeConfig) -> Result<u8, ServeError> {
-    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(2)
+        .enable_all()
+        .build()?;
     for option in &config.not_available {
-        tracing::warn!("{option}: this service is not available in this version, it is not started");
+        tracing::warn!(
+            "{option}: this service is not available in this version, it is not started"
+        );
     }
     // Ports first: a port in use must not leave an empty recording behind.
     let listeners = runtime.block_on(open_ports(config))?;
@@ -88,21 +93,27 @@ async fn serve_ports(
     let image = Arc::new(PortImage::default());
     let mut services = tokio::task::JoinSet::new();
     let mut bound = Vec::new();
-    let meters: Vec<PortMeter> =
-        listeners.iter().filter(|(_, l)| l.is_some()).map(|(name, _)| PortMeter::new(name)).collect();
+    let meters: Vec<PortMeter> = listeners
+        .iter()
+        .filter(|(_, l)| l.is_some())
+        .map(|(name, _)| PortMeter::new(name))
+        .collect();
     for (name, listener) in listeners {
         let port = match &listener {
             Some(listener) => Some(listener.local_addr()?.port()),
             None => None,
         };
         bound.push((name, port));
-        let (Some(listener), Some(meter)) = (listener, meters.iter().find(|m| m.name() == name).cloned())
+        let (Some(listener), Some(meter)) =
+            (listener, meters.iter().find(|m| m.name() == name).cloned())
         else {
             continue;
         };
         let (backend, token) = (backend.clone(), token.clone());
         match name {
-            "primary" => services.spawn(primary::serve(listener, backend, hub.clone(), meter, token)),
+            "primary" => {
+                services.spawn(primary::serve(listener, backend, hub.clone(), meter, token))
+            }
             "interpreter" => services.spawn(interpreter::serve(listener, backend, meter, token)),
             "http" => services.spawn(http::serve(listener, backend, meters.clone(), meter, token)),
             "modbus" => services.spawn(modbus::serve(listener, image.clone(), meter, token)),
@@ -118,8 +129,12 @@ async fn serve_ports(
         tracing::info!("recording into {}", path.display());
     }
     if let Some(path) = &config.ready_file {
-        ready_file::write(path, std::process::id(), &bound)
-            .map_err(|source| ServeError::ReadyFile { path: path.clone(), source })?;
+        ready_file::write(path, std::process::id(), &bound).map_err(|source| {
+            ServeError::ReadyFile {
+                path: path.clone(),
+                source,
+            }
+        })?;
     }
 
     token.cancelled().await;

@@ -159,8 +159,6 @@ fn each_mistake_has_one_sentence_with_key_value_and_what_is_allowed() {
             "powered-off = 'yes'",
             "bind = 'localhost'",
             "http-port = 30001",
-            "rtsi-port = 30004",
-            "dashboard-port = 0",
             "foxglove-port = 8765",
             "model = \nx",
         ]
