@@ -17,6 +17,10 @@ use crate::task::{Control, ProgramText, Task, TaskEnd, TaskSettings};
 /// How long a new main program waits for one that is ending.
 pub const GRACE: Duration = Duration::from_secs(2);
 
+/// How long a new main program waits for one that has not been told to end: programs of one line follow each other
+/// within milliseconds. A refusal must come within a second.
+const PATIENCE: Duration = Duration::from_millis(500);
+
 /// Orders that may wait for a task; it takes them at the latest after a slice.
 const CONTROLS_WAITING_MAX: usize = 256;
 
@@ -121,8 +125,8 @@ impl Supervisor {
         self.shared.status.subscribe()
     }
 
-    /// Starts a program. A secondary one (`sec`) joins the running task. A main one is refused while another runs; when
-    /// that one is ending, the new one waits for it, at most [`GRACE`].
+    /// Starts a program. A secondary one (`sec`) joins the running task. A main one is refused while another runs: after
+    /// half a second, or after [`GRACE`] when the running one has been told to end.
     ///
     /// # Errors
     /// [`SubmitError`]; it was also reported to the observer as a script error of the refused program.
@@ -130,12 +134,10 @@ impl Supervisor {
         if is_secondary(&program.text) && self.join_running(&program) {
             return Ok(self.status().program);
         }
-        if self.status().ending {
-            let mut status = self.watch();
-            // Whether it ended in time is decided by `start`.
-            let _ = tokio::time::timeout(GRACE, status.wait_for(|s| s.state == TaskState::Stopped))
-                .await;
-        }
+        let mut status = self.watch();
+        let patience = if status.borrow_and_update().ending { GRACE } else { PATIENCE };
+        // Whether it ended in time is decided by `start`.
+        let _ = tokio::time::timeout(patience, status.wait_for(|s| s.state == TaskState::Stopped)).await;
         let started = self.start(program);
         if let Err(error) = &started {
             self.shared
@@ -269,10 +271,9 @@ impl Shared {
         };
         self.interpreter.task_ended();
         observer.program_ended(id);
-        self.current
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .running = None;
+        // Under one lock: a program that starts right now must not have its status overwritten.
+        let mut current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
+        current.running = None;
         self.status.send_replace(TaskStatus {
             state: TaskState::Stopped,
             program: id,

@@ -187,7 +187,8 @@ proptest! {
             let mut rig = rig(64 * 1024);
             rig.client.write_all(b"x\n").await.unwrap();
             rig.client.write_all(&bytes).await.unwrap();
-            rig.send("\n'''\nend\n\"\"\"\nend\nend\nlast()\n").await;
+            // Whatever block or string the bytes opened, these lines close it.
+            rig.send("\nend\n'''\nend\n\"\"\"\nend\nlast()\n").await;
             loop {
                 let mut line = Vec::new();
                 rig.client.read_until(b'\n', &mut line).await.unwrap();
