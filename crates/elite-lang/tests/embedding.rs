@@ -16,7 +16,11 @@ fn native(
     params: Vec<Param>,
     call: impl Fn(&mut NativeCall<'_>) -> ScriptResult + 'static,
 ) -> NativeFunction {
-    NativeFunction { name, params, call: Rc::new(call) }
+    NativeFunction {
+        name,
+        params,
+        call: Rc::new(call),
+    }
 }
 
 /// `wait(n)`: waits with token n, then returns n.
@@ -37,16 +41,25 @@ fn a_loop_runs_in_slices_of_fuel() {
         slices += 1;
     }
     assert!((9..=11).contains(&slices), "{slices} slices");
-    assert_eq!(task.interpreter.global("i").and_then(|i| i.as_i64()), Some(1000));
+    assert_eq!(
+        task.interpreter.global("i").and_then(|i| i.as_i64()),
+        Some(1000)
+    );
 }
 
 #[test]
 fn the_current_line_is_that_of_the_waiting_statement() {
     let task = Task::with(vec![wait_native()], Limits::default());
     let mut thread = task.spawn("def f():\n    wait(1)\n\nx = 1\nf()\n");
-    assert!(matches!(thread.resume(Resume::Continue, 1000), Step::Waiting(WaitToken(1))));
+    assert!(matches!(
+        thread.resume(Resume::Continue, 1000),
+        Step::Waiting(WaitToken(1))
+    ));
     assert_eq!(thread.current_line(), 2);
-    assert!(matches!(thread.resume(Resume::Continue, 1000), Step::Done(_)));
+    assert!(matches!(
+        thread.resume(Resume::Continue, 1000),
+        Step::Done(_)
+    ));
 }
 
 #[test]
@@ -76,16 +89,28 @@ fn two_threads_take_turns_and_share_globals() {
     let mut main = task.spawn("log = []\ndef f(n):\n    for i in range(3):\n        log.append((n, i))\n        wait(n)\n");
     assert!(matches!(drive(&mut main, &task.host), Step::Done(_)));
     let f = task.interpreter.global("f").unwrap();
-    let mut a = task.interpreter.spawn_call(f.clone(), vec![Value::Int(1)]).unwrap();
+    let mut a = task
+        .interpreter
+        .spawn_call(f.clone(), vec![Value::Int(1)])
+        .unwrap();
     let mut b = task.interpreter.spawn_call(f, vec![Value::Int(2)]).unwrap();
     assert_ne!(a.id(), b.id());
     for _ in 0..3 {
-        assert!(matches!(a.resume(Resume::Continue, 1000), Step::Waiting(WaitToken(1))));
-        assert!(matches!(b.resume(Resume::Continue, 1000), Step::Waiting(WaitToken(2))));
+        assert!(matches!(
+            a.resume(Resume::Continue, 1000),
+            Step::Waiting(WaitToken(1))
+        ));
+        assert!(matches!(
+            b.resume(Resume::Continue, 1000),
+            Step::Waiting(WaitToken(2))
+        ));
     }
     assert!(matches!(a.resume(Resume::Continue, 1000), Step::Done(_)));
     assert!(matches!(b.resume(Resume::Continue, 1000), Step::Done(_)));
-    assert_eq!(task.run("print(log)"), "[(1, 0), (2, 0), (1, 1), (2, 1), (1, 2), (2, 2)]\n");
+    assert_eq!(
+        task.run("print(log)"),
+        "[(1, 0), (2, 0), (1, 1), (2, 1), (1, 2), (2, 2)]\n"
+    );
 }
 
 #[test]
@@ -95,7 +120,10 @@ fn a_stop_reaches_an_empty_loop_and_no_handler_sees_it() {
         "try:\n    try:\n        while True: pass\n    except:\n        print('caught')\n\
          \x20   finally:\n        print('finally')\nfinally:\n    print('outer')\nprint('after')\n",
     );
-    assert!(matches!(thread.resume(Resume::Continue, 1000), Step::OutOfFuel));
+    assert!(matches!(
+        thread.resume(Resume::Continue, 1000),
+        Step::OutOfFuel
+    ));
     assert!(matches!(thread.resume(Resume::Stop, 1000), Step::Stopped));
     assert_eq!(task.host.output.take(), "finally\nouter\n");
 }
@@ -108,9 +136,15 @@ fn a_stop_runs_with_exits_and_finally_blocks_of_generators() {
          def g():\n    try:\n        yield 1\n        wait(7)\n    finally:\n        print('generator')\n\
          with M():\n    for x in g(): print(x)\nprint('after')\n",
     );
-    assert!(matches!(thread.resume(Resume::Continue, 1000), Step::Waiting(WaitToken(7))));
+    assert!(matches!(
+        thread.resume(Resume::Continue, 1000),
+        Step::Waiting(WaitToken(7))
+    ));
     assert!(matches!(thread.resume(Resume::Stop, 1000), Step::Stopped));
-    assert_eq!(task.host.output.take(), "in\n1\ngenerator\nout (None, None, None)\n");
+    assert_eq!(
+        task.host.output.take(),
+        "in\n1\ngenerator\nout (None, None, None)\n"
+    );
 }
 
 #[test]
@@ -120,21 +154,33 @@ fn a_stop_cannot_be_swallowed_by_return_break_or_an_exception_in_finally() {
         let mut thread = task.spawn(&format!(
             "def f():\n    try:\n        wait(1)\n    finally:\n        {leave}\nf()\nprint('after')\n"
         ));
-        assert!(matches!(thread.resume(Resume::Continue, 1000), Step::Waiting(_)));
-        assert!(matches!(thread.resume(Resume::Stop, 1000), Step::Stopped), "{leave}");
+        assert!(matches!(
+            thread.resume(Resume::Continue, 1000),
+            Step::Waiting(_)
+        ));
+        assert!(
+            matches!(thread.resume(Resume::Stop, 1000), Step::Stopped),
+            "{leave}"
+        );
         assert_eq!(task.host.output.take(), "", "{leave}");
     }
 }
 
 #[test]
 fn while_stopping_waits_are_refused_and_endless_finally_blocks_end() {
-    let limits = Limits { stop_fuel: 1000, ..Limits::default() };
+    let limits = Limits {
+        stop_fuel: 1000,
+        ..Limits::default()
+    };
     let task = Task::with(vec![wait_native()], limits);
     let mut thread = task.spawn(
         "try:\n    try:\n        wait(1)\n    finally:\n        print('a')\n        wait(2)\n        print('b')\n\
          finally:\n    try:\n        while True: pass\n    finally:\n        print('not reached')\n",
     );
-    assert!(matches!(thread.resume(Resume::Continue, 1000), Step::Waiting(WaitToken(1))));
+    assert!(matches!(
+        thread.resume(Resume::Continue, 1000),
+        Step::Waiting(WaitToken(1))
+    ));
     assert!(matches!(thread.resume(Resume::Stop, 1000), Step::Stopped));
     assert_eq!(task.host.output.take(), "a\n");
 }
@@ -143,7 +189,10 @@ fn while_stopping_waits_are_refused_and_endless_finally_blocks_end() {
 fn a_thread_that_is_dropped_runs_no_more_code() {
     let task = Task::with(vec![wait_native()], Limits::default());
     let mut thread = task.spawn("try:\n    wait(1)\nfinally:\n    print('finally')\n");
-    assert!(matches!(thread.resume(Resume::Continue, 1000), Step::Waiting(_)));
+    assert!(matches!(
+        thread.resume(Resume::Continue, 1000),
+        Step::Waiting(_)
+    ));
     drop(thread);
     assert_eq!(task.host.output.take(), "");
 }
@@ -153,7 +202,10 @@ fn a_thread_stopped_before_it_starts_never_runs() {
     let task = Task::new();
     let mut thread = task.spawn("print('x')\n");
     assert!(matches!(thread.resume(Resume::Stop, 1000), Step::Stopped));
-    assert!(matches!(thread.resume(Resume::Continue, 1000), Step::Stopped));
+    assert!(matches!(
+        thread.resume(Resume::Continue, 1000),
+        Step::Stopped
+    ));
     assert_eq!(task.host.output.take(), "");
 }
 
@@ -168,11 +220,15 @@ fn natives_get_their_arguments_by_position_name_and_alias() {
     ];
     let f = native("f", params, move |call| {
         let t = call.arg(1).and_then(Value::as_f64);
-        log.borrow_mut().push(format!("{:?} {t:?} {:?}", call.arg(0), call.arg(2)));
+        log.borrow_mut()
+            .push(format!("{:?} {t:?} {:?}", call.arg(0), call.arg(2)));
         Ok(Value::None)
     });
     let task = Task::with(vec![f], Limits::default());
-    assert_eq!(task.run("f(1)\nf(1, 2)\nf(1, time=3)\nf(a=4, t=5)\nf(1, 2, 3, 4)\n"), "");
+    assert_eq!(
+        task.run("f(1)\nf(1, 2)\nf(1, time=3)\nf(a=4, t=5)\nf(1, 2, 3, 4)\n"),
+        ""
+    );
     let expected = [
         "Some(1) None Some([])",
         "Some(1) Some(2.0) Some([])",
@@ -182,9 +238,18 @@ fn natives_get_their_arguments_by_position_name_and_alias() {
     ];
     assert_eq!(*seen.borrow(), expected);
     let error = |text: &str| task.run(text).lines().last().unwrap_or("").to_owned();
-    assert_eq!(error("f()"), "TypeError: f() missing required argument 'a' (pos 1)");
-    assert_eq!(error("f(1, b=2)"), "TypeError: f() got an unexpected keyword argument 'b'");
-    assert_eq!(error("f(1, a=2)"), "TypeError: f() got multiple values for argument 'a'");
+    assert_eq!(
+        error("f()"),
+        "TypeError: f() missing required argument 'a' (pos 1)"
+    );
+    assert_eq!(
+        error("f(1, b=2)"),
+        "TypeError: f() got an unexpected keyword argument 'b'"
+    );
+    assert_eq!(
+        error("f(1, a=2)"),
+        "TypeError: f() got multiple values for argument 'a'"
+    );
 }
 
 #[test]
@@ -192,7 +257,9 @@ fn natives_raise_call_back_and_know_their_caller() {
     let place = Rc::new(Cell::new((0, 0)));
     let at = place.clone();
     let natives = vec![
-        native("fail", vec![], |call| Err(call.raise(ExceptionKind::ValueError, "no solution"))),
+        native("fail", vec![], |call| {
+            Err(call.raise(ExceptionKind::ValueError, "no solution"))
+        }),
         native("twice", vec![Param::required("f")], move |call| {
             at.set((call.thread().0, call.line()));
             assert_eq!(call.program_name(), "test.script");
@@ -202,7 +269,8 @@ fn natives_raise_call_back_and_know_their_caller() {
         }),
     ];
     let task = Task::with(natives, Limits::default());
-    let text = "try:\n    fail()\nexcept ValueError as e:\n    print(e)\nprint(twice(lambda n: n * 10))\n";
+    let text =
+        "try:\n    fail()\nexcept ValueError as e:\n    print(e)\nprint(twice(lambda n: n * 10))\n";
     assert_eq!(task.run(text), "no solution\n20\n");
     assert_eq!(place.get(), (1, 5));
 }
@@ -216,8 +284,14 @@ fn calls_nest_a_thousand_deep_on_any_thread_and_inside_generators() {
     let task = Task::new();
     task.run(text);
     let g = task.interpreter.global("f").unwrap();
-    let mut thread = task.interpreter.spawn_call(g, vec![Value::Int(995)]).unwrap();
-    assert!(matches!(drive(&mut thread, &task.host), Step::Done(Value::Int(995))));
+    let mut thread = task
+        .interpreter
+        .spawn_call(g, vec![Value::Int(995)])
+        .unwrap();
+    assert!(matches!(
+        drive(&mut thread, &task.host),
+        Step::Done(Value::Int(995))
+    ));
 }
 
 #[test]
@@ -238,7 +312,10 @@ fn endless_recursion_of_any_kind_is_an_error_of_the_script() {
     ];
     for case in cases {
         let last = last_line(case);
-        assert!(last.starts_with("RecursionError: maximum recursion depth exceeded"), "{case}\n{last}");
+        assert!(
+            last.starts_with("RecursionError: maximum recursion depth exceeded"),
+            "{case}\n{last}"
+        );
     }
 }
 
@@ -255,8 +332,72 @@ fn deep_structures_are_dropped_without_deep_recursion() {
 }
 
 #[test]
+fn expressions_as_deep_as_the_parser_lets_through_are_evaluated() {
+    let nest = |open: &str, inner: &str, close: &str, n: usize| {
+        format!("{}{inner}{}", open.repeat(n), close.repeat(n))
+    };
+    let cases = [
+        format!("x = 1{}", " + 1".repeat(990)),
+        format!("x = 'a'{}", ".strip()".repeat(490)),
+        format!("x = {}", nest("abs(", "1", ")", 190)),
+        format!("x = {}", nest("[", "1", "]", 190)),
+        format!("x = {}", nest("max(1, *[", "1", "])", 95)),
+        format!("x = {}", nest("(lambda: ", "1", ")()", 95)),
+        format!("x = {}", nest("[i for i in ", "[1]", "]", 190)),
+        format!("x = {}", nest("dict(a=", "1", ")", 190)),
+        format!("x = {}", nest("1 if x else ", "1", "", 190)),
+        format!("x = {}", nest("-", "1", "", 190)),
+        format!("x = {}", nest("f'{", "1", "}'", 1)),
+        format!("x = 1{}", " < 1".repeat(3000)),
+        format!("x = {}", nest("(", "1", " + 1)", 180)),
+        (0..190)
+            .map(|n| format!("{}if True:\n", " ".repeat(n)))
+            .collect::<String>()
+            + &" ".repeat(190)
+            + "x = 1",
+        (0..190)
+            .map(|n| format!("{}for i in [1]:\n", " ".repeat(n)))
+            .collect::<String>()
+            + &" ".repeat(190)
+            + "x = 1",
+        (0..190)
+            .map(|n| format!("{}try:\n", " ".repeat(n)))
+            .collect::<String>()
+            + &" ".repeat(190)
+            + "x = 1\n"
+            + &(0..190)
+                .rev()
+                .map(|n| format!("{}finally: x = 2\n", " ".repeat(n)))
+                .collect::<String>(),
+        format!(
+            "class A:\n    def __add__(self, o): return self\nx = A(){}\n",
+            " + 1".repeat(990)
+        ),
+    ];
+    for case in cases {
+        let text = format!("x = 0\n{case}\nprint('done')\n");
+        assert_eq!(run(&text), "done\n", "{}", &case[..case.len().min(60)]);
+        // The same within a generator and at the bottom of a recursion.
+        let body: String = case.lines().map(|line| format!("    {line}\n")).collect();
+        let text = format!(
+            "def g():\n    x = 0\n{body}    yield 'done'\nprint(*g())\n\
+             def f(n):\n    if n > 0: return f(n - 1)\n    x = 0\n{body}    return 'done'\nprint(f(900))\n"
+        );
+        assert_eq!(
+            run(&text),
+            "done\ndone\n",
+            "{}",
+            &case[..case.len().min(60)]
+        );
+    }
+}
+
+#[test]
 fn memory_is_limited_and_the_error_can_be_caught() {
-    let limits = Limits { memory_bytes: 16 << 20, ..Limits::default() };
+    let limits = Limits {
+        memory_bytes: 16 << 20,
+        ..Limits::default()
+    };
     let cases = [
         "'x' * (1 << 40)",
         "[0] * (1 << 40)",
@@ -282,7 +423,11 @@ fn memory_is_limited_and_the_error_can_be_caught() {
         let task = Task::with(Vec::new(), limits.clone());
         let output = task.run(case);
         let last = output.lines().last().unwrap_or("").to_owned();
-        let expected = ["MemoryError", "ValueError: Too many decimal digits", "ValueError: width too big"];
+        let expected = [
+            "MemoryError",
+            "ValueError: Too many decimal digits",
+            "ValueError: width too big",
+        ];
         let ok = expected.iter().any(|text| last.starts_with(text)) || case.contains("'%' +");
         assert!(ok, "{case}\n{last}");
     }
@@ -293,27 +438,52 @@ fn memory_is_limited_and_the_error_can_be_caught() {
 
 #[test]
 fn memory_that_is_given_back_does_not_count() {
-    let limits = Limits { memory_bytes: 16 << 20, ..Limits::default() };
+    let limits = Limits {
+        memory_bytes: 16 << 20,
+        ..Limits::default()
+    };
     let task = Task::with(Vec::new(), limits);
-    assert_eq!(task.run("for i in range(200):\n    x = 'y' * 1000000\nprint('done')\n"), "done\n");
+    assert_eq!(
+        task.run("for i in range(200):\n    x = 'y' * 1000000\nprint('done')\n"),
+        "done\n"
+    );
     assert!(task.interpreter.memory_used() < 4 << 20);
 }
 
 #[test]
 fn huge_integers_are_refused_before_they_are_computed() {
-    for case in ["1 << (1 << 40)", "10 ** (10 ** 10)", "x = 3\nwhile True: x = x * x", "2 ** 10 ** 8 ** 3"] {
+    for case in [
+        "1 << (1 << 40)",
+        "10 ** (10 ** 10)",
+        "x = 3\nwhile True: x = x * x",
+        "2 ** 10 ** 8 ** 3",
+    ] {
         let last = last_line(case);
-        assert!(last.starts_with("OverflowError") || last.starts_with("MemoryError"), "{case}\n{last}");
+        assert!(
+            last.starts_with("OverflowError") || last.starts_with("MemoryError"),
+            "{case}\n{last}"
+        );
     }
-    assert!(last_line("print(len(str(10 ** 5000)))").starts_with("ValueError: Exceeds the limit (4300 digits)"));
+    assert!(
+        last_line("print(len(str(10 ** 5000)))")
+            .starts_with("ValueError: Exceeds the limit (4300 digits)")
+    );
 }
 
 #[test]
 fn globals_are_read_and_written_by_the_embedder() {
     let task = Task::new();
     task.interpreter.set_global("speed", Value::Float(0.5));
-    assert_eq!(task.run("global speed, count\ncount = 3\nprint(speed)\n"), "0.5\n");
-    assert_eq!(task.interpreter.global("count").and_then(|value| value.as_i64()), Some(3));
+    assert_eq!(
+        task.run("global speed, count\ncount = 3\nprint(speed)\n"),
+        "0.5\n"
+    );
+    assert_eq!(
+        task.interpreter
+            .global("count")
+            .and_then(|value| value.as_i64()),
+        Some(3)
+    );
     assert!(task.interpreter.global("nothing").is_none());
 }
 
@@ -323,22 +493,41 @@ fn a_program_of_one_function_runs_it_and_carries_its_name() {
     assert_eq!(task.run("def hello():\n\tprint('hi')\nend"), "hi\n");
     assert_eq!(task.run("def hello(n):\n\tprint('hi')\nend"), "");
     let known = Default::default();
-    let program = compile(Task::file("def main():\n\tglobal a, b\n\tglobal a\nend"), &known).unwrap();
-    assert_eq!((program.kind(), program.name()), (ProgramKind::Main, "main"));
+    let program = compile(
+        Task::file("def main():\n\tglobal a, b\n\tglobal a\nend"),
+        &known,
+    )
+    .unwrap();
+    assert_eq!(
+        (program.kind(), program.name()),
+        (ProgramKind::Main, "main")
+    );
     assert_eq!(program.declared_globals().collect::<Vec<_>>(), ["a", "b"]);
     let program = compile(Task::file("sec lamp():\n  print('on')\nend\n"), &known).unwrap();
-    assert_eq!((program.kind(), program.name()), (ProgramKind::Secondary, "lamp"));
+    assert_eq!(
+        (program.kind(), program.name()),
+        (ProgramKind::Secondary, "lamp")
+    );
     let program = compile(Task::file("x = 1\n"), &known).unwrap();
-    assert_eq!((program.kind(), program.name()), (ProgramKind::Main, "test.script"));
+    assert_eq!(
+        (program.kind(), program.name()),
+        (ProgramKind::Main, "test.script")
+    );
 }
 
 #[test]
 fn an_uncaught_exception_fails_the_thread_with_its_call_stack() {
     let task = Task::new();
     let mut thread = task.spawn("def f(x):\n    return 1 / x\n\nf(0)\n");
-    let Step::Failed(error) = drive(&mut thread, &task.host) else { panic!("it must fail") };
+    let Step::Failed(error) = drive(&mut thread, &task.host) else {
+        panic!("it must fail")
+    };
     assert_eq!(error.headline(), "ZeroDivisionError: division by zero");
-    let places: Vec<_> = error.traceback.iter().map(|f| (f.function.as_str(), f.line, f.column)).collect();
+    let places: Vec<_> = error
+        .traceback
+        .iter()
+        .map(|f| (f.function.as_str(), f.line, f.column))
+        .collect();
     assert_eq!(places, [("<module>", 4, 1), ("f", 2, 12)]);
     assert!(thread.is_ended());
 }
@@ -370,7 +559,9 @@ fn an_ended_interpreter_leaves_nothing_behind() {
         Ok(Value::None)
     });
     let task = Task::with(vec![keep], Limits::default());
-    task.run("def f(): return f\nclass A:\n    def m(self): return A\na = A()\na.self = a\nk = keep\n");
+    task.run(
+        "def f(): return f\nclass A:\n    def m(self): return A\na = A()\na.self = a\nk = keep\n",
+    );
     drop(task);
     assert!(weak.upgrade().is_none());
 }
@@ -378,7 +569,11 @@ fn an_ended_interpreter_leaves_nothing_behind() {
 #[test]
 fn spawn_call_refuses_what_cannot_be_called() {
     let task = Task::new();
-    let error = task.interpreter.spawn_call(Value::Int(1), Vec::new()).err().unwrap();
+    let error = task
+        .interpreter
+        .spawn_call(Value::Int(1), Vec::new())
+        .err()
+        .unwrap();
     assert_eq!(error.headline(), "TypeError: 'int' object is not callable");
     let _: fn(&Interpreter) = |_| {};
     let _ = ThreadId(1);

@@ -161,11 +161,19 @@ impl Evaluator<'_> {
             return self.type_error(format!("{label}() takes no keyword arguments"));
         }
         if let BuiltinBody::Native(_) = &builtin.body {
-            return self.type_error(format!("{label}() got an unexpected keyword argument '{name}'"));
+            return self.type_error(format!(
+                "{label}() got an unexpected keyword argument '{name}'"
+            ));
         }
         // `sorted` hands its keywords on to `list.sort`.
-        let function = if builtin.name == "sorted" { "sort" } else { builtin.name };
-        self.type_error(format!("'{name}' is an invalid keyword argument for {function}()"))
+        let function = if builtin.name == "sorted" {
+            "sort"
+        } else {
+            builtin.name
+        };
+        self.type_error(format!(
+            "'{name}' is an invalid keyword argument for {function}()"
+        ))
     }
 
     /// A wrong number of positional arguments, in the words CPython has for the different kinds of builtins.

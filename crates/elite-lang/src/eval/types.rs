@@ -173,9 +173,18 @@ impl Types {
             Iter::Str { .. } => &self.str_iterator,
             Iter::Bytes { .. } => &self.bytes_iterator,
             Iter::Range { .. } => &self.range_iterator,
-            Iter::Dict { kind: ViewKind::Keys, .. } => &self.dict_keyiterator,
-            Iter::Dict { kind: ViewKind::Values, .. } => &self.dict_valueiterator,
-            Iter::Dict { kind: ViewKind::Items, .. } => &self.dict_itemiterator,
+            Iter::Dict {
+                kind: ViewKind::Keys,
+                ..
+            } => &self.dict_keyiterator,
+            Iter::Dict {
+                kind: ViewKind::Values,
+                ..
+            } => &self.dict_valueiterator,
+            Iter::Dict {
+                kind: ViewKind::Items,
+                ..
+            } => &self.dict_itemiterator,
             Iter::Set { .. } => &self.set_iterator,
             Iter::ListReversed { .. } => &self.list_reverseiterator,
             Iter::Callable { .. } => &self.callable_iterator,
@@ -190,7 +199,10 @@ impl Types {
 
     /// All types of iterators.
     pub fn iterators(&self) -> Vec<&Rc<Class>> {
-        self.all().into_iter().filter(|class| class.base == Base::Iterator).collect()
+        self.all()
+            .into_iter()
+            .filter(|class| class.base == Base::Iterator)
+            .collect()
     }
 
     /// The name of a value's type, as messages use it.

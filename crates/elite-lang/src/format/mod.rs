@@ -129,7 +129,11 @@ pub fn value(value: &Value, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -
         Value::Complex(complex) => self::complex(complex.0, complex.1, spec, ev, out),
         other => match Int::of(other) {
             Some(int) => {
-                let type_name = if matches!(other, Value::Bool(_)) { "bool" } else { "int" };
+                let type_name = if matches!(other, Value::Bool(_)) {
+                    "bool"
+                } else {
+                    "int"
+                };
                 integer(&int, spec, type_name, ev, out)
             }
             None => Err(ev.type_error("cannot format this value with a number's specification")),
@@ -380,7 +384,7 @@ fn grouped_length(digits: usize, every: usize) -> usize {
 fn grouped(digits: &str, separator: char, every: usize) -> String {
     let mut out = String::with_capacity(digits.len() * 4 / 3);
     for (index, c) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index) % every == 0 {
+        if index > 0 && (digits.len() - index).is_multiple_of(every) {
             out.push(separator);
         }
         out.push(c);

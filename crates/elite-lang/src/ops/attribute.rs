@@ -217,7 +217,15 @@ impl Evaluator<'_> {
                     class.bases().iter().cloned().map(Value::Class).collect(),
                 )));
             }
-            known::BASE => return Ok(Some(class.bases().first().cloned().map_or(Value::None, Value::Class))),
+            known::BASE => {
+                return Ok(Some(
+                    class
+                        .bases()
+                        .first()
+                        .cloned()
+                        .map_or(Value::None, Value::Class),
+                ));
+            }
             known::MRO => {
                 let all = std::iter::once(class).chain(class.ancestors()).cloned();
                 return Ok(Some(Value::tuple(all.map(Value::Class).collect())));
@@ -426,7 +434,10 @@ impl Evaluator<'_> {
         match instance.class.lookup(name) {
             Some(Value::Property(property)) => {
                 if property.delete.is_none() {
-                    let (name, class) = (self.core.symbols.name(name), self.qualname_of(&instance.class));
+                    let (name, class) = (
+                        self.core.symbols.name(name),
+                        self.qualname_of(&instance.class),
+                    );
                     let message = format!("property '{name}' of '{class}' object has no deleter");
                     return Err(self.raise(ExceptionKind::AttributeError, message));
                 }

@@ -419,8 +419,15 @@ impl Evaluator<'_> {
     #[cold]
     fn no_item_assignment(&self, value: &Value, what: &str) -> Raised {
         let name = self.core.types.name_of(value);
-        let sequence = matches!(value, Value::Tuple(_) | Value::Str(_) | Value::Bytes(_) | Value::Range(_));
-        let not = if sequence && what == "deletion" { "doesn't" } else { "does not" };
+        let sequence = matches!(
+            value,
+            Value::Tuple(_) | Value::Str(_) | Value::Bytes(_) | Value::Range(_)
+        );
+        let not = if sequence && what == "deletion" {
+            "doesn't"
+        } else {
+            "does not"
+        };
         self.type_error(format!("'{name}' object {not} support item {what}"))
     }
 

@@ -84,7 +84,7 @@ impl Evaluator<'_> {
     fn repetitions(&self, count: &Int, bytes: usize) -> R<usize> {
         let count = match count {
             Int::Small(count) => usize::try_from(*count).unwrap_or(0),
-                        Int::Big(_) => {
+            Int::Big(_) => {
                 let text = "cannot fit 'int' into an index-sized integer";
                 return Err(self.raise(ExceptionKind::OverflowError, text));
             }
@@ -190,7 +190,10 @@ impl Evaluator<'_> {
                 bytes.data.borrow_mut().extend(more);
             }
             (BinaryOp::BitOr, Value::Dict(dict)) => self.dict_update_from(dict, b)?,
-            (BinaryOp::BitOr | BinaryOp::BitAnd | BinaryOp::Sub | BinaryOp::BitXor, Value::Set(set)) => {
+            (
+                BinaryOp::BitOr | BinaryOp::BitAnd | BinaryOp::Sub | BinaryOp::BitXor,
+                Value::Set(set),
+            ) => {
                 let Some(other) = self.set_operand(b)? else {
                     return Ok(None);
                 };

@@ -235,7 +235,10 @@ impl Set {
     pub fn replace(&self, other: Set) {
         let table = other.table.replace(Table::with_size(SIZE_MIN));
         let generation = self.generation() + 1;
-        let old = self.table.replace(Table { generation, ..table });
+        let old = self.table.replace(Table {
+            generation,
+            ..table
+        });
         self.account();
         drop(old);
     }

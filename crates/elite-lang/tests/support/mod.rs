@@ -57,7 +57,11 @@ impl Task {
         let host = Rc::new(TestHost::default());
         let known = KnownNames::new(natives.iter().map(|native| native.name));
         let interpreter = Interpreter::new(host.clone(), natives, limits);
-        Task { host, interpreter, known }
+        Task {
+            host,
+            interpreter,
+            known,
+        }
     }
 
     pub fn file(text: &str) -> Arc<SourceFile> {
@@ -70,8 +74,10 @@ impl Task {
         match compile(file.clone(), &self.known) {
             Ok(program) => self.interpreter.spawn_program(&program),
             Err(diagnostics) => {
-                let shown: Vec<String> =
-                    diagnostics.iter().map(|d| render_human(d, &file, false)).collect();
+                let shown: Vec<String> = diagnostics
+                    .iter()
+                    .map(|d| render_human(d, &file, false))
+                    .collect();
                 panic!("does not compile:\n{}", shown.join("\n"))
             }
         }

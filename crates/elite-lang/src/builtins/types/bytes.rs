@@ -15,19 +15,27 @@ const SPACES: &str = " \t\n\r\x0b\x0c";
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
-    constructor(core, &types.bytes, "source? encoding? errors?", |ev, args| {
-        data(ev, args, "bytes").map(|data| Value::Bytes(Rc::new(Bytes::new(data))))
-    });
-    constructor(core, &types.bytearray, "source? encoding? errors?", |ev, args| {
-        data(ev, args, "bytearray").map(bytearray)
-    });
+    constructor(
+        core,
+        &types.bytes,
+        "source? encoding? errors?",
+        |ev, args| data(ev, args, "bytes").map(|data| Value::Bytes(Rc::new(Bytes::new(data)))),
+    );
+    constructor(
+        core,
+        &types.bytearray,
+        "source? encoding? errors?",
+        |ev, args| data(ev, args, "bytearray").map(bytearray),
+    );
     for class in [&types.bytes, &types.bytearray] {
         install_shared(core, class);
     }
     class_method(core, &types.bytes, "fromhex", "string /", |ev, args| {
         from_hex(ev, &args[1]).map(|data| Value::Bytes(Rc::new(Bytes::new(data))))
     });
-    class_method(core, &types.bytearray, "fromhex", "string /", |ev, args| from_hex(ev, &args[1]).map(bytearray));
+    class_method(core, &types.bytearray, "fromhex", "string /", |ev, args| {
+        from_hex(ev, &args[1]).map(bytearray)
+    });
     install_mutable(core, &types.bytearray);
 }
 
@@ -36,7 +44,9 @@ fn bytearray(data: Vec<u8>) -> Value {
 }
 
 fn data(ev: &Evaluator<'_>, args: &[Value], type_name: &str) -> R<Vec<u8>> {
-    let Some(source) = args[0].given() else { return Ok(Vec::new()) };
+    let Some(source) = args[0].given() else {
+        return Ok(Vec::new());
+    };
     match ev.plain(source) {
         Value::Str(text) => {
             if args[1].is_unbound() {
@@ -57,39 +67,83 @@ fn data(ev: &Evaluator<'_>, args: &[Value], type_name: &str) -> R<Vec<u8>> {
             }
             None => {
                 let items = ev.collect(source)?;
-                let error = || ev.value_error(format!("{} must be in range(0, 256)", byte_word(type_name)));
-                items.iter().map(|item| u8::try_from(ev.index(item)?).map_err(|_| error())).collect()
+                let error =
+                    || ev.value_error(format!("{} must be in range(0, 256)", byte_word(type_name)));
+                items
+                    .iter()
+                    .map(|item| u8::try_from(ev.index(item)?).map_err(|_| error()))
+                    .collect()
             }
         },
     }
 }
 
 fn byte_word(type_name: &str) -> &'static str {
-    if type_name == "bytes" { "bytes" } else { "byte" }
+    if type_name == "bytes" {
+        "bytes"
+    } else {
+        "byte"
+    }
 }
 
 /// Methods of both types. The result is of the receiver's type.
 fn install_shared(core: &Rc<Core>, class: &Class) {
     const BY_TEXT: &[(&str, &str, BoundFn)] = &[
-        ("replace", "old new count? /", |ev, args| by_text(ev, args, "replace")),
-        ("split", "sep? maxsplit?", |ev, args| split(ev, args, "split")),
-        ("rsplit", "sep? maxsplit?", |ev, args| split(ev, args, "rsplit")),
-        ("partition", "sep /", |ev, args| by_text(ev, args, "partition")),
-        ("rpartition", "sep /", |ev, args| by_text(ev, args, "rpartition")),
-        ("find", "sub start? end? /", |ev, args| by_text(ev, args, "find")),
-        ("rfind", "sub start? end? /", |ev, args| by_text(ev, args, "rfind")),
-        ("index", "sub start? end? /", |ev, args| by_text(ev, args, "index")),
-        ("rindex", "sub start? end? /", |ev, args| by_text(ev, args, "rindex")),
-        ("count", "sub start? end? /", |ev, args| by_text(ev, args, "count")),
-        ("startswith", "prefix start? end? /", |ev, args| by_text(ev, args, "startswith")),
-        ("endswith", "suffix start? end? /", |ev, args| by_text(ev, args, "endswith")),
-        ("removeprefix", "prefix /", |ev, args| by_text(ev, args, "removeprefix")),
-        ("removesuffix", "suffix /", |ev, args| by_text(ev, args, "removesuffix")),
-        ("center", "width fillchar? /", |ev, args| by_text(ev, args, "center")),
-        ("ljust", "width fillchar? /", |ev, args| by_text(ev, args, "ljust")),
-        ("rjust", "width fillchar? /", |ev, args| by_text(ev, args, "rjust")),
+        ("replace", "old new count? /", |ev, args| {
+            by_text(ev, args, "replace")
+        }),
+        ("split", "sep? maxsplit?", |ev, args| {
+            split(ev, args, "split")
+        }),
+        ("rsplit", "sep? maxsplit?", |ev, args| {
+            split(ev, args, "rsplit")
+        }),
+        ("partition", "sep /", |ev, args| {
+            by_text(ev, args, "partition")
+        }),
+        ("rpartition", "sep /", |ev, args| {
+            by_text(ev, args, "rpartition")
+        }),
+        ("find", "sub start? end? /", |ev, args| {
+            by_text(ev, args, "find")
+        }),
+        ("rfind", "sub start? end? /", |ev, args| {
+            by_text(ev, args, "rfind")
+        }),
+        ("index", "sub start? end? /", |ev, args| {
+            by_text(ev, args, "index")
+        }),
+        ("rindex", "sub start? end? /", |ev, args| {
+            by_text(ev, args, "rindex")
+        }),
+        ("count", "sub start? end? /", |ev, args| {
+            by_text(ev, args, "count")
+        }),
+        ("startswith", "prefix start? end? /", |ev, args| {
+            by_text(ev, args, "startswith")
+        }),
+        ("endswith", "suffix start? end? /", |ev, args| {
+            by_text(ev, args, "endswith")
+        }),
+        ("removeprefix", "prefix /", |ev, args| {
+            by_text(ev, args, "removeprefix")
+        }),
+        ("removesuffix", "suffix /", |ev, args| {
+            by_text(ev, args, "removesuffix")
+        }),
+        ("center", "width fillchar? /", |ev, args| {
+            by_text(ev, args, "center")
+        }),
+        ("ljust", "width fillchar? /", |ev, args| {
+            by_text(ev, args, "ljust")
+        }),
+        ("rjust", "width fillchar? /", |ev, args| {
+            by_text(ev, args, "rjust")
+        }),
         ("zfill", "width /", |ev, args| by_text(ev, args, "zfill")),
-        ("expandtabs", "tabsize?", |ev, args| by_text(ev, args, "expandtabs")),
+        ("expandtabs", "tabsize?", |ev, args| {
+            by_text(ev, args, "expandtabs")
+        }),
         ("strip", "chars? /", |ev, args| strip(ev, args, "strip")),
         ("lstrip", "chars? /", |ev, args| strip(ev, args, "lstrip")),
         ("rstrip", "chars? /", |ev, args| strip(ev, args, "rstrip")),
@@ -97,94 +151,142 @@ fn install_shared(core: &Rc<Core>, class: &Class) {
         ("splitlines", "keepends?", splitlines),
     ];
     methods(core, class, BY_TEXT);
-    methods(core, class, &[
-        ("upper", "", |ev, args| mapped(ev, args, |byte, _| byte.to_ascii_uppercase())),
-        ("lower", "", |ev, args| mapped(ev, args, |byte, _| byte.to_ascii_lowercase())),
-        ("swapcase", "", |ev, args| mapped(ev, args, |byte, _| swap(byte))),
-        ("title", "", |ev, args| mapped(ev, args, |byte, before| match before.is_some_and(|b| b.is_ascii_alphabetic()) {
-            true => byte.to_ascii_lowercase(),
-            false => byte.to_ascii_uppercase(),
-        })),
-        ("capitalize", "", |ev, args| mapped(ev, args, |byte, before| match before {
-            Some(_) => byte.to_ascii_lowercase(),
-            None => byte.to_ascii_uppercase(),
-        })),
-        ("isalpha", "", |ev, args| all(ev, args, |byte| byte.is_ascii_alphabetic())),
-        ("isdigit", "", |ev, args| all(ev, args, |byte| byte.is_ascii_digit())),
-        ("isalnum", "", |ev, args| all(ev, args, |byte| byte.is_ascii_alphanumeric())),
-        ("isspace", "", |ev, args| all(ev, args, |byte| SPACES.as_bytes().contains(&byte))),
-        ("isascii", "", |ev, args| Ok(Value::Bool(receiver(ev, &args[0])?.is_ascii()))),
-        ("isupper", "", |ev, args| cased(ev, args, u8::is_ascii_uppercase, u8::is_ascii_lowercase)),
-        ("islower", "", |ev, args| cased(ev, args, u8::is_ascii_lowercase, u8::is_ascii_uppercase)),
-        ("decode", "encoding? errors?", |ev, args| ev.decode(&receiver(ev, &args[0])?, &args[1], &args[2])),
-        ("hex", "sep? bytes_per_sep?", hex),
-    ]);
+    methods(
+        core,
+        class,
+        &[
+            ("upper", "", |ev, args| {
+                mapped(ev, args, |byte, _| byte.to_ascii_uppercase())
+            }),
+            ("lower", "", |ev, args| {
+                mapped(ev, args, |byte, _| byte.to_ascii_lowercase())
+            }),
+            ("swapcase", "", |ev, args| {
+                mapped(ev, args, |byte, _| swap(byte))
+            }),
+            ("title", "", |ev, args| {
+                mapped(ev, args, |byte, before| {
+                    match before.is_some_and(|b| b.is_ascii_alphabetic()) {
+                        true => byte.to_ascii_lowercase(),
+                        false => byte.to_ascii_uppercase(),
+                    }
+                })
+            }),
+            ("capitalize", "", |ev, args| {
+                mapped(ev, args, |byte, before| match before {
+                    Some(_) => byte.to_ascii_lowercase(),
+                    None => byte.to_ascii_uppercase(),
+                })
+            }),
+            ("isalpha", "", |ev, args| {
+                all(ev, args, |byte| byte.is_ascii_alphabetic())
+            }),
+            ("isdigit", "", |ev, args| {
+                all(ev, args, |byte| byte.is_ascii_digit())
+            }),
+            ("isalnum", "", |ev, args| {
+                all(ev, args, |byte| byte.is_ascii_alphanumeric())
+            }),
+            ("isspace", "", |ev, args| {
+                all(ev, args, |byte| SPACES.as_bytes().contains(&byte))
+            }),
+            ("isascii", "", |ev, args| {
+                Ok(Value::Bool(receiver(ev, &args[0])?.is_ascii()))
+            }),
+            ("isupper", "", |ev, args| {
+                cased(ev, args, u8::is_ascii_uppercase, u8::is_ascii_lowercase)
+            }),
+            ("islower", "", |ev, args| {
+                cased(ev, args, u8::is_ascii_lowercase, u8::is_ascii_uppercase)
+            }),
+            ("decode", "encoding? errors?", |ev, args| {
+                ev.decode(&receiver(ev, &args[0])?, &args[1], &args[2])
+            }),
+            ("hex", "sep? bytes_per_sep?", hex),
+        ],
+    );
 }
 
 fn install_mutable(core: &Rc<Core>, class: &Class) {
-    methods(core, class, &[
-        ("append", "item /", |ev, args| {
-            let byte = ev.byte(&args[1])?;
-            mutable(ev, &args[0])?.data.borrow_mut().push(byte);
-            Ok(Value::None)
-        }),
-        ("extend", "iterable /", |ev, args| {
-            let more = match ev.bytes_like(&args[1]) {
-                Some(more) => more,
-                None => ev.collect_bytes(&args[1])?,
-            };
-            mutable(ev, &args[0])?.data.borrow_mut().extend(more);
-            Ok(Value::None)
-        }),
-        ("insert", "index item /", |ev, args| {
-            let byte = ev.byte(&args[2])?;
-            let bytes = mutable(ev, &args[0])?;
-            let length = bytes.data.borrow().len();
-            let index = super::clamp_start(ev, &args[1], length, 0)?.min(length);
-            bytes.data.borrow_mut().insert(index, byte);
-            Ok(Value::None)
-        }),
-        ("pop", "index? /", |ev, args| {
-            let bytes = mutable(ev, &args[0])?;
-            let index = args[1].given().map_or(Ok(-1), |index| ev.index(index))?;
-            let mut data = bytes.data.borrow_mut();
-            let place = if index < 0 { index + data.len() as i64 } else { index };
-            match usize::try_from(place).ok().filter(|place| *place < data.len()) {
-                Some(place) => Ok(Value::Int(i64::from(data.remove(place)))),
-                None if data.is_empty() => Err(ev.raise(ExceptionKind::IndexError, "pop from empty bytearray")),
-                None => Err(ev.raise(ExceptionKind::IndexError, "pop index out of range")),
-            }
-        }),
-        ("remove", "value /", |ev, args| {
-            let (bytes, byte) = (mutable(ev, &args[0])?, ev.byte(&args[1])?);
-            let found = bytes.data.borrow().iter().position(|other| *other == byte);
-            match found {
-                Some(index) => {
-                    bytes.data.borrow_mut().remove(index);
-                    Ok(Value::None)
+    methods(
+        core,
+        class,
+        &[
+            ("append", "item /", |ev, args| {
+                let byte = ev.byte(&args[1])?;
+                mutable(ev, &args[0])?.data.borrow_mut().push(byte);
+                Ok(Value::None)
+            }),
+            ("extend", "iterable /", |ev, args| {
+                let more = match ev.bytes_like(&args[1]) {
+                    Some(more) => more,
+                    None => ev.collect_bytes(&args[1])?,
+                };
+                mutable(ev, &args[0])?.data.borrow_mut().extend(more);
+                Ok(Value::None)
+            }),
+            ("insert", "index item /", |ev, args| {
+                let byte = ev.byte(&args[2])?;
+                let bytes = mutable(ev, &args[0])?;
+                let length = bytes.data.borrow().len();
+                let index = super::clamp_start(ev, &args[1], length, 0)?.min(length);
+                bytes.data.borrow_mut().insert(index, byte);
+                Ok(Value::None)
+            }),
+            ("pop", "index? /", |ev, args| {
+                let bytes = mutable(ev, &args[0])?;
+                let index = args[1].given().map_or(Ok(-1), |index| ev.index(index))?;
+                let mut data = bytes.data.borrow_mut();
+                let place = if index < 0 {
+                    index + data.len() as i64
+                } else {
+                    index
+                };
+                match usize::try_from(place)
+                    .ok()
+                    .filter(|place| *place < data.len())
+                {
+                    Some(place) => Ok(Value::Int(i64::from(data.remove(place)))),
+                    None if data.is_empty() => {
+                        Err(ev.raise(ExceptionKind::IndexError, "pop from empty bytearray"))
+                    }
+                    None => Err(ev.raise(ExceptionKind::IndexError, "pop index out of range")),
                 }
-                None => Err(ev.value_error("value not found in bytearray")),
-            }
-        }),
-        ("clear", "", |ev, args| {
-            mutable(ev, &args[0])?.data.borrow_mut().clear();
-            Ok(Value::None)
-        }),
-        ("reverse", "", |ev, args| {
-            mutable(ev, &args[0])?.data.borrow_mut().reverse();
-            Ok(Value::None)
-        }),
-        ("copy", "", |ev, args| Ok(bytearray(mutable(ev, &args[0])?.data.borrow().clone()))),
-        ("__init__", "source? encoding? errors?", |ev, args| {
-            let data = data(ev, &args[1..], "bytearray")?;
-            *mutable(ev, &args[0])?.data.borrow_mut() = data;
-            Ok(Value::None)
-        }),
-    ]);
+            }),
+            ("remove", "value /", |ev, args| {
+                let (bytes, byte) = (mutable(ev, &args[0])?, ev.byte(&args[1])?);
+                let found = bytes.data.borrow().iter().position(|other| *other == byte);
+                match found {
+                    Some(index) => {
+                        bytes.data.borrow_mut().remove(index);
+                        Ok(Value::None)
+                    }
+                    None => Err(ev.value_error("value not found in bytearray")),
+                }
+            }),
+            ("clear", "", |ev, args| {
+                mutable(ev, &args[0])?.data.borrow_mut().clear();
+                Ok(Value::None)
+            }),
+            ("reverse", "", |ev, args| {
+                mutable(ev, &args[0])?.data.borrow_mut().reverse();
+                Ok(Value::None)
+            }),
+            ("copy", "", |ev, args| {
+                Ok(bytearray(mutable(ev, &args[0])?.data.borrow().clone()))
+            }),
+            ("__init__", "source? encoding? errors?", |ev, args| {
+                let data = data(ev, &args[1..], "bytearray")?;
+                *mutable(ev, &args[0])?.data.borrow_mut() = data;
+                Ok(Value::None)
+            }),
+        ],
+    );
 }
 
 fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Vec<u8>> {
-    ev.bytes_like(value).ok_or_else(|| wrong_receiver(ev, "bytes", value))
+    ev.bytes_like(value)
+        .ok_or_else(|| wrong_receiver(ev, "bytes", value))
 }
 
 fn mutable(ev: &Evaluator<'_>, value: &Value) -> R<Rc<ByteArray>> {
@@ -211,16 +313,29 @@ fn to_text(ev: &Evaluator<'_>, value: &Value) -> R {
             items.map(Value::tuple)
         }
         other => Ok(match ev.bytes_like(other) {
-            Some(data) => Value::str(data.iter().map(|byte| char::from(*byte)).collect::<String>()),
+            Some(data) => Value::str(
+                data.iter()
+                    .map(|byte| char::from(*byte))
+                    .collect::<String>(),
+            ),
             None => other.clone(),
         }),
     }
 }
 
 fn from_text(ev: &Evaluator<'_>, receiver: &Value, value: Value) -> Value {
-    let each = |items: &[Value]| items.iter().map(|item| from_text(ev, receiver, item.clone())).collect();
+    let each = |items: &[Value]| {
+        items
+            .iter()
+            .map(|item| from_text(ev, receiver, item.clone()))
+            .collect()
+    };
     match &value {
-        Value::Str(text) => like(ev, receiver, text.as_str().chars().map(|c| c as u32 as u8).collect()),
+        Value::Str(text) => like(
+            ev,
+            receiver,
+            text.as_str().chars().map(|c| c as u32 as u8).collect(),
+        ),
         Value::List(list) => Value::list(each(&list.borrow())),
         Value::Tuple(tuple) => Value::tuple(each(tuple.items())),
         _ => value,
@@ -229,11 +344,18 @@ fn from_text(ev: &Evaluator<'_>, receiver: &Value, value: Value) -> Value {
 
 /// The method of `str` with this name, on bytes read as Latin-1.
 fn by_text(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
-    let method = ev.core.types.str.lookup(ev.core.symbols.intern(name)).unwrap_or_default();
+    let method = ev
+        .core
+        .types
+        .str
+        .lookup(ev.core.symbols.intern(name))
+        .unwrap_or_default();
     // A single byte may be given as a number where one is searched for.
     let searches = matches!(name, "find" | "rfind" | "index" | "rindex" | "count");
     let as_text = |(index, arg): (usize, &Value)| match arg {
-        Value::Int(_) if searches && index == 1 => Ok(Value::str(char::from(ev.byte(arg)?).to_string())),
+        Value::Int(_) if searches && index == 1 => {
+            Ok(Value::str(char::from(ev.byte(arg)?).to_string()))
+        }
         other => to_text(ev, other),
     };
     let given = args.iter().take_while(|arg| !arg.is_unbound()).enumerate();
@@ -255,7 +377,16 @@ fn split(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
     }
     // Latin-1 has two more blanks than ASCII; they are no blanks here.
     let data = receiver(ev, &args[0])?;
-    let hidden: Vec<u8> = data.iter().map(|byte| if matches!(byte, 0x85 | 0xa0 | 0x1c..=0x1f) { b'x' } else { *byte }).collect();
+    let hidden: Vec<u8> = data
+        .iter()
+        .map(|byte| {
+            if matches!(byte, 0x85 | 0xa0 | 0x1c..=0x1f) {
+                b'x'
+            } else {
+                *byte
+            }
+        })
+        .collect();
     args[1] = Value::None;
     let mut on_hidden: Vec<Value> = vec![Value::Bytes(Rc::new(Bytes::new(hidden)))];
     on_hidden.extend(args[1..].iter().cloned());
@@ -264,7 +395,10 @@ fn split(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
     let parts = ev.collect(&parts)?;
     let restored = parts.iter().map(|part| {
         let length = ev.bytes_like(part).map_or(0, |part| part.len());
-        let blanks = data[rest..].iter().take_while(|byte| SPACES.as_bytes().contains(byte)).count();
+        let blanks = data[rest..]
+            .iter()
+            .take_while(|byte| SPACES.as_bytes().contains(byte))
+            .count();
         let start = rest + blanks;
         rest = start + length;
         like(ev, &args[0], data[start..rest].to_vec())
@@ -296,23 +430,44 @@ fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut lines = Vec::new();
     let mut rest = &data[..];
     while !rest.is_empty() {
-        let line = rest.iter().position(|byte| matches!(byte, b'\n' | b'\r')).unwrap_or(rest.len());
-        let end = (line + if rest[line..].starts_with(b"\r\n") { 2 } else { 1 }).min(rest.len());
-        lines.push(like(ev, &args[0], rest[..if keep { end } else { line }].to_vec()));
+        let line = rest
+            .iter()
+            .position(|byte| matches!(byte, b'\n' | b'\r'))
+            .unwrap_or(rest.len());
+        let end = (line
+            + if rest[line..].starts_with(b"\r\n") {
+                2
+            } else {
+                1
+            })
+        .min(rest.len());
+        lines.push(like(
+            ev,
+            &args[0],
+            rest[..if keep { end } else { line }].to_vec(),
+        ));
         rest = &rest[end..];
     }
     Ok(Value::list(lines))
 }
 
 fn swap(byte: u8) -> u8 {
-    if byte.is_ascii_uppercase() { byte.to_ascii_lowercase() } else { byte.to_ascii_uppercase() }
+    if byte.is_ascii_uppercase() {
+        byte.to_ascii_lowercase()
+    } else {
+        byte.to_ascii_uppercase()
+    }
 }
 
 /// Each byte mapped, with the one before it.
 fn mapped(ev: &Evaluator<'_>, args: &[Value], map: impl Fn(u8, Option<u8>) -> u8) -> R {
     let data = receiver(ev, &args[0])?;
     let before = std::iter::once(None).chain(data.iter().copied().map(Some));
-    let out = data.iter().zip(before).map(|(byte, before)| map(*byte, before)).collect();
+    let out = data
+        .iter()
+        .zip(before)
+        .map(|(byte, before)| map(*byte, before))
+        .collect();
     Ok(like(ev, &args[0], out))
 }
 
@@ -323,13 +478,17 @@ fn all(ev: &Evaluator<'_>, args: &[Value], test: impl Fn(u8) -> bool) -> R {
 
 fn cased(ev: &Evaluator<'_>, args: &[Value], wanted: fn(&u8) -> bool, other: fn(&u8) -> bool) -> R {
     let data = receiver(ev, &args[0])?;
-    Ok(Value::Bool(data.iter().any(wanted) && !data.iter().any(other)))
+    Ok(Value::Bool(
+        data.iter().any(wanted) && !data.iter().any(other),
+    ))
 }
 
 fn hex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let data = receiver(ev, &args[0])?;
     let digits: Vec<String> = data.iter().map(|byte| format!("{byte:02x}")).collect();
-    let Some(separator) = args[1].given() else { return Ok(Value::str(digits.concat())) };
+    let Some(separator) = args[1].given() else {
+        return Ok(Value::str(digits.concat()));
+    };
     let separator = match to_text(ev, separator) {
         Ok(Value::Str(text)) => text.as_str().to_owned(),
         _ => ev.str(separator)?,
@@ -342,8 +501,15 @@ fn hex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     // Groups count from the right, or from the left if the size is negative.
     let first = if group > 0 { digits.len() % size } else { 0 };
     let (head, tail) = digits.split_at(first);
-    let groups = std::iter::once(head).filter(|head| !head.is_empty()).chain(tail.chunks(size));
-    Ok(Value::str(groups.map(<[String]>::concat).collect::<Vec<_>>().join(&separator)))
+    let groups = std::iter::once(head)
+        .filter(|head| !head.is_empty())
+        .chain(tail.chunks(size));
+    Ok(Value::str(
+        groups
+            .map(<[String]>::concat)
+            .collect::<Vec<_>>()
+            .join(&separator),
+    ))
 }
 
 fn from_hex(ev: &Evaluator<'_>, text: &Value) -> R<Vec<u8>> {
@@ -352,9 +518,16 @@ fn from_hex(ev: &Evaluator<'_>, text: &Value) -> R<Vec<u8>> {
         return Err(ev.type_error(format!("fromhex() argument must be str, not {name}")));
     };
     let mut out = Vec::new();
-    let mut chars = text.as_str().chars().enumerate().filter(|(_, c)| !c.is_ascii_whitespace()).peekable();
+    let mut chars = text
+        .as_str()
+        .chars()
+        .enumerate()
+        .filter(|(_, c)| !c.is_ascii_whitespace())
+        .peekable();
     let error = |at: usize| {
-        ev.value_error(format!("non-hexadecimal number found in fromhex() arg at position {at}"))
+        ev.value_error(format!(
+            "non-hexadecimal number found in fromhex() arg at position {at}"
+        ))
     };
     while let Some((at, high)) = chars.next() {
         let high = high.to_digit(16).ok_or_else(|| error(at))?;

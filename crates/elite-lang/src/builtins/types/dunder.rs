@@ -293,7 +293,11 @@ pub(super) fn install(core: &Rc<Core>) {
         &[COMPARISONS, HASH, TEXT, CONTAINER, ALGEBRA],
     );
     give(&types.range, &[COMPARISONS, HASH, CONTAINER, GETITEM]);
-    methods(core, &types.str, &[("__str__", "", |ev, args| Ok(ev.plain(&args[0])))]);
+    methods(
+        core,
+        &types.str,
+        &[("__str__", "", |ev, args| Ok(ev.plain(&args[0])))],
+    );
     for view in [&types.dict_keys, &types.dict_values, &types.dict_items] {
         give(view, &[CONTAINER]);
     }

@@ -239,7 +239,15 @@ impl Expression for CallWith {
         let callee = self.function.eval(ev, f)?;
         let mut positional = Vec::with_capacity(self.args.len());
         let mut keywords = Vec::new();
-        gather(&self.args, &callee, ev, f, self.span, &mut positional, &mut keywords)?;
+        gather(
+            &self.args,
+            &callee,
+            ev,
+            f,
+            self.span,
+            &mut positional,
+            &mut keywords,
+        )?;
         ev.call_from(&callee, &mut positional, &keywords, Some(f))
             .at(ev, f, self.span)
     }
@@ -255,7 +263,11 @@ pub fn gather(
     positional: &mut Vec<Value>,
     keywords: &mut Vec<(Symbol, Value)>,
 ) -> R<()> {
-    let single = args.iter().filter(|arg| matches!(arg, CallArg::Positional(_) | CallArg::Star(_))).count() == 1;
+    let single = args
+        .iter()
+        .filter(|arg| matches!(arg, CallArg::Positional(_) | CallArg::Star(_)))
+        .count()
+        == 1;
     for arg in args {
         match arg {
             CallArg::Positional(expr) => positional.push(expr.eval(ev, f)?),
@@ -265,8 +277,11 @@ pub fn gather(
                     let raised = ev.not_unpackable(raised, &iterable);
                     let plain = !matches!(iterable, Value::Instance(_));
                     if single && plain && ev.is_kind(&raised, ExceptionKind::TypeError) {
-                        let (label, name) = (ev.callee_label(callee), ev.core.types.name_of(&iterable));
-                        return ev.type_error(format!("{label} argument after * must be an iterable, not {name}"));
+                        let (label, name) =
+                            (ev.callee_label(callee), ev.core.types.name_of(&iterable));
+                        return ev.type_error(format!(
+                            "{label} argument after * must be an iterable, not {name}"
+                        ));
                     }
                     raised
                 });
@@ -295,7 +310,9 @@ fn gather_mapping(
     ev.update_from_mapping(&dict, mapping).map_err(|raised| {
         if ev.is_kind(&raised, ExceptionKind::TypeError) && !matches!(mapping, Value::Instance(_)) {
             let (label, name) = (ev.callee_label(callee), ev.core.types.name_of(mapping));
-            return ev.type_error(format!("{label} argument after ** must be a mapping, not {name}"));
+            return ev.type_error(format!(
+                "{label} argument after ** must be a mapping, not {name}"
+            ));
         }
         raised
     })?;
@@ -303,7 +320,13 @@ fn gather_mapping(
         let Value::Str(text) = ev.plain(&key) else {
             return Err(ev.type_error("keywords must be strings"));
         };
-        add_keyword(ev.core.symbols.intern(text.as_str()), value, callee, ev, keywords)?;
+        add_keyword(
+            ev.core.symbols.intern(text.as_str()),
+            value,
+            callee,
+            ev,
+            keywords,
+        )?;
     }
     Ok(())
 }
@@ -317,7 +340,9 @@ fn add_keyword(
 ) -> R<()> {
     if keywords.iter().any(|(other, _)| *other == name) {
         let (label, name) = (ev.callee_label(callee), ev.core.symbols.name(name));
-        return Err(ev.type_error(format!("{label} got multiple values for keyword argument '{name}'")));
+        return Err(ev.type_error(format!(
+            "{label} got multiple values for keyword argument '{name}'"
+        )));
     }
     keywords.push((name, value));
     Ok(())
@@ -330,7 +355,9 @@ impl Evaluator<'_> {
             Value::Function(function) => format!("__main__.{}()", function.code.qualname),
             Value::Builtin(builtin) => format!("{}()", builtin.label()),
             Value::BoundMethod(method) => self.callee_label(&method.function),
-            Value::Class(class) if class.is_script => format!("__main__.{}()", self.qualname_of(class)),
+            Value::Class(class) if class.is_script => {
+                format!("__main__.{}()", self.qualname_of(class))
+            }
             Value::Class(class) => format!("{}()", class.name()),
             other => format!("{} object", self.core.types.name_of(other)),
         }
@@ -360,10 +387,7 @@ impl Expression for SuperCall {
                 .at(ev, f, self.span);
         }
         let Some(receiver) = &self.receiver else {
-            let error = ev.raise(
-                ExceptionKind::RuntimeError,
-                "super(): no arguments",
-            );
+            let error = ev.raise(ExceptionKind::RuntimeError, "super(): no arguments");
             return Err(error).at(ev, f, self.span);
         };
         let class = self.class.eval(ev, f)?;

@@ -23,7 +23,9 @@ fn gather(elements: &[Element], ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<Vec<
             Element::One(expr) => items.push(expr.eval(ev, f)?),
             Element::Star(expr, span) => {
                 let iterable = expr.eval(ev, f)?;
-                let more = ev.collect(&iterable).map_err(|raised| ev.not_unpackable(raised, &iterable));
+                let more = ev
+                    .collect(&iterable)
+                    .map_err(|raised| ev.not_unpackable(raised, &iterable));
                 items.extend(more.at(ev, f, *span)?);
             }
         }
