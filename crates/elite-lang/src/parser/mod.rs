@@ -192,7 +192,7 @@ impl<'f> Parser<'f> {
     fn report(&mut self, diagnostic: Diagnostic) -> Failed {
         // What the lexer reported at this very place is not reported again in other words.
         let span = diagnostic.span;
-        let at_cut = self.cuts.iter().any(|cut| span.start == *cut);
+        let at_cut = self.cuts.contains(&span.start);
         let known = at_cut
             || self.diagnostics.iter().any(|other| {
                 let overlaps = other.span.start <= span.end && span.start <= other.span.end;
