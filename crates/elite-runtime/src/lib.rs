@@ -1,1 +1,17 @@
-//! Tasks, script threads and the robot builtins.
+//! Tasks, script threads and the builtins that bind scripts to the robot.
+//!
+//! Owns the life of programs and what their calls do. Talks to the robot only through `motion-api`: commands go into a
+//! ring, events and snapshots come back. Knows no port, no recording format and not the planner.
+
+pub mod builtins;
+pub mod interpreter;
+pub mod interpreter_queue;
+pub mod message;
+pub mod robot;
+pub mod supervisor;
+mod task;
+
+pub use message::{Message, Observer, Severity};
+pub use robot::Robot;
+pub use supervisor::{SubmitError, Supervisor, TaskState, TaskStatus};
+pub use task::{ProgramText, TaskEnd, TaskSettings};

@@ -3,6 +3,7 @@
 //! They are plain six-vectors (base joint first), kept apart by type because mixing them up moves the arm.
 
 use core::ops::{Index, IndexMut};
+use nalgebra::Vector6;
 
 /// Number of joints of every supported arm.
 pub const DOF: usize = 6;
@@ -23,6 +24,11 @@ macro_rules! joint_quantity {
                 self.0
             }
 
+            /// As a column for matrix algebra.
+            pub fn to_vector(self) -> Vector6<f64> {
+                Vector6::from(self.0)
+            }
+
             /// The components in joint order.
             pub fn iter(&self) -> core::slice::Iter<'_, f64> {
                 self.0.iter()
@@ -41,6 +47,12 @@ macro_rules! joint_quantity {
             /// The largest absolute component.
             pub fn max_abs(&self) -> f64 {
                 self.0.iter().fold(0.0, |m, x| m.max(x.abs()))
+            }
+        }
+
+        impl From<Vector6<f64>> for $name {
+            fn from(column: Vector6<f64>) -> Self {
+                Self(column.into())
             }
         }
 
@@ -84,4 +96,14 @@ joint_quantity! {
 joint_quantity! {
     /// Torques at the six joints in Nm, base first.
     JointTorques
+}
+
+impl JointPositions {
+    /// Sum of the squared differences of the six joints, rad².
+    pub fn distance_squared(&self, other: &Self) -> f64 {
+        self.iter()
+            .zip(other.iter())
+            .map(|(a, b)| (a - b) * (a - b))
+            .sum()
+    }
 }

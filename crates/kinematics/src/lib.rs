@@ -4,11 +4,44 @@
 //! dynamics. Knows no script, no socket, no clock, and no file other than the URDF it is handed.
 //!
 //! Units are SI throughout: metres, radians, seconds, kilograms, newtons. Six-vectors are linear before angular.
+//!
+//! ```
+//! use kinematics::{JointPositions, Pose, RobotModel};
+//!
+//! let arm = RobotModel::built_in("cs66")?;
+//! let q = JointPositions([0.3, -1.2, 1.9, -0.7, 1.5, 0.2]);
+//! let tcp = Pose::from_translation(0.0, 0.0, 0.1);
+//! let pose = arm.tcp_pose(&q, &tcp);
+//! let back = arm.inverse_nearest(&pose, &tcp, &q).expect("a pose that was just reached has a solution");
+//! assert!(q.distance_squared(&back) < 1e-18);
+//! # Ok::<(), kinematics::ModelError>(())
+//! ```
 
+pub mod catalogue;
+pub mod chain;
+pub mod collision;
+pub mod dh;
+pub mod dynamics;
+pub mod ik;
 pub mod joint;
+mod matrix3;
+pub mod model;
+pub mod payload;
 pub mod pose;
+pub mod rotation;
+pub mod script_math;
+pub mod trig;
+pub mod urdf;
 pub mod wrench;
 
+pub use chain::{Chain, Frames};
+pub use collision::{Capsule, CollisionModel, LinkDistance};
+pub use dh::DhTable;
+pub use dynamics::{Dynamics, GRAVITY_UPRIGHT};
+pub use ik::{IkMethod, IkSolutions, MAX_SOLUTIONS};
 pub use joint::{DOF, JointAccelerations, JointJerks, JointPositions, JointSpeeds, JointTorques};
+pub use model::{JointLimits, RobotModel};
+pub use payload::{Payload, PayloadError, RigidBody};
 pub use pose::{Pose, RpyPose};
+pub use urdf::ModelError;
 pub use wrench::{Twist, Wrench};

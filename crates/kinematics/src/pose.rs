@@ -1,5 +1,9 @@
 //! Rigid transforms: `Pose` for the mathematics, `RpyPose` for the border to scripts and ports.
+//!
+//! Transforms are named `a_from_b`, so that neighbours cancel when read: `base_from_flange * flange_from_tcp`.
 
+use crate::matrix3::{product, times, transposed_times};
+use crate::rotation::{rotation_from_rpy, rpy_from_rotation};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// A pose as scripts write it: metres, then roll, pitch, yaw about the fixed X, Y, Z axes in radians,
@@ -63,50 +67,55 @@ impl Pose {
         translation: Vector3::new(0.0, 0.0, 0.0),
     };
 
-    /// The inverse transform `b_from_a`.
-    pub fn inverse(&self) -> Self {
-        let rotation = self.rotation.inverse();
+    /// From a rotation and an origin.
+    pub const fn new(rotation: Rotation3<f64>, translation: Vector3<f64>) -> Self {
         Self {
             rotation,
-            translation: -(rotation * self.translation),
+            translation,
         }
+    }
+
+    /// A shift without rotation, metres.
+    pub fn from_translation(x: f64, y: f64, z: f64) -> Self {
+        Self::new(Rotation3::identity(), Vector3::new(x, y, z))
+    }
+
+    /// The inverse transform `b_from_a`.
+    pub fn inverse(&self) -> Self {
+        Self {
+            rotation: self.rotation.inverse(),
+            translation: -transposed_times(self.rotation.matrix(), &self.translation),
+        }
+    }
+
+    /// A point given in b, expressed in a.
+    #[inline]
+    pub fn transform_point(&self, point: Vector3<f64>) -> Vector3<f64> {
+        self.rotate(point) + self.translation
+    }
+
+    /// A direction given in b, expressed in a.
+    #[inline]
+    pub fn rotate(&self, direction: Vector3<f64>) -> Vector3<f64> {
+        times(self.rotation.matrix(), &direction)
+    }
+
+    /// A direction given in a, expressed in b.
+    #[inline]
+    pub fn rotate_back(&self, direction: Vector3<f64>) -> Vector3<f64> {
+        transposed_times(self.rotation.matrix(), &direction)
     }
 
     /// From roll-pitch-yaw form: R = Rz(yaw) Ry(pitch) Rx(roll).
     pub fn from_rpy(p: &RpyPose) -> Self {
-        let ((sr, cr), (sp, cp), (sy, cy)) =
-            (p.rpy[0].sin_cos(), p.rpy[1].sin_cos(), p.rpy[2].sin_cos());
-        let m = Matrix3::new(
-            cy * cp,
-            cy * sp * sr - sy * cr,
-            cy * sp * cr + sy * sr,
-            sy * cp,
-            sy * sp * sr + cy * cr,
-            sy * sp * cr - cy * sr,
-            -sp,
-            cp * sr,
-            cp * cr,
-        );
-        Self {
-            rotation: Rotation3::from_matrix_unchecked(m),
-            translation: Vector3::from(p.xyz),
-        }
+        Self::new(rotation_from_rpy(p.rpy), Vector3::from(p.xyz))
     }
 
     /// To roll-pitch-yaw form: roll and yaw in (-pi, pi], pitch in [-pi/2, pi/2]; at pitch ±pi/2 yaw is 0.
     pub fn to_rpy(&self) -> RpyPose {
-        let m = self.rotation.matrix();
-        let cos_pitch = m[(0, 0)].hypot(m[(1, 0)]);
-        let pitch = (-m[(2, 0)]).atan2(cos_pitch);
-        let (roll, yaw) = if cos_pitch > 1e-9 {
-            (m[(2, 1)].atan2(m[(2, 2)]), m[(1, 0)].atan2(m[(0, 0)]))
-        } else {
-            // Gimbal lock: only roll -/+ yaw is determined; the convention puts all of it into roll.
-            ((-m[(1, 2)]).atan2(m[(1, 1)]), 0.0)
-        };
         RpyPose {
             xyz: self.translation.into(),
-            rpy: [roll, pitch, yaw],
+            rpy: rpy_from_rotation(&self.rotation),
         }
     }
 }
@@ -114,10 +123,14 @@ impl Pose {
 impl core::ops::Mul for Pose {
     type Output = Pose;
     /// `a_from_c = a_from_b * b_from_c`.
+    #[inline]
     fn mul(self, rhs: Pose) -> Pose {
         Pose {
-            rotation: self.rotation * rhs.rotation,
-            translation: self.rotation * rhs.translation + self.translation,
+            rotation: Rotation3::from_matrix_unchecked(product(
+                self.rotation.matrix(),
+                rhs.rotation.matrix(),
+            )),
+            translation: self.transform_point(rhs.translation),
         }
     }
 }

@@ -1,1 +1,28 @@
-//! The contract between scripts and ports on one side and the motion thread on the other.
+//! The contract between two worlds: scripts and ports on one side, the motion thread on the other.
+//!
+//! Everything that crosses the border is defined here, is `Copy` and has a fixed size: commands in, events and records
+//! out, and the latest state for whoever wants to look. Owns no planner, no physics, no script value, no socket.
+//!
+//! - [`Command`]s go in through a lock-free ring ([`border`] makes both ends).
+//! - [`Event`]s (completions, refusals, warnings, stops) and [`Record`]s (every cycle, every command taken) come out.
+//! - [`SnapshotCell`] holds the latest [`RobotState`]; readers never hold up the writer.
+
+pub mod command;
+pub mod event;
+pub mod mode;
+pub mod ring;
+pub mod snapshot;
+pub mod state;
+pub mod timeline;
+mod words;
+
+pub use command::{Command, CommandId, CommandKind, Origin, ProgramId, ThreadNumber};
+pub use event::{Event, Outcome, PathFault, Refusal, StopReason, Warning};
+pub use mode::{MotionMode, RobotMode, SafetyMode};
+pub use ring::{
+    BorderSizes, CommandPort, EventReader, MotionEnd, Record, RecordReader, RingFull, ScriptEnd,
+    border,
+};
+pub use snapshot::SnapshotCell;
+pub use state::RobotState;
+pub use timeline::{Seconds, Timeline};

@@ -1,1 +1,51 @@
 //! The control cycle: generators, limits, safety and the simulated arm.
+//!
+//! [`Cycle::tick`] is one control period and an ordinary function. Who calls it decides what time is: the motion thread
+//! of [`realtime`] on absolute deadlines, or [`virtual_time`] on the thread of whoever waits for time to pass. Commands
+//! come in and events, records and snapshots go out through `motion-api`; nothing here knows a script or a socket.
+//!
+//! ```
+//! use kinematics::{JointPositions, RobotModel};
+//! use motion::{Cycle, CycleConfig, Timing};
+//! use motion_api::{BorderSizes, CommandKind, Origin, border};
+//!
+//! let config = CycleConfig::new(RobotModel::built_in("cs66")?);
+//! let (motion_end, mut script_end) = border(BorderSizes::default(), &config.first_state());
+//! let mut cycle = Cycle::new(config, motion_end)?;
+//!
+//! let target = JointPositions([0.2, -1.5, 1.6, -1.6, -1.5, 0.0]);
+//! let movej = CommandKind::MoveJ { target, acceleration: 1.4, speed: 1.0, duration: 0.0 };
+//! script_end.commands.send(Origin::default(), movej)?;
+//! let ended = loop {
+//!     cycle.tick(Timing::default());
+//!     if let Some(event) = script_end.events.next_event() {
+//!         break event;
+//!     }
+//! };
+//! let state = script_end.snapshot.read();
+//! assert_eq!(state.target_q, target);
+//! println!("{ended:?} after {} s", state.time);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod brake;
+pub mod config;
+pub mod constants;
+mod cycle;
+mod intake;
+pub mod machine;
+mod motion;
+mod outbox;
+pub mod path;
+pub mod plan;
+pub mod plant;
+pub mod realtime;
+mod report;
+pub mod scalar;
+pub mod setpoint;
+pub mod virtual_time;
+mod waiting;
+
+pub use config::{ConfigError, CycleConfig, LimitOverrides, MotionLimits, PlantKind};
+pub use cycle::{Cycle, Timing};
+pub use motion::Plan;

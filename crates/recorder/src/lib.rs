@@ -1,1 +1,33 @@
-//! MCAP recordings: writer thread, reader, comparison.
+//! MCAP recordings: the writer and its thread, the reader, schemas, comparison of two recordings.
+//!
+//! A [`Recorder`] empties the ring of records of the motion thread into a file that public viewers show without
+//! set-up: every control cycle, every command, the programs and the lines they are in, messages, changes of inputs and
+//! outputs, and the arm in motion. A [`Recording`] reads such a file again, also one whose writer was killed.
+//!
+//! Owns the file's format. Knows no planner and no plant: running a recording again is wired up by the server.
+//!
+//! Times are simulated seconds since start; time stamps in the file are [`Setup::epoch_ns`] plus that time.
+
+pub mod arguments;
+pub mod compare;
+pub mod cycle;
+mod io_changes;
+pub mod reader;
+pub mod recorder;
+pub mod setup;
+pub mod summary;
+pub mod table;
+pub mod topics;
+pub mod viewer;
+mod writer;
+
+pub use arguments::ArgumentError;
+pub use compare::{Difference, difference};
+pub use cycle::{Cycle, CycleError, FieldValue};
+pub use reader::{Ending, Entry, ReadError, Recording};
+pub use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle};
+pub use setup::{Setup, SetupError};
+pub use summary::Summary;
+pub use table::Table;
+pub use topics::{CommandMessage, IoMessage, IoValue, LogLevel, LogMessage, ScriptMessage, Topic};
+pub use writer::{CHUNK_BYTES, CHUNK_SECS, Totals};

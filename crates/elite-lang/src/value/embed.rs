@@ -72,6 +72,18 @@ impl Value {
         }
     }
 
+    /// Whether it can be called: a function, a method, a class. An instance may turn out not to be callable.
+    pub fn is_callable(&self) -> bool {
+        matches!(
+            self,
+            Value::Function(_)
+                | Value::BoundMethod(_)
+                | Value::Builtin(_)
+                | Value::Class(_)
+                | Value::Instance(_)
+        )
+    }
+
     /// The name of the value's type, as scripts see it.
     pub fn type_name(&self) -> Rc<str> {
         match self {

@@ -1,0 +1,286 @@
+//! One call of a builtin: its arguments, checked against the declaration, and the ways to wait.
+//!
+//! Every message names the function, the argument, what was given and what is allowed.
+
+use ::kinematics::{JointPositions, RpyPose};
+use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
+use motion_api::{CommandId, CommandKind, Origin, Outcome};
+
+use super::declare::{Builtin, Default, Kind, Parameter};
+use crate::task::{TaskContext, Wait};
+
+/// A call in progress.
+pub struct Call<'a, 'n> {
+    builtin: &'static Builtin,
+    context: &'a TaskContext,
+    native: &'a mut NativeCall<'n>,
+}
+
+impl<'a, 'n> Call<'a, 'n> {
+    pub(super) fn new(
+        builtin: &'static Builtin,
+        context: &'a TaskContext,
+        native: &'a mut NativeCall<'n>,
+    ) -> Result<Self, Raised> {
+        let mut call = Self {
+            builtin,
+            context,
+            native,
+        };
+        if builtin.waits && context.is_secondary() {
+            let text = format!(
+                "{}() waits and cannot be used in a secondary program (sec)",
+                builtin.name
+            );
+            return Err(call.error(ExceptionKind::RuntimeError, text));
+        }
+        Ok(call)
+    }
+
+    /// The task the call belongs to.
+    pub(crate) fn context(&self) -> &'a TaskContext {
+        self.context
+    }
+
+    /// The call of the language, for what goes beyond robot builtins.
+    pub fn native(&mut self) -> &mut NativeCall<'n> {
+        self.native
+    }
+
+    /// Which statement called.
+    pub fn origin(&self) -> Origin {
+        self.context.origin(self.native.line())
+    }
+
+    /// An exception with `text`, which should name the argument.
+    pub fn error(&mut self, kind: ExceptionKind, text: impl Into<String>) -> Raised {
+        self.native.raise(kind, text.into())
+    }
+
+    /// The argument as given, `None` when omitted.
+    pub fn given(&self, index: usize) -> Option<&Value> {
+        self.native.arg(index)
+    }
+
+    fn parameter(&self, index: usize) -> &'static Parameter {
+        &self.builtin.params[index]
+    }
+
+    /// `movej(): a`, the beginning of every message about an argument.
+    fn place(&self, index: usize) -> String {
+        format!("{}(): {}", self.builtin.name, self.parameter(index).name)
+    }
+
+    fn wrong_type(&mut self, index: usize, wanted: &str, got: &Value) -> Raised {
+        match self.show(got) {
+            Ok(shown) => {
+                let (place, name) = (self.place(index), got.type_name());
+                self.error(ExceptionKind::TypeError, format!("{place} must be {wanted}, not {name} ({shown})"))
+            }
+            Err(raised) => raised,
+        }
+    }
+
+    /// A value as Python writes it, shortened so that one long list does not fill the log.
+    fn show(&mut self, value: &Value) -> Result<String, Raised> {
+        let text = self.native.repr(value)?;
+        if text.chars().count() <= 60 {
+            return Ok(text);
+        }
+        Ok(text.chars().take(57).chain("...".chars()).collect())
+    }
+
+    /// A finite number inside the declared range.
+    pub fn number(&mut self, index: usize) -> Result<f64, Raised> {
+        let Kind::Number(range) = self.parameter(index).kind else {
+            unreachable!("declared as another kind")
+        };
+        let Some(value) = self.given(index).cloned() else {
+            let Default::Number(default) = self.parameter(index).default else {
+                unreachable!("has no default")
+            };
+            return Ok(default);
+        };
+        let Some(x) = value.as_f64() else {
+            return Err(self.wrong_type(index, "a number", &value));
+        };
+        if !x.is_finite() || !range.contains(x) {
+            let text = format!("{} must be {range}, got {}", self.place(index), self.show(&value)?);
+            return Err(self.error(ExceptionKind::ValueError, text));
+        }
+        Ok(x)
+    }
+
+    /// A whole number inside the declared range.
+    pub fn integer(&mut self, index: usize) -> Result<i64, Raised> {
+        let Kind::Integer(min, max) = self.parameter(index).kind else {
+            unreachable!("declared as another kind")
+        };
+        let value = self.required(index);
+        let Some(n) = value.as_i64() else {
+            return Err(self.wrong_type(index, "an integer", &value));
+        };
+        if n < min || n > max {
+            let text = format!("{} must be {min} to {max}, got {n}", self.place(index));
+            return Err(self.error(ExceptionKind::ValueError, text));
+        }
+        Ok(n)
+    }
+
+    /// A truth value; 0 and 1 are taken too.
+    pub fn boolean(&mut self, index: usize) -> Result<bool, Raised> {
+        let Some(value) = self.given(index).cloned() else {
+            return Ok(matches!(
+                self.parameter(index).default,
+                Default::Boolean(true)
+            ));
+        };
+        match value.as_bool() {
+            Some(b) => Ok(b),
+            None => Err(self.wrong_type(index, "True or False", &value)),
+        }
+    }
+
+    /// An argument that the language has already made sure is there.
+    pub fn required(&self, index: usize) -> Value {
+        self.given(index).cloned().unwrap_or(Value::None)
+    }
+
+    /// A list or tuple of exactly `N` finite numbers.
+    fn fixed<const N: usize>(
+        &mut self,
+        index: usize,
+        value: &Value,
+        wanted: &str,
+    ) -> Result<[f64; N], Raised> {
+        let Some(items) = value.as_items() else {
+            return Err(self.wrong_type(index, wanted, value));
+        };
+        if items.len() != N {
+            let text = format!(
+                "{} must be {wanted}, got {} numbers",
+                self.place(index),
+                items.len()
+            );
+            return Err(self.error(ExceptionKind::ValueError, text));
+        }
+        let mut out = [0.0; N];
+        for (k, item) in items.iter().enumerate() {
+            let Some(x) = item.as_f64() else {
+                let text = format!(
+                    "{}[{k}] must be a number, not {} ({})",
+                    self.place(index),
+                    item.type_name(),
+                    self.show(item)?
+                );
+                return Err(self.error(ExceptionKind::TypeError, text));
+            };
+            if !x.is_finite() {
+                let text =
+                    format!("{}[{k}] must be a finite number, got {}", self.place(index), self.show(item)?);
+                return Err(self.error(ExceptionKind::ValueError, text));
+            }
+            out[k] = x;
+        }
+        Ok(out)
+    }
+
+    /// `N` numbers; zeros when omitted and declared so.
+    pub fn numbers<const N: usize>(&mut self, index: usize) -> Result<[f64; N], Raised> {
+        match self.given(index).cloned() {
+            None => Ok([0.0; N]),
+            Some(value) => self.fixed(index, &value, &format!("a list of {N} numbers")),
+        }
+    }
+
+    /// Six joint positions.
+    pub fn joints(&mut self, index: usize) -> Result<JointPositions, Raised> {
+        let value = self.required(index);
+        self.fixed(index, &value, "six joint positions in rad")
+            .map(JointPositions)
+    }
+
+    /// A pose.
+    pub fn pose(&mut self, index: usize) -> Result<RpyPose, Raised> {
+        let value = self.required(index);
+        self.fixed(index, &value, "a pose [x, y, z, Rx, Ry, Rz] in m and rad")
+            .map(RpyPose::from_array)
+    }
+
+    /// Six joint positions, or `None` when omitted, `None` or the manual's symbolic empty text.
+    pub fn joints_or_default(&mut self, index: usize) -> Result<Option<JointPositions>, Raised> {
+        if self.is_symbolic_default(index) {
+            Ok(None)
+        } else {
+            self.joints(index).map(Some)
+        }
+    }
+
+    /// A pose, or `None` when omitted, `None` or the manual's symbolic text.
+    pub fn pose_or_default(&mut self, index: usize) -> Result<Option<RpyPose>, Raised> {
+        if self.is_symbolic_default(index) {
+            Ok(None)
+        } else {
+            self.pose(index).map(Some)
+        }
+    }
+
+    fn is_symbolic_default(&self, index: usize) -> bool {
+        match self.given(index) {
+            None | Some(Value::None) => true,
+            Some(value) => value.as_str().is_some_and(|text| {
+                text.is_empty()
+                    || matches!(self.parameter(index).default, Default::Symbolic(word) if word == text)
+            }),
+        }
+    }
+
+    /// Suspends the script thread until `wait` is over.
+    pub(crate) fn wait(&mut self, wait: Wait) -> Result<(), Raised> {
+        let token = self.context.register_wait(wait);
+        self.native.wait(token)
+    }
+
+    /// Sends a command without waiting for its end; waits for room when the ring is full.
+    pub fn send(&mut self, kind: CommandKind) -> Result<CommandId, Raised> {
+        self.enter(kind, false)
+    }
+
+    fn enter(&mut self, kind: CommandKind, keep_outcome: bool) -> Result<CommandId, Raised> {
+        let origin = self.origin();
+        let robot = self.context.robot();
+        loop {
+            let sent = if keep_outcome {
+                robot.request(origin, kind)
+            } else {
+                robot.send(origin, kind)
+            };
+            match sent {
+                Ok(id) => return Ok(id),
+                Err(_) => self.wait(Wait::Cycle(robot.state().cycle + 1))?,
+            }
+        }
+    }
+
+    /// Sends a command and waits for its end.
+    ///
+    /// A refusal is a `RuntimeError` that the script can catch. A protective stop ends the task and cannot be caught.
+    pub fn perform(&mut self, kind: CommandKind) -> Result<(), Raised> {
+        let id = self.enter(kind, true)?;
+        self.wait(Wait::Command(id))?;
+        match self.context.robot().take_outcome(id) {
+            Some(Outcome::Done) | None => Ok(()),
+            // The motion was ended by somebody else's stop; the program goes on after the call.
+            Some(Outcome::Aborted) => Ok(()),
+            Some(Outcome::Refused(refusal)) => {
+                let text = format!("{}(): {refusal}", self.builtin.name);
+                Err(self.error(ExceptionKind::RuntimeError, text))
+            }
+            Some(Outcome::ProtectiveStop(_)) => {
+                // The task is ending because of the stop; this thread only has to wait until it is unwound.
+                self.wait(Wait::Never)?;
+                Ok(())
+            }
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! How a builtin is declared: once, as data. Binding, range errors, `eliteserver builtins`, the documentation and the
+//! coverage test all read this declaration.
+
+use std::fmt;
+
+use elite_lang::{Raised, Value};
+
+use super::call::Call;
+
+/// One builtin function.
+pub struct Builtin {
+    /// Name in scripts.
+    pub name: &'static str,
+    /// Section of the vendor's manual.
+    pub section: &'static str,
+    /// Group of the manual.
+    pub category: Category,
+    /// One sentence.
+    pub summary: &'static str,
+    /// Parameters in order.
+    pub params: &'static [Parameter],
+    /// What it returns, in words with units.
+    pub returns: &'static str,
+    /// True when the call may wait for time or motion; such calls are refused in secondary programs.
+    pub waits: bool,
+    /// The function.
+    pub run: fn(&mut Call<'_, '_>) -> Result<Value, Raised>,
+}
+
+/// Groups of the manual.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Category {
+    /// Chapter 2.
+    Interpreter,
+    /// Chapter 3.1.
+    Motion,
+    /// Chapter 3.2.
+    Math,
+    /// Chapter 5.
+    Io,
+    /// Chapter 9.1.
+    Thread,
+    /// Chapter 9.3 to 9.5.
+    System,
+    /// Chapter 1.
+    Other,
+}
+
+impl Category {
+    /// The word in listings.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Interpreter => "interpreter",
+            Self::Motion => "motion",
+            Self::Math => "math",
+            Self::Io => "io",
+            Self::Thread => "thread",
+            Self::System => "system",
+            Self::Other => "other",
+        }
+    }
+}
+
+/// One parameter.
+pub struct Parameter {
+    /// Name for keyword arguments.
+    pub name: &'static str,
+    /// Other spellings the manual uses.
+    pub aliases: &'static [&'static str],
+    /// What it accepts.
+    pub kind: Kind,
+    /// What an omitted argument means.
+    pub default: Default,
+    /// Unit, empty when there is none.
+    pub unit: &'static str,
+    /// A phrase that says what it is.
+    pub meaning: &'static str,
+}
+
+/// What a parameter accepts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// Six joint positions, rad.
+    Joints,
+    /// A pose `[x, y, z, Rx, Ry, Rz]`, m and rad.
+    Pose,
+    /// A list of that many numbers.
+    Numbers(usize),
+    /// A finite number in a range.
+    Number(Range),
+    /// A whole number in a closed range.
+    Integer(i64, i64),
+    /// True or False.
+    Boolean,
+    /// Any value, shown with `str()`.
+    Printable,
+    /// A function.
+    Function,
+    /// A tuple or list of arguments.
+    Arguments,
+    /// Handle of a thread.
+    ThreadHandle,
+    /// Any number of values (`*values`).
+    Rest,
+}
+
+/// A range of numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Range {
+    /// Any finite number.
+    Any,
+    /// Greater than 0.
+    Positive,
+    /// 0 or greater.
+    NotNegative,
+}
+
+impl Range {
+    /// True when `x` lies inside.
+    pub fn contains(self, x: f64) -> bool {
+        match self {
+            Self::Any => true,
+            Self::Positive => x > 0.0,
+            Self::NotNegative => x >= 0.0,
+        }
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Any => "any finite number",
+            Self::Positive => "a number > 0",
+            Self::NotNegative => "a number >= 0",
+        })
+    }
+}
+
+/// What an omitted argument means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Default {
+    /// It cannot be omitted.
+    Required,
+    /// This number.
+    Number(f64),
+    /// This truth value.
+    Boolean(bool),
+    /// As many zeros as the parameter has numbers.
+    Zeros,
+    /// The empty text.
+    EmptyText,
+    /// The empty tuple.
+    EmptyTuple,
+    /// Something the controller knows; the word is shown in signatures.
+    Symbolic(&'static str),
+}
+
+impl Kind {
+    /// The type as listings show it.
+    pub fn type_name(self) -> String {
+        match self {
+            Self::Joints | Self::Pose => "list[6] float".into(),
+            Self::Numbers(n) => format!("list[{n}] float"),
+            Self::Number(_) => "float".into(),
+            Self::Integer(..) => "int".into(),
+            Self::Boolean => "bool".into(),
+            Self::Printable | Self::Rest => "any".into(),
+            Self::Function => "callable".into(),
+            Self::Arguments => "tuple".into(),
+            Self::ThreadHandle => "thread id".into(),
+        }
+    }
+
+    /// The range as listings show it, when there is one.
+    pub fn range_text(self) -> Option<String> {
+        match self {
+            Self::Number(Range::Positive) => Some("> 0".into()),
+            Self::Number(Range::NotNegative) => Some(">= 0".into()),
+            Self::Integer(min, max) => Some(format!("{min} to {max}")),
+            Self::Boolean => Some("True or False".into()),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.kind == Kind::Rest {
+            return write!(f, "*{}", self.name);
+        }
+        f.write_str(self.name)?;
+        match self.default {
+            Default::Required => Ok(()),
+            Default::Number(x) => write!(f, "={x}"),
+            Default::Boolean(b) => f.write_str(if b { "=True" } else { "=False" }),
+            Default::Zeros => {
+                let n = if let Kind::Numbers(n) = self.kind {
+                    n
+                } else {
+                    6
+                };
+                write!(f, "=[{}]", vec!["0"; n].join(","))
+            }
+            Default::EmptyText => f.write_str("=''"),
+            Default::EmptyTuple => f.write_str("=()"),
+            Default::Symbolic(word) => write!(f, "='{word}'"),
+        }
+    }
+}
+
+impl Builtin {
+    /// The signature with defaults, as the manual writes it: `movej(q, a=1.396263, …)`.
+    pub fn signature(&self) -> String {
+        let params: Vec<String> = self.params.iter().map(ToString::to_string).collect();
+        format!("{}({})", self.name, params.join(", "))
+    }
+}

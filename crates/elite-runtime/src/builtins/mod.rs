@@ -1,0 +1,62 @@
+//! The builtins that bind scripts to the robot, one file a manual chapter, each declared as data (`declare`).
+//!
+//! Owns argument checking and what each function does. A builtin that waits sends a command and suspends its script
+//! thread until the command has ended; getters read the latest snapshot and never wait.
+
+mod call;
+pub mod declare;
+mod io;
+mod kinematics;
+mod motion;
+mod system;
+mod thread;
+
+use std::rc::Rc;
+
+use elite_lang::{NativeFunction, Param, ParamKind};
+
+use crate::task::TaskContext;
+use call::Call;
+use declare::{Builtin, Default, Kind};
+
+/// All builtins, by chapter.
+pub fn all() -> impl Iterator<Item = &'static Builtin> {
+    [
+        motion::BUILTINS,
+        kinematics::BUILTINS,
+        io::BUILTINS,
+        thread::BUILTINS,
+        system::BUILTINS,
+    ]
+    .into_iter()
+    .flatten()
+}
+
+/// The builtins as functions of one task.
+pub(crate) fn natives(context: &Rc<TaskContext>) -> Vec<NativeFunction> {
+    all()
+        .map(|builtin| {
+            let context = Rc::clone(context);
+            NativeFunction {
+                name: builtin.name,
+                params: builtin.params.iter().map(param).collect(),
+                call: Rc::new(move |native| {
+                    Call::new(builtin, &context, native)
+                        .and_then(|mut call| (builtin.run)(&mut call))
+                }),
+            }
+        })
+        .collect()
+}
+
+fn param(parameter: &declare::Parameter) -> Param {
+    Param {
+        name: parameter.name,
+        aliases: parameter.aliases,
+        kind: match (parameter.kind, parameter.default) {
+            (Kind::Rest, _) => ParamKind::VarArgs,
+            (_, Default::Required) => ParamKind::Required,
+            _ => ParamKind::Optional,
+        },
+    }
+}

@@ -1,0 +1,257 @@
+//! Manual 3.1: moves, getters of the arm's state, TCP and payload.
+
+use ::kinematics::Payload;
+use elite_lang::{ExceptionKind, Raised, Value};
+use motion_api::CommandKind;
+
+use super::call::Call;
+use super::declare::{Builtin, Category, Default, Kind, Parameter, Range};
+
+/// The builtins of this chapter.
+pub const BUILTINS: &[Builtin] = &[
+    Builtin {
+        name: "movej",
+        section: "3.1.1",
+        category: Category::Motion,
+        summary: "Moves along a straight line in joint space; all joints start and end together.",
+        params: &[
+            Parameter {
+                name: "q",
+                aliases: &[],
+                kind: Kind::Joints,
+                default: Default::Required,
+                unit: "rad",
+                meaning: "target joint positions [Base, Shoulder, Elbow, Wrist1, Wrist2, Wrist3]",
+            },
+            acceleration("rad/s^2", 1.396263, "acceleration of the leading joint"),
+            speed("rad/s", 1.047197, "speed of the leading joint"),
+            DURATION,
+            BLEND_RADIUS,
+        ],
+        returns: "nothing; returns when the target is reached",
+        waits: true,
+        run: movej,
+    },
+    Builtin {
+        name: "movel",
+        section: "3.1.3",
+        category: Category::Motion,
+        summary: "Moves the TCP along a straight line, turning about one fixed axis.",
+        params: &[
+            Parameter {
+                name: "pose",
+                aliases: &["p"],
+                kind: Kind::Pose,
+                default: Default::Required,
+                unit: "m, rad",
+                meaning: "target TCP pose in the base frame",
+            },
+            acceleration("m/s^2", 1.2, "TCP acceleration"),
+            speed("m/s", 0.25, "TCP speed"),
+            DURATION,
+            BLEND_RADIUS,
+        ],
+        returns: "nothing; returns when the target is reached",
+        waits: true,
+        run: movel,
+    },
+    getter(
+        "get_actual_joint_positions",
+        "3.1.4",
+        "Measured joint positions.",
+        "list[6] float, rad",
+        |call| Ok(Value::list_of_f64(&call.context().robot().state().actual_q.0)),
+    ),
+    getter(
+        "get_actual_tcp_pose",
+        "3.1.7",
+        "Measured TCP pose in the base frame.",
+        "list[6] float, m and rad",
+        |call| {
+            Ok(Value::list_of_f64(
+                &call.context().robot().state().actual_tcp_pose.to_array(),
+            ))
+        },
+    ),
+    getter(
+        "get_target_joint_positions",
+        "3.1.12",
+        "Commanded joint positions.",
+        "list[6] float, rad",
+        |call| Ok(Value::list_of_f64(&call.context().robot().state().target_q.0)),
+    ),
+    Builtin {
+        name: "set_payload",
+        section: "3.1.17",
+        category: Category::Motion,
+        summary: "Says what hangs on the flange.",
+        params: &[
+            Parameter {
+                name: "m",
+                aliases: &[],
+                kind: Kind::Number(Range::NotNegative),
+                default: Default::Required,
+                unit: "kg",
+                meaning: "mass, at most the rated payload of the model",
+            },
+            Parameter {
+                name: "CoG",
+                aliases: &["cog"],
+                kind: Kind::Numbers(3),
+                default: Default::Required,
+                unit: "m",
+                meaning: "centre of gravity in the flange frame",
+            },
+            Parameter {
+                name: "inertia",
+                aliases: &[],
+                kind: Kind::Numbers(6),
+                default: Default::Zeros,
+                unit: "kg m^2",
+                meaning: "[Ixx, Iyy, Izz, Ixy, Ixz, Iyz] about the centre of gravity",
+            },
+        ],
+        returns: "nothing",
+        waits: false,
+        run: set_payload,
+    },
+    Builtin {
+        name: "set_tcp",
+        section: "3.1.20",
+        category: Category::Motion,
+        summary: "Sets the TCP relative to the tool flange.",
+        params: &[Parameter {
+            name: "pose",
+            aliases: &[],
+            kind: Kind::Pose,
+            default: Default::Required,
+            unit: "m, rad",
+            meaning: "TCP in the flange frame",
+        }],
+        returns: "nothing",
+        waits: false,
+        run: set_tcp,
+    },
+];
+
+const fn acceleration(unit: &'static str, default: f64, meaning: &'static str) -> Parameter {
+    Parameter {
+        name: "a",
+        aliases: &[],
+        kind: Kind::Number(Range::Positive),
+        default: Default::Number(default),
+        unit,
+        meaning,
+    }
+}
+
+const fn speed(unit: &'static str, default: f64, meaning: &'static str) -> Parameter {
+    Parameter {
+        name: "v",
+        aliases: &[],
+        kind: Kind::Number(Range::Positive),
+        default: Default::Number(default),
+        unit,
+        meaning,
+    }
+}
+
+const DURATION: Parameter = Parameter {
+    name: "t",
+    aliases: &[],
+    kind: Kind::Number(Range::NotNegative),
+    default: Default::Number(0.0),
+    unit: "s",
+    meaning: "duration; 0 plans from a and v, otherwise a and v are ignored",
+};
+
+const BLEND_RADIUS: Parameter = Parameter {
+    name: "r",
+    aliases: &[],
+    kind: Kind::Number(Range::NotNegative),
+    default: Default::Number(0.0),
+    unit: "m",
+    meaning: "blend radius",
+};
+
+const fn getter(
+    name: &'static str,
+    section: &'static str,
+    summary: &'static str,
+    returns: &'static str,
+    run: fn(&mut Call<'_, '_>) -> Result<Value, Raised>,
+) -> Builtin {
+    Builtin {
+        name,
+        section,
+        category: Category::Motion,
+        summary,
+        params: &[],
+        returns,
+        waits: false,
+        run,
+    }
+}
+
+fn movej(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let kind = CommandKind::MoveJ {
+        target: call.joints(0)?,
+        acceleration: call.number(1)?,
+        speed: call.number(2)?,
+        duration: call.number(3)?,
+    };
+    refuse_blend(call)?;
+    call.perform(kind)?;
+    Ok(Value::None)
+}
+
+fn movel(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let kind = CommandKind::MoveL {
+        target: call.pose(0)?,
+        acceleration: call.number(1)?,
+        speed: call.number(2)?,
+        duration: call.number(3)?,
+    };
+    refuse_blend(call)?;
+    call.perform(kind)?;
+    Ok(Value::None)
+}
+
+fn refuse_blend(call: &mut Call<'_, '_>) -> Result<(), Raised> {
+    let radius = call.number(4)?;
+    if radius == 0.0 {
+        return Ok(());
+    }
+    let text = format!(
+        "r = {radius} m: blending is not available in this version; use r = 0, the arm stops at the target"
+    );
+    Err(call.error(ExceptionKind::NotImplementedError, text))
+}
+
+fn set_tcp(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let pose = call.pose(0)?;
+    call.perform(CommandKind::SetTcp(pose))?;
+    Ok(Value::None)
+}
+
+fn set_payload(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let mass = call.number(0)?;
+    let model = call.context().robot().model();
+    if let Some(rated) = model.rated_payload_kg()
+        && mass > rated
+    {
+        let text = format!(
+            "set_payload(): m must be 0 to {rated} kg on {}, got {mass}",
+            model.name()
+        );
+        return Err(call.error(ExceptionKind::ValueError, text));
+    }
+    let (cog, inertia) = (call.numbers(1)?, call.numbers(2)?);
+    match Payload::new(mass, cog, inertia) {
+        Ok(payload) => call.perform(CommandKind::SetPayload(payload))?,
+        Err(error) => {
+            return Err(call.error(ExceptionKind::ValueError, format!("set_payload(): {error}")));
+        }
+    }
+    Ok(Value::None)
+}

@@ -1,0 +1,101 @@
+//! What programs and the robot tell people: log lines, script errors, robot events; and who is told.
+//!
+//! Three kinds of trouble stay apart: a script error ends a task, a robot event changes the robot's state and is seen by
+//! all, a service error (not here) ends one connection.
+
+use motion_api::{Origin, ProgramId, StopReason, ThreadNumber};
+
+/// How much a message matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// For information.
+    Info,
+    /// Something was changed or ignored.
+    Warning,
+    /// Something ended that should not have.
+    Error,
+}
+
+/// One message.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Message {
+    /// Standard output of a program, as written (with its line end).
+    Print {
+        /// Which program.
+        origin: Origin,
+        /// The text.
+        text: String,
+    },
+    /// A log line: `textmsg` and warnings.
+    Log {
+        /// How much it matters.
+        severity: Severity,
+        /// Where it came from; program 0: not from a program.
+        origin: Origin,
+        /// The text.
+        text: String,
+    },
+    /// A program did not compile or ended with an uncaught exception.
+    ScriptError {
+        /// Which program.
+        program: ProgramId,
+        /// Line, from 1.
+        line: u32,
+        /// Column, from 1.
+        column: u32,
+        /// `Type: message`.
+        summary: String,
+        /// The whole report: place, source line with caret, stack, last line `Type: message`.
+        report: String,
+    },
+    /// The robot changed its state on its own.
+    Robot {
+        /// Error code.
+        code: i32,
+        /// Sub code.
+        sub_code: i32,
+        /// How bad.
+        severity: Severity,
+        /// The sentence.
+        text: String,
+    },
+}
+
+/// Error code of every protective stop; the sub code tells the reason ([`StopReason::code`]). Our numbering.
+pub const PROTECTIVE_STOP_CODE: i32 = 100;
+
+impl Message {
+    /// A log line.
+    pub fn log(severity: Severity, origin: Origin, text: impl Into<String>) -> Self {
+        Self::Log {
+            severity,
+            origin,
+            text: text.into(),
+        }
+    }
+
+    /// The message of a protective stop.
+    pub fn protective_stop(reason: StopReason) -> Self {
+        Self::Robot {
+            code: PROTECTIVE_STOP_CODE,
+            sub_code: i32::try_from(reason.code()).unwrap_or(i32::MAX),
+            severity: Severity::Error,
+            text: format!("protective stop: {reason}"),
+        }
+    }
+}
+
+/// Is told what happens, on the thread where it happens; must not wait.
+pub trait Observer: Send + Sync {
+    /// A message was issued.
+    fn message(&self, message: &Message);
+
+    /// A program is about to start.
+    fn program_started(&self, program: ProgramId, name: &str, text: &str);
+
+    /// A script thread stands at another line than at its last suspension; at most once a cycle and thread.
+    fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32);
+
+    /// A program has ended.
+    fn program_ended(&self, program: ProgramId);
+}

@@ -1,0 +1,240 @@
+//! The script side's view of the robot: one handle to send commands, learn how they ended and look at the state.
+//!
+//! Owns the table of commands somebody waits for. Knows neither planner nor physics (those are behind the ring) and no
+//! script value. Shared by the task's thread, the ports and the pump.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use kinematics::RobotModel;
+use motion_api::{
+    Command, CommandId, CommandKind, CommandPort, Event, EventReader, Origin, Outcome, RingFull,
+    RobotState, ScriptEnd, SnapshotCell, StopReason, Timeline,
+};
+use tokio::sync::Notify;
+
+use crate::message::{Message, Observer, Severity};
+
+/// A robot to give commands to. Cheap to share behind an `Arc`.
+pub struct Robot {
+    model: Arc<RobotModel>,
+    commands: CommandPort,
+    snapshot: Arc<SnapshotCell>,
+    timeline: Arc<dyn Timeline>,
+    awaited: Mutex<Awaited>,
+    events: Mutex<EventReader>,
+    progress: Notify,
+    observer: Arc<dyn Observer>,
+}
+
+/// Commands whose end somebody waits for, and the origin of every command that has not ended.
+#[derive(Default)]
+struct Awaited {
+    open: BTreeMap<CommandId, Entry>,
+    stops: u64,
+    last_stop: Option<StopReason>,
+}
+
+struct Entry {
+    command: Command,
+    keep_outcome: bool,
+    outcome: Option<Outcome>,
+}
+
+impl Robot {
+    /// Joins the script side's end of the border with the clock that runs the other side.
+    pub fn new(
+        model: Arc<RobotModel>,
+        end: ScriptEndWithoutRecords,
+        timeline: Arc<dyn Timeline>,
+        observer: Arc<dyn Observer>,
+    ) -> Self {
+        Self {
+            model,
+            commands: end.commands,
+            snapshot: end.snapshot,
+            timeline,
+            awaited: Mutex::default(),
+            events: Mutex::new(end.events),
+            progress: Notify::new(),
+            observer,
+        }
+    }
+
+    /// The arm's model.
+    pub fn model(&self) -> &RobotModel {
+        &self.model
+    }
+
+    /// The state after the latest cycle.
+    pub fn state(&self) -> RobotState {
+        self.snapshot.read()
+    }
+
+    /// The clock.
+    pub fn timeline(&self) -> &dyn Timeline {
+        &*self.timeline
+    }
+
+    /// Sends a command nobody waits for.
+    ///
+    /// # Errors
+    /// [`RingFull`] when the motion thread does not keep up.
+    pub fn send(&self, origin: Origin, kind: CommandKind) -> Result<CommandId, RingFull> {
+        self.enter(origin, kind, false)
+    }
+
+    /// Sends a command whose outcome will be asked for with [`take_outcome`](Self::take_outcome).
+    ///
+    /// # Errors
+    /// [`RingFull`] when the motion thread does not keep up.
+    pub fn request(&self, origin: Origin, kind: CommandKind) -> Result<CommandId, RingFull> {
+        self.enter(origin, kind, true)
+    }
+
+    fn enter(
+        &self,
+        origin: Origin,
+        kind: CommandKind,
+        keep_outcome: bool,
+    ) -> Result<CommandId, RingFull> {
+        self.commands.send_with(origin, kind, |id| {
+            let entry = Entry {
+                command: Command { id, origin, kind },
+                keep_outcome,
+                outcome: None,
+            };
+            self.awaited().open.insert(id, entry);
+        })
+    }
+
+    /// Level of a standard digital output as the next read must see it: the newest write that still waits for its cycle,
+    /// otherwise the level of the latest cycle.
+    pub fn standard_digital_out(&self, output: u8) -> bool {
+        let awaited = self.awaited();
+        let newest = awaited
+            .open
+            .values()
+            .rev()
+            .find_map(|entry| match entry.command.kind {
+                CommandKind::SetStandardDigitalOut { index, level } if index == output => {
+                    Some(level)
+                }
+                _ => None,
+            });
+        newest.unwrap_or_else(|| self.state().digital_out & (1 << output) != 0)
+    }
+
+    /// How many protective stops there were so far, and the reason of the last one.
+    pub fn protective_stops(&self) -> (u64, Option<StopReason>) {
+        let awaited = self.awaited();
+        (awaited.stops, awaited.last_stop)
+    }
+
+    /// The outcome of a requested command once it has ended; a second call gives `None`.
+    pub fn take_outcome(&self, id: CommandId) -> Option<Outcome> {
+        let mut awaited = self.awaited();
+        let outcome = awaited.open.get(&id)?.outcome?;
+        awaited.open.remove(&id);
+        Some(outcome)
+    }
+
+    /// True once a requested command has ended.
+    pub fn has_ended(&self, id: CommandId) -> bool {
+        self.awaited()
+            .open
+            .get(&id)
+            .is_none_or(|entry| entry.outcome.is_some())
+    }
+
+    /// Gives up waiting for a command; its outcome is dropped when it comes.
+    pub fn forget(&self, id: CommandId) {
+        let mut awaited = self.awaited();
+        if let Some(entry) = awaited.open.get_mut(&id) {
+            entry.keep_outcome = false;
+            if entry.outcome.is_some() {
+                awaited.open.remove(&id);
+            }
+        }
+    }
+
+    /// Waits until a cycle has passed or a command has ended since the last call.
+    pub async fn progress(&self) {
+        self.progress.notified().await;
+    }
+
+    /// Takes all waiting events: completions go into the table, warnings and stops to the observer. Called by the pump
+    /// thread after each cycle of the real clock, and by whoever advances the virtual one.
+    pub fn pump(&self) {
+        let mut events = self.events.lock().unwrap_or_else(PoisonError::into_inner);
+        while let Some(event) = events.next_event() {
+            self.dispatch(event);
+        }
+        drop(events);
+        self.progress.notify_one();
+    }
+
+    fn dispatch(&self, event: Event) {
+        match event {
+            Event::Ended { id, outcome, .. } => {
+                let mut awaited = self.awaited();
+                let Some(entry) = awaited.open.get_mut(&id) else {
+                    return;
+                };
+                if entry.keep_outcome {
+                    entry.outcome = Some(outcome);
+                } else if let Some(entry) = awaited.open.remove(&id)
+                    && let Outcome::Refused(refusal) = outcome
+                {
+                    drop(awaited);
+                    // Nobody waits for this one, so nobody else would say that it was refused.
+                    let text = format!("{}: {refusal}", entry.command.kind.name());
+                    self.observer.message(&Message::log(
+                        Severity::Warning,
+                        entry.command.origin,
+                        text,
+                    ));
+                }
+            }
+            Event::Warned { id, warning, .. } => {
+                let command = self.awaited().open.get(&id).map(|entry| entry.command);
+                let (origin, name) =
+                    command.map_or((Origin::default(), ""), |c| (c.origin, c.kind.name()));
+                let text = format!("{name}: {warning}");
+                self.observer
+                    .message(&Message::log(Severity::Warning, origin, text));
+            }
+            Event::Stopped { reason, .. } => {
+                let mut awaited = self.awaited();
+                awaited.stops += 1;
+                awaited.last_stop = Some(reason);
+                drop(awaited);
+                self.observer.message(&Message::protective_stop(reason));
+            }
+        }
+    }
+
+    fn awaited(&self) -> MutexGuard<'_, Awaited> {
+        self.awaited.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The script side's end of the border, without the records (those go to the recorder).
+pub struct ScriptEndWithoutRecords {
+    /// Where commands go in.
+    pub commands: CommandPort,
+    /// What happened.
+    pub events: EventReader,
+    /// The latest state.
+    pub snapshot: Arc<SnapshotCell>,
+}
+
+impl From<ScriptEnd> for ScriptEndWithoutRecords {
+    fn from(end: ScriptEnd) -> Self {
+        Self {
+            commands: end.commands,
+            events: end.events,
+            snapshot: end.snapshot,
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! Which program runs: starts tasks, refuses a second main program, passes on stop, pause and secondary programs.
+//!
+//! Owns the life cycle of tasks (each on an OS thread of its own) and the status that ports show. What happens inside a
+//! task is `task`'s.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use motion_api::{CommandKind, Origin, ProgramId};
+use thiserror::Error;
+use tokio::sync::{mpsc, watch};
+
+use crate::interpreter::Interpreter;
+use crate::message::{Message, Severity};
+use crate::task::{Control, ProgramText, Task, TaskEnd, TaskSettings};
+
+/// How long a new main program waits for one that is ending.
+pub const GRACE: Duration = Duration::from_secs(2);
+
+/// Orders that may wait for a task; it takes them at the latest after a slice.
+const CONTROLS_WAITING_MAX: usize = 256;
+
+/// What the task is doing, as ports show it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum TaskState {
+    /// Nothing runs.
+    #[default]
+    Stopped,
+    /// A program runs.
+    Running,
+    /// A program is held.
+    Paused,
+}
+
+/// What ports and `run` see of the current task.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct TaskStatus {
+    /// What it is doing.
+    pub state: TaskState,
+    /// The newest program; 0 before the first.
+    pub program: ProgramId,
+    /// True when it was told to stop and has not ended yet.
+    pub ending: bool,
+    /// How the newest program ended, once it has.
+    pub end: Option<TaskEnd>,
+}
+
+/// Why a program was not started.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum SubmitError {
+    /// Another one runs.
+    #[error("program \"{refused}\" was refused: program \"{running}\" is running; stop it first")]
+    Running {
+        /// The new one.
+        refused: String,
+        /// The one that runs.
+        running: String,
+    },
+    /// The operating system gave no thread.
+    #[error("program \"{refused}\" was refused: no thread for it ({reason})")]
+    NoThread {
+        /// The new one.
+        refused: String,
+        /// What the system said.
+        reason: String,
+    },
+}
+
+/// Starts and stops programs on one robot. Clones share everything.
+#[derive(Clone)]
+pub struct Supervisor {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    settings: TaskSettings,
+    interpreter: Interpreter,
+    current: Mutex<Current>,
+    status: watch::Sender<TaskStatus>,
+}
+
+#[derive(Default)]
+struct Current {
+    last_program: u32,
+    running: Option<Running>,
+}
+
+struct Running {
+    name: String,
+    controls: mpsc::Sender<Control>,
+}
+
+impl Supervisor {
+    /// A supervisor without a program.
+    pub fn new(settings: TaskSettings) -> Self {
+        let (status, _) = watch::channel(TaskStatus::default());
+        let shared =
+            Shared { settings, interpreter: Interpreter::default(), current: Mutex::default(), status };
+        Self { shared: Arc::new(shared) }
+    }
+
+    /// The statements of interpreter mode.
+    pub fn interpreter(&self) -> &Interpreter {
+        &self.shared.interpreter
+    }
+
+    /// What runs right now.
+    pub fn status(&self) -> TaskStatus {
+        self.shared.status.borrow().clone()
+    }
+
+    /// Follows the status.
+    pub fn watch(&self) -> watch::Receiver<TaskStatus> {
+        self.shared.status.subscribe()
+    }
+
+    /// Starts a program. A secondary one (`sec`) joins the running task. A main one is refused while another runs; when
+    /// that one is ending, the new one waits for it, at most [`GRACE`].
+    ///
+    /// # Errors
+    /// [`SubmitError`]; it was also reported to the observer as a script error of the refused program.
+    pub async fn submit(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
+        if is_secondary(&program.text) && self.join_running(&program) {
+            return Ok(self.status().program);
+        }
+        if self.status().ending {
+            let mut status = self.watch();
+            // Whether it ended in time is decided by `start`.
+            let _ = tokio::time::timeout(GRACE, status.wait_for(|s| s.state == TaskState::Stopped))
+                .await;
+        }
+        let started = self.start(program);
+        if let Err(error) = &started {
+            self.shared
+                .settings
+                .observer
+                .message(&Message::ScriptError {
+                    program: ProgramId::default(),
+                    line: 1,
+                    column: 1,
+                    summary: format!("RuntimeError: {error}"),
+                    report: format!("RuntimeError: {error}"),
+                });
+        }
+        started
+    }
+
+    fn join_running(&self, program: &ProgramText) -> bool {
+        let current = self.current();
+        current
+            .running
+            .as_ref()
+            .is_some_and(|r| r.controls.try_send(Control::Secondary(program.clone())).is_ok())
+    }
+
+    fn start(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
+        let mut current = self.current();
+        if let Some(running) = &current.running {
+            return Err(SubmitError::Running {
+                refused: program.name,
+                running: running.name.clone(),
+            });
+        }
+        let id = ProgramId(current.last_program + 1);
+        let (controls, receiver) = mpsc::channel(CONTROLS_WAITING_MAX);
+        let name = program.name.clone();
+        let shared = Arc::clone(&self.shared);
+        self.shared.status.send_replace(TaskStatus {
+            state: TaskState::Running,
+            program: id,
+            ending: false,
+            end: None,
+        });
+        std::thread::Builder::new()
+            .name(format!("task-{}", id.0))
+            .spawn(move || shared.run_task(id, program, receiver))
+            .map_err(|error| {
+                self.shared.status.send_replace(TaskStatus::default());
+                SubmitError::NoThread {
+                    refused: name.clone(),
+                    reason: error.to_string(),
+                }
+            })?;
+        current.last_program = id.0;
+        current.running = Some(Running { name, controls });
+        Ok(id)
+    }
+
+    /// Ends the running program, if one runs.
+    pub fn stop(&self) {
+        self.control(Control::Stop, |status| status.ending = true);
+    }
+
+    /// Holds the running program and the arm on its path.
+    pub fn pause(&self) {
+        self.control(Control::Pause, |status| status.state = TaskState::Paused);
+    }
+
+    /// Lets a held program go on.
+    pub fn resume(&self) {
+        self.control(Control::Resume, |status| status.state = TaskState::Running);
+    }
+
+    fn control(&self, control: Control, change: impl FnOnce(&mut TaskStatus)) {
+        let current = self.current();
+        if let Some(running) = &current.running
+            && running.controls.try_send(control).is_ok()
+        {
+            self.shared.status.send_modify(change);
+        }
+    }
+
+    /// Gives the robot a command that no program asked for. A full ring is reported to the observer.
+    pub fn command(&self, kind: CommandKind) {
+        if let Err(full) = self.shared.settings.robot.send(Origin::default(), kind) {
+            let text = format!("{} was not carried out: {full}", kind.name());
+            self.shared.settings.observer.message(&Message::log(
+                Severity::Error,
+                Origin::default(),
+                text,
+            ));
+        }
+    }
+
+    /// Waits until no program runs; the last end, `None` when there was none.
+    pub async fn ended(&self) -> Option<TaskEnd> {
+        let mut status = self.watch();
+        // The sender lives as long as this supervisor, so waiting cannot fail.
+        status
+            .wait_for(|s| s.state == TaskState::Stopped)
+            .await
+            .ok()
+            .and_then(|s| s.end.clone())
+    }
+
+    fn current(&self) -> MutexGuard<'_, Current> {
+        self.shared
+            .current
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Shared {
+    fn run_task(
+        &self,
+        id: ProgramId,
+        program: ProgramText,
+        controls: mpsc::Receiver<Control>,
+    ) {
+        let observer = self.settings.observer.clone();
+        observer.program_started(id, &program.name, &program.text);
+        self.interpreter.task_started();
+        let end = match tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+        {
+            Ok(runtime) => {
+                runtime.block_on(Task::new(self.settings.clone(), id, controls).run(program))
+            }
+            Err(error) => {
+                let text = format!("the program could not be started: {error}");
+                observer.message(&Message::log(Severity::Error, Origin::default(), text));
+                TaskEnd::Failed
+            }
+        };
+        self.interpreter.task_ended();
+        observer.program_ended(id);
+        self.current
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .running = None;
+        self.status.send_replace(TaskStatus {
+            state: TaskState::Stopped,
+            program: id,
+            ending: false,
+            end: Some(end),
+        });
+    }
+}
+
+/// True when the first statement of the text heads a secondary program.
+fn is_secondary(text: &str) -> bool {
+    text.lines()
+        .map(|line| line.split('#').next().unwrap_or_default().trim_end())
+        .find(|line| !line.is_empty())
+        .is_some_and(|line| {
+            line.strip_prefix("sec")
+                .is_some_and(|rest| rest.starts_with([' ', '\t']))
+        })
+}

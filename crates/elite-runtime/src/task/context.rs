@@ -1,0 +1,165 @@
+//! What builtins see of the task they run in.
+//!
+//! Owns the wait table and the requests that a builtin cannot carry out itself because a script thread is running while
+//! it makes them (start a thread, stop a thread): the scheduler does them after the current slice.
+
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeSet;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use elite_lang::{Value, WaitToken};
+use motion_api::{Origin, ProgramId, ThreadNumber};
+use thiserror::Error;
+
+use super::wait::{Wait, WaitTable};
+use crate::message::Observer;
+use crate::robot::Robot;
+
+/// Most script threads of one task, the main thread not counted.
+pub(crate) const THREADS_MAX: usize = 64;
+
+/// The task as its builtins see it.
+pub(crate) struct TaskContext {
+    robot: Arc<Robot>,
+    observer: Arc<dyn Observer>,
+    program: ProgramId,
+    waits: RefCell<WaitTable>,
+    threads: RefCell<Threads>,
+    running: Cell<Running>,
+}
+
+/// The thread that is being resumed right now.
+#[derive(Clone, Copy, Default)]
+struct Running {
+    number: ThreadNumber,
+    secondary: bool,
+}
+
+#[derive(Default)]
+struct Threads {
+    last: u32,
+    alive: BTreeSet<ThreadNumber>,
+    to_start: Vec<(ThreadNumber, Value, Vec<Value>)>,
+    to_stop: Vec<ThreadNumber>,
+}
+
+/// What is known about a handle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ThreadLookup {
+    /// The thread runs or is about to.
+    Running,
+    /// There was such a thread.
+    Ended,
+    /// There never was.
+    Unknown,
+}
+
+/// Why a thread was not started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("{THREADS_MAX} threads run already, more are not allowed")]
+pub(crate) struct TooManyThreads;
+
+impl TaskContext {
+    pub fn new(robot: Arc<Robot>, observer: Arc<dyn Observer>, program: ProgramId) -> Rc<Self> {
+        Rc::new(Self {
+            robot,
+            observer,
+            program,
+            waits: RefCell::default(),
+            threads: RefCell::default(),
+            running: Cell::default(),
+        })
+    }
+
+    pub fn robot(&self) -> &Arc<Robot> {
+        &self.robot
+    }
+
+    pub fn observer(&self) -> &dyn Observer {
+        &*self.observer
+    }
+
+    pub fn program(&self) -> ProgramId {
+        self.program
+    }
+
+    /// The statement at `line` of the thread that runs.
+    pub fn origin(&self, line: u32) -> Origin {
+        Origin {
+            program: self.program,
+            thread: self.running.get().number,
+            line,
+        }
+    }
+
+    /// True while a secondary program runs.
+    pub fn is_secondary(&self) -> bool {
+        self.running.get().secondary
+    }
+
+    /// Said by the scheduler before it resumes a thread.
+    pub fn enter(&self, number: ThreadNumber, secondary: bool) {
+        self.running.set(Running { number, secondary });
+    }
+
+    pub fn register_wait(&self, wait: Wait) -> WaitToken {
+        self.waits.borrow_mut().register(wait)
+    }
+
+    pub fn wait_of(&self, token: WaitToken) -> Wait {
+        self.waits.borrow().get(token)
+    }
+
+    pub fn end_wait(&self, token: WaitToken) {
+        self.waits.borrow_mut().remove(token);
+    }
+
+    /// Takes a number for a new thread; it starts after the current slice.
+    pub fn start_thread(
+        &self,
+        function: Value,
+        args: Vec<Value>,
+    ) -> Result<ThreadNumber, TooManyThreads> {
+        let mut threads = self.threads.borrow_mut();
+        if threads.alive.len() >= THREADS_MAX {
+            return Err(TooManyThreads);
+        }
+        threads.last += 1;
+        let number = ThreadNumber(threads.last);
+        threads.alive.insert(number);
+        threads.to_start.push((number, function, args));
+        Ok(number)
+    }
+
+    /// The thread is stopped after the current slice.
+    pub fn request_thread_stop(&self, number: ThreadNumber) {
+        self.threads.borrow_mut().to_stop.push(number);
+    }
+
+    pub fn find_thread(&self, number: ThreadNumber) -> ThreadLookup {
+        let threads = self.threads.borrow();
+        if threads.alive.contains(&number) {
+            ThreadLookup::Running
+        } else if number.0 >= 1 && number.0 <= threads.last {
+            ThreadLookup::Ended
+        } else {
+            ThreadLookup::Unknown
+        }
+    }
+
+    /// What the slice asked for: threads to start.
+    pub fn take_starts(&self) -> Vec<(ThreadNumber, Value, Vec<Value>)> {
+        std::mem::take(&mut self.threads.borrow_mut().to_start)
+    }
+
+    /// What the slice asked for: threads to stop.
+    pub fn take_stops(&self) -> Vec<ThreadNumber> {
+        std::mem::take(&mut self.threads.borrow_mut().to_stop)
+    }
+
+    /// A thread has ended.
+    pub fn thread_ended(&self, number: ThreadNumber) {
+        self.threads.borrow_mut().alive.remove(&number);
+    }
+}

@@ -1,0 +1,45 @@
+//! What script threads wait for.
+
+use std::collections::BTreeMap;
+
+use elite_lang::WaitToken;
+use motion_api::{CommandId, ThreadNumber};
+
+/// One reason to wait.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Wait {
+    /// The end of a command.
+    Command(CommandId),
+    /// The beginning of a cycle with at least this number.
+    Cycle(u64),
+    /// The end of a script thread.
+    Thread(ThreadNumber),
+    /// The end of the task.
+    Never,
+}
+
+/// Registered waits by token.
+#[derive(Default)]
+pub(crate) struct WaitTable {
+    last: u64,
+    open: BTreeMap<u64, Wait>,
+}
+
+impl WaitTable {
+    /// Registers a wait.
+    pub fn register(&mut self, wait: Wait) -> WaitToken {
+        self.last += 1;
+        self.open.insert(self.last, wait);
+        WaitToken(self.last)
+    }
+
+    /// What the token stands for. A token nobody registered would never end; it is treated so.
+    pub fn get(&self, token: WaitToken) -> Wait {
+        self.open.get(&token.0).copied().unwrap_or(Wait::Never)
+    }
+
+    /// Forgets a wait that is over.
+    pub fn remove(&mut self, token: WaitToken) {
+        self.open.remove(&token.0);
+    }
+}

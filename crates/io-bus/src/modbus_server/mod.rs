@@ -1,0 +1,160 @@
+//! The controller's own Modbus TCP server: one client over any duplex stream.
+//!
+//! Owns the conversation and its time limits. Connections are accepted, counted and ended by the caller.
+
+pub mod codec;
+
+use std::io;
+use std::time::Duration;
+
+use thiserror::Error;
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::time::timeout;
+
+use crate::port_image::PortImage;
+use codec::{ADU_BYTES_MAX, NotModbus, answer, message_bytes};
+
+/// A client that asks nothing for so long is closed.
+pub const IDLE: Duration = Duration::from_secs(300);
+
+/// A request that has begun has to be complete, and a reply taken, within this time.
+pub const MESSAGE_TIME: Duration = Duration::from_secs(5);
+
+/// Why a conversation ended before the client closed it.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Ended {
+    /// The connection broke.
+    #[error("the connection broke: {0}")]
+    Broken(#[from] io::Error),
+    /// What was sent is not Modbus TCP.
+    #[error("not Modbus TCP: {0}")]
+    NotModbus(#[from] NotModbus),
+    /// Nothing was asked for [`IDLE`].
+    #[error("idle for {} s", IDLE.as_secs())]
+    Idle,
+    /// A request stayed unfinished, or a reply unread, for [`MESSAGE_TIME`].
+    #[error("a request stayed unfinished or a reply unread for {} s", MESSAGE_TIME.as_secs())]
+    Stalled,
+}
+
+/// Answers requests until the client closes.
+///
+/// # Errors
+/// [`Ended`] says why it ended otherwise.
+pub async fn serve(
+    mut stream: impl AsyncRead + AsyncWrite + Unpin,
+    image: &PortImage,
+) -> Result<(), Ended> {
+    // Room for one message: what comes after it waits in the socket.
+    let mut buffer = [0; ADU_BYTES_MAX];
+    let mut filled = 0;
+    loop {
+        if let Some(length) = message_bytes(&buffer[..filled])?
+            && filled >= length
+        {
+            let reply = answer(&buffer[..length], image);
+            match timeout(MESSAGE_TIME, stream.write_all(&reply)).await {
+                Ok(written) => written?,
+                Err(_elapsed) => return Err(Ended::Stalled),
+            }
+            buffer.copy_within(length..filled, 0);
+            filled -= length;
+            continue;
+        }
+        // A message is never longer than the buffer, so there is room for more of it.
+        let (patience, ended) = match filled {
+            0 => (IDLE, Ended::Idle),
+            _ => (MESSAGE_TIME, Ended::Stalled),
+        };
+        match timeout(patience, stream.read(&mut buffer[filled..])).await {
+            Ok(Ok(0)) => return Ok(()),
+            Ok(count) => filled += count?,
+            Err(_elapsed) => return Err(ended),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use tokio::io::duplex;
+
+    #[tokio::test(start_paused = true)]
+    async fn requests_in_one_piece_or_in_many_are_answered_in_order() {
+        let image = PortImage::default();
+        let (mut client, server) = duplex(4096);
+        let talk = async {
+            let write = [0, 1, 0, 0, 0, 6, 1, 6, 0, 5, 0, 9];
+            let read = [0, 2, 0, 0, 0, 6, 1, 3, 0, 5, 0, 1];
+            client.write_all(&[write, read].concat()).await.unwrap();
+            let mut replies = [0; 12 + 11];
+            client.read_exact(&mut replies).await.unwrap();
+            assert_eq!(replies[..12], write);
+            assert_eq!(replies[12..], [0, 2, 0, 0, 0, 5, 1, 3, 2, 0, 9]);
+            for byte in read {
+                client.write_all(&[byte]).await.unwrap();
+                tokio::time::sleep(Duration::from_millis(100)).await;
+            }
+            client.read_exact(&mut replies[..11]).await.unwrap();
+            drop(client);
+        };
+        let (ended, ()) = tokio::join!(serve(server, &image), talk);
+        ended.unwrap();
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn idle_and_stalled_clients_are_closed() {
+        let image = PortImage::default();
+        let (_idle, server) = duplex(64);
+        assert!(matches!(serve(server, &image).await, Err(Ended::Idle)));
+
+        let (mut half, server) = duplex(64);
+        half.write_all(&[0, 1, 0]).await.unwrap();
+        let start = tokio::time::Instant::now();
+        assert!(matches!(serve(server, &image).await, Err(Ended::Stalled)));
+        assert_eq!(start.elapsed(), MESSAGE_TIME);
+
+        let (mut deaf, server) = duplex(24);
+        let ask = async {
+            for _ in 0..4 {
+                deaf.write_all(&[0, 1, 0, 0, 0, 6, 1, 6, 0, 5, 0, 9])
+                    .await
+                    .unwrap();
+            }
+            std::future::pending::<()>().await;
+        };
+        tokio::select! {
+            ended = serve(server, &image) => assert!(matches!(ended, Err(Ended::Stalled))),
+            () = ask => {}
+        }
+    }
+
+    #[tokio::test]
+    async fn what_is_not_modbus_ends_the_conversation() {
+        let image = PortImage::default();
+        let (mut client, server) = duplex(64);
+        client.write_all(b"GET / HTTP/1.1\r\n").await.unwrap();
+        let ended = serve(server, &image).await.unwrap_err();
+        assert_eq!(
+            ended.to_string(),
+            "not Modbus TCP: protocol number 21536 instead of 0"
+        );
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+        #[test]
+        fn any_bytes_end_in_answers_or_a_reason(bytes in proptest::collection::vec(prop_oneof![4 => 0u8..8, 1 => any::<u8>()], 0..400)) {
+            let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap();
+            runtime.block_on(async {
+                let image = PortImage::default();
+                let (mut client, server) = duplex(1 << 20);
+                client.write_all(&bytes).await.unwrap();
+                client.shutdown().await.unwrap();
+                let _ = serve(server, &image).await;
+            });
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! Time of the calls a control cycle makes: `cargo bench -p kinematics`.
+#![allow(clippy::unwrap_used, reason = "the built-in arms exist")]
+
+use divan::{Bencher, black_box};
+use kinematics::{
+    GRAVITY_UPRIGHT, JointAccelerations, JointPositions, JointSpeeds, Payload, Pose, RobotModel,
+};
+
+const Q: JointPositions = JointPositions([0.3, -1.2, 1.9, -0.7, 1.5, 0.2]);
+const QD: JointSpeeds = JointSpeeds([0.5, -0.3, 0.8, 1.0, -0.6, 0.2]);
+const QDD: JointAccelerations = JointAccelerations([1.0, 2.0, -1.5, 0.3, 0.9, -2.0]);
+
+fn main() {
+    divan::main();
+}
+
+fn arm() -> RobotModel {
+    RobotModel::built_in("cs66").unwrap()
+}
+
+#[divan::bench(sample_size = 1000)]
+fn forward_flange(bencher: Bencher) {
+    let arm = arm();
+    bencher.bench_local(|| arm.flange_pose(black_box(&Q)));
+}
+
+#[divan::bench(sample_size = 1000)]
+fn forward_all_frames(bencher: Bencher) {
+    let arm = arm();
+    bencher.bench_local(|| arm.forward(black_box(&Q)));
+}
+
+#[divan::bench(sample_size = 1000)]
+fn pose_and_jacobian(bencher: Bencher) {
+    let arm = arm();
+    bencher.bench_local(|| arm.tcp_pose_and_jacobian(black_box(&Q), &Pose::IDENTITY));
+}
+
+#[divan::bench(sample_size = 1000)]
+fn inverse_all(bencher: Bencher) {
+    let arm = arm();
+    let pose = arm.flange_pose(&Q);
+    bencher.bench_local(|| arm.inverse_all(black_box(&pose), &Pose::IDENTITY));
+}
+
+#[divan::bench(sample_size = 1000)]
+fn inverse_nearest(bencher: Bencher) {
+    let arm = arm();
+    let pose = arm.flange_pose(&Q);
+    bencher.bench_local(|| arm.inverse_nearest(black_box(&pose), &Pose::IDENTITY, &Q));
+}
+
+#[divan::bench(sample_size = 1000)]
+fn inverse_dynamics(bencher: Bencher) {
+    let dynamics = arm().dynamics(&Payload::NONE, GRAVITY_UPRIGHT);
+    bencher.bench_local(|| dynamics.inverse_dynamics(black_box(&Q), &QD, &QDD));
+}
+
+#[divan::bench(sample_size = 1000)]
+fn mass_matrix(bencher: Bencher) {
+    let dynamics = arm().dynamics(&Payload::NONE, GRAVITY_UPRIGHT);
+    bencher.bench_local(|| dynamics.mass_matrix(black_box(&Q)));
+}
+
+#[divan::bench(sample_size = 1000)]
+fn forward_dynamics(bencher: Bencher) {
+    let dynamics = arm().dynamics(&Payload::NONE, GRAVITY_UPRIGHT);
+    let tau = dynamics.gravity_torques(&Q);
+    bencher.bench_local(|| dynamics.forward_dynamics(black_box(&Q), &QD, &tau));
+}
+
+#[divan::bench(sample_size = 1000)]
+fn self_distance(bencher: Bencher) {
+    let arm = arm();
+    let frames = arm.forward(&Q);
+    bencher.bench_local(|| arm.collision().self_distance(black_box(&frames)));
+}

@@ -1,0 +1,176 @@
+//! Capsules around the links, and distances between them.
+//!
+//! Owns the geometry of self-collision and of the arm against simple obstacles. Knows no contact forces.
+
+use crate::chain::Frames;
+use crate::joint::DOF;
+use crate::pose::Pose;
+use nalgebra::Vector3;
+
+/// All points within `radius` of the segment from `p0` to `p1`, metres. A ball if the ends coincide.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Capsule {
+    /// One end of the segment.
+    pub p0: Vector3<f64>,
+    /// The other end.
+    pub p1: Vector3<f64>,
+    /// Radius, m.
+    pub radius: f64,
+}
+
+impl Capsule {
+    /// The same capsule described in frame a instead of frame b.
+    pub fn expressed_in(&self, a_from_b: &Pose) -> Self {
+        Self {
+            p0: a_from_b.transform_point(self.p0),
+            p1: a_from_b.transform_point(self.p1),
+            radius: self.radius,
+        }
+    }
+
+    /// Distance between two capsules' surfaces, m; negative when they overlap, by the depth of the overlap of the
+    /// nearest points.
+    pub fn distance(&self, other: &Self) -> f64 {
+        segment_distance(self.p0, self.p1, other.p0, other.p1) - self.radius - other.radius
+    }
+
+    /// Distance of the surface from the half space below a plane, m: negative when a part is behind `point` as seen
+    /// along the unit `normal`.
+    pub fn distance_to_plane(&self, point: Vector3<f64>, normal: Vector3<f64>) -> f64 {
+        let height = |p: Vector3<f64>| (p - point).dot(&normal);
+        height(self.p0).min(height(self.p1)) - self.radius
+    }
+
+    /// Whether `other` lies inside this capsule but for `slack` metres.
+    pub(crate) fn covers(&self, other: &Self, slack: f64) -> bool {
+        [other.p0, other.p1].iter().all(|&p| {
+            segment_distance(self.p0, self.p1, p, p) + other.radius <= self.radius + slack
+        })
+    }
+}
+
+/// Distance between two segments (Ericson, *Real-Time Collision Detection*, 2005, 5.1.9), m. Either may be a point.
+pub fn segment_distance(
+    a0: Vector3<f64>,
+    a1: Vector3<f64>,
+    b0: Vector3<f64>,
+    b1: Vector3<f64>,
+) -> f64 {
+    let (u, v, r) = (a1 - a0, b1 - b0, a0 - b0);
+    let (uu, vv, uv) = (u.norm_squared(), v.norm_squared(), u.dot(&v));
+    let (ur, vr) = (u.dot(&r), v.dot(&r));
+    let ratio = |numerator: f64, denominator: f64| {
+        if denominator > 0.0 {
+            (numerator / denominator).clamp(0.0, 1.0)
+        } else {
+            0.0
+        }
+    };
+    // Nearest points of the infinite lines, s along a; parallel lines may start anywhere. Then t on b, and if t had to be
+    // cut to the segment, s again for that end.
+    let s = ratio(uv * vr - ur * vv, uu * vv - uv * uv);
+    let t = ratio(uv * s + vr, vv);
+    let s = ratio(uv * t - ur, uu);
+    (r + u * s - v * t).norm()
+}
+
+/// Index of a link with capsules: 0 is the fixed base, i is the link that moves with joint i.
+pub type LinkIndex = usize;
+
+/// Number of links, base included.
+pub const LINKS: usize = DOF + 1;
+
+/// The nearest two links.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkDistance {
+    /// Distance between their surfaces, m; negative when they overlap.
+    pub distance: f64,
+    /// The two links, 0 for the base.
+    pub links: (LinkIndex, LinkIndex),
+}
+
+/// The capsules of every link in its own frame, and which pairs of links can meet at all.
+#[derive(Clone, Debug, Default)]
+pub struct CollisionModel {
+    capsules: [Vec<Capsule>; LINKS],
+    tested_pairs: Vec<(LinkIndex, LinkIndex)>,
+}
+
+impl CollisionModel {
+    /// Capsules in link frames (the base's in the base frame) and pairs that need no test; neighbours never do.
+    pub fn new(capsules: [Vec<Capsule>; LINKS], never_collide: &[(LinkIndex, LinkIndex)]) -> Self {
+        let mut tested_pairs = Vec::new();
+        for a in 0..LINKS {
+            for b in a + 2..LINKS {
+                if !never_collide.contains(&(a, b)) && !never_collide.contains(&(b, a)) {
+                    tested_pairs.push((a, b));
+                }
+            }
+        }
+        Self {
+            capsules,
+            tested_pairs,
+        }
+    }
+
+    /// Capsules of a link in its own frame, 0 for the base.
+    pub fn capsules(&self, link: LinkIndex) -> &[Capsule] {
+        &self.capsules[link]
+    }
+
+    /// The pairs of links that are tested against each other.
+    pub fn tested_pairs(&self) -> &[(LinkIndex, LinkIndex)] {
+        &self.tested_pairs
+    }
+
+    /// Capsules of a link in the base frame at the given joint frames.
+    pub fn placed<'a>(
+        &'a self,
+        link: LinkIndex,
+        frames: &'a Frames,
+    ) -> impl Iterator<Item = Capsule> + 'a {
+        let base_from_link = match link {
+            0 => Pose::IDENTITY,
+            _ => frames.base_from_joint[link - 1],
+        };
+        self.capsules[link]
+            .iter()
+            .map(move |capsule| capsule.expressed_in(&base_from_link))
+    }
+
+    /// The smallest distance between two links that can meet, `None` if no pair has capsules.
+    ///
+    /// Allocates nothing. The tool is not part of it.
+    pub fn self_distance(&self, frames: &Frames) -> Option<LinkDistance> {
+        let mut least: Option<LinkDistance> = None;
+        for &(a, b) in &self.tested_pairs {
+            for capsule_a in self.placed(a, frames) {
+                for capsule_b in self.placed(b, frames) {
+                    let distance = capsule_a.distance(&capsule_b);
+                    if least.is_none_or(|l| distance < l.distance) {
+                        least = Some(LinkDistance {
+                            distance,
+                            links: (a, b),
+                        });
+                    }
+                }
+            }
+        }
+        least
+    }
+
+    /// The smallest distance between an obstacle capsule (base frame) and the links that move, with the link.
+    pub fn obstacle_distance(
+        &self,
+        frames: &Frames,
+        obstacle: &Capsule,
+    ) -> Option<(f64, LinkIndex)> {
+        (1..LINKS)
+            .flat_map(|link| {
+                self.placed(link, frames)
+                    .map(move |capsule| (capsule, link))
+            })
+            .map(|(capsule, link)| (capsule.distance(obstacle), link))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+}

@@ -1,0 +1,350 @@
+//! Rigid-body dynamics of the arm with its payload: inverse dynamics, gravity torques, mass matrix, forward dynamics.
+//!
+//! Owns the recursions; quantities of link i are in the axes of joint frame i with moments about its origin. No
+//! friction, no rotor inertia, no contact: an outside wrench w at the tool adds -Jᵀ w to the torques.
+//! Symbols as in Featherstone, *Rigid Body Dynamics Algorithms*, 2008, chapters 5 to 7.
+
+use crate::chain::Chain;
+use crate::joint::{DOF, JointAccelerations, JointPositions, JointSpeeds, JointTorques};
+use crate::matrix3::{product, times, transposed_times};
+use crate::payload::{Payload, RigidBody};
+use crate::pose::Pose;
+use nalgebra::{Matrix3, Matrix6, Vector3};
+
+/// Free-fall acceleration in the frame of a base that stands upright, m/s².
+///
+/// Points down. The script call `set_gravity` (manual 3.1.16) takes the opposite, the direction away from the ground.
+pub const GRAVITY_UPRIGHT: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+
+/// The dynamics of an arm with a given payload and mounting. Cheap to make, fixed size.
+#[derive(Clone, Copy, Debug)]
+pub struct Dynamics {
+    chain: Chain,
+    bodies: [RigidBody; DOF],
+    gravity: Vector3<f64>,
+}
+
+/// A force and a moment about the joint frame's origin, or an acceleration of that origin and an angular one.
+#[derive(Clone, Copy, Default)]
+struct Spatial {
+    linear: Vector3<f64>,
+    angular: Vector3<f64>,
+}
+
+impl Spatial {
+    const ZERO: Self = Self {
+        linear: Vector3::new(0.0, 0.0, 0.0),
+        angular: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    /// A wrench on the child, expressed in the parent about the parent's origin.
+    #[inline]
+    fn to_parent(self, parent_from_child: &Pose) -> Self {
+        let linear = parent_from_child.rotate(self.linear);
+        Self {
+            linear,
+            angular: parent_from_child.rotate(self.angular)
+                + parent_from_child.translation.cross(&linear),
+        }
+    }
+
+    /// An acceleration of the parent, of the point under the child's origin and in the child's axes.
+    #[inline]
+    fn to_child(self, parent_from_child: &Pose) -> Self {
+        let arm = &parent_from_child.translation;
+        Self {
+            linear: parent_from_child.rotate_back(self.linear + self.angular.cross(arm)),
+            angular: parent_from_child.rotate_back(self.angular),
+        }
+    }
+
+    /// Power of a wrench, or what it is with acceleration in place of speed.
+    fn dot(&self, other: &Self) -> f64 {
+        self.linear.dot(&other.linear) + self.angular.dot(&other.angular)
+    }
+}
+
+impl core::ops::Add for Spatial {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            linear: self.linear + other.linear,
+            angular: self.angular + other.angular,
+        }
+    }
+}
+
+impl core::ops::Mul<f64> for Spatial {
+    type Output = Self;
+    fn mul(self, factor: f64) -> Self {
+        Self {
+            linear: self.linear * factor,
+            angular: self.angular * factor,
+        }
+    }
+}
+
+impl Dynamics {
+    /// From the links' mass properties (in their joint frames), a payload on the flange, and the free-fall acceleration
+    /// in the base frame, m/s² (see [`GRAVITY_UPRIGHT`]).
+    pub fn new(
+        chain: Chain,
+        mut bodies: [RigidBody; DOF],
+        payload: &Payload,
+        gravity: Vector3<f64>,
+    ) -> Self {
+        let on_joint6 = payload.body().expressed_in(&chain.joint6_from_flange);
+        bodies[DOF - 1] = bodies[DOF - 1].joined_with(&on_joint6);
+        Self {
+            chain,
+            bodies,
+            gravity,
+        }
+    }
+
+    /// The links' mass properties in their joint frames, the payload included in the last.
+    pub fn bodies(&self) -> &[RigidBody; DOF] {
+        &self.bodies
+    }
+
+    /// Torques the drives must supply, Nm: tau = M(q) qdd + C(q, qd) qd + g(q). Recursive Newton-Euler.
+    pub fn inverse_dynamics(
+        &self,
+        q: &JointPositions,
+        qd: &JointSpeeds,
+        qdd: &JointAccelerations,
+    ) -> JointTorques {
+        self.newton_euler(&self.chain.joint_transforms(q), qd, qdd)
+    }
+
+    fn newton_euler(
+        &self,
+        transforms: &[Pose; DOF],
+        qd: &JointSpeeds,
+        qdd: &JointAccelerations,
+    ) -> JointTorques {
+        let mut omega = Vector3::zeros();
+        let mut alpha = Vector3::zeros();
+        // Accelerating the base upwards is the same as gravity on every link.
+        let mut acceleration = -self.gravity;
+        let mut wrenches = [Spatial::ZERO; DOF];
+        for joint in 0..DOF {
+            let parent_from_joint = &transforms[joint];
+            let arm = &parent_from_joint.translation;
+            acceleration += alpha.cross(arm) + omega.cross(&omega.cross(arm));
+            acceleration = parent_from_joint.rotate_back(acceleration);
+            omega = parent_from_joint.rotate_back(omega);
+            alpha = parent_from_joint.rotate_back(alpha);
+            // The joint turns about z: omega × (z qd) has no z component.
+            alpha += Vector3::new(omega.y * qd[joint], -omega.x * qd[joint], qdd[joint]);
+            omega.z += qd[joint];
+
+            let body = &self.bodies[joint];
+            let linear =
+                (acceleration + alpha.cross(&body.com) + omega.cross(&omega.cross(&body.com)))
+                    * body.mass;
+            let angular = times(&body.inertia, &alpha)
+                + omega.cross(&times(&body.inertia, &omega))
+                + body.com.cross(&linear);
+            wrenches[joint] = Spatial { linear, angular };
+        }
+        let mut torques = JointTorques::ZERO;
+        let mut carried = Spatial::ZERO;
+        for joint in (0..DOF).rev() {
+            carried = carried + wrenches[joint];
+            torques[joint] = carried.angular.z;
+            carried = carried.to_parent(&transforms[joint]);
+        }
+        torques
+    }
+
+    /// Torques that hold the arm still against gravity, Nm: g(q).
+    pub fn gravity_torques(&self, q: &JointPositions) -> JointTorques {
+        self.inverse_dynamics(q, &JointSpeeds::ZERO, &JointAccelerations::ZERO)
+    }
+
+    /// Torques at rest plus those of motion without acceleration, Nm: C(q, qd) qd + g(q).
+    pub fn bias_torques(&self, q: &JointPositions, qd: &JointSpeeds) -> JointTorques {
+        self.inverse_dynamics(q, qd, &JointAccelerations::ZERO)
+    }
+
+    /// The symmetric joint-space mass matrix M(q), kg m². Composite rigid bodies (Featherstone 6.2).
+    pub fn mass_matrix(&self, q: &JointPositions) -> Matrix6<f64> {
+        let transforms = self.chain.joint_transforms(q);
+        let mut matrix = Matrix6::zeros();
+        // Everything from this joint outwards, held rigid.
+        let mut composite = RigidBody::default();
+        for joint in (0..DOF).rev() {
+            composite = self.bodies[joint].joined_with(&composite);
+            // The wrench that accelerates it by one about the joint axis.
+            let linear = Vector3::z().cross(&composite.com) * composite.mass;
+            let angular = composite.inertia.column(2) + composite.com.cross(&linear);
+            let mut wrench = Spatial { linear, angular };
+            matrix[(joint, joint)] = wrench.angular.z;
+            for inner in (0..joint).rev() {
+                wrench = wrench.to_parent(&transforms[inner + 1]);
+                matrix[(inner, joint)] = wrench.angular.z;
+                matrix[(joint, inner)] = wrench.angular.z;
+            }
+            composite = composite.expressed_in(&transforms[joint]);
+        }
+        matrix
+    }
+
+    /// Joint accelerations that the torques `tau` cause, rad/s². Articulated bodies (Featherstone 7.3).
+    pub fn forward_dynamics(
+        &self,
+        q: &JointPositions,
+        qd: &JointSpeeds,
+        tau: &JointTorques,
+    ) -> JointAccelerations {
+        let transforms = self.chain.joint_transforms(q);
+        // Outwards: what the speeds alone cause, an acceleration across each joint and a wrench on each link.
+        let mut across = [Spatial::ZERO; DOF];
+        let mut wrench = [Spatial::ZERO; DOF];
+        let mut omega = Vector3::zeros();
+        for joint in 0..DOF {
+            let body = &self.bodies[joint];
+            let arm = transforms[joint].rotate_back(transforms[joint].translation);
+            omega = transforms[joint].rotate_back(omega);
+            across[joint] = Spatial {
+                linear: omega.cross(&omega.cross(&arm)),
+                angular: Vector3::new(omega.y * qd[joint], -omega.x * qd[joint], 0.0),
+            };
+            omega.z += qd[joint];
+            let linear = omega.cross(&omega.cross(&body.com)) * body.mass;
+            let angular = omega.cross(&times(&body.inertia, &omega)) + body.com.cross(&linear);
+            wrench[joint] = Spatial { linear, angular };
+        }
+        // Inwards: the inertia that each joint feels, everything beyond it free to turn.
+        let mut felt = [Hinged::default(); DOF];
+        let mut inertia = ArticulatedInertia::ZERO;
+        let mut carried = Spatial::ZERO;
+        for joint in (0..DOF).rev() {
+            inertia = inertia + ArticulatedInertia::of(&self.bodies[joint]);
+            carried = carried + wrench[joint];
+            let column = inertia.about_z();
+            let effective = column.angular.z;
+            let torque = tau[joint] - carried.angular.z;
+            felt[joint] = Hinged {
+                column,
+                effective,
+                torque,
+            };
+            let locked = inertia.without(&column, effective);
+            carried = (carried + locked.wrench(&across[joint]) + column * (torque / effective))
+                .to_parent(&transforms[joint]);
+            inertia = locked.to_parent(&transforms[joint]);
+        }
+        // Outwards again: accelerations, with the base rising instead of everything falling.
+        let mut acceleration = Spatial {
+            linear: -self.gravity,
+            angular: Vector3::zeros(),
+        };
+        let mut qdd = JointAccelerations::ZERO;
+        for joint in 0..DOF {
+            acceleration = acceleration.to_child(&transforms[joint]) + across[joint];
+            let Hinged {
+                column,
+                effective,
+                torque,
+            } = &felt[joint];
+            qdd[joint] = (torque - column.dot(&acceleration)) / effective;
+            acceleration.angular.z += qdd[joint];
+        }
+        qdd
+    }
+}
+
+/// What a joint feels of the arm beyond it.
+#[derive(Clone, Copy, Default)]
+struct Hinged {
+    /// Wrench for a unit angular acceleration about the joint axis.
+    column: Spatial,
+    /// Its moment about the joint axis, kg m².
+    effective: f64,
+    /// Torque left for acceleration, Nm.
+    torque: f64,
+}
+
+/// Inertia of an articulated body in a joint frame: force = A a + B α, moment = Bᵀ a + C α.
+#[derive(Clone, Copy)]
+struct ArticulatedInertia {
+    a: Matrix3<f64>,
+    b: Matrix3<f64>,
+    c: Matrix3<f64>,
+}
+
+impl ArticulatedInertia {
+    const ZERO: Self = {
+        let zero = Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        Self {
+            a: zero,
+            b: zero,
+            c: zero,
+        }
+    };
+
+    fn of(body: &RigidBody) -> Self {
+        Self {
+            a: Matrix3::from_diagonal_element(body.mass),
+            b: -(body.com * body.mass).cross_matrix(),
+            c: body.inertia_about(Vector3::zeros()),
+        }
+    }
+
+    /// The wrench for a unit angular acceleration about z.
+    fn about_z(&self) -> Spatial {
+        let column = |m: &Matrix3<f64>| Vector3::new(m.m13, m.m23, m.m33);
+        Spatial {
+            linear: column(&self.b),
+            angular: column(&self.c),
+        }
+    }
+
+    /// The wrench that gives an acceleration.
+    fn wrench(&self, acceleration: &Spatial) -> Spatial {
+        let Spatial { linear, angular } = acceleration;
+        Spatial {
+            linear: times(&self.a, linear) + times(&self.b, angular),
+            angular: transposed_times(&self.b, linear) + times(&self.c, angular),
+        }
+    }
+
+    /// The inertia that is left when the body may turn freely about z.
+    fn without(&self, column: &Spatial, effective: f64) -> Self {
+        let (f, n) = (column.linear, column.angular);
+        let (scaled_f, scaled_n) = ((f / effective).transpose(), (n / effective).transpose());
+        Self {
+            a: self.a - f * scaled_f,
+            b: self.b - f * scaled_n,
+            c: self.c - n * scaled_n,
+        }
+    }
+
+    /// The same in the parent's axes about the parent's origin.
+    fn to_parent(self, parent_from_child: &Pose) -> Self {
+        let r = parent_from_child.rotation.matrix();
+        let back = r.transpose();
+        let turned = |m: &Matrix3<f64>| product(&product(r, m), &back);
+        let arm = parent_from_child.translation.cross_matrix();
+        let (a, b, c) = (turned(&self.a), turned(&self.b), turned(&self.c));
+        let shifted = b - product(&a, &arm);
+        Self {
+            a,
+            b: shifted,
+            c: c + product(&arm, &shifted) - product(&b.transpose(), &arm),
+        }
+    }
+}
+
+impl core::ops::Add for ArticulatedInertia {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            a: self.a + other.a,
+            b: self.b + other.b,
+            c: self.c + other.c,
+        }
+    }
+}

@@ -1,0 +1,256 @@
+//! What the motion thread reports: how commands ended, warnings, stops. Numbers only; sentences are made on the other
+//! side of the border by the `Display` implementations here.
+
+use crate::{CommandId, RobotMode, SafetyMode};
+use thiserror::Error;
+
+/// One thing that happened in the cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// A command has ended (every command ends exactly once).
+    Ended {
+        /// Which.
+        id: CommandId,
+        /// How.
+        outcome: Outcome,
+        /// The cycle in which it ended.
+        cycle: u64,
+    },
+    /// Something a person should read, concerning a command.
+    Warned {
+        /// Which.
+        id: CommandId,
+        /// What.
+        warning: Warning,
+        /// The cycle in which it was found.
+        cycle: u64,
+    },
+    /// The arm entered a protective stop.
+    Stopped {
+        /// Why.
+        reason: StopReason,
+        /// The cycle in which it was found.
+        cycle: u64,
+    },
+}
+
+/// How a command ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome {
+    /// As asked.
+    Done,
+    /// Not begun, the arm has not moved.
+    Refused(Refusal),
+    /// Begun and ended by a stop.
+    Aborted,
+    /// Begun and ended by a protective stop.
+    ProtectiveStop(StopReason),
+}
+
+/// Why a command was not begun. Joints count from 1 in messages, as printed on the arm's label.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// Another motion is running.
+    #[error("another motion (command {}) is still running; only one motion at a time can move the arm", running.0)]
+    Busy {
+        /// The one that runs.
+        running: CommandId,
+    },
+    /// The arm is not ready to move.
+    #[error(
+        "the robot mode is {robot_mode} and the safety mode {safety_mode}; the arm moves only when they are RUNNING and NORMAL or REDUCED"
+    )]
+    NotReady {
+        /// Robot mode found.
+        robot_mode: RobotMode,
+        /// Safety mode found.
+        safety_mode: SafetyMode,
+    },
+    /// The request does not fit the robot's state, for example releasing brakes without power.
+    #[error("the robot mode is {robot_mode}, this needs {needed}")]
+    WrongMode {
+        /// Robot mode found.
+        robot_mode: RobotMode,
+        /// Robot mode needed.
+        needed: RobotMode,
+    },
+    /// A target lies outside a joint's range.
+    #[error("joint {} would go to {value:.4} rad, allowed is {min:.4} to {max:.4} rad", joint + 1)]
+    JointLimit {
+        /// Joint index from 0.
+        joint: u8,
+        /// Where it would go, rad.
+        value: f64,
+        /// Lower limit, rad.
+        min: f64,
+        /// Upper limit, rad.
+        max: f64,
+    },
+    /// The straight line cannot be followed.
+    #[error("the straight line cannot be followed {:.1} % of the way along: {fault}", fraction * 100.0)]
+    Path {
+        /// Where along the path, 0 to 1.
+        fraction: f64,
+        /// What is wrong there.
+        fault: PathFault,
+    },
+    /// A number of the command cannot be used.
+    #[error("{name} is {value}; it must be {needed}")]
+    BadValue {
+        /// Which number.
+        name: &'static str,
+        /// As given.
+        value: f64,
+        /// What is allowed.
+        needed: &'static str,
+    },
+    /// The arm has not come to rest yet.
+    #[error("the arm still decelerates; this is possible once it stands")]
+    StillMoving,
+    /// The planner found nothing.
+    #[error("no trajectory found for this target (planner error {code})")]
+    Planner {
+        /// Number of the planner's error.
+        code: u32,
+    },
+}
+
+/// Why a path cannot be followed at some place.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum PathFault {
+    /// No joint positions reach the pose.
+    #[error("the pose is out of reach")]
+    OutOfReach,
+    /// A joint would leave its range.
+    #[error("joint {} would go to {value:.4} rad, allowed is {min:.4} to {max:.4} rad", joint + 1)]
+    JointLimit {
+        /// Joint index from 0.
+        joint: u8,
+        /// Where it would go, rad.
+        value: f64,
+        /// Lower limit, rad.
+        min: f64,
+        /// Upper limit, rad.
+        max: f64,
+    },
+    /// The arm passes a singular position, where a joint would have to jump.
+    #[error("the arm passes a singular position there, joint {} would have to turn {jump:.3} rad at once", joint + 1)]
+    Singular {
+        /// Joint index from 0.
+        joint: u8,
+        /// Size of the jump, rad.
+        jump: f64,
+    },
+}
+
+/// Why the arm went into a protective stop. The number of each reason is stable: it is the sub code on port 30001.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum StopReason {
+    /// The commanded state would leave a joint's range.
+    #[error("joint {} was about to leave its range at {value:.4} rad (allowed {min:.4} to {max:.4} rad)", joint + 1)]
+    JointPosition {
+        /// Joint index from 0.
+        joint: u8,
+        /// Commanded, rad.
+        value: f64,
+        /// Lower limit, rad.
+        min: f64,
+        /// Upper limit, rad.
+        max: f64,
+    },
+    /// The commanded state would exceed a joint's speed.
+    #[error("joint {} was about to exceed its speed limit: {value:.4} rad/s, allowed {limit:.4} rad/s", joint + 1)]
+    JointSpeed {
+        /// Joint index from 0.
+        joint: u8,
+        /// Commanded, rad/s.
+        value: f64,
+        /// Limit, rad/s.
+        limit: f64,
+    },
+    /// The arm does not follow: actual and target positions differ too much (a collision, an overload).
+    #[error("joint {} does not follow: actual and target differ by {error:.4} rad (allowed {limit:.4} rad); a collision or an overload", joint + 1)]
+    TrackingError {
+        /// Joint index from 0.
+        joint: u8,
+        /// Difference, rad.
+        error: f64,
+        /// Limit, rad.
+        limit: f64,
+    },
+    /// The commanded state would exceed the speed limit of the TCP.
+    #[error("the TCP was about to exceed its speed limit: {value:.4} m/s, allowed {limit:.4} m/s")]
+    TcpSpeed {
+        /// Commanded, m/s.
+        value: f64,
+        /// Limit, m/s.
+        limit: f64,
+    },
+    /// The commanded state would exceed the speed limit of the elbow.
+    #[error(
+        "the elbow was about to exceed its speed limit: {value:.4} m/s, allowed {limit:.4} m/s"
+    )]
+    ElbowSpeed {
+        /// Commanded, m/s.
+        value: f64,
+        /// Limit, m/s.
+        limit: f64,
+    },
+    /// The controller met a condition it has no rule for; the arm stops. A bug of ours.
+    #[error("internal fault {code} in the motion thread; please report it with the recording")]
+    Internal {
+        /// Number of the place.
+        code: u32,
+    },
+}
+
+impl StopReason {
+    /// The stable number of the reason.
+    pub const fn code(&self) -> u32 {
+        match self {
+            Self::JointPosition { .. } => 1,
+            Self::JointSpeed { .. } => 2,
+            Self::TrackingError { .. } => 3,
+            Self::TcpSpeed { .. } => 4,
+            Self::ElbowSpeed { .. } => 5,
+            Self::Internal { .. } => 99,
+        }
+    }
+}
+
+/// What was changed about a motion, so that it could be done.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Warning {
+    /// The wanted duration is too short.
+    #[error("a duration of {wanted:.3} s is too short, the motion takes {planned:.3} s")]
+    DurationStretched {
+        /// Asked for, s.
+        wanted: f64,
+        /// Planned, s.
+        planned: f64,
+    },
+    /// The wanted speed is more than the arm can do here.
+    #[error(
+        "a speed of {wanted:.4} is more than the joints can do here, it is limited to {planned:.4}"
+    )]
+    SpeedLimited {
+        /// Asked for, rad/s or m/s.
+        wanted: f64,
+        /// Planned, rad/s or m/s.
+        planned: f64,
+    },
+    /// The wanted acceleration is more than the arm can do here.
+    #[error(
+        "an acceleration of {wanted:.4} is more than the joints can do here, it is limited to {planned:.4}"
+    )]
+    AccelerationLimited {
+        /// Asked for, rad/s² or m/s².
+        wanted: f64,
+        /// Planned, rad/s² or m/s².
+        planned: f64,
+    },
+}

@@ -1,0 +1,255 @@
+//! The lock-free rings across the border, and their ends.
+//!
+//! Commands: many senders share the script side's end behind a mutex (that side may lock), the motion thread has the
+//! other end to itself. Events and records: the motion thread writes, one reader each.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rtrb::{Consumer, Producer, RingBuffer};
+use thiserror::Error;
+
+use crate::{Command, CommandId, CommandKind, Event, Origin, RobotState, SnapshotCell};
+
+/// One entry of the recording, in the order in which it happened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "fixed-size ring slots; nearly every record is a cycle"
+)]
+pub enum Record {
+    /// The state at the end of a cycle.
+    Cycle(RobotState),
+    /// A command left the ring at the beginning of this cycle.
+    Command {
+        /// The cycle that took it.
+        cycle: u64,
+        /// What was taken.
+        command: Command,
+    },
+}
+
+/// The ring is full: the motion thread has not taken a command for a while.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("{capacity} commands wait already; the motion thread does not keep up")]
+pub struct RingFull {
+    /// How many commands the ring holds.
+    pub capacity: usize,
+}
+
+/// How many entries the rings hold.
+#[derive(Clone, Copy, Debug)]
+pub struct BorderSizes {
+    /// Commands that wait for the next cycle.
+    pub commands: usize,
+    /// Events that wait for their reader.
+    pub events: usize,
+    /// Records that wait for the recorder; `None`: nothing is recorded.
+    pub records: Option<usize>,
+}
+
+impl Default for BorderSizes {
+    fn default() -> Self {
+        Self {
+            commands: 1024,
+            events: 4096,
+            records: Some(4096),
+        }
+    }
+}
+
+/// Makes the border: the motion thread's end and everybody else's.
+pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) {
+    let (command_in, command_out) = RingBuffer::new(sizes.commands);
+    let (event_in, event_out) = RingBuffer::new(sizes.events);
+    let (record_in, record_out) = match sizes.records {
+        Some(n) => {
+            let (a, b) = RingBuffer::new(n);
+            (Some(a), Some(b))
+        }
+        None => (None, None),
+    };
+    let snapshot = Arc::new(SnapshotCell::new(first));
+    let motion = MotionEnd {
+        commands: command_out,
+        events: event_in,
+        records: record_in,
+        snapshot: snapshot.clone(),
+    };
+    let commands = CommandPort {
+        shared: Arc::new(Mutex::new(Sender {
+            ring: command_in,
+            last: 0,
+            capacity: sizes.commands,
+        })),
+    };
+    let script = ScriptEnd {
+        commands,
+        events: EventReader { ring: event_out },
+        records: record_out.map(|ring| RecordReader { ring }),
+        snapshot,
+    };
+    (motion, script)
+}
+
+/// What the motion thread holds.
+pub struct MotionEnd {
+    /// Commands to drain at the beginning of a cycle.
+    pub commands: Consumer<Command>,
+    /// Events for the script side. Room for them is checked before commands are drained, so none is ever dropped.
+    pub events: Producer<Event>,
+    /// Records for the recording, when there is one.
+    pub records: Option<Producer<Record>>,
+    /// Where the latest state goes.
+    pub snapshot: Arc<SnapshotCell>,
+}
+
+/// What the script side holds.
+pub struct ScriptEnd {
+    /// Where commands go in.
+    pub commands: CommandPort,
+    /// What happened.
+    pub events: EventReader,
+    /// The recorder's end, when there is a recording.
+    pub records: Option<RecordReader>,
+    /// The latest state.
+    pub snapshot: Arc<SnapshotCell>,
+}
+
+struct Sender {
+    ring: Producer<Command>,
+    last: u64,
+    capacity: usize,
+}
+
+/// The door for commands; clones share one ring.
+#[derive(Clone)]
+pub struct CommandPort {
+    shared: Arc<Mutex<Sender>>,
+}
+
+impl CommandPort {
+    /// Numbers the command and puts it into the ring.
+    ///
+    /// # Errors
+    /// [`RingFull`] when the motion thread has not drained the ring.
+    pub fn send(&self, origin: Origin, kind: CommandKind) -> Result<CommandId, RingFull> {
+        self.send_with(origin, kind, |_| ())
+    }
+
+    /// As [`send`](Self::send); `before` learns the number before the motion thread can see the command, so that a
+    /// completion can never arrive unexpected.
+    ///
+    /// # Errors
+    /// [`RingFull`] when the motion thread has not drained the ring; `before` is not called then.
+    pub fn send_with(
+        &self,
+        origin: Origin,
+        kind: CommandKind,
+        before: impl FnOnce(CommandId),
+    ) -> Result<CommandId, RingFull> {
+        // A panic while the lock was held cannot have left the ring half written: rtrb writes whole slots.
+        let mut sender = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
+        if sender.ring.is_full() {
+            return Err(RingFull {
+                capacity: sender.capacity,
+            });
+        }
+        let id = CommandId(sender.last + 1);
+        before(id);
+        let capacity = sender.capacity;
+        sender
+            .ring
+            .push(Command { id, origin, kind })
+            .map_err(|_| RingFull { capacity })?;
+        sender.last = id.0;
+        Ok(id)
+    }
+}
+
+/// The script side's end of the events.
+pub struct EventReader {
+    ring: Consumer<Event>,
+}
+
+impl EventReader {
+    /// The next event, if one waits.
+    pub fn next_event(&mut self) -> Option<Event> {
+        self.ring.pop().ok()
+    }
+}
+
+/// The recorder's end of the records.
+pub struct RecordReader {
+    ring: Consumer<Record>,
+}
+
+impl RecordReader {
+    /// The next record, if one waits.
+    pub fn next_record(&mut self) -> Option<Record> {
+        self.ring.pop().ok()
+    }
+
+    /// True when the writer is gone and nothing is left.
+    pub fn is_finished(&self) -> bool {
+        self.ring.is_abandoned() && self.ring.is_empty()
+    }
+}
+
+// The snapshot cell works only inside a model when loom's atomics are in use.
+#[cfg(all(test, not(elite_loom)))]
+mod tests {
+    use super::*;
+    use kinematics::JointPositions;
+
+    fn small() -> (MotionEnd, ScriptEnd) {
+        let sizes = BorderSizes {
+            commands: 2,
+            events: 2,
+            records: None,
+        };
+        border(sizes, &RobotState::at_start(JointPositions::ZERO, 0.004))
+    }
+
+    #[test]
+    fn commands_are_numbered_in_the_order_in_which_they_leave_the_ring() {
+        let (mut motion, script) = small();
+        for _ in 0..2 {
+            script
+                .commands
+                .send(Origin::default(), CommandKind::Pause)
+                .unwrap();
+        }
+        let ids: Vec<u64> = std::iter::from_fn(|| motion.commands.pop().ok())
+            .map(|c| c.id.0)
+            .collect();
+        assert_eq!(ids, [1, 2]);
+    }
+
+    #[test]
+    fn a_full_ring_refuses_and_uses_up_no_number() {
+        let (mut motion, script) = small();
+        let send = || script.commands.send(Origin::default(), CommandKind::Pause);
+        send().unwrap();
+        send().unwrap();
+        assert_eq!(send(), Err(RingFull { capacity: 2 }));
+        motion.commands.pop().unwrap();
+        assert_eq!(send(), Ok(CommandId(3)));
+    }
+
+    #[test]
+    fn a_full_ring_does_not_announce_a_command() {
+        let (_motion, script) = small();
+        for _ in 0..2 {
+            script
+                .commands
+                .send(Origin::default(), CommandKind::Pause)
+                .unwrap();
+        }
+        let refused = script
+            .commands
+            .send_with(Origin::default(), CommandKind::Pause, |_| {
+                panic!("announced")
+            });
+        assert!(refused.is_err());
+    }
+}

@@ -1,0 +1,166 @@
+//! What one cycle costs, by mode and plant, and what planning a motion costs.
+//!
+//! `cargo bench -p motion`. divan prints fastest, median and mean; `percentiles` prints p50 and p99 of single ticks.
+#![allow(
+    clippy::expect_used,
+    reason = "a bench that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
+
+use divan::Bencher;
+use kinematics::{JointPositions, RobotModel};
+use motion::plan::{Arm, LinePlanner, Wish, plan_movej};
+use motion::{Cycle, CycleConfig, PlantKind, Timing};
+use motion_api::{BorderSizes, CommandKind, Origin, ScriptEnd, border};
+
+fn main() {
+    percentiles();
+    divan::main();
+}
+
+fn controller(plant: PlantKind, step_time: f64) -> (Cycle, ScriptEnd) {
+    let config = CycleConfig {
+        plant,
+        step_time,
+        ..CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm"))
+    };
+    let sizes = BorderSizes {
+        records: None,
+        ..BorderSizes::default()
+    };
+    let (motion, script) = border(sizes, &config.first_state());
+    (Cycle::new(config, motion).expect("a controller"), script)
+}
+
+fn go(script: &ScriptEnd, way: f64) {
+    let mut target = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0];
+    target.iter_mut().for_each(|q| *q += way);
+    let kind = CommandKind::MoveJ {
+        target: JointPositions(target),
+        acceleration: 1.396263,
+        speed: 1.047197,
+        duration: 0.0,
+    };
+    script.commands.send(Origin::default(), kind).expect("room");
+}
+
+/// p50 and p99 of single ticks over 20 s of motion.
+fn percentiles() {
+    for plant in [PlantKind::Ideal, PlantKind::Rigid] {
+        let (mut cycle, mut script) = controller(plant, 0.004);
+        let mut times = Vec::with_capacity(5000);
+        let mut way = 0.0;
+        while times.len() < 5000 {
+            if cycle.is_standing() {
+                way = if way == 0.0 { 1.5 } else { 0.0 };
+                go(&script, way);
+            }
+            let begin = std::time::Instant::now();
+            cycle.tick(Timing::default());
+            times.push(begin.elapsed().as_secs_f64() * 1e6);
+            while script.events.next_event().is_some() {}
+        }
+        times.sort_by(f64::total_cmp);
+        let at = |share: usize| times[times.len() * share / 1000];
+        println!(
+            "tick {plant:?} moving: p50 {:.1} us, p99 {:.1} us, p99.9 {:.1} us",
+            at(500),
+            at(990),
+            at(999)
+        );
+    }
+}
+
+#[divan::bench(args = [PlantKind::Ideal, PlantKind::Rigid])]
+fn tick_standing(bencher: Bencher, plant: PlantKind) {
+    let (mut cycle, _script) = controller(plant, 0.004);
+    bencher.bench_local(|| cycle.tick(Timing::default()));
+}
+
+#[divan::bench(args = [PlantKind::Ideal, PlantKind::Rigid])]
+fn tick_moving(bencher: Bencher, plant: PlantKind) {
+    let (mut cycle, mut script) = controller(plant, 0.004);
+    let mut way = 0.0;
+    bencher.bench_local(|| {
+        if cycle.is_standing() {
+            way = if way == 0.0 { 1.5 } else { 0.0 };
+            go(&script, way);
+        }
+        cycle.tick(Timing::default());
+        while script.events.next_event().is_some() {}
+    });
+}
+
+#[divan::bench]
+fn movej_planning(bencher: Bencher) {
+    let config = CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm"));
+    let limits = config.resolve().expect("good limits");
+    let arm = Arm {
+        model: &config.model,
+        flange_from_tcp: &kinematics::Pose::IDENTITY,
+        limits: &limits,
+        dynamics: &config.model.dynamics(&config.payload, config.gravity),
+    };
+    let wish = Wish {
+        speed: 1.0,
+        acceleration: 1.4,
+        duration: 0.0,
+    };
+    let target = JointPositions([0.5, -1.0, 1.0, -1.0, -1.0, 0.3]);
+    bencher.bench_local(|| plan_movej(&config.home, divan::black_box(&target), &wish, &arm));
+}
+
+#[divan::bench]
+fn movel_planning(bencher: Bencher) {
+    let config = CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm"));
+    let limits = config.resolve().expect("good limits");
+    let arm = Arm {
+        model: &config.model,
+        flange_from_tcp: &kinematics::Pose::IDENTITY,
+        limits: &limits,
+        dynamics: &config.model.dynamics(&config.payload, config.gravity),
+    };
+    let wish = Wish {
+        speed: 0.25,
+        acceleration: 1.2,
+        duration: 0.0,
+    };
+    let mut target = config.model.flange_pose(&config.home).to_rpy();
+    target.xyz[1] += 0.3;
+    target.rpy[2] += 0.3;
+    bencher.bench_local(|| {
+        let mut planner = LinePlanner::new(&config.home, divan::black_box(&target), &wish, &arm)
+            .expect("a line that can be followed");
+        planner.work(&arm)
+    });
+}
+
+/// A cycle on a straight TCP line: inverse kinematics and Jacobian besides everything else.
+#[divan::bench]
+fn tick_on_a_line(bencher: Bencher) {
+    let (mut cycle, mut script) = controller(PlantKind::Ideal, 0.004);
+    let config = CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm"));
+    let start = config.model.flange_pose(&config.home).to_rpy();
+    let mut there = false;
+    bencher.bench_local(|| {
+        if cycle.is_standing() {
+            there = !there;
+            let mut target = start;
+            if there {
+                target.xyz[1] += 0.3;
+            }
+            let kind = CommandKind::MoveL {
+                target,
+                acceleration: 1.2,
+                speed: 0.25,
+                duration: 0.0,
+            };
+            script.commands.send(Origin::default(), kind).expect("room");
+        }
+        cycle.tick(Timing::default());
+        while script.events.next_event().is_some() {}
+    });
+}

@@ -1,0 +1,326 @@
+//! What a controller is made of: model, step time, tool, limits, plant. Checked once, before the first cycle.
+
+use kinematics::dynamics::GRAVITY_UPRIGHT;
+use kinematics::{
+    JointAccelerations, JointJerks, JointLimits, JointPositions, JointSpeeds, Payload, Pose,
+    RobotModel, RpyPose,
+};
+use motion_api::{RobotMode, RobotState};
+use nalgebra::Vector3;
+use thiserror::Error;
+
+use crate::constants::{FASTEST_RISE, STEP_RANGE};
+
+/// Which arm the setpoints move.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PlantKind {
+    /// Rigid bodies under gravity with a servo: the arm lags, sags and can be held up.
+    #[default]
+    Rigid,
+    /// The actual position is the target.
+    Ideal,
+}
+
+/// Limits below the model's own, as the cell file's `[limits]` gives them. `None` keeps the model's.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LimitOverrides {
+    /// Joint speeds, rad/s.
+    pub joint_speed: Option<JointSpeeds>,
+    /// Joint accelerations, rad/s².
+    pub joint_acceleration: Option<JointAccelerations>,
+    /// Joint jerks, rad/s³.
+    pub joint_jerk: Option<JointJerks>,
+    /// Smallest joint positions, rad.
+    pub joint_position_min: Option<JointPositions>,
+    /// Largest joint positions, rad.
+    pub joint_position_max: Option<JointPositions>,
+    /// Speed of the TCP, m/s.
+    pub tcp_speed: Option<f64>,
+    /// Speed of the elbow, m/s.
+    pub elbow_speed: Option<f64>,
+}
+
+/// Everything a [`Cycle`](crate::Cycle) is made from.
+#[derive(Clone, Debug)]
+pub struct CycleConfig {
+    /// The arm.
+    pub model: RobotModel,
+    /// Length of a cycle, s: 0.001 to 0.008.
+    pub step_time: f64,
+    /// Joint positions at the start, rad.
+    pub home: JointPositions,
+    /// TCP relative to the flange.
+    pub tcp: RpyPose,
+    /// What hangs on the flange.
+    pub payload: Payload,
+    /// Free-fall acceleration in the base frame, m/s².
+    pub gravity: Vector3<f64>,
+    /// The arm that follows.
+    pub plant: PlantKind,
+    /// Limits below the model's.
+    pub limits: LimitOverrides,
+    /// Start with power off and brakes engaged.
+    pub powered_off: bool,
+}
+
+/// What is wrong with a configuration.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// The cycle is too short or too long.
+    #[error("the step time is {given_s} s, allowed are 0.001 to 0.008 s")]
+    StepTime {
+        /// As given, s.
+        given_s: f64,
+    },
+    /// The start position is outside a joint's range.
+    #[error(
+        "home puts joint {} at {value:.4} rad, allowed is {min:.4} to {max:.4} rad",
+        joint + 1
+    )]
+    Home {
+        /// Joint from 0.
+        joint: usize,
+        /// As given, rad.
+        value: f64,
+        /// Lower limit, rad.
+        min: f64,
+        /// Upper limit, rad.
+        max: f64,
+    },
+    /// A number is NaN or infinite.
+    #[error("{name} has a component that is not a finite number")]
+    NotFinite {
+        /// Which setting.
+        name: &'static str,
+    },
+    /// A limit is not positive, or wider than what the arm can do.
+    #[error("limit {name} of joint {} is {given}, allowed is more than 0 up to the arm's {own}", joint + 1)]
+    JointLimit {
+        /// Name of the key.
+        name: &'static str,
+        /// Joint from 0.
+        joint: usize,
+        /// As given.
+        given: f64,
+        /// The arm's own.
+        own: f64,
+    },
+    /// A position range is empty or reaches beyond the arm's.
+    #[error(
+        "the position range of joint {} is {min} to {max} rad; it must not be empty and must lie within the arm's {own_min:.4} to {own_max:.4} rad",
+        joint + 1
+    )]
+    PositionRange {
+        /// Joint from 0.
+        joint: usize,
+        /// Lower end as given, rad.
+        min: f64,
+        /// Upper end as given, rad.
+        max: f64,
+        /// The arm's lower end, rad.
+        own_min: f64,
+        /// The arm's upper end, rad.
+        own_max: f64,
+    },
+    /// A speed limit that is not positive.
+    #[error("limit {name} is {given} m/s, it must be more than 0")]
+    Speed {
+        /// Name of the key.
+        name: &'static str,
+        /// As given, m/s.
+        given: f64,
+    },
+    /// A ring of the border is too small for the promises made about it.
+    #[error("the {ring} ring holds {given} entries, at least {needed} are needed")]
+    RingTooSmall {
+        /// Which ring.
+        ring: &'static str,
+        /// Its size.
+        given: usize,
+        /// Size needed.
+        needed: usize,
+    },
+    /// The arm's masses cannot be simulated.
+    #[error("the arm cannot be simulated: {what}")]
+    Plant {
+        /// Why.
+        what: &'static str,
+    },
+}
+
+/// The limits a motion is planned and checked with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionLimits {
+    /// Smallest joint positions, rad.
+    pub position_min: JointPositions,
+    /// Largest joint positions, rad.
+    pub position_max: JointPositions,
+    /// Joint speeds, rad/s.
+    pub speed: JointSpeeds,
+    /// Joint accelerations, rad/s².
+    pub acceleration: JointAccelerations,
+    /// Joint jerks, rad/s³.
+    pub jerk: JointJerks,
+    /// Speed of the TCP, m/s; infinite when not limited.
+    pub tcp_speed: f64,
+    /// Speed of the elbow, m/s; infinite when not limited.
+    pub elbow_speed: f64,
+}
+
+impl MotionLimits {
+    /// The arm's limits with these in place of its own.
+    pub(crate) fn narrowed(&self, own: &JointLimits) -> JointLimits {
+        JointLimits {
+            position_min: self.position_min,
+            position_max: self.position_max,
+            speed: self.speed,
+            acceleration: self.acceleration,
+            effort: own.effort,
+        }
+    }
+}
+
+impl CycleConfig {
+    /// A controller for `model` with the defaults of the command line: 4 ms, home over the table, no tool, rigid plant.
+    pub fn new(model: RobotModel) -> Self {
+        use core::f64::consts::FRAC_PI_2;
+        Self {
+            model,
+            step_time: 0.004,
+            home: JointPositions([0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, -FRAC_PI_2, 0.0]),
+            tcp: RpyPose::default(),
+            payload: Payload::default(),
+            gravity: GRAVITY_UPRIGHT,
+            plant: PlantKind::default(),
+            limits: LimitOverrides::default(),
+            powered_off: false,
+        }
+    }
+
+    /// The robot mode at the start.
+    pub(crate) fn robot_mode(&self) -> RobotMode {
+        if self.powered_off {
+            RobotMode::PowerOff
+        } else {
+            RobotMode::Running
+        }
+    }
+
+    /// The state before the first cycle, for the snapshot cell of the border.
+    pub fn first_state(&self) -> RobotState {
+        let flange_from_tcp = Pose::from_rpy(&self.tcp);
+        let frames = self.model.forward(&self.home);
+        let pose = (frames.base_from_flange * flange_from_tcp).to_rpy();
+        RobotState {
+            target_tcp_pose: pose,
+            actual_tcp_pose: pose,
+            elbow_position: frames.elbow().into(),
+            tcp_offset: self.tcp,
+            payload: self.payload,
+            robot_mode: self.robot_mode(),
+            ..RobotState::at_start(self.home, self.step_time)
+        }
+    }
+
+    /// Checks everything and resolves the limits.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the setting, what was given and what is allowed.
+    pub fn resolve(&self) -> Result<MotionLimits, ConfigError> {
+        if !(STEP_RANGE.0..=STEP_RANGE.1).contains(&self.step_time) {
+            return Err(ConfigError::StepTime {
+                given_s: self.step_time,
+            });
+        }
+        if !self.tcp.is_finite() {
+            return Err(ConfigError::NotFinite { name: "tcp" });
+        }
+        if !self.gravity.iter().all(|x| x.is_finite()) {
+            return Err(ConfigError::NotFinite { name: "gravity" });
+        }
+        let limits = self.limits.resolve(&self.model)?;
+        for joint in 0..6 {
+            let (min, max) = (limits.position_min[joint], limits.position_max[joint]);
+            if !(min..=max).contains(&self.home[joint]) {
+                return Err(ConfigError::Home {
+                    joint,
+                    value: self.home[joint],
+                    min,
+                    max,
+                });
+            }
+        }
+        Ok(limits)
+    }
+}
+
+impl LimitOverrides {
+    fn resolve(&self, model: &RobotModel) -> Result<MotionLimits, ConfigError> {
+        let own = model.limits();
+        let speed = JointSpeeds(below(
+            "joint_speed",
+            self.joint_speed.map(|x| x.0),
+            own.speed.0,
+        )?);
+        let acceleration = JointAccelerations(below(
+            "joint_acceleration",
+            self.joint_acceleration.map(|x| x.0),
+            own.acceleration.0,
+        )?);
+        let own_jerk = acceleration.0.map(|a| a / FASTEST_RISE);
+        let jerk = JointJerks(below("joint_jerk", self.joint_jerk.map(|x| x.0), own_jerk)?);
+        let position_min = self.joint_position_min.unwrap_or(own.position_min);
+        let position_max = self.joint_position_max.unwrap_or(own.position_max);
+        for joint in 0..6 {
+            let (min, max) = (position_min[joint], position_max[joint]);
+            let (own_min, own_max) = (own.position_min[joint], own.position_max[joint]);
+            if !(own_min <= min && min < max && max <= own_max) {
+                return Err(ConfigError::PositionRange {
+                    joint,
+                    min,
+                    max,
+                    own_min,
+                    own_max,
+                });
+            }
+        }
+        Ok(MotionLimits {
+            position_min,
+            position_max,
+            speed,
+            acceleration,
+            jerk,
+            tcp_speed: positive("tcp_speed", self.tcp_speed)?,
+            elbow_speed: positive("elbow_speed", self.elbow_speed)?,
+        })
+    }
+}
+
+fn positive(name: &'static str, given: Option<f64>) -> Result<f64, ConfigError> {
+    match given {
+        None => Ok(f64::INFINITY),
+        Some(given) if given > 0.0 && given.is_finite() => Ok(given),
+        Some(given) => Err(ConfigError::Speed { name, given }),
+    }
+}
+
+fn below(
+    name: &'static str,
+    given: Option<[f64; 6]>,
+    own: [f64; 6],
+) -> Result<[f64; 6], ConfigError> {
+    let Some(values) = given else { return Ok(own) };
+    for joint in 0..6 {
+        // Rounded figures of the arm itself are not a mistake.
+        if !(values[joint] > 0.0 && values[joint] <= own[joint] * (1.0 + 1e-9)) {
+            return Err(ConfigError::JointLimit {
+                name,
+                joint,
+                given: values[joint],
+                own: own[joint],
+            });
+        }
+    }
+    Ok(values)
+}

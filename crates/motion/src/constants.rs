@@ -1,0 +1,131 @@
+//! Numbers of the control cycle, each with its reason; relations between them are checked at compile time.
+
+/// Shortest and longest control cycle, s (INTERFACES: `--step-ms` 1 to 8).
+pub const STEP_RANGE: (f64, f64) = (0.001, 0.008);
+
+/// Default jerk: the acceleration of a motion is reached in this time, s. 20 to 40 ms are wanted; the middle leaves
+/// room on both sides when it is seen in whole cycles.
+pub const ACCELERATION_RISE: f64 = 0.030;
+
+/// Hard jerk limit of a joint unless the configuration names one: its largest acceleration in this time, s.
+pub const FASTEST_RISE: f64 = 0.020;
+
+/// Most commands taken from the ring in one cycle; the rest wait for the next.
+pub const COMMANDS_PER_CYCLE: usize = 64;
+
+/// Commands that may wait at the same time for the arm to stand. When as many wait, no further command is taken.
+pub const WAITING_COMMANDS: usize = 16;
+
+/// Most events that one command causes at once: its end, the end of the motion it stops, warnings, a stop.
+pub const EVENTS_PER_COMMAND: usize = 8;
+
+/// Room in the event ring that is kept for events no command causes in its own cycle.
+pub const EVENT_RESERVE: usize = 2;
+
+/// Smallest event ring with which every event always finds room.
+pub const EVENT_RING_MIN: usize = EVENTS_PER_COMMAND + WAITING_COMMANDS + 1 + EVENT_RESERVE;
+
+/// Length of one step of the servo and of the rigid bodies, s; a cycle has a whole number of them.
+pub const SERVO_STEP: f64 = 0.001;
+
+/// Bandwidth of the servo, rad/s: the frequency of the critically damped error.
+pub const SERVO_BANDWIDTH: f64 = 100.0;
+
+/// Torque that a joint can give for a moment over the nominal effort of the model, which several arms nearly need to
+/// hold their rated payload at full stretch. Our choice; the vendor publishes no peak torque.
+pub const PEAK_TORQUE_FACTOR: f64 = 2.0;
+
+/// Share of the peak torque that motions are planned with; the rest is for the servo.
+pub const PLANNED_TORQUE_SHARE: f64 = 0.8;
+
+/// Share of a joint's nominal torque that is there for motion even where gravity alone takes more than is planned with:
+/// an overloaded arm moves slowly instead of not at all.
+pub const LEAST_TORQUE_SHARE: f64 = 0.05;
+
+/// After a protective stop has braked the target, the arm gets this long to come to rest before the brakes hold it, s,
+/// and counts as resting below this speed, rad/s.
+pub const SETTLING_TIME: f64 = 0.5;
+/// See [`SETTLING_TIME`].
+pub const RESTING_SPEED: f64 = 1e-3;
+
+/// Difference of actual and target position at which the arm counts as not following, rad. Free motion stays below
+/// 1 mrad; a joint pressing against something reaches this within a few cycles.
+pub const TRACKING_LIMIT: f64 = 0.05;
+
+/// Joint positions and speeds may exceed their limits by this (rad, rad/s) through rounding.
+pub const LIMIT_SLACK: f64 = 1e-6;
+
+/// Slowest motion that is planned: speeds and accelerations below (in units of s) are refused, and longest duration, s.
+/// Far outside of use; keeps the arithmetic away from the ends of the number range.
+pub const SLOWEST: f64 = 1e-6;
+/// See [`SLOWEST`].
+pub const LONGEST: f64 = 1e6;
+
+/// Speed fractions below hold the motion, as 0 does.
+pub const SLOWEST_FRACTION: f64 = 1e-3;
+
+/// Largest reach of a TCP or a centre of gravity from the flange, m, and heaviest payload, kg, that are taken. The rated
+/// payload of the model is checked where scripts are; these only keep out numbers that no physics survives.
+pub const TOOL_REACH_MAX: f64 = 10.0;
+/// See [`TOOL_REACH_MAX`].
+pub const PAYLOAD_MASS_MAX: f64 = 1000.0;
+/// Largest moment of inertia of a payload, kg m²: the heaviest at the farthest.
+pub const PAYLOAD_INERTIA_MAX: f64 = PAYLOAD_MASS_MAX * TOOL_REACH_MAX * TOOL_REACH_MAX;
+
+/// A change of position below this (rad, m) is no motion.
+pub const NO_MOTION: f64 = 1e-12;
+
+/// Where the rotation is the larger part of a Cartesian line, a radian counts as this much way, m/rad: a rotation on the
+/// spot at the default 0.25 m/s turns at 1 rad/s, about the default speed of a movej. Our choice; the manual is silent.
+pub const ROTATION_LENGTH: f64 = 0.25;
+
+/// A Cartesian line is looked at in this many intervals, each halved up to [`LINE_REFINEMENTS`] times where the joints
+/// turn fast, with at most [`LINE_PLACES_MAX`] places in all and [`LINE_PLACES_PER_CYCLE`] in one cycle.
+pub const LINE_INTERVALS: usize = 64;
+/// See [`LINE_INTERVALS`].
+pub const LINE_REFINEMENTS: usize = 10;
+/// See [`LINE_INTERVALS`].
+pub const LINE_PLACES_MAX: u32 = 2000;
+/// See [`LINE_INTERVALS`]. Twice the places of a line without refinements.
+pub const LINE_PLACES_PER_CYCLE: usize = 128;
+
+/// Parts of a Cartesian line with limits of their own.
+pub const LINE_PARTS: usize = 32;
+
+/// A joint that would turn by more than this on a metre of the line counts as singular, rad/m: at the joint's full speed
+/// the TCP would crawl at 3 mm/s.
+pub const SINGULAR_TURN_PER_M: f64 = 1000.0;
+
+/// Places along a joint-space line at which the speeds of TCP and elbow are looked at when they are limited, and the part
+/// of the limits that is used, because between two places a point can be a little faster than at either.
+pub const POINT_SPEED_SAMPLES: usize = 64;
+/// See [`POINT_SPEED_SAMPLES`].
+pub const POINT_SPEED_MARGIN: f64 = 0.98;
+
+/// Places along a joint-space line at which the torques are looked at.
+pub const TORQUE_SAMPLES: usize = 32;
+
+/// Part of the torque left by gravity that speed alone may take up, so that acceleration has the rest.
+pub const TORQUE_SHARE_OF_SPEED: f64 = 0.5;
+
+/// Numbers of places in `StopReason::Internal`.
+pub mod fault {
+    /// The inverse kinematics found nothing on a path that was checked before.
+    pub const PATH_LOST: u32 = 1;
+    /// A setpoint was not a finite number.
+    pub const NOT_FINITE: u32 = 2;
+    /// The plant's state was not a finite number.
+    pub const PLANT_DIVERGED: u32 = 3;
+}
+
+const _: () = assert!(STEP_RANGE.0 < STEP_RANGE.1);
+const _: () = assert!(FASTEST_RISE <= ACCELERATION_RISE);
+const _: () = assert!(ACCELERATION_RISE > 0.02 && ACCELERATION_RISE < 0.04);
+// The servo must be slow enough for its own step.
+const _: () = assert!(SERVO_STEP * SERVO_BANDWIDTH <= 0.2);
+const _: () = assert!(SERVO_STEP <= STEP_RANGE.0);
+const _: () = assert!(LINE_INTERVALS.is_multiple_of(LINE_PARTS));
+const _: () = assert!(LINE_PLACES_PER_CYCLE >= 2 * LINE_INTERVALS);
+const _: () = assert!(LINE_PARTS <= crate::scalar::course::MAX_STRETCHES);
+// A command's own end must fit beside everything it may cause.
+const _: () = assert!(EVENTS_PER_COMMAND > EVENT_RESERVE);

@@ -1,0 +1,266 @@
+//! Commands out of the ring and what each of them sets off.
+//!
+//! Owns the rule when a command is taken: while there is room for all its consequences, and at most a fixed number in a
+//! cycle. The costly part of a plan is not done here but once a cycle in `plan_on`.
+
+use kinematics::{Payload, PayloadError, Pose};
+use motion_api::{Command, CommandId, CommandKind, MotionMode, Outcome, Refusal, StopReason};
+
+use crate::constants::{COMMANDS_PER_CYCLE, PAYLOAD_INERTIA_MAX, PAYLOAD_MASS_MAX, TOOL_REACH_MAX};
+use crate::cycle::{Cycle, Generator};
+use crate::motion::{Motion, Plan};
+use crate::plan::{Arm, LinePlanner, Warnings, Wish, plan_movej};
+use crate::waiting::WaitingFor;
+
+/// Whether a command ends at once, and how.
+type Answer = Result<Ending, Refusal>;
+
+enum Ending {
+    Now,
+    Later,
+}
+
+impl Cycle {
+    /// Takes commands from the ring.
+    pub(crate) fn take_commands(&mut self) {
+        for _ in 0..COMMANDS_PER_CYCLE {
+            let under_way = self.waiting.count() + usize::from(self.running() != CommandId::NONE);
+            if self.waiting.is_full() || !self.out.has_room(under_way) {
+                return;
+            }
+            let Ok(command) = self.commands.pop() else {
+                return;
+            };
+            self.out.taken(&command);
+            match self.obey(&command) {
+                Ok(Ending::Now) => self.out.ended(command.id, Outcome::Done),
+                Ok(Ending::Later) => {}
+                Err(refusal) => self.out.ended(command.id, Outcome::Refused(refusal)),
+            }
+        }
+    }
+
+    fn obey(&mut self, command: &Command) -> Answer {
+        match command.kind {
+            CommandKind::MoveJ {
+                target,
+                acceleration,
+                speed,
+                duration,
+            } => {
+                let wish = Wish {
+                    speed,
+                    acceleration,
+                    duration,
+                };
+                self.check_free()?;
+                let planned = plan_movej(&self.target.q, &target, &wish, &self.arm())?;
+                self.begin(command.id, MotionMode::MoveJ, &planned);
+                Ok(Ending::Later)
+            }
+            CommandKind::MoveL {
+                target,
+                acceleration,
+                speed,
+                duration,
+            } => {
+                let wish = Wish {
+                    speed,
+                    acceleration,
+                    duration,
+                };
+                self.check_free()?;
+                let planner = LinePlanner::new(&self.target.q, &target, &wish, &self.arm())?;
+                self.generator = Generator::Planning(command.id, planner);
+                Ok(Ending::Later)
+            }
+            CommandKind::Stop { only } => Ok(self.stop(command.id, only)),
+            CommandKind::Pause => {
+                self.is_paused = true;
+                self.waiting.add(command.id, WaitingFor::Pause);
+                Ok(Ending::Later)
+            }
+            CommandKind::Resume => {
+                self.is_paused = false;
+                while let Some(id) = self.waiting.take(|kind| kind == WaitingFor::Pause) {
+                    self.out.ended(id, Outcome::Done);
+                }
+                Ok(Ending::Now)
+            }
+            CommandKind::SetTcp(tcp) => {
+                if let Some(angle) = tcp.rpy.into_iter().find(|x| !x.is_finite()) {
+                    return Err(bad_value("an angle of the TCP", angle, "a finite number"));
+                }
+                check_within(
+                    &tcp.xyz,
+                    TOOL_REACH_MAX,
+                    "a coordinate of the TCP",
+                    "at most 10 m",
+                )?;
+                self.tcp = tcp;
+                self.flange_from_tcp = Pose::from_rpy(&tcp);
+                Ok(Ending::Now)
+            }
+            CommandKind::SetPayload(payload) => self.set_payload(&payload),
+            CommandKind::SetStandardDigitalOut { index, level } => {
+                if index >= 16 {
+                    let value = f64::from(index);
+                    return Err(bad_value("the index of the output", value, "0 to 15"));
+                }
+                let bit = 1u64 << index;
+                self.digital_out = if level {
+                    self.digital_out | bit
+                } else {
+                    self.digital_out & !bit
+                };
+                Ok(Ending::Now)
+            }
+            CommandKind::SetSpeedFraction(fraction) => {
+                if !(0.0..=1.0).contains(&fraction) {
+                    return Err(bad_value("the speed fraction", fraction, "0 to 1"));
+                }
+                self.speed_fraction = fraction;
+                Ok(Ending::Now)
+            }
+            CommandKind::PowerOn => {
+                self.machine.power_on();
+                Ok(Ending::Now)
+            }
+            CommandKind::PowerOff => {
+                self.stop_moving();
+                self.waiting.add(command.id, WaitingFor::PowerOff);
+                Ok(Ending::Later)
+            }
+            CommandKind::ReleaseBrakes => {
+                if self.machine.release_brakes()? {
+                    self.stand_at_actual();
+                }
+                Ok(Ending::Now)
+            }
+            CommandKind::UnlockProtectiveStop => {
+                if !self.is_standing() && self.machine.stop_reason().is_some() {
+                    return Err(Refusal::StillMoving);
+                }
+                self.machine.unlock();
+                Ok(Ending::Now)
+            }
+            CommandKind::RestartSafetyBoard => {
+                self.machine.restart_safety();
+                Ok(Ending::Now)
+            }
+        }
+    }
+
+    /// A motion may begin: the arm is ready and no other motion is under way.
+    fn check_free(&self) -> Result<(), Refusal> {
+        self.machine.check_ready()?;
+        match self.running() {
+            CommandId::NONE => Ok(()),
+            running => Err(Refusal::Busy { running }),
+        }
+    }
+
+    fn arm(&self) -> Arm<'_> {
+        Arm {
+            model: &self.model,
+            flange_from_tcp: &self.flange_from_tcp,
+            limits: &self.limits,
+            dynamics: &self.dynamics,
+        }
+    }
+
+    fn begin(&mut self, id: CommandId, mode: MotionMode, (plan, warnings): &(Plan, Warnings)) {
+        for warning in warnings.iter() {
+            self.out.warned(id, warning);
+        }
+        self.generator = Generator::Path(Motion::new(id, mode, plan));
+    }
+
+    /// Goes on with a plan that takes more than one cycle; starts the motion when it is ready.
+    pub(crate) fn plan_on(&mut self) {
+        let Generator::Planning(id, mut planner) = self.generator else {
+            return;
+        };
+        match planner.work(&self.arm()) {
+            Ok(None) => self.generator = Generator::Planning(id, planner),
+            Ok(Some(planned)) => self.begin(id, MotionMode::MoveL, &planned),
+            Err(refusal) => {
+                self.out.ended(id, Outcome::Refused(refusal));
+                self.generator = Generator::Hold;
+            }
+        }
+    }
+
+    fn stop(&mut self, id: CommandId, only: CommandId) -> Ending {
+        if only != CommandId::NONE && only != self.running() {
+            return Ending::Now;
+        }
+        self.is_paused = false;
+        self.stop_moving();
+        self.waiting.add(id, WaitingFor::Stop);
+        Ending::Later
+    }
+
+    fn set_payload(&mut self, payload: &Payload) -> Answer {
+        let mass = [payload.mass];
+        check_within(&mass, PAYLOAD_MASS_MAX, "the payload mass", "0 to 1000 kg")?;
+        let cog = payload.cog.as_slice();
+        check_within(
+            cog,
+            TOOL_REACH_MAX,
+            "a coordinate of the centre of gravity",
+            "at most 10 m",
+        )?;
+        let inertia = &payload.inertia;
+        check_within(
+            inertia,
+            PAYLOAD_INERTIA_MAX,
+            "a component of the payload's inertia",
+            "at most 100000 kg m²",
+        )?;
+        let given = Payload::new(payload.mass, payload.cog.into(), payload.inertia);
+        self.payload = given.map_err(|error| match error {
+            PayloadError::NegativeMass { mass_kg } => {
+                bad_value("the payload mass", mass_kg, "0 or more")
+            }
+            PayloadError::ImpossibleInertia { principal, .. } => bad_value(
+                "the largest principal moment of the payload's inertia",
+                principal[2],
+                "positive and at most the sum of the other two",
+            ),
+            _ => bad_value("a component of the payload", f64::NAN, "a finite number"),
+        })?;
+        self.dynamics = self.model.dynamics(&self.payload, self.gravity);
+        self.plant.set_dynamics(&self.dynamics);
+        Ok(Ending::Now)
+    }
+
+    /// Number of the stop reason for the snapshot, 0 without one.
+    pub(crate) fn stop_code(&self) -> u64 {
+        self.machine
+            .stop_reason()
+            .as_ref()
+            .map_or(0, |reason: &StopReason| u64::from(reason.code()))
+    }
+}
+
+/// Checks that all `values` are numbers of at most `most` either way.
+fn check_within(
+    values: &[f64],
+    most: f64,
+    name: &'static str,
+    needed: &'static str,
+) -> Result<(), Refusal> {
+    match values.iter().find(|x| !(-most..=most).contains(*x)) {
+        None => Ok(()),
+        Some(&value) => Err(bad_value(name, value, needed)),
+    }
+}
+
+fn bad_value(name: &'static str, value: f64, needed: &'static str) -> Refusal {
+    Refusal::BadValue {
+        name,
+        value,
+        needed,
+    }
+}

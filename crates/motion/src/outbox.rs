@@ -1,0 +1,131 @@
+//! What leaves the cycle: events, records and the snapshot, and the arithmetic that no end of a command is ever lost.
+//!
+//! Owns the motion side of the border except the commands. The rule: before a command is taken there is room for all it
+//! may cause and for the ends of all commands that are still under way (see `constants`).
+
+use motion_api::{
+    Command, CommandId, Event, MotionEnd, Outcome, Record, RobotState, SnapshotCell, StopReason,
+    Warning,
+};
+use rtrb::{Consumer, Producer};
+use std::sync::Arc;
+
+use crate::config::ConfigError;
+use crate::constants::{EVENT_RESERVE, EVENT_RING_MIN, EVENTS_PER_COMMAND};
+
+/// The ways out.
+pub(crate) struct Outbox {
+    events: Producer<Event>,
+    records: Option<Producer<Record>>,
+    snapshot: Arc<SnapshotCell>,
+    /// Events of this cycle, kept back until the snapshot is published: who hears that a motion has ended must find the
+    /// arm at its end. Allocated once; never grows.
+    pending: Vec<Event>,
+    records_lost: u64,
+    /// The cycle that is running.
+    pub(crate) cycle: u64,
+}
+
+impl Outbox {
+    /// Takes the border apart: the commands, and everything else.
+    pub(crate) fn new(end: MotionEnd) -> Result<(Consumer<Command>, Self), ConfigError> {
+        let given = end.events.buffer().capacity();
+        if given < EVENT_RING_MIN {
+            return Err(ConfigError::RingTooSmall {
+                ring: "event",
+                given,
+                needed: EVENT_RING_MIN,
+            });
+        }
+        let outbox = Self {
+            events: end.events,
+            records: end.records,
+            snapshot: end.snapshot,
+            pending: Vec::with_capacity(given),
+            records_lost: 0,
+            cycle: 0,
+        };
+        Ok((end.commands, outbox))
+    }
+
+    /// True when one more command may be taken while `under_way` others have not ended yet.
+    pub(crate) fn has_room(&self, under_way: usize) -> bool {
+        self.events.slots() >= self.pending.len() + EVENTS_PER_COMMAND + under_way + EVENT_RESERVE
+    }
+
+    /// How a command ended.
+    pub(crate) fn ended(&mut self, id: CommandId, outcome: Outcome) {
+        let cycle = self.cycle;
+        self.event(Event::Ended { id, outcome, cycle });
+    }
+
+    /// Something to read about a command.
+    pub(crate) fn warned(&mut self, id: CommandId, warning: Warning) {
+        let cycle = self.cycle;
+        self.event(Event::Warned { id, warning, cycle });
+    }
+
+    /// The arm entered a protective stop.
+    pub(crate) fn stopped(&mut self, reason: StopReason) {
+        let cycle = self.cycle;
+        self.event(Event::Stopped { reason, cycle });
+    }
+
+    fn event(&mut self, event: Event) {
+        // `has_room` kept a place in the ring, and the buffer is as large as the ring.
+        if self.pending.len() < self.pending.capacity() {
+            self.pending.push(event);
+        }
+    }
+
+    /// A command was taken from the ring.
+    pub(crate) fn taken(&mut self, command: &Command) {
+        let cycle = self.cycle;
+        self.record(Record::Command {
+            cycle,
+            command: *command,
+        });
+    }
+
+    /// The state before the first cycle: to the snapshot alone, no cycle has run.
+    pub(crate) fn publish_first(&mut self, state: &RobotState) {
+        self.snapshot.publish(state);
+    }
+
+    /// The end of the cycle: the state to the snapshot and to the recording, then the events.
+    pub(crate) fn publish(&mut self, state: &RobotState) {
+        self.snapshot.publish(state);
+        self.record(Record::Cycle(*state));
+        let room = self.events.slots();
+        for event in self.pending.drain(..room.min(self.pending.len())) {
+            // There is room, and only this side fills the ring.
+            let _ = self.events.push(event);
+        }
+    }
+
+    fn record(&mut self, record: Record) {
+        if let Some(records) = &mut self.records
+            && records.push(record).is_err()
+        {
+            self.records_lost += 1;
+        }
+    }
+
+    /// Records that found no room so far.
+    pub(crate) fn records_lost(&self) -> u64 {
+        self.records_lost
+    }
+
+    /// Places free in the record ring; `None` when nobody takes records (no recording, or its reader is gone).
+    pub(crate) fn record_room(&self) -> Option<usize> {
+        self.records
+            .as_ref()
+            .filter(|ring| !ring.is_abandoned())
+            .map(Producer::slots)
+    }
+
+    /// Size of the record ring, if there is one.
+    pub(crate) fn record_capacity(&self) -> Option<usize> {
+        self.records.as_ref().map(|ring| ring.buffer().capacity())
+    }
+}

@@ -1,0 +1,114 @@
+//! From a motion command to a path and a course along it: what is asked, cut down to what the arm can do.
+//!
+//! Planning runs inside the cycle that takes the command, and the next ones if it is much: bounded work, no allocation.
+
+mod movej;
+mod movel;
+mod survey;
+mod torque;
+
+pub use movej::plan_movej;
+pub use movel::LinePlanner;
+
+use kinematics::{Dynamics, Pose, RobotModel};
+use motion_api::{Refusal, Warning};
+
+use crate::config::MotionLimits;
+use crate::constants::{ACCELERATION_RISE, LONGEST, SLOWEST};
+use crate::scalar::ScalarLimits;
+
+/// Most warnings of one plan.
+const MAX_WARNINGS: usize = 3;
+
+/// The warnings of one plan.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Warnings {
+    list: [Option<Warning>; MAX_WARNINGS],
+}
+
+impl Warnings {
+    /// Adds a warning while there is room.
+    pub fn add(&mut self, warning: Warning) {
+        if let Some(free) = self.list.iter_mut().find(|w| w.is_none()) {
+            *free = Some(warning);
+        }
+    }
+
+    /// The warnings in the order in which they were found.
+    pub fn iter(&self) -> impl Iterator<Item = Warning> + '_ {
+        self.list.iter().flatten().copied()
+    }
+}
+
+/// The arm that a motion is planned for.
+#[derive(Clone, Copy)]
+pub struct Arm<'a> {
+    /// Geometry.
+    pub model: &'a RobotModel,
+    /// The active TCP.
+    pub flange_from_tcp: &'a Pose,
+    /// What the joints may do.
+    pub limits: &'a MotionLimits,
+    /// The arm's masses with its payload.
+    pub dynamics: &'a Dynamics,
+}
+
+/// How fast a motion is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wish {
+    /// Speed along s.
+    pub speed: f64,
+    /// Acceleration along s.
+    pub acceleration: f64,
+    /// Duration, s; 0 when speed and acceleration count.
+    pub duration: f64,
+}
+
+impl Wish {
+    /// Checks that the numbers that count can be used.
+    ///
+    /// # Errors
+    /// [`Refusal::BadValue`] names the first that cannot.
+    pub fn check(&self) -> Result<(), Refusal> {
+        let bad = |name, value, needed| {
+            Err(Refusal::BadValue {
+                name,
+                value,
+                needed,
+            })
+        };
+        if !(0.0..=LONGEST).contains(&self.duration) {
+            return bad("t", self.duration, "0 or a number of seconds up to 1000000");
+        }
+        if self.duration > 0.0 {
+            return Ok(());
+        }
+        if !(self.acceleration >= SLOWEST && self.acceleration.is_finite()) {
+            return bad("a", self.acceleration, "a number of at least 0.000001");
+        }
+        if !(self.speed >= SLOWEST && self.speed.is_finite()) {
+            return bad("v", self.speed, "a number of at least 0.000001");
+        }
+        Ok(())
+    }
+
+    /// The wish within what the arm can do. With a duration, what the arm can do counts alone.
+    pub fn within(&self, able: &ScalarLimits) -> ScalarLimits {
+        let timed = self.duration > 0.0;
+        let speed = if timed {
+            able.speed
+        } else {
+            self.speed.min(able.speed)
+        };
+        let acceleration = if timed {
+            able.acceleration
+        } else {
+            self.acceleration.min(able.acceleration)
+        };
+        ScalarLimits {
+            speed,
+            acceleration,
+            jerk: (acceleration / ACCELERATION_RISE).min(able.jerk),
+        }
+    }
+}

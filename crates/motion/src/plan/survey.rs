@@ -1,0 +1,291 @@
+//! Looking along a Cartesian line before it is followed: is it possible, and what does it ask of the joints where?
+//!
+//! The line is walked from its start with the nearest solution of the inverse kinematics at each place; where the joints
+//! change fast the steps are halved. What is kept are the largest derivatives of the joints in each of a fixed number of
+//! parts. The walk can be interrupted after any number of places and be continued in the next cycle.
+
+use kinematics::{JointPositions, JointSpeeds, RobotModel};
+use motion_api::{PathFault, Refusal};
+
+use super::Arm;
+use super::torque::TorqueBounds;
+use crate::config::MotionLimits;
+use crate::constants::{
+    LINE_INTERVALS, LINE_PARTS, LINE_PLACES_MAX, LINE_REFINEMENTS, SINGULAR_TURN_PER_M,
+};
+use crate::path::{CartesianLine, LinePoint};
+use crate::setpoint::elbow_speed;
+
+/// Largest absolute derivatives of each joint with respect to s in one part of the line.
+#[derive(Clone, Copy, Debug)]
+pub struct PartBounds {
+    /// rad/m.
+    pub first: [f64; 6],
+    /// rad/m².
+    pub second: [f64; 6],
+    /// rad/m³.
+    pub third: [f64; 6],
+    /// Distance the elbow goes per s.
+    pub elbow: f64,
+    /// What is asked of the drives.
+    pub torque: TorqueBounds,
+}
+
+/// A walk along a line.
+#[derive(Clone, Copy, Debug)]
+pub struct Survey {
+    line: CartesianLine,
+    parts: [PartBounds; LINE_PARTS],
+    /// The place up to which the line is known.
+    left: LinePoint,
+    /// Ends of the intervals that were halved, as numbers of smallest steps; the nearest is last.
+    ahead: [u32; LINE_REFINEMENTS + 1],
+    ahead_count: usize,
+    /// `left` in smallest steps.
+    left_step: u32,
+    places: u32,
+}
+
+/// Smallest steps in the whole line.
+const STEPS: u32 = (LINE_INTERVALS as u32) << LINE_REFINEMENTS;
+
+impl Survey {
+    /// At the start of the line, where the arm stands at `q`.
+    ///
+    /// # Errors
+    /// The arm stands in a singular position.
+    pub fn new(
+        line: CartesianLine,
+        q: JointPositions,
+        model: &RobotModel,
+    ) -> Result<Self, Refusal> {
+        let left = line.point(model, 0.0, q).ok_or_else(|| Refusal::Path {
+            fraction: 0.0,
+            fault: singularity(&line, 0.0, &q, model),
+        })?;
+        Ok(Self {
+            line,
+            parts: [PartBounds::NONE; LINE_PARTS],
+            left,
+            ahead: [0; LINE_REFINEMENTS + 1],
+            ahead_count: 0,
+            left_step: 0,
+            places: 0,
+        })
+    }
+
+    /// The line, with the joint positions at its end once the walk is done.
+    pub fn line(&self) -> CartesianLine {
+        self.line.ending_at(self.left.q)
+    }
+
+    /// What the line asks of the joints, part by part; all parts are equally long.
+    pub fn parts(&self) -> &[PartBounds; LINE_PARTS] {
+        &self.parts
+    }
+
+    /// Looks at up to `places` places more; true when the end is reached.
+    ///
+    /// # Errors
+    /// Where and why the line cannot be followed.
+    pub fn walk(&mut self, places: usize, arm: &Arm) -> Result<bool, Refusal> {
+        for _ in 0..places {
+            if self.left_step >= STEPS {
+                return Ok(true);
+            }
+            self.places += 1;
+            if self.places > LINE_PLACES_MAX {
+                let fault = singularity(&self.line, self.left.s, &self.left.q, arm.model);
+                return Err(self.refusal(self.left_step, fault));
+            }
+            let step = self.next_step();
+            let s = self.line.length() * (f64::from(step) / f64::from(STEPS));
+            let reached = self.line.positions(arm.model, s, &self.left.q);
+            let right = reached.and_then(|q| self.line.point(arm.model, s, q));
+            match right {
+                Some(right) if is_smooth(&self.left, &right) => self.accept(step, right, arm),
+                // Halving also narrows down where the line becomes impossible.
+                _ if self.halve(step) => {}
+                _ if reached.is_some() => return Err(self.refusal(step, self.why_jump(s, arm))),
+                _ => return Err(self.refusal(step, self.why_not(s, arm))),
+            }
+        }
+        Ok(self.left_step >= STEPS)
+    }
+
+    /// The end of the interval to look at next.
+    fn next_step(&mut self) -> u32 {
+        if self.ahead_count == 0 {
+            let whole = 1 << LINE_REFINEMENTS;
+            self.push((self.left_step / whole + 1) * whole);
+        }
+        self.ahead
+            .get(self.ahead_count - 1)
+            .copied()
+            .unwrap_or(STEPS)
+    }
+
+    fn push(&mut self, step: u32) {
+        if let Some(slot) = self.ahead.get_mut(self.ahead_count) {
+            *slot = step;
+            self.ahead_count += 1;
+        }
+    }
+
+    /// Looks at the middle first; false when the interval is the smallest already.
+    fn halve(&mut self, step: u32) -> bool {
+        let way = step - self.left_step;
+        if way < 2 {
+            return false;
+        }
+        self.push(self.left_step + way / 2);
+        true
+    }
+
+    fn accept(&mut self, step: u32, right: LinePoint, arm: &Arm) {
+        let part = (self.left_step as usize * LINE_PARTS / STEPS as usize).min(LINE_PARTS - 1);
+        let elbow = self.elbow_per_s(&right, arm);
+        if let Some(bounds) = self.parts.get_mut(part) {
+            bounds.cover(&self.left, &right, elbow, arm);
+        }
+        self.left = right;
+        self.left_step = step;
+        self.ahead_count -= 1;
+    }
+
+    /// How far the elbow goes per s at a place; 0 when nobody asks.
+    fn elbow_per_s(&self, point: &LinePoint, arm: &Arm) -> f64 {
+        if arm.limits.elbow_speed.is_infinite() {
+            return 0.0;
+        }
+        let frames = arm.model.forward(&point.q);
+        elbow_speed(&frames, &JointSpeeds(point.first))
+    }
+
+    fn refusal(&self, step: u32, fault: PathFault) -> Refusal {
+        Refusal::Path {
+            fraction: f64::from(step) / f64::from(STEPS),
+            fault,
+        }
+    }
+
+    /// Why no solution inside the limits reaches the place.
+    fn why_not(&self, s: f64, arm: &Arm) -> PathFault {
+        self.joint_limit(s, arm).unwrap_or(PathFault::OutOfReach)
+    }
+
+    /// Why the joints do not go on smoothly.
+    fn why_jump(&self, s: f64, arm: &Arm) -> PathFault {
+        self.joint_limit(s, arm)
+            .unwrap_or_else(|| singularity(&self.line, self.left.s, &self.left.q, arm.model))
+    }
+
+    /// The joint limit that the solution without limits would break, if that solution goes on smoothly.
+    fn joint_limit(&self, s: f64, arm: &Arm) -> Option<PathFault> {
+        let unlimited = free_limits(arm.limits);
+        let base_from_flange = self.line.pose(s) * self.line.flange_from_tcp().inverse();
+        let model = arm.model;
+        let q = model.ik_method().nearest(
+            model.chain(),
+            &unlimited.narrowed(model.limits()),
+            &base_from_flange,
+            &self.left.q,
+        )?;
+        let moved = q.distance_squared(&self.left.q).sqrt();
+        if moved > JUMP {
+            return None;
+        }
+        (0u8..6).zip(0..).find_map(|(number, joint): (u8, usize)| {
+            let (value, min, max) = (
+                q[joint],
+                arm.limits.position_min[joint],
+                arm.limits.position_max[joint],
+            );
+            (value < min || value > max).then_some(PathFault::JointLimit {
+                joint: number,
+                value,
+                min,
+                max,
+            })
+        })
+    }
+}
+
+/// The singular position after the place `s`: the joint that turns most on the next interval, and how far.
+fn singularity(line: &CartesianLine, s: f64, q: &JointPositions, model: &RobotModel) -> PathFault {
+    let beyond = (s + line.length() / LINE_INTERVALS as f64).min(line.length());
+    let Some(there) = line.positions(model, beyond, q) else {
+        return PathFault::OutOfReach;
+    };
+    let mut fault = PathFault::Singular {
+        joint: 0,
+        jump: 0.0,
+    };
+    let mut most = 0.0;
+    for (joint, number) in (0u8..6).enumerate() {
+        let jump = (there[joint] - q[joint]).abs();
+        if jump > most {
+            most = jump;
+            fault = PathFault::Singular {
+                joint: number,
+                jump,
+            };
+        }
+    }
+    fault
+}
+
+/// A turn between two neighbouring places, rad, beyond which it is another branch of solutions.
+const JUMP: f64 = 0.5;
+
+fn free_limits(limits: &MotionLimits) -> MotionLimits {
+    MotionLimits {
+        position_min: JointPositions([f64::MIN / 4.0; 6]),
+        position_max: JointPositions([f64::MAX / 4.0; 6]),
+        ..*limits
+    }
+}
+
+/// True when the joints between two places are well described by what is known at both.
+fn is_smooth(left: &LinePoint, right: &LinePoint) -> bool {
+    let way = right.s - left.s;
+    (0..6).all(|joint| {
+        let (a, b) = (left.first[joint], right.first[joint]);
+        let turned = right.q[joint] - left.q[joint];
+        let expected =
+            way * ((a + b) / 2.0 + way * (left.second[joint] - right.second[joint]) / 12.0);
+        let change = (b - a).abs();
+        a.abs().max(b.abs()) <= SINGULAR_TURN_PER_M
+            && (turned - expected).abs() <= 1e-3 + 1e-2 * turned.abs()
+            // A joint that hardly turns may change its mind; one that turns fast must do so evenly.
+            && change <= 0.25 * a.abs().max(b.abs()) + 0.25
+    })
+}
+
+impl PartBounds {
+    const NONE: Self = Self {
+        first: [0.0; 6],
+        second: [0.0; 6],
+        third: [0.0; 6],
+        elbow: 0.0,
+        torque: TorqueBounds::NONE,
+    };
+
+    /// Takes in what happens between two places.
+    fn cover(&mut self, left: &LinePoint, right: &LinePoint, elbow: f64, arm: &Arm) {
+        let way = right.s - left.s;
+        for joint in 0..6 {
+            let third = (right.second[joint] - left.second[joint]).abs() / way;
+            let second = left.second[joint].abs().max(right.second[joint].abs());
+            // In between, the first derivative can exceed both ends by a parabola's height.
+            let first =
+                left.first[joint].abs().max(right.first[joint].abs()) + third * way * way / 8.0;
+            self.first[joint] = self.first[joint].max(first);
+            self.second[joint] = self.second[joint].max(second);
+            self.third[joint] = self.third[joint].max(third);
+        }
+        self.elbow = self.elbow.max(elbow);
+        self.torque
+            .cover(&right.q, &right.first, &right.second, arm);
+    }
+}

@@ -1,0 +1,102 @@
+//! The arm that follows the setpoints: what is, as opposed to what is wanted.
+//!
+//! Owns the difference between target and actual. The rigid-body engine and its types stay inside this folder.
+
+mod ideal;
+mod rigid;
+mod servo;
+
+use kinematics::{Dynamics, JointPositions, JointSpeeds, JointTorques, RobotModel};
+use nalgebra::Vector3;
+
+use crate::config::{ConfigError, PlantKind};
+use crate::setpoint::LimitedSetpoint;
+pub use ideal::IdealPlant;
+pub use rigid::RigidPlant;
+
+/// What the joints of the arm do at the end of a cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArmState {
+    /// Positions, rad.
+    pub q: JointPositions,
+    /// Speeds, rad/s.
+    pub qd: JointSpeeds,
+    /// What the joints carry, Nm: the drives' torque, or the brakes' when they are engaged.
+    pub torque: JointTorques,
+}
+
+impl ArmState {
+    /// True when no number is NaN or infinite.
+    pub fn is_finite(&self) -> bool {
+        self.q.is_finite() && self.qd.is_finite() && self.torque.is_finite()
+    }
+}
+
+/// The arm.
+pub enum Plant {
+    /// Actual is target.
+    Ideal(IdealPlant),
+    /// Rigid bodies under a servo.
+    Rigid(Box<RigidPlant>),
+}
+
+impl Plant {
+    /// An arm standing at `q`; `gravity` is the free-fall acceleration in the base frame, m/s².
+    ///
+    /// # Errors
+    /// [`ConfigError::Plant`] when its masses cannot be simulated.
+    pub fn new(
+        kind: PlantKind,
+        model: &RobotModel,
+        dynamics: &Dynamics,
+        gravity: &Vector3<f64>,
+        q: &JointPositions,
+    ) -> Result<Self, ConfigError> {
+        Ok(match kind {
+            PlantKind::Ideal => Self::Ideal(IdealPlant::new(*q)),
+            PlantKind::Rigid => {
+                Self::Rigid(Box::new(RigidPlant::new(model, dynamics, gravity, q)?))
+            }
+        })
+    }
+
+    /// Puts the arm at rest at `q`.
+    pub fn reset(&mut self, q: &JointPositions) {
+        match self {
+            Self::Ideal(plant) => *plant = IdealPlant::new(*q),
+            Self::Rigid(plant) => plant.reset(q),
+        }
+    }
+
+    /// One cycle of `step` seconds under servo control towards `target`.
+    pub fn follow(&mut self, target: &LimitedSetpoint, dynamics: &Dynamics, step: f64) -> ArmState {
+        match self {
+            Self::Ideal(plant) => plant.follow(target, dynamics),
+            Self::Rigid(plant) => plant.follow(target, dynamics, step),
+        }
+    }
+
+    /// Forgets the target it was on the way to: it is wanted at `q` from now on.
+    pub fn retarget(&mut self, q: &JointPositions) {
+        match self {
+            Self::Ideal(_) => {}
+            Self::Rigid(plant) => plant.retarget(q),
+        }
+    }
+
+    /// One cycle with the brakes engaged: the arm stands where it is.
+    pub fn stand(&mut self, dynamics: &Dynamics) -> ArmState {
+        match self {
+            Self::Ideal(plant) => plant.stand(dynamics),
+            Self::Rigid(plant) => plant.stand(dynamics),
+        }
+    }
+
+    /// The masses have changed.
+    pub fn set_dynamics(&mut self, dynamics: &Dynamics) {
+        match self {
+            Self::Ideal(_) => {}
+            Self::Rigid(plant) => plant.set_dynamics(dynamics),
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! The real clock: a thread that ticks the cycle on absolute deadlines.
+//!
+//! Owns the thread, its priority, and the measurement of how well the deadlines are met. What the operating system
+//! refuses (priority, locked memory) is returned as warnings; the loop itself logs nothing.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc;
+use std::thread::{self, JoinHandle, Thread};
+use std::time::Duration;
+
+use motion_api::Timeline;
+use nix::sys::mman::{MlockAllFlags, mlockall};
+use nix::sys::time::TimeSpec;
+use nix::time::{ClockId, ClockNanosleepFlags, clock_gettime, clock_nanosleep};
+use thiserror::Error;
+use thread_priority::{
+    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
+    set_thread_priority_and_policy, thread_native_id,
+};
+
+use crate::cycle::{Cycle, Timing};
+
+/// When the thread is behind by more than this (the machine slept), it goes on from now instead of catching up.
+const CATCH_UP_MAX: Duration = Duration::from_millis(100);
+
+/// At the end the arm gets this long to come to rest.
+const STOP_TIME_MAX: f64 = 5.0;
+
+/// How the motion thread is set up.
+#[derive(Clone, Debug)]
+pub struct RealtimeOptions {
+    /// FIFO priority, 1 to 99; `None` leaves the scheduling as it is.
+    pub fifo_priority: Option<u8>,
+    /// Lock the memory that is in use when the thread starts.
+    pub lock_memory: bool,
+    /// Threads to unpark after every cycle.
+    pub wake: Vec<Thread>,
+}
+
+impl Default for RealtimeOptions {
+    fn default() -> Self {
+        Self {
+            fifo_priority: Some(80),
+            lock_memory: true,
+            wake: Vec::new(),
+        }
+    }
+}
+
+/// Something the operating system refused. The thread runs all the same, with less certain timing.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum SetupWarning {
+    /// No FIFO priority.
+    #[error(
+        "the motion thread gets no FIFO priority {priority} ({reason}); cycles may be late under load"
+    )]
+    Priority {
+        /// Wanted.
+        priority: u8,
+        /// What the system said.
+        reason: String,
+    },
+    /// Memory is not locked.
+    #[error("memory cannot be locked ({reason}); cycles may be late when memory is short")]
+    Memory {
+        /// What the system said.
+        reason: String,
+    },
+}
+
+#[derive(Default)]
+struct Shared {
+    is_stopping: AtomicBool,
+    overruns: AtomicU64,
+    missed: AtomicU64,
+}
+
+/// How well the deadlines are met, for whoever shows it.
+#[derive(Clone, Default)]
+pub struct ClockMeter(Arc<Shared>);
+
+impl ClockMeter {
+    /// Cycles that ended later than the next one was due.
+    pub fn overruns(&self) -> u64 {
+        self.0.overruns.load(Ordering::Relaxed)
+    }
+
+    /// Cycles that were left out because the machine stood still for too long.
+    pub fn missed(&self) -> u64 {
+        self.0.missed.load(Ordering::Relaxed)
+    }
+}
+
+/// The running motion thread. Dropping it stops it.
+pub struct MotionThread {
+    thread: Option<JoinHandle<Cycle>>,
+    shared: Arc<Shared>,
+    warnings: Vec<SetupWarning>,
+}
+
+impl MotionThread {
+    /// Starts ticking `cycle` at its step time.
+    ///
+    /// # Errors
+    /// The operating system gave no thread.
+    pub fn start(cycle: Cycle, options: RealtimeOptions) -> std::io::Result<Self> {
+        let shared = Arc::new(Shared::default());
+        let (report, warnings) = mpsc::channel();
+        let in_thread = shared.clone();
+        let thread = thread::Builder::new()
+            .name("motion".into())
+            .spawn(move || {
+                // The receiver waits right below; should it be gone, nobody reads the warnings.
+                let _ = report.send(set_up(&options));
+                run(cycle, &options.wake, &in_thread)
+            })?;
+        Ok(Self {
+            thread: Some(thread),
+            shared,
+            warnings: warnings.recv().unwrap_or_default(),
+        })
+    }
+
+    /// What the operating system refused.
+    pub fn warnings(&self) -> &[SetupWarning] {
+        &self.warnings
+    }
+
+    /// How well the deadlines are met.
+    pub fn meter(&self) -> ClockMeter {
+        ClockMeter(self.shared.clone())
+    }
+
+    /// Brings the arm to rest, publishes the last snapshot, ends the thread and gives the cycle back; `None` when the
+    /// thread has died.
+    pub fn stop(mut self) -> Option<Cycle> {
+        self.join()
+    }
+
+    fn join(&mut self) -> Option<Cycle> {
+        self.shared.is_stopping.store(true, Ordering::Relaxed);
+        self.thread.take()?.join().ok()
+    }
+}
+
+impl Drop for MotionThread {
+    fn drop(&mut self) {
+        self.join();
+    }
+}
+
+/// The real clock as scripts see it: it runs by itself.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RealTimeline;
+
+impl Timeline for RealTimeline {
+    fn is_virtual(&self) -> bool {
+        false
+    }
+
+    fn advance(&self) -> bool {
+        false
+    }
+
+    fn drive(&self, _on: bool) {}
+}
+
+fn set_up(options: &RealtimeOptions) -> Vec<SetupWarning> {
+    let mut warnings = Vec::new();
+    if let Some(priority) = options.fifo_priority {
+        let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+        let set = ThreadPriority::try_from(priority.min(99))
+            .map_err(str::to_owned)
+            .and_then(|value| {
+                set_thread_priority_and_policy(thread_native_id(), value, policy).map_err(describe)
+            });
+        if let Err(reason) = set {
+            warnings.push(SetupWarning::Priority { priority, reason });
+        }
+    }
+    // Only what is mapped now: the cycle and its rings. Locking future mappings too would make unrelated allocations
+    // fail where the limit on locked memory is small.
+    if options.lock_memory
+        && let Err(error) = mlockall(MlockAllFlags::MCL_CURRENT)
+    {
+        let reason = error.desc().to_owned();
+        warnings.push(SetupWarning::Memory { reason });
+    }
+    warnings
+}
+
+fn describe(error: thread_priority::Error) -> String {
+    match error {
+        thread_priority::Error::OS(code) => std::io::Error::from_raw_os_error(code).to_string(),
+        other => format!("{other:?}"),
+    }
+}
+
+fn run(mut cycle: Cycle, wake: &[Thread], shared: &Shared) -> Cycle {
+    let step = Duration::from_secs_f64(cycle.step_time());
+    let mut stop_cycles = (STOP_TIME_MAX / cycle.step_time()) as u64;
+    let mut deadline = now() + step;
+    let mut step_duration_us = 0.0;
+    loop {
+        sleep_until(deadline);
+        let begin = now();
+        let late = begin.saturating_sub(deadline);
+        cycle.tick(Timing {
+            step_duration_us,
+            wakeup_latency_us: late.as_secs_f64() * 1e6,
+        });
+        let end = now();
+        step_duration_us = end.saturating_sub(begin).as_secs_f64() * 1e6;
+        wake.iter().for_each(Thread::unpark);
+
+        deadline += step;
+        if end > deadline {
+            shared.overruns.fetch_add(1, Ordering::Relaxed);
+        }
+        let behind = end.saturating_sub(deadline);
+        if behind > CATCH_UP_MAX {
+            let left_out = (behind.as_secs_f64() / step.as_secs_f64()) as u64;
+            shared.missed.fetch_add(left_out, Ordering::Relaxed);
+            deadline = end + step;
+        }
+        if shared.is_stopping.load(Ordering::Relaxed) {
+            if cycle.is_standing() || stop_cycles == 0 {
+                return cycle;
+            }
+            cycle.stop_moving();
+            stop_cycles -= 1;
+        }
+    }
+}
+
+/// Time of the monotonic clock.
+fn now() -> Duration {
+    // The clock exists on every Linux; a failure would read as "no time has passed" and make cycles short, not unsafe.
+    clock_gettime(ClockId::CLOCK_MONOTONIC).map_or(Duration::ZERO, Duration::from)
+}
+
+fn sleep_until(deadline: Duration) {
+    let request = TimeSpec::from_duration(deadline);
+    let flags = ClockNanosleepFlags::TIMER_ABSTIME;
+    // Interrupted by a signal: sleep on, the deadline is absolute.
+    while clock_nanosleep(ClockId::CLOCK_MONOTONIC, flags, &request)
+        == Err(nix::errno::Errno::EINTR)
+    {}
+}

@@ -1,0 +1,179 @@
+//! A controller on the bench: sends commands, ticks, and keeps every record and event.
+#![allow(dead_code, missing_docs, reason = "each test binary uses a part of it")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "default speeds as the manual prints them"
+)]
+
+use kinematics::{JointPositions, RobotModel, RpyPose};
+use motion::{Cycle, CycleConfig, MotionLimits, PlantKind, Timing};
+use motion_api::{
+    BorderSizes, CommandId, CommandKind, Event, Origin, Outcome, Record, RobotState, ScriptEnd,
+    StopReason, Warning, border,
+};
+
+pub const MODELS: [&str; 6] = ["cs63", "cs66", "cs612", "cs616", "cs620", "cs625"];
+
+pub struct Bench {
+    pub model: &'static str,
+    pub cycle: Cycle,
+    pub script: ScriptEnd,
+    pub states: Vec<RobotState>,
+    pub ended: Vec<(CommandId, Outcome, u64)>,
+    pub warnings: Vec<(CommandId, Warning)>,
+    pub stops: Vec<StopReason>,
+    pub limits: MotionLimits,
+}
+
+pub fn ideal(model: &str) -> CycleConfig {
+    CycleConfig {
+        plant: PlantKind::Ideal,
+        ..CycleConfig::new(RobotModel::built_in(model).unwrap())
+    }
+}
+
+impl Bench {
+    pub fn new(config: CycleConfig) -> Self {
+        let (motion, script) = border(BorderSizes::default(), &config.first_state());
+        let limits = config.resolve().unwrap();
+        let first = config.first_state();
+        Self {
+            model: "cs66",
+            cycle: Cycle::new(config, motion).unwrap(),
+            script,
+            states: vec![first],
+            ended: Vec::new(),
+            warnings: Vec::new(),
+            stops: Vec::new(),
+            limits,
+        }
+    }
+
+    pub fn send(&self, kind: CommandKind) -> CommandId {
+        self.script.commands.send(Origin::default(), kind).unwrap()
+    }
+
+    /// One cycle; its state.
+    pub fn tick(&mut self) -> RobotState {
+        self.cycle.tick(Timing::default());
+        while let Some(record) = self.script.records.as_mut().unwrap().next_record() {
+            if let Record::Cycle(state) = record {
+                self.states.push(state);
+            }
+        }
+        while let Some(event) = self.script.events.next_event() {
+            match event {
+                Event::Ended { id, outcome, cycle } => self.ended.push((id, outcome, cycle)),
+                Event::Warned { id, warning, .. } => self.warnings.push((id, warning)),
+                Event::Stopped { reason, .. } => self.stops.push(reason),
+            }
+        }
+        self.now()
+    }
+
+    pub fn run(&mut self, cycles: usize) {
+        for _ in 0..cycles {
+            self.tick();
+        }
+    }
+
+    pub fn now(&self) -> RobotState {
+        *self.states.last().unwrap()
+    }
+
+    pub fn outcome(&self, id: CommandId) -> Option<Outcome> {
+        let ends: Vec<_> = self.ended.iter().filter(|(i, ..)| *i == id).collect();
+        assert!(ends.len() <= 1, "{id:?} ended more than once");
+        ends.first().map(|(_, outcome, _)| *outcome)
+    }
+
+    /// Ticks until the command has ended.
+    pub fn finish(&mut self, id: CommandId) -> Outcome {
+        for _ in 0..100_000 {
+            if let Some(outcome) = self.outcome(id) {
+                return outcome;
+            }
+            self.tick();
+        }
+        panic!("{id:?} does not end");
+    }
+
+    pub fn do_it(&mut self, kind: CommandKind) -> Outcome {
+        let id = self.send(kind);
+        self.finish(id)
+    }
+
+    /// Checks every consecutive state so far against the joint limits, by what is reported and by differences.
+    pub fn check_limits(&self) {
+        let l = &self.limits;
+        let h = self.cycle.step_time();
+        for joint in 0..6 {
+            let q: Vec<f64> = std::iter::repeat_n(self.states[0].target_q[joint], 3)
+                .chain(self.states.iter().map(|s| s.target_q[joint]))
+                .collect();
+            for (k, state) in self.states.iter().enumerate() {
+                let at = format!(
+                    "joint {joint} in cycle {} ({:?})",
+                    state.cycle, state.motion_mode
+                );
+                let (v, a) = (state.target_qd[joint], state.target_qdd[joint]);
+                assert!(
+                    v.abs() <= l.speed[joint] * (1.0 + 1e-6) + 1e-9,
+                    "speed {v} of {at}"
+                );
+                assert!(
+                    a.abs() <= l.acceleration[joint] * (1.0 + 1e-6) + 1e-9,
+                    "acceleration {a} of {at}"
+                );
+                let [q0, q1, q2, q3] = [q[k], q[k + 1], q[k + 2], q[k + 3]];
+                let v = (q3 - q2) / h;
+                let a = (q3 - 2.0 * q2 + q1) / (h * h);
+                let j = (q3 - 3.0 * q2 + 3.0 * q1 - q0) / (h * h * h);
+                // Differences of positions carry the rounding of the inverse kinematics.
+                assert!(
+                    v.abs() <= l.speed[joint] * (1.0 + 1e-6) + 1e-7,
+                    "difference speed {v} of {at}"
+                );
+                assert!(
+                    a.abs() <= l.acceleration[joint] * (1.0 + 1e-3) + 1e-3,
+                    "difference acceleration {a} of {at}"
+                );
+                assert!(
+                    j.abs() <= l.jerk[joint] * (1.0 + 1e-3) + 1e-1,
+                    "difference jerk {j} of {at}"
+                );
+            }
+        }
+    }
+}
+
+pub fn movej(target: JointPositions) -> CommandKind {
+    CommandKind::MoveJ {
+        target,
+        acceleration: 1.396263,
+        speed: 1.047197,
+        duration: 0.0,
+    }
+}
+
+pub fn movej_in(target: JointPositions, duration: f64) -> CommandKind {
+    CommandKind::MoveJ {
+        target,
+        acceleration: 1.396263,
+        speed: 1.047197,
+        duration,
+    }
+}
+
+pub fn movel(target: RpyPose) -> CommandKind {
+    CommandKind::MoveL {
+        target,
+        acceleration: 1.2,
+        speed: 0.25,
+        duration: 0.0,
+    }
+}

@@ -1,0 +1,161 @@
+//! The cycle does not allocate: 10,000 ticks in every mode are counted, the rigid plant's engine apart.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
+
+mod common;
+
+use assert_no_alloc::{AllocDisabler, assert_no_alloc, violation_count};
+use common::{ideal, movej, movel};
+use kinematics::{JointPositions, Payload, RpyPose};
+use motion::setpoint::{LimitedSetpoint, Setpoint, limit};
+use motion::{Cycle, CycleConfig, PlantKind, Timing};
+use motion_api::{BorderSizes, CommandId, CommandKind, Origin, ScriptEnd, border};
+
+#[global_allocator]
+static ALLOCATOR: AllocDisabler = AllocDisabler;
+
+fn controller(config: CycleConfig) -> (Cycle, ScriptEnd) {
+    let (motion, script) = border(BorderSizes::default(), &config.first_state());
+    (Cycle::new(config, motion).unwrap(), script)
+}
+
+/// Ticks without allocating; the rings are emptied outside.
+fn tick(cycle: &mut Cycle, script: &mut ScriptEnd) -> u32 {
+    let before = violation_count();
+    assert_no_alloc(|| cycle.tick(Timing::default()));
+    while script.events.next_event().is_some() {}
+    while script.records.as_mut().unwrap().next_record().is_some() {}
+    violation_count() - before
+}
+
+#[test]
+fn ten_thousand_ticks_through_every_mode_allocate_nothing() {
+    let (mut cycle, mut script) = controller(ideal("cs66"));
+    let home = ideal("cs66").home;
+    let there = JointPositions([0.6, -1.2, 1.4, -1.8, -1.3, 0.4]);
+    let line = {
+        let pose = ideal("cs66").model.flange_pose(&home).to_rpy();
+        RpyPose {
+            xyz: [pose.xyz[0] + 0.1, pose.xyz[1] + 0.2, pose.xyz[2]],
+            ..pose
+        }
+    };
+    let nowhere = RpyPose {
+        xyz: [5.0, 0.0, 0.0],
+        ..line
+    };
+    let stop = CommandKind::Stop {
+        only: CommandId::NONE,
+    };
+    let payload = Payload::new(3.0, [0.0, 0.0, 0.1], [0.01, 0.01, 0.01, 0.0, 0.0, 0.0]).unwrap();
+    let round = [
+        movej(there),
+        CommandKind::Pause,
+        CommandKind::Pause,
+        CommandKind::Resume,
+        CommandKind::SetSpeedFraction(0.5),
+        CommandKind::SetSpeedFraction(1.0),
+        stop,
+        movej(home),
+        stop,
+        movel(nowhere),
+        movel(line),
+        CommandKind::SetTcp(RpyPose::from_array([0.0, 0.0, 0.1, 0.0, 0.0, 0.0])),
+        CommandKind::SetPayload(payload),
+        CommandKind::SetStandardDigitalOut {
+            index: 1,
+            level: true,
+        },
+        movel(line),
+        CommandKind::PowerOff,
+        CommandKind::PowerOn,
+        CommandKind::ReleaseBrakes,
+        CommandKind::UnlockProtectiveStop,
+        CommandKind::RestartSafetyBoard,
+        CommandKind::SetTcp(RpyPose::default()),
+    ];
+    let mut modes = std::collections::BTreeSet::new();
+    for tick_number in 0..10_000 {
+        if tick_number % 61 == 0 {
+            let kind = round[(tick_number / 61) % round.len()];
+            script.commands.send(Origin::default(), kind).unwrap();
+        }
+        assert_eq!(tick(&mut cycle, &mut script), 0, "tick {tick_number}");
+        modes.insert(script.snapshot.read().motion_mode);
+    }
+    println!("modes seen: {modes:?}");
+    assert!(modes.len() >= 6, "{modes:?}");
+}
+
+#[test]
+fn a_protective_stop_allocates_nothing() {
+    // The limit is configured below what a line needs at its own limits, by changing the tool on the way.
+    let mut config = ideal("cs66");
+    config.limits.tcp_speed = Some(0.3);
+    let (mut cycle, mut script) = controller(config);
+    let q = JointPositions([1.5, -1.5708, 1.5708, -1.5708, -1.5708, 0.0]);
+    script.commands.send(Origin::default(), movej(q)).unwrap();
+    for _ in 0..120 {
+        assert_eq!(tick(&mut cycle, &mut script), 0);
+    }
+    let far = RpyPose::from_array([0.0, -0.8, 0.0, 0.0, 0.0, 0.0]);
+    script
+        .commands
+        .send(Origin::default(), CommandKind::SetTcp(far))
+        .unwrap();
+    for _ in 0..300 {
+        assert_eq!(tick(&mut cycle, &mut script), 0);
+    }
+    assert_eq!(script.snapshot.read().stop_code, 4);
+}
+
+/// Not a limit but a measurement that must not creep up unseen: the engine allocates inside its step.
+#[test]
+fn the_engine_of_the_rigid_arm_allocates_a_bounded_number_of_times() {
+    let config = CycleConfig {
+        plant: PlantKind::Rigid,
+        ..ideal("cs66")
+    };
+    let (mut cycle, mut script) = controller(config);
+    script
+        .commands
+        .send(Origin::default(), movej(JointPositions([0.5; 6])))
+        .unwrap();
+    for _ in 0..10 {
+        cycle.tick(Timing::default());
+    }
+    let counts: Vec<u32> = (0..3).map(|_| tick(&mut cycle, &mut script)).collect();
+    let most = *counts.iter().max().unwrap();
+    println!(
+        "allocator calls in a tick of the rigid arm: {} to {most}",
+        counts.iter().min().unwrap()
+    );
+    assert!(most <= 400, "{most}");
+}
+
+#[test]
+fn a_setpoint_reaches_the_plant_only_through_the_limiter() {
+    let config = ideal("cs66");
+    let limits = config.resolve().unwrap();
+    let here = Setpoint::standing(config.home);
+    let frames = config.model.forward(&here.q);
+    let tcp = frames.base_from_flange.translation;
+    let passed: LimitedSetpoint = limit(here, &here, &frames, tcp, 0.004, &limits).unwrap();
+    assert_eq!(passed.get(), &here);
+    let mut jump = here;
+    jump.q[3] += 0.1;
+    assert!(limit(jump, &here, &frames, tcp, 0.004, &limits).is_err());
+    let mut outside = here;
+    outside.q[2] = 3.3;
+    assert!(limit(outside, &outside, &frames, tcp, 0.004, &limits).is_err());
+    let mut unusable = here;
+    unusable.qd[0] = f64::NAN;
+    assert!(limit(unusable, &here, &frames, tcp, 0.004, &limits).is_err());
+}

@@ -1,0 +1,207 @@
+//! Python arguments to plain Rust numbers, with errors that name the argument and what was given.
+//!
+//! Owns the rule of the whole module: every vector argument is one row or a batch of rows, everything in it is finite.
+//! Rows are copied out of numpy arrays, so that another thread may write to them while a batch runs.
+
+use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyFloat, PyInt, PyList, PyTuple};
+
+/// One row of K numbers or a batch of them.
+#[derive(Clone)]
+pub(crate) enum Rows<const K: usize> {
+    One([f64; K]),
+    Many(Vec<[f64; K]>),
+}
+
+impl<const K: usize> Rows<K> {
+    /// Reads the argument `name`.
+    pub(crate) fn read(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if let Some(row) = plain_sequence(given) {
+            all_finite(name, &row, &[K])?;
+            return Ok(Self::One(row));
+        }
+        let array = Numbers::read(name, given)?;
+        let rows = match *array.shape {
+            [k] if k == K => 1,
+            [n, k] if k == K => n,
+            _ => {
+                return Err(PyValueError::new_err(format!(
+                    "{name} must have shape ({K},) or (N, {K}), got {}",
+                    shape_text(&array.shape)
+                )));
+            }
+        };
+        let (chunks, _) = array.values.as_chunks::<K>();
+        debug_assert_eq!(chunks.len(), rows);
+        Ok(match (array.shape.len(), chunks) {
+            (1, [row]) => Self::One(*row),
+            _ => Self::Many(chunks.to_vec()),
+        })
+    }
+
+    /// Reads an argument that may be left out, which means `default`.
+    pub(crate) fn read_or(
+        name: &str,
+        given: Option<&Bound<'_, PyAny>>,
+        default: [f64; K],
+    ) -> PyResult<Self> {
+        given.map_or(Ok(Self::One(default)), |given| Self::read(name, given))
+    }
+
+    /// Row `index` of a batch; a single row stands for every index.
+    #[inline]
+    pub(crate) fn at(&self, index: usize) -> &[f64; K] {
+        match self {
+            Self::One(row) => row,
+            Self::Many(rows) => &rows[index],
+        }
+    }
+
+    /// Number of rows of a batch, `None` for a single row.
+    pub(crate) fn batch(&self) -> Option<usize> {
+        match self {
+            Self::One(_) => None,
+            Self::Many(rows) => Some(rows.len()),
+        }
+    }
+}
+
+/// One row of K numbers; a batch is an error.
+pub(crate) fn single<const K: usize>(name: &str, given: &Bound<'_, PyAny>) -> PyResult<[f64; K]> {
+    match Rows::<K>::read(name, given)? {
+        Rows::One(row) => Ok(row),
+        Rows::Many(rows) => Err(PyValueError::new_err(format!(
+            "{name} must have shape ({K},), got {}",
+            shape_text(&[rows.len(), K])
+        ))),
+    }
+}
+
+/// The common batch size of several arguments: single rows go with any batch, batches must be equally long.
+pub(crate) fn common_batch(arguments: &[(&str, Option<usize>)]) -> PyResult<Option<usize>> {
+    let mut batches = arguments
+        .iter()
+        .filter_map(|&(name, batch)| Some((name, batch?)));
+    let Some((first, rows)) = batches.next() else {
+        return Ok(None);
+    };
+    match batches.find(|&(_, other)| other != rows) {
+        None => Ok(Some(rows)),
+        Some((second, other)) => Err(PyValueError::new_err(format!(
+            "{first} has {rows} rows and {second} has {other}; batches must be equally long"
+        ))),
+    }
+}
+
+/// Numbers of any shape, row by row.
+pub(crate) struct Numbers {
+    pub(crate) values: Vec<f64>,
+    pub(crate) shape: Vec<usize>,
+}
+
+impl Numbers {
+    /// Reads the argument `name` through numpy; everything must be a finite real number.
+    pub(crate) fn read(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let numpy = given.py().import("numpy")?;
+        let refused =
+            |what: String| PyValueError::new_err(format!("{name} must be numbers, got {what}"));
+        let array = numpy.call_method1("asarray", (given,)).map_err(|e| {
+            refused(format!(
+                "something numpy cannot make an array of: {}",
+                e.value(given.py())
+            ))
+        })?;
+        let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+        if !matches!(kind.as_str(), "f" | "i" | "u" | "b") {
+            return Err(refused(format!(
+                "{} of type {}",
+                given.repr()?,
+                array.getattr("dtype")?
+            )));
+        }
+        // Taken before the conversion, which makes a row of a single number.
+        let shape = array.cast::<PyUntypedArray>()?.shape().to_vec();
+        let array = numpy.call_method1("ascontiguousarray", (array, "float64"))?;
+        let values = array
+            .cast::<PyArrayDyn<f64>>()?
+            .to_vec()
+            .map_err(PyErr::from)?;
+        all_finite(name, &values, &shape)?;
+        Ok(Self { values, shape })
+    }
+}
+
+/// A number that stands alone.
+pub(crate) fn number(name: &str, given: &Bound<'_, PyAny>) -> PyResult<f64> {
+    let value = if given.is_instance_of::<PyFloat>() || given.is_instance_of::<PyInt>() {
+        given.extract()?
+    } else {
+        let array = Numbers::read(name, given)?;
+        match (array.shape.as_slice(), array.values.as_slice()) {
+            ([], [value]) => *value,
+            (shape, _) => {
+                return Err(PyValueError::new_err(format!(
+                    "{name} must be one number, got {}",
+                    shape_text(shape)
+                )));
+            }
+        }
+    };
+    all_finite(name, &[value], &[])?;
+    Ok(value)
+}
+
+/// The quick way for the commonest argument, a list or tuple of K numbers.
+fn plain_sequence<const K: usize>(given: &Bound<'_, PyAny>) -> Option<[f64; K]> {
+    let length = if let Ok(list) = given.cast_exact::<PyList>() {
+        list.len()
+    } else {
+        given.cast_exact::<PyTuple>().ok()?.len()
+    };
+    if length != K {
+        return None;
+    }
+    let mut row = [0.0; K];
+    for (slot, item) in row.iter_mut().zip(given.try_iter().ok()?) {
+        let item = item.ok()?;
+        let plain = item.is_exact_instance_of::<PyFloat>() || item.is_exact_instance_of::<PyInt>();
+        *slot = if plain {
+            item.extract().ok()?
+        } else {
+            return None;
+        };
+    }
+    Some(row)
+}
+
+fn all_finite(name: &str, values: &[f64], shape: &[usize]) -> PyResult<()> {
+    let Some(at) = values.iter().position(|x| !x.is_finite()) else {
+        return Ok(());
+    };
+    let place = match shape {
+        [] => String::new(),
+        [_] => format!(" at index {at}"),
+        [.., columns] => format!(" at row {}, column {}", at / columns, at % columns),
+    };
+    Err(PyValueError::new_err(format!(
+        "{name} must be finite, got {}{place}",
+        values[at].to_string().to_lowercase()
+    )))
+}
+
+/// `shape (2, 5)`, or `a single number` for no dimensions.
+fn shape_text(shape: &[usize]) -> String {
+    match shape {
+        [] => "a single number".to_owned(),
+        [n] => format!("shape ({n},)"),
+        many => format!(
+            "shape ({})",
+            many.iter()
+                .map(usize::to_string)
+                .collect::<Vec<_>>()
+                .join(", ")
+        ),
+    }
+}

@@ -1,0 +1,28 @@
+"""The examples of docs/python.md and of the docstrings are run and must print what they show."""
+
+import doctest
+import inspect
+from pathlib import Path
+
+import elitescript
+import numpy as np
+
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "python.md"
+
+
+def test_examples_of_the_page():
+    with np.printoptions():
+        failed, tried = doctest.testfile(str(PAGE), module_relative=False, optionflags=doctest.ELLIPSIS)
+    assert tried > 30 and failed == 0
+
+
+def test_examples_of_the_docstrings():
+    names = {name: getattr(elitescript, name) for name in elitescript.__all__}
+    names |= {f"Robot.{name}": member for name, member in inspect.getmembers(elitescript.Robot)}
+    parser, runner = doctest.DocTestParser(), doctest.DocTestRunner()
+    for name, member in names.items():
+        if inspect.getdoc(member) and not name.startswith(("__", "Robot.__")):
+            text = inspect.getdoc(member)
+            runner.run(parser.get_doctest(text, {"elitescript": elitescript}, name, None, 0))
+    runner.run(parser.get_doctest(elitescript.__doc__, {}, "elitescript", None, 0))
+    assert runner.tries >= 5 and runner.failures == 0

@@ -1,0 +1,280 @@
+//! Arguments of commands as JSON objects, and back.
+//!
+//! One table names the arguments of every command. It is exhaustive: a command or an argument added to the contract
+//! does not compile until it is listed here. Numbers come back bit for bit, so that a recorded command can be run again.
+
+use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
+use motion_api::{CommandId, CommandKind};
+use serde_json::{Map, Value};
+use thiserror::Error;
+
+/// Recorded arguments that do not make a command.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum ArgumentError {
+    /// No command has that name.
+    #[error("there is no command {name:?} in this version")]
+    UnknownCommand {
+        /// The name found.
+        name: String,
+    },
+    /// An argument is missing or of another kind.
+    #[error("{command}: argument {argument:?} is {found}, which does not fit")]
+    Argument {
+        /// The command.
+        command: &'static str,
+        /// The argument.
+        argument: &'static str,
+        /// What was found.
+        found: String,
+    },
+}
+
+macro_rules! commands {
+    ($($name:literal => $variant:ident $({ $($field:ident),+ })? $(( $item:ident ))?;)+) => {
+        /// The arguments of a command by name.
+        pub(crate) fn to_json(kind: &CommandKind) -> Map<String, Value> {
+            let mut map = Map::new();
+            match kind {
+                $(CommandKind::$variant $({ $($field),+ })? $(($item))? => {
+                    $($(map.insert(stringify!($field).to_owned(), $field.write());)+)?
+                    $(map.insert(stringify!($item).to_owned(), $item.write());)?
+                })+
+            }
+            map
+        }
+
+        /// The command with that name and those arguments.
+        pub(crate) fn from_json(
+            name: &str,
+            arguments: &Map<String, Value>,
+        ) -> Result<CommandKind, ArgumentError> {
+            match name {
+                $($name => {
+                    $($(let $field = read(arguments, $name, stringify!($field))?;)+)?
+                    $(let $item = read(arguments, $name, stringify!($item))?;)?
+                    Ok(CommandKind::$variant $({ $($field),+ })? $(($item))?)
+                })+
+                _ => Err(ArgumentError::UnknownCommand { name: name.to_owned() }),
+            }
+        }
+    };
+}
+
+commands! {
+    "movej" => MoveJ { target, acceleration, speed, duration };
+    "movel" => MoveL { target, acceleration, speed, duration };
+    "stop" => Stop { only };
+    "pause" => Pause;
+    "resume" => Resume;
+    "set_tcp" => SetTcp(tcp);
+    "set_payload" => SetPayload(payload);
+    "set_standard_digital_out" => SetStandardDigitalOut { index, level };
+    "set_speed_fraction" => SetSpeedFraction(fraction);
+    "power_on" => PowerOn;
+    "power_off" => PowerOff;
+    "release_brakes" => ReleaseBrakes;
+    "unlock_protective_stop" => UnlockProtectiveStop;
+    "restart_safety_board" => RestartSafetyBoard;
+}
+
+fn read<T: Argument>(
+    arguments: &Map<String, Value>,
+    command: &'static str,
+    argument: &'static str,
+) -> Result<T, ArgumentError> {
+    let found = arguments.get(argument);
+    found
+        .and_then(T::read)
+        .ok_or_else(|| ArgumentError::Argument {
+            command,
+            argument,
+            found: found.map_or_else(|| "missing".to_owned(), shortened),
+        })
+}
+
+/// JSON text for a message, cut where it would fill the screen.
+fn shortened(value: &Value) -> String {
+    let text = value.to_string();
+    match text.char_indices().nth(80) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text,
+    }
+}
+
+/// A value that can be an argument.
+trait Argument: Sized {
+    fn write(&self) -> Value;
+    fn read(value: &Value) -> Option<Self>;
+}
+
+impl Argument for bool {
+    fn write(&self) -> Value {
+        Value::Bool(*self)
+    }
+    fn read(value: &Value) -> Option<Self> {
+        value.as_bool()
+    }
+}
+
+macro_rules! integers {
+    ($($type:ty),+) => {$(
+        impl Argument for $type {
+            fn write(&self) -> Value {
+                Value::from(*self)
+            }
+            fn read(value: &Value) -> Option<Self> {
+                let unsigned = value.as_u64().and_then(|n| n.try_into().ok());
+                unsigned.or_else(|| value.as_i64()?.try_into().ok())
+            }
+        }
+    )+};
+}
+integers!(u8, u16, u32, u64, i32, i64);
+
+impl Argument for f64 {
+    /// JSON has no NaN and no infinities; they are written as strings so that nothing is lost.
+    fn write(&self) -> Value {
+        serde_json::Number::from_f64(*self)
+            .map_or_else(|| Value::String(self.to_string()), Value::Number)
+    }
+    fn read(value: &Value) -> Option<Self> {
+        match value {
+            Value::Number(number) => number.as_f64(),
+            Value::String(text) => text.parse().ok(),
+            _ => None,
+        }
+    }
+}
+
+impl<T: Argument, const N: usize> Argument for [T; N] {
+    fn write(&self) -> Value {
+        Value::Array(self.iter().map(Argument::write).collect())
+    }
+    fn read(value: &Value) -> Option<Self> {
+        let items: Option<Vec<T>> = value.as_array()?.iter().map(T::read).collect();
+        items?.try_into().ok()
+    }
+}
+
+macro_rules! as_other {
+    ($($type:ty as $other:ty: $into:expr, $from:expr;)+) => {$(
+        impl Argument for $type {
+            fn write(&self) -> Value {
+                let into: fn(&$type) -> $other = $into;
+                into(self).write()
+            }
+            fn read(value: &Value) -> Option<Self> {
+                <$other as Argument>::read(value).map($from)
+            }
+        }
+    )+};
+}
+as_other! {
+    JointPositions as [f64; 6]: |x| x.0, JointPositions;
+    JointSpeeds as [f64; 6]: |x| x.0, JointSpeeds;
+    JointAccelerations as [f64; 6]: |x| x.0, JointAccelerations;
+    JointTorques as [f64; 6]: |x| x.0, JointTorques;
+    RpyPose as [f64; 6]: |x| x.to_array(), RpyPose::from_array;
+    CommandId as u64: |x| x.0, CommandId;
+}
+
+impl Argument for Payload {
+    fn write(&self) -> Value {
+        let Self { mass, cog, inertia } = self;
+        let parts = [
+            ("mass", mass.write()),
+            ("cog", <[f64; 3]>::from(*cog).write()),
+            ("inertia", inertia.write()),
+        ];
+        Value::Object(parts.map(|(k, v)| (k.to_owned(), v)).into_iter().collect())
+    }
+    fn read(value: &Value) -> Option<Self> {
+        Some(Self {
+            mass: Argument::read(value.get("mass")?)?,
+            cog: <[f64; 3]>::read(value.get("cog")?)?.into(),
+            inertia: Argument::read(value.get("inertia")?)?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// One command of each kind, with numbers that JSON cannot write briefly.
+    fn commands(x: f64) -> Vec<CommandKind> {
+        let target = JointPositions([x, -x, x / 3.0, x * 1e-300, 0.1 + 0.2, -0.0]);
+        let pose = RpyPose::from_array(target.0);
+        let payload = Payload {
+            mass: x,
+            cog: [x, 2.0 * x, 0.1].into(),
+            inertia: target.0,
+        };
+        vec![
+            CommandKind::MoveJ {
+                target,
+                acceleration: x,
+                speed: x,
+                duration: 0.0,
+            },
+            CommandKind::MoveL {
+                target: pose,
+                acceleration: x,
+                speed: x,
+                duration: x,
+            },
+            CommandKind::Stop { only: CommandId(7) },
+            CommandKind::Pause,
+            CommandKind::Resume,
+            CommandKind::SetTcp(pose),
+            CommandKind::SetPayload(payload),
+            CommandKind::SetStandardDigitalOut {
+                index: 15,
+                level: true,
+            },
+            CommandKind::SetSpeedFraction(x),
+            CommandKind::PowerOn,
+            CommandKind::PowerOff,
+            CommandKind::ReleaseBrakes,
+            CommandKind::UnlockProtectiveStop,
+            CommandKind::RestartSafetyBoard,
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+        #[test]
+        fn every_command_comes_back_from_its_text(x in proptest::num::f64::NORMAL) {
+            for kind in commands(x) {
+                let text = Value::Object(to_json(&kind)).to_string();
+                let arguments: Map<String, Value> = serde_json::from_str(&text).unwrap();
+                prop_assert_eq!(from_json(kind.name(), &arguments).unwrap(), kind);
+            }
+        }
+    }
+
+    #[test]
+    fn arguments_that_do_not_fit_are_named() {
+        let mut arguments = to_json(&commands(1.0)[0]);
+        arguments.insert("target".to_owned(), Value::from("home"));
+        let error = from_json("movej", &arguments).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "movej: argument \"target\" is \"home\", which does not fit"
+        );
+        arguments.remove("target");
+        let error = from_json("movej", &arguments).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "movej: argument \"target\" is missing, which does not fit"
+        );
+        assert_eq!(
+            from_json("fly", &arguments),
+            Err(ArgumentError::UnknownCommand {
+                name: "fly".to_owned()
+            })
+        );
+    }
+}

@@ -1,0 +1,403 @@
+//! `elite.Cycle`: the protobuf message of one control cycle, its schema, and its way from and to a `RobotState`.
+//!
+//! One table makes the Rust struct and the schema that goes into the file, so the two cannot drift apart. Field numbers
+//! are the file format: a number is never given a new meaning. Fields from 32 on are not part of the published topic
+//! description; they make a recording complete, so that a state read back is the state that was recorded.
+
+use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
+use motion_api::{CommandId, MotionMode, RobotMode, RobotState, SafetyMode};
+use prost_types::field_descriptor_proto::{Label, Type};
+use prost_types::source_code_info::Location;
+use prost_types::{
+    DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet, SourceCodeInfo,
+};
+use thiserror::Error;
+
+macro_rules! message {
+    ($(#[$doc:meta])* pub struct $name:ident { $(
+        #[doc = $text:literal] $field:ident: $type:ty [$proto:ident $($repeated:ident)?, $tag:literal],
+    )+ }) => {
+        $(#[$doc])*
+        #[derive(Clone, PartialEq, prost::Message)]
+        pub struct $name { $(
+            #[doc = $text]
+            #[prost($proto $(, $repeated)?, tag = $tag)]
+            pub $field: $type,
+        )+ }
+
+        impl $name {
+            /// Every field with its name, in the order of the struct.
+            pub fn fields(&self) -> [(&'static str, FieldValue<'_>); FIELDS.len()] {
+                [$((stringify!($field), FieldValue::from(&self.$field))),+]
+            }
+        }
+
+        /// Name, number, type and comment of every field, in the order of the struct.
+        const FIELDS: &[Field] = &[$(Field {
+            name: stringify!($field),
+            number: $tag,
+            kind: stringify!($proto),
+            repeated: false $(|| stringify!($repeated).len() > 0)?,
+            comment: $text,
+        }),+];
+    };
+}
+
+struct Field {
+    name: &'static str,
+    number: &'static str,
+    kind: &'static str,
+    repeated: bool,
+    comment: &'static str,
+}
+
+/// Value of a field of a cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FieldValue<'a> {
+    /// A counter, a number of a mode, a mask.
+    Unsigned(u64),
+    /// A number.
+    Number(f64),
+    /// A vector.
+    Numbers(&'a [f64]),
+    /// A name.
+    Text(&'a str),
+}
+
+macro_rules! field_value_from {
+    ($($type:ty: $field:ident => $value:expr;)+) => {$(
+        impl<'a> From<&'a $type> for FieldValue<'a> {
+            fn from($field: &'a $type) -> Self {
+                $value
+            }
+        }
+    )+};
+}
+field_value_from! {
+    u64: x => Self::Unsigned(*x);
+    u32: x => Self::Unsigned(u64::from(*x));
+    f64: x => Self::Number(*x);
+    Vec<f64>: x => Self::Numbers(x);
+    String: x => Self::Text(x);
+}
+
+message! {
+    /// The robot at the end of one cycle. Vectors of joints have six elements, base first; poses are
+    /// `[x, y, z, Rx, Ry, Rz]` of the TCP in the base frame (m, rad); speeds are linear before angular.
+    pub struct Cycle {
+        /// Cycle counter, from 1.
+        cycle: u64 [uint64, "1"],
+        /// Simulated time since start, s.
+        time: f64 [double, "2"],
+        /// Commanded joint positions, rad.
+        target_q: Vec<f64> [double repeated, "3"],
+        /// Commanded joint speeds, rad/s.
+        target_qd: Vec<f64> [double repeated, "4"],
+        /// Commanded joint accelerations, rad/s².
+        target_qdd: Vec<f64> [double repeated, "5"],
+        /// Joint positions of the arm, rad.
+        actual_q: Vec<f64> [double repeated, "6"],
+        /// Joint speeds of the arm, rad/s.
+        actual_qd: Vec<f64> [double repeated, "7"],
+        /// The model's torques for the commanded motion, gravity and payload included, Nm.
+        target_torque: Vec<f64> [double repeated, "8"],
+        /// What the joints of the plant carry, Nm.
+        actual_torque: Vec<f64> [double repeated, "9"],
+        /// Commanded TCP pose.
+        target_tcp_pose: Vec<f64> [double repeated, "10"],
+        /// TCP pose of the arm.
+        actual_tcp_pose: Vec<f64> [double repeated, "11"],
+        /// Commanded TCP velocity in the base frame, m/s and rad/s.
+        target_tcp_speed: Vec<f64> [double repeated, "12"],
+        /// TCP velocity of the arm in the base frame, m/s and rad/s.
+        actual_tcp_speed: Vec<f64> [double repeated, "13"],
+        /// Wrench of the environment on the tool in the TCP frame, moments about the TCP, N and Nm.
+        tcp_force: Vec<f64> [double repeated, "14"],
+        /// Name of the motion generator.
+        mode: String [string, "15"],
+        /// The motion command that is running, 0 when there is none.
+        command_id: u64 [uint64, "16"],
+        /// Speed scaling in effect, 0 to 1.
+        speed_scaling: f64 [double, "17"],
+        /// Safety mode, the vendor's number (1 normal, 2 reduced, 3 protective stop, ...).
+        safety_mode: u32 [uint32, "18"],
+        /// Robot mode, the vendor's number (3 power off, 5 idle, 7 running, ...).
+        robot_mode: u32 [uint32, "19"],
+        /// Digital inputs: bits 0-15 standard, 16-23 configurable, 24-27 tool.
+        digital_in: u64 [uint64, "20"],
+        /// Digital outputs, bits as the inputs.
+        digital_out: u64 [uint64, "21"],
+        /// Analog inputs: standard 0, standard 1, tool; A or V by domain.
+        analog_in: Vec<f64> [double repeated, "22"],
+        /// Analog outputs: standard 0, standard 1, tool; A or V by domain.
+        analog_out: Vec<f64> [double repeated, "23"],
+        /// Time the cycle took, µs; 0 under the virtual clock.
+        step_duration_us: f64 [double, "24"],
+        /// How late the motion thread woke up, µs; 0 under the virtual clock.
+        wakeup_latency_us: f64 [double, "25"],
+        /// Length of one cycle, s.
+        step_time: f64 [double, "32"],
+        /// Position of the elbow (origin of joint 3) in the base frame, m.
+        elbow_position: Vec<f64> [double repeated, "33"],
+        /// Active TCP relative to the flange.
+        tcp_offset: Vec<f64> [double repeated, "34"],
+        /// Active payload: mass kg, centre of gravity x y z m, inertia xx yy zz xy xz yz kg m².
+        payload: Vec<f64> [double repeated, "35"],
+        /// Speed slider, 0 to 1.
+        target_speed_fraction: f64 [double, "36"],
+        /// Number of the reason of the protective stop, 0 when there is none.
+        stop_code: u64 [uint64, "37"],
+        /// Cycles that the recording could not take so far.
+        records_lost: u64 [uint64, "38"],
+    }
+}
+
+/// A recorded cycle that is not a state of the robot.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum CycleError {
+    /// A vector has the wrong length.
+    #[error("cycle {cycle}: {field} has {found} elements, it needs {wanted}")]
+    Length {
+        /// The cycle it was found in.
+        cycle: u64,
+        /// The field.
+        field: &'static str,
+        /// Elements found.
+        found: usize,
+        /// Elements needed.
+        wanted: usize,
+    },
+    /// The motion generator has a name that this version does not know.
+    #[error("cycle {cycle}: the motion generator {mode:?} is not known to this version")]
+    Mode {
+        /// The cycle it was found in.
+        cycle: u64,
+        /// The name found.
+        mode: String,
+    },
+}
+
+impl Cycle {
+    /// Takes over a state. Memory is reused, so that recording a cycle does not allocate.
+    pub fn set(&mut self, state: &RobotState) {
+        // Without `..`: a field added to the state is a compile error here until the recording carries it.
+        let RobotState {
+            cycle,
+            time,
+            step_time,
+            target_q,
+            target_qd,
+            target_qdd,
+            actual_q,
+            actual_qd,
+            target_torque,
+            actual_torque,
+            target_tcp_pose,
+            actual_tcp_pose,
+            target_tcp_speed,
+            actual_tcp_speed,
+            tcp_force,
+            elbow_position,
+            tcp_offset,
+            payload,
+            motion_mode,
+            command_id,
+            target_speed_fraction,
+            speed_scaling,
+            robot_mode,
+            safety_mode,
+            stop_code,
+            digital_in,
+            digital_out,
+            analog_in,
+            analog_out,
+            records_lost,
+            step_duration_us,
+            wakeup_latency_us,
+        } = *state;
+        self.cycle = cycle;
+        self.time = time;
+        put(&mut self.target_q, &target_q.0);
+        put(&mut self.target_qd, &target_qd.0);
+        put(&mut self.target_qdd, &target_qdd.0);
+        put(&mut self.actual_q, &actual_q.0);
+        put(&mut self.actual_qd, &actual_qd.0);
+        put(&mut self.target_torque, &target_torque.0);
+        put(&mut self.actual_torque, &actual_torque.0);
+        put(&mut self.target_tcp_pose, &target_tcp_pose.to_array());
+        put(&mut self.actual_tcp_pose, &actual_tcp_pose.to_array());
+        put(&mut self.target_tcp_speed, &target_tcp_speed);
+        put(&mut self.actual_tcp_speed, &actual_tcp_speed);
+        put(&mut self.tcp_force, &tcp_force);
+        if self.mode != motion_mode.name() {
+            self.mode = motion_mode.name().to_owned();
+        }
+        self.command_id = command_id.0;
+        self.speed_scaling = speed_scaling;
+        self.safety_mode = safety_mode.number() as u32;
+        self.robot_mode = robot_mode.number() as u32;
+        self.digital_in = digital_in;
+        self.digital_out = digital_out;
+        put(&mut self.analog_in, &analog_in);
+        put(&mut self.analog_out, &analog_out);
+        self.step_duration_us = step_duration_us;
+        self.wakeup_latency_us = wakeup_latency_us;
+        self.step_time = step_time;
+        put(&mut self.elbow_position, &elbow_position);
+        put(&mut self.tcp_offset, &tcp_offset.to_array());
+        put(&mut self.payload, &payload_numbers(&payload));
+        self.target_speed_fraction = target_speed_fraction;
+        self.stop_code = stop_code;
+        self.records_lost = records_lost;
+    }
+
+    /// The state that was recorded.
+    ///
+    /// # Errors
+    /// [`CycleError`] when a vector has the wrong length or the generator is not known: a file of another version, or
+    /// not ours.
+    pub fn to_state(&self) -> Result<RobotState, CycleError> {
+        let mode = motion_mode(&self.mode).ok_or_else(|| CycleError::Mode {
+            cycle: self.cycle,
+            mode: self.mode.clone(),
+        })?;
+        let payload = payload_of(self.take("payload", &self.payload)?);
+        Ok(RobotState {
+            cycle: self.cycle,
+            time: self.time,
+            step_time: self.step_time,
+            target_q: JointPositions(self.take("target_q", &self.target_q)?),
+            target_qd: JointSpeeds(self.take("target_qd", &self.target_qd)?),
+            target_qdd: JointAccelerations(self.take("target_qdd", &self.target_qdd)?),
+            actual_q: JointPositions(self.take("actual_q", &self.actual_q)?),
+            actual_qd: JointSpeeds(self.take("actual_qd", &self.actual_qd)?),
+            target_torque: JointTorques(self.take("target_torque", &self.target_torque)?),
+            actual_torque: JointTorques(self.take("actual_torque", &self.actual_torque)?),
+            target_tcp_pose: RpyPose::from_array(
+                self.take("target_tcp_pose", &self.target_tcp_pose)?,
+            ),
+            actual_tcp_pose: RpyPose::from_array(
+                self.take("actual_tcp_pose", &self.actual_tcp_pose)?,
+            ),
+            target_tcp_speed: self.take("target_tcp_speed", &self.target_tcp_speed)?,
+            actual_tcp_speed: self.take("actual_tcp_speed", &self.actual_tcp_speed)?,
+            tcp_force: self.take("tcp_force", &self.tcp_force)?,
+            elbow_position: self.take("elbow_position", &self.elbow_position)?,
+            tcp_offset: RpyPose::from_array(self.take("tcp_offset", &self.tcp_offset)?),
+            payload,
+            motion_mode: mode,
+            command_id: CommandId(self.command_id),
+            target_speed_fraction: self.target_speed_fraction,
+            speed_scaling: self.speed_scaling,
+            robot_mode: RobotMode::from_number(self.robot_mode as i32),
+            safety_mode: SafetyMode::from_number(self.safety_mode as i32),
+            stop_code: self.stop_code,
+            digital_in: self.digital_in,
+            digital_out: self.digital_out,
+            analog_in: self.take("analog_in", &self.analog_in)?,
+            analog_out: self.take("analog_out", &self.analog_out)?,
+            records_lost: self.records_lost,
+            step_duration_us: self.step_duration_us,
+            wakeup_latency_us: self.wakeup_latency_us,
+        })
+    }
+
+    /// The serialized `FileDescriptorSet` that goes into the file, comments included.
+    pub fn descriptor_set() -> Vec<u8> {
+        let mut comments = Vec::new();
+        let field = (0_i32..).zip(FIELDS).map(|(index, field)| {
+            comments.push(Location {
+                // The path to field `index` of message 0, by the field numbers of descriptor.proto.
+                path: vec![4, 0, 2, index],
+                span: vec![index, 0, 0],
+                leading_comments: Some(field.comment.to_owned()),
+                ..Location::default()
+            });
+            let label = if field.repeated {
+                Label::Repeated
+            } else {
+                Label::Optional
+            };
+            let kind = match field.kind {
+                "uint64" => Type::Uint64,
+                "uint32" => Type::Uint32,
+                "string" => Type::String,
+                _ => Type::Double,
+            };
+            FieldDescriptorProto {
+                name: Some(field.name.to_owned()),
+                number: field.number.parse().ok(),
+                label: Some(label.into()),
+                r#type: Some(kind.into()),
+                ..FieldDescriptorProto::default()
+            }
+        });
+        let message = DescriptorProto {
+            name: Some("Cycle".to_owned()),
+            field: field.collect(),
+            ..DescriptorProto::default()
+        };
+        let file = FileDescriptorProto {
+            name: Some("elite/Cycle.proto".to_owned()),
+            package: Some("elite".to_owned()),
+            syntax: Some("proto3".to_owned()),
+            message_type: vec![message],
+            source_code_info: Some(SourceCodeInfo { location: comments }),
+            ..FileDescriptorProto::default()
+        };
+        prost::Message::encode_to_vec(&FileDescriptorSet { file: vec![file] })
+    }
+
+    fn take<const N: usize>(
+        &self,
+        field: &'static str,
+        values: &[f64],
+    ) -> Result<[f64; N], CycleError> {
+        values.try_into().map_err(|_| CycleError::Length {
+            cycle: self.cycle,
+            field,
+            found: values.len(),
+            wanted: N,
+        })
+    }
+}
+
+impl From<&RobotState> for Cycle {
+    fn from(state: &RobotState) -> Self {
+        let mut cycle = Self::default();
+        cycle.set(state);
+        cycle
+    }
+}
+
+/// The ten numbers of a payload: mass, centre of gravity, inertia.
+pub(crate) fn payload_numbers(payload: &Payload) -> [f64; 10] {
+    let Payload { mass, cog, inertia } = payload;
+    let mut numbers = [0.0; 10];
+    numbers[0] = *mass;
+    numbers[1..4].copy_from_slice(cog.as_slice());
+    numbers[4..].copy_from_slice(inertia);
+    numbers
+}
+
+/// The payload with these ten numbers, as [`payload_numbers`] gives them. Not checked: a recording may hold any.
+pub(crate) fn payload_of([mass, x, y, z, inertia @ ..]: [f64; 10]) -> Payload {
+    Payload {
+        mass,
+        cog: [x, y, z].into(),
+        inertia,
+    }
+}
+
+fn put(field: &mut Vec<f64>, values: &[f64]) {
+    field.clear();
+    field.extend_from_slice(values);
+}
+
+/// The generator of that name. The numbers of the generators are small and start at 0 (motion-api).
+fn motion_mode(name: &str) -> Option<MotionMode> {
+    (0..256)
+        .map(MotionMode::from_number)
+        .find(|mode| mode.name() == name)
+}

@@ -1,0 +1,210 @@
+//! What happened in a recording, in figures.
+
+use std::collections::BTreeMap;
+
+use kinematics::{DOF, JointLimits};
+use motion_api::SafetyMode;
+
+use crate::cycle::Cycle;
+use crate::reader::{Ending, Entry, ReadError, Recording};
+use crate::topics::{LogLevel, LogMessage, Topic};
+
+/// A joint counts as being at its speed limit from this share of it on.
+const AT_SPEED_LIMIT: f64 = 0.999;
+/// A joint counts as being at its position limit within this distance, rad.
+const AT_POSITION_LIMIT: f64 = 1e-3;
+/// Events kept in full; more are only counted.
+const MAX_LISTED: usize = 100;
+
+/// What happened in a recording.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Summary {
+    /// Cycles in the recording.
+    pub cycles: u64,
+    /// Cycles missing between the first and the last one.
+    pub missing: u64,
+    /// Number of the first and the last cycle.
+    pub cycle_range: Option<(u64, u64)>,
+    /// Simulated time covered, s.
+    pub duration: f64,
+    /// Length of one cycle, s.
+    pub step_time: f64,
+    /// Programs that were started: when (s) and their names, the first hundred.
+    pub programs: Vec<(f64, String)>,
+    /// How many programs were started.
+    pub program_count: u64,
+    /// Commands that entered the ring, by name.
+    pub commands: BTreeMap<String, u64>,
+    /// Messages that report an error, with their times (s), the first hundred.
+    pub errors: Vec<(f64, LogMessage)>,
+    /// How many messages report an error.
+    pub error_count: u64,
+    /// How many messages warn.
+    pub warning_count: u64,
+    /// Protective stops: when (s) and the number of the reason.
+    pub stops: Vec<(f64, u64)>,
+    /// Where limits of the arm were reached, the first hundred.
+    pub limits: Vec<LimitReached>,
+    /// How often limits of the arm were reached.
+    pub limit_count: u64,
+    /// Cycles that took longer than they may.
+    pub overruns: u64,
+    /// The longest cycle, µs.
+    pub longest_step_us: f64,
+    /// The latest wake-up, µs.
+    pub latest_wakeup_us: f64,
+    /// Largest joint speeds of the arm, rad/s.
+    pub peak_joint_speed: [f64; DOF],
+    /// Largest joint torques the plant carried, Nm.
+    pub peak_joint_torque: [f64; DOF],
+    /// Largest speed of the TCP, m/s.
+    pub peak_tcp_speed: f64,
+    /// Largest force on the tool, N.
+    pub peak_tcp_force: f64,
+    /// How the recording ends.
+    pub ending: Option<Ending>,
+}
+
+/// A commanded joint came to its limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LimitReached {
+    /// When it came there, s.
+    pub time: f64,
+    /// The joint, from 0.
+    pub joint: usize,
+    /// Which limit.
+    pub kind: LimitKind,
+}
+
+/// The limits of a joint that a summary looks at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LimitKind {
+    /// Speed.
+    Speed,
+    /// Position.
+    Position,
+}
+
+impl Summary {
+    /// Reads the whole recording. Without `limits`, limits of the arm are not looked at.
+    ///
+    /// # Errors
+    /// [`ReadError`] when the file cannot be read or a message is not what its topic says.
+    pub fn of(recording: &Recording, limits: Option<&JointLimits>) -> Result<Self, ReadError> {
+        let topics = [Topic::Cycle, Topic::Command, Topic::Script, Topic::Log];
+        let mut entries = recording.entries(&topics)?;
+        let mut summary = Self::default();
+        let mut progress = Progress::default();
+        for entry in &mut entries {
+            let (time, entry) = entry?;
+            match entry {
+                Entry::Cycle(cycle) => summary.cycle(&cycle, limits, &mut progress),
+                Entry::Command(command) => {
+                    *summary.commands.entry(command.name).or_default() += 1;
+                }
+                Entry::Script(script) if script.text.is_some() => {
+                    summary.program_count += 1;
+                    list(&mut summary.programs, (time, script.program));
+                }
+                Entry::Log(log) => summary.log(time, log),
+                Entry::Script(_) | Entry::Io(_) => {}
+            }
+        }
+        summary.ending = entries.ending().cloned();
+        Ok(summary)
+    }
+
+    fn cycle(&mut self, cycle: &Cycle, limits: Option<&JointLimits>, progress: &mut Progress) {
+        let first = self.cycle_range.map_or(cycle.cycle, |(first, _)| first);
+        if let Some((_, last)) = self.cycle_range {
+            self.missing += cycle.cycle.saturating_sub(last + 1);
+        } else {
+            progress.begin = cycle.time - cycle.step_time;
+        }
+        self.cycle_range = Some((first, cycle.cycle));
+        self.cycles += 1;
+        self.duration = cycle.time - progress.begin;
+        self.step_time = cycle.step_time;
+        if cycle.step_duration_us > cycle.step_time * 1e6 {
+            self.overruns += 1;
+        }
+        raise(&mut self.longest_step_us, cycle.step_duration_us);
+        raise(&mut self.latest_wakeup_us, cycle.wakeup_latency_us);
+        for (peak, speed) in self.peak_joint_speed.iter_mut().zip(&cycle.actual_qd) {
+            raise(peak, speed.abs());
+        }
+        for (peak, torque) in self.peak_joint_torque.iter_mut().zip(&cycle.actual_torque) {
+            raise(peak, torque.abs());
+        }
+        raise(&mut self.peak_tcp_speed, length(&cycle.actual_tcp_speed));
+        raise(&mut self.peak_tcp_force, length(&cycle.tcp_force));
+        let stopped = cycle.safety_mode == SafetyMode::ProtectiveStop.number() as u32;
+        if stopped && !progress.stopped {
+            list(&mut self.stops, (cycle.time, cycle.stop_code));
+        }
+        progress.stopped = stopped;
+        if let Some(limits) = limits {
+            self.limits(cycle, limits, progress);
+        }
+    }
+
+    fn limits(&mut self, cycle: &Cycle, limits: &JointLimits, progress: &mut Progress) {
+        let joints = cycle.target_q.iter().zip(&cycle.target_qd);
+        for (joint, (&position, &speed)) in joints.enumerate().take(DOF) {
+            let at_speed = speed.abs() >= AT_SPEED_LIMIT * limits.speed[joint];
+            let at_position = position >= limits.position_max[joint] - AT_POSITION_LIMIT
+                || position <= limits.position_min[joint] + AT_POSITION_LIMIT;
+            for (kind, now, before) in [
+                (LimitKind::Speed, at_speed, &mut progress.at_speed[joint]),
+                (
+                    LimitKind::Position,
+                    at_position,
+                    &mut progress.at_position[joint],
+                ),
+            ] {
+                if now && !*before {
+                    self.limit_count += 1;
+                    let time = cycle.time;
+                    list(&mut self.limits, LimitReached { time, joint, kind });
+                }
+                *before = now;
+            }
+        }
+    }
+
+    fn log(&mut self, time: f64, log: LogMessage) {
+        if log.level >= LogLevel::Error {
+            self.error_count += 1;
+            list(&mut self.errors, (time, log));
+        } else if log.level == LogLevel::Warning {
+            self.warning_count += 1;
+        }
+    }
+}
+
+/// What the next cycle is compared with.
+#[derive(Default)]
+struct Progress {
+    begin: f64,
+    stopped: bool,
+    at_speed: [bool; DOF],
+    at_position: [bool; DOF],
+}
+
+fn list<T>(items: &mut Vec<T>, item: T) {
+    if items.len() < MAX_LISTED {
+        items.push(item);
+    }
+}
+
+fn raise(peak: &mut f64, value: f64) {
+    if value > *peak {
+        *peak = value;
+    }
+}
+
+/// Length of the linear part of a six-vector.
+fn length(linear_angular: &[f64]) -> f64 {
+    let linear = linear_angular.iter().take(3);
+    linear.map(|x| x * x).sum::<f64>().sqrt()
+}

@@ -1,0 +1,233 @@
+//! Makes recordings for tests: states, outputs that can be looked at or that fail, and the way through the real thread.
+#![allow(dead_code, reason = "every test file uses its own part")]
+
+use std::io::{self, Write};
+use std::sync::{Arc, Mutex};
+
+use kinematics::{
+    JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RobotModel, RpyPose,
+};
+use motion_api::{
+    BorderSizes, Command, CommandId, CommandKind, MotionEnd, MotionMode, Origin, ProgramId, Record,
+    RobotMode, RobotState, SafetyMode, ScriptEnd, ThreadNumber, border,
+};
+use recorder::{Recorder, RecorderConfig, RecorderHandle, Setup};
+
+pub const STEP: f64 = 0.004;
+
+/// A state that moves smoothly with the cycle, every field another value.
+pub fn state(cycle: u64) -> RobotState {
+    let t = cycle as f64 * STEP;
+    let wave = |k: f64| std::array::from_fn(|i| k * (t * (1.0 + 0.1 * i as f64) + k).sin());
+    RobotState {
+        cycle,
+        time: t,
+        target_q: JointPositions(wave(1.0)),
+        target_qd: JointSpeeds(wave(0.9)),
+        target_qdd: JointAccelerations(wave(0.8)),
+        actual_q: JointPositions(wave(1.001)),
+        actual_qd: JointSpeeds(wave(0.901)),
+        target_torque: JointTorques(wave(50.0)),
+        actual_torque: JointTorques(wave(51.0)),
+        target_tcp_pose: RpyPose::from_array(wave(0.5)),
+        actual_tcp_pose: RpyPose::from_array(wave(0.501)),
+        target_tcp_speed: wave(0.25),
+        actual_tcp_speed: wave(0.251),
+        tcp_force: wave(3.0),
+        motion_mode: MotionMode::MoveJ,
+        command_id: CommandId(cycle / 250 + 1),
+        ..RobotState::at_start(JointPositions::ZERO, STEP)
+    }
+}
+
+pub fn command(id: u64, cycle: u64, kind: CommandKind) -> Record {
+    let origin = Origin {
+        program: ProgramId(1),
+        thread: ThreadNumber(0),
+        line: 7,
+    };
+    Record::Command {
+        cycle,
+        command: Command {
+            id: CommandId(id),
+            origin,
+            kind,
+        },
+    }
+}
+
+pub fn movej(x: f64) -> CommandKind {
+    CommandKind::MoveJ {
+        target: JointPositions([x; 6]),
+        acceleration: 1.4,
+        speed: 1.05,
+        duration: 0.0,
+    }
+}
+
+/// Bytes that many can look at while they are written.
+#[derive(Clone, Default)]
+pub struct Shared(pub Arc<Mutex<Vec<u8>>>);
+
+impl Shared {
+    pub fn bytes(&self) -> Vec<u8> {
+        self.0.lock().unwrap().clone()
+    }
+}
+
+impl Write for Shared {
+    fn write(&mut self, data: &[u8]) -> io::Result<usize> {
+        self.0.lock().unwrap().extend_from_slice(data);
+        Ok(data.len())
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Takes some bytes, then has no room any more.
+pub struct SmallDisk {
+    pub room: usize,
+}
+
+impl Write for SmallDisk {
+    fn write(&mut self, data: &[u8]) -> io::Result<usize> {
+        if self.room == 0 {
+            return Err(io::Error::from(io::ErrorKind::StorageFull));
+        }
+        let taken = data.len().min(self.room);
+        self.room -= taken;
+        Ok(taken)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+pub fn model() -> RobotModel {
+    RobotModel::built_in("cs66").unwrap()
+}
+
+pub fn config() -> RecorderConfig {
+    RecorderConfig {
+        path: "test.mcap".into(),
+        setup: Setup::default(),
+        model: model(),
+        notes_wait: true,
+        on_failure: Box::new(|_| ()),
+    }
+}
+
+/// The rings and a recorder that writes into `out`.
+pub fn start(
+    out: impl Write + Send + 'static,
+    config: RecorderConfig,
+) -> (MotionEnd, ScriptEnd, Recorder, RecorderHandle) {
+    let sizes = BorderSizes {
+        records: Some(4096),
+        ..BorderSizes::default()
+    };
+    let (motion, mut script) = border(sizes, &RobotState::at_start(JointPositions::ZERO, STEP));
+    let records = script.records.take().unwrap();
+    let (recorder, handle) = Recorder::start_on(out, config, records).unwrap();
+    (motion, script, recorder, handle)
+}
+
+/// Puts a record into the ring, waiting for room as the virtual clock does.
+pub fn push(motion: &mut MotionEnd, mut record: Record) {
+    let ring = motion.records.as_mut().unwrap();
+    while let Err(rtrb_full) = ring.push(record) {
+        let rtrb::PushError::Full(back) = rtrb_full;
+        record = back;
+        std::thread::yield_now();
+    }
+}
+
+/// Records states through the real thread and returns the file.
+pub fn record(records: impl IntoIterator<Item = Record>) -> Vec<u8> {
+    let out = Shared::default();
+    let (mut motion, _script, recorder, _handle) = start(out.clone(), config());
+    for record in records {
+        push(&mut motion, record);
+    }
+    drop(motion);
+    recorder.finish().unwrap();
+    out.bytes()
+}
+
+/// As `Cycle`, any finite values.
+pub mod any {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn number() -> impl Strategy<Value = f64> {
+        prop_oneof![
+            4 => -1e3..1e3,
+            1 => proptest::num::f64::NORMAL | proptest::num::f64::SUBNORMAL | proptest::num::f64::ZERO,
+        ]
+    }
+
+    fn six() -> impl Strategy<Value = [f64; 6]> {
+        proptest::array::uniform6(number())
+    }
+
+    /// A state of the given cycle.
+    pub fn state(cycle: u64) -> impl Strategy<Value = RobotState> {
+        let joints = (six(), six(), six(), six(), six(), six(), six());
+        let cartesian = (six(), six(), six(), six(), six(), six());
+        let rest = (
+            proptest::array::uniform3(number()),
+            proptest::array::uniform10(number()),
+            0_i32..7,
+            any::<u64>(),
+            -1_i32..10,
+            1_i32..12,
+        );
+        let io = (
+            any::<u64>(),
+            any::<u64>(),
+            proptest::array::uniform3(number()),
+            proptest::array::uniform3(number()),
+            any::<u64>(),
+            any::<u64>(),
+        );
+        (joints, cartesian, rest, io).prop_map(move |(j, c, r, io)| RobotState {
+            cycle,
+            time: cycle as f64 * STEP,
+            step_time: STEP,
+            target_q: JointPositions(j.0),
+            target_qd: JointSpeeds(j.1),
+            target_qdd: JointAccelerations(j.2),
+            actual_q: JointPositions(j.3),
+            actual_qd: JointSpeeds(j.4),
+            target_torque: JointTorques(j.5),
+            actual_torque: JointTorques(j.6),
+            target_tcp_pose: RpyPose::from_array(c.0),
+            actual_tcp_pose: RpyPose::from_array(c.1),
+            target_tcp_speed: c.2,
+            actual_tcp_speed: c.3,
+            tcp_force: c.4,
+            tcp_offset: RpyPose::from_array(c.5),
+            elbow_position: r.0,
+            payload: Payload {
+                mass: r.1[0],
+                cog: [r.1[1], r.1[2], r.1[3]].into(),
+                inertia: std::array::from_fn(|i| r.1[4 + i]),
+            },
+            motion_mode: MotionMode::from_number(r.2),
+            command_id: CommandId(r.3),
+            target_speed_fraction: r.0[0],
+            speed_scaling: r.0[1],
+            robot_mode: RobotMode::from_number(r.4),
+            safety_mode: SafetyMode::from_number(r.5),
+            stop_code: io.4,
+            digital_in: io.0,
+            digital_out: io.1,
+            analog_in: io.2,
+            analog_out: io.3,
+            records_lost: io.5,
+            step_duration_us: r.0[2],
+            wakeup_latency_us: r.1[9],
+        })
+    }
+}

@@ -1,0 +1,260 @@
+//! Every topic carries its schema, and what the schema says is what is in the messages.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
+mod support;
+
+use std::collections::HashMap;
+use std::sync::OnceLock;
+
+use kinematics::{JointPositions, Pose, RpyPose};
+use motion_api::{Record, RobotState};
+use recorder::{CHUNK_BYTES, LogLevel, Recording, Table, Topic};
+use support::*;
+
+const CYCLES: u64 = 250;
+
+/// One second of motion with something in every topic.
+fn file() -> &'static [u8] {
+    static FILE: OnceLock<Vec<u8>> = OnceLock::new();
+    FILE.get_or_init(|| {
+        let out = Shared::default();
+        let (mut motion, _script, recorder, handle) = start(out.clone(), config());
+        handle.program_started(0.0, motion_api::ProgramId(1), "a.script", "pass\n");
+        push(&mut motion, command(1, 1, movej(0.5)));
+        for cycle in 1..=CYCLES {
+            let mut state = state(cycle);
+            state.tcp_offset = RpyPose::from_array([0.0, 0.0, 0.1, 0.0, 0.0, 0.0]);
+            let tcp = Pose::from_rpy(&state.tcp_offset);
+            state.actual_tcp_pose = model().tcp_pose(&state.actual_q, &tcp).to_rpy();
+            state.digital_out = u64::from(cycle > 100);
+            push(&mut motion, Record::Cycle(state));
+        }
+        handle.log(
+            CYCLES as f64 * STEP,
+            LogLevel::Warning,
+            "motion",
+            "slow here",
+        );
+        drop(motion);
+        recorder.finish().unwrap();
+        out.bytes()
+    })
+}
+
+/// Rows of a topic, each a map from column to cell.
+fn rows(recording: &Recording, topic: Topic) -> Vec<HashMap<String, String>> {
+    let table = Table::new(recording, topic.name()).unwrap();
+    let columns = table.columns().to_vec();
+    let rows = table.rows().unwrap().map(|row| {
+        let cells = columns.iter().cloned().zip(row.unwrap());
+        cells
+            .filter_map(|(name, cell)| Some((name, cell?)))
+            .collect()
+    });
+    rows.collect()
+}
+
+fn number(row: &HashMap<String, String>, column: &str) -> f64 {
+    let cell = row
+        .get(column)
+        .unwrap_or_else(|| panic!("no column {column}"));
+    cell.parse().unwrap()
+}
+
+#[test]
+fn the_schema_of_a_cycle_names_every_field_of_the_state() {
+    let recording = Recording::from_bytes(file(), "test").unwrap();
+    let rows = rows(&recording, Topic::Cycle);
+    assert_eq!(rows.len() as u64, CYCLES);
+    let row = &rows[99];
+    let expected = RobotState {
+        cycle: 100,
+        ..state(100)
+    };
+    assert_eq!(row["cycle"], "100");
+    assert_eq!(number(row, "time"), expected.time);
+    for i in 0..6 {
+        assert_eq!(number(row, &format!("target_q_{i}")), expected.target_q[i]);
+        assert_eq!(
+            number(row, &format!("actual_torque_{i}")),
+            expected.actual_torque[i]
+        );
+        assert_eq!(
+            number(row, &format!("tcp_force_{i}")),
+            expected.tcp_force[i]
+        );
+    }
+    assert_eq!(row["mode"], "movej");
+    assert_eq!((&*row["robot_mode"], &*row["safety_mode"]), ("7", "1"));
+    // Everything in the struct is in the schema, under the same name.
+    for (field, _) in recorder::Cycle::default().fields() {
+        assert!(
+            row.contains_key(field) || row.contains_key(&format!("{field}_0")),
+            "{field}"
+        );
+    }
+}
+
+#[test]
+fn every_topic_is_there_with_a_schema_and_messages() {
+    let bytes = file();
+    let summary = mcap::Summary::read(bytes).unwrap().unwrap();
+    let recording = Recording::from_bytes(bytes, "test").unwrap();
+    for topic in Topic::ALL {
+        let mut channels = summary.channels.values();
+        let channel = channels.find(|c| c.topic == topic.name()).unwrap();
+        assert_eq!(channel.message_encoding, topic.message_encoding());
+        let schema = channel.schema.as_ref().unwrap();
+        if schema.encoding == "jsonschema" {
+            let schema: serde_json::Value = serde_json::from_slice(&schema.data).unwrap();
+            assert_eq!(schema["type"], "object", "{}", topic.name());
+        }
+        assert!(!rows(&recording, topic).is_empty(), "{}", topic.name());
+    }
+}
+
+#[test]
+fn viewers_get_a_picture_fifty_times_a_second() {
+    let recording = Recording::from_bytes(file(), "test").unwrap();
+    let seconds = CYCLES as f64 * STEP;
+    for topic in [Topic::JointStates, Topic::Tf, Topic::Tcp] {
+        let count = rows(&recording, topic).len() as f64;
+        assert!(
+            count / seconds >= 50.0,
+            "{}: {count} in {seconds} s",
+            topic.name()
+        );
+    }
+}
+
+#[test]
+fn the_arm_is_drawn_at_the_start_and_every_ten_seconds() {
+    // 25 s with a cycle now and then.
+    let cycles = (100..=6250)
+        .step_by(50)
+        .map(|cycle| Record::Cycle(state(cycle)));
+    let recording = Recording::from_bytes(record(cycles), "test").unwrap();
+    let scenes = rows(&recording, Topic::Scene);
+    let times: Vec<f64> = scenes.iter().map(|row| number(row, "log_time")).collect();
+    assert_eq!(times, [0.0, 10.0, 20.0]);
+}
+
+#[test]
+fn the_frames_lead_from_the_base_to_the_tcp() {
+    let recording = Recording::from_bytes(file(), "test").unwrap();
+    let frames = rows(&recording, Topic::Tf);
+    let (frames, tcp) = (frames.last().unwrap(), rows(&recording, Topic::Tcp));
+    let tcp = tcp.last().unwrap();
+    let mut pose = Pose::IDENTITY;
+    let mut parent = "base_link".to_owned();
+    for i in 0..8 {
+        let cell = |name: &str| number(frames, &format!("transforms_{i}.{name}"));
+        assert_eq!(frames[&format!("transforms_{i}.parent_frame_id")], parent);
+        parent = frames[&format!("transforms_{i}.child_frame_id")].clone();
+        let quaternion = nalgebra::Quaternion::new(
+            cell("rotation.w"),
+            cell("rotation.x"),
+            cell("rotation.y"),
+            cell("rotation.z"),
+        );
+        let rotation = nalgebra::UnitQuaternion::from_quaternion(quaternion);
+        let translation = nalgebra::Vector3::new(
+            cell("translation.x"),
+            cell("translation.y"),
+            cell("translation.z"),
+        );
+        pose = pose * Pose::new(rotation.to_rotation_matrix(), translation);
+    }
+    assert_eq!(parent, "tcp");
+    for (axis, value) in ["x", "y", "z"].into_iter().zip(pose.translation.iter()) {
+        let shown = number(tcp, &format!("pose.position.{axis}"));
+        assert!((shown - value).abs() < 1e-9, "{axis}: {shown} and {value}");
+    }
+}
+
+#[test]
+fn the_arm_is_drawn_in_the_frames_that_are_sent() {
+    let recording = Recording::from_bytes(file(), "test").unwrap();
+    let scene = &rows(&recording, Topic::Scene)[0];
+    let frames = &rows(&recording, Topic::Tf)[0];
+    for i in 0..8 {
+        let frame = &scene[&format!("entities_{i}.frame_id")];
+        let sent = (0..8).any(|k| {
+            frames[&format!("transforms_{k}.parent_frame_id")] == *frame
+                || frames[&format!("transforms_{k}.child_frame_id")] == *frame
+        });
+        assert!(sent, "nothing tells where {frame} is");
+        assert!(number(scene, &format!("entities_{i}.spheres_0.size.x")) > 0.0);
+    }
+    // The first capsule of the upper arm as a cylinder: as long and as wide, its axis from end to end.
+    let capsule = model().collision().capsules(2)[0];
+    let cell = |name: &str| number(scene, &format!("entities_2.cylinders_0.{name}"));
+    let axis = capsule.p1 - capsule.p0;
+    assert!((cell("size.z") - axis.norm()).abs() < 1e-12);
+    assert!((cell("size.x") - 2.0 * capsule.radius).abs() < 1e-12);
+    let turn = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
+        cell("pose.orientation.w"),
+        cell("pose.orientation.x"),
+        cell("pose.orientation.y"),
+        cell("pose.orientation.z"),
+    ));
+    let drawn = turn * nalgebra::Vector3::z() * axis.norm();
+    assert!((drawn - axis).norm() < 1e-9, "{drawn} and {axis}");
+}
+
+#[test]
+fn chunks_are_small_compressed_and_short() {
+    let bytes = file();
+    let summary = mcap::Summary::read(bytes).unwrap().unwrap();
+    assert!(summary.chunk_indexes.len() >= 4);
+    for chunk in &summary.chunk_indexes {
+        assert_eq!(chunk.compression, "zstd");
+        assert!(chunk.uncompressed_size <= CHUNK_BYTES as u64, "{chunk:?}");
+        assert!(
+            chunk.message_end_time - chunk.message_start_time <= 250_000_000,
+            "{chunk:?}"
+        );
+    }
+    let per_cycle = bytes.len() as f64 / CYCLES as f64;
+    assert!(per_cycle < 1000.0, "{per_cycle} bytes a cycle");
+}
+
+#[test]
+fn a_topic_that_is_not_there_is_an_error_that_names_those_there_are() {
+    let recording = Recording::from_bytes(file(), "test").unwrap();
+    let Err(error) = Table::new(&recording, "/cycles") else {
+        panic!("there is no /cycles")
+    };
+    assert_eq!(
+        error.to_string(),
+        "there is no topic /cycles in the recording; it has /command, /cycle, /io, /joint_states, /log, /scene, \
+         /script, /tcp, /tf"
+    );
+}
+
+#[test]
+fn an_empty_topic_is_an_empty_table() {
+    let recording = Recording::from_bytes(record([Record::Cycle(state(1))]), "test").unwrap();
+    let table = Table::new(&recording, "log").unwrap();
+    assert_eq!(table.columns(), ["log_time"]);
+    assert_eq!(table.rows().unwrap().count(), 0);
+}
+
+#[test]
+fn joints_at_a_limit_are_counted_once_a_visit() {
+    let limits = *model().limits();
+    let at = |cycle, speed: f64| {
+        let mut state = RobotState {
+            time: cycle as f64 * STEP,
+            cycle,
+            ..RobotState::at_start(JointPositions::ZERO, STEP)
+        };
+        state.target_qd[2] = speed * limits.speed[2];
+        Record::Cycle(state)
+    };
+    let bytes = record([at(1, 0.5), at(2, 1.0), at(3, -1.0), at(4, 0.2), at(5, 1.0)]);
+    let recording = Recording::from_bytes(bytes, "test").unwrap();
+    let summary = recorder::Summary::of(&recording, Some(&limits)).unwrap();
+    let places: Vec<_> = summary.limits.iter().map(|l| (l.joint, l.time)).collect();
+    assert_eq!(places, [(2, 0.008), (2, 0.02)]);
+}

@@ -1,0 +1,121 @@
+//! Carries what happens to everybody who wants to know: the log on stderr, standard output, the ports, the recording.
+//!
+//! Called on the task's thread and on the pump thread; nothing here waits. A port that is too slow misses messages.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use elite_runtime::message::{Message, Observer, Severity};
+use motion_api::{ProgramId, SnapshotCell, ThreadNumber};
+use recorder::{LogLevel, RecorderHandle};
+use tokio::sync::broadcast;
+
+/// How many messages a port may be behind before it misses some.
+const BACKLOG: usize = 1024;
+
+/// Where the `print` of programs goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Console {
+    /// To standard output, and script errors bare to standard error: `run`.
+    Stdout,
+    /// To the log: `serve`.
+    Log,
+}
+
+/// Tells everybody.
+pub struct Announcer {
+    ports: broadcast::Sender<Message>,
+    recording: RecorderHandle,
+    snapshot: Arc<SnapshotCell>,
+    console: Console,
+    names: Mutex<BTreeMap<ProgramId, String>>,
+}
+
+impl Announcer {
+    /// Messages get the simulated time of `snapshot`.
+    pub fn new(recording: RecorderHandle, snapshot: Arc<SnapshotCell>, console: Console) -> Self {
+        Self { ports: broadcast::channel(BACKLOG).0, recording, snapshot, console, names: Mutex::default() }
+    }
+
+    /// Follows the messages from now on.
+    pub fn subscribe(&self) -> broadcast::Receiver<Message> {
+        self.ports.subscribe()
+    }
+
+    fn time(&self) -> f64 {
+        self.snapshot.read().time
+    }
+
+    fn name_of(&self, program: ProgramId) -> String {
+        let names = self.names.lock().unwrap_or_else(PoisonError::into_inner);
+        names.get(&program).cloned().unwrap_or_else(|| "controller".to_owned())
+    }
+
+    fn record(&self, severity: Severity, source: &str, text: &str) {
+        let level = match severity {
+            Severity::Info => LogLevel::Info,
+            Severity::Warning => LogLevel::Warning,
+            Severity::Error => LogLevel::Error,
+        };
+        self.recording.log(self.time(), level, source, text);
+    }
+
+    fn log(&self, severity: Severity, program: ProgramId, text: &str) {
+        let source = self.name_of(program);
+        match severity {
+            Severity::Info => tracing::info!(target: "script", program = %source, "{text}"),
+            Severity::Warning => tracing::warn!(target: "script", program = %source, "{text}"),
+            Severity::Error => tracing::error!(target: "script", program = %source, "{text}"),
+        }
+        self.record(severity, &source, text);
+    }
+}
+
+impl Observer for Announcer {
+    fn message(&self, message: &Message) {
+        match message {
+            Message::Print { origin, text } if self.console == Console::Stdout => {
+                // Nothing sensible is left to do when standard output is gone.
+                let _ = std::io::stdout().write_all(text.as_bytes());
+                self.record(Severity::Info, &self.name_of(origin.program), text.trim_end_matches('\n'));
+            }
+            Message::Print { origin, text } => {
+                self.log(Severity::Info, origin.program, text.trim_end_matches('\n'));
+            }
+            Message::Log { severity, origin, text } => self.log(*severity, origin.program, text),
+            Message::ScriptError { program, report, .. } => {
+                // The report has lines of its own; a log prefix would push the caret out of place.
+                if self.console == Console::Stdout {
+                    eprintln!("{report}");
+                } else {
+                    tracing::error!(target: "script", program = %self.name_of(*program), "\n{report}");
+                }
+                self.record(Severity::Error, &self.name_of(*program), report);
+            }
+            Message::Robot { severity, text, .. } => self.log(*severity, ProgramId::default(), text),
+        }
+        // Nobody listening is fine.
+        let _ = self.ports.send(message.clone());
+    }
+
+    fn program_started(&self, program: ProgramId, name: &str, text: &str) {
+        let mut names = self.names.lock().unwrap_or_else(PoisonError::into_inner);
+        // Only the newest programs can still say something.
+        while names.len() >= 64 {
+            names.pop_first();
+        }
+        names.insert(program, name.to_owned());
+        drop(names);
+        self.recording.program_started(self.time(), program, name, text);
+    }
+
+    fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32) {
+        self.recording.script_line(self.time(), program, thread, line);
+    }
+
+    fn program_ended(&self, program: ProgramId) {
+        tracing::debug!(target: "script", program = %self.name_of(program), "ended");
+        let _ = std::io::stdout().flush();
+    }
+}

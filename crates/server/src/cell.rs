@@ -1,0 +1,178 @@
+//! The cell file: what stands around the arm, how signals are wired, what acts on the arm from outside.
+//!
+//! Owns the TOML schema and its sentences. Every table is read and checked here; what this version cannot simulate yet
+//! is refused by name, never ignored. Whether limits suit the arm is checked with the arm. Poses are
+//! `[x, y, z, Rx, Ry, Rz]` in the base frame, m and rad.
+
+mod check;
+pub mod point;
+pub mod schema;
+
+use std::path::{Path, PathBuf};
+
+use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
+use motion::LimitOverrides;
+use thiserror::Error;
+
+use crate::config::line_of;
+use schema::{Sensor, Tables};
+
+/// Why there is no cell. Each is one sentence and ends the program with exit status 2.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CellError {
+    /// The file cannot be read.
+    #[error("cannot read the cell file {}: {source}", path.display())]
+    Unreadable {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A key or value that the schema does not have, or no TOML at all.
+    #[error("{} line {line}: {message}", path.display())]
+    Schema {
+        /// Which file.
+        path: PathBuf,
+        /// Line from 1.
+        line: usize,
+        /// What is wrong there.
+        message: String,
+    },
+    /// A value that has the right type but makes no sense.
+    #[error("{}: {table} has {key} = {given}; {allowed}", path.display())]
+    Value {
+        /// Which file.
+        path: PathBuf,
+        /// Which table, as `obstacle "bench"`.
+        table: String,
+        /// Which key.
+        key: &'static str,
+        /// The value.
+        given: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// Tables that this version cannot simulate.
+    #[error("{}: {} not available yet; leave {} out", path.display(), list(tables), if tables.len() == 1 { "it" } else { "them" })]
+    NotAvailable {
+        /// Which file.
+        path: PathBuf,
+        /// Their names.
+        tables: Vec<&'static str>,
+    },
+}
+
+fn list(tables: &[&str]) -> String {
+    let verb = if tables.len() == 1 { "is" } else { "are" };
+    format!("{} {verb}", tables.join(", "))
+}
+
+/// A cell file that was read and checked, and that this version can act on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    tables: Tables,
+    text: String,
+}
+
+impl Cell {
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// [`CellError`] names the file, the key and what is allowed, or what is not available yet.
+    pub fn load(path: &Path) -> Result<Self, CellError> {
+        let text = std::fs::read_to_string(path).map_err(|source| CellError::Unreadable {
+            path: path.to_owned(),
+            source,
+        })?;
+        let tables = parse(&text, path)?;
+        check_available(&tables, path)?;
+        Ok(Self { tables, text })
+    }
+
+    /// Every table of the file.
+    pub const fn tables(&self) -> &Tables {
+        &self.tables
+    }
+
+    /// The file as written, for the recording.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// `[limits]`, for the cycle to check against the model's own.
+    pub fn limits(&self) -> LimitOverrides {
+        let limits = &self.tables.limits;
+        LimitOverrides {
+            joint_speed: limits.joint_speed.map(JointSpeeds),
+            joint_acceleration: limits.joint_acceleration.map(JointAccelerations),
+            joint_jerk: limits.joint_jerk.map(JointJerks),
+            joint_position_min: limits.joint_position_min.map(JointPositions),
+            joint_position_max: limits.joint_position_max.map(JointPositions),
+            tcp_speed: limits.tcp_speed,
+            elbow_speed: limits.elbow_speed,
+        }
+    }
+}
+
+/// Reads the text of a file and checks what each table says; `path` is named in errors.
+fn parse(text: &str, path: &Path) -> Result<Tables, CellError> {
+    let tables: Tables = toml::from_str(text).map_err(|error| schema_error(text, path, &error))?;
+    check::values(&tables).map_err(|wrong| CellError::Value {
+        path: path.to_owned(),
+        table: wrong.table,
+        key: wrong.key,
+        given: wrong.given,
+        allowed: wrong.allowed,
+    })?;
+    Ok(tables)
+}
+
+/// Refuses, by name, everything in use that this version cannot simulate.
+fn check_available(tables: &Tables, path: &Path) -> Result<(), CellError> {
+    let used = [
+        ("[[obstacle]]", !tables.obstacle.is_empty()),
+        ("[tool]", tables.tool.is_some()),
+        ("[[safety_plane]]", !tables.safety_plane.is_empty()),
+        ("[sensor]", tables.sensor != Sensor::default()),
+        ("[[wrench]]", !tables.wrench.is_empty()),
+        ("[[conveyor]]", !tables.conveyor.is_empty()),
+        ("[[wire]]", !tables.wire.is_empty()),
+        ("[[input]]", !tables.input.is_empty()),
+        ("[[serial]]", !tables.serial.is_empty()),
+        ("[[modbus]]", !tables.modbus.is_empty()),
+        ("tcp_force in [limits]", tables.limits.tcp_force.is_some()),
+    ];
+    let tables: Vec<_> = used
+        .iter()
+        .filter(|(_, used)| *used)
+        .map(|(name, _)| *name)
+        .collect();
+    if tables.is_empty() {
+        return Ok(());
+    }
+    Err(CellError::NotAvailable {
+        path: path.to_owned(),
+        tables,
+    })
+}
+
+/// serde names unknown keys but not the key of a wrong value: that one is read from the line it stands in.
+fn schema_error(text: &str, path: &Path, error: &toml::de::Error) -> CellError {
+    let line = error.span().map_or(1, |span| line_of(text, span.start));
+    let source = text.lines().nth(line - 1).unwrap_or_default();
+    let key = source.split_once('=').map(|(key, _)| key.trim());
+    let message = error.message().replace('\n', ", ");
+    let message = match key {
+        Some(key) if !message.contains(&format!("`{key}`")) => format!("`{key}`: {message}"),
+        _ => message,
+    };
+    CellError::Schema {
+        path: path.to_owned(),
+        line,
+        message,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,248 @@
+//! Values that have the right type but make no sense: what TOML and serde cannot see.
+
+use core::fmt;
+
+use super::point::{Direction, Point};
+use super::schema::{Conveyor, ModbusSignal, PointValue, Shape, Size, Tables};
+
+/// One mistake; the file's name is added by the caller.
+pub(super) struct Wrong {
+    pub(super) table: String,
+    pub(super) key: &'static str,
+    pub(super) given: String,
+    pub(super) allowed: String,
+}
+
+type Checked = Result<(), Wrong>;
+
+/// A table under check.
+struct Table(String);
+
+impl Table {
+    fn named(kind: &str, name: &str) -> Self {
+        Self(format!("{kind} \"{name}\""))
+    }
+
+    fn numbered(kind: &str, index: usize) -> Self {
+        Self(format!("{kind} {}", index + 1))
+    }
+
+    fn wrong(
+        &self,
+        key: &'static str,
+        given: impl fmt::Display,
+        allowed: impl Into<String>,
+    ) -> Wrong {
+        Wrong {
+            table: self.0.clone(),
+            key,
+            given: given.to_string(),
+            allowed: allowed.into(),
+        }
+    }
+
+    fn finite(&self, key: &'static str, values: &[f64]) -> Checked {
+        self.all(key, values, "finite numbers are needed", |x| x.is_finite())
+    }
+
+    fn not_negative(&self, key: &'static str, values: &[f64]) -> Checked {
+        self.all(key, values, "numbers of at least 0 are needed", |x| {
+            x.is_finite() && x >= 0.0
+        })
+    }
+
+    fn positive(&self, key: &'static str, values: &[f64]) -> Checked {
+        self.all(key, values, "numbers above 0 are needed", |x| {
+            x.is_finite() && x > 0.0
+        })
+    }
+
+    fn all(
+        &self,
+        key: &'static str,
+        values: &[f64],
+        allowed: &str,
+        good: impl Fn(f64) -> bool,
+    ) -> Checked {
+        match values.iter().find(|x| !good(**x)) {
+            Some(bad) => Err(self.wrong(key, bad, allowed)),
+            None => Ok(()),
+        }
+    }
+
+    fn axis(&self, key: &'static str, axis: &[f64; 3]) -> Checked {
+        self.finite(key, axis)?;
+        if axis.iter().all(|x| *x == 0.0) {
+            return Err(self.wrong(key, "[0, 0, 0]", "a direction is needed"));
+        }
+        Ok(())
+    }
+
+    fn shape(&self, shape: Shape, size: &Size) -> Checked {
+        let numbers = size.numbers();
+        if numbers.len() != shape.numbers_of_size() {
+            let allowed = match shape {
+                Shape::Box => "a box needs x, y, z",
+                Shape::Cylinder => "a cylinder needs radius, length",
+                Shape::Sphere => "a sphere needs its radius",
+                Shape::Plane => "a plane has no size",
+            };
+            return Err(self.wrong("size", format_args!("{numbers:?}"), allowed));
+        }
+        self.positive("size", numbers)
+    }
+
+    fn direction(&self, key: &'static str, point: Point, direction: Direction) -> Checked {
+        if point.direction == direction {
+            return Ok(());
+        }
+        let allowed = match direction {
+            Direction::In => "an input is needed",
+            Direction::Out => "an output is needed",
+        };
+        Err(self.wrong(key, point, allowed))
+    }
+}
+
+pub(super) fn values(cell: &Tables) -> Checked {
+    for (index, obstacle) in cell.obstacle.iter().enumerate() {
+        let table = Table::named("obstacle", &obstacle.name);
+        if cell.obstacle[..index]
+            .iter()
+            .any(|other| other.name == obstacle.name)
+        {
+            return Err(table.wrong(
+                "name",
+                format_args!("{:?}", obstacle.name),
+                "every obstacle needs a name of its own",
+            ));
+        }
+        table.shape(obstacle.shape, &obstacle.size)?;
+        table.finite("pose", &obstacle.pose)?;
+        table.positive("stiffness", obstacle.stiffness.as_slice())?;
+        table.not_negative("damping", obstacle.damping.as_slice())?;
+        table.not_negative("friction", obstacle.friction.as_slice())?;
+    }
+    if let Some(tool) = &cell.tool {
+        let table = Table("tool".to_owned());
+        if tool.shape == Shape::Plane {
+            return Err(table.wrong("shape", "\"plane\"", "allowed are box, cylinder and sphere"));
+        }
+        table.shape(tool.shape, &tool.size)?;
+        table.finite("pose", &tool.pose)?;
+    }
+    for (index, plane) in cell.safety_plane.iter().enumerate() {
+        let table = Table::named("safety_plane", &plane.name);
+        if cell.safety_plane[..index]
+            .iter()
+            .any(|other| other.name == plane.name)
+        {
+            return Err(table.wrong(
+                "name",
+                format_args!("{:?}", plane.name),
+                "every plane needs a name of its own",
+            ));
+        }
+        table.finite("point", &plane.point)?;
+        table.axis("normal", &plane.normal)?;
+        if let Some(pair @ 4..) = plane.ci_pair {
+            return Err(table.wrong("ci_pair", pair, "allowed are 0 to 3"));
+        }
+    }
+    let sensor = Table("sensor".to_owned());
+    sensor.not_negative("force_noise", &[cell.sensor.force_noise])?;
+    sensor.not_negative("torque_noise", &[cell.sensor.torque_noise])?;
+    for (index, load) in cell.wrench.iter().enumerate() {
+        let table = Table::numbered("wrench", index);
+        table.not_negative("at", &[load.at])?;
+        table.positive("duration", &[load.duration])?;
+        table.finite("wrench", &load.wrench)?;
+    }
+    for (index, belt) in cell.conveyor.iter().enumerate() {
+        conveyor(&Table::numbered("conveyor", index), belt)?;
+    }
+    for (index, wire) in cell.wire.iter().enumerate() {
+        let table = Table::numbered("wire", index);
+        table.direction("from", wire.from, Direction::Out)?;
+        table.direction("to", wire.to, Direction::In)?;
+        if wire.from.group.is_digital() != wire.to.group.is_digital() {
+            return Err(table.wrong(
+                "to",
+                wire.to,
+                format!("{} can be wired to its own kind only", wire.from),
+            ));
+        }
+        table.not_negative("delay", &[wire.delay])?;
+    }
+    for (index, input) in cell.input.iter().enumerate() {
+        let table = Table::numbered("input", index);
+        table.not_negative("at", &[input.at])?;
+        table.direction("set", input.set, Direction::In)?;
+        match (input.set.group.is_digital(), input.value) {
+            (true, PointValue::Level(_)) => {}
+            (false, PointValue::Number(number)) => table.finite("value", &[number])?,
+            (true, PointValue::Number(number)) => {
+                return Err(table.wrong(
+                    "value",
+                    number,
+                    format!("{} takes true or false", input.set),
+                ));
+            }
+            (false, PointValue::Level(level)) => {
+                return Err(table.wrong("value", level, format!("{} takes a number", input.set)));
+            }
+        }
+    }
+    for (index, serial) in cell.serial.iter().enumerate() {
+        if serial.device.is_empty() {
+            let table = Table::numbered("serial", index);
+            return Err(table.wrong(
+                "device",
+                "\"\"",
+                "a device or pty path or tcp:host:port is needed",
+            ));
+        }
+    }
+    for (index, signal) in cell.modbus.iter().enumerate() {
+        modbus(&Table::numbered("modbus", index), signal)?;
+    }
+    Ok(())
+}
+
+fn conveyor(table: &Table, belt: &Conveyor) -> Checked {
+    if belt.encoder > 1 {
+        return Err(table.wrong("encoder", belt.encoder, "allowed are 0 and 1"));
+    }
+    table.finite("speed", &[belt.speed])?;
+    table.not_negative("start_at", &[belt.start_at])?;
+    match (belt.direction, belt.ticks_per_meter, belt.center, belt.ticks_per_revolution) {
+        (Some(direction), Some(ticks), None, None) => {
+            table.axis("direction", &direction)?;
+            table.positive("ticks_per_meter", &[ticks])
+        }
+        (None, None, Some(center), Some(ticks)) => {
+            table.finite("center", &center)?;
+            table.positive("ticks_per_revolution", &[ticks])
+        }
+        _ => Err(table.wrong(
+            "encoder",
+            belt.encoder,
+            "a conveyor is linear, with direction and ticks_per_meter, or circular, with center and ticks_per_revolution",
+        )),
+    }
+}
+
+/// Ranges of manual 6.1.1.
+fn modbus(table: &Table, signal: &ModbusSignal) -> Checked {
+    if signal.signal_type > 3 {
+        return Err(table.wrong("signal_type", signal.signal_type, "allowed are 0 to 3"));
+    }
+    if !(1..=123).contains(&signal.registers_count) {
+        return Err(table.wrong(
+            "registers_count",
+            signal.registers_count,
+            "allowed are 1 to 123",
+        ));
+    }
+    Ok(())
+}

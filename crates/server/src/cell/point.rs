@@ -1,0 +1,209 @@
+//! Names of inputs and outputs in the cell file: `standard_digital_out[3]`, `input_float_register[12]`.
+
+use core::fmt;
+use core::str::FromStr;
+
+use serde::Deserialize;
+
+/// Whether the robot reads or writes it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Direction {
+    /// The robot reads it.
+    In,
+    /// The robot writes it.
+    Out,
+}
+
+/// Which group of points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Group {
+    /// 16 of the control box.
+    StandardDigital,
+    /// 8 of the control box.
+    ConfigurableDigital,
+    /// 4 of the tool.
+    ToolDigital,
+    /// 2 of the control box.
+    StandardAnalog,
+    /// 1 of the tool; has no number.
+    ToolAnalog,
+    /// 128.
+    BooleanRegister,
+    /// 48.
+    IntegerRegister,
+    /// 48.
+    FloatRegister,
+}
+
+/// One input or output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[serde(try_from = "String")]
+pub struct Point {
+    /// Which group.
+    pub group: Group,
+    /// Read or written by the robot.
+    pub direction: Direction,
+    /// Number in the group, from 0.
+    pub index: u8,
+}
+
+impl Group {
+    const ALL: [Self; 8] = [
+        Self::StandardDigital,
+        Self::ConfigurableDigital,
+        Self::ToolDigital,
+        Self::StandardAnalog,
+        Self::ToolAnalog,
+        Self::BooleanRegister,
+        Self::IntegerRegister,
+        Self::FloatRegister,
+    ];
+
+    /// How many points the group has in each direction (rtsi-30004: registers; manual chapter 5: the rest).
+    pub const fn points(self) -> u8 {
+        match self {
+            Self::StandardDigital => 16,
+            Self::ConfigurableDigital => 8,
+            Self::ToolDigital => 4,
+            Self::StandardAnalog => 2,
+            Self::ToolAnalog => 1,
+            Self::BooleanRegister => 128,
+            Self::IntegerRegister | Self::FloatRegister => 48,
+        }
+    }
+
+    /// True for levels, false for numbers.
+    pub const fn is_digital(self) -> bool {
+        matches!(
+            self,
+            Self::StandardDigital
+                | Self::ConfigurableDigital
+                | Self::ToolDigital
+                | Self::BooleanRegister
+        )
+    }
+
+    /// The name without its number.
+    const fn name(self, direction: Direction) -> &'static str {
+        match (self, direction) {
+            (Self::StandardDigital, Direction::In) => "standard_digital_in",
+            (Self::StandardDigital, Direction::Out) => "standard_digital_out",
+            (Self::ConfigurableDigital, Direction::In) => "configurable_digital_in",
+            (Self::ConfigurableDigital, Direction::Out) => "configurable_digital_out",
+            (Self::ToolDigital, Direction::In) => "tool_digital_in",
+            (Self::ToolDigital, Direction::Out) => "tool_digital_out",
+            (Self::StandardAnalog, Direction::In) => "standard_analog_in",
+            (Self::StandardAnalog, Direction::Out) => "standard_analog_out",
+            (Self::ToolAnalog, Direction::In) => "tool_analog_in",
+            (Self::ToolAnalog, Direction::Out) => "tool_analog_out",
+            (Self::BooleanRegister, Direction::In) => "input_boolean_register",
+            (Self::BooleanRegister, Direction::Out) => "output_boolean_register",
+            (Self::IntegerRegister, Direction::In) => "input_integer_register",
+            (Self::IntegerRegister, Direction::Out) => "output_integer_register",
+            (Self::FloatRegister, Direction::In) => "input_float_register",
+            (Self::FloatRegister, Direction::Out) => "output_float_register",
+        }
+    }
+}
+
+impl fmt::Display for Point {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.group.name(self.direction))?;
+        match self.group {
+            Group::ToolAnalog => Ok(()),
+            _ => write!(f, "[{}]", self.index),
+        }
+    }
+}
+
+impl FromStr for Point {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, index) = match text.split_once('[') {
+            Some((name, rest)) => (name, Some(rest)),
+            None => (text, None),
+        };
+        let found = Group::ALL
+            .into_iter()
+            .flat_map(|group| [(group, Direction::In), (group, Direction::Out)])
+            .find(|(group, direction)| group.name(*direction) == name);
+        let Some((group, direction)) = found else {
+            return Err(format!(
+                "`{text}` is no input or output; names are like standard_digital_in[0], configurable_digital_out[7], \
+                 tool_digital_in[0], standard_analog_out[1], tool_analog_in, input_float_register[0]"
+            ));
+        };
+        if group == Group::ToolAnalog && index.is_none() {
+            return Ok(Self {
+                group,
+                direction,
+                index: 0,
+            });
+        }
+        let number = index
+            .and_then(|rest| rest.strip_suffix(']'))
+            .and_then(|digits| digits.parse().ok());
+        match number {
+            Some(index) if group != Group::ToolAnalog && index < group.points() => Ok(Self {
+                group,
+                direction,
+                index,
+            }),
+            _ if group == Group::ToolAnalog => {
+                Err(format!("`{text}` has no number: it is `{name}`"))
+            }
+            _ => Err(format!(
+                "`{text}` needs a number from 0 to {}, as in {name}[0]",
+                group.points() - 1
+            )),
+        }
+    }
+}
+
+impl TryFrom<String> for Point {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_is_read_back() {
+        for group in Group::ALL {
+            for direction in [Direction::In, Direction::Out] {
+                for index in 0..group.points() {
+                    let point = Point {
+                        group,
+                        direction,
+                        index,
+                    };
+                    assert_eq!(point.to_string().parse(), Ok(point));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_does_not_exist_is_named() {
+        for (text, words) in [
+            ("standard_digital_in[16]", "from 0 to 15"),
+            ("configurable_digital_out[8]", "from 0 to 7"),
+            ("tool_digital_in", "from 0 to 3"),
+            ("standard_analog_in[-1]", "from 0 to 1"),
+            ("input_float_register[48]", "from 0 to 47"),
+            ("output_boolean_register[1", "from 0 to 127"),
+            ("tool_analog_in[0]", "has no number"),
+            ("digital_in[0]", "is no input or output"),
+            ("", "is no input or output"),
+        ] {
+            let error = text.parse::<Point>().unwrap_err();
+            assert!(error.contains(words) && error.contains(text), "{error}");
+        }
+    }
+}

@@ -1,0 +1,320 @@
+//! The tables of the cell file as types: what serde reads, keys and names included.
+
+use serde::Deserialize;
+
+use super::point::Point;
+
+/// Six numbers: a pose, a wrench, or one value a joint.
+pub type Six = [f64; 6];
+
+/// The whole file.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tables {
+    /// What the arm can hit.
+    pub obstacle: Vec<Obstacle>,
+    /// What touches obstacles; without it the TCP does.
+    pub tool: Option<Tool>,
+    /// Planes the arm may not cross.
+    pub safety_plane: Vec<SafetyPlane>,
+    /// Limits below the model's own.
+    pub limits: Limits,
+    /// Noise of the force sensor.
+    pub sensor: Sensor,
+    /// Loads from outside.
+    pub wrench: Vec<ExternalWrench>,
+    /// Belts and turntables.
+    pub conveyor: Vec<Conveyor>,
+    /// Outputs connected to inputs.
+    pub wire: Vec<Wire>,
+    /// Inputs that change by themselves.
+    pub input: Vec<Input>,
+    /// Devices on the serial ports.
+    pub serial: Vec<Serial>,
+    /// Modbus signals to add at start.
+    pub modbus: Vec<ModbusSignal>,
+}
+
+/// The shape of an obstacle or tool.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shape {
+    /// `size` is x, y, z.
+    Box,
+    /// `size` is radius, length.
+    Cylinder,
+    /// `size` is the radius.
+    Sphere,
+    /// No size; the z axis of the pose is the normal.
+    Plane,
+}
+
+impl Shape {
+    /// How many numbers `size` has.
+    pub const fn numbers_of_size(self) -> usize {
+        match self {
+            Self::Box => 3,
+            Self::Cylinder => 2,
+            Self::Sphere => 1,
+            Self::Plane => 0,
+        }
+    }
+}
+
+/// `size`, a number or a list of them, m.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "`size` is a length in m or a list of lengths")]
+pub enum Size {
+    /// Not given.
+    #[default]
+    None,
+    /// A radius.
+    One(f64),
+    /// Several lengths.
+    Many(Vec<f64>),
+}
+
+impl Size {
+    /// The numbers, in the order of [`Shape`].
+    pub fn numbers(&self) -> &[f64] {
+        match self {
+            Self::None => &[],
+            Self::One(number) => core::slice::from_ref(number),
+            Self::Many(numbers) => numbers,
+        }
+    }
+}
+
+/// `[[obstacle]]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Obstacle {
+    /// For messages.
+    pub name: String,
+    /// Its shape.
+    pub shape: Shape,
+    /// Its size.
+    #[serde(default)]
+    pub size: Size,
+    /// Where it stands.
+    pub pose: Six,
+    /// N/m; hard without it.
+    pub stiffness: Option<f64>,
+    /// N s/m.
+    pub damping: Option<f64>,
+    /// Coulomb's coefficient.
+    pub friction: Option<f64>,
+}
+
+/// `[tool]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tool {
+    /// Its shape.
+    pub shape: Shape,
+    /// Its size.
+    #[serde(default)]
+    pub size: Size,
+    /// Where it sits, from the flange.
+    pub pose: Six,
+}
+
+/// When a safety plane counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PlaneMode {
+    /// In normal mode.
+    #[default]
+    Normal,
+    /// In reduced mode.
+    Reduced,
+    /// In both.
+    Both,
+    /// Never.
+    Off,
+}
+
+/// `[[safety_plane]]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SafetyPlane {
+    /// For messages.
+    pub name: String,
+    /// A point on it, m.
+    pub point: [f64; 3],
+    /// Points to the allowed side.
+    pub normal: [f64; 3],
+    /// When it counts.
+    #[serde(default)]
+    pub mode: PlaneMode,
+    /// The pair of configurable inputs that switches it.
+    pub ci_pair: Option<u8>,
+}
+
+/// `[limits]`
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Limits {
+    /// rad/s.
+    pub joint_speed: Option<Six>,
+    /// rad/s².
+    pub joint_acceleration: Option<Six>,
+    /// rad/s³.
+    pub joint_jerk: Option<Six>,
+    /// rad.
+    pub joint_position_min: Option<Six>,
+    /// rad.
+    pub joint_position_max: Option<Six>,
+    /// m/s.
+    pub tcp_speed: Option<f64>,
+    /// m/s.
+    pub elbow_speed: Option<f64>,
+    /// N.
+    pub tcp_force: Option<f64>,
+}
+
+/// `[sensor]`: standard deviations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Sensor {
+    /// N.
+    pub force_noise: f64,
+    /// Nm.
+    pub torque_noise: f64,
+}
+
+/// In which axes a load is given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LoadFrame {
+    /// The base's.
+    #[default]
+    Base,
+    /// The tool's.
+    Tool,
+}
+
+/// `[[wrench]]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExternalWrench {
+    /// When it begins, s.
+    pub at: f64,
+    /// How long it acts, s.
+    pub duration: f64,
+    /// N and Nm.
+    pub wrench: Six,
+    /// Its axes.
+    #[serde(default)]
+    pub frame: LoadFrame,
+}
+
+/// `[[conveyor]]`: linear or circular.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Conveyor {
+    /// 0 or 1.
+    pub encoder: u8,
+    /// Of a belt.
+    pub direction: Option<[f64; 3]>,
+    /// Of a turntable: a pose, turning about its z.
+    pub center: Option<Six>,
+    /// m/s or rad/s.
+    pub speed: f64,
+    /// Of a belt.
+    pub ticks_per_meter: Option<f64>,
+    /// Of a turntable.
+    pub ticks_per_revolution: Option<f64>,
+    /// When it starts, s.
+    #[serde(default)]
+    pub start_at: f64,
+}
+
+/// `[[wire]]`: a pure delay; a pulse keeps its length.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wire {
+    /// An output.
+    pub from: Point,
+    /// An input.
+    pub to: Point,
+    /// s.
+    #[serde(default)]
+    pub delay: f64,
+}
+
+/// A level, or an analog or register value.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "`value` is true, false or a number")]
+pub enum PointValue {
+    /// On or off.
+    Level(bool),
+    /// Everything else.
+    Number(f64),
+}
+
+/// `[[input]]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Input {
+    /// When, s.
+    pub at: f64,
+    /// An input.
+    pub set: Point,
+    /// To what.
+    pub value: PointValue,
+}
+
+/// Which serial port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SerialPort {
+    /// At the tool connector.
+    Tool,
+    /// In the cabinet.
+    Masterboard,
+}
+
+/// `[[serial]]`
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Serial {
+    /// Which port.
+    pub port: SerialPort,
+    /// A device or pty path, or `tcp:host:port`.
+    pub device: String,
+}
+
+/// `[[modbus]]`: the arguments of `modbus_add_signal` (manual 6.1.1).
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModbusSignal {
+    /// Address of the device.
+    #[serde(rename = "IP")]
+    pub ip: String,
+    /// Unit.
+    pub slave_number: u8,
+    /// Coil or register.
+    pub signal_address: u16,
+    /// 0 digital input, 1 digital output, 2 register input, 3 register output.
+    pub signal_type: u8,
+    /// Unique.
+    pub signal_name: String,
+    /// Updated in the order in which signals were added.
+    #[serde(default)]
+    pub is_sequential: bool,
+    /// How many in a row.
+    #[serde(default = "one")]
+    pub registers_count: u8,
+    /// TCP port of the device.
+    #[serde(default = "modbus_port")]
+    pub port: u16,
+}
+
+const fn one() -> u8 {
+    1
+}
+
+const fn modbus_port() -> u16 {
+    502
+}

@@ -1,0 +1,202 @@
+//! The whole schema read, and the sentence for every mistake.
+
+use super::point::Group;
+use super::schema::*;
+use super::*;
+
+fn cell(text: &str) -> Result<Tables, CellError> {
+    parse(text, Path::new("c.toml"))
+}
+
+/// Why a file with this text is not loaded.
+fn refused(text: &str) -> String {
+    check_available(&cell(text).unwrap(), Path::new("c.toml"))
+        .unwrap_err()
+        .to_string()
+}
+
+/// Every table with every key.
+const WHOLE: &str = r#"
+[[obstacle]]
+name = "bench"
+shape = "box"
+size = [1.2, 0.8, 0.05]
+pose = [0.5, 0, -0.025, 0, 0, 0]
+stiffness = 1e5
+damping = 100
+friction = 0.4
+[[obstacle]]
+name = "ball"
+shape = "sphere"
+size = 0.1
+pose = [0, 0.5, 0.3, 0, 0, 0]
+[[obstacle]]
+name = "wall"
+shape = "plane"
+pose = [1, 0, 0, 0, -1.5708, 0]
+[tool]
+shape = "cylinder"
+size = [0.02, 0.1]
+pose = [0, 0, 0.05, 0, 0, 0]
+[[safety_plane]]
+name = "door"
+point = [0, -0.6, 0]
+normal = [0, 1, 0]
+mode = "both"
+ci_pair = 3
+[[safety_plane]]
+name = "ceiling"
+point = [0, 0, 1]
+normal = [0, 0, -2]
+[limits]
+joint_speed = [1, 1, 1, 2, 2, 2]
+joint_acceleration = [5, 5, 5, 5, 5, 5]
+joint_jerk = [100, 100, 100, 100, 100, 100]
+joint_position_min = [-3, -3, -3, -3, -3, -3]
+joint_position_max = [3, 3, 3, 3, 3, 3]
+tcp_speed = 1.5
+elbow_speed = 1.5
+tcp_force = 150
+[sensor]
+force_noise = 0.2
+torque_noise = 0.01
+[[wrench]]
+at = 1
+duration = 0.5
+wrench = [0, 0, -20, 0, 0, 0]
+frame = "tool"
+[[conveyor]]
+encoder = 0
+direction = [1, 0, 0]
+speed = 0.1
+ticks_per_meter = 10000
+start_at = 2
+[[conveyor]]
+encoder = 1
+center = [0.5, 0, 0, 0, 0, 0]
+speed = 0.2
+ticks_per_revolution = 4096
+[[wire]]
+from = "standard_digital_out[3]"
+to = "configurable_digital_in[2]"
+delay = 0.02
+[[input]]
+at = 0.5
+set = "standard_digital_in[0]"
+value = true
+[[input]]
+at = 0.5
+set = "tool_analog_in"
+value = 4.5
+[[serial]]
+port = "masterboard"
+device = "tcp:127.0.0.1:4000"
+[[modbus]]
+IP = "127.0.0.1"
+slave_number = 255
+signal_address = 0
+signal_type = 3
+signal_name = "speed"
+is_sequential = true
+registers_count = 10
+port = 5021
+"#;
+
+#[test]
+fn every_table_and_key_is_read() {
+    let cell = cell(WHOLE).unwrap();
+    assert_eq!(cell.obstacle.len(), 3);
+    assert_eq!(cell.obstacle[0].size.numbers(), [1.2, 0.8, 0.05]);
+    assert_eq!(cell.obstacle[1].size.numbers(), [0.1]);
+    assert_eq!(cell.obstacle[2].size, Size::None);
+    assert_eq!(cell.obstacle[1].stiffness, None);
+    assert_eq!(
+        cell.tool.as_ref().map(|tool| tool.shape),
+        Some(Shape::Cylinder)
+    );
+    assert_eq!(cell.safety_plane[0].mode, PlaneMode::Both);
+    assert_eq!(cell.safety_plane[1].mode, PlaneMode::Normal);
+    assert_eq!(
+        cell.limits.joint_speed,
+        Some([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+    );
+    assert_eq!(cell.wrench[0].frame, LoadFrame::Tool);
+    assert_eq!(cell.conveyor[1].start_at, 0.0);
+    assert_eq!(cell.wire[0].to.group, Group::ConfigurableDigital);
+    assert_eq!(cell.input[1].value, PointValue::Number(4.5));
+    assert_eq!(cell.modbus[0].port, 5021);
+}
+
+#[test]
+fn what_is_not_simulated_yet_is_refused_by_name() {
+    assert_eq!(
+        refused(WHOLE),
+        "c.toml: [[obstacle]], [tool], [[safety_plane]], [sensor], [[wrench]], [[conveyor]], [[wire]], [[input]], \
+         [[serial]], [[modbus]], tcp_force in [limits] are not available yet; leave them out"
+    );
+    assert_eq!(
+        refused("[sensor]\nforce_noise = 1"),
+        "c.toml: [sensor] is not available yet; leave it out"
+    );
+}
+
+#[test]
+fn limits_and_the_text_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cell.toml");
+    let text = "[limits]\ntcp_speed = 0.5\njoint_speed = [1, 1, 1, 2, 2, 2]\n[sensor]\n";
+    std::fs::write(&path, text).unwrap();
+    let cell = Cell::load(&path).unwrap();
+    assert_eq!(cell.text(), text);
+    let expected = LimitOverrides {
+        tcp_speed: Some(0.5),
+        joint_speed: Some(JointSpeeds([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])),
+        ..LimitOverrides::default()
+    };
+    assert_eq!(cell.limits(), expected);
+    let missing = Cell::load(&folder.path().join("x.toml")).unwrap_err();
+    assert!(
+        missing
+            .to_string()
+            .starts_with("cannot read the cell file ")
+    );
+}
+
+#[test]
+fn each_mistake_has_one_sentence_that_names_the_key() {
+    let obstacle =
+        |lines: &str| format!("[[obstacle]]\nname = \"a\"\npose = [0, 0, 0, 0, 0, 0]\n{lines}");
+    let mistakes = [
+        "[table]\nx = 1".to_owned(),
+        "[limits]\njoint_sped = [1, 1, 1, 1, 1, 1]".to_owned(),
+        "[limits]\njoint_speed = [1, 1, 1, 1, 1]".to_owned(),
+        "[limits]\njoint_speed = 1".to_owned(),
+        "[limits]\ntcp_speed = \"fast\"".to_owned(),
+        "[limits\n".to_owned(),
+        "[[obstacle]]\nshape = \"box\"".to_owned(),
+        obstacle("shape = \"cube\""),
+        obstacle("shape = \"box\"\nsize = 1"),
+        obstacle("shape = \"box\"\nsize = \"big\""),
+        obstacle("shape = \"plane\"\nsize = [1]"),
+        obstacle("shape = \"sphere\"\nsize = -1"),
+        obstacle("shape = \"sphere\"\nsize = nan"),
+        obstacle("shape = \"plane\"\nstiffness = 0"),
+        obstacle("shape = \"plane\"\nfriction = -0.1"),
+        format!("{}\n{}", obstacle("shape = \"plane\""), obstacle("shape = \"plane\"")),
+        "[tool]\nshape = \"plane\"\npose = [0, 0, 0, 0, 0, 0]".to_owned(),
+        "[[safety_plane]]\nname = \"p\"\npoint = [0, 0, 0]\nnormal = [0, 0, 0]".to_owned(),
+        "[[safety_plane]]\nname = \"p\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nci_pair = 4".to_owned(),
+        "[[wrench]]\nat = -1\nduration = 1\nwrench = [0, 0, 0, 0, 0, 0]".to_owned(),
+        "[[conveyor]]\nencoder = 2\nspeed = 1".to_owned(),
+        "[[conveyor]]\nencoder = 0\nspeed = 1\ndirection = [1, 0, 0]".to_owned(),
+        "[[wire]]\nfrom = \"standard_digital_in[0]\"\nto = \"standard_digital_in[1]\"".to_owned(),
+        "[[wire]]\nfrom = \"standard_digital_out[0]\"\nto = \"standard_analog_in[1]\"".to_owned(),
+        "[[wire]]\nfrom = \"standard_digital_out[99]\"\nto = \"standard_digital_in[1]\"".to_owned(),
+        "[[input]]\nat = 0\nset = \"standard_digital_in[0]\"\nvalue = 1.5".to_owned(),
+        "[[input]]\nat = 0\nset = \"standard_analog_in[0]\"\nvalue = true".to_owned(),
+        "[[serial]]\nport = \"usb\"\ndevice = \"x\"".to_owned(),
+        "[[modbus]]\nIP = \"x\"\nslave_number = 1\nsignal_address = 0\nsignal_type = 4\nsignal_name = \"a\"".to_owned(),
+    ];
+    let sentences = mistakes.map(|text| cell(&text).unwrap_err().to_string());
+    insta::assert_snapshot!(sentences.join("\n"));
+}

@@ -1,0 +1,370 @@
+//! What users type: commands, options and their help texts.
+//!
+//! Owns the shape of the command line only. Options keep "not given" apart from "given", so that [`crate::config`] can
+//! put a flag over the configuration file over the default; the defaults are written there, the texts here name them.
+
+use std::net::IpAddr;
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::options::{
+    ClockChoice, Home, LogFormat, ModelChoice, PayloadChoice, Permission, PlantChoice, PortSetting,
+    RecordTarget, StepMillis, Tcp,
+};
+
+/// An open controller for Elite Robots CS arms, with a simulated arm.
+///
+/// Without a command it starts the controller, as `serve` does.
+#[derive(Debug, Parser)]
+#[command(name = "eliteserver", version, args_conflicts_with_subcommands = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    serve: ServeArgs,
+}
+
+impl Cli {
+    /// The command; no command means `serve`.
+    pub fn into_command(self) -> Command {
+        self.command
+            .unwrap_or_else(|| Command::Serve(Box::new(self.serve)))
+    }
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Start the controller: every service, one simulated arm. Ends with SIGINT or SIGTERM
+    Serve(Box<ServeArgs>),
+    /// Run one script to its end without opening ports. Exit status: 0 ended, 1 failed, 2 does not compile
+    Run(Box<RunArgs>),
+    /// Parse and check scripts without running them. Exit status: 0 clean, 1 findings, 2 unreadable
+    Check(CheckArgs),
+    /// Read a recording: a summary, a state, a table, or run it again
+    Replay(ReplayArgs),
+    /// List every builtin function of the script language
+    Builtins(BuiltinsArgs),
+    /// Wait until a server answers. Exit status: 0 it does, 1 it did not in time
+    Wait(WaitArgs),
+}
+
+/// Options of logging.
+#[derive(Args, Clone, Debug, Default)]
+pub struct LogArgs {
+    /// Log lines on stderr for people (text) or machines (json) [default: text]. RUST_LOG filters them
+    #[arg(long, value_name = "text|json")]
+    pub log_format: Option<LogFormat>,
+}
+
+/// Options of `serve` and `run`.
+#[derive(Args, Clone, Debug, Default)]
+pub struct SharedArgs {
+    /// A TOML file whose keys are the names of these options; options given here come first
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// The arm: cs63, cs66, cs612, cs616, cs620, cs625, or the path of a URDF file [default: cs66]
+    #[arg(long)]
+    pub model: Option<ModelChoice>,
+    /// A TOML file that says what stands around the arm [default: nothing]
+    #[arg(long, value_name = "FILE")]
+    pub cell: Option<PathBuf>,
+    /// Wall time, or simulated time as fast as the machine can [default: realtime for serve, virtual for run]
+    #[arg(long, value_name = "realtime|virtual")]
+    pub clock: Option<ClockChoice>,
+    /// Length of a control cycle, 1 to 8 ms [default: 4]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    pub step_ms: Option<StepMillis>,
+    /// Rigid bodies with contact, or an arm that is always where it should be [default: rigid]
+    #[arg(long, value_name = "rigid|ideal")]
+    pub plant: Option<PlantChoice>,
+    /// Folder of the task files; names in scripts and commands cannot leave it [default: ./tasks]
+    #[arg(long, value_name = "PATH")]
+    pub task_dir: Option<PathBuf>,
+    /// The recording of every cycle [default: a new file in ./recordings for serve, off for run]
+    #[arg(long, value_name = "PATH|off")]
+    pub record: Option<RecordTarget>,
+    /// Tool centre point from the flange, m and rad [default: 0,0,0,0,0,0]
+    #[arg(long, value_name = "x,y,z,rx,ry,rz", allow_hyphen_values = true)]
+    pub tcp: Option<Tcp>,
+    /// Payload and its centre of gravity, kg and m [default: 0]
+    #[arg(long, value_name = "kg[,cx,cy,cz]", allow_hyphen_values = true)]
+    pub payload: Option<PayloadChoice>,
+    /// Joint positions at start, rad [default: 0,-1.5708,1.5708,-1.5708,-1.5708,0]
+    #[arg(long, value_name = "q1,…,q6", allow_hyphen_values = true)]
+    pub home: Option<Home>,
+    /// Seed of random() and of every simulated noise [default: 0]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// What scripts may reach beyond the robot; repeat it for more, the list replaces the default [default: net]
+    #[arg(long, value_name = "fs|process|env|net")]
+    pub allow: Option<Vec<Permission>>,
+    /// Folder for the log files that the vendor's controller writes [default: not written]
+    #[arg(long, value_name = "PATH")]
+    pub log_dir: Option<PathBuf>,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub log: LogArgs,
+}
+
+/// Options of `serve`.
+#[derive(Args, Clone, Debug, Default)]
+pub struct ServeArgs {
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub shared: SharedArgs,
+    /// Address that every port listens on [default: 127.0.0.1]
+    #[arg(long, value_name = "ADDR")]
+    pub bind: Option<IpAddr>,
+    /// Scripts in, robot state out; 0: any free port, off: not started [default: 30001]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
+    pub primary_port: Option<PortSetting>,
+    /// Statements for interpreter mode [default: 30020]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
+    pub interpreter_port: Option<PortSetting>,
+    /// Cyclic data in both directions [default: 30004]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
+    pub rtsi_port: Option<PortSetting>,
+    /// One-line commands of the dashboard [default: 29999]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
+    pub dashboard_port: Option<PortSetting>,
+    /// The controller's own Modbus server [default: 5020]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
+    pub modbus_port: Option<PortSetting>,
+    /// Health and metrics [default: 8080]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
+    pub http_port: Option<PortSetting>,
+    /// Live data for the Foxglove app, read-only [default: off]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
+    pub foxglove_port: Option<PortSetting>,
+    /// Where to write process id and ports as JSON once every port listens
+    #[arg(long, value_name = "PATH")]
+    pub ready_file: Option<PathBuf>,
+    /// Start with the power off and the brakes engaged, as a real controller does
+    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
+    pub powered_off: Option<bool>,
+    /// Start with remote control off: scripts on the primary port are refused
+    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
+    pub local: Option<bool>,
+}
+
+/// Options of `run`.
+#[derive(Args, Clone, Debug, Default)]
+pub struct RunArgs {
+    /// The script; - reads it from stdin
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub shared: SharedArgs,
+}
+
+/// How findings are printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum FindingFormat {
+    /// With the source line and a caret.
+    #[default]
+    Human,
+    /// One JSON object a line.
+    Json,
+}
+
+/// Options of `check`.
+#[derive(Args, Clone, Debug)]
+pub struct CheckArgs {
+    /// The scripts; - reads stdin
+    #[arg(value_name = "FILE", required = true)]
+    pub files: Vec<PathBuf>,
+    /// For people, or one JSON object a finding
+    #[arg(long, value_enum, default_value_t)]
+    pub format: FindingFormat,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub log: LogArgs,
+}
+
+/// How lists are printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ListFormat {
+    /// Columns.
+    #[default]
+    Table,
+    /// One JSON array.
+    Json,
+}
+
+/// Options of `builtins`.
+#[derive(Args, Clone, Debug)]
+pub struct BuiltinsArgs {
+    /// Columns for people, or a JSON array
+    #[arg(long, value_enum, default_value_t)]
+    pub format: ListFormat,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub log: LogArgs,
+}
+
+/// Options of `replay`; without any of them a summary is printed.
+#[derive(Args, Clone, Debug)]
+pub struct ReplayArgs {
+    /// The recording
+    #[arg(value_name = "FILE.mcap")]
+    pub file: PathBuf,
+    /// Print the state at this time, s
+    #[arg(long, value_name = "T", group = "what")]
+    pub at: Option<f64>,
+    /// Print a topic as a table with one header line
+    #[arg(long, value_name = "TOPIC", group = "what")]
+    pub csv: Option<String>,
+    /// Draw joint positions, speeds, torques and force over time
+    #[arg(long, value_name = "OUT.png", group = "what")]
+    pub plot: Option<PathBuf>,
+    /// Send the recording through the ports, as if live
+    #[arg(long, group = "what")]
+    pub serve: bool,
+    /// Run the recorded commands on a fresh controller and compare. Exit status 1 if a cycle differs
+    #[arg(long, group = "what")]
+    pub rerun: bool,
+    /// Speed of --serve, 1 is as recorded
+    #[arg(long, value_name = "X", requires = "serve", default_value_t = 1.0)]
+    pub rate: f64,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub log: LogArgs,
+}
+
+/// Options of `wait`.
+#[derive(Args, Clone, Debug)]
+pub struct WaitArgs {
+    /// The primary port of the server
+    #[arg(long, default_value_t = crate::config::PRIMARY_PORT)]
+    pub port: u16,
+    /// How long to wait, s
+    #[arg(long, value_name = "S", default_value = "10", value_parser = seconds, allow_negative_numbers = true)]
+    pub timeout: std::time::Duration,
+    /// Where the server runs
+    #[arg(long, value_name = "ADDR", default_value = "127.0.0.1")]
+    pub host: IpAddr,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub log: LogArgs,
+}
+
+/// A time in seconds, not negative and at most a day.
+fn seconds(text: &str) -> Result<std::time::Duration, String> {
+    match text.parse() {
+        Ok(secs) if (0.0..=86_400.0).contains(&secs) => {
+            Ok(std::time::Duration::from_secs_f64(secs))
+        }
+        _ => Err("allowed are seconds from 0 to 86400".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn parse(line: &str) -> Result<Command, clap::Error> {
+        Cli::try_parse_from(line.split_whitespace()).map(Cli::into_command)
+    }
+
+    fn serve_args(line: &str) -> ServeArgs {
+        match parse(line).unwrap() {
+            Command::Serve(args) => *args,
+            other => panic!("{line}: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_declaration_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn no_command_means_serve_with_the_same_options() {
+        for line in [
+            "eliteserver --model cs63 --primary-port 0 --powered-off",
+            "eliteserver serve --model cs63 --primary-port 0 --powered-off",
+        ] {
+            let args = serve_args(line);
+            assert_eq!(args.shared.model, Some(ModelChoice::BuiltIn("cs63")));
+            assert_eq!(args.primary_port, Some(PortSetting::Any));
+            assert_eq!(args.powered_off, Some(true));
+            assert_eq!(args.local, None);
+        }
+    }
+
+    #[test]
+    fn options_take_negative_numbers_both_ways() {
+        let expected = [-0.3, -1.57, 1.57, -1.57, -1.57, 0.0];
+        for line in [
+            "eliteserver run x.script --home -0.3,-1.57,1.57,-1.57,-1.57,0",
+            "eliteserver run --home=-0.3,-1.57,1.57,-1.57,-1.57,0 x.script",
+        ] {
+            let Command::Run(args) = parse(line).unwrap() else {
+                panic!("{line}")
+            };
+            assert_eq!(args.shared.home.unwrap().0.0, expected, "{line}");
+            assert_eq!(args.file, PathBuf::from("x.script"));
+        }
+        let args = serve_args("eliteserver --tcp -0.1,0,0,0,0,-3 --payload 1,-0.1,0,0");
+        assert_eq!(args.shared.tcp.unwrap().0.xyz[0], -0.1);
+        assert_eq!(args.shared.payload.unwrap().0.cog[0], -0.1);
+    }
+
+    #[test]
+    fn a_script_can_come_from_stdin() {
+        let Command::Run(args) = parse("eliteserver run -").unwrap() else {
+            panic!()
+        };
+        assert_eq!(args.file, PathBuf::from("-"));
+    }
+
+    #[test]
+    fn allow_is_repeatable() {
+        let args = serve_args("eliteserver --allow fs --allow net");
+        assert_eq!(
+            args.shared.allow,
+            Some(vec![Permission::Fs, Permission::Net])
+        );
+    }
+
+    #[test]
+    fn a_bad_value_names_option_value_and_what_is_allowed_and_exits_with_2() {
+        for (line, words) in [
+            ("eliteserver --step-ms 9", ["--step-ms", "'9'", "1 to 8"]),
+            ("eliteserver --step-ms -1", ["--step-ms", "'-1'", "1 to 8"]),
+            ("eliteserver --rtsi-port on", ["--rtsi-port", "'on'", "off"]),
+            (
+                "eliteserver run x --allow all",
+                ["--allow", "'all'", "fs, process, env and net"],
+            ),
+            (
+                "eliteserver --home --tcp",
+                ["--home", "'--tcp'", "six joint positions"],
+            ),
+            (
+                "eliteserver wait --timeout -1",
+                ["--timeout", "'-1'", "0 to 86400"],
+            ),
+        ] {
+            let error = parse(line).unwrap_err();
+            assert_eq!(error.exit_code(), 2, "{line}");
+            let text = error.to_string();
+            for word in words {
+                assert!(text.contains(word), "{line}: {text} lacks {word}");
+            }
+        }
+    }
+
+    #[test]
+    fn check_needs_a_file_and_replay_takes_one_question() {
+        assert!(parse("eliteserver check").is_err());
+        assert!(parse("eliteserver check a b --format json").is_ok());
+        assert!(parse("eliteserver replay x.mcap --rerun --csv /cycle").is_err());
+        assert!(parse("eliteserver replay x.mcap --serve --rate 2").is_ok());
+        assert!(parse("eliteserver replay x.mcap --rate 2").is_err());
+    }
+}

@@ -1,0 +1,79 @@
+//! `eliteserver check`: parses and checks scripts without running them.
+
+use std::io::Read;
+use std::path::Path;
+
+use elite_lang::{Diagnostic, KnownNames, SourceFile};
+use serde_json::json;
+
+use crate::cli::{CheckArgs, FindingFormat};
+use crate::commands::run::SCRIPT_BYTES_MAX;
+
+/// Exit status: 0 clean, 1 findings, 2 unreadable.
+pub fn check(args: &CheckArgs) -> u8 {
+    let known = KnownNames::new(elite_runtime::builtins::all().map(|b| b.name));
+    let mut status = 0;
+    for path in &args.files {
+        match read_script(path) {
+            Ok(text) => {
+                let file = SourceFile::new(display_name(path), text);
+                let findings = elite_lang::check(file.clone(), &known);
+                for finding in &findings {
+                    print!("{}", render(finding, &file, args.format));
+                }
+                if !findings.is_empty() {
+                    status = status.max(1);
+                }
+            }
+            Err(sentence) => {
+                eprintln!("eliteserver: {sentence}");
+                status = 2;
+            }
+        }
+    }
+    status
+}
+
+fn render(finding: &Diagnostic, file: &SourceFile, format: FindingFormat) -> String {
+    match format {
+        FindingFormat::Human => elite_lang::render_human(finding, file, false),
+        FindingFormat::Json => {
+            let fields = finding.fields(file);
+            let object = json!({
+                "file": fields.file,
+                "line": fields.line,
+                "column": fields.column,
+                "end_line": fields.end_line,
+                "end_column": fields.end_column,
+                "code": fields.code,
+                "message": fields.message,
+                "help": fields.help,
+            });
+            format!("{object}\n")
+        }
+    }
+}
+
+/// The name of a script in messages.
+pub fn display_name(path: &Path) -> String {
+    if path == Path::new("-") { "<stdin>".to_owned() } else { path.display().to_string() }
+}
+
+/// Reads a script, `-` from stdin; the error is a sentence.
+pub fn read_script(path: &Path) -> Result<String, String> {
+    let mut bytes = Vec::new();
+    let limit = SCRIPT_BYTES_MAX as u64 + 1;
+    let read = if path == Path::new("-") {
+        std::io::stdin().lock().take(limit).read_to_end(&mut bytes)
+    } else {
+        std::fs::File::open(path).and_then(|file| file.take(limit).read_to_end(&mut bytes))
+    };
+    let name = display_name(path);
+    read.map_err(|error| format!("cannot read the script {name}: {error}"))?;
+    if bytes.len() > SCRIPT_BYTES_MAX {
+        return Err(format!("the script {name} is larger than the {} MiB allowed", SCRIPT_BYTES_MAX >> 20));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        format!("the script {name} is not UTF-8 text (byte {} is not)", error.utf8_error().valid_up_to() + 1)
+    })
+}

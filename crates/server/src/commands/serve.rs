@@ -1,0 +1,130 @@
+//! `eliteserver serve`: the controller with its ports, until SIGINT or SIGTERM.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use io_bus::PortImage;
+use thiserror::Error;
+use tokio::net::TcpListener;
+use tokio_util::sync::CancellationToken;
+
+use crate::announce::Console;
+use crate::backend::Backend;
+use crate::config::ServeConfig;
+use crate::controller::{Controller, StartError};
+use crate::ports::listen::{BindError, PortMeter, bind};
+use crate::ports::{http, interpreter, modbus, primary};
+use crate::{ready_file, shutdown};
+
+/// What kept the server from starting.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ServeError {
+    /// The controller.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// A port.
+    #[error(transparent)]
+    Bind(#[from] BindError),
+    /// The ready file.
+    #[error("cannot write the ready file {}: {source}", path.display())]
+    ReadyFile {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Threads or signals.
+    #[error("the operating system refused what a server needs: {0}")]
+    System(#[from] std::io::Error),
+}
+
+/// Serves until a signal. Exit status 0 when everything was flushed, 1 when the recording was cut short.
+///
+/// # Errors
+/// What kept the server from starting.
+pub fn serve(config: &ServeConfig) -> Result<u8, ServeError> {
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
+    for option in &config.not_available {
+        tracing::warn!("{option}: this service is not available in this version, it is not started");
+    }
+    // Ports first: a port in use must not leave an empty recording behind.
+    let listeners = runtime.block_on(open_ports(config))?;
+    let controller = Controller::start(&config.robot, Console::Log, config.powered_off)?;
+    let served = runtime.block_on(serve_ports(config, &controller, listeners));
+    // The ports are closed; a program that still runs has been told to stop.
+    runtime.block_on(controller.supervisor().ended());
+    let flushed = controller.shut_down();
+    served?;
+    Ok(u8::from(!flushed))
+}
+
+/// One entry a service, in the order of the ready file.
+type Listeners = Vec<(&'static str, Option<TcpListener>)>;
+
+async fn open_ports(config: &ServeConfig) -> Result<Listeners, BindError> {
+    let mut listeners = Vec::new();
+    for (name, option, setting) in config.ports.list() {
+        listeners.push((name, bind(option, config.bind, setting).await?));
+    }
+    Ok(listeners)
+}
+
+async fn serve_ports(
+    config: &ServeConfig,
+    controller: &Controller,
+    listeners: Listeners,
+) -> Result<(), ServeError> {
+    let token = CancellationToken::new();
+    shutdown::on_signals(token.clone())?;
+    let hub = primary::Hub::default();
+    let backend = Arc::new(Backend::new(controller, hub.clone(), !config.local));
+    let forwarding = tokio::spawn(crate::backend::forward_messages(
+        controller.announcer().subscribe(),
+        backend.clone(),
+        token.clone(),
+    ));
+
+    let image = Arc::new(PortImage::default());
+    let mut services = tokio::task::JoinSet::new();
+    let mut bound = Vec::new();
+    let meters: Vec<PortMeter> =
+        listeners.iter().filter(|(_, l)| l.is_some()).map(|(name, _)| PortMeter::new(name)).collect();
+    for (name, listener) in listeners {
+        let port = match &listener {
+            Some(listener) => Some(listener.local_addr()?.port()),
+            None => None,
+        };
+        bound.push((name, port));
+        let (Some(listener), Some(meter)) = (listener, meters.iter().find(|m| m.name() == name).cloned())
+        else {
+            continue;
+        };
+        let (backend, token) = (backend.clone(), token.clone());
+        match name {
+            "primary" => services.spawn(primary::serve(listener, backend, hub.clone(), meter, token)),
+            "interpreter" => services.spawn(interpreter::serve(listener, backend, meter, token)),
+            "http" => services.spawn(http::serve(listener, backend, meters.clone(), meter, token)),
+            "modbus" => services.spawn(modbus::serve(listener, image.clone(), meter, token)),
+            other => unreachable!("{other} is off until it exists, see ServeConfig::load"),
+        };
+    }
+    for (name, port) in &bound {
+        if let Some(port) = port {
+            tracing::info!("{name} on {}:{port}", config.bind);
+        }
+    }
+    if let Some(path) = controller.recording_path() {
+        tracing::info!("recording into {}", path.display());
+    }
+    if let Some(path) = &config.ready_file {
+        ready_file::write(path, std::process::id(), &bound)
+            .map_err(|source| ServeError::ReadyFile { path: path.clone(), source })?;
+    }
+
+    token.cancelled().await;
+    controller.supervisor().stop();
+    while services.join_next().await.is_some() {}
+    forwarding.abort();
+    Ok(())
+}

@@ -1,0 +1,477 @@
+//! The settings of a run: options over the configuration file over the defaults.
+//!
+//! Owns the defaults, the TOML keys and the sentences about what is wrong. Reads the configuration file; opens nothing
+//! else. Relative paths, in the file as on the command line, count from the current directory.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use kinematics::{JointPositions, Payload, RpyPose};
+
+use thiserror::Error;
+
+use crate::cli::{RunArgs, ServeArgs, SharedArgs};
+use crate::options::{
+    ClockChoice, LogFormat, ModelChoice, Permission, PlantChoice, PortSetting, RecordTarget,
+    StepMillis,
+};
+
+/// The default of `--primary-port`.
+pub const PRIMARY_PORT: u16 = 30001;
+
+/// Why there are no settings. Each is one sentence and ends the program with exit status 2.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("cannot read the configuration file {}: {source}", path.display())]
+    Unreadable {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is not TOML.
+    #[error("{} line {line} is not TOML: {message}", path.display())]
+    Syntax {
+        /// Which file.
+        path: PathBuf,
+        /// Line from 1.
+        line: usize,
+        /// What the parser says.
+        message: String,
+    },
+    /// A key that does not exist.
+    #[error("{} has an unknown key `{key}`; the keys are {}", path.display(), allowed.join(", "))]
+    UnknownKey {
+        /// Which file.
+        path: PathBuf,
+        /// The key.
+        key: String,
+        /// Every key there is.
+        allowed: Vec<&'static str>,
+    },
+    /// A key that is given twice, as `step-ms` and `step_ms`.
+    #[error("{} gives `{key}` twice", path.display())]
+    Twice {
+        /// Which file.
+        path: PathBuf,
+        /// The key.
+        key: String,
+    },
+    /// A value that a key does not take.
+    #[error("{}: `{key}` is {given}; {allowed}", path.display())]
+    BadValue {
+        /// Which file.
+        path: PathBuf,
+        /// The key.
+        key: String,
+        /// The value as written.
+        given: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// Two services on one port.
+    #[error("{first} and {second} are both {port}; every service needs a port of its own")]
+    SamePort {
+        /// One option.
+        first: &'static str,
+        /// The other.
+        second: &'static str,
+        /// The port.
+        port: u16,
+    },
+    /// Asked for something that this version cannot do.
+    #[error("{option} {given}: {what} not available yet; leave the option out")]
+    NotAvailable {
+        /// The option.
+        option: &'static str,
+        /// Its value.
+        given: String,
+        /// The feature and its verb.
+        what: &'static str,
+    },
+}
+
+/// Settings of `serve` and `run`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotConfig {
+    /// Which arm.
+    pub model: ModelChoice,
+    /// The cell file.
+    pub cell: Option<PathBuf>,
+    /// What a second is.
+    pub clock: ClockChoice,
+    /// Length of a control cycle.
+    pub step: StepMillis,
+    /// How the arm is simulated.
+    pub plant: PlantChoice,
+    /// Folder of the task files.
+    pub task_dir: PathBuf,
+    /// Where the recording goes.
+    pub record: RecordTarget,
+    /// TCP relative to the flange.
+    pub tcp: RpyPose,
+    /// What hangs on the flange.
+    pub payload: Payload,
+    /// Joint positions at start.
+    pub home: JointPositions,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// What scripts may reach beyond the robot.
+    pub allow: BTreeSet<Permission>,
+    /// Folder of the vendor's log files.
+    pub log_dir: Option<PathBuf>,
+    /// How log lines look.
+    pub log_format: LogFormat,
+}
+
+/// One setting a service, in the order in which ports are opened and listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PortSettings {
+    /// Scripts in, state out.
+    pub primary: PortSetting,
+    /// Interpreter mode.
+    pub interpreter: PortSetting,
+    /// Cyclic data.
+    pub rtsi: PortSetting,
+    /// Dashboard commands.
+    pub dashboard: PortSetting,
+    /// The controller's own Modbus server.
+    pub modbus: PortSetting,
+    /// Health and metrics.
+    pub http: PortSetting,
+}
+
+impl PortSettings {
+    /// Name in the ready file, option and setting of every service.
+    pub const fn list(&self) -> [(&'static str, &'static str, PortSetting); 6] {
+        [
+            ("primary", "--primary-port", self.primary),
+            ("interpreter", "--interpreter-port", self.interpreter),
+            ("rtsi", "--rtsi-port", self.rtsi),
+            ("dashboard", "--dashboard-port", self.dashboard),
+            ("modbus", "--modbus-port", self.modbus),
+            ("http", "--http-port", self.http),
+        ]
+    }
+}
+
+/// Settings of `serve`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ServeConfig {
+    /// The robot.
+    pub robot: RobotConfig,
+    /// Address that every port listens on.
+    pub bind: IpAddr,
+    /// Which services listen where.
+    pub ports: PortSettings,
+    /// Options that ask for a service this version does not have.
+    pub not_available: Vec<&'static str>,
+    /// Where to write process id and ports.
+    pub ready_file: Option<PathBuf>,
+    /// Start with the power off.
+    pub powered_off: bool,
+    /// Start with remote control off.
+    pub local: bool,
+}
+
+/// Settings of `run`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunConfig {
+    /// The robot.
+    pub robot: RobotConfig,
+    /// The script, `-` for stdin.
+    pub file: PathBuf,
+}
+
+impl ServeConfig {
+    /// From what was typed and, if named there, the configuration file.
+    pub fn load(args: ServeArgs) -> Result<Self, ConfigError> {
+        let args = with_file(args)?;
+        let fixed =
+            |setting: Option<PortSetting>, number| setting.unwrap_or(PortSetting::Number(number));
+        // Clients of the whole controller ask for every port. One that does not exist yet is left out with a warning.
+        let missing = [("--rtsi-port", args.rtsi_port), ("--dashboard-port", args.dashboard_port)];
+        let asked_for = |setting| !matches!(setting, None | Some(PortSetting::Off));
+        let not_available = missing
+            .into_iter()
+            .filter_map(|(option, setting)| asked_for(setting).then_some(option))
+            .collect();
+        let ports = PortSettings {
+            primary: fixed(args.primary_port, PRIMARY_PORT),
+            interpreter: fixed(args.interpreter_port, 30020),
+            rtsi: PortSetting::Off,
+            dashboard: PortSetting::Off,
+            modbus: fixed(args.modbus_port, 5020),
+            http: fixed(args.http_port, 8080),
+        };
+        not_yet(
+            "--foxglove-port",
+            args.foxglove_port,
+            "live data for Foxglove is",
+        )?;
+        each_on_its_own(&ports)?;
+        Ok(Self {
+            robot: robot(
+                args.shared,
+                ClockChoice::Realtime,
+                RecordTarget::NewFileIn("recordings".into()),
+            ),
+            bind: args.bind.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST)),
+            ports,
+            not_available,
+            ready_file: args.ready_file,
+            powered_off: args.powered_off.unwrap_or(false),
+            local: args.local.unwrap_or(false),
+        })
+    }
+}
+
+impl RunConfig {
+    /// From what was typed and, if named there, the configuration file. Keys of `serve` may stand in the file: one file
+    /// can serve both; `run` opens no port and ignores them.
+    pub fn load(args: RunArgs) -> Result<Self, ConfigError> {
+        let shared = with_file(ServeArgs {
+            shared: args.shared,
+            ..ServeArgs::default()
+        })?
+        .shared;
+        Ok(Self {
+            robot: robot(shared, ClockChoice::Virtual, RecordTarget::Off),
+            file: args.file,
+        })
+    }
+}
+
+fn robot(args: SharedArgs, clock: ClockChoice, record: RecordTarget) -> RobotConfig {
+    RobotConfig {
+        model: args.model.unwrap_or(ModelChoice::BuiltIn("cs66")),
+        cell: args.cell,
+        clock: args.clock.unwrap_or(clock),
+        step: args.step_ms.unwrap_or(StepMillis::DEFAULT),
+        plant: args.plant.unwrap_or(PlantChoice::Rigid),
+        task_dir: args.task_dir.unwrap_or_else(|| "tasks".into()),
+        record: args.record.unwrap_or(record),
+        tcp: args.tcp.unwrap_or_default().0,
+        payload: args.payload.unwrap_or_default().0,
+        home: args.home.unwrap_or_default().0,
+        seed: args.seed.unwrap_or(0),
+        allow: args
+            .allow
+            .map_or(BTreeSet::from([Permission::Net]), BTreeSet::from_iter),
+        log_dir: args.log_dir,
+        log_format: args.log.log_format.unwrap_or_default(),
+    }
+}
+
+fn not_yet(
+    option: &'static str,
+    setting: Option<PortSetting>,
+    what: &'static str,
+) -> Result<PortSetting, ConfigError> {
+    match setting {
+        None | Some(PortSetting::Off) => Ok(PortSetting::Off),
+        Some(given) => Err(ConfigError::NotAvailable {
+            option,
+            given: given.to_string(),
+            what,
+        }),
+    }
+}
+
+fn each_on_its_own(ports: &PortSettings) -> Result<(), ConfigError> {
+    let mut taken = BTreeMap::new();
+    for (_, option, setting) in ports.list() {
+        if let PortSetting::Number(port) = setting
+            && let Some(first) = taken.insert(port, option)
+        {
+            return Err(ConfigError::SamePort {
+                first,
+                second: option,
+                port,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Every key of the file: the long names of the options of `serve`, `config` apart.
+const KEYS: [&str; 25] = [
+    "allow",
+    "bind",
+    "cell",
+    "clock",
+    "dashboard-port",
+    "foxglove-port",
+    "home",
+    "http-port",
+    "interpreter-port",
+    "local",
+    "log-dir",
+    "log-format",
+    "modbus-port",
+    "model",
+    "payload",
+    "plant",
+    "powered-off",
+    "primary-port",
+    "ready-file",
+    "record",
+    "rtsi-port",
+    "seed",
+    "step-ms",
+    "task-dir",
+    "tcp",
+];
+
+/// Fills what was not typed from the configuration file, if one is named.
+fn with_file(mut args: ServeArgs) -> Result<ServeArgs, ConfigError> {
+    let Some(path) = args.shared.config.take() else {
+        return Ok(args);
+    };
+    let text = match std::fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(source) => return Err(ConfigError::Unreadable { path, source }),
+    };
+    fill(&mut args, &path, &text)?;
+    Ok(args)
+}
+
+fn fill(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), ConfigError> {
+    let table: toml::Table = text
+        .parse()
+        .map_err(|e: toml::de::Error| ConfigError::Syntax {
+            path: path.to_owned(),
+            line: e.span().map_or(1, |span| line_of(text, span.start)),
+            message: e.message().replace('\n', ", "),
+        })?;
+    let mut seen = BTreeSet::new();
+    for (written, value) in &table {
+        // `step_ms` is as good as `step-ms`: both spellings are common in TOML.
+        let key = written.replace('_', "-");
+        if !seen.insert(key.clone()) {
+            return Err(ConfigError::Twice {
+                path: path.to_owned(),
+                key,
+            });
+        }
+        let entry = Entry {
+            path,
+            key: written,
+            value,
+        };
+        let shared = &mut args.shared;
+        match key.as_str() {
+            "allow" => entry.list(&mut shared.allow),
+            "bind" => entry.named(&mut args.bind, "allowed is an IP address"),
+            "cell" => entry.one(&mut shared.cell),
+            "clock" => entry.one(&mut shared.clock),
+            "dashboard-port" => entry.one(&mut args.dashboard_port),
+            "foxglove-port" => entry.one(&mut args.foxglove_port),
+            "home" => entry.one(&mut shared.home),
+            "http-port" => entry.one(&mut args.http_port),
+            "interpreter-port" => entry.one(&mut args.interpreter_port),
+            "local" => entry.named(&mut args.local, "allowed are true and false"),
+            "log-dir" => entry.one(&mut shared.log_dir),
+            "log-format" => entry.one(&mut shared.log.log_format),
+            "modbus-port" => entry.one(&mut args.modbus_port),
+            "model" => entry.one(&mut shared.model),
+            "payload" => entry.one(&mut shared.payload),
+            "plant" => entry.one(&mut shared.plant),
+            "powered-off" => entry.named(&mut args.powered_off, "allowed are true and false"),
+            "primary-port" => entry.one(&mut args.primary_port),
+            "ready-file" => entry.one(&mut args.ready_file),
+            "record" => entry.one(&mut shared.record),
+            "rtsi-port" => entry.one(&mut args.rtsi_port),
+            "seed" => entry.named(&mut shared.seed, "allowed are whole numbers from 0"),
+            "step-ms" => entry.one(&mut shared.step_ms),
+            "task-dir" => entry.one(&mut shared.task_dir),
+            "tcp" => entry.one(&mut shared.tcp),
+            _ => Err(ConfigError::UnknownKey {
+                path: path.to_owned(),
+                key: written.clone(),
+                allowed: KEYS.to_vec(),
+            }),
+        }?;
+    }
+    Ok(())
+}
+
+/// One `key = value` of the file.
+struct Entry<'a> {
+    path: &'a Path,
+    key: &'a str,
+    value: &'a toml::Value,
+}
+
+impl Entry<'_> {
+    /// Reads the value even where an option was typed: a mistake in the file is reported either way.
+    fn one<T: FromStr<Err: ToString>>(&self, slot: &mut Option<T>) -> Result<(), ConfigError> {
+        let value = self.parse(self.value)?;
+        slot.get_or_insert(value);
+        Ok(())
+    }
+
+    /// As `one`, for types whose own error does not say what is allowed.
+    fn named<T: FromStr>(&self, slot: &mut Option<T>, allowed: &str) -> Result<(), ConfigError> {
+        let text = text_of(self.value).ok_or_else(|| self.bad(self.value, allowed))?;
+        let value = text.parse().map_err(|_| self.bad(self.value, allowed))?;
+        slot.get_or_insert(value);
+        Ok(())
+    }
+
+    /// A list, or one value without brackets. An empty list is a list: nothing is allowed then.
+    fn list<T: FromStr<Err: ToString>>(
+        &self,
+        slot: &mut Option<Vec<T>>,
+    ) -> Result<(), ConfigError> {
+        let values = match self.value {
+            toml::Value::Array(items) => items.iter().map(|item| self.parse(item)).collect(),
+            single => self.parse(single).map(|value| vec![value]),
+        }?;
+        slot.get_or_insert(values);
+        Ok(())
+    }
+
+    fn parse<T: FromStr<Err: ToString>>(&self, value: &toml::Value) -> Result<T, ConfigError> {
+        let text = text_of(value)
+            .ok_or_else(|| self.bad(value, "a text, a number or a list of them is needed"))?;
+        text.parse()
+            .map_err(|e: T::Err| self.bad(value, &e.to_string()))
+    }
+
+    fn bad(&self, value: &toml::Value, allowed: &str) -> ConfigError {
+        ConfigError::BadValue {
+            path: self.path.to_owned(),
+            key: self.key.to_owned(),
+            given: value.to_string().replace('\n', " "),
+            allowed: allowed.to_owned(),
+        }
+    }
+}
+
+/// A value as it would be typed: lists are joined by commas.
+fn text_of(value: &toml::Value) -> Option<String> {
+    match value {
+        toml::Value::String(text) => Some(text.clone()),
+        toml::Value::Integer(number) => Some(number.to_string()),
+        toml::Value::Float(number) => Some(number.to_string()),
+        toml::Value::Boolean(flag) => Some(flag.to_string()),
+        toml::Value::Array(items) if !items.is_empty() => {
+            let parts: Option<Vec<_>> = items.iter().map(text_of).collect();
+            parts.map(|parts| parts.join(","))
+        }
+        _ => None,
+    }
+}
+
+/// The line, from 1, in which a byte stands.
+pub(crate) fn line_of(text: &str, byte: usize) -> usize {
+    1 + text.bytes().take(byte).filter(|b| *b == b'\n').count()
+}
+
+#[cfg(test)]
+mod tests;

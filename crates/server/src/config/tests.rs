@@ -1,0 +1,194 @@
+//! Precedence, every key, and the sentence for every mistake.
+
+#![allow(clippy::approx_constant, reason = "figures as documented")]
+
+use super::*;
+use crate::cli::{Cli, Command};
+use clap::{CommandFactory, Parser};
+
+fn typed(line: &str) -> ServeArgs {
+    match Cli::try_parse_from(line.split_whitespace())
+        .unwrap()
+        .into_command()
+    {
+        Command::Serve(args) => *args,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn serve(line: &str, toml: &str) -> Result<ServeConfig, ConfigError> {
+    let mut args = typed(line);
+    fill(&mut args, Path::new("e.toml"), toml)?;
+    ServeConfig::load(args)
+}
+
+#[test]
+fn defaults_are_those_of_the_contract() {
+    let config = serve("eliteserver", "").unwrap();
+    assert_eq!(config.robot.model, ModelChoice::BuiltIn("cs66"));
+    assert_eq!(config.robot.clock, ClockChoice::Realtime);
+    assert_eq!(config.robot.step, StepMillis::DEFAULT);
+    assert_eq!(config.robot.plant, PlantChoice::Rigid);
+    assert_eq!(config.robot.task_dir, PathBuf::from("tasks"));
+    assert_eq!(
+        config.robot.record,
+        RecordTarget::NewFileIn("recordings".into())
+    );
+    assert_eq!(
+        config.robot.home.0,
+        [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0]
+    );
+    assert_eq!(config.robot.seed, 0);
+    assert_eq!(config.robot.allow, BTreeSet::from([Permission::Net]));
+    assert_eq!(config.bind.to_string(), "127.0.0.1");
+    assert_eq!(config.ports.primary, PortSetting::Number(30001));
+    assert_eq!(config.ports.interpreter, PortSetting::Number(30020));
+    assert_eq!(config.ports.modbus, PortSetting::Number(5020));
+    assert_eq!(config.ports.http, PortSetting::Number(8080));
+    assert!(!config.powered_off && !config.local);
+
+    let run = RunConfig::load(RunArgs {
+        file: "x".into(),
+        ..RunArgs::default()
+    })
+    .unwrap();
+    assert_eq!(run.robot.clock, ClockChoice::Virtual);
+    assert_eq!(run.robot.record, RecordTarget::Off);
+}
+
+#[test]
+fn a_flag_comes_before_the_file_and_the_file_before_the_default() {
+    let config = serve(
+        "eliteserver --model cs63 --primary-port off --allow fs --local=false",
+        "model = 'cs620'\nstep-ms = 2\nprimary-port = 1\nhttp-port = 'off'\nallow = ['env', 'process']\nlocal = true",
+    )
+    .unwrap();
+    assert_eq!(config.robot.model, ModelChoice::BuiltIn("cs63"));
+    assert_eq!(config.robot.step.as_secs(), 0.002);
+    assert_eq!(config.ports.primary, PortSetting::Off);
+    assert_eq!(config.ports.http, PortSetting::Off);
+    assert_eq!(config.robot.allow, BTreeSet::from([Permission::Fs]));
+    assert!(!config.local);
+}
+
+#[test]
+fn every_key_is_read() {
+    let text = r#"
+        model = "./a.urdf"
+        cell = "cell.toml"
+        clock = "virtual"
+        step_ms = 8
+        plant = "ideal"
+        task-dir = "/t"
+        record = "out.mcap"
+        tcp = [0, 0, 0.1, 0, 0, -1.5]
+        payload = [2.5, 0, 0, 0.08]
+        home = "-1,0,0,0,0,1"
+        seed = 7
+        allow = ["fs", "net"]
+        log-dir = "logs"
+        log-format = "json"
+        bind = "0.0.0.0"
+        primary-port = 0
+        interpreter-port = "off"
+        rtsi-port = "off"
+        dashboard-port = "off"
+        modbus-port = 502
+        http-port = 80
+        foxglove-port = "off"
+        ready-file = "ready.json"
+        powered-off = true
+        local = true
+    "#;
+    let config = serve("eliteserver", text).unwrap();
+    assert_eq!(config.robot.model, ModelChoice::Urdf("./a.urdf".into()));
+    assert_eq!(config.robot.cell, Some("cell.toml".into()));
+    assert_eq!(config.robot.clock, ClockChoice::Virtual);
+    assert_eq!(config.robot.step.as_secs(), 0.008);
+    assert_eq!(config.robot.plant, PlantChoice::Ideal);
+    assert_eq!(config.robot.record, RecordTarget::File("out.mcap".into()));
+    assert_eq!(config.robot.tcp.to_array(), [0.0, 0.0, 0.1, 0.0, 0.0, -1.5]);
+    assert_eq!(config.robot.payload.mass, 2.5);
+    assert_eq!(config.robot.payload.cog.as_slice(), [0.0, 0.0, 0.08]);
+    assert_eq!(config.robot.home.0[0], -1.0);
+    assert_eq!(config.robot.seed, 7);
+    assert_eq!(config.robot.allow.len(), 2);
+    assert_eq!(config.robot.log_dir, Some("logs".into()));
+    assert_eq!(config.robot.log_format, LogFormat::Json);
+    assert_eq!(config.bind.to_string(), "0.0.0.0");
+    assert_eq!(config.ports.primary, PortSetting::Any);
+    assert_eq!(config.ports.interpreter, PortSetting::Off);
+    assert_eq!(config.ports.modbus, PortSetting::Number(502));
+    assert_eq!(config.ready_file, Some("ready.json".into()));
+    assert!(config.powered_off && config.local);
+    for key in KEYS {
+        assert!(
+            text.replace('_', "-").contains(key),
+            "{key} is not in this test"
+        );
+    }
+}
+
+#[test]
+fn the_keys_are_the_options() {
+    let command = Cli::command();
+    let mut options: Vec<_> = command
+        .get_arguments()
+        .filter_map(|a| a.get_long())
+        .filter(|name| !["config", "help", "version"].contains(name))
+        .collect();
+    options.sort_unstable();
+    assert_eq!(options, KEYS);
+}
+
+#[test]
+fn each_mistake_has_one_sentence_with_key_value_and_what_is_allowed() {
+    let sentence = |toml: &str| serve("eliteserver", toml).unwrap_err().to_string();
+    insta::assert_snapshot!(
+        [
+            "modell = 'cs66'",
+            "[robot]\nmodel = 'cs66'",
+            "model = 'cs99'",
+            "step-ms = 9",
+            "step-ms = 2.5",
+            "step-ms = 4\nstep_ms = 4",
+            "home = [0, 0, 0]",
+            "home = ['a', 0, 0, 0, 0, 0]",
+            "allow = ['all']",
+            "seed = -1",
+            "powered-off = 'yes'",
+            "bind = 'localhost'",
+            "http-port = 30001",
+            "rtsi-port = 30004",
+            "dashboard-port = 0",
+            "foxglove-port = 8765",
+            "model = \nx",
+        ]
+        .map(sentence)
+        .join("\n")
+    );
+}
+
+#[test]
+fn a_mistake_in_the_file_is_reported_even_where_a_flag_was_typed() {
+    assert!(serve("eliteserver --step-ms 2", "step-ms = 9").is_err());
+}
+
+#[test]
+fn an_unreadable_file_is_named() {
+    let error = ServeConfig::load(typed("eliteserver --config /nonexistent/e.toml")).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .starts_with("cannot read the configuration file /nonexistent/e.toml: "),
+        "{error}"
+    );
+}
+
+#[test]
+fn an_empty_list_of_permissions_allows_nothing() {
+    assert_eq!(
+        serve("eliteserver", "allow = []").unwrap().robot.allow,
+        BTreeSet::new()
+    );
+}

@@ -1,0 +1,408 @@
+//! The whole controller without its ports: arm, clock, recording, tasks, wired together and taken apart in order.
+//!
+//! Owns the threads (motion, pump, recorder) and the order in which they end. What `serve` adds are the ports.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{OnceLock, Weak, mpsc};
+use std::thread::{self, JoinHandle, Thread};
+use std::time::Duration;
+
+use elite_runtime::message::{Message, Observer, Severity};
+use elite_runtime::{ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
+use kinematics::{ModelError, RobotModel};
+use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
+use motion::virtual_time::{IdlePacer, VirtualTimeline};
+use motion::{Cycle, CycleConfig, PlantKind};
+use motion_api::{BorderSizes, Origin, SnapshotCell, Timeline, border};
+use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Setup};
+use thiserror::Error;
+use tokio_util::sync::CancellationToken;
+
+use crate::announce::{Announcer, Console};
+use crate::cell::{Cell, CellError};
+use crate::config::RobotConfig;
+use crate::options::{ClockChoice, ModelChoice, PlantChoice, RecordTarget};
+use crate::shutdown;
+
+/// How often the pump looks for events when no motion thread wakes it (virtual clock, nothing running).
+const IDLE_PUMP: Duration = Duration::from_millis(2);
+
+/// Simulated time zero of the virtual clock, ns since 1970: 2026-01-01T00:00:00Z.
+const VIRTUAL_EPOCH_NS: u64 = 1_767_225_600_000_000_000;
+
+/// What kept the controller from starting; each is a sentence for the person who typed the command.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum StartError {
+    /// The arm's description is not usable.
+    #[error("cannot use the model {model}: {source}")]
+    Model {
+        /// As given.
+        model: String,
+        /// Why.
+        source: ModelError,
+    },
+    /// The URDF file cannot be read.
+    #[error("cannot read the model {}: {source}", path.display())]
+    ModelFile {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The cell file is not usable.
+    #[error(transparent)]
+    Cell(#[from] CellError),
+    /// A setting does not fit the arm.
+    #[error(transparent)]
+    Settings(#[from] motion::ConfigError),
+    /// A payload the arm is not rated for.
+    #[error("--payload {mass} kg is more than the {rated} kg that {model} is rated for")]
+    Payload {
+        /// As given, kg.
+        mass: f64,
+        /// Allowed, kg.
+        rated: f64,
+        /// The arm.
+        model: String,
+    },
+    /// No recording.
+    #[error(transparent)]
+    Recording(#[from] RecordError),
+    /// The operating system gave no thread.
+    #[error("cannot start a thread: {0}")]
+    Thread(#[from] io::Error),
+}
+
+/// A running controller.
+pub struct Controller {
+    robot: Arc<Robot>,
+    supervisor: Supervisor,
+    announcer: Arc<Announcer>,
+    clock: Clock,
+    pump: Pump,
+    recorder: Option<Recorder>,
+    recording_path: Option<PathBuf>,
+}
+
+enum Clock {
+    Real(MotionThread),
+    Virtual(Option<IdlePacer>),
+}
+
+impl Controller {
+    /// Starts arm, clock, recording and the machinery for programs.
+    ///
+    /// # Errors
+    /// [`StartError`], in a sentence.
+    pub fn start(config: &RobotConfig, console: Console, powered_off: bool) -> Result<Self, StartError> {
+        let loaded = LoadedModel::open(&config.model)?;
+        let cell = config.cell.as_deref().map(Cell::load).transpose()?;
+        let cycle_config = cycle_config(config, &loaded, cell.as_ref(), powered_off)?;
+        let first = cycle_config.first_state();
+        let path = recording_path(&config.record);
+        let sizes = BorderSizes {
+            records: path.as_ref().and(BorderSizes::default().records),
+            ..BorderSizes::default()
+        };
+        let (motion_end, mut script_end) = border(sizes, &first);
+        let cycle = Cycle::new(cycle_config, motion_end)?;
+
+        let alarm = RecordingAlarm::default();
+        let (recorder, handle) = match (&path, script_end.records.take()) {
+            (Some(path), Some(records)) => {
+                let recorder_config = RecorderConfig {
+                    path: path.clone(),
+                    setup: setup(config, &loaded, cell.as_ref(), powered_off),
+                    model: loaded.model.clone(),
+                    notes_wait: config.clock == ClockChoice::Virtual,
+                    on_failure: alarm.clone().into_callback(),
+                };
+                let (recorder, handle) = Recorder::start(recorder_config, records)?;
+                (Some(recorder), handle)
+            }
+            _ => (None, RecorderHandle::off()),
+        };
+        let snapshot: Arc<SnapshotCell> = script_end.snapshot.clone();
+        let announcer = Arc::new(Announcer::new(handle, snapshot, console));
+        alarm.connect(&announcer);
+
+        let (pump, robot_for_pump) = Pump::start()?;
+        let (clock, timeline) = start_clock(config.clock, console, cycle, pump.thread())?;
+        let model = Arc::new(loaded.model);
+        let robot = Arc::new(Robot::new(model, script_end.into(), timeline, announcer.clone()));
+        // The pump waits for exactly this; it cannot have ended before.
+        let _ = robot_for_pump.send(Arc::clone(&robot));
+        let settings =
+            TaskSettings { robot: robot.clone(), observer: announcer.clone(), seed: config.seed };
+        Ok(Self {
+            robot,
+            supervisor: Supervisor::new(settings),
+            announcer,
+            clock,
+            pump,
+            recorder,
+            recording_path: path,
+        })
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> &Arc<Robot> {
+        &self.robot
+    }
+
+    /// Starts and stops programs.
+    pub fn supervisor(&self) -> &Supervisor {
+        &self.supervisor
+    }
+
+    /// Who tells everybody.
+    pub fn announcer(&self) -> &Arc<Announcer> {
+        &self.announcer
+    }
+
+    /// The file that is being recorded.
+    pub fn recording_path(&self) -> Option<&Path> {
+        self.recording_path.as_deref()
+    }
+
+    /// How well the motion thread meets its deadlines; all zeros under the virtual clock.
+    pub fn clock_meter(&self) -> ClockMeter {
+        match &self.clock {
+            Clock::Real(thread) => thread.meter(),
+            Clock::Virtual(_) => ClockMeter::default(),
+        }
+    }
+
+    /// Runs a program and waits for its end; SIGINT and SIGTERM stop it. `None`: it was refused.
+    ///
+    /// # Errors
+    /// The operating system gave no runtime or no signal handler.
+    pub fn run_to_end(&self, program: ProgramText) -> io::Result<Option<TaskEnd>> {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        runtime.block_on(async {
+            let signalled = CancellationToken::new();
+            shutdown::on_signals(signalled.clone())?;
+            // A refusal was reported to the observer.
+            let Ok(_) = self.supervisor.submit(program).await else { return Ok(None) };
+            tokio::select! {
+                end = self.supervisor.ended() => Ok(end),
+                () = signalled.cancelled() => {
+                    self.supervisor.stop();
+                    Ok(self.supervisor.ended().await)
+                }
+            }
+        })
+    }
+
+    /// Ends what runs, in order: motion, pump, recording. Programs must have ended. True when the recording was written
+    /// to its end.
+    pub fn shut_down(self) -> bool {
+        match self.clock {
+            Clock::Real(thread) => drop(thread.stop()),
+            Clock::Virtual(pacer) => drop(pacer),
+        }
+        self.robot.pump();
+        self.pump.stop();
+        let Some(recorder) = self.recorder else { return true };
+        match recorder.finish() {
+            Ok(totals) => {
+                tracing::debug!(?totals, "recording finished");
+                true
+            }
+            // Said when it happened; the recording is cut short, the program's result stands.
+            Err(_) => false,
+        }
+    }
+}
+
+/// A model with what the recording needs to build it again.
+struct LoadedModel {
+    model: RobotModel,
+    given: String,
+    urdf: Option<String>,
+}
+
+impl LoadedModel {
+    fn open(choice: &ModelChoice) -> Result<Self, StartError> {
+        let given = choice.to_string();
+        let (model, urdf) = match choice {
+            ModelChoice::BuiltIn(name) => (RobotModel::built_in(name), None),
+            ModelChoice::Urdf(path) => {
+                let text = std::fs::read_to_string(path)
+                    .map_err(|source| StartError::ModelFile { path: path.clone(), source })?;
+                (RobotModel::from_urdf(&text), Some(text))
+            }
+        };
+        let model = model.map_err(|source| StartError::Model { model: given.clone(), source })?;
+        for warning in model.warnings() {
+            tracing::warn!("model {given}: {warning}");
+        }
+        Ok(Self { model, given, urdf })
+    }
+}
+
+fn cycle_config(
+    config: &RobotConfig,
+    loaded: &LoadedModel,
+    cell: Option<&Cell>,
+    powered_off: bool,
+) -> Result<CycleConfig, StartError> {
+    if let Some(rated) = loaded.model.rated_payload_kg()
+        && config.payload.mass > rated
+    {
+        return Err(StartError::Payload {
+            mass: config.payload.mass,
+            rated,
+            model: loaded.model.name().to_owned(),
+        });
+    }
+    let limits = cell.map(Cell::limits).unwrap_or_default();
+    Ok(CycleConfig {
+        step_time: config.step.as_secs(),
+        home: config.home,
+        tcp: config.tcp,
+        payload: config.payload,
+        plant: match config.plant {
+            PlantChoice::Rigid => PlantKind::Rigid,
+            PlantChoice::Ideal => PlantKind::Ideal,
+        },
+        limits,
+        powered_off,
+        ..CycleConfig::new(loaded.model.clone())
+    })
+}
+
+fn setup(config: &RobotConfig, loaded: &LoadedModel, cell: Option<&Cell>, powered_off: bool) -> Setup {
+    let (clock, epoch_ns) = match config.clock {
+        ClockChoice::Virtual => ("virtual", VIRTUAL_EPOCH_NS),
+        ClockChoice::Realtime => ("realtime", unix_nanos()),
+    };
+    Setup {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        model: loaded.given.clone(),
+        urdf: loaded.urdf.clone(),
+        cell: cell.map(|cell| cell.text().to_owned()),
+        home: config.home,
+        tcp: config.tcp,
+        payload: config.payload,
+        step_time: config.step.as_secs(),
+        seed: config.seed,
+        plant: match config.plant {
+            PlantChoice::Rigid => "rigid".to_owned(),
+            PlantChoice::Ideal => "ideal".to_owned(),
+        },
+        clock: clock.to_owned(),
+        powered_off,
+        epoch_ns,
+    }
+}
+
+fn unix_nanos() -> u64 {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    since.map_or(0, |d| u64::try_from(d.as_nanos()).unwrap_or(u64::MAX))
+}
+
+/// Where the recording goes; a new file is named after the time of day, so that recordings sort by age.
+fn recording_path(target: &RecordTarget) -> Option<PathBuf> {
+    match target {
+        RecordTarget::Off => None,
+        RecordTarget::File(path) => Some(path.clone()),
+        RecordTarget::NewFileIn(folder) => {
+            let name = jiff::Timestamp::now().strftime("%Y-%m-%dT%H-%M-%S").to_string();
+            // Two servers started within a second must not write into one file.
+            Some(folder.join(format!("{name}-{}.mcap", std::process::id())))
+        }
+    }
+}
+
+fn start_clock(
+    choice: ClockChoice,
+    console: Console,
+    cycle: Cycle,
+    pump: Thread,
+) -> Result<(Clock, Arc<dyn Timeline>), StartError> {
+    match choice {
+        ClockChoice::Realtime => {
+            let options = RealtimeOptions { wake: vec![pump], ..RealtimeOptions::default() };
+            let thread = MotionThread::start(cycle, options)?;
+            for warning in thread.warnings() {
+                tracing::warn!("{warning}");
+            }
+            Ok((Clock::Real(thread), Arc::new(RealTimeline)))
+        }
+        ClockChoice::Virtual => {
+            let timeline = Arc::new(VirtualTimeline::new(cycle, Vec::new())?);
+            // `run` has exactly one task; before and after it nothing needs time to pass.
+            let pacer = match console {
+                Console::Log => Some(IdlePacer::start(timeline.clone())?),
+                Console::Stdout => None,
+            };
+            Ok((Clock::Virtual(pacer), timeline))
+        }
+    }
+}
+
+/// The thread that carries events from the motion thread to whoever waits for them.
+struct Pump {
+    thread: JoinHandle<()>,
+    ending: Arc<AtomicBool>,
+}
+
+impl Pump {
+    /// Starts the thread; it begins once it is given the robot.
+    fn start() -> io::Result<(Self, mpsc::Sender<Arc<Robot>>)> {
+        let ending = Arc::new(AtomicBool::new(false));
+        let (sender, receiver) = mpsc::channel::<Arc<Robot>>();
+        let told = ending.clone();
+        let thread = thread::Builder::new().name("pump".to_owned()).spawn(move || {
+            let Ok(robot) = receiver.recv() else { return };
+            while !told.load(Ordering::Acquire) {
+                robot.pump();
+                if robot.timeline().is_virtual() {
+                    thread::park_timeout(IDLE_PUMP);
+                } else {
+                    thread::park();
+                }
+            }
+        })?;
+        Ok((Self { thread, ending }, sender))
+    }
+
+    fn thread(&self) -> Thread {
+        self.thread.thread().clone()
+    }
+
+    fn stop(self) {
+        self.ending.store(true, Ordering::Release);
+        self.thread.thread().unpark();
+        // A panic of the pump was printed when it happened.
+        let _ = self.thread.join();
+    }
+}
+
+/// Says once, through the announcer, that the recording has stopped.
+#[derive(Clone, Default)]
+struct RecordingAlarm(Arc<OnceLock<Weak<Announcer>>>);
+
+impl RecordingAlarm {
+    fn connect(&self, announcer: &Arc<Announcer>) {
+        // Connected once, right after the announcer exists.
+        let _ = self.0.set(Arc::downgrade(announcer));
+    }
+
+    fn into_callback(self) -> Box<dyn FnOnce(&RecordError) + Send> {
+        Box::new(move |error| {
+            let text = format!("recording stopped, the robot goes on: {error}");
+            match self.0.get().and_then(Weak::upgrade) {
+                Some(announcer) => {
+                    announcer.message(&Message::log(Severity::Error, Origin::default(), text));
+                }
+                None => tracing::error!("{text}"),
+            }
+        })
+    }
+}

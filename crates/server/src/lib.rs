@@ -1,0 +1,19 @@
+//! Everything of the `eliteserver` binary, as a library so that its parts can be tested and fuzzed one by one.
+//!
+//! Wires the other crates together and owns what users meet: command line, configuration, ports. No other crate
+//! imports this one.
+
+pub mod announce;
+pub mod backend;
+pub mod cell;
+pub mod cli;
+pub mod commands;
+pub mod config;
+pub mod controller;
+pub mod logging;
+pub mod options;
+pub mod ports;
+pub mod ready_file;
+pub mod replay;
+pub mod shutdown;
+pub mod wait;

@@ -1,0 +1,48 @@
+//! Where log lines go: stderr, filtered by RUST_LOG, as text or JSON.
+
+use std::io::{IsTerminal, stderr};
+
+use thiserror::Error;
+use tracing_subscriber::EnvFilter;
+
+use crate::options::LogFormat;
+
+/// What is shown when RUST_LOG is not set.
+const DEFAULT_FILTER: &str = "info";
+
+/// Why there is no log. Each is one sentence.
+#[derive(Debug, Error)]
+pub enum LoggingError {
+    /// RUST_LOG is not a filter.
+    #[error("RUST_LOG is `{given}`: {reason}; an example is `warn,server::ports=debug`")]
+    Filter {
+        /// As set.
+        given: String,
+        /// What the parser says.
+        reason: String,
+    },
+    /// Set up twice: a fault of ours.
+    #[error("the log is set up already")]
+    Twice,
+}
+
+/// Sets up the log of the process. Call it once.
+pub fn init(format: LogFormat) -> Result<(), LoggingError> {
+    let filter = match std::env::var(EnvFilter::DEFAULT_ENV) {
+        Ok(given) if !given.trim().is_empty() => {
+            EnvFilter::try_new(&given).map_err(|error| LoggingError::Filter {
+                given,
+                reason: error.to_string(),
+            })?
+        }
+        _ => EnvFilter::new(DEFAULT_FILTER),
+    };
+    let log = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(stderr);
+    let ready = match format {
+        LogFormat::Text => log.with_ansi(stderr().is_terminal()).try_init(),
+        LogFormat::Json => log.json().flatten_event(true).try_init(),
+    };
+    ready.map_err(|_| LoggingError::Twice)
+}

@@ -1,0 +1,362 @@
+//! The values that options take: one text form each, the same on the command line and in the configuration file.
+//!
+//! Every type parses itself and says in one sentence what was wrong and what is allowed. Nothing here opens a file or
+//! a socket, and nothing knows which option a value belongs to.
+
+use core::fmt;
+use core::str::FromStr;
+use std::path::PathBuf;
+
+use kinematics::{JointPositions, Payload, RpyPose};
+
+/// Names of the built-in models.
+pub const MODEL_NAMES: [&str; 6] = ["cs63", "cs66", "cs612", "cs616", "cs620", "cs625"];
+
+/// Which arm.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ModelChoice {
+    /// One of [`MODEL_NAMES`].
+    BuiltIn(&'static str),
+    /// A URDF file.
+    Urdf(PathBuf),
+}
+
+impl FromStr for ModelChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if let Some(name) = MODEL_NAMES.iter().find(|n| n.eq_ignore_ascii_case(text)) {
+            return Ok(Self::BuiltIn(name));
+        }
+        let looks_like_a_path = text.contains(['/', '\\']) || text.ends_with(".urdf");
+        if looks_like_a_path {
+            return Ok(Self::Urdf(PathBuf::from(text)));
+        }
+        Err(format!(
+            "allowed are {} or the path of a URDF file (with a `/` in it, or ending in .urdf)",
+            MODEL_NAMES.join(", ")
+        ))
+    }
+}
+
+impl fmt::Display for ModelChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BuiltIn(name) => f.write_str(name),
+            Self::Urdf(path) => write!(f, "{}", path.display()),
+        }
+    }
+}
+
+/// What a second of the controller is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockChoice {
+    /// A second of the machine.
+    Realtime,
+    /// Simulated: as fast as the machine can.
+    Virtual,
+}
+
+impl FromStr for ClockChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "realtime" => Ok(Self::Realtime),
+            "virtual" => Ok(Self::Virtual),
+            _ => Err("allowed are realtime and virtual".to_owned()),
+        }
+    }
+}
+
+/// How the arm is simulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlantChoice {
+    /// Rigid bodies with contact.
+    Rigid,
+    /// The arm is always where it is told to be.
+    Ideal,
+}
+
+impl FromStr for PlantChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "rigid" => Ok(Self::Rigid),
+            "ideal" => Ok(Self::Ideal),
+            _ => Err("allowed are rigid and ideal".to_owned()),
+        }
+    }
+}
+
+/// Length of the control cycle in whole milliseconds, 1 to 8.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StepMillis(u8);
+
+impl StepMillis {
+    /// The default: 4 ms, RTSI's 250 Hz.
+    pub const DEFAULT: Self = Self(4);
+
+    /// In seconds.
+    pub fn as_secs(self) -> f64 {
+        f64::from(self.0) / 1000.0
+    }
+}
+
+impl FromStr for StepMillis {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            Ok(millis @ 1..=8) => Ok(Self(millis)),
+            _ => Err("allowed are whole milliseconds from 1 to 8".to_owned()),
+        }
+    }
+}
+
+/// Where the recording goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RecordTarget {
+    /// Nowhere.
+    Off,
+    /// A new file in this folder.
+    NewFileIn(PathBuf),
+    /// This file.
+    File(PathBuf),
+}
+
+impl FromStr for RecordTarget {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "" => Err("allowed are off and the path of a file to write".to_owned()),
+            "off" => Ok(Self::Off),
+            path => Ok(Self::File(PathBuf::from(path))),
+        }
+    }
+}
+
+/// Which port a service listens on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PortSetting {
+    /// The service is not started.
+    Off,
+    /// Any free port.
+    Any,
+    /// This port.
+    Number(u16),
+}
+
+impl FromStr for PortSetting {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match (text, text.parse()) {
+            ("off", _) => Ok(Self::Off),
+            (_, Ok(0)) => Ok(Self::Any),
+            (_, Ok(number)) => Ok(Self::Number(number)),
+            _ => Err("allowed are a port from 1 to 65535, 0 for any free port, and off".to_owned()),
+        }
+    }
+}
+
+impl fmt::Display for PortSetting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Off => f.write_str("off"),
+            Self::Any => f.write_str("0"),
+            Self::Number(number) => write!(f, "{number}"),
+        }
+    }
+}
+
+/// What scripts may reach beyond the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Permission {
+    /// Files.
+    Fs,
+    /// Other processes, signals.
+    Process,
+    /// Environment variables.
+    Env,
+    /// The network.
+    Net,
+}
+
+impl FromStr for Permission {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "fs" => Ok(Self::Fs),
+            "process" => Ok(Self::Process),
+            "env" => Ok(Self::Env),
+            "net" => Ok(Self::Net),
+            _ => Err("allowed are fs, process, env and net".to_owned()),
+        }
+    }
+}
+
+/// How log lines look.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LogFormat {
+    /// For people.
+    #[default]
+    Text,
+    /// One JSON object a line.
+    Json,
+}
+
+impl FromStr for LogFormat {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "text" => Ok(Self::Text),
+            "json" => Ok(Self::Json),
+            _ => Err("allowed are text and json".to_owned()),
+        }
+    }
+}
+
+/// The joint positions at start, rad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Home(pub JointPositions);
+
+#[allow(
+    clippy::approx_constant,
+    reason = "the figures as documented, not the constant"
+)]
+impl Default for Home {
+    fn default() -> Self {
+        Self(JointPositions([
+            0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0,
+        ]))
+    }
+}
+
+impl FromStr for Home {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        six_numbers(text)
+            .map(|q| Self(JointPositions(q)))
+            .ok_or_else(|| {
+                "six joint positions in rad are needed, separated by commas, as in 0,-1.57,1.57,-1.57,-1.57,0".to_owned()
+            })
+    }
+}
+
+/// The tool centre point at start, relative to the flange.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tcp(pub RpyPose);
+
+impl FromStr for Tcp {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        six_numbers(text).map(|p| Self(RpyPose::from_array(p))).ok_or_else(|| {
+            "x, y, z in m and Rx, Ry, Rz in rad are needed, separated by commas, as in 0,0,0.1,0,0,0".to_owned()
+        })
+    }
+}
+
+/// The payload at start: mass, then centre of gravity. Its inertia is zero: the option cannot say it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PayloadChoice(pub Payload);
+
+impl FromStr for PayloadChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let payload = match numbers(text).as_deref() {
+            Some(&[mass]) => Some((mass, [0.0; 3])),
+            Some(&[mass, x, y, z]) => Some((mass, [x, y, z])),
+            _ => None,
+        };
+        match payload {
+            Some((mass, cog)) if mass >= 0.0 => Ok(Self(Payload { mass, cog: cog.into(), ..Payload::default() })),
+            _ => Err("a mass in kg of at least 0 is needed, then perhaps the centre of gravity in m, as in 2.5 or 2.5,0,0,0.08".to_owned()),
+        }
+    }
+}
+
+/// Finite numbers separated by commas.
+fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split(',')
+        .map(|part| part.trim().parse().ok().filter(|x: &f64| x.is_finite()))
+        .collect()
+}
+
+fn six_numbers(text: &str) -> Option<[f64; 6]> {
+    numbers(text)?.try_into().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn model_names_are_found_in_any_case_and_paths_are_kept() {
+        assert_eq!("CS66".parse(), Ok(ModelChoice::BuiltIn("cs66")));
+        assert_eq!(
+            "./my.urdf".parse(),
+            Ok(ModelChoice::Urdf("./my.urdf".into()))
+        );
+        let error = "cs99".parse::<ModelChoice>().unwrap_err();
+        assert!(error.contains("cs612") && error.contains("URDF"), "{error}");
+    }
+
+    #[test]
+    fn the_step_is_one_to_eight_whole_milliseconds() {
+        assert_eq!(
+            "8".parse::<StepMillis>().map(StepMillis::as_secs),
+            Ok(0.008)
+        );
+        for wrong in ["0", "9", "2.5", "-4", "four", ""] {
+            assert!(wrong.parse::<StepMillis>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn ports_are_numbers_any_or_off() {
+        assert_eq!("off".parse(), Ok(PortSetting::Off));
+        assert_eq!("0".parse(), Ok(PortSetting::Any));
+        assert_eq!("30001".parse(), Ok(PortSetting::Number(30001)));
+        for wrong in ["65536", "-1", "on", ""] {
+            assert!(wrong.parse::<PortSetting>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_payload_is_a_mass_with_or_without_its_centre_of_gravity() {
+        let payload: PayloadChoice = "2.5, 0, -0.01, 0.08".parse().unwrap();
+        assert_eq!(payload.0.mass, 2.5);
+        assert_eq!(payload.0.cog.as_slice(), [0.0, -0.01, 0.08]);
+        assert_eq!("1".parse::<PayloadChoice>().unwrap().0.mass, 1.0);
+        for wrong in ["-1", "1,2", "1,2,3", "nan", "inf", "1,0,0,0,0", ""] {
+            assert!(wrong.parse::<PayloadChoice>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn home_needs_six_finite_numbers() {
+        let home: Home = "-0.3,0,1e-1,+2, 3 ,4".parse().unwrap();
+        assert_eq!(home.0.0, [-0.3, 0.0, 0.1, 2.0, 3.0, 4.0]);
+        for wrong in ["0,0,0,0,0", "0,0,0,0,0,0,0", "0,0,0,0,0,nan", "a", "--tcp"] {
+            assert!(wrong.parse::<Home>().is_err(), "{wrong}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+        #[test]
+        fn six_written_numbers_are_read_back(q in proptest::array::uniform6(-1e3f64..1e3)) {
+            let text = q.map(|x| x.to_string()).join(",");
+            prop_assert_eq!(text.parse::<Home>().unwrap().0.0, q);
+        }
+    }
+}

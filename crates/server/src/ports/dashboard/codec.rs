@@ -1,0 +1,473 @@
+//! Commands and replies of the dashboard. Pure.
+//!
+//! Replies are what the official SDK compares or matches (source/Dashboard/DashboardClient.cpp); where it accepts any
+//! line the wording is ours. Every reply is one write of at most [`REPLY_BYTES_MAX`]: the SDK reads the rest of a longer
+//! one as the reply to its next command.
+
+use motion_api::{RobotMode, SafetyMode};
+
+use crate::ports::description::TaskStatus;
+
+/// The longest line, bytes.
+pub const LINE_BYTES_MAX: usize = 64 * 1024;
+
+/// The longest reply, bytes.
+pub const REPLY_BYTES_MAX: usize = 512;
+
+/// Sent on accept: the SDK reads one line before it asks anything.
+pub const GREETING: &str = "Elite dashboard server";
+
+/// Range of the speed slider in commands, percent.
+pub const SPEED_PERCENT: core::ops::RangeInclusive<u32> = 2..=100;
+
+/// What a client asks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// `echo`
+    Echo,
+    /// `robotControl -on` or `-off`
+    Power(bool),
+    /// `brakeRelease`
+    BrakeRelease,
+    /// `closeSafetyDialog`
+    CloseSafetyDialog,
+    /// `unlockProtectiveStop`
+    UnlockProtectiveStop,
+    /// `safety -r`
+    RestartSafetyBoard,
+    /// `safety -m`
+    SafetyMode,
+    /// `safety -s`
+    SafetyStatus,
+    /// `robotMode`
+    RobotMode,
+    /// `status`
+    Status,
+    /// `speed`
+    Speed,
+    /// `speed -v 50`
+    SetSpeed(u32),
+    /// `version`
+    Version,
+    /// `robot -t`
+    RobotType,
+    /// `robot -s`
+    SerialNumber,
+    /// `robot -id`
+    RobotId,
+    /// `log -a text`
+    Log(String),
+    /// `popup -s text`
+    ShowPopup(String),
+    /// `popup -c`
+    ClosePopup,
+    /// `task`
+    TaskPath,
+    /// `task -p path`
+    LoadTask(String),
+    /// `task -s`
+    TaskStatus,
+    /// `task -r`
+    TaskIsRunning,
+    /// `task -ss`
+    TaskIsSaved,
+    /// `play`
+    Play,
+    /// `pause`
+    Pause,
+    /// `stop`
+    Stop,
+    /// `configuration`
+    ConfigurationPath,
+    /// `configuration -p path`
+    LoadConfiguration(String),
+    /// `configuration -s`
+    ConfigurationIsModified,
+    /// `remoteControl -on` or `-off`
+    SetRemoteControl(bool),
+    /// `remoteControl -s`
+    RemoteControl,
+    /// `variable -get name`
+    GetVariable(String),
+    /// `variable -set name value`
+    SetVariable(String, String),
+    /// `clear -a`
+    ClearAlarms,
+    /// `help`, `help name …`; also `usage`
+    Help(Vec<String>),
+    /// `quit`
+    Quit,
+    /// `reboot`
+    Reboot,
+    /// `shutdown`
+    Shutdown,
+}
+
+/// Why a line is no command.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Mistake {
+    /// No such command.
+    Unknown,
+    /// The command exists, its argument is wrong; with how it is used.
+    Usage(&'static str),
+}
+
+/// Every command with how it is used.
+const USAGES: [(&str, &str); 26] = [
+    ("brakeRelease", "brakeRelease"),
+    ("clear", "clear -a"),
+    ("closeSafetyDialog", "closeSafetyDialog"),
+    ("configuration", "configuration [-p path | -s]"),
+    ("echo", "echo"),
+    ("help", "help [command ...]"),
+    ("log", "log -a text"),
+    ("pause", "pause"),
+    ("play", "play"),
+    ("popup", "popup -s text | -c"),
+    ("quit", "quit"),
+    ("reboot", "reboot"),
+    ("remoteControl", "remoteControl -on | -off | -s"),
+    ("robot", "robot -t | -s | -id"),
+    ("robotControl", "robotControl -on | -off"),
+    ("robotMode", "robotMode"),
+    ("safety", "safety -m | -s | -r"),
+    ("shutdown", "shutdown"),
+    ("speed", "speed [-v percent, 2 to 100]"),
+    ("status", "status"),
+    ("stop", "stop"),
+    ("task", "task [-p path | -s | -r | -ss]"),
+    ("unlockProtectiveStop", "unlockProtectiveStop"),
+    ("usage", "usage [command ...]"),
+    ("variable", "variable -get name | -set name value"),
+    ("version", "version"),
+];
+
+fn usage_of(name: &str) -> Option<&'static str> {
+    USAGES
+        .iter()
+        .find(|(known, _)| *known == name)
+        .map(|(_, usage)| *usage)
+}
+
+/// Reads a line.
+///
+/// # Errors
+/// [`Mistake`] for what is no command.
+pub fn parse(line: &str) -> Result<Command, Mistake> {
+    let line = line.trim();
+    let (name, rest) = match line.split_once(char::is_whitespace) {
+        Some((name, rest)) => (name, rest.trim()),
+        None => (line, ""),
+    };
+    let usage = usage_of(name).ok_or(Mistake::Unknown)?;
+    command(name, rest).ok_or(Mistake::Usage(usage))
+}
+
+fn command(name: &str, rest: &str) -> Option<Command> {
+    let (flag, argument) = match rest.split_once(char::is_whitespace) {
+        Some((flag, argument)) => (flag, argument.trim()),
+        None => (rest, ""),
+    };
+    let text = || (!argument.is_empty()).then(|| argument.to_owned());
+    Some(match (name, flag) {
+        ("help" | "usage", _) => {
+            Command::Help(rest.split_whitespace().map(str::to_owned).collect())
+        }
+        // The SDK writes the text right after `-s`; people leave a blank.
+        ("popup", _) if rest.starts_with("-s") => Command::ShowPopup(rest[2..].trim().to_owned()),
+        ("popup", "-c") => Command::ClosePopup,
+        ("log", "-a") => Command::Log(argument.replace("\\n", "\n")),
+        ("task", "-p") => Command::LoadTask(text()?),
+        ("configuration", "-p") => Command::LoadConfiguration(text()?),
+        ("variable", "-get") => Command::GetVariable(text()?),
+        ("variable", "-set") => {
+            let (name, value) = argument.split_once(char::is_whitespace)?;
+            Command::SetVariable(name.to_owned(), value.trim().to_owned())
+        }
+        ("speed", "-v") => {
+            let percent = argument.trim_end_matches('%').trim_end().parse().ok()?;
+            SPEED_PERCENT
+                .contains(&percent)
+                .then_some(Command::SetSpeed(percent))?
+        }
+        // Everything below takes no argument.
+        _ if !argument.is_empty() => return None,
+        ("echo", "") => Command::Echo,
+        ("robotControl", "-on") => Command::Power(true),
+        ("robotControl", "-off") => Command::Power(false),
+        ("brakeRelease", "") => Command::BrakeRelease,
+        ("closeSafetyDialog", "") => Command::CloseSafetyDialog,
+        ("unlockProtectiveStop", "") => Command::UnlockProtectiveStop,
+        ("safety", "-r") => Command::RestartSafetyBoard,
+        ("safety", "-m") => Command::SafetyMode,
+        ("safety", "-s") => Command::SafetyStatus,
+        ("robotMode", "") => Command::RobotMode,
+        ("status", "") => Command::Status,
+        ("speed", "") => Command::Speed,
+        ("version", "") => Command::Version,
+        ("robot", "-t") => Command::RobotType,
+        ("robot", "-s") => Command::SerialNumber,
+        ("robot", "-id") => Command::RobotId,
+        ("task", "") => Command::TaskPath,
+        ("task", "-s") => Command::TaskStatus,
+        ("task", "-r") => Command::TaskIsRunning,
+        ("task", "-ss") => Command::TaskIsSaved,
+        ("play", "") => Command::Play,
+        ("pause", "") => Command::Pause,
+        ("stop", "") => Command::Stop,
+        ("configuration", "") => Command::ConfigurationPath,
+        ("configuration", "-s") => Command::ConfigurationIsModified,
+        ("remoteControl", "-on") => Command::SetRemoteControl(true),
+        ("remoteControl", "-off") => Command::SetRemoteControl(false),
+        ("remoteControl", "-s" | "-status") => Command::RemoteControl,
+        ("clear", "-a") => Command::ClearAlarms,
+        ("quit", "") => Command::Quit,
+        ("reboot", "") => Command::Reboot,
+        ("shutdown", "") => Command::Shutdown,
+        _ => return None,
+    })
+}
+
+impl Command {
+    /// The commands that a real controller was seen to refuse while remote control is off, and their like.
+    pub const fn word_needing_remote_control(&self) -> Option<&'static str> {
+        match self {
+            Self::Play => Some("play"),
+            Self::Pause => Some("pause"),
+            Self::Stop => Some("stop"),
+            Self::LoadTask(_) => Some("task"),
+            Self::LoadConfiguration(_) => Some("configuration"),
+            _ => None,
+        }
+    }
+}
+
+/// The reply to a line that is no command.
+pub fn mistake(line: &str, mistake: &Mistake) -> String {
+    match mistake {
+        Mistake::Unknown => {
+            let word = line.split_whitespace().next().unwrap_or_default();
+            let word: String = word.chars().take(60).collect();
+            format!("Command [{word}] is not found. Please use \"help\".")
+        }
+        Mistake::Usage(usage) => format!("Usage: {usage}"),
+    }
+}
+
+/// The reply to `help`.
+pub fn help(names: &[String]) -> String {
+    if names.is_empty() {
+        let names = USAGES.iter().map(|(name, _)| *name);
+        return format!("Commands: {}", names.collect::<Vec<_>>().join(" "));
+    }
+    let lines: Vec<String> = names
+        .iter()
+        .map(|name| match usage_of(name) {
+            Some(usage) => format!("Usage: {usage}"),
+            None => mistake(name, &Mistake::Unknown),
+        })
+        .collect();
+    lines.join("\r\n")
+}
+
+/// The reply to a command that is refused while remote control is off.
+pub fn needs_remote_control(word: &str) -> String {
+    format!(
+        "Command [{word}] is not supported in local control mode. Please close local control mode first."
+    )
+}
+
+/// The reply to `status`. Clients look for the labels `RunningStatus: ` and `Target Speed Fraction: `.
+pub fn status(
+    robot: RobotMode,
+    safety: SafetyMode,
+    task: TaskStatus,
+    speed_fraction: f64,
+) -> String {
+    format!(
+        "RobotMode: {}\r\nSafetyMode: {}\r\nRunningStatus: {}\r\nTarget Speed Fraction: {}%",
+        robot_mode_word(robot),
+        safety.name(),
+        match task {
+            TaskStatus::Stopped => "STOPPED",
+            TaskStatus::Running => "RUNNING",
+            TaskStatus::Paused => "PAUSED",
+        },
+        percent(speed_fraction)
+    )
+}
+
+/// A fraction as whole percent.
+pub fn percent(fraction: f64) -> u32 {
+    (fraction * 100.0).round() as u32
+}
+
+/// The words of this port, two of which differ from those elsewhere: anything else is UNKNOWN for the SDK.
+pub const fn robot_mode_word(mode: RobotMode) -> &'static str {
+    match mode {
+        RobotMode::Backdrive => "BACK_DRIVE",
+        RobotMode::UpdatingFirmware => "UPDATING",
+        other => other.name(),
+    }
+}
+
+/// The bytes of a reply: lines end with `\r\n`, the whole is cut to fit, at a character.
+pub fn encode(reply: &str) -> Vec<u8> {
+    let room = REPLY_BYTES_MAX - 2;
+    let mut bytes = reply.as_bytes()[..reply.floor_char_boundary(room)].to_vec();
+    bytes.extend(b"\r\n");
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn what_the_sdk_sends_is_understood() {
+        let text = |text: &str| text.to_owned();
+        for (line, command) in [
+            ("echo", Command::Echo),
+            ("robotControl -on", Command::Power(true)),
+            ("robotControl  -off ", Command::Power(false)),
+            ("brakeRelease", Command::BrakeRelease),
+            ("closeSafetyDialog", Command::CloseSafetyDialog),
+            ("unlockProtectiveStop", Command::UnlockProtectiveStop),
+            ("safety -r", Command::RestartSafetyBoard),
+            ("safety -m", Command::SafetyMode),
+            ("safety -s", Command::SafetyStatus),
+            ("robotMode", Command::RobotMode),
+            ("status", Command::Status),
+            ("speed -v 50", Command::SetSpeed(50)),
+            ("speed", Command::Speed),
+            ("version", Command::Version),
+            ("robot -t", Command::RobotType),
+            ("robot -s", Command::SerialNumber),
+            ("robot -id", Command::RobotId),
+            (r"log -a two\nlines", Command::Log(text("two\nlines"))),
+            (
+                "popup -shello there",
+                Command::ShowPopup(text("hello there")),
+            ),
+            ("popup -s hello", Command::ShowPopup(text("hello"))),
+            ("popup -s", Command::ShowPopup(text(""))),
+            ("popup -c", Command::ClosePopup),
+            (
+                "task -p my tasks/a.task",
+                Command::LoadTask(text("my tasks/a.task")),
+            ),
+            ("task", Command::TaskPath),
+            ("task -s", Command::TaskStatus),
+            ("task -r", Command::TaskIsRunning),
+            ("task -ss", Command::TaskIsSaved),
+            ("play", Command::Play),
+            ("pause", Command::Pause),
+            ("stop", Command::Stop),
+            (
+                "configuration -p a.configuration",
+                Command::LoadConfiguration(text("a.configuration")),
+            ),
+            ("configuration", Command::ConfigurationPath),
+            ("configuration -s", Command::ConfigurationIsModified),
+            ("help a b", Command::Help(vec![text("a"), text("b")])),
+            ("usage", Command::Help(vec![])),
+            ("quit", Command::Quit),
+            ("reboot", Command::Reboot),
+            ("shutdown", Command::Shutdown),
+            ("remoteControl -status", Command::RemoteControl),
+            ("variable -get a", Command::GetVariable(text("a"))),
+            (
+                "variable -set a [1, 2]",
+                Command::SetVariable(text("a"), text("[1, 2]")),
+            ),
+            ("clear -a", Command::ClearAlarms),
+        ] {
+            assert_eq!(parse(line), Ok(command), "{line}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_command_is_told_so() {
+        for (line, reply) in [
+            ("xyz -a", "Command [xyz] is not found. Please use \"help\"."),
+            ("Play", "Command [Play] is not found. Please use \"help\"."),
+            ("robotControl", "Usage: robotControl -on | -off"),
+            ("speed -v 1", "Usage: speed [-v percent, 2 to 100]"),
+            ("speed -v 101", "Usage: speed [-v percent, 2 to 100]"),
+            ("play now", "Usage: play"),
+            ("task -p", "Usage: task [-p path | -s | -r | -ss]"),
+            (
+                "variable -set a",
+                "Usage: variable -get name | -set name value",
+            ),
+        ] {
+            let found = parse(line).unwrap_err();
+            assert_eq!(mistake(line, &found), reply, "{line}");
+        }
+    }
+
+    #[test]
+    fn replies_fit_one_read_of_the_sdk() {
+        let names: Vec<String> = vec!["status".to_owned(); 100];
+        for reply in [
+            help(&[]),
+            help(&names),
+            mistake(&"x".repeat(9999), &Mistake::Unknown),
+        ] {
+            assert!(encode(&reply).len() <= REPLY_BYTES_MAX, "{reply}");
+        }
+        assert!(help(&[]).len() <= REPLY_BYTES_MAX - 2, "the list is whole");
+        let cut = encode(&"é".repeat(400));
+        assert_eq!(cut.len(), REPLY_BYTES_MAX);
+        assert!(core::str::from_utf8(&cut).is_ok());
+        assert_eq!(
+            help(&["task".to_owned(), "x".to_owned()]),
+            "Usage: task [-p path | -s | -r | -ss]\r\nCommand [x] is not found. Please use \"help\"."
+        );
+    }
+
+    #[test]
+    fn status_has_the_labels_that_clients_look_for() {
+        assert_eq!(
+            status(
+                RobotMode::Backdrive,
+                SafetyMode::Normal,
+                TaskStatus::Paused,
+                0.29
+            ),
+            "RobotMode: BACK_DRIVE\r\nSafetyMode: NORMAL\r\nRunningStatus: PAUSED\r\nTarget Speed Fraction: 29%"
+        );
+    }
+
+    #[test]
+    fn robot_modes_have_the_words_that_the_sdk_knows() {
+        let known = [
+            "NO_CONTROLLER",
+            "DISCONNECTED",
+            "CONFIRM_SAFETY",
+            "BOOTING",
+            "POWER_OFF",
+            "POWER_ON",
+            "IDLE",
+            "BACK_DRIVE",
+            "RUNNING",
+            "UPDATING",
+            "WAITING_CALIBRATION",
+        ];
+        let words: Vec<_> = (-1..=9)
+            .map(|n| robot_mode_word(RobotMode::from_number(n)))
+            .collect();
+        assert_eq!(words, known);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
+        #[test]
+        fn any_line_gets_a_reply(line in "[a-zA-Z]{0,8} ?-?[a-z]{0,3} ?.{0,40}") {
+            if let Err(found) = parse(&line) {
+                prop_assert!(!mistake(&line, &found).is_empty());
+            }
+        }
+    }
+}

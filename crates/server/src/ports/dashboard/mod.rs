@@ -1,0 +1,101 @@
+//! Port 29999, the dashboard: one-line commands, one reply each.
+//!
+//! Owns words, replies and clients. Tasks, power and variables are behind [`Dashboard`].
+
+pub mod codec;
+pub mod session;
+
+use std::sync::Arc;
+
+use motion_api::RobotState;
+use tokio::net::TcpListener;
+use tokio_util::sync::CancellationToken;
+
+use crate::ports::description::{RobotDescription, TaskStatus};
+use crate::ports::listen::{PortMeter, serve_port};
+
+/// Something to be done that has no answer of its own; clients watch the modes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Order {
+    /// Arm power on: power off → idle.
+    PowerOn,
+    /// Arm power off.
+    PowerOff,
+    /// Idle → running.
+    ReleaseBrakes,
+    /// Leave a protective stop.
+    UnlockProtectiveStop,
+    /// Clear a safety fault.
+    RestartSafetyBoard,
+    /// The speed slider, 0 to 1.
+    SetSpeed(f64),
+    /// Accept programs from the network, or not.
+    RemoteControl(bool),
+    /// A line for the log.
+    Log(String),
+    /// Show a popup.
+    ShowPopup(String),
+    /// Close the popup that is shown, if one is.
+    ClosePopup,
+    /// Close the safety dialog, if one is shown.
+    CloseSafetyDialog,
+    /// Pause the running task.
+    Pause,
+    /// Stop the task that runs or is paused, if one is.
+    Stop,
+    /// End the controller and start it again.
+    Reboot,
+    /// End the controller.
+    Shutdown,
+}
+
+/// What this port asks of the controller. Errors are one sentence without a line break.
+pub trait Dashboard: Send + Sync + 'static {
+    /// The latest snapshot.
+    fn state(&self) -> RobotState;
+    /// What the main task is doing.
+    fn task_status(&self) -> TaskStatus;
+    /// The arm; the same values every time.
+    fn description(&self) -> &RobotDescription;
+    /// Whether programs from the network are accepted.
+    fn remote_control(&self) -> bool;
+    /// The task that is loaded, as its name was given.
+    fn loaded_task(&self) -> Option<String>;
+    /// The configuration that is loaded, as its name was given.
+    fn loaded_configuration(&self) -> Option<String>;
+    /// Carries out an order; returns when it is on its way.
+    fn order(&self, order: Order) -> impl Future<Output = ()> + Send;
+    /// Loads a task by its path in the task folder.
+    fn load_task(&self, path: &str) -> impl Future<Output = Result<(), String>> + Send;
+    /// Loads a configuration by its path in the task folder.
+    fn load_configuration(&self, path: &str) -> impl Future<Output = Result<(), String>> + Send;
+    /// Starts the loaded task, or lets a paused one go on.
+    fn play(&self) -> impl Future<Output = Result<(), String>> + Send;
+    /// A global variable of the task, as a script would print it.
+    fn variable(&self, name: &str) -> impl Future<Output = Result<String, String>> + Send;
+    /// Sets a global variable of the task from the text of a value.
+    fn set_variable(
+        &self,
+        name: &str,
+        value: &str,
+    ) -> impl Future<Output = Result<(), String>> + Send;
+}
+
+/// Serves the port until `shutdown`; returns when every client is closed.
+pub async fn serve<D: Dashboard>(
+    listener: TcpListener,
+    dashboard: Arc<D>,
+    meter: PortMeter,
+    shutdown: CancellationToken,
+) {
+    serve_port(listener, meter, shutdown, |stream, client, shutdown| {
+        let dashboard = Arc::clone(&dashboard);
+        async move {
+            let session = session::serve(stream, client, &*dashboard);
+            if let Some(Err(error)) = shutdown.run_until_cancelled(session).await {
+                tracing::debug!(%client, %error, "dashboard: the connection broke");
+            }
+        }
+    })
+    .await;
+}

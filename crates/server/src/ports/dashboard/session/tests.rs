@@ -1,0 +1,301 @@
+//! Conversations as the SDK holds them, over an in-memory stream.
+
+use std::sync::Mutex;
+
+use kinematics::JointPositions;
+use motion_api::{RobotState, SafetyMode};
+use proptest::prelude::*;
+use tokio::io::{DuplexStream, duplex};
+use tokio::task::JoinHandle;
+
+use super::*;
+use crate::ports::dashboard::codec::REPLY_BYTES_MAX;
+use crate::ports::description::RobotDescription;
+
+/// A robot that does at once what it is told.
+struct Fake {
+    description: RobotDescription,
+    robot: Mutex<Robot>,
+}
+
+struct Robot {
+    state: RobotState,
+    task: TaskStatus,
+    remote: bool,
+    loaded: Option<String>,
+    configuration: Option<String>,
+    orders: Vec<Order>,
+}
+
+impl Default for Fake {
+    fn default() -> Self {
+        let mut state = RobotState::at_start(JointPositions::ZERO, 0.004);
+        state.robot_mode = RobotMode::PowerOff;
+        Self {
+            description: RobotDescription::cs66(),
+            robot: Mutex::new(Robot {
+                state,
+                task: TaskStatus::Stopped,
+                remote: true,
+                loaded: None,
+                configuration: None,
+                orders: Vec::new(),
+            }),
+        }
+    }
+}
+
+impl Dashboard for Fake {
+    fn state(&self) -> RobotState {
+        self.robot.lock().unwrap().state
+    }
+    fn task_status(&self) -> TaskStatus {
+        self.robot.lock().unwrap().task
+    }
+    fn description(&self) -> &RobotDescription {
+        &self.description
+    }
+    fn remote_control(&self) -> bool {
+        self.robot.lock().unwrap().remote
+    }
+    fn loaded_task(&self) -> Option<String> {
+        self.robot.lock().unwrap().loaded.clone()
+    }
+    fn loaded_configuration(&self) -> Option<String> {
+        self.robot.lock().unwrap().configuration.clone()
+    }
+    async fn order(&self, order: Order) {
+        let mut robot = self.robot.lock().unwrap();
+        match &order {
+            Order::PowerOn => robot.state.robot_mode = RobotMode::Idle,
+            Order::PowerOff => robot.state.robot_mode = RobotMode::PowerOff,
+            Order::ReleaseBrakes => robot.state.robot_mode = RobotMode::Running,
+            Order::RestartSafetyBoard => robot.state.safety_mode = SafetyMode::Normal,
+            Order::SetSpeed(fraction) => robot.state.target_speed_fraction = *fraction,
+            Order::RemoteControl(on) => robot.remote = *on,
+            Order::Pause => robot.task = TaskStatus::Paused,
+            Order::Stop => robot.task = TaskStatus::Stopped,
+            _ => {}
+        }
+        robot.orders.push(order);
+    }
+    async fn load_task(&self, path: &str) -> Result<(), String> {
+        if path.contains("..") {
+            return Err("it leaves the task folder".to_owned());
+        }
+        self.robot.lock().unwrap().loaded = Some(path.to_owned());
+        Ok(())
+    }
+    async fn load_configuration(&self, path: &str) -> Result<(), String> {
+        self.robot.lock().unwrap().configuration = Some(path.to_owned());
+        Ok(())
+    }
+    async fn play(&self) -> Result<(), String> {
+        let mut robot = self.robot.lock().unwrap();
+        if robot.loaded.is_none() {
+            return Err("no task is loaded".to_owned());
+        }
+        robot.task = TaskStatus::Running;
+        Ok(())
+    }
+    async fn variable(&self, name: &str) -> Result<String, String> {
+        match name {
+            "a" => Ok("[1, 2]".to_owned()),
+            _ => Err(format!("variable {name} is undefined")),
+        }
+    }
+    async fn set_variable(&self, _: &str, _: &str) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+struct Rig {
+    robot: std::sync::Arc<Fake>,
+    client: DuplexStream,
+    session: JoinHandle<io::Result<()>>,
+}
+
+async fn rig() -> Rig {
+    let (client, server) = duplex(256 * 1024);
+    let robot = std::sync::Arc::new(Fake::default());
+    let session = tokio::spawn({
+        let robot = robot.clone();
+        async move { serve(server, ClientId(1), &*robot).await }
+    });
+    let mut rig = Rig {
+        robot,
+        client,
+        session,
+    };
+    assert_eq!(rig.read().await, "Elite dashboard server\r\n");
+    rig
+}
+
+impl Rig {
+    /// One reply: whatever one write brought, which is what the SDK takes for it.
+    async fn read(&mut self) -> String {
+        let mut buffer = vec![0; 4096];
+        let count = self.client.read(&mut buffer).await.unwrap();
+        String::from_utf8(buffer[..count].to_vec()).unwrap()
+    }
+
+    async fn ask(&mut self, command: &str) -> String {
+        self.client
+            .write_all(format!("{command}\n").as_bytes())
+            .await
+            .unwrap();
+        self.read().await
+    }
+
+    async fn talk(&mut self, conversation: &[(&str, &str)]) {
+        for (command, reply) in conversation {
+            assert_eq!(self.ask(command).await, format!("{reply}\r\n"), "{command}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn the_session_of_the_protocol_page_goes_as_printed() {
+    let mut rig = rig().await;
+    rig.talk(&[
+        ("echo", "Hello ELITE ROBOTS."),
+        ("robotMode", "robotMode: POWER_OFF"),
+        ("robotControl -on", "Powering on"),
+        ("robotMode", "robotMode: IDLE"),
+        ("brakeRelease", "Brake Releasing"),
+        ("robotMode", "robotMode: RUNNING"),
+        ("brakeRelease", "Brake is released."),
+        ("task", "Relative path:"),
+        ("play", "Failed to execute: play (no task is loaded)"),
+        ("task -p test.task", "Loaded task: test.task"),
+        ("task", "Relative path:test.task"),
+        ("play", "Starting task"),
+        ("play", "Failed to execute: play"),
+        ("task -s", "Task is running"),
+        ("task -r", "Task is running"),
+        ("pause", "Pausing task"),
+        ("pause", "Failed to execute: pause"),
+        ("task -s", "Task is paused"),
+        ("task -r", "Task is not running"),
+        ("play", "Starting task"),
+        ("stop", "Stopping task"),
+        ("stop", "Stopping task"),
+        ("task -s", "Task is stopped"),
+        ("robotControl -off", "Powering off"),
+        ("quit", "Disconnected"),
+    ])
+    .await;
+    assert_eq!(rig.read().await, "", "then the connection is closed");
+    rig.session.await.unwrap().unwrap();
+}
+
+#[tokio::test]
+async fn the_getters_answer_what_the_sdk_matches() {
+    let mut rig = rig().await;
+    rig.talk(&[
+        ("safety -m", "Safety mode: NORMAL"),
+        ("safety -s", "Safety status: NORMAL"),
+        ("safety -r", "Restarting safety board"),
+        ("unlockProtectiveStop", "Protective stop unlocking..."),
+        ("closeSafetyDialog", "closing safety dialog"),
+        ("speed -v 50", "Setting speed: 50"),
+        ("speed", "speed: 50"),
+        ("version", "2.15.0.0"),
+        ("robot -t", "CS66"),
+        ("robot -s", "SIM-6206"),
+        ("robot -id", "1"),
+        (r"log -a a\nb", "Log has been added."),
+        ("popup -shello", "Showing popup with text:hello"),
+        ("popup -c", "Closing popup"),
+        ("task -ss", "Task is saved"),
+        ("configuration", "configuration: Relative path:"),
+        ("configuration -p default.configuration", "Loading Configuration : default.configuration"),
+        ("configuration", "configuration: Relative path:default.configuration"),
+        ("configuration -s", "configuration is not modified"),
+        ("variable -get a", "[1, 2]"),
+        ("variable -get b", "Error: variable b is undefined"),
+        ("variable -set a 3", "a, 3"),
+        ("clear -a", "clear alarm"),
+        ("task -p ../x", "Failed to load the task ../x (it leaves the task folder)"),
+        ("nonsense", "Command [nonsense] is not found. Please use \"help\"."),
+        (
+            "status",
+            "RobotMode: POWER_OFF\r\nSafetyMode: NORMAL\r\nRunningStatus: STOPPED\r\nTarget Speed Fraction: 50%",
+        ),
+    ])
+    .await;
+    let orders = rig.robot.robot.lock().unwrap().orders.clone();
+    assert!(orders.contains(&Order::Log("a\nb".to_owned())));
+    assert!(orders.contains(&Order::ShowPopup("hello".to_owned())));
+}
+
+#[tokio::test]
+async fn without_remote_control_tasks_are_not_touched() {
+    let mut rig = rig().await;
+    rig.talk(&[
+        ("remoteControl -s", "true"),
+        ("remoteControl -off", "Remote control is off"),
+        ("remoteControl -s", "false"),
+        ("robotMode", "robotMode: POWER_OFF"),
+    ])
+    .await;
+    for word in ["play", "pause", "stop", "task -p a", "configuration -p a"] {
+        let name = word.split(' ').next().unwrap();
+        let reply = rig.ask(word).await;
+        assert_eq!(
+            reply,
+            format!(
+                "Command [{name}] is not supported in local control mode. Please close local control mode first.\r\n"
+            )
+        );
+    }
+    rig.talk(&[
+        ("remoteControl -on", "Remote control is on"),
+        ("stop", "Stopping task"),
+    ])
+    .await;
+}
+
+#[tokio::test]
+async fn a_long_line_is_answered_and_the_connection_lives_on() {
+    let mut rig = rig().await;
+    rig.talk(&[
+        (&"x".repeat(70_000), "The line is longer than 64 KiB."),
+        ("echo", "Hello ELITE ROBOTS."),
+    ])
+    .await;
+    let reply = rig.ask(&format!("popup -s{}", "x".repeat(2000))).await;
+    assert_eq!(reply.len(), REPLY_BYTES_MAX);
+}
+
+#[tokio::test]
+async fn a_browser_is_closed_and_shutdown_ends_the_connection() {
+    let mut rig = rig().await;
+    assert_eq!(rig.ask("POST / HTTP/1.1\r\n\r\nplay").await, "");
+
+    let mut rig = self::rig().await;
+    rig.talk(&[("shutdown", "Shutting down"), ("", "")][..1])
+        .await;
+    assert_eq!(rig.read().await, "");
+    assert_eq!(rig.robot.robot.lock().unwrap().orders, [Order::Shutdown]);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
+    #[test]
+    fn any_bytes_leave_the_session_alive(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+        runtime.block_on(async {
+            let mut rig = rig().await;
+            rig.client.write_all(b"echo\n").await.unwrap();
+            rig.client.write_all(&bytes).await.unwrap();
+            rig.client.write_all(b"\nversion\n").await.unwrap();
+            let mut all = String::new();
+            while !all.ends_with("2.15.0.0\r\n") {
+                let reply = rig.read().await;
+                assert!(!reply.is_empty());
+                all.push_str(&reply);
+            }
+        });
+    }
+}

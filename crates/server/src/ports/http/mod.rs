@@ -1,0 +1,135 @@
+//! The http port: `/healthz` and `/metrics`.
+//!
+//! Owns routes and limits of the connection; the numbers come from [`Source`], their text form from `metrics`.
+
+pub mod metrics;
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use axum::Router;
+use axum::extract::State;
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use motion_api::RobotState;
+use tokio::net::TcpListener;
+use tokio::time::Instant;
+use tokio_util::sync::CancellationToken;
+
+use crate::ports::description::TaskStatus;
+use crate::ports::listen::{PortMeter, serve_port};
+use metrics::{Measurements, render};
+
+/// A client has so long for the head of a request; also how long an idle connection is kept.
+const HEAD_TIMEOUT: Duration = Duration::from_secs(15);
+
+/// Largest head of a request, bytes.
+const HEAD_BYTES_MAX: usize = 16 * 1024;
+
+/// With the cycle counter standing still for this long the controller is not well.
+const STANDSTILL: Duration = Duration::from_secs(1);
+
+/// What this port asks of the controller.
+pub trait Source: Send + Sync + 'static {
+    /// The latest snapshot.
+    fn state(&self) -> RobotState;
+    /// What the main task is doing.
+    fn task_status(&self) -> TaskStatus;
+    /// Cycles that took longer than a cycle lasts, since start.
+    fn overruns(&self) -> u64;
+    /// Cycles that were left out because the motion thread woke up too late, since start.
+    fn missed_cycles(&self) -> u64;
+}
+
+/// What the handlers share.
+struct Shared<S> {
+    source: Arc<S>,
+    ports: Vec<PortMeter>,
+    /// The cycle counter when it was last seen to move, and when that was.
+    pulse: Mutex<Option<(u64, Instant)>>,
+}
+
+/// Serves the port until `shutdown`; returns when every client is closed. `ports` are those whose clients are counted.
+pub async fn serve<S: Source>(
+    listener: TcpListener,
+    source: Arc<S>,
+    ports: Vec<PortMeter>,
+    meter: PortMeter,
+    shutdown: CancellationToken,
+) {
+    let app = router(source, ports);
+    serve_port(listener, meter, shutdown, |stream, client, shutdown| {
+        let service = TowerToHyperService::new(app.clone());
+        async move {
+            let mut http = http1::Builder::new();
+            http.timer(TokioTimer::new())
+                .header_read_timeout(HEAD_TIMEOUT)
+                .max_buf_size(HEAD_BYTES_MAX);
+            let mut connection =
+                std::pin::pin!(http.serve_connection(TokioIo::new(stream), service));
+            let ended = tokio::select! {
+                ended = connection.as_mut() => ended,
+                () = shutdown.cancelled() => {
+                    connection.as_mut().graceful_shutdown();
+                    connection.await
+                }
+            };
+            if let Err(error) = ended {
+                tracing::debug!(%client, %error, "http: the connection broke");
+            }
+        }
+    })
+    .await;
+}
+
+fn router<S: Source>(source: Arc<S>, ports: Vec<PortMeter>) -> Router {
+    let shared = Arc::new(Shared {
+        source,
+        ports,
+        pulse: Mutex::default(),
+    });
+    Router::new()
+        .route("/healthz", get(healthz::<S>))
+        .route("/metrics", get(metrics_page::<S>))
+        .with_state(shared)
+}
+
+/// 200 while the control cycle runs; 503 once it has been standing still between two requests.
+async fn healthz<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
+    let cycle = shared.source.state().cycle;
+    let now = Instant::now();
+    // The value is whole at every moment, so a poisoned lock is as good as any.
+    let mut pulse = shared.pulse.lock().unwrap_or_else(PoisonError::into_inner);
+    match *pulse {
+        Some((last, since)) if last == cycle => {
+            let standing = now.duration_since(since);
+            if standing >= STANDSTILL {
+                let text = format!(
+                    "cycle {cycle} has been the last one for {:.1} s\n",
+                    standing.as_secs_f64()
+                );
+                return (StatusCode::SERVICE_UNAVAILABLE, text).into_response();
+            }
+        }
+        _ => *pulse = Some((cycle, now)),
+    }
+    "ok\n".into_response()
+}
+
+async fn metrics_page<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
+    let text = render(&Measurements {
+        state: &shared.source.state(),
+        task: shared.source.task_status(),
+        overruns: shared.source.overruns(),
+        missed_cycles: shared.source.missed_cycles(),
+        ports: &shared.ports,
+    });
+    ([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], text).into_response()
+}
+
+#[cfg(test)]
+mod tests;

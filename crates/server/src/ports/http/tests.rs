@@ -1,0 +1,151 @@
+//! The pages over real connections, and what is not a request.
+
+use std::net::SocketAddr;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use kinematics::JointPositions;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::task::JoinHandle;
+
+use super::*;
+
+#[derive(Default)]
+struct Fake {
+    cycle: AtomicU64,
+}
+
+impl Source for Fake {
+    fn state(&self) -> RobotState {
+        let mut state = RobotState::at_start(JointPositions::ZERO, 0.004);
+        state.cycle = self.cycle.load(Ordering::Relaxed);
+        state.time = 12.5;
+        state.step_duration_us = 250.0;
+        state.wakeup_latency_us = 50.0;
+        state.records_lost = 3;
+        state
+    }
+    fn task_status(&self) -> TaskStatus {
+        TaskStatus::Paused
+    }
+    fn overruns(&self) -> u64 {
+        2
+    }
+    fn missed_cycles(&self) -> u64 {
+        1
+    }
+}
+
+async fn port(source: Arc<Fake>) -> (SocketAddr, CancellationToken, JoinHandle<()>) {
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let address = listener.local_addr().unwrap();
+    let shutdown = CancellationToken::new();
+    let meter = PortMeter::new("http");
+    let ports = vec![PortMeter::new("primary"), meter.clone()];
+    let port = tokio::spawn(serve(listener, source, ports, meter, shutdown.clone()));
+    (address, shutdown, port)
+}
+
+/// Sends `request` and reads until the server closes.
+async fn answer(address: SocketAddr, request: &str) -> String {
+    let mut stream = TcpStream::connect(address).await.unwrap();
+    stream.write_all(request.as_bytes()).await.unwrap();
+    let mut answer = Vec::new();
+    // A server that closes with unread bytes resets the connection; what it said before counts.
+    let _ = stream.read_to_end(&mut answer).await;
+    String::from_utf8(answer).unwrap()
+}
+
+async fn get_page(address: SocketAddr, path: &str) -> String {
+    answer(
+        address,
+        &format!("GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"),
+    )
+    .await
+}
+
+#[tokio::test]
+async fn metrics_are_in_the_text_format() {
+    let source = Arc::new(Fake::default());
+    source.cycle.store(3125, Ordering::Relaxed);
+    let (address, shutdown, port) = port(source).await;
+    let page = get_page(address, "/metrics").await;
+    let (head, body) = page.split_once("\r\n\r\n").unwrap();
+    assert!(head.starts_with("HTTP/1.1 200 OK"), "{head}");
+    assert!(
+        head.contains("content-type: text/plain; version=0.0.4; charset=utf-8"),
+        "{head}"
+    );
+    insta::assert_snapshot!(body);
+    shutdown.cancel();
+    port.await.unwrap();
+}
+
+#[tokio::test]
+async fn health_is_a_cycle_counter_that_moves() {
+    let source = Arc::new(Fake::default());
+    let shared = || {
+        State(Arc::new(Shared {
+            source: Arc::clone(&source),
+            ports: Vec::new(),
+            pulse: Mutex::default(),
+        }))
+    };
+    tokio::time::pause();
+    let shared = shared();
+    assert_eq!(healthz(shared.clone()).await.status(), 200);
+    tokio::time::advance(Duration::from_millis(900)).await;
+    assert_eq!(healthz(shared.clone()).await.status(), 200);
+    tokio::time::advance(Duration::from_millis(200)).await;
+    assert_eq!(healthz(shared.clone()).await.status(), 503);
+    source.cycle.store(1, Ordering::Relaxed);
+    assert_eq!(healthz(shared).await.status(), 200);
+}
+
+#[tokio::test]
+async fn other_pages_methods_and_nonsense_are_refused() {
+    let (address, shutdown, port) = port(Arc::default()).await;
+    for (request, status) in [
+        (
+            "GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n",
+            "404",
+        ),
+        (
+            "POST /metrics HTTP/1.1\r\nHost: x\r\nContent-Length: 0\r\nConnection: close\r\n\r\n",
+            "405",
+        ),
+        ("stop task\n\n", "400"),
+    ] {
+        let page = answer(address, request).await;
+        assert!(
+            page.starts_with(&format!("HTTP/1.1 {status}")),
+            "{request}: {page}"
+        );
+    }
+    let long = format!("GET /{} HTTP/1.1\r\n\r\n", "x".repeat(2 * HEAD_BYTES_MAX));
+    let page = answer(address, &long).await;
+    assert!(page.is_empty() || page.starts_with("HTTP/1.1 4"), "{page}");
+    assert!(
+        get_page(address, "/healthz")
+            .await
+            .ends_with("\r\n\r\nok\n")
+    );
+    shutdown.cancel();
+    port.await.unwrap();
+}
+
+#[tokio::test]
+async fn an_idle_connection_does_not_hold_up_the_end() {
+    let (address, shutdown, port) = port(Arc::default()).await;
+    let mut idle = TcpStream::connect(address).await.unwrap();
+    idle.write_all(b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n")
+        .await
+        .unwrap();
+    let mut byte = [0];
+    idle.read_exact(&mut byte).await.unwrap();
+    shutdown.cancel();
+    tokio::time::timeout(Duration::from_millis(800), port)
+        .await
+        .unwrap()
+        .unwrap();
+}

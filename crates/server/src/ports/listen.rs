@@ -1,0 +1,328 @@
+//! Accepting clients: the same loop for every port.
+//!
+//! Owns the limit of clients, their numbers and the end of the port. Which address a port listens on is decided by
+//! [`bind`]'s caller; what a client may say, by the session.
+
+use core::fmt;
+use std::future::Future;
+use std::io;
+use std::net::{IpAddr, SocketAddr};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+use socket2::{SockRef, TcpKeepalive};
+use thiserror::Error;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::task::{JoinError, JoinSet};
+use tokio_util::sync::CancellationToken;
+
+use crate::options::PortSetting;
+
+/// Clients of one port; one more is closed at once.
+pub const CLIENTS_MAX: usize = 64;
+
+/// After a failed accept (no file descriptors left, say) the port waits so long.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
+
+/// How long sessions may take to end.
+const FAREWELL: Duration = Duration::from_secs(1);
+
+/// Number of a client, from 1, in the order in which clients of a port connected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ClientId(pub u64);
+
+impl fmt::Display for ClientId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.0)
+    }
+}
+
+/// Name of a port and how many clients it has now. Cloning gives another handle to the same count.
+#[derive(Clone, Debug)]
+pub struct PortMeter {
+    name: &'static str,
+    clients: Arc<AtomicUsize>,
+}
+
+impl PortMeter {
+    /// A port without clients.
+    pub fn new(name: &'static str) -> Self {
+        Self {
+            name,
+            clients: Arc::default(),
+        }
+    }
+
+    /// The name, as in the ready file.
+    pub const fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// How many clients are connected now.
+    pub fn clients(&self) -> usize {
+        self.clients.load(Ordering::Relaxed)
+    }
+}
+
+/// Why a port cannot be opened: one sentence that says what to do.
+#[derive(Debug, Error)]
+pub enum BindError {
+    /// Somebody else has it.
+    #[error(
+        "{address} is in use by another program: stop it, or choose another port with {option} (0 takes any free one)"
+    )]
+    InUse {
+        /// Wanted.
+        address: SocketAddr,
+        /// The option that chooses the port.
+        option: &'static str,
+    },
+    /// A port below 1024, usually.
+    #[error("this user may not listen on {address}: choose a port from 1024 on with {option}")]
+    NotAllowed {
+        /// Wanted.
+        address: SocketAddr,
+        /// The option that chooses the port.
+        option: &'static str,
+    },
+    /// The machine has no such address.
+    #[error("this machine has no address {}: choose one of its own with --bind", address.ip())]
+    NoSuchAddress {
+        /// Wanted.
+        address: SocketAddr,
+    },
+    /// Anything else.
+    #[error("cannot listen on {address} ({option}): {source}")]
+    Other {
+        /// Wanted.
+        address: SocketAddr,
+        /// The option that chooses the port.
+        option: &'static str,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+/// A bound port, or `None` where the setting is off. `option` is named in errors.
+pub async fn bind(
+    option: &'static str,
+    ip: IpAddr,
+    setting: PortSetting,
+) -> Result<Option<TcpListener>, BindError> {
+    let port = match setting {
+        PortSetting::Off => return Ok(None),
+        PortSetting::Any => 0,
+        PortSetting::Number(port) => port,
+    };
+    let address = SocketAddr::new(ip, port);
+    let listener = TcpListener::bind(address)
+        .await
+        .map_err(|source| match source.kind() {
+            io::ErrorKind::AddrInUse => BindError::InUse { address, option },
+            io::ErrorKind::PermissionDenied => BindError::NotAllowed { address, option },
+            io::ErrorKind::AddrNotAvailable => BindError::NoSuchAddress { address },
+            _ => BindError::Other {
+                address,
+                option,
+                source,
+            },
+        })?;
+    Ok(Some(listener))
+}
+
+/// Accepts clients until `shutdown` and runs `session` for each. Returns when every session has ended; the listener is
+/// closed first.
+pub async fn serve_port<S>(
+    listener: TcpListener,
+    meter: PortMeter,
+    shutdown: CancellationToken,
+    session: impl Fn(TcpStream, ClientId, CancellationToken) -> S,
+) where
+    S: Future<Output = ()> + Send + 'static,
+{
+    let mut sessions = JoinSet::new();
+    let mut last = 0;
+    loop {
+        let accepted = tokio::select! {
+            () = shutdown.cancelled() => break,
+            Some(ended) = sessions.join_next() => {
+                log_panic(&meter, ended);
+                meter.clients.store(sessions.len(), Ordering::Relaxed);
+                continue;
+            }
+            accepted = listener.accept() => accepted,
+        };
+        let (stream, peer) = match accepted {
+            Ok(accepted) => accepted,
+            Err(error) => {
+                tracing::warn!(port = meter.name, %error, "cannot accept a client");
+                tokio::time::sleep(ACCEPT_PAUSE).await;
+                continue;
+            }
+        };
+        if sessions.len() >= CLIENTS_MAX {
+            tracing::warn!(
+                port = meter.name,
+                %peer,
+                "refused: {CLIENTS_MAX} clients are connected, which is the limit"
+            );
+            continue;
+        }
+        if let Err(error) = prepare(&stream) {
+            // A connection that is gone already, usually; the session finds out by itself.
+            tracing::debug!(port = meter.name, %peer, %error, "cannot set socket options");
+        }
+        last += 1;
+        let client = ClientId(last);
+        tracing::debug!(port = meter.name, %client, %peer, "connected");
+        sessions.spawn(session(stream, client, shutdown.clone()));
+        meter.clients.store(sessions.len(), Ordering::Relaxed);
+    }
+    drop(listener);
+    let all_ended = async {
+        while let Some(ended) = sessions.join_next().await {
+            log_panic(&meter, ended);
+        }
+    };
+    if tokio::time::timeout(FAREWELL, all_ended).await.is_err() {
+        tracing::debug!(port = meter.name, "some clients are cut off");
+        sessions.shutdown().await;
+    }
+    meter.clients.store(0, Ordering::Relaxed);
+}
+
+/// A panic of a session is a bug of ours; it ends that client only, and must be seen.
+fn log_panic(meter: &PortMeter, ended: Result<(), JoinError>) {
+    if let Err(error) = ended
+        && error.is_panic()
+    {
+        tracing::error!(port = meter.name, %error, "a session ended by a fault of ours; please report it");
+    }
+}
+
+/// No delay for small messages; a peer that vanished without a word is noticed within half a minute.
+fn prepare(stream: &TcpStream) -> io::Result<()> {
+    stream.set_nodelay(true)?;
+    let keepalive = TcpKeepalive::new()
+        .with_time(Duration::from_secs(15))
+        .with_interval(Duration::from_secs(5))
+        .with_retries(3);
+    SockRef::from(stream).set_tcp_keepalive(&keepalive)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::net::Ipv4Addr;
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+
+    const LOCALHOST: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
+
+    async fn any_port() -> (TcpListener, SocketAddr) {
+        let listener = bind("--x-port", LOCALHOST, PortSetting::Any)
+            .await
+            .unwrap()
+            .unwrap();
+        let address = listener.local_addr().unwrap();
+        (listener, address)
+    }
+
+    /// Sends `hi` and stays until the server ends or the client goes.
+    async fn greet(mut stream: TcpStream, _: ClientId, shutdown: CancellationToken) {
+        let _ = stream.write_all(b"hi").await;
+        let mut byte = [0];
+        let _ = shutdown.run_until_cancelled(stream.read(&mut byte)).await;
+    }
+
+    #[tokio::test]
+    async fn a_port_in_use_is_named_with_its_option_and_a_way_out() {
+        let (_listener, address) = any_port().await;
+        let setting = PortSetting::Number(address.port());
+        let error = bind("--x-port", LOCALHOST, setting).await.unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            format!(
+                "{address} is in use by another program: stop it, or choose another port with --x-port (0 takes any free one)"
+            )
+        );
+        let off = bind("--x-port", LOCALHOST, PortSetting::Off).await.unwrap();
+        assert!(off.is_none());
+        // An address for documentation (RFC 5737), which no machine has.
+        let error = bind("--x-port", "192.0.2.1".parse().unwrap(), PortSetting::Any).await;
+        assert!(error.unwrap_err().to_string().contains("--bind"));
+    }
+
+    #[tokio::test]
+    async fn one_client_more_than_the_limit_is_closed_and_a_place_can_be_taken_again() {
+        let (listener, address) = any_port().await;
+        let (meter, shutdown) = (PortMeter::new("x"), CancellationToken::new());
+        let port = tokio::spawn(serve_port(listener, meter.clone(), shutdown.clone(), greet));
+        let mut clients = Vec::new();
+        let mut two = [0; 2];
+        for _ in 0..CLIENTS_MAX {
+            let mut client = TcpStream::connect(address).await.unwrap();
+            client.read_exact(&mut two).await.unwrap();
+            clients.push(client);
+        }
+        assert_eq!(meter.clients(), CLIENTS_MAX);
+        let mut one_more = TcpStream::connect(address).await.unwrap();
+        assert_eq!(one_more.read(&mut two).await.unwrap_or(0), 0);
+
+        drop(clients.pop());
+        while meter.clients() == CLIENTS_MAX {
+            tokio::task::yield_now().await;
+        }
+        let mut next = TcpStream::connect(address).await.unwrap();
+        next.read_exact(&mut two).await.unwrap();
+
+        shutdown.cancel();
+        port.await.unwrap();
+        assert_eq!(meter.clients(), 0);
+        assert!(TcpStream::connect(address).await.is_err());
+        assert_eq!(next.read(&mut two).await.unwrap_or(0), 0);
+    }
+
+    #[tokio::test]
+    async fn a_session_that_panics_ends_alone() {
+        let (listener, address) = any_port().await;
+        let shutdown = CancellationToken::new();
+        let session = |stream, client, shutdown| async move {
+            assert!(client != ClientId(1), "the first client meets a fault");
+            greet(stream, client, shutdown).await;
+        };
+        let port = tokio::spawn(serve_port(
+            listener,
+            PortMeter::new("x"),
+            shutdown.clone(),
+            session,
+        ));
+        let mut two = [0; 2];
+        let mut first = TcpStream::connect(address).await.unwrap();
+        assert_eq!(first.read(&mut two).await.unwrap_or(0), 0);
+        let mut second = TcpStream::connect(address).await.unwrap();
+        second.read_exact(&mut two).await.unwrap();
+        shutdown.cancel();
+        port.await.unwrap();
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_session_that_does_not_end_is_cut_off() {
+        let (listener, address) = any_port().await;
+        let shutdown = CancellationToken::new();
+        let session = |stream, _, _| async move {
+            let _stream = stream;
+            std::future::pending().await
+        };
+        let port = tokio::spawn(serve_port(
+            listener,
+            PortMeter::new("x"),
+            shutdown.clone(),
+            session,
+        ));
+        let _client = TcpStream::connect(address).await.unwrap();
+        tokio::task::yield_now().await;
+        shutdown.cancel();
+        port.await.unwrap();
+    }
+}

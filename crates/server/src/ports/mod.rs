@@ -1,0 +1,13 @@
+//! The ports: one folder each, with a pure codec, a session over any duplex stream, and a listener handed in bound.
+
+pub mod dashboard;
+pub mod description;
+pub mod http;
+pub mod interpreter;
+pub mod lines;
+pub mod listen;
+pub mod modbus;
+pub mod primary;
+pub mod text;
+
+pub use listen::ClientId;

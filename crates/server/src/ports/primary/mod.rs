@@ -1,0 +1,71 @@
+//! Port 30001, the primary interface: scripts in; robot state, script errors and robot errors out.
+//!
+//! Owns the wire format, the cutting of text into programs and the clients. What a program does, and whether it may run
+//! now, is decided behind [`Backend`].
+
+pub mod codec;
+pub mod framing;
+pub mod hub;
+pub mod session;
+pub mod state_message;
+
+use std::sync::Arc;
+
+use motion_api::RobotState;
+use tokio::net::TcpListener;
+use tokio_util::sync::CancellationToken;
+
+use crate::ports::ClientId;
+use crate::ports::description::{Peripherals, RobotDescription, TaskStatus};
+use crate::ports::listen::{PortMeter, serve_port};
+use framing::{ControlPhrase, Program};
+pub use hub::Hub;
+
+/// A program with its sender.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Submission {
+    /// Who sent it.
+    pub client: ClientId,
+    /// What.
+    pub program: Program,
+}
+
+/// What this port asks of the controller. Errors of programs come back through the [`Hub`]: there is no reply to a
+/// script on this port.
+pub trait Backend: Send + Sync + 'static {
+    /// The latest snapshot.
+    fn state(&self) -> RobotState;
+    /// What the main task is doing.
+    fn task_status(&self) -> TaskStatus;
+    /// The arm; the same values every time.
+    fn description(&self) -> &RobotDescription;
+    /// Settings beside the state.
+    fn peripherals(&self) -> Peripherals;
+    /// The controller's time for messages, ms since 1970.
+    fn unix_millis(&self) -> u64;
+    /// True when the text parses as it stands. Asked only when a client fell silent in the middle of a block.
+    fn is_whole_program(&self, text: &str) -> bool;
+    /// Compiles and starts a program or announces why not. Returns when the program has been taken over, not when it
+    /// has run; until then the sender's next program waits.
+    fn submit(&self, submission: Submission) -> impl Future<Output = ()> + Send;
+    /// Carries out an order, or announces why not.
+    fn control(&self, client: ClientId, phrase: ControlPhrase) -> impl Future<Output = ()> + Send;
+}
+
+/// Serves the port until `shutdown`; returns when every client is closed.
+pub async fn serve<B: Backend>(
+    listener: TcpListener,
+    backend: Arc<B>,
+    hub: Hub,
+    meter: PortMeter,
+    shutdown: CancellationToken,
+) {
+    let publishing = hub.publish_states(&*backend, shutdown.clone());
+    let serving = serve_port(listener, meter, shutdown, |stream, client, shutdown| {
+        let (backend, hub) = (Arc::clone(&backend), hub.clone());
+        async move {
+            session::serve(stream, client, &*backend, &hub, shutdown).await;
+        }
+    });
+    tokio::join!(publishing, serving);
+}

@@ -1,0 +1,475 @@
+//! Sessions over an in-memory stream, with time under the test's control; then the port over real sockets.
+
+use std::sync::{Arc, Mutex};
+
+use kinematics::JointPositions;
+use motion_api::RobotState;
+use proptest::prelude::*;
+use tokio::io::{DuplexStream, duplex};
+use tokio::task::JoinHandle;
+use tokio::time::{advance, sleep};
+
+use super::*;
+use crate::ports::description::{Peripherals, RobotDescription, TaskStatus};
+use crate::ports::listen::{PortMeter, bind};
+use crate::ports::primary::codec::ROBOT_EXCEPTION;
+use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
+use crate::ports::primary::state_message::STATE_MESSAGE_BYTES;
+
+/// A controller that only writes down what it was asked.
+struct Fake {
+    description: RobotDescription,
+    asked: Mutex<Vec<Asked>>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Asked {
+    Program(Submission),
+    Control(ControlPhrase),
+}
+
+impl Fake {
+    fn new() -> Arc<Self> {
+        Arc::new(Self {
+            description: RobotDescription::cs66(),
+            asked: Mutex::default(),
+        })
+    }
+
+    fn asked(&self) -> Vec<Asked> {
+        self.asked.lock().unwrap().clone()
+    }
+
+    /// Texts of the programs received.
+    fn programs(&self) -> Vec<String> {
+        self.asked()
+            .into_iter()
+            .filter_map(|asked| match asked {
+                Asked::Program(submission) => Some(submission.program.text),
+                Asked::Control(_) => None,
+            })
+            .collect()
+    }
+}
+
+impl Backend for Fake {
+    fn state(&self) -> RobotState {
+        RobotState::at_start(JointPositions::ZERO, 0.004)
+    }
+    fn task_status(&self) -> TaskStatus {
+        TaskStatus::Running
+    }
+    fn description(&self) -> &RobotDescription {
+        &self.description
+    }
+    fn peripherals(&self) -> Peripherals {
+        Peripherals::default()
+    }
+    fn unix_millis(&self) -> u64 {
+        1_700_000_000_000
+    }
+    /// Brackets decide.
+    fn is_whole_program(&self, text: &str) -> bool {
+        text.matches('(').count() == text.matches(')').count()
+    }
+    async fn submit(&self, submission: Submission) {
+        self.asked.lock().unwrap().push(Asked::Program(submission));
+    }
+    async fn control(&self, _: ClientId, phrase: ControlPhrase) {
+        self.asked.lock().unwrap().push(Asked::Control(phrase));
+    }
+}
+
+/// One session with its client.
+struct Rig {
+    backend: Arc<Fake>,
+    hub: Hub,
+    shutdown: CancellationToken,
+    session: JoinHandle<SessionEnd>,
+    client: DuplexStream,
+}
+
+/// `room` is how many bytes the stream holds unread in each direction.
+fn rig(room: usize) -> Rig {
+    let (client, server) = duplex(room);
+    let (backend, hub, shutdown) = (Fake::new(), Hub::default(), CancellationToken::new());
+    let session = tokio::spawn({
+        let (backend, hub, shutdown) = (Arc::clone(&backend), hub.clone(), shutdown.clone());
+        async move { serve(server, ClientId(1), &*backend, &hub, shutdown).await }
+    });
+    Rig {
+        backend,
+        hub,
+        shutdown,
+        session,
+        client,
+    }
+}
+
+impl Rig {
+    fn publish(&self) {
+        let peripherals = Peripherals::default();
+        self.hub
+            .publish_state(&crate::ports::primary::state_message::StateInputs {
+                state: &self.backend.state(),
+                task: TaskStatus::Stopped,
+                robot: &self.backend.description,
+                peripherals: &peripherals,
+            });
+    }
+
+    fn announce(&self, text: &str) {
+        let exception = Exception::Script {
+            line: 1,
+            column: 1,
+            text: text.to_owned(),
+        };
+        self.hub.announce(0, Source::Controller, &exception);
+    }
+
+    async fn send(&mut self, text: &str) {
+        self.client.write_all(text.as_bytes()).await.unwrap();
+        settle().await;
+    }
+}
+
+/// Lets every task run until it waits.
+async fn settle() {
+    for _ in 0..20 {
+        tokio::task::yield_now().await;
+    }
+}
+
+/// The next message: its type and its body.
+async fn message(client: &mut (impl AsyncRead + Unpin)) -> (u8, Vec<u8>) {
+    let mut head = [0; 5];
+    client.read_exact(&mut head).await.unwrap();
+    let length = u32::from_be_bytes(head[..4].try_into().unwrap()) as usize;
+    let mut body = vec![0; length - 5];
+    client.read_exact(&mut body).await.unwrap();
+    (head[4], body)
+}
+
+/// The text of the next message, which must be a script error.
+async fn exception_text(client: &mut (impl AsyncRead + Unpin)) -> String {
+    let (kind, body) = message(client).await;
+    assert_eq!(kind, ROBOT_EXCEPTION);
+    String::from_utf8(body[18..body.len() - 1].to_vec()).unwrap()
+}
+
+#[tokio::test(start_paused = true)]
+async fn programs_and_orders_are_handed_over_in_the_order_in_which_they_came() {
+    let mut rig = rig(4096);
+    rig.send("stop task\ndef t():\n  a()\nend\npopup(1)\nset speed 0.5")
+        .await;
+    rig.send("0\n").await;
+    let program = |kind, text: &str| {
+        let program = Program {
+            text: text.to_owned(),
+            kind,
+            ended_by: EndedBy::ItsText,
+        };
+        Asked::Program(Submission {
+            client: ClientId(1),
+            program,
+        })
+    };
+    assert_eq!(
+        rig.backend.asked(),
+        [
+            Asked::Control(ControlPhrase::StopTask),
+            program(ProgramKind::Main, "def t():\n  a()\nend\n"),
+            program(ProgramKind::Line, "popup(1)\n"),
+            Asked::Control(ControlPhrase::SetSpeed(0.5)),
+        ]
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_latest_state_comes_first_without_any_request() {
+    let (backend, hub) = (Fake::new(), Hub::default());
+    let shutdown = CancellationToken::new();
+    let publisher = tokio::spawn({
+        let (backend, hub, shutdown) = (Arc::clone(&backend), hub.clone(), shutdown.clone());
+        async move { hub.publish_states(&*backend, shutdown).await }
+    });
+    sleep(Duration::from_millis(250)).await;
+    let (mut client, server) = duplex(64 * 1024);
+    let start = Instant::now();
+    let session = tokio::spawn({
+        let (hub, shutdown) = (hub.clone(), shutdown.clone());
+        async move { serve(server, ClientId(1), &*backend, &hub, shutdown).await }
+    });
+    let mut times = Vec::new();
+    for _ in 0..11 {
+        let (kind, body) = message(&mut client).await;
+        assert_eq!((kind, body.len()), (16, STATE_MESSAGE_BYTES - 5));
+        times.push(start.elapsed().as_millis());
+    }
+    assert!(times[0] < 2, "{times:?}");
+    assert!((940..=1000).contains(&times[10]), "ten a second: {times:?}");
+    shutdown.cancel();
+    publisher.await.unwrap();
+    assert_eq!(session.await.unwrap(), SessionEnd::Shutdown);
+}
+
+#[tokio::test(start_paused = true)]
+async fn two_seconds_of_silence_complete_a_block_that_is_whole() {
+    let mut rig = rig(4096);
+    rig.send("def t():\n  a()\n").await;
+    advance(Duration::from_millis(1900)).await;
+    rig.send("  b()\n").await; // the silence counts from the last byte
+    advance(Duration::from_millis(1900)).await;
+    settle().await;
+    assert!(rig.backend.programs().is_empty());
+    advance(Duration::from_millis(200)).await;
+    settle().await;
+    assert_eq!(rig.backend.programs(), ["def t():\n  a()\n  b()\n"]);
+    rig.send("c()\n").await;
+    assert_eq!(rig.backend.programs().len(), 2);
+}
+
+#[tokio::test(start_paused = true)]
+async fn silence_does_not_complete_a_block_that_is_not_whole() {
+    let mut rig = rig(4096);
+    rig.send("def t():\n  a(\n").await;
+    sleep(Duration::from_secs(60)).await;
+    assert!(rig.backend.programs().is_empty());
+    rig.send("  1)\nend\n").await;
+    assert_eq!(rig.backend.programs(), ["def t():\n  a(\n  1)\nend\n"]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_client_that_goes_away_completes_its_block_whether_whole_or_not() {
+    let mut rig = rig(4096);
+    rig.send("def t():\n  a(").await;
+    drop(rig.client);
+    settle().await;
+    let asked = rig.backend.asked();
+    let [Asked::Program(submission)] = asked.as_slice() else {
+        panic!("{asked:?}")
+    };
+    assert_eq!(submission.program.ended_by, EndedBy::PeerClosed);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_client_that_closed_its_half_still_gets_the_stream() {
+    let mut rig = rig(4096);
+    rig.send("a()\n").await;
+    rig.client.shutdown().await.unwrap();
+    settle().await;
+    rig.publish();
+    assert_eq!(message(&mut rig.client).await.0, 16);
+    rig.announce("later");
+    assert_eq!(exception_text(&mut rig.client).await, "later");
+    drop(rig.client);
+    rig.hub.announce(
+        0,
+        Source::Gui,
+        &Exception::Script {
+            line: 1,
+            column: 1,
+            text: String::new(),
+        },
+    );
+    assert_eq!(rig.session.await.unwrap(), SessionEnd::Disconnected);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_browser_is_closed_and_nothing_of_it_runs() {
+    let mut rig = rig(4096);
+    rig.send("POST / HTTP/1.1\r\n\r\ndef t():\n  a()\nend\nstop task\n")
+        .await;
+    assert_eq!(rig.session.await.unwrap(), SessionEnd::Http);
+    assert!(rig.backend.asked().is_empty());
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_client_that_does_not_read_misses_states_and_can_still_send() {
+    let mut rig = rig(2 * STATE_MESSAGE_BYTES);
+    for _ in 0..50 {
+        rig.publish();
+        settle().await;
+    }
+    rig.send("a()\n").await;
+    assert_eq!(rig.backend.programs(), ["a()\n"]);
+    // What it then reads are whole messages: two in the stream, one that was being written, and the latest.
+    for _ in 0..4 {
+        assert_eq!(message(&mut rig.client).await.0, 16);
+    }
+    let more = timeout(Duration::from_secs(1), message(&mut rig.client)).await;
+    assert!(more.is_err());
+}
+
+#[tokio::test(start_paused = true)]
+async fn exceptions_come_in_a_burst_and_then_at_a_pace_the_sdk_can_follow() {
+    let mut rig = rig(1024 * 1024);
+    settle().await;
+    for number in 0..100 {
+        rig.announce(&number.to_string());
+    }
+    let start = Instant::now();
+    let mut within_a_moment = 0;
+    for number in 0..100 {
+        assert_eq!(exception_text(&mut rig.client).await, number.to_string());
+        within_a_moment += usize::from(start.elapsed() < Duration::from_millis(20));
+    }
+    assert_eq!(within_a_moment, 20);
+    let all = start.elapsed();
+    assert!(
+        (Duration::from_millis(1990)..Duration::from_millis(2100)).contains(&all),
+        "{all:?}"
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn states_go_on_while_exceptions_wait() {
+    let mut rig = rig(1024 * 1024);
+    settle().await;
+    for _ in 0..40 {
+        rig.announce("x");
+    }
+    settle().await;
+    rig.publish();
+    for _ in 0..20 {
+        exception_text(&mut rig.client).await;
+    }
+    assert_eq!(message(&mut rig.client).await.0, 16);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_client_that_is_far_behind_loses_the_oldest_exceptions() {
+    let mut rig = rig(1024 * 1024);
+    settle().await;
+    for number in 0..1000 {
+        rig.announce(&number.to_string());
+    }
+    assert_eq!(exception_text(&mut rig.client).await, "744");
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_cannot_be_run_is_reported_to_every_client_with_its_place() {
+    let mut rig = rig(4096);
+    let mut other = rig.hub.subscribe();
+    rig.client
+        .write_all(b"a()\ndef t():\n  b('\xff')\nend\nc()\n")
+        .await
+        .unwrap();
+    let (kind, body) = message(&mut rig.client).await;
+    assert_eq!(kind, ROBOT_EXCEPTION);
+    assert_eq!(body[..8], 1_700_000_000_000_u64.to_be_bytes());
+    assert_eq!(body[8..18], [104, 10, 0, 0, 0, 2, 0, 0, 0, 6]);
+    assert_eq!(&body[18..], b"the program is not UTF-8 text\0");
+    assert!(other.exceptions.try_recv().is_ok());
+    assert_eq!(rig.backend.programs(), ["a()\n", "c()\n"]);
+    rig.shutdown.cancel();
+    assert_eq!(rig.session.await.unwrap(), SessionEnd::Shutdown);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
+    #[test]
+    fn any_bytes_leave_the_session_alive(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap();
+        runtime.block_on(async {
+            let mut rig = rig(64 * 1024);
+            // Not a browser, and whatever was opened is closed.
+            rig.client.write_all(b"x\n").await.unwrap();
+            rig.client.write_all(&bytes).await.unwrap();
+            rig.client.write_all(b"\n'''\nend\n\"\"\"\nend\nend\n").await.unwrap();
+            rig.send("last_words()\n").await;
+            sleep(Duration::from_secs(3)).await;
+            rig.publish();
+            loop {
+                if message(&mut rig.client).await.0 == 16 { break; }
+            }
+            assert!(!rig.session.is_finished());
+            let programs = rig.backend.programs();
+            assert_eq!(programs[0], "x\n");
+            assert!(programs.iter().all(|text| text.len() <= bytes.len() + 64));
+        });
+    }
+}
+
+/// A port over real sockets with a fake controller.
+async fn port() -> (
+    std::net::SocketAddr,
+    Arc<Fake>,
+    Hub,
+    CancellationToken,
+    JoinHandle<()>,
+) {
+    let listener = bind(
+        "--primary-port",
+        "127.0.0.1".parse().unwrap(),
+        crate::options::PortSetting::Any,
+    )
+    .await
+    .unwrap()
+    .unwrap();
+    let address = listener.local_addr().unwrap();
+    let (backend, hub, shutdown) = (Fake::new(), Hub::default(), CancellationToken::new());
+    let port = tokio::spawn(crate::ports::primary::serve(
+        listener,
+        Arc::clone(&backend),
+        hub.clone(),
+        PortMeter::new("primary"),
+        shutdown.clone(),
+    ));
+    (address, backend, hub, shutdown, port)
+}
+
+#[tokio::test]
+async fn clients_that_open_send_and_close_within_milliseconds_are_heard() {
+    let (address, backend, _hub, shutdown, port) = port().await;
+    for number in 0..20 {
+        let mut client = tokio::net::TcpStream::connect(address).await.unwrap();
+        if number % 2 == 0 {
+            // With states unread in its buffer, closing sends a reset instead of a goodbye.
+            let mut byte = [0];
+            client.read_exact(&mut byte).await.unwrap();
+        }
+        let script = format!("def t{number}():\n  a()\nend\n");
+        client.write_all(script.as_bytes()).await.unwrap();
+        drop(client);
+    }
+    let deadline = Instant::now() + Duration::from_secs(5);
+    while backend.programs().len() < 20 && Instant::now() < deadline {
+        sleep(Duration::from_millis(5)).await;
+    }
+    assert_eq!(backend.programs().len(), 20);
+    shutdown.cancel();
+    port.await.unwrap();
+}
+
+#[tokio::test]
+async fn every_client_gets_the_stream_and_the_exceptions() {
+    let (address, _backend, hub, shutdown, port) = port().await;
+    let mut clients = Vec::new();
+    for _ in 0..5 {
+        let mut client = tokio::net::TcpStream::connect(address).await.unwrap();
+        assert_eq!(message(&mut client).await.0, 16);
+        clients.push(client);
+    }
+    drop(clients.remove(2)); // a dead client holds up nobody
+    hub.announce(
+        5,
+        Source::Safety,
+        &Exception::Script {
+            line: 1,
+            column: 1,
+            text: "stop".into(),
+        },
+    );
+    for client in &mut clients {
+        loop {
+            let (kind, body) = message(client).await;
+            if kind == ROBOT_EXCEPTION {
+                assert_eq!(&body[18..], b"stop\0");
+                break;
+            }
+        }
+    }
+    shutdown.cancel();
+    port.await.unwrap();
+}

@@ -1,0 +1,229 @@
+//! The state message of the primary port: nine parts, 1157 bytes, the same order and sizes every time.
+//!
+//! Pure: a snapshot in, bytes out. Field clients unpack the whole message with one format string, so order, presence
+//! and size of the parts all matter (SDK include/Primary; public clients).
+
+use motion_api::{RobotMode, RobotState, SafetyMode};
+
+use super::codec::{ROBOT_STATE, Writer};
+use crate::ports::description::{AnalogDomain, Peripherals, RobotDescription, TaskStatus};
+
+/// Length of the whole message.
+pub const STATE_MESSAGE_BYTES: usize = 1157;
+
+/// Defaults of movej and movel (manual 3.1.1, 3.1.3): rad/s, rad/s², m/s, m/s², then a radius that is internal to the
+/// vendor's planner.
+#[allow(
+    clippy::approx_constant,
+    reason = "the figures of the manual, not the constant"
+)]
+const MOTION_DEFAULTS: [f64; 5] = [1.047197, 1.396263, 0.25, 1.2, 0.0];
+
+// Values that a simulated arm has no physics for.
+const SUPPLY_VOLTS: f64 = 48.0;
+const JOINT_CELSIUS: f64 = 32.0;
+const TOOL_CELSIUS: f64 = 30.0;
+const BOARD_CELSIUS: f64 = 35.0;
+/// What the control box draws when the arm stands, A.
+const IDLE_AMPERES: f64 = 0.6;
+
+/// Everything a state message is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct StateInputs<'a> {
+    /// The snapshot of one cycle.
+    pub state: &'a RobotState,
+    /// What the main task is doing.
+    pub task: TaskStatus,
+    /// The arm.
+    pub robot: &'a RobotDescription,
+    /// The rest.
+    pub peripherals: &'a Peripherals,
+}
+
+/// The whole message.
+pub fn encode_state(inputs: &StateInputs<'_>) -> Vec<u8> {
+    let mut out = Writer::message(ROBOT_STATE);
+    out.part(0, |out| robot_mode_data(out, inputs));
+    out.part(1, |out| joint_data(out, inputs));
+    out.part(4, |out| cartesian_info(out, inputs));
+    out.part(6, |out| configuration_data(out, inputs.robot));
+    out.part(3, |out| masterboard_data(out, inputs));
+    out.part(8, |out| additional_info(out, inputs));
+    out.part(2, |out| tool_data(out, inputs));
+    out.part(10, |out| safety_state(out, inputs));
+    out.part(11, |out| tool_communication(out, inputs));
+    out.finish()
+}
+
+fn robot_mode_data(out: &mut Writer, inputs: &StateInputs<'_>) {
+    let state = inputs.state;
+    // Simulated time since the controller started, µs.
+    out.u64((state.time * 1e6) as u64);
+    out.flag(true); // older name: real robot connected
+    out.flag(true); // older name: real robot enabled
+    out.flag(is_powered(state.robot_mode));
+    out.flag(matches!(
+        state.safety_mode,
+        SafetyMode::SystemEmergencyStop | SafetyMode::RobotEmergencyStop
+    ));
+    out.flag(state.safety_mode == SafetyMode::ProtectiveStop);
+    // "Runs" stays true while paused: clients test "paused" first.
+    out.flag(inputs.task != TaskStatus::Stopped);
+    out.flag(inputs.task == TaskStatus::Paused);
+    out.u8(state.robot_mode.number().cast_unsigned() as u8); // -1 travels as 255
+    out.u8(0); // control mode: position
+    out.f64(state.target_speed_fraction);
+    out.f64(state.speed_scaling);
+    out.f64(1.0); // limit of the target speed fraction
+    out.u8(0); // speed mode
+    out.flag(false); // older name: system in alarm
+    out.flag(false); // in package mode
+    out.u32(0);
+}
+
+fn joint_data(out: &mut Writer, inputs: &StateInputs<'_>) {
+    let state = inputs.state;
+    let powered = is_powered(state.robot_mode);
+    for joint in 0..6 {
+        let torque = state.actual_torque[joint];
+        out.f64(state.actual_q[joint]);
+        out.f64(state.target_q[joint]);
+        out.f64(state.actual_qd[joint]);
+        out.u32(0); // older names: target, actual and zero pulse
+        out.u32(0);
+        out.u32(0);
+        out.f32(motor_current(inputs, joint));
+        out.f32(if powered { SUPPLY_VOLTS } else { 0.0 });
+        out.f32(JOINT_CELSIUS);
+        out.f32(torque);
+        out.u8(joint_mode(state.robot_mode));
+        out.u32(0);
+    }
+}
+
+fn cartesian_info(out: &mut Writer, inputs: &StateInputs<'_>) {
+    out.f64s(&inputs.state.actual_tcp_pose.to_array());
+    out.f64s(&inputs.state.tcp_offset.to_array());
+}
+
+fn configuration_data(out: &mut Writer, robot: &RobotDescription) {
+    for (min, max) in robot.position_limits {
+        out.f64s(&[min, max]);
+    }
+    for joint in 0..6 {
+        out.f64s(&[robot.speed_limits[joint], robot.acceleration_limits[joint]]);
+    }
+    out.f64s(&MOTION_DEFAULTS);
+    out.f64s(&robot.dh_a);
+    out.f64s(&robot.dh_d);
+    out.f64s(&robot.dh_alpha);
+    out.f64s(&[0.0; 6]);
+    out.u32(0); // masterboard version
+    out.u32(0); // control box type
+    out.u32(robot.robot_type);
+    out.u32(0); // robot structure, tool I/O type, two reserved
+}
+
+fn masterboard_data(out: &mut Writer, inputs: &StateInputs<'_>) {
+    let (state, peripherals) = (inputs.state, inputs.peripherals);
+    out.u32(state.digital_in as u32);
+    out.u32(state.digital_out as u32);
+    domains(out, peripherals.analog_in_domains);
+    out.f64s(&state.analog_in);
+    domains(out, peripherals.analog_out_domains);
+    out.f64s(&state.analog_out);
+    out.f32(BOARD_CELSIUS);
+    let powered = is_powered(state.robot_mode);
+    let motors: f64 = (0..6).map(|joint| motor_current(inputs, joint).abs()).sum();
+    out.f32(if powered { SUPPLY_VOLTS } else { 0.0 });
+    out.f32(if powered { IDLE_AMPERES + motors } else { 0.0 });
+    out.f32(0.0); // current of the I/O
+    out.u8(state.safety_mode.number().cast_unsigned() as u8);
+    out.flag(state.safety_mode == SafetyMode::Reduced);
+    out.flag(false); // operational mode selector input
+    out.flag(false); // three-position enabling device input
+    out.u8(0);
+}
+
+fn additional_info(out: &mut Writer, inputs: &StateInputs<'_>) {
+    out.flag(inputs.peripherals.freedrive);
+    out.flag(false);
+    out.flag(false); // freedrive by I/O enabled
+    out.flag(inputs.peripherals.collision_detection);
+    out.u8(0);
+}
+
+fn tool_data(out: &mut Writer, inputs: &StateInputs<'_>) {
+    let (state, peripherals) = (inputs.state, inputs.peripherals);
+    out.u8(peripherals.analog_out_domains[2] as u8);
+    out.u8(peripherals.analog_in_domains[2] as u8);
+    out.f64(state.analog_out[2]);
+    out.f64(state.analog_in[2]);
+    out.f32(f64::from(peripherals.tool_voltage));
+    out.u8(peripherals.tool_voltage);
+    out.f32(0.0); // current of the tool
+    out.f32(TOOL_CELSIUS);
+    out.u8(joint_mode(state.robot_mode));
+}
+
+fn safety_state(out: &mut Writer, inputs: &StateInputs<'_>) {
+    out.u32(0); // checksum of the safety configuration
+    out.u8(0); // operational mode
+    out.u8(0);
+    out.f64s(&inputs.state.elbow_position);
+    out.f64(0.0); // radius of the elbow's sphere
+}
+
+fn tool_communication(out: &mut Writer, inputs: &StateInputs<'_>) {
+    let serial = inputs.peripherals.tool_serial;
+    out.flag(serial.is_some());
+    out.u32(serial.map_or(0, |s| s.baud_rate));
+    out.u32(serial.map_or(0, |s| s.parity));
+    out.u32(serial.map_or(0, |s| s.stop_bits));
+    out.flag(false); // Modbus on the tool port
+    out.u8(0); // who uses the port
+    out.f32(0.0);
+    out.f32(0.0);
+}
+
+fn domains(out: &mut Writer, domains: [AnalogDomain; 3]) {
+    for domain in domains {
+        out.u8(domain as u8);
+    }
+}
+
+/// Power is on the joints from IDLE on; the two higher numbers are modes of a robot in maintenance.
+const fn is_powered(mode: RobotMode) -> bool {
+    matches!(
+        mode,
+        RobotMode::Idle | RobotMode::Backdrive | RobotMode::Running
+    )
+}
+
+/// The mode of every joint and of the tool follows the robot's (SDK include/Elite/DataType.hpp).
+const fn joint_mode(mode: RobotMode) -> u8 {
+    match mode {
+        RobotMode::Running => 253,
+        RobotMode::Idle => 255,
+        RobotMode::Backdrive => 238,
+        RobotMode::PowerOn => 246,
+        RobotMode::Booting => 247,
+        RobotMode::UpdatingFirmware => 249,
+        RobotMode::NoController => 245,
+        RobotMode::Disconnected
+        | RobotMode::ConfirmSafety
+        | RobotMode::PowerOff
+        | RobotMode::WaitingCalibration => 239,
+    }
+}
+
+fn motor_current(inputs: &StateInputs<'_>, joint: usize) -> f64 {
+    if is_powered(inputs.state.robot_mode) {
+        inputs.state.actual_torque[joint] / inputs.robot.torque_per_ampere[joint]
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,222 @@
+//! `replay --rerun`: the recorded commands on a fresh controller, cycle by cycle.
+//!
+//! The controller knows no wall time and no other input than its commands, so every cycle must come out the same, bit
+//! for bit. A difference is a bug in one of the two runs, or they are of different versions.
+
+use std::fmt;
+
+use kinematics::ModelError;
+use motion::{ConfigError, Cycle, CycleConfig, PlantKind, Timing};
+use motion_api::{BorderSizes, ScriptEnd, border};
+use recorder::{
+    ArgumentError, CommandMessage, Difference, Entry, ReadError, Recording, Setup, Topic,
+    difference,
+};
+use thiserror::Error;
+
+use super::model_of;
+
+/// More cycles missing in one place are not worth waiting for.
+const MAX_GAP: u64 = 1_000_000;
+
+/// Why a recording cannot be run again.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RerunError {
+    /// The recording cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The recording does not say how the controller was started.
+    #[error("the recording does not say how the controller was started, it cannot be run again")]
+    NoSetup,
+    /// Something of the start configuration is not known or not supported.
+    #[error(
+        "the recording was made with {what}, with which it cannot be run again in this version"
+    )]
+    Unsupported {
+        /// What.
+        what: String,
+    },
+    /// The arm cannot be made.
+    #[error("the arm of the recording cannot be made: {0}")]
+    Model(#[from] ModelError),
+    /// The controller cannot be made.
+    #[error("the controller of the recording cannot be made: {0}")]
+    Config(#[from] ConfigError),
+    /// A recorded command is not one of this version.
+    #[error("command {id} cannot be given again: {source}")]
+    Command {
+        /// Its number.
+        id: u64,
+        /// Why.
+        source: ArgumentError,
+    },
+    /// A command is missing in the recording.
+    #[error("command {expected} is missing in the recording, command {found} comes in its place")]
+    CommandMissing {
+        /// The number that should come.
+        expected: u64,
+        /// The number that came.
+        found: u64,
+    },
+    /// The commands of a cycle do not fit into the ring.
+    #[error("more commands than the ring holds were taken in cycle {cycle}")]
+    TooManyCommands {
+        /// The cycle.
+        cycle: u64,
+    },
+    /// So many cycles are missing that running them would take for ever.
+    #[error("the recording jumps from cycle {from} to cycle {to}")]
+    Gap {
+        /// The cycle before.
+        from: u64,
+        /// The cycle after.
+        to: u64,
+    },
+}
+
+/// What running a recording again showed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Comparison {
+    /// Every recorded cycle came out the same.
+    Identical {
+        /// How many cycles.
+        cycles: u64,
+    },
+    /// The first cycle that did not.
+    Different(Difference),
+}
+
+impl Comparison {
+    /// True when every cycle came out the same.
+    pub fn is_identical(&self) -> bool {
+        matches!(self, Self::Identical { .. })
+    }
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Identical { cycles } => write!(f, "identical: {cycles} cycles"),
+            Self::Different(difference) => {
+                let cycle = difference.cycle;
+                write!(
+                    f,
+                    "first difference at cycle {cycle}: {difference} (recorded and rerun)"
+                )
+            }
+        }
+    }
+}
+
+/// Runs the commands of a recording on a controller that was started the same way.
+///
+/// # Errors
+/// [`RerunError`] when the recording does not tell enough to do so.
+pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
+    let setup = recording.setup().ok_or(RerunError::NoSetup)?;
+    let mut controller = Controller::new(cycle_config(setup)?)?;
+    let mut commands = Vec::new();
+    let mut compared = 0;
+    for entry in recording.entries(&[Topic::Cycle, Topic::Command])? {
+        match entry?.1 {
+            Entry::Command(command) => commands.push(command),
+            Entry::Cycle(recorded) => {
+                controller.run_to(recorded.cycle, &mut commands)?;
+                let fresh = recorder::Cycle::from(&controller.script.snapshot.read());
+                if let Some(difference) = difference(&recorded, &fresh) {
+                    return Ok(Comparison::Different(difference));
+                }
+                compared += 1;
+            }
+            Entry::Script(_) | Entry::Log(_) | Entry::Io(_) => {}
+        }
+    }
+    Ok(Comparison::Identical { cycles: compared })
+}
+
+/// A controller without threads.
+struct Controller {
+    cycle: Cycle,
+    script: ScriptEnd,
+    /// The latest cycle that ran.
+    latest: u64,
+}
+
+impl Controller {
+    fn new(config: CycleConfig) -> Result<Self, RerunError> {
+        let sizes = BorderSizes {
+            records: None,
+            ..BorderSizes::default()
+        };
+        let (motion, script) = border(sizes, &config.first_state());
+        Ok(Self {
+            cycle: Cycle::new(config, motion)?,
+            script,
+            latest: 0,
+        })
+    }
+
+    /// Runs up to and with cycle `last`; every command goes in before the cycle that took it.
+    fn run_to(&mut self, last: u64, commands: &mut Vec<CommandMessage>) -> Result<(), RerunError> {
+        if last.saturating_sub(self.latest) > MAX_GAP {
+            return Err(RerunError::Gap {
+                from: self.latest,
+                to: last,
+            });
+        }
+        while self.latest < last {
+            let next = self.latest + 1;
+            let due = commands.iter().take_while(|c| c.cycle <= next).count();
+            for command in commands.drain(..due) {
+                self.send(&command)?;
+            }
+            self.cycle.tick(Timing::default());
+            self.latest = next;
+            while self.script.events.next_event().is_some() {}
+        }
+        Ok(())
+    }
+
+    fn send(&self, message: &CommandMessage) -> Result<(), RerunError> {
+        let command = message.to_command().map_err(|source| RerunError::Command {
+            id: message.id,
+            source,
+        })?;
+        let port = &self.script.commands;
+        let id =
+            port.send(command.origin, command.kind)
+                .map_err(|_| RerunError::TooManyCommands {
+                    cycle: message.cycle,
+                })?;
+        if id == command.id {
+            return Ok(());
+        }
+        Err(RerunError::CommandMissing {
+            expected: id.0,
+            found: message.id,
+        })
+    }
+}
+
+/// The configuration that the controller was started with.
+fn cycle_config(setup: &Setup) -> Result<CycleConfig, RerunError> {
+    let unsupported = |what: String| RerunError::Unsupported { what };
+    if setup.cell.is_some() {
+        return Err(unsupported("a cell file".to_owned()));
+    }
+    let plant = match setup.plant.as_str() {
+        "rigid" => PlantKind::Rigid,
+        "ideal" => PlantKind::Ideal,
+        other => return Err(unsupported(format!("the plant {other:?}"))),
+    };
+    Ok(CycleConfig {
+        step_time: setup.step_time,
+        home: setup.home,
+        tcp: setup.tcp,
+        payload: setup.payload,
+        plant,
+        powered_off: setup.powered_off,
+        ..CycleConfig::new(model_of(setup)?)
+    })
+}

@@ -1,0 +1,146 @@
+//! `replay --at T`: everything that is known about one moment.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+
+use motion_api::{RobotMode, SafetyMode};
+use recorder::{CommandMessage, Cycle, Entry, FieldValue, Recording, Topic};
+
+use super::ReplayError;
+
+/// What was known when the cycle ended.
+#[derive(Default)]
+struct Moment {
+    cycle: Option<Cycle>,
+    /// The command that was taken last, of those that are or may be running.
+    commands: BTreeMap<u64, CommandMessage>,
+    /// Program and line of every script thread.
+    lines: BTreeMap<(u32, u32), (String, u32)>,
+}
+
+/// Prints the latest cycle that had ended at `time`; before the end of the first cycle, the first.
+pub(super) fn print(
+    recording: &Recording,
+    time: f64,
+    out: &mut impl Write,
+) -> Result<(), ReplayError> {
+    let (moment, range) = moment_at(recording, time)?;
+    let no_such_time = || ReplayError::NoSuchTime { asked: time, range };
+    let cycle = moment.cycle.as_ref().ok_or_else(no_such_time)?;
+    writeln!(out, "cycle: {}", cycle.cycle)?;
+    writeln!(out, "time: {:.6} s", cycle.time)?;
+    for ((_, thread), (program, line)) in &moment.lines {
+        writeln!(out, "script: {program} line {line} (thread {thread})")?;
+    }
+    match moment.commands.get(&cycle.command_id) {
+        Some(command) => writeln!(
+            out,
+            "command: {} {}{}",
+            command.id,
+            command.name,
+            place(command)
+        )?,
+        None => writeln!(out, "command: none")?,
+    }
+    let robot_mode = RobotMode::from_number(cycle.robot_mode as i32);
+    let safety_mode = SafetyMode::from_number(cycle.safety_mode as i32);
+    for (name, value) in cycle.fields() {
+        match name {
+            "cycle" | "time" | "command_id" => {}
+            "robot_mode" => writeln!(out, "robot_mode: {robot_mode}")?,
+            "safety_mode" => writeln!(out, "safety_mode: {safety_mode}")?,
+            "digital_in" | "digital_out" => {
+                let FieldValue::Unsigned(mask) = value else {
+                    continue;
+                };
+                writeln!(out, "{name}: {mask:#034b}")?;
+            }
+            _ => writeln!(out, "{name}: {}{}", text(value), unit(name))?,
+        }
+    }
+    Ok(())
+}
+
+fn place(command: &CommandMessage) -> String {
+    match command.line {
+        0 => String::new(),
+        line => format!(" ({} line {line})", command.program),
+    }
+}
+
+/// The moment, and the first and last time of the recording as far as it was read.
+fn moment_at(
+    recording: &Recording,
+    time: f64,
+) -> Result<(Moment, Option<(f64, f64)>), ReplayError> {
+    let mut moment = Moment::default();
+    let mut range: Option<(f64, f64)> = None;
+    let mut passed = false;
+    for entry in recording.entries(&[Topic::Cycle, Topic::Command, Topic::Script])? {
+        match entry?.1 {
+            Entry::Cycle(cycle) => {
+                let first = range.map_or(cycle.time, |(first, _)| first);
+                range = Some((first, cycle.time));
+                // Times are products of the step: a last digit must not make `--at 0.012` miss its cycle.
+                passed = cycle.time > time + 1e-9;
+                if !passed || moment.cycle.is_none() {
+                    moment.cycle = Some(*cycle);
+                }
+                if passed {
+                    break;
+                }
+            }
+            Entry::Command(command) => {
+                let running = moment.cycle.as_ref().map_or(0, |cycle| cycle.command_id);
+                moment.commands.retain(|id, _| *id >= running);
+                moment.commands.insert(command.id, command);
+            }
+            Entry::Script(script) => {
+                if let (Some(thread), Some(line)) = (script.thread, script.line) {
+                    let thread = (script.program_id, thread);
+                    moment.lines.insert(thread, (script.program, line));
+                } else {
+                    moment
+                        .lines
+                        .retain(|(program, _), _| *program == script.program_id);
+                }
+            }
+            Entry::Log(_) | Entry::Io(_) => {}
+        }
+    }
+    let step = moment.cycle.as_ref().map_or(0.0, |cycle| cycle.step_time);
+    let covered = passed || range.is_some_and(|(_, last)| time <= last + step);
+    if !(time >= 0.0 && covered) {
+        moment.cycle = None;
+    }
+    Ok((moment, range))
+}
+
+fn text(value: FieldValue) -> String {
+    match value {
+        FieldValue::Unsigned(x) => x.to_string(),
+        FieldValue::Number(x) => format!("{x:.6}"),
+        FieldValue::Numbers(values) => {
+            let values: Vec<String> = values.iter().map(|x| format!("{x:.6}")).collect();
+            values.join(" ")
+        }
+        FieldValue::Text(x) => x.to_owned(),
+    }
+}
+
+fn unit(name: &str) -> &'static str {
+    match name {
+        "target_q" | "actual_q" => " rad",
+        "target_qd" | "actual_qd" => " rad/s",
+        "target_qdd" => " rad/s²",
+        "target_torque" | "actual_torque" => " Nm",
+        "target_tcp_pose" | "actual_tcp_pose" | "tcp_offset" => " m, rad",
+        "target_tcp_speed" | "actual_tcp_speed" => " m/s, rad/s",
+        "tcp_force" => " N, Nm",
+        "elbow_position" => " m",
+        "payload" => " kg, m, kg m²",
+        "step_time" => " s",
+        "step_duration_us" | "wakeup_latency_us" => " µs",
+        _ => "",
+    }
+}

@@ -1,0 +1,134 @@
+//! `replay` without a question: the recording in figures.
+
+use std::io::{self, Write};
+
+use recorder::summary::{LimitKind, Summary};
+use recorder::{Ending, Recording};
+
+/// Events printed one by one; of more, the rest is counted.
+const MAX_PRINTED: usize = 10;
+
+pub(super) fn print(
+    recording: &Recording,
+    summary: &Summary,
+    out: &mut impl Write,
+) -> io::Result<()> {
+    writeln!(out, "recording: {}", recording.name())?;
+    if let Some(setup) = recording.setup() {
+        writeln!(
+            out,
+            "robot: {}, {} plant, {} clock, step {} ms, seed {}, eliteserver {}",
+            setup.model,
+            setup.plant,
+            setup.clock,
+            setup.step_time * 1e3,
+            setup.seed,
+            setup.version,
+        )?;
+    }
+    writeln!(out, "cycles: {}", summary.cycles)?;
+    writeln!(out, "missing: {}", summary.missing)?;
+    writeln!(out, "duration: {:.3} s", summary.duration)?;
+
+    writeln!(out, "programs: {}", summary.program_count)?;
+    list(
+        out,
+        summary.program_count,
+        &summary.programs,
+        |(time, name)| format!("{time:.3} s {name}"),
+    )?;
+    let commands: u64 = summary.commands.values().sum();
+    let by_name: Vec<String> = summary
+        .commands
+        .iter()
+        .map(|(name, count)| format!("{name} {count}"))
+        .collect();
+    writeln!(
+        out,
+        "commands: {commands}{}",
+        bracketed(&by_name.join(", "))
+    )?;
+
+    writeln!(out, "errors: {}", summary.error_count)?;
+    list(out, summary.error_count, &summary.errors, |(time, log)| {
+        let first_line = log.message.lines().next().unwrap_or_default();
+        format!("{time:.3} s {}: {first_line}", log.source)
+    })?;
+    writeln!(out, "warnings: {}", summary.warning_count)?;
+    let stops = summary.stops.len() as u64;
+    writeln!(out, "protective stops: {stops}")?;
+    list(out, stops, &summary.stops, |(time, code)| {
+        format!("{time:.3} s reason {code}")
+    })?;
+    writeln!(out, "limits reached: {}", summary.limit_count)?;
+    list(out, summary.limit_count, &summary.limits, |limit| {
+        let kind = match limit.kind {
+            LimitKind::Speed => "speed",
+            LimitKind::Position => "position",
+        };
+        format!(
+            "{:.3} s joint {} at its {kind} limit",
+            limit.time,
+            limit.joint + 1
+        )
+    })?;
+    writeln!(out, "overruns: {}", summary.overruns)?;
+    if summary.longest_step_us > 0.0 || summary.latest_wakeup_us > 0.0 {
+        writeln!(
+            out,
+            "longest cycle: {:.0} µs, latest wake-up: {:.0} µs",
+            summary.longest_step_us, summary.latest_wakeup_us
+        )?;
+    }
+    writeln!(
+        out,
+        "peak joint speeds: {} rad/s",
+        row(&summary.peak_joint_speed, 3)
+    )?;
+    writeln!(
+        out,
+        "peak joint torques: {} Nm",
+        row(&summary.peak_joint_torque, 1)
+    )?;
+    writeln!(out, "peak TCP speed: {:.3} m/s", summary.peak_tcp_speed)?;
+    writeln!(out, "peak TCP force: {:.1} N", summary.peak_tcp_force)?;
+    match &summary.ending {
+        Some(Ending::Complete) | None => writeln!(out, "ending: complete"),
+        Some(Ending::Cut) => writeln!(
+            out,
+            "ending: cut, the recorder was killed or is still writing; read up to the last complete chunk"
+        ),
+        Some(Ending::Damaged(reason)) => writeln!(
+            out,
+            "ending: damaged ({reason}); read up to the last chunk before that"
+        ),
+    }
+}
+
+fn list<T>(
+    out: &mut impl Write,
+    count: u64,
+    items: &[T],
+    text: impl Fn(&T) -> String,
+) -> io::Result<()> {
+    for item in items.iter().take(MAX_PRINTED) {
+        writeln!(out, "  {}", text(item))?;
+    }
+    match count.saturating_sub(MAX_PRINTED as u64) {
+        0 => Ok(()),
+        more => writeln!(out, "  and {more} more"),
+    }
+}
+
+fn bracketed(text: &str) -> String {
+    if text.is_empty() {
+        String::new()
+    } else {
+        format!(" ({text})")
+    }
+}
+
+fn row(values: &[f64], digits: usize) -> String {
+    let values: Vec<String> = values.iter().map(|x| format!("{x:.digits$}")).collect();
+    values.join(" ")
+}

@@ -1,0 +1,261 @@
+//! `eliteserver replay` on recordings of real cycles.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use kinematics::{JointPositions, RobotModel};
+use motion::{Cycle, CycleConfig, PlantKind, Timing};
+use motion_api::{BorderSizes, CommandKind, Origin, ProgramId, ThreadNumber, border};
+use recorder::{IoValue, LogLevel, Recorder, RecorderConfig, Setup};
+use server::cli::{Cli, Command};
+use server::replay::{ReplayError, answer};
+
+const CYCLES: u64 = 600;
+const PROGRAM: ProgramId = ProgramId(1);
+
+/// Records a program of two movements on a controller with defaults and an ideal plant.
+fn record(name: &str, setup: Setup) -> PathBuf {
+    let config = CycleConfig {
+        plant: PlantKind::Ideal,
+        ..CycleConfig::new(RobotModel::built_in("cs66").unwrap())
+    };
+    record_with(name, setup, config)
+}
+
+fn record_with(name: &str, setup: Setup, config: CycleConfig) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let model = config.model.clone();
+    let (motion_end, mut script) = border(BorderSizes::default(), &config.first_state());
+    let mut cycle = Cycle::new(config, motion_end).unwrap();
+    let recorder_config = RecorderConfig {
+        path: path.clone(),
+        setup,
+        model,
+        notes_wait: true,
+        on_failure: Box::new(|error| panic!("{error}")),
+    };
+    let records = script.records.take().unwrap();
+    let (recorder, handle) = Recorder::start(recorder_config, records).unwrap();
+    handle.program_started(0.0, PROGRAM, "dance.script", "movej(a)\nmovej(b)\n");
+    let main = ThreadNumber(0);
+    for number in 1..=CYCLES {
+        let time = script.snapshot.read().time;
+        let movement = match number {
+            10 => Some((1, [0.4, -1.2, 1.3, -1.6, -1.5, 0.3])),
+            320 => Some((2, [0.0, -1.5, 1.5, -1.5, -1.5, 0.0])),
+            _ => None,
+        };
+        if let Some((line, target)) = movement {
+            handle.script_line(time, PROGRAM, main, line);
+            let origin = Origin {
+                program: PROGRAM,
+                thread: main,
+                line,
+            };
+            let kind = CommandKind::MoveJ {
+                target: JointPositions(target),
+                acceleration: 1.4,
+                speed: 1.05,
+                duration: 0.0,
+            };
+            script.commands.send(origin, kind).unwrap();
+        }
+        if number == 400 {
+            let message = "ValueError: no\n  line 2";
+            handle.log(time, LogLevel::Error, "dance.script", message);
+            handle.io(time, "output_float_register[3]", IoValue::Number(0.5));
+        }
+        cycle.tick(Timing::default());
+        while script.events.next_event().is_some() {}
+    }
+    drop(cycle);
+    recorder.finish().unwrap();
+    path
+}
+
+/// Exit status and output of `eliteserver replay PATH OPTIONS`.
+fn replay(path: &Path, options: &str) -> Result<(u8, String), ReplayError> {
+    let path = path.to_str().unwrap();
+    let line = ["eliteserver", "replay", path].into_iter();
+    let cli = Cli::try_parse_from(line.chain(options.split_whitespace())).unwrap();
+    let Command::Replay(args) = cli.into_command() else {
+        panic!("not a replay");
+    };
+    let mut out = Vec::new();
+    let status = answer(&args, &mut out)?;
+    Ok((status, String::from_utf8(out).unwrap()))
+}
+
+#[test]
+fn without_a_question_there_is_a_summary() {
+    let path = record("summary.mcap", Setup::default());
+    let (status, text) = replay(&path, "").unwrap();
+    assert_eq!(status, 0);
+    let text = text.replace(path.to_str().unwrap(), "FILE");
+    let text = text.replace(env!("CARGO_PKG_VERSION"), "VERSION");
+    insta::assert_snapshot!(text);
+}
+
+#[test]
+fn a_recording_that_is_still_being_written_has_a_summary_too() {
+    let path = record("cut.mcap", Setup::default());
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    let (status, text) = replay(&path, "").unwrap();
+    assert_eq!(status, 0);
+    assert!(text.contains("missing: 0\n"), "{text}");
+    assert!(text.contains("ending: cut"), "{text}");
+}
+
+#[test]
+fn the_state_at_a_time_is_that_of_the_cycle_that_had_ended() {
+    let path = record("at.mcap", Setup::default());
+    let (status, text) = replay(&path, "--at 0.5").unwrap();
+    assert_eq!(status, 0);
+    for line in [
+        "cycle: 125\n",
+        "time: 0.500000 s\n",
+        "script: dance.script line 1 (thread 0)\n",
+        "command: 1 movej (dance.script line 1)\n",
+        "mode: movej\n",
+        "robot_mode: RUNNING\n",
+        "safety_mode: NORMAL\n",
+    ] {
+        assert!(text.contains(line), "{line} is not in\n{text}");
+    }
+    let (_, before) = replay(&path, "--at 0.4999").unwrap();
+    assert!(before.starts_with("cycle: 124\n"), "{before}");
+    let (_, start) = replay(&path, "--at 0").unwrap();
+    assert!(start.starts_with("cycle: 1\n"), "{start}");
+    let (_, end) = replay(&path, "--at 2.4").unwrap();
+    assert!(end.starts_with("cycle: 600\n"), "{end}");
+    let error = replay(&path, "--at 2.5").unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "there is no state at 2.5 s: the recording covers 0.004 s to 2.400 s"
+    );
+}
+
+#[test]
+fn every_topic_is_a_table_with_one_header_line() {
+    let path = record("csv.mcap", Setup::default());
+    for (topic, column, rows) in [
+        ("/cycle", "target_q_5", 600),
+        ("/joint_states", "joints_0.name", 150),
+        ("/tf", "transforms_7.child_frame_id", 150),
+        ("/tcp", "pose.position.x", 150),
+        ("/scene", "entities_2.cylinders_0.size.z", 1),
+        ("/log", "message", 1),
+        ("/script", "program", 3),
+        ("/command", "arguments.target_5", 2),
+        ("/io", "value", 1),
+    ] {
+        let (status, text) = replay(&path, &format!("--csv {topic}")).unwrap();
+        assert_eq!(status, 0);
+        let header = text.lines().next().unwrap();
+        let has_column = header.split(',').any(|name| name == column);
+        assert!(has_column, "{topic}: {header}");
+        assert_eq!(records(&text), rows + 1, "{topic}");
+    }
+    let (_, log) = replay(&path, "--csv log").unwrap();
+    assert!(log.contains("\"ValueError: no\n  line 2\""), "{log}");
+    let error = replay(&path, "--csv /ghost").unwrap_err().to_string();
+    assert!(error.starts_with("there is no topic /ghost in the recording; it has /command"));
+}
+
+/// Lines of a CSV text, but for those that end within quotes.
+fn records(text: &str) -> usize {
+    let mut quoted = false;
+    let ends = text.chars().filter(|&c| {
+        quoted ^= c == '"';
+        c == '\n' && !quoted
+    });
+    ends.count()
+}
+
+#[test]
+fn the_picture_is_a_png_of_the_promised_size() {
+    let path = record("plot.mcap", Setup::default());
+    let picture = path.with_extension("png");
+    let (status, _) = replay(&path, &format!("--plot {}", picture.display())).unwrap();
+    assert_eq!(status, 0);
+    let picture = tiny_skia::Pixmap::load_png(&picture).unwrap();
+    assert_eq!((picture.width(), picture.height()), (1600, 1500));
+    // The blue of the first joint's curves is there.
+    let is_blue =
+        |p: &&tiny_skia::PremultipliedColorU8| (p.red(), p.green(), p.blue()) == (0, 114, 178);
+    let blue = picture.pixels().iter().filter(is_blue).count();
+    assert!(blue > 1000, "{blue} pixels of the first joint's curves");
+}
+
+#[test]
+fn a_picture_that_cannot_be_written_is_an_error() {
+    let path = record("noplot.mcap", Setup::default());
+    let error = replay(&path, "--plot /proc/nowhere.png").unwrap_err();
+    let text = error.to_string();
+    assert!(
+        text.starts_with("cannot write the picture /proc/nowhere.png"),
+        "{text}"
+    );
+}
+
+#[test]
+fn the_same_commands_give_the_same_cycles() {
+    let path = record("rerun.mcap", Setup::default());
+    let (status, text) = replay(&path, "--rerun").unwrap();
+    assert_eq!((status, text.as_str()), (0, "identical: 600 cycles\n"));
+}
+
+#[test]
+fn rigid_bodies_come_out_the_same_too() {
+    let setup = Setup {
+        plant: "rigid".to_owned(),
+        ..Setup::default()
+    };
+    let config = CycleConfig::new(RobotModel::built_in("cs66").unwrap());
+    let path = record_with("rigid.mcap", setup, config);
+    let (status, text) = replay(&path, "--rerun").unwrap();
+    assert_eq!((status, text.as_str()), (0, "identical: 600 cycles\n"));
+}
+
+#[test]
+fn another_payload_shows_as_the_first_cycle_that_differs() {
+    let mut setup = Setup::default();
+    // The controller was in fact started without it.
+    setup.payload.mass = 1.5;
+    let path = record("differs.mcap", setup);
+    let (status, text) = replay(&path, "--rerun").unwrap();
+    assert_eq!(status, 1);
+    assert!(text.starts_with("first difference at cycle 1: "), "{text}");
+    assert!(text.contains("payload[0] 0 and 1.5 (by 1.5e0)"), "{text}");
+}
+
+#[test]
+fn what_cannot_be_answered_is_said_by_name() {
+    let path = record("serve.mcap", Setup::default());
+    let error = replay(&path, "--serve").unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "replay --serve is not implemented in this version"
+    );
+    let cell = Setup {
+        cell: Some("[limits]\n".to_owned()),
+        ..Setup::default()
+    };
+    let path = record("cell.mcap", cell);
+    let error = replay(&path, "--rerun").unwrap_err();
+    assert!(error.to_string().contains("a cell file"), "{error}");
+    let plant = Setup {
+        plant: "soft".to_owned(),
+        ..Setup::default()
+    };
+    let path = record("plant.mcap", plant);
+    let error = replay(&path, "--rerun").unwrap_err().to_string();
+    assert!(error.contains("the plant \"soft\""), "{error}");
+    let error = replay(Path::new("/nowhere.mcap"), "").unwrap_err();
+    assert!(
+        error.to_string().contains("cannot read /nowhere.mcap"),
+        "{error}"
+    );
+}

@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# Every test there is: format and lints, Rust unit, property, golden and system tests, documentation examples, the wheel.
+# Needs a Rust toolchain, a C compiler and Python 3 (with its venv module); fetches everything else itself.
+set -euo pipefail
+cd "$(dirname "$0")"
+
+echo "== format and lints"
+cargo fmt --all --check
+cargo clippy --all-targets --quiet -- --deny warnings
+
+echo "== Rust tests"
+if cargo nextest --version >/dev/null 2>&1; then
+    cargo nextest run --no-fail-fast --hide-progress-bar --status-level fail
+    cargo test --doc --quiet
+else
+    cargo test --quiet --no-fail-fast
+fi
+
+echo "== Python wheel"
+python3 crates/pybind/test.py

@@ -1,0 +1,119 @@
+#!/usr/bin/env python3
+"""Reads a recording with the public MCAP packages and checks that it is what the interface promises.
+
+    pip install mcap mcap-protobuf-support
+    python tests/check_recording.py FILE.mcap
+
+Nothing of this repository is used: the schemas come out of the file. Prints one line a topic; exit status 1 with a
+sentence for the first thing that is wrong.
+"""
+
+import json
+import math
+import sys
+
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+
+SCHEMAS = {
+    "/cycle": ("protobuf", "elite.Cycle"),
+    "/joint_states": ("protobuf", "foxglove.JointStates"),
+    "/tf": ("protobuf", "foxglove.FrameTransforms"),
+    "/tcp": ("protobuf", "foxglove.PoseInFrame"),
+    "/scene": ("protobuf", "foxglove.SceneUpdate"),
+    "/log": ("protobuf", "foxglove.Log"),
+    "/script": ("jsonschema", None),
+    "/command": ("jsonschema", None),
+    "/io": ("jsonschema", None),
+}
+SIX = """target_q target_qd target_qdd actual_q actual_qd target_torque actual_torque target_tcp_pose actual_tcp_pose
+    target_tcp_speed actual_tcp_speed tcp_force""".split()
+FIELDS = {
+    "double": "time speed_scaling analog_in analog_out step_duration_us wakeup_latency_us".split() + SIX,
+    "uint64": "cycle command_id digital_in digital_out".split(),
+    "uint32": "safety_mode robot_mode".split(),
+    "string": ["mode"],
+}
+REQUIRED = {
+    "/script": ["program"],
+    "/command": ["id", "cycle", "name", "arguments", "program", "line"],
+    "/io": ["cycle", "name", "value"],
+}
+
+
+def check(condition, sentence):
+    if not condition:
+        sys.exit(f"check_recording: {sentence}")
+
+
+def check_cycle_type(descriptor):
+    """Every promised field is there with the promised type."""
+    numbers = {"double": 1, "uint64": 4, "string": 9, "uint32": 13}  # of FieldDescriptor.TYPE_*
+    for kind, names in FIELDS.items():
+        for name in names:
+            field = descriptor.fields_by_name.get(name)
+            check(field is not None, f"elite.Cycle has no field {name}")
+            check(field.type == numbers[kind], f"elite.Cycle.{name} is not {kind}")
+
+
+def main(path):
+    counts = dict.fromkeys(SCHEMAS, 0)
+    cycles, frames, drawn = [], set(), set()
+    with open(path, "rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        summary = reader.get_summary()
+        check(summary is not None and summary.statistics is not None, "the file has no summary")
+        for channel in summary.channels.values():
+            schema = summary.schemas[channel.schema_id]
+            if channel.topic in SCHEMAS:
+                encoding, name = SCHEMAS[channel.topic]
+                check(schema.encoding == encoding, f"{channel.topic}: schema encoding {schema.encoding}")
+                check(name in (None, schema.name), f"{channel.topic}: schema name {schema.name}")
+        found = {channel.topic for channel in summary.channels.values()}
+        check(found >= set(SCHEMAS), f"topics are missing: {sorted(set(SCHEMAS) - found)}")
+        for schema, channel, message in reader.iter_messages():
+            topic = channel.topic
+            counts[topic] = counts.get(topic, 0) + 1
+            if channel.message_encoding == "json":
+                value = json.loads(message.data)
+                properties = json.loads(schema.data)["properties"]
+                for key in REQUIRED[topic]:
+                    check(key in value, f"{topic}: a message has no {key}")
+                check(set(value) <= set(properties), f"{topic}: {sorted(value)} is not in the schema")
+        for _, channel, message, decoded in reader.iter_decoded_messages(topics=["/cycle"]):
+            if not cycles:
+                check_cycle_type(decoded.DESCRIPTOR)
+            for name in SIX:
+                values = getattr(decoded, name)
+                check(len(values) == 6 and all(map(math.isfinite, values)), f"cycle {decoded.cycle}: {name} {values}")
+            if cycles:
+                check(decoded.cycle == cycles[-1][0] + 1, f"cycle {decoded.cycle} follows cycle {cycles[-1][0]}")
+            cycles.append((decoded.cycle, decoded.time, message.log_time))
+        for _, channel, message, decoded in reader.iter_decoded_messages(topics=["/tf", "/scene", "/joint_states", "/log"]):
+            if channel.topic == "/tf":
+                frames |= {t.child_frame_id for t in decoded.transforms}
+                frames |= {t.parent_frame_id for t in decoded.transforms}
+            elif channel.topic == "/scene":
+                drawn = {e.frame_id for e in decoded.entities}
+            elif channel.topic == "/joint_states":
+                check(len(decoded.joints) == 6, f"{len(decoded.joints)} joint states")
+            elif channel.topic == "/log":
+                stamp = decoded.timestamp.seconds * 10**9 + decoded.timestamp.nanos
+                check(stamp == message.log_time, "a log message has another time than its stamp")
+    check(cycles, "there are no cycles")
+    check(drawn <= frames, f"drawn in frames that are not sent: {drawn - frames}")
+    duration = (cycles[-1][2] - cycles[0][2]) / 1e9
+    simulated = cycles[-1][1] - cycles[0][1]
+    check(abs(duration - simulated) < 1e-6, f"stamps span {duration} s, the cycles {simulated} s")
+    for topic in ("/joint_states", "/tf", "/tcp"):
+        rate = (counts[topic] - 1) / duration if duration > 1 else math.inf
+        check(rate >= 50, f"{topic} comes {rate:.1f} times a second")
+    check(counts["/scene"] >= 1 + math.floor(simulated / 10.1), f"the arm is drawn {counts['/scene']} times")
+    for topic, count in sorted(counts.items()):
+        print(f"{topic}: {count}")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("usage: check_recording.py FILE.mcap")
+    main(sys.argv[1])

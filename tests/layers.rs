@@ -1,0 +1,115 @@
+//! Data flows one way through the crates: this test holds `cargo metadata` against the table of ARCHITECTURE.md.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::process::Command;
+
+/// Which of our crates each crate may import.
+const MAY_IMPORT: &[(&str, &[&str])] = &[
+    ("kinematics", &[]),
+    ("elite-lang", &[]),
+    ("motion-api", &["kinematics"]),
+    ("force", &["kinematics", "motion-api"]),
+    ("motion", &["kinematics", "motion-api", "force"]),
+    ("io-bus", &["motion-api"]),
+    ("recorder", &["kinematics", "motion-api"]),
+    (
+        "elite-runtime",
+        &["elite-lang", "kinematics", "motion-api", "io-bus"],
+    ),
+    (
+        "server",
+        &[
+            "elite-lang",
+            "elite-runtime",
+            "force",
+            "io-bus",
+            "kinematics",
+            "motion",
+            "motion-api",
+            "recorder",
+        ],
+    ),
+    ("pybind", &["kinematics"]),
+];
+
+/// Libraries that must stay behind one crate: the crate's name and who alone may name it.
+const KEPT_IN: &[(&str, &[&str])] = &[
+    ("rapier3d-f64", &["motion"]),
+    ("rsruckig", &["motion"]),
+    ("clarabel", &["force"]),
+    ("corosensei", &["elite-lang"]),
+    ("mcap", &["recorder", "server"]),
+    ("tokio", &["io-bus", "elite-runtime", "server"]),
+    ("tokio-modbus", &["io-bus"]),
+    ("pyo3", &["pybind"]),
+];
+
+/// Normal (not dev, not build) dependencies of every workspace crate.
+fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+    let output = Command::new(env!("CARGO"))
+        .args([
+            "metadata",
+            "--no-deps",
+            "--offline",
+            "--format-version",
+            "1",
+        ])
+        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .output()
+        .expect("cargo runs");
+    let metadata: serde_json::Value =
+        serde_json::from_slice(&output.stdout).expect("cargo prints JSON");
+    let packages = metadata["packages"].as_array().expect("a list of packages");
+    packages
+        .iter()
+        .map(|package| {
+            let normal = package["dependencies"]
+                .as_array()
+                .expect("a list")
+                .iter()
+                .filter(|d| d["kind"].is_null());
+            let names = normal
+                .map(|d| d["name"].as_str().expect("a name").to_owned())
+                .collect();
+            (package["name"].as_str().expect("a name").to_owned(), names)
+        })
+        .collect()
+}
+
+#[test]
+fn crates_import_only_what_the_architecture_allows() {
+    let dependencies = dependencies();
+    let ours: BTreeSet<&str> = MAY_IMPORT.iter().map(|(name, _)| *name).collect();
+    for (name, imports) in &dependencies {
+        let allowed = MAY_IMPORT
+            .iter()
+            .find(|(n, _)| n == name)
+            .map(|(_, allowed)| *allowed);
+        let allowed = allowed.unwrap_or_else(|| panic!("crate {name} is not in the table"));
+        for import in imports.iter().filter(|i| ours.contains(i.as_str())) {
+            assert!(
+                allowed.contains(&import.as_str()),
+                "{name} must not import {import}"
+            );
+        }
+    }
+    assert_eq!(
+        dependencies.len(),
+        MAY_IMPORT.len(),
+        "a crate of the table is missing"
+    );
+}
+
+#[test]
+fn heavy_libraries_stay_behind_the_crate_that_owns_them() {
+    for (name, imports) in dependencies() {
+        for (library, owners) in KEPT_IN {
+            if imports.contains(*library) {
+                assert!(
+                    owners.contains(&name.as_str()),
+                    "{name} must not import {library}"
+                );
+            }
+        }
+    }
+}
