@@ -13,6 +13,7 @@ use crate::host::{Host, ThreadId};
 use crate::limits::Limits;
 use crate::native::{NativeFunction, WaitToken};
 use crate::program::Program;
+use crate::stack::with_deep_stack;
 use crate::value::{Function, R, Raised, Value};
 
 /// The interpreter of one task: its globals, its script threads. Stays on the OS thread that made it.
@@ -37,13 +38,10 @@ impl Interpreter {
         let (core, program) = (self.core.clone(), program.clone());
         ScriptThread::new(&self.core, move |ev| {
             let namespace = core.globals.clone();
-            let code = crate::lower::module(
-                &core,
-                &namespace,
-                &program.file,
-                &program.module,
-                &program.resolution,
-            );
+            let code = with_deep_stack(|| {
+                let (module, resolution) = (&program.module, &program.resolution);
+                crate::lower::module(&core, &namespace, &program.file, module, resolution)
+            });
             let function = Function::plain(code, Box::default());
             let result = ev.call_function(&function, &mut [], &[])?;
             let Some(entry) = &program.entry else {

@@ -22,6 +22,7 @@ mod parser;
 mod program;
 mod resolve;
 mod source;
+mod stack;
 mod stdlib;
 mod value;
 

@@ -7,6 +7,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::parser::parse;
 use crate::resolve::{KnownNames, Resolution, resolve};
 use crate::source::{SourceFile, Span};
+use crate::stack::with_deep_stack;
 
 /// Longest text that is compiled, in bytes.
 const TEXT_MAX: usize = 64 << 20;
@@ -64,6 +65,10 @@ impl Program {
 /// # Errors
 /// All syntax and scope errors of the text.
 pub fn compile(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Vec<Diagnostic>> {
+    with_deep_stack(|| compile_here(file, known))
+}
+
+fn compile_here(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Vec<Diagnostic>> {
     let (module, mut diagnostics, shape) = front(&file);
     let Some(module) = module else {
         return Err(diagnostics);

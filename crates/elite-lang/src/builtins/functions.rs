@@ -130,24 +130,19 @@ fn callable(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 /// The symbol of an attribute name given as a value.
-fn attribute_name(ev: &Evaluator<'_>, name: &Value, function: &str) -> R<Symbol> {
+fn attribute_name(ev: &Evaluator<'_>, name: &Value) -> R<Symbol> {
     match ev.plain(name) {
         Value::Str(text) => Ok(ev.core.symbols.intern(text.as_str())),
         other => {
             let type_name = ev.core.types.name_of(&other);
-            let text = match function {
-                "setattr" | "delattr" => {
-                    format!("attribute name must be string, not '{type_name}'")
-                }
-                _ => format!("{function}(): attribute name must be string"),
-            };
+            let text = format!("attribute name must be string, not '{type_name}'");
             Err(ev.type_error(text))
         }
     }
 }
 
 fn getattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let name = attribute_name(ev, &args[1], "getattr")?;
+    let name = attribute_name(ev, &args[1])?;
     match args[2].given() {
         None => ev.attribute(&args[0], name),
         Some(default) => match ev.attribute_or_none(&args[0], name) {
@@ -162,7 +157,7 @@ fn getattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn hasattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let name = attribute_name(ev, &args[1], "hasattr")?;
+    let name = attribute_name(ev, &args[1])?;
     match ev.attribute_or_none(&args[0], name) {
         Ok(found) => Ok(Value::Bool(found.is_some())),
         Err(raised) if ev.is_kind(&raised, ExceptionKind::AttributeError) => Ok(Value::Bool(false)),
@@ -171,13 +166,13 @@ fn hasattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn setattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let name = attribute_name(ev, &args[1], "setattr")?;
+    let name = attribute_name(ev, &args[1])?;
     ev.set_attribute(&args[0], name, args[2].clone())
         .map(|()| Value::None)
 }
 
 fn delattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let name = attribute_name(ev, &args[1], "delattr")?;
+    let name = attribute_name(ev, &args[1])?;
     ev.delete_attribute(&args[0], name).map(|()| Value::None)
 }
 

@@ -2,6 +2,7 @@
 
 mod call;
 pub use call::with_first;
+mod evaluate;
 mod functions;
 mod numbers;
 mod scope;
@@ -34,6 +35,9 @@ pub type BoundFn = fn(&Evaluator<'_>, &mut [Value]) -> R;
 /// A function that looks at its arguments itself.
 pub type RawFn = fn(&Evaluator<'_>, &mut Args<'_>) -> R;
 
+/// A function with data of its own.
+pub type ClosureFn = dyn Fn(&Evaluator<'_>, &mut Args<'_>) -> R;
+
 /// What a builtin does.
 pub enum BuiltinBody {
     /// With bound arguments.
@@ -41,7 +45,7 @@ pub enum BuiltinBody {
     /// With arguments as they come.
     Raw(RawFn),
     /// With data of its own and arguments as they come.
-    Closure(Box<dyn Fn(&Evaluator<'_>, &mut Args<'_>) -> R>),
+    Closure(Box<ClosureFn>),
     /// Of the embedder.
     Native(NativeFunction),
 }

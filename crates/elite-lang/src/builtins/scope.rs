@@ -26,6 +26,9 @@ pub fn install(core: &Rc<Core>) {
         ("open", |ev, _| {
             Err(ev.raise(ExceptionKind::PermissionError, "scripts may not open files"))
         }),
+        ("eval", super::evaluate::eval),
+        ("exec", super::evaluate::exec),
+        ("compile", super::evaluate::compile),
         ("exit", exit),
         ("quit", exit),
         ("__import__", |ev, args| match args.positional.first() {
@@ -53,6 +56,20 @@ impl Evaluator<'_> {
             dict.set_interned(self.core.symbols.value(name), value);
         }
         dict
+    }
+
+    /// The variables of the evaluated text that `frame` runs, if they are not the globals.
+    fn text_variables(&self, frame: &Frame<'_>) -> Option<Dict> {
+        let texts = self.core.texts.borrow();
+        let (_, namespace) = texts
+            .iter()
+            .rev()
+            .find(|(code, _)| Rc::ptr_eq(code, &frame.function.code))?;
+        let dict = Dict::new();
+        for (name, value) in namespace.entries() {
+            dict.set_interned(self.core.symbols.value(name), value);
+        }
+        Some(dict)
     }
 
     /// The bound local variables of a frame, cells and closure included.
@@ -86,7 +103,10 @@ fn locals(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
             }
             dict
         }
-        _ => ev.globals_dict(),
+        Some(frame) => ev
+            .text_variables(frame)
+            .unwrap_or_else(|| ev.globals_dict()),
+        None => ev.globals_dict(),
     };
     Ok(Value::Dict(Rc::new(dict)))
 }

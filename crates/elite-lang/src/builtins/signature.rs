@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::Builtin;
+use super::{Builtin, BuiltinBody};
 use crate::eval::Evaluator;
 use crate::native::{NativeFunction, ParamKind};
 use crate::value::symbol::Symbols;
@@ -160,8 +160,19 @@ impl Evaluator<'_> {
         if signature.positional_only == signature.len() {
             return self.type_error(format!("{label}() takes no keyword arguments"));
         }
+        if let BuiltinBody::Native(_) = &builtin.body {
+            return self.type_error(format!(
+                "{label}() got an unexpected keyword argument '{name}'"
+            ));
+        }
+        // `sorted` hands its keywords on to `list.sort`.
+        let function = if builtin.name == "sorted" {
+            "sort"
+        } else {
+            builtin.name
+        };
         self.type_error(format!(
-            "{label}() got an unexpected keyword argument '{name}'"
+            "'{name}' is an invalid keyword argument for {function}()"
         ))
     }
 

@@ -185,6 +185,7 @@ fn next_run<T>(
         Some(next) => less(next, &run[0])?,
         None => return Ok(run),
     };
+    run.extend(rest.next());
     while let Some(next) = rest.peek() {
         let falls = less(next, &run[run.len() - 1])?;
         if falls != descending {

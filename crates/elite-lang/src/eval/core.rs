@@ -3,6 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::rc::{Rc, Weak};
 
+use super::code::Code;
 use super::coroutine::{StackPool, Stopping, ThreadState};
 use super::types::Types;
 use crate::host::Host;
@@ -58,6 +59,10 @@ pub struct Core {
     memory_mark: Cell<isize>,
     /// Classes made by scripts, to break their cycles at the end.
     pub classes: RefCell<Vec<Weak<Class>>>,
+    /// Texts being evaluated with variables of their own, innermost last: their code and their namespace.
+    pub texts: RefCell<Vec<(Rc<Code>, Rc<Namespace>)>>,
+    /// Namespaces of evaluated texts, to break their cycles at the end.
+    pub namespaces: RefCell<Vec<Weak<Namespace>>>,
     next_thread: Cell<u64>,
 }
 
@@ -89,6 +94,8 @@ impl Core {
             memory_before: Cell::new(0),
             memory_mark: Cell::new(memory::held()),
             classes: RefCell::default(),
+            texts: RefCell::default(),
+            namespaces: RefCell::default(),
             next_thread: Cell::new(0),
             symbols,
         });
@@ -161,6 +168,17 @@ impl Core {
         self.memory_used().saturating_add(more) <= self.limits.memory_bytes
     }
 
+    /// A namespace that is taken apart when the interpreter ends.
+    pub fn new_namespace(&self, parent: Option<Rc<Namespace>>) -> Rc<Namespace> {
+        let namespace = Rc::new(parent.map_or_else(Namespace::default, Namespace::in_front_of));
+        let mut all = self.namespaces.borrow_mut();
+        if all.len() >= 64 && all.len().is_power_of_two() {
+            all.retain(|namespace| namespace.strong_count() > 0);
+        }
+        all.push(Rc::downgrade(&namespace));
+        namespace
+    }
+
     /// A string of one character.
     pub fn char_value(&self, c: char) -> Value {
         match self.ascii.get(c as usize) {
@@ -172,6 +190,10 @@ impl Core {
     /// Breaks the cycles through globals, modules and classes.
     pub fn dismantle(&self) {
         self.globals.dismantle();
+        let namespaces = std::mem::take(&mut *self.namespaces.borrow_mut());
+        for namespace in namespaces.iter().filter_map(Weak::upgrade) {
+            namespace.dismantle();
+        }
         let modules = std::mem::take(&mut *self.modules.borrow_mut());
         for module in modules {
             module.namespace.dismantle();

@@ -3,7 +3,7 @@
 //! A generator that has to wait for something hands the request to the coroutine that resumed it, which hands it on,
 //! until the driver of the script thread gets it: the whole thread is suspended.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 
 use corosensei::stack::{DefaultStack, Stack};
 use corosensei::{Yielder, on_stack};
@@ -211,22 +211,4 @@ pub struct ThreadState {
     pub line: u32,
     /// Whether it is being stopped.
     pub stopping: Stopping,
-}
-
-/// A cell with the state of the running thread, exchanged at each switch.
-#[derive(Debug, Default)]
-pub struct Switch {
-    saved: Cell<ThreadState>,
-}
-
-impl Switch {
-    /// The saved state.
-    pub fn get(&self) -> ThreadState {
-        self.saved.get()
-    }
-
-    /// Saves a state.
-    pub fn set(&self, state: ThreadState) {
-        self.saved.set(state);
-    }
 }

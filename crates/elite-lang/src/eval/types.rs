@@ -4,8 +4,9 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::value::class::Base;
+use crate::value::dict::ViewKind;
 use crate::value::symbol::Symbols;
-use crate::value::{Class, Value};
+use crate::value::{Class, Iter, Value};
 
 macro_rules! builtin_types {
     ($($field:ident = $text:literal, $base:ident;)*) => {
@@ -18,6 +19,9 @@ macro_rules! builtin_types {
             $(pub $field: Rc<Class>,)*
             exceptions: Vec<Rc<Class>>,
         }
+
+        /// The names of these types.
+        pub const NAMES: &[&str] = &[$($text,)*];
 
         impl Types {
             fn make(object: Rc<Class>, exceptions: Vec<Rc<Class>>, make: impl Fn(&str, Base) -> Rc<Class>) -> Self {
@@ -59,6 +63,18 @@ builtin_types! {
     builtin = "builtin_function_or_method", Builtin;
     module = "module", Module;
     iterator = "iterator", Iterator;
+    list_iterator = "list_iterator", Iterator;
+    tuple_iterator = "tuple_iterator", Iterator;
+    str_iterator = "str_iterator", Iterator;
+    str_ascii_iterator = "str_ascii_iterator", Iterator;
+    bytes_iterator = "bytes_iterator", Iterator;
+    range_iterator = "range_iterator", Iterator;
+    dict_keyiterator = "dict_keyiterator", Iterator;
+    dict_valueiterator = "dict_valueiterator", Iterator;
+    dict_itemiterator = "dict_itemiterator", Iterator;
+    set_iterator = "set_iterator", Iterator;
+    list_reverseiterator = "list_reverseiterator", Iterator;
+    callable_iterator = "callable_iterator", Iterator;
     map = "map", Iterator;
     filter = "filter", Iterator;
     zip = "zip", Iterator;
@@ -126,9 +142,9 @@ impl Types {
             Value::Tuple(_) => &self.tuple,
             Value::Dict(_) => &self.dict,
             Value::DictView(view) => match view.kind {
-                crate::value::dict::ViewKind::Keys => &self.dict_keys,
-                crate::value::dict::ViewKind::Values => &self.dict_values,
-                crate::value::dict::ViewKind::Items => &self.dict_items,
+                ViewKind::Keys => &self.dict_keys,
+                ViewKind::Values => &self.dict_values,
+                ViewKind::Items => &self.dict_items,
             },
             Value::Set(_) => &self.set,
             Value::FrozenSet(_) => &self.frozenset,
@@ -139,14 +155,7 @@ impl Types {
             Value::Builtin(_) => &self.builtin,
             Value::Class(_) => &self.type_,
             Value::Module(_) => &self.module,
-            Value::Iter(iter) => match &**iter {
-                crate::value::Iter::Map { .. } => &self.map,
-                crate::value::Iter::Filter { .. } => &self.filter,
-                crate::value::Iter::Zip { .. } => &self.zip,
-                crate::value::Iter::Enumerate { .. } => &self.enumerate,
-                crate::value::Iter::Sequence { reversed: true, .. } => &self.reversed,
-                _ => &self.iterator,
-            },
+            Value::Iter(iter) => self.of_iterator(iter),
             Value::Generator(_) => &self.generator,
             Value::Property(_) => &self.property,
             Value::StaticMethod(_) => &self.staticmethod,
@@ -156,10 +165,53 @@ impl Types {
         }
     }
 
+    fn of_iterator(&self, iter: &Iter) -> &Rc<Class> {
+        match iter {
+            Iter::List { .. } => &self.list_iterator,
+            Iter::Tuple { .. } => &self.tuple_iterator,
+            Iter::Str { text, .. } if text.is_ascii() => &self.str_ascii_iterator,
+            Iter::Str { .. } => &self.str_iterator,
+            Iter::Bytes { .. } => &self.bytes_iterator,
+            Iter::Range { .. } => &self.range_iterator,
+            Iter::Dict {
+                kind: ViewKind::Keys,
+                ..
+            } => &self.dict_keyiterator,
+            Iter::Dict {
+                kind: ViewKind::Values,
+                ..
+            } => &self.dict_valueiterator,
+            Iter::Dict {
+                kind: ViewKind::Items,
+                ..
+            } => &self.dict_itemiterator,
+            Iter::Set { .. } => &self.set_iterator,
+            Iter::ListReversed { .. } => &self.list_reverseiterator,
+            Iter::Callable { .. } => &self.callable_iterator,
+            Iter::Map { .. } => &self.map,
+            Iter::Filter { .. } => &self.filter,
+            Iter::Zip { .. } => &self.zip,
+            Iter::Enumerate { .. } => &self.enumerate,
+            Iter::Sequence { reversed: true, .. } => &self.reversed,
+            Iter::Sequence { .. } | Iter::Native(_) => &self.iterator,
+        }
+    }
+
+    /// All types of iterators.
+    pub fn iterators(&self) -> Vec<&Rc<Class>> {
+        self.all()
+            .into_iter()
+            .filter(|class| class.base == Base::Iterator)
+            .collect()
+    }
+
     /// The name of a value's type, as messages use it.
     pub fn name_of(&self, value: &Value) -> Rc<str> {
         match value {
-            Value::Iter(iter) => iter.type_name().into(),
+            Value::Iter(iter) => match &**iter {
+                Iter::Native(native) => native.type_name.into(),
+                iter => self.of_iterator(iter).name(),
+            },
             _ => self.of(value).name(),
         }
     }

@@ -83,7 +83,7 @@ impl Evaluator<'_> {
                     Some('r') => Conversion::Repr,
                     Some('a') => Conversion::Ascii,
                     Some(c) => {
-                        return Err(self.value_error(format!("Unknown conversion specifier '{c}'")));
+                        return Err(self.value_error(format!("Unknown conversion specifier {c}")));
                     }
                     None => {
                         let text = "end of string while looking for conversion specifier";

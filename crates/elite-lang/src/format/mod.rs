@@ -41,6 +41,7 @@ const SIZE_MAX: usize = i32::MAX as usize;
 impl Spec {
     /// Parses a specification for a value of type `type_name`; the error is the message of a `ValueError`.
     pub fn parse(text: &str, type_name: &str) -> Result<Self, String> {
+        let numeric = type_name != "str";
         let invalid =
             || format!("Invalid format specifier '{text}' for object of type '{type_name}'");
         let chars: Vec<char> = text.chars().collect();
@@ -57,8 +58,10 @@ impl Spec {
         };
         let is_align = |c: &char| matches!(c, '<' | '>' | '=' | '^');
         let mut at = 0;
+        let mut filled = false;
         if chars.get(1).is_some_and(is_align) {
             (spec.fill, spec.align, at) = (chars[0], Some(chars[1]), 2);
+            filled = true;
         } else if chars.first().is_some_and(is_align) {
             (spec.align, at) = (Some(chars[0]), 1);
         }
@@ -73,8 +76,11 @@ impl Spec {
         };
         spec.no_negative_zero = flag('z', &mut at);
         spec.alternate = flag('#', &mut at);
-        if flag('0', &mut at) && spec.align.is_none() {
-            (spec.fill, spec.align) = ('0', Some('='));
+        if !filled && flag('0', &mut at) {
+            spec.fill = '0';
+            if numeric {
+                spec.align.get_or_insert('=');
+            }
         }
         let number = |at: &mut usize| -> Result<Option<usize>, String> {
             let start = *at;
@@ -121,17 +127,15 @@ pub fn value(value: &Value, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -
         Value::Str(text) => self::text(text.as_str(), spec, ev, out),
         Value::Float(float) => real(*float, spec, "float", ev, out),
         Value::Complex(complex) => self::complex(complex.0, complex.1, spec, ev, out),
-        Value::Bool(flag) if spec.kind.is_none_or(|kind| kind == 's') => text(
-            if *flag { "True" } else { "False" },
-            &Spec {
-                kind: None,
-                ..spec.clone()
-            },
-            ev,
-            out,
-        ),
         other => match Int::of(other) {
-            Some(int) => integer(&int, spec, ev, out),
+            Some(int) => {
+                let type_name = if matches!(other, Value::Bool(_)) {
+                    "bool"
+                } else {
+                    "int"
+                };
+                integer(&int, spec, type_name, ev, out)
+            }
             None => Err(ev.type_error("cannot format this value with a number's specification")),
         },
     }
@@ -181,7 +185,7 @@ fn text(text: &str, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> 
     Ok(())
 }
 
-fn integer(int: &Int, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> {
+fn integer(int: &Int, spec: &Spec, type_name: &str, ev: &Evaluator<'_>, out: &mut String) -> R<()> {
     let kind = spec.kind.unwrap_or('d');
     if "eEfFgG%".contains(kind) {
         return real(ev.int_to_f64(int)?, spec, "int", ev, out);
@@ -196,7 +200,7 @@ fn integer(int: &Int, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()
         'x' => ("0x", radix_digits(int, 16)),
         'X' => ("0X", radix_digits(int, 16).to_uppercase()),
         'c' => return character(int, spec, ev, out),
-        other => return Err(unknown_kind(ev, other, "int")),
+        other => return Err(unknown_kind(ev, other, type_name)),
     };
     if spec.grouping == Some(',') && kind != 'd' {
         return Err(ev.value_error(format!("Cannot specify ',' with '{kind}'.")));
@@ -380,7 +384,7 @@ fn grouped_length(digits: usize, every: usize) -> usize {
 fn grouped(digits: &str, separator: char, every: usize) -> String {
     let mut out = String::with_capacity(digits.len() * 4 / 3);
     for (index, c) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index) % every == 0 {
+        if index > 0 && (digits.len() - index).is_multiple_of(every) {
             out.push(separator);
         }
         out.push(c);

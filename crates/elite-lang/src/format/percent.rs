@@ -317,7 +317,7 @@ impl Evaluator<'_> {
             ..spec.clone()
         };
         let Some(precision) = precision else {
-            return integer(&int, &spec, self, out);
+            return integer(&int, &spec, "int", self, out);
         };
         // A precision of an integer is its least number of digits.
         let mut digits = String::new();
@@ -328,7 +328,7 @@ impl Evaluator<'_> {
             align: None,
             ..spec.clone()
         };
-        integer(&int, &bare, self, &mut digits)?;
+        integer(&int, &bare, "int", self, &mut digits)?;
         let magnitude = digits.trim_start_matches('-');
         let zeros = "0".repeat(precision.saturating_sub(magnitude.len()));
         let sign = super::sign_of(int.is_negative(), &spec);

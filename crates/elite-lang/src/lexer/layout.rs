@@ -5,6 +5,9 @@ use super::{Lexer, TokenKind};
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
+/// Brackets that are given up in one text; each costs reading a part of it again.
+const CUTS_MAX: usize = 20;
+
 /// Where the lexer stands with respect to lines and blocks.
 #[derive(Default)]
 pub(super) struct Layout {
@@ -55,7 +58,7 @@ impl Lexer<'_> {
         if self.at == self.end {
             return;
         }
-        let column = self.column_after(&self.text[start..self.at].to_owned(), start);
+        let column = self.column_after(&self.text[start..self.at], start);
         self.layout.one_line = OneLine::scan(self.text, self.at, self.end, column);
         self.indent_to(column);
         self.layout.inside_line = true;
@@ -135,13 +138,42 @@ impl Lexer<'_> {
     pub(super) fn line_end(&mut self) {
         let start = self.at;
         self.at += self.line_end_length().unwrap_or(1);
-        if !self.brackets.is_empty() && !self.statement_follows() {
+        if !self.brackets.is_empty() {
+            if self.statement_follows() {
+                self.cut_at_open_bracket();
+            }
             return;
         }
-        self.report_open_brackets();
         self.push(TokenKind::Newline, start, start);
         self.close_one_line_form();
         self.layout.inside_line = false;
+    }
+
+    /// Reports the outermost open bracket, and goes back to the end of its line to read on from there as if the
+    /// bracket did not reach further: one typo must not swallow the rest of the program.
+    pub(super) fn cut_at_open_bracket(&mut self) -> bool {
+        let Some((kind, span)) = self.brackets.drain(..).next() else {
+            return false;
+        };
+        let message = format!("{} is never closed", kind.describe());
+        self.diagnostics
+            .push(Diagnostic::error("syntax", span, message));
+        let rest = &self.text[span.end as usize..self.end];
+        let cut = span.end as usize + rest.find(['\n', '\r']).unwrap_or(rest.len());
+        if self.cuts.len() == CUTS_MAX {
+            return false;
+        }
+        self.tokens
+            .retain(|token| (token.span.start as usize) < cut);
+        self.diagnostics
+            .retain(|diagnostic| (diagnostic.span.start as usize) < cut);
+        self.cuts.push(cut as u32);
+        self.at = cut;
+        self.at += self.line_end_length().unwrap_or(0);
+        self.push(TokenKind::Newline, cut, cut);
+        self.close_one_line_form();
+        self.layout.inside_line = false;
+        true
     }
 
     /// Inside brackets: whether the next line can only be a new statement, so that a bracket must have been
@@ -179,14 +211,6 @@ impl Lexer<'_> {
             .trim_start_matches([' ', '\t'])
             .starts_with(['=', ',', ')', ']', '}', ':']);
         starts_statement && !argument
-    }
-
-    fn report_open_brackets(&mut self) {
-        if let Some((kind, span)) = self.brackets.drain(..).next() {
-            let message = format!("{} is never closed", kind.describe());
-            self.diagnostics
-                .push(Diagnostic::error("syntax", span, message));
-        }
     }
 
     /// A `;` that stands for a line end (language.md 4.2): ends a part and starts the next one.
@@ -242,7 +266,6 @@ impl Lexer<'_> {
 
     pub(super) fn end_of_text(&mut self) {
         let end = self.end;
-        self.report_open_brackets();
         if self.layout.inside_line {
             self.push(TokenKind::Newline, end, end);
             self.close_one_line_form();

@@ -16,6 +16,8 @@ pub struct Tokens {
     pub tokens: Vec<Token>,
     /// Errors and warnings.
     pub diagnostics: Vec<Diagnostic>,
+    /// Offsets at which a line was cut short because a bracket in it is never closed.
+    pub cuts: Vec<u32>,
 }
 
 /// Lexes a whole file.
@@ -25,6 +27,7 @@ pub fn lex(file: &SourceFile) -> Tokens {
     Tokens {
         tokens: lexer.tokens,
         diagnostics: lexer.diagnostics,
+        cuts: lexer.cuts,
     }
 }
 
@@ -37,6 +40,7 @@ pub fn lex_expression(file: &SourceFile, span: Span) -> Tokens {
     Tokens {
         tokens: lexer.tokens,
         diagnostics: lexer.diagnostics,
+        cuts: lexer.cuts,
     }
 }
 
@@ -48,6 +52,7 @@ struct Lexer<'t> {
     diagnostics: Vec<Diagnostic>,
     /// Open brackets, innermost last.
     brackets: Vec<(TokenKind, Span)>,
+    cuts: Vec<u32>,
     layout: layout::Layout,
 }
 
@@ -66,15 +71,21 @@ impl<'t> Lexer<'t> {
             tokens,
             diagnostics,
             brackets,
+            cuts: Vec::new(),
             layout: layout::Layout::default(),
         }
     }
 
     fn run(&mut self) {
-        while self.at < self.end {
-            self.start_of_line();
-            while self.at < self.end && !self.layout.at_line_start() {
-                self.token();
+        loop {
+            while self.at < self.end {
+                self.start_of_line();
+                while self.at < self.end && !self.layout.at_line_start() {
+                    self.token();
+                }
+            }
+            if !self.cut_at_open_bracket() {
+                break;
             }
         }
         self.end_of_text();

@@ -41,7 +41,6 @@ impl Lower<'_> {
         let span = expr.span;
         match &expr.kind {
             ExprKind::Constant(constant) => Box::new(Const(self.constant(constant))),
-            ExprKind::Error => Box::new(Const(Value::None)),
             ExprKind::Name(name) => self.name(name, span),
             ExprKind::And(operands) => Box::new(And(self.exprs(operands))),
             ExprKind::Or(operands) => Box::new(Or(self.exprs(operands))),
@@ -72,7 +71,17 @@ impl Lower<'_> {
             }
             ExprKind::List(items) => Box::new(ListDisplay(self.elements(items))),
             ExprKind::Tuple(items) => self.tuple(items),
-            ExprKind::Set(items) => Box::new(SetDisplay(self.elements(items), span)),
+            ExprKind::Set(items) => {
+                let all_constant = items
+                    .iter()
+                    .all(|item| matches!(item.kind, ExprKind::Constant(_)));
+                let copied = items.len() >= 3 && all_constant;
+                Box::new(SetDisplay {
+                    elements: self.elements(items),
+                    copied,
+                    span,
+                })
+            }
             ExprKind::Dict(items) => Box::new(DictDisplay(self.dict_elements(items), span)),
             ExprKind::Comprehension(comprehension) => self.comprehension(comprehension, span),
             ExprKind::Lambda(lambda) => Box::new(self.lambda(lambda, span)),

@@ -217,6 +217,15 @@ impl Evaluator<'_> {
                     class.bases().iter().cloned().map(Value::Class).collect(),
                 )));
             }
+            known::BASE => {
+                return Ok(Some(
+                    class
+                        .bases()
+                        .first()
+                        .cloned()
+                        .map_or(Value::None, Value::Class),
+                ));
+            }
             known::MRO => {
                 let all = std::iter::once(class).chain(class.ancestors()).cloned();
                 return Ok(Some(Value::tuple(all.map(Value::Class).collect())));
@@ -348,7 +357,7 @@ impl Evaluator<'_> {
         match class.lookup(name) {
             Some(Value::Property(property)) => {
                 if property.set.is_none() {
-                    let (name, class) = (self.core.symbols.name(name), class.name());
+                    let (name, class) = (self.core.symbols.name(name), self.qualname_of(class));
                     let message = format!("property '{name}' of '{class}' object has no setter");
                     return Err(self.raise(ExceptionKind::AttributeError, message));
                 }
@@ -425,7 +434,10 @@ impl Evaluator<'_> {
         match instance.class.lookup(name) {
             Some(Value::Property(property)) => {
                 if property.delete.is_none() {
-                    let (name, class) = (self.core.symbols.name(name), instance.class.name());
+                    let (name, class) = (
+                        self.core.symbols.name(name),
+                        self.qualname_of(&instance.class),
+                    );
                     let message = format!("property '{name}' of '{class}' object has no deleter");
                     return Err(self.raise(ExceptionKind::AttributeError, message));
                 }

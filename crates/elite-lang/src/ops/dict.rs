@@ -273,12 +273,9 @@ impl Evaluator<'_> {
     /// Adds all items of an iterable.
     pub fn set_extend(&self, set: &Set, iterable: &Value) -> R<()> {
         match iterable {
-            Value::Set(other) | Value::FrozenSet(other) => {
-                for (hash, key) in other.elements() {
-                    self.set_add_hashed(set, hash, key)?;
-                }
-            }
+            Value::Set(other) | Value::FrozenSet(other) => self.set_merge(set, other)?,
             Value::Dict(dict) => {
+                set.reserve(dict.len());
                 for (hash, key, _) in dict.entries() {
                     self.set_add_hashed(set, hash, key)?;
                 }
@@ -293,12 +290,26 @@ impl Evaluator<'_> {
         Ok(())
     }
 
+    /// Adds all elements of another set.
+    pub fn set_merge(&self, set: &Set, other: &Set) -> R<()> {
+        if std::ptr::eq(set, other) {
+            return Ok(());
+        }
+        if set.is_empty() {
+            set.replace(other.copy());
+            return Ok(());
+        }
+        set.reserve(other.len());
+        for (hash, key) in other.elements() {
+            self.set_add_hashed(set, hash, key)?;
+        }
+        Ok(())
+    }
+
     /// `a | b`
     pub fn set_union(&self, a: &Set, b: &Set) -> R<Set> {
         let result = a.copy();
-        for (hash, key) in b.elements() {
-            self.set_add_hashed(&result, hash, key)?;
-        }
+        self.set_merge(&result, b)?;
         Ok(result)
     }
 
@@ -316,6 +327,11 @@ impl Evaluator<'_> {
 
     /// `a - b`
     pub fn set_difference(&self, a: &Set, b: &Set) -> R<Set> {
+        if a.len() >> 2 > b.len() {
+            let result = a.copy();
+            self.set_subtract(&result, b)?;
+            return Ok(result);
+        }
         let result = Set::new();
         for (hash, key) in a.elements() {
             if self.set_find(b, hash, &key)?.is_none() {
@@ -325,23 +341,38 @@ impl Evaluator<'_> {
         Ok(result)
     }
 
+    /// `a -= b`
+    pub fn set_subtract(&self, a: &Set, b: &Set) -> R<()> {
+        if std::ptr::eq(a, b) {
+            a.clear();
+            return Ok(());
+        }
+        for (hash, key) in b.elements() {
+            if let Some(index) = self.set_find(a, hash, &key)? {
+                drop(a.delete_at(index));
+            }
+        }
+        Ok(())
+    }
+
     /// `a ^ b`
     pub fn set_symmetric_difference(&self, a: &Set, b: &Set) -> R<Set> {
         let result = b.copy();
-        for (hash, key) in a.elements() {
-            match self.set_find(&result, hash, &key)? {
-                Some(index) => drop(result.delete_at(index)),
-                None => self.set_add_hashed(&result, hash, key)?,
-            }
-        }
+        self.set_toggle(&result, a)?;
         Ok(result)
     }
 
-    /// Makes `set` hold what `other` holds.
-    pub fn set_replace(&self, set: &Set, other: &Set) -> R<()> {
-        set.clear();
-        for (hash, key) in other.elements() {
-            self.set_add_hashed(set, hash, key)?;
+    /// `a ^= b`
+    pub fn set_toggle(&self, a: &Set, b: &Set) -> R<()> {
+        if std::ptr::eq(a, b) {
+            a.clear();
+            return Ok(());
+        }
+        for (hash, key) in b.elements() {
+            match self.set_find(a, hash, &key)? {
+                Some(index) => drop(a.delete_at(index)),
+                None => a.append(hash, key),
+            }
         }
         Ok(())
     }

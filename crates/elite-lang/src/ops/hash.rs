@@ -7,9 +7,9 @@ use std::rc::Rc;
 
 use num_bigint::{BigInt, Sign};
 
+use crate::value::Value;
 use crate::value::int::Int;
 use crate::value::string::hash_bytes;
-use crate::value::{Class, Value};
 
 /// The prime 2^61 - 1 that numeric hashes are taken modulo of.
 const MODULUS: u64 = (1 << 61) - 1;
@@ -198,11 +198,6 @@ fn quick_hash_at(value: &Value, depth: u32) -> Option<u64> {
 /// The hash of an object without a value of its own.
 pub fn address_hash(address: usize) -> u64 {
     (address as u64).rotate_right(4)
-}
-
-/// The hash of an instance that does not define one.
-pub fn class_address_hash(class: &Rc<Class>) -> u64 {
-    address_hash(Rc::as_ptr(class) as usize)
 }
 
 fn range_hash(range: &crate::value::Range) -> u64 {

@@ -419,7 +419,16 @@ impl Evaluator<'_> {
     #[cold]
     fn no_item_assignment(&self, value: &Value, what: &str) -> Raised {
         let name = self.core.types.name_of(value);
-        self.type_error(format!("'{name}' object does not support item {what}"))
+        let sequence = matches!(
+            value,
+            Value::Tuple(_) | Value::Str(_) | Value::Bytes(_) | Value::Range(_)
+        );
+        let not = if sequence && what == "deletion" {
+            "doesn't"
+        } else {
+            "does not"
+        };
+        self.type_error(format!("'{name}' object {not} support item {what}"))
     }
 
     fn set_list_slice(&self, list: &List, slice: &Slice, item: &Value) -> R<()> {

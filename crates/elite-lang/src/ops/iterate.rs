@@ -228,7 +228,7 @@ impl Evaluator<'_> {
                     key
                 })
             }
-            _ => return self.with_stack(crate::eval::coroutine::RESERVE, || self.next_lazy(iter)),
+            _ => return self.recurse(|| self.next_lazy(iter)),
         })
     }
 

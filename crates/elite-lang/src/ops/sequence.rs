@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use crate::ast::BinaryOp;
+use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::int::Int;
 use crate::value::{ByteArray, Bytes, R, Set, Str, Value};
@@ -83,8 +84,10 @@ impl Evaluator<'_> {
     fn repetitions(&self, count: &Int, bytes: usize) -> R<usize> {
         let count = match count {
             Int::Small(count) => usize::try_from(*count).unwrap_or(0),
-            Int::Big(_) if count.is_negative() || bytes == 0 => 0,
-            Int::Big(_) => usize::MAX,
+            Int::Big(_) => {
+                let text = "cannot fit 'int' into an index-sized integer";
+                return Err(self.raise(ExceptionKind::OverflowError, text));
+            }
         };
         self.check_allocation(bytes.saturating_mul(count))?;
         Ok(count)
@@ -187,24 +190,19 @@ impl Evaluator<'_> {
                 bytes.data.borrow_mut().extend(more);
             }
             (BinaryOp::BitOr, Value::Dict(dict)) => self.dict_update_from(dict, b)?,
-            (BinaryOp::BitOr, Value::Set(set)) => {
+            (
+                BinaryOp::BitOr | BinaryOp::BitAnd | BinaryOp::Sub | BinaryOp::BitXor,
+                Value::Set(set),
+            ) => {
                 let Some(other) = self.set_operand(b)? else {
                     return Ok(None);
                 };
-                for (hash, key) in other.elements() {
-                    self.set_add_hashed(set, hash, key)?;
+                match op {
+                    BinaryOp::BitOr => self.set_merge(set, &other)?,
+                    BinaryOp::BitAnd => set.replace(self.set_intersection(set, &other)?),
+                    BinaryOp::Sub => self.set_subtract(set, &other)?,
+                    _ => self.set_toggle(set, &other)?,
                 }
-            }
-            (BinaryOp::BitAnd | BinaryOp::Sub | BinaryOp::BitXor, Value::Set(set)) => {
-                let Some(other) = self.set_operand(b)? else {
-                    return Ok(None);
-                };
-                let result = match op {
-                    BinaryOp::BitAnd => self.set_intersection(set, &other)?,
-                    BinaryOp::Sub => self.set_difference(set, &other)?,
-                    _ => self.set_symmetric_difference(set, &other)?,
-                };
-                self.set_replace(set, &result)?;
             }
             _ => return Ok(None),
         }

@@ -289,7 +289,8 @@ impl Evaluator<'_> {
         }
     }
 
-    fn qualname_of(&self, class: &crate::value::Class) -> String {
+    /// `__qualname__` of a class.
+    pub fn qualname_of(&self, class: &crate::value::Class) -> String {
         match class.own_attrs().get(known::QUALNAME) {
             Some(Value::Str(text)) => text.as_str().to_owned(),
             _ => class.name().to_string(),
@@ -345,8 +346,7 @@ impl Evaluator<'_> {
     /// An integer of any size in decimal; refused beyond the limit on digits, as in CPython.
     pub fn big_to_text(&self, big: &num_bigint::BigInt) -> R<String> {
         let limit = self.core.limits.int_digits;
-        // 2^10 is a little more than 10^3.
-        let certainly_too_long = big.bits() as f64 * 0.301_029_995 > limit as f64 + 1.0;
+        let certainly_too_long = big.bits() as f64 * std::f64::consts::LOG10_2 > limit as f64 + 1.0;
         let text = if certainly_too_long {
             String::new()
         } else {
@@ -469,13 +469,25 @@ pub fn quote(text: &str, out: &mut String) {
 /// Python's `str.isprintable` of one character, closely: no controls, separators other than the blank, private or
 /// unassigned characters of the common ranges.
 pub fn is_printable(c: char) -> bool {
-    match c as u32 {
-        0..0x20 | 0x7f..0xa1 | 0xad => false,
-        0x2000..=0x200f | 0x2028..=0x202f | 0x205f..=0x206f | 0x3000 | 0xfeff => false,
-        0x1680 | 0x180e | 0xe000..=0xf8ff | 0xfff0..=0xfffb | 0xfffe..=0xffff => false,
-        0xe0000..=0xe0fff | 0xf0000.. => false,
-        _ => true,
-    }
+    let hidden = matches!(
+        c as u32,
+        0..0x20
+            | 0x7f..0xa1
+            | 0xad
+            | 0x1680
+            | 0x180e
+            | 0x2000..=0x200f
+            | 0x2028..=0x202f
+            | 0x205f..=0x206f
+            | 0x3000
+            | 0xe000..=0xf8ff
+            | 0xfeff
+            | 0xfff0..=0xfffb
+            | 0xfffe..=0xffff
+            | 0xe0000..=0xe0fff
+            | 0xf0000..
+    );
+    !hidden
 }
 
 /// Appends bytes as Python writes them.

@@ -13,12 +13,11 @@ impl Parser<'_> {
     pub(super) fn postfix(&mut self) -> Parse<Expr> {
         let start = self.token().span;
         let mut expr = self.atom()?;
-        let mut links = 0;
         loop {
             let kind = match self.kind() {
                 T::LeftParen => {
                     self.bump();
-                    let args = self.nested(Self::arguments)?;
+                    let args = self.arguments()?;
                     ExprKind::Call {
                         function: Box::new(expr),
                         args,
@@ -26,7 +25,7 @@ impl Parser<'_> {
                 }
                 T::LeftBracket => {
                     self.bump();
-                    let index = Box::new(self.nested(Self::subscript_index)?);
+                    let index = Box::new(self.subscript_index()?);
                     self.expect(T::RightBracket)?;
                     ExprKind::Subscript {
                         value: Box::new(expr),
@@ -43,12 +42,7 @@ impl Parser<'_> {
                 }
                 _ => return Ok(expr),
             };
-            links += 1;
-            self.check_chain(links, start)?;
-            expr = Expr {
-                kind,
-                span: self.span_from(start),
-            };
+            expr = self.check_depth(Expr::new(kind, self.span_from(start)))?;
         }
     }
 
@@ -62,15 +56,12 @@ impl Parser<'_> {
             T::True => self.constant(Constant::Bool(true)),
             T::False => self.constant(Constant::Bool(false)),
             T::Ellipsis => self.constant(Constant::Ellipsis),
-            T::LeftParen => return self.nested(Self::parenthesised),
-            T::LeftBracket => return self.nested(Self::list_display),
-            T::LeftBrace => return self.nested(Self::brace_display),
+            T::LeftParen => return self.parenthesised(),
+            T::LeftBracket => return self.list_display(),
+            T::LeftBrace => return self.brace_display(),
             _ => return self.unexpected("an expression"),
         };
-        Ok(Expr {
-            kind,
-            span: token.span,
-        })
+        Ok(Expr::new(kind, token.span))
     }
 
     fn constant(&mut self, constant: Constant) -> ExprKind {
@@ -81,65 +72,44 @@ impl Parser<'_> {
     fn parenthesised(&mut self) -> Parse<Expr> {
         let start = self.bump().span;
         if self.eat(T::RightParen).is_some() {
-            return Ok(Expr {
-                kind: ExprKind::Tuple(Vec::new()),
-                span: self.span_from(start),
-            });
+            return Ok(Expr::new(
+                ExprKind::Tuple(Vec::new()),
+                self.span_from(start),
+            ));
         }
         if self.kind() == T::Yield {
             let inner = self.yield_expression()?;
             self.expect(T::RightParen)?;
-            return Ok(Expr {
-                kind: inner.kind,
-                span: self.span_from(start),
-            });
+            return Ok(Expr::new(inner.kind, self.span_from(start)));
         }
         let first = self.star_or_named()?;
-        if self.kind() == T::For {
+        if matches!(self.kind(), T::For | T::Async) {
             let comprehension = self.comprehension(ComprehensionKind::Generator(first))?;
             self.expect(T::RightParen)?;
-            return Ok(Expr {
-                kind: comprehension,
-                span: self.span_from(start),
-            });
+            return Ok(Expr::new(comprehension, self.span_from(start)));
         }
         if self.kind() != T::Comma {
             self.check_no_star(&first)?;
             self.expect(T::RightParen)?;
-            return Ok(Expr {
-                kind: first.kind,
-                span: self.span_from(start),
-            });
+            return Ok(Expr::new(first.kind, self.span_from(start)));
         }
         let items = self.more_items(first, T::RightParen)?;
-        Ok(Expr {
-            kind: ExprKind::Tuple(items),
-            span: self.span_from(start),
-        })
+        Ok(Expr::new(ExprKind::Tuple(items), self.span_from(start)))
     }
 
     fn list_display(&mut self) -> Parse<Expr> {
         let start = self.bump().span;
         if self.eat(T::RightBracket).is_some() {
-            return Ok(Expr {
-                kind: ExprKind::List(Vec::new()),
-                span: self.span_from(start),
-            });
+            return Ok(Expr::new(ExprKind::List(Vec::new()), self.span_from(start)));
         }
         let first = self.star_or_named()?;
-        if self.kind() == T::For {
+        if matches!(self.kind(), T::For | T::Async) {
             let kind = self.comprehension(ComprehensionKind::List(first))?;
             self.expect(T::RightBracket)?;
-            return Ok(Expr {
-                kind,
-                span: self.span_from(start),
-            });
+            return Ok(Expr::new(kind, self.span_from(start)));
         }
         let items = self.more_items(first, T::RightBracket)?;
-        Ok(Expr {
-            kind: ExprKind::List(items),
-            span: self.span_from(start),
-        })
+        Ok(Expr::new(ExprKind::List(items), self.span_from(start)))
     }
 
     /// The items after the first one, and the closing bracket.
@@ -168,10 +138,7 @@ impl Parser<'_> {
     fn brace_display(&mut self) -> Parse<Expr> {
         let start = self.bump().span;
         if self.eat(T::RightBrace).is_some() {
-            return Ok(Expr {
-                kind: ExprKind::Dict(Vec::new()),
-                span: self.span_from(start),
-            });
+            return Ok(Expr::new(ExprKind::Dict(Vec::new()), self.span_from(start)));
         }
         let kind = if self.kind() == T::DoubleStar {
             self.dict_items(Vec::new())?
@@ -179,14 +146,14 @@ impl Parser<'_> {
             let first = self.star_or_named()?;
             if self.eat(T::Colon).is_some() {
                 let value = self.expression()?;
-                if self.kind() == T::For {
+                if matches!(self.kind(), T::For | T::Async) {
                     let kind = self.comprehension(ComprehensionKind::Dict(first, value))?;
                     self.expect(T::RightBrace)?;
                     kind
                 } else {
                     self.dict_items(vec![DictItem::Pair(first, value)])?
                 }
-            } else if self.kind() == T::For {
+            } else if matches!(self.kind(), T::For | T::Async) {
                 let kind = self.comprehension(ComprehensionKind::Set(first))?;
                 self.expect(T::RightBrace)?;
                 kind
@@ -194,10 +161,7 @@ impl Parser<'_> {
                 ExprKind::Set(self.more_items(first, T::RightBrace)?)
             }
         };
-        Ok(Expr {
-            kind,
-            span: self.span_from(start),
-        })
+        Ok(Expr::new(kind, self.span_from(start)))
     }
 
     /// Further items of a dict display and its closing brace.
@@ -235,6 +199,7 @@ impl Parser<'_> {
         if let Some(Expr {
             kind: ExprKind::Starred(_),
             span,
+            ..
         }) = element
         {
             let span = *span;
@@ -283,10 +248,10 @@ impl Parser<'_> {
         let start = self.token().span;
         if self.eat(T::Star).is_some() {
             let inner = self.postfix()?;
-            return Ok(Expr {
-                kind: ExprKind::Starred(Box::new(inner)),
-                span: self.span_from(start),
-            });
+            return Ok(Expr::new(
+                ExprKind::Starred(Box::new(inner)),
+                self.span_from(start),
+            ));
         }
         self.binary(2)
     }
@@ -329,7 +294,7 @@ impl Parser<'_> {
             return Ok(Arg::Keyword(name, value));
         }
         let value = self.named_expression()?;
-        if self.kind() == T::For {
+        if matches!(self.kind(), T::For | T::Async) {
             return self.bare_generator(value, earlier.is_empty(), start);
         }
         self.check_argument_order(earlier, value.span)?;
@@ -353,7 +318,7 @@ impl Parser<'_> {
                 "a generator expression needs parentheses unless it is the only argument",
             );
         }
-        Ok(Arg::Positional(Expr { kind, span }))
+        Ok(Arg::Positional(Expr::new(kind, span)))
     }
 
     fn check_argument_order(&mut self, earlier: &[Arg], span: Span) -> Parse<()> {
@@ -374,10 +339,10 @@ impl Parser<'_> {
         let first = self.slice_item()?;
         if self.kind() != T::Comma {
             return match first.kind {
-                ExprKind::Starred(_) => Ok(Expr {
-                    kind: ExprKind::Tuple(vec![first]),
-                    span: self.span_from(start),
-                }),
+                ExprKind::Starred(_) => Ok(Expr::new(
+                    ExprKind::Tuple(vec![first]),
+                    self.span_from(start),
+                )),
                 _ => Ok(first),
             };
         }
@@ -385,10 +350,7 @@ impl Parser<'_> {
         while self.eat(T::Comma).is_some() && self.kind() != T::RightBracket {
             items.push(self.slice_item()?);
         }
-        Ok(Expr {
-            kind: ExprKind::Tuple(items),
-            span: self.span_from(start),
-        })
+        Ok(Expr::new(ExprKind::Tuple(items), self.span_from(start)))
     }
 
     fn slice_item(&mut self) -> Parse<Expr> {
@@ -414,10 +376,7 @@ impl Parser<'_> {
             upper,
             step,
         };
-        Ok(Expr {
-            kind,
-            span: self.span_from(start),
-        })
+        Ok(Expr::new(kind, self.span_from(start)))
     }
 
     fn slice_bound(&mut self) -> Parse<Option<Box<Expr>>> {

@@ -5,6 +5,9 @@ use crate::ast::{ClassDef, Expr, ExprKind, FunctionDef, Handler, Stmt, StmtKind,
 use crate::diagnostic::Diagnostic;
 use crate::lexer::TokenKind as T;
 
+/// Items of one `with`: each is a level of nesting.
+const WITH_ITEMS_MAX: usize = 50;
+
 impl Parser<'_> {
     /// The compound statement that starts here, or None if the line starts with anything else.
     pub(super) fn compound_statement(&mut self) -> Parse<Option<Stmt>> {
@@ -63,8 +66,8 @@ impl Parser<'_> {
             let mut body = Vec::new();
             if parser.eat(T::Newline).is_none() {
                 if parser.compound_starts_here() {
-                    return parser
-                        .unexpected("a simple statement; a block needs a line of its own");
+                    let span = parser.token().span;
+                    return parser.fail(span, "a statement with a block needs a line of its own");
                 }
                 parser.simple_line(&mut body)?;
                 return Ok(body);
@@ -271,6 +274,13 @@ impl Parser<'_> {
                 None
             };
             items.push(WithItem { context, target });
+            if items.len() > WITH_ITEMS_MAX {
+                let span = self.token().span;
+                return self.fail(
+                    span,
+                    format!("more than {WITH_ITEMS_MAX} items in one 'with'"),
+                );
+            }
             if self.eat(T::Comma).is_none() || self.kind() == closer {
                 return Ok(items);
             }
@@ -335,10 +345,7 @@ impl Parser<'_> {
         } else {
             Vec::new()
         };
-        let inner = Context {
-            in_class: true,
-            ..Context::default()
-        };
+        let inner = Context::default();
         let outer = std::mem::replace(&mut self.context, inner);
         self.classes.push(name.name.clone());
         let body = self.block("the class header");
@@ -362,10 +369,7 @@ impl Parser<'_> {
             while self.eat(T::Comma).is_some() && self.kind() != T::In {
                 items.push(self.target_item()?);
             }
-            Expr {
-                kind: ExprKind::Tuple(items),
-                span: self.span_from(start),
-            }
+            Expr::new(ExprKind::Tuple(items), self.span_from(start))
         } else {
             first
         };

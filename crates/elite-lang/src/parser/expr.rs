@@ -1,6 +1,6 @@
 //! Expressions with operators, by binding power.
 
-use super::{CHAIN_MAX, Parse, Parser};
+use super::{DEPTH_MAX, Parse, Parser};
 use crate::ast::{BinaryOp, CompareOp, Expr, ExprKind, Lambda, UnaryOp};
 use crate::lexer::TokenKind as T;
 use crate::source::Span;
@@ -43,10 +43,7 @@ impl Parser<'_> {
         while self.eat(T::Comma).is_some() && self.starts_expression() {
             items.push(self.star_or_named()?);
         }
-        Ok(Expr {
-            kind: ExprKind::Tuple(items),
-            span: self.span_from(start),
-        })
+        Ok(Expr::new(ExprKind::Tuple(items), self.span_from(start)))
     }
 
     /// Whether the current token can start an expression or a starred one.
@@ -81,10 +78,10 @@ impl Parser<'_> {
         let start = self.token().span;
         if self.eat(T::Star).is_some() {
             let inner = self.binary(COMPARISON + 1)?;
-            return Ok(Expr {
-                kind: ExprKind::Starred(Box::new(inner)),
-                span: self.span_from(start),
-            });
+            return Ok(Expr::new(
+                ExprKind::Starred(Box::new(inner)),
+                self.span_from(start),
+            ));
         }
         self.named_expression()
     }
@@ -96,17 +93,17 @@ impl Parser<'_> {
             let target = self.ident()?;
             self.bump();
             let value = Box::new(self.expression()?);
-            return Ok(Expr {
-                kind: ExprKind::Named { target, value },
-                span: self.span_from(start),
-            });
+            return Ok(Expr::new(
+                ExprKind::Named { target, value },
+                self.span_from(start),
+            ));
         }
         self.expression()
     }
 
     /// A conditional expression, a lambda, or anything below.
     pub(super) fn expression(&mut self) -> Parse<Expr> {
-        self.nested(|parser| {
+        let expr = self.nested(|parser| {
             let start = parser.token().span;
             if parser.kind() == T::Lambda {
                 return parser.lambda();
@@ -126,11 +123,9 @@ impl Parser<'_> {
                 body: Box::new(body),
                 orelse,
             };
-            Ok(Expr {
-                kind,
-                span: parser.span_from(start),
-            })
-        })
+            Ok(Expr::new(kind, parser.span_from(start)))
+        })?;
+        self.check_depth(expr)
     }
 
     fn lambda(&mut self) -> Parse<Expr> {
@@ -146,10 +141,7 @@ impl Parser<'_> {
             body: body?,
             scope,
         }));
-        Ok(Expr {
-            kind,
-            span: self.span_from(start),
-        })
+        Ok(Expr::new(kind, self.span_from(start)))
     }
 
     pub(super) fn yield_expression(&mut self) -> Parse<Expr> {
@@ -164,10 +156,7 @@ impl Parser<'_> {
         } else {
             ExprKind::Yield(None)
         };
-        Ok(Expr {
-            kind,
-            span: self.span_from(start),
-        })
+        Ok(Expr::new(kind, self.span_from(start)))
     }
 
     /// `a or b or c`
@@ -181,10 +170,7 @@ impl Parser<'_> {
         while self.eat(T::Or).is_some() {
             operands.push(self.conjunction()?);
         }
-        Ok(Expr {
-            kind: ExprKind::Or(operands),
-            span: self.span_from(start),
-        })
+        Ok(Expr::new(ExprKind::Or(operands), self.span_from(start)))
     }
 
     fn conjunction(&mut self) -> Parse<Expr> {
@@ -197,10 +183,7 @@ impl Parser<'_> {
         while self.eat(T::And).is_some() {
             operands.push(self.negation()?);
         }
-        Ok(Expr {
-            kind: ExprKind::And(operands),
-            span: self.span_from(start),
-        })
+        Ok(Expr::new(ExprKind::And(operands), self.span_from(start)))
     }
 
     fn negation(&mut self) -> Parse<Expr> {
@@ -209,13 +192,13 @@ impl Parser<'_> {
             return self.comparison();
         }
         let operand = Box::new(self.nested(Self::negation)?);
-        Ok(Expr {
-            kind: ExprKind::Unary {
+        Ok(Expr::new(
+            ExprKind::Unary {
                 op: UnaryOp::Not,
                 operand,
             },
-            span: self.span_from(start),
-        })
+            self.span_from(start),
+        ))
     }
 
     /// `a < b <= c`: a chain is one node.
@@ -229,13 +212,13 @@ impl Parser<'_> {
         if rest.is_empty() {
             return Ok(left);
         }
-        Ok(Expr {
-            kind: ExprKind::Compare {
+        Ok(Expr::new(
+            ExprKind::Compare {
                 left: Box::new(left),
                 rest,
             },
-            span: self.span_from(start),
-        })
+            self.span_from(start),
+        ))
     }
 
     fn comparison_operator(&mut self) -> Option<CompareOp> {
@@ -266,13 +249,10 @@ impl Parser<'_> {
     pub(super) fn binary(&mut self, power: u8) -> Parse<Expr> {
         let start = self.token().span;
         let mut left = self.unary()?;
-        let mut links = 0;
         while let Some((op, op_power)) = binary(self.kind()) {
             if op_power < power {
                 break;
             }
-            links += 1;
-            self.check_chain(links, start)?;
             self.bump();
             // `**` groups to the right and its right operand may have a sign.
             let right = if op == BinaryOp::Pow {
@@ -285,22 +265,24 @@ impl Parser<'_> {
                 left: Box::new(left),
                 right: Box::new(right),
             };
-            left = Expr {
-                kind,
-                span: self.span_from(start),
-            };
+            left = self.check_depth(Expr::new(kind, self.span_from(start)))?;
         }
         Ok(left)
     }
 
-    pub(super) fn check_chain(&mut self, links: u32, start: Span) -> Parse<()> {
-        if links > CHAIN_MAX {
+    /// Refuses an expression whose tree has become too deep.
+    pub(super) fn check_depth(&mut self, expr: Expr) -> Parse<Expr> {
+        if expr.depth > DEPTH_MAX {
+            let text = format!("this expression is deeper than {DEPTH_MAX} levels");
             return self.fail(
-                start,
-                format!("this expression is a chain of more than {CHAIN_MAX} links"),
+                Span {
+                    end: expr.span.start + 1,
+                    ..expr.span
+                },
+                text,
             );
         }
-        Ok(())
+        Ok(expr)
     }
 
     fn unary(&mut self) -> Parse<Expr> {
@@ -314,10 +296,10 @@ impl Parser<'_> {
         };
         self.bump();
         let operand = Box::new(self.nested(Self::unary)?);
-        Ok(Expr {
-            kind: ExprKind::Unary { op, operand },
-            span: self.span_from(start),
-        })
+        Ok(Expr::new(
+            ExprKind::Unary { op, operand },
+            self.span_from(start),
+        ))
     }
 
     /// `**` binds tighter than a sign on its left: `-2 ** 2` is -4.
@@ -333,9 +315,6 @@ impl Parser<'_> {
             left: Box::new(base),
             right: Box::new(exponent),
         };
-        Ok(Expr {
-            kind,
-            span: self.span_from(start),
-        })
+        Ok(Expr::new(kind, self.span_from(start)))
     }
 }

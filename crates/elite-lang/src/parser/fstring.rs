@@ -32,9 +32,9 @@ impl Parser<'_> {
             let brace = at + found;
             let here = &text[brace..];
             let doubled = level == 0 && (here.starts_with("{{") || here.starts_with("}}"));
-            if here.starts_with('\\') {
+            if let Some(escaped) = here.strip_prefix('\\') {
                 // `\N{…}` aside, an escape never contains a brace; the escapes are resolved with the text.
-                at = brace + 1 + here[1..].chars().next().map_or(0, char::len_utf8);
+                at = brace + 1 + escaped.chars().next().map_or(0, char::len_utf8);
             } else if doubled {
                 self.fstring_text(
                     literal,

@@ -21,8 +21,8 @@ use crate::source::{SourceFile, Span};
 
 /// Nesting of brackets, blocks and prefix operators that is accepted.
 const NESTING_MAX: u32 = 200;
-/// Length of a chain of left-associative operators, calls or attributes: each link is a level of the tree.
-const CHAIN_MAX: u32 = 1000;
+/// Levels of the tree of one expression: chains of operators, calls and attributes add one for each link.
+const DEPTH_MAX: u16 = 1000;
 /// Errors reported for one text; further ones add nothing.
 const ERRORS_MAX: usize = 50;
 
@@ -38,6 +38,7 @@ pub struct Parsed {
 pub fn parse(file: &SourceFile) -> Parsed {
     let lexed = lex(file);
     let mut parser = Parser::new(file, lexed.tokens, lexed.diagnostics);
+    parser.cuts = lexed.cuts;
     parser.print_is_assigned = parser.assigns_print();
     let body = parser.statements_until_end();
     parser.finish(body)
@@ -64,7 +65,6 @@ type Parse<T> = Result<T, Failed>;
 struct Context {
     in_function: bool,
     in_loop: bool,
-    in_class: bool,
 }
 
 struct Parser<'f> {
@@ -77,6 +77,8 @@ struct Parser<'f> {
     context: Context,
     /// Names of the classes around, for private names.
     classes: Vec<Box<str>>,
+    /// Where the lexer cut a line short because a bracket was never closed: what fails there has been reported.
+    cuts: Vec<u32>,
     /// The script assigns `print`, so `print x` is not rewritten.
     print_is_assigned: bool,
 }
@@ -94,6 +96,7 @@ impl<'f> Parser<'f> {
             scope_count: 1,
             context,
             classes,
+            cuts: Vec::new(),
             print_is_assigned: false,
         }
     }
@@ -189,10 +192,12 @@ impl<'f> Parser<'f> {
     fn report(&mut self, diagnostic: Diagnostic) -> Failed {
         // What the lexer reported at this very place is not reported again in other words.
         let span = diagnostic.span;
-        let known = self.diagnostics.iter().any(|other| {
-            let overlaps = other.span.start <= span.end && span.start <= other.span.end;
-            other.severity == Severity::Error && overlaps
-        });
+        let at_cut = self.cuts.contains(&span.start);
+        let known = at_cut
+            || self.diagnostics.iter().any(|other| {
+                let overlaps = other.span.start <= span.end && span.start <= other.span.end;
+                other.severity == Severity::Error && overlaps
+            });
         if !known {
             self.diagnostics.push(diagnostic);
         }
@@ -227,8 +232,23 @@ impl<'f> Parser<'f> {
             } else {
                 diagnostic
             };
+        } else if let Some(help) = self.foreign_operator() {
+            diagnostic = diagnostic.with_help(help);
         }
         Err(self.report(diagnostic))
+    }
+
+    /// Advice where an operator of another language stands.
+    fn foreign_operator(&self) -> Option<&'static str> {
+        let before = self.at.checked_sub(1).map(|at| self.tokens[at].kind)?;
+        match (before, self.kind()) {
+            (TokenKind::Ampersand, TokenKind::Ampersand) => Some("write 'and'"),
+            (TokenKind::Bar, TokenKind::Bar) => Some("write 'or'"),
+            (TokenKind::Plus, TokenKind::Newline) if self.at >= 2 => {
+                (self.tokens[self.at - 2].kind == TokenKind::Plus).then_some("write 'x += 1'")
+            }
+            _ => None,
+        }
     }
 
     fn not_supported<T>(&mut self, span: Span, what: &str) -> Parse<T> {
@@ -275,9 +295,6 @@ impl<'f> Parser<'f> {
 
     fn name_expr(&mut self) -> Parse<Expr> {
         let ident = self.ident()?;
-        Ok(Expr {
-            kind: ExprKind::Name(ident.name),
-            span: ident.span,
-        })
+        Ok(Expr::new(ExprKind::Name(ident.name), ident.span))
     }
 }

@@ -46,7 +46,8 @@ impl Parser<'_> {
                     parameters.double_star = Some(self.parameter(closer)?);
                     self.eat(T::Comma);
                     if self.kind() != closer {
-                        return self.unexpected("nothing after the '**' parameter");
+                        let text = format!("{} after the '**' parameter", closer.describe());
+                        return self.unexpected(&text);
                     }
                     break;
                 }

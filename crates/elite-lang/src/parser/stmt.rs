@@ -13,7 +13,18 @@ impl Parser<'_> {
         let before = self.at;
         match self.statement(body, in_block) {
             Ok(()) => {}
-            Err(Failed) => self.recover(),
+            Err(Failed) => {
+                let reported = self.diagnostics.len();
+                let unsupported = self
+                    .diagnostics
+                    .last()
+                    .is_some_and(|last| last.code == "not-supported");
+                self.recover();
+                if unsupported {
+                    // What its block holds makes no sense on its own.
+                    self.diagnostics.truncate(reported);
+                }
+            }
         }
         if self.at == before {
             self.bump();

@@ -58,7 +58,7 @@ impl Parser<'_> {
                 .collect();
             ExprKind::Constant(Constant::Str(text.into()))
         };
-        Ok(Expr { kind, span })
+        Ok(Expr::new(kind, span))
     }
 
     fn literal(&self, token: Token) -> Literal {

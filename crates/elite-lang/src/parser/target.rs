@@ -8,10 +8,7 @@ impl Parser<'_> {
     /// A target of an assignment, `for` or `with`: names, attributes, items, and lists or tuples of them.
     pub(super) fn check_target(&mut self, target: &Expr) -> Parse<()> {
         match &target.kind {
-            ExprKind::Name(_)
-            | ExprKind::Attribute { .. }
-            | ExprKind::Subscript { .. }
-            | ExprKind::Error => Ok(()),
+            ExprKind::Name(_) | ExprKind::Attribute { .. } | ExprKind::Subscript { .. } => Ok(()),
             ExprKind::Tuple(items) | ExprKind::List(items) => {
                 let stars = items
                     .iter()
@@ -41,10 +38,7 @@ impl Parser<'_> {
 
     pub(super) fn check_augmented_target(&mut self, target: &Expr) -> Parse<()> {
         match &target.kind {
-            ExprKind::Name(_)
-            | ExprKind::Attribute { .. }
-            | ExprKind::Subscript { .. }
-            | ExprKind::Error => Ok(()),
+            ExprKind::Name(_) | ExprKind::Attribute { .. } | ExprKind::Subscript { .. } => Ok(()),
             _ => {
                 let what = describe(target);
                 self.fail(
@@ -57,10 +51,7 @@ impl Parser<'_> {
 
     pub(super) fn check_delete_target(&mut self, target: &Expr) -> Parse<()> {
         match &target.kind {
-            ExprKind::Name(_)
-            | ExprKind::Attribute { .. }
-            | ExprKind::Subscript { .. }
-            | ExprKind::Error => Ok(()),
+            ExprKind::Name(_) | ExprKind::Attribute { .. } | ExprKind::Subscript { .. } => Ok(()),
             ExprKind::Tuple(items) | ExprKind::List(items) => {
                 for item in items {
                     self.check_delete_target(item)?;
@@ -115,6 +106,5 @@ pub(super) fn describe(expr: &Expr) -> &'static str {
         ExprKind::Attribute { .. } => "an attribute",
         ExprKind::Subscript { .. } => "an item",
         ExprKind::Slice { .. } => "a slice",
-        ExprKind::Error => "this",
     }
 }

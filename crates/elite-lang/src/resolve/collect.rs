@@ -108,6 +108,15 @@ impl Scopes {
         self.globals.clone()
     }
 
+    /// Names the top level binds without declaring them global.
+    pub(super) fn module_bindings(&self) -> Vec<Box<str>> {
+        let names = self.get(ScopeId(0)).map_or(&[][..], |scope| &scope.names);
+        let own = names
+            .iter()
+            .filter(|info| info.bound && info.global.is_none());
+        own.map(|info| info.name.clone()).collect()
+    }
+
     fn open(&mut self, id: ScopeId, kind: ScopeKind, parent: Option<ScopeId>) {
         self.scopes[id.0 as usize] = Some(Scope::new(kind, parent));
     }
@@ -377,7 +386,7 @@ impl Scopes {
 
     fn expr(&mut self, expr: &Expr) {
         match &expr.kind {
-            ExprKind::Constant(_) | ExprKind::Error => {}
+            ExprKind::Constant(_) => {}
             ExprKind::Name(name) => self.use_name(name, expr.span),
             ExprKind::And(items) | ExprKind::Or(items) => self.exprs(items),
             ExprKind::List(items) | ExprKind::Tuple(items) | ExprKind::Set(items) => {

@@ -68,6 +68,8 @@ pub struct Resolution {
     pub scopes: Vec<Option<ScopePlaces>>,
     /// Names declared `global` anywhere, in the order of the text, once each: the variable monitor shows them.
     pub declared_globals: Vec<Box<str>>,
+    /// Names the top level binds.
+    pub bindings: Vec<Box<str>>,
     /// Scope errors, and undefined names as warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
@@ -77,11 +79,13 @@ pub fn resolve(module: &Module, known: &KnownNames) -> Resolution {
     let mut scopes = collect::collect(module);
     let mut diagnostics = std::mem::take(&mut scopes.diagnostics);
     let declared_globals = scopes.declared_globals();
+    let bindings = scopes.module_bindings();
     let places = places::assign(&mut scopes, &mut diagnostics);
     names::report_undefined(&scopes, known, &mut diagnostics);
     Resolution {
         scopes: places,
         declared_globals,
+        bindings,
         diagnostics,
     }
 }

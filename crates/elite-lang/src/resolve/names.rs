@@ -7,7 +7,7 @@ use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
 
 /// Findings up to which similar names are searched: each search looks at all names.
-const SUGGESTIONS_MAX: usize = 50;
+const SUGGESTIONS_MAX: usize = 20;
 
 /// The names an embedder provides to scripts, beside Python's own builtins.
 #[derive(Clone, Debug, Default)]
@@ -115,6 +115,9 @@ pub fn nearest(name: &str, candidates: impl Iterator<Item = impl AsRef<str>>) ->
     let mut best: Option<(usize, String)> = None;
     for candidate in candidates {
         let candidate = candidate.as_ref();
+        if candidate.len().abs_diff(name.len()) > 4 * limit {
+            continue;
+        }
         let distance = distance(name, candidate);
         let better = best
             .as_ref()

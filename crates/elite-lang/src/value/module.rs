@@ -19,11 +19,36 @@ pub struct Module {
 pub struct Namespace {
     cells: RefCell<HashMap<Symbol, Rc<CellVar>>>,
     order: RefCell<Vec<Symbol>>,
+    /// Where names are looked up that are not here.
+    parent: Option<Rc<Namespace>>,
 }
 
 impl Namespace {
-    /// The cell of a name, made if need be; `Unbound` until assigned.
+    /// An empty namespace in front of another one.
+    pub fn in_front_of(parent: Rc<Namespace>) -> Self {
+        Namespace {
+            parent: Some(parent),
+            ..Namespace::default()
+        }
+    }
+
+    /// The cell of a name; if there is none yet, one is made in the namespace at the back. `Unbound` until assigned.
     pub fn cell(&self, name: Symbol) -> Rc<CellVar> {
+        match &self.parent {
+            Some(parent) if !self.cells.borrow().contains_key(&name) => parent.cell(name),
+            _ => self.own_cell(name),
+        }
+    }
+
+    /// Makes a name stand for an existing variable.
+    pub fn share(&self, name: Symbol, cell: Rc<CellVar>) {
+        if self.cells.borrow_mut().insert(name, cell).is_none() {
+            self.order.borrow_mut().push(name);
+        }
+    }
+
+    /// The cell of a name in this very namespace, made if need be.
+    pub fn own_cell(&self, name: Symbol) -> Rc<CellVar> {
         if let Some(cell) = self.cells.borrow().get(&name) {
             return cell.clone();
         }

@@ -222,6 +222,27 @@ impl Set {
         Some((from + offset + 1, slot.hash, slot.key.clone()))
     }
 
+    /// Makes room for the elements of another set, as CPython does before it merges one in (`set_merge`).
+    pub fn reserve(&self, more: usize) {
+        let mut table = self.table.borrow_mut();
+        if (table.filled + more) * 5 >= (table.slots.len() - 1) * 3 {
+            let wanted = (table.used + more) * 2;
+            table.resize(wanted);
+        }
+    }
+
+    /// Takes over the elements of `other`.
+    pub fn replace(&self, other: Set) {
+        let table = other.table.replace(Table::with_size(SIZE_MIN));
+        let generation = self.generation() + 1;
+        let old = self.table.replace(Table {
+            generation,
+            ..table
+        });
+        self.account();
+        drop(old);
+    }
+
     /// All elements with their hashes, in table order.
     pub fn elements(&self) -> Vec<(u64, Value)> {
         let table = self.table.borrow();

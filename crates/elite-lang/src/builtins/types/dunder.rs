@@ -293,18 +293,15 @@ pub(super) fn install(core: &Rc<Core>) {
         &[COMPARISONS, HASH, TEXT, CONTAINER, ALGEBRA],
     );
     give(&types.range, &[COMPARISONS, HASH, CONTAINER, GETITEM]);
+    methods(
+        core,
+        &types.str,
+        &[("__str__", "", |ev, args| Ok(ev.plain(&args[0])))],
+    );
     for view in [&types.dict_keys, &types.dict_values, &types.dict_items] {
         give(view, &[CONTAINER]);
     }
-    let iterators = [
-        &types.iterator,
-        &types.map,
-        &types.filter,
-        &types.zip,
-        &types.enumerate,
-        &types.reversed,
-    ];
-    for iterator in iterators.into_iter().chain([&types.generator]) {
+    for iterator in types.iterators().into_iter().chain([&types.generator]) {
         give(iterator, &[NEXT]);
     }
     for class in [&types.list, &types.dict, &types.set, &types.bytearray] {

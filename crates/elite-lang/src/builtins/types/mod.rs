@@ -35,25 +35,12 @@ pub fn install(core: &Rc<Core>) {
     dunder::install(core);
 }
 
-/// Names of types live as long as the program.
+/// The name of a builtin type, which lives as long as the program.
 fn static_name(class: &Class) -> &'static str {
-    super::builtin_names()
-        .chain(OTHER_NAMES.iter().copied())
-        .find(|name| **name == *class.name())
-        .unwrap_or("object")
+    let name = class.name();
+    let names = super::builtin_names().chain(crate::eval::types::NAMES.iter().copied());
+    { names }.find(|known| **known == *name).unwrap_or("object")
 }
-
-const OTHER_NAMES: &[&str] = &[
-    "dict_keys",
-    "dict_values",
-    "dict_items",
-    "generator",
-    "method",
-    "function",
-    "iterator",
-    "builtin_function_or_method",
-    "module",
-];
 
 /// Gives a class methods with bound arguments; the receiver is the first one.
 fn methods(core: &Core, class: &Class, list: &[(&'static str, &str, BoundFn)]) {

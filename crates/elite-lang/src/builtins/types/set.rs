@@ -82,15 +82,21 @@ pub(super) fn install(core: &Rc<Core>) {
                 Ok(Value::None)
             }),
             ("intersection_update", "*others", |ev, args| {
-                update(ev, args, Evaluator::set_intersection)
+                let result = combined(ev, args, Evaluator::set_intersection)?;
+                receiver(ev, &args[0])?.replace(result);
+                Ok(Value::None)
             }),
             ("difference_update", "*others", |ev, args| {
-                update(ev, args, Evaluator::set_difference)
+                let set = receiver(ev, &args[0])?;
+                for other in others(&args[1]) {
+                    ev.set_subtract(&set, &*as_set(ev, &other)?)?;
+                }
+                Ok(Value::None)
             }),
             ("symmetric_difference_update", "other /", |ev, args| {
                 let set = receiver(ev, &args[0])?;
-                let result = ev.set_symmetric_difference(&set, &*as_set(ev, &args[1])?)?;
-                ev.set_replace(&set, &result).map(|()| Value::None)
+                ev.set_toggle(&set, &*as_set(ev, &args[1])?)?;
+                Ok(Value::None)
             }),
         ],
     );
@@ -201,10 +207,4 @@ fn combined<'y>(ev: &Evaluator<'y>, args: &[Value], combine: Combine<'y>) -> R<S
 
 fn combine<'y>(ev: &Evaluator<'y>, args: &[Value], operation: Combine<'y>) -> R {
     Ok(like(&args[0], combined(ev, args, operation)?))
-}
-
-fn update<'y>(ev: &Evaluator<'y>, args: &[Value], operation: Combine<'y>) -> R {
-    let result = combined(ev, args, operation)?;
-    let set = receiver(ev, &args[0])?;
-    ev.set_replace(&set, &result).map(|()| Value::None)
 }

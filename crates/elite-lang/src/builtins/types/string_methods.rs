@@ -238,16 +238,13 @@ fn strip(ev: &Evaluator<'_>, args: &[Value], left: bool, right: bool) -> R {
         None | Some(Value::None) => None,
         Some(value) => match ev.plain(value) {
             Value::Str(text) => Some(text.as_str().chars().collect()),
-            other => {
-                let (name, method) = (
-                    ev.core.types.name_of(&other),
-                    match (left, right) {
-                        (true, true) => "strip",
-                        (true, false) => "lstrip",
-                        _ => "rstrip",
-                    },
-                );
-                return Err(ev.type_error(format!("{method} arg must be None or str, not {name}")));
+            _ => {
+                let method = match (left, right) {
+                    (true, true) => "strip",
+                    (true, false) => "lstrip",
+                    _ => "rstrip",
+                };
+                return Err(ev.type_error(format!("{method} arg must be None or str")));
             }
         },
     };

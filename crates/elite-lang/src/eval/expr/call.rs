@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use super::attribute::{Cache, Hint};
+use crate::errors::ExceptionKind;
 use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
@@ -238,42 +239,61 @@ impl Expression for CallWith {
         let callee = self.function.eval(ev, f)?;
         let mut positional = Vec::with_capacity(self.args.len());
         let mut keywords = Vec::new();
-        gather(&self.args, ev, f, self.span, &mut positional, &mut keywords)?;
+        gather(
+            &self.args,
+            &callee,
+            ev,
+            f,
+            self.span,
+            &mut positional,
+            &mut keywords,
+        )?;
         ev.call_from(&callee, &mut positional, &keywords, Some(f))
             .at(ev, f, self.span)
     }
 }
 
-/// Evaluates arguments with stars and keywords.
+/// Evaluates arguments with stars and keywords. `callee` is only for messages.
 pub fn gather(
     args: &[CallArg],
+    callee: &Value,
     ev: &Evaluator<'_>,
     f: &mut Frame<'_>,
     span: Span,
     positional: &mut Vec<Value>,
     keywords: &mut Vec<(Symbol, Value)>,
 ) -> R<()> {
+    let single = args
+        .iter()
+        .filter(|arg| matches!(arg, CallArg::Positional(_) | CallArg::Star(_)))
+        .count()
+        == 1;
     for arg in args {
         match arg {
             CallArg::Positional(expr) => positional.push(expr.eval(ev, f)?),
             CallArg::Star(expr) => {
                 let iterable = expr.eval(ev, f)?;
                 let items = ev.collect(&iterable).map_err(|raised| {
-                    if ev.is_kind(&raised, crate::errors::ExceptionKind::TypeError)
-                        && !matches!(iterable, Value::Instance(_))
-                    {
-                        let name = ev.core.types.name_of(&iterable);
-                        return ev
-                            .type_error(format!("Value after * must be an iterable, not {name}"));
+                    let raised = ev.not_unpackable(raised, &iterable);
+                    let plain = !matches!(iterable, Value::Instance(_));
+                    if single && plain && ev.is_kind(&raised, ExceptionKind::TypeError) {
+                        let (label, name) =
+                            (ev.callee_label(callee), ev.core.types.name_of(&iterable));
+                        return ev.type_error(format!(
+                            "{label} argument after * must be an iterable, not {name}"
+                        ));
                     }
                     raised
                 });
                 positional.extend(items.at(ev, f, span)?);
             }
-            CallArg::Keyword(name, expr) => keywords.push((*name, expr.eval(ev, f)?)),
+            CallArg::Keyword(name, expr) => {
+                let value = expr.eval(ev, f)?;
+                add_keyword(*name, value, callee, ev, keywords).at(ev, f, span)?;
+            }
             CallArg::DoubleStar(expr) => {
                 let mapping = expr.eval(ev, f)?;
-                gather_mapping(&mapping, ev, keywords).at(ev, f, span)?;
+                gather_mapping(&mapping, callee, ev, keywords).at(ev, f, span)?;
             }
         }
     }
@@ -282,16 +302,17 @@ pub fn gather(
 
 fn gather_mapping(
     mapping: &Value,
+    callee: &Value,
     ev: &Evaluator<'_>,
     keywords: &mut Vec<(Symbol, Value)>,
 ) -> R<()> {
     let dict = Dict::new();
     ev.update_from_mapping(&dict, mapping).map_err(|raised| {
-        if ev.is_kind(&raised, crate::errors::ExceptionKind::TypeError)
-            && !matches!(mapping, Value::Instance(_))
-        {
-            let name = ev.core.types.name_of(mapping);
-            return ev.type_error(format!("argument after ** must be a mapping, not {name}"));
+        if ev.is_kind(&raised, ExceptionKind::TypeError) && !matches!(mapping, Value::Instance(_)) {
+            let (label, name) = (ev.callee_label(callee), ev.core.types.name_of(mapping));
+            return ev.type_error(format!(
+                "{label} argument after ** must be a mapping, not {name}"
+            ));
         }
         raised
     })?;
@@ -299,17 +320,48 @@ fn gather_mapping(
         let Value::Str(text) = ev.plain(&key) else {
             return Err(ev.type_error("keywords must be strings"));
         };
-        let name = ev.core.symbols.intern(text.as_str());
-        if keywords.iter().any(|(other, _)| *other == name) {
-            let text = format!(
-                "got multiple values for keyword argument '{}'",
-                text.as_str()
-            );
-            return Err(ev.type_error(text));
-        }
-        keywords.push((name, value));
+        add_keyword(
+            ev.core.symbols.intern(text.as_str()),
+            value,
+            callee,
+            ev,
+            keywords,
+        )?;
     }
     Ok(())
+}
+
+fn add_keyword(
+    name: Symbol,
+    value: Value,
+    callee: &Value,
+    ev: &Evaluator<'_>,
+    keywords: &mut Vec<(Symbol, Value)>,
+) -> R<()> {
+    if keywords.iter().any(|(other, _)| *other == name) {
+        let (label, name) = (ev.callee_label(callee), ev.core.symbols.name(name));
+        return Err(ev.type_error(format!(
+            "{label} got multiple values for keyword argument '{name}'"
+        )));
+    }
+    keywords.push((name, value));
+    Ok(())
+}
+
+impl Evaluator<'_> {
+    /// How messages about a call name what is called.
+    fn callee_label(&self, callee: &Value) -> String {
+        match callee {
+            Value::Function(function) => format!("__main__.{}()", function.code.qualname),
+            Value::Builtin(builtin) => format!("{}()", builtin.label()),
+            Value::BoundMethod(method) => self.callee_label(&method.function),
+            Value::Class(class) if class.is_script => {
+                format!("__main__.{}()", self.qualname_of(class))
+            }
+            Value::Class(class) => format!("{}()", class.name()),
+            other => format!("{} object", self.core.types.name_of(other)),
+        }
+    }
 }
 
 /// `super()` without arguments: the class the method is written in, and the method's first argument.
@@ -335,10 +387,7 @@ impl Expression for SuperCall {
                 .at(ev, f, self.span);
         }
         let Some(receiver) = &self.receiver else {
-            let error = ev.raise(
-                crate::errors::ExceptionKind::RuntimeError,
-                "super(): no arguments",
-            );
+            let error = ev.raise(ExceptionKind::RuntimeError, "super(): no arguments");
             return Err(error).at(ev, f, self.span);
         };
         let class = self.class.eval(ev, f)?;

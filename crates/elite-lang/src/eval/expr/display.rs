@@ -2,9 +2,10 @@
 
 use std::rc::Rc;
 
+use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
-use crate::value::{Dict, R, Set, Value};
+use crate::value::{Dict, R, Raised, Set, Value};
 
 /// An item of a display.
 pub enum Element {
@@ -22,7 +23,10 @@ fn gather(elements: &[Element], ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<Vec<
             Element::One(expr) => items.push(expr.eval(ev, f)?),
             Element::Star(expr, span) => {
                 let iterable = expr.eval(ev, f)?;
-                items.extend(ev.collect(&iterable).at(ev, f, *span)?);
+                let more = ev
+                    .collect(&iterable)
+                    .map_err(|raised| ev.not_unpackable(raised, &iterable));
+                items.extend(more.at(ev, f, *span)?);
             }
         }
     }
@@ -48,15 +52,30 @@ impl Expression for TupleDisplay {
 }
 
 /// `{a, b, *c}`
-pub struct SetDisplay(pub Box<[Element]>, pub Span);
+pub struct SetDisplay {
+    /// The elements.
+    pub elements: Box<[Element]>,
+    /// All elements are constants, and so many that CPython keeps a constant set and copies it, which shows in
+    /// their order.
+    pub copied: bool,
+    /// Where it is written.
+    pub span: Span,
+}
 
 impl Expression for SetDisplay {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let set = Set::new();
-        for item in gather(&self.0, ev, f)? {
-            ev.set_add(&set, item).at(ev, f, self.1)?;
+        for item in gather(&self.elements, ev, f)? {
+            ev.set_add(&set, item).at(ev, f, self.span)?;
         }
-        Ok(Value::Set(Rc::new(set)))
+        if !self.copied {
+            return Ok(Value::Set(Rc::new(set)));
+        }
+        let constant = Set::new();
+        for (hash, key) in set.elements() {
+            constant.append(hash, key);
+        }
+        Ok(Value::Set(Rc::new(constant.copy())))
     }
 }
 
@@ -92,6 +111,15 @@ impl Expression for DictDisplay {
 }
 
 impl Evaluator<'_> {
+    /// The error for `*value` of something that is no iterable.
+    pub fn not_unpackable(&self, raised: Raised, value: &Value) -> Raised {
+        if !self.is_kind(&raised, ExceptionKind::TypeError) || matches!(value, Value::Instance(_)) {
+            return raised;
+        }
+        let name = self.core.types.name_of(value);
+        self.type_error(format!("Value after * must be an iterable, not {name}"))
+    }
+
     /// `**mapping`: like `dict.update`, but only mappings are accepted.
     pub fn update_from_mapping(&self, dict: &Dict, mapping: &Value) -> R<()> {
         let is_dict = matches!(self.plain(mapping), Value::Dict(_));

@@ -71,6 +71,7 @@ impl Statement for DefineClass {
         let (mut bases, mut keywords) = (Vec::new(), Vec::new());
         attempt!(gather(
             &self.args,
+            &Value::Class(ev.core.types.type_.clone()),
             ev,
             f,
             self.span,

@@ -31,12 +31,15 @@ impl Statement for Import {
     }
 }
 
+/// A name, what it is bound to, and where it is written.
+pub type ImportedName = (Symbol, Box<dyn Target>, Span);
+
 /// `from module import name as target, …`
 pub struct ImportFrom {
     /// The module.
     pub module: Box<str>,
     /// The names with their targets.
-    pub names: Box<[(Symbol, Box<dyn Target>, Span)]>,
+    pub names: Box<[ImportedName]>,
     /// Where it is written.
     pub span: Span,
 }

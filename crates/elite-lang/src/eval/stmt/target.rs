@@ -15,11 +15,6 @@ pub trait Target {
 
     /// Takes it away (`del`).
     fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()>;
-
-    /// The slot, if it is a plain local.
-    fn local(&self) -> Option<u32> {
-        None
-    }
 }
 
 /// A local variable or a name of a class body.
@@ -50,10 +45,6 @@ impl Target for Slot {
             return Err(ev.raise(ExceptionKind::UnboundLocalError, text)).at(ev, f, self.span);
         }
         Ok(())
-    }
-
-    fn local(&self) -> Option<u32> {
-        Some(self.slot)
     }
 }
 

@@ -1,0 +1,300 @@
+//! Golden texts of what people read: findings in program text, and reports of uncaught exceptions.
+
+mod support;
+
+use elite_lang::{KnownNames, check, compile, render_human};
+use support::{Task, run};
+
+/// All findings of a text, rendered.
+fn findings(text: &str) -> String {
+    let file = Task::file(text);
+    let known = KnownNames::new(["movej", "movel", "get_actual_joint_positions", "textmsg"]);
+    let found = check(file.clone(), &known);
+    let shown: Vec<String> = found
+        .iter()
+        .map(|finding| render_human(finding, &file, false))
+        .collect();
+    shown.join("\n")
+}
+
+fn show(cases: &[&str]) -> String {
+    let shown: Vec<String> = cases
+        .iter()
+        .map(|case| format!("--- {case:?}\n{}", findings(case)))
+        .collect();
+    shown.join("\n")
+}
+
+#[test]
+fn several_errors_are_reported_in_one_go() {
+    insta::assert_snapshot!(findings(
+        "x = (1, 2\ny = 3 +\nif x = 3:\n    z = = 4\n    print('ok')\nfor i in range(3)\n    pass\nw = 'open\nreturn 5\n"
+    ));
+}
+
+#[test]
+fn errors_in_expressions() {
+    insta::assert_snapshot!(show(&[
+        "x = ",
+        "x = 1 +",
+        "x = (1 + 2",
+        "x = [1, 2",
+        "x = {'a': 1, 'b'}",
+        "x = 1 2",
+        "x = f(a b)",
+        "x = f(1, a=2, 3)",
+        "x = f(a=1, a=2)",
+        "x = f(**a, *b, c)",
+        "x = a if b",
+        "x = lambda: ",
+        "x = [i for i in]",
+        "x = [*a for a in b]",
+        "x = f(i for i in a, 2)",
+        "x = 012",
+        "x = 1abc",
+        "x = 'a' b'c'",
+        "x = \"\\x1\"",
+        "x = '\\ud800'",
+        "x = f'{a'",
+        "x = f'{}'",
+        "x = f'{a!z}'",
+        "x = f'}'",
+        "x = a.1",
+        "x = a..b",
+        "x = not",
+        "x = )",
+        "x = (1]",
+        "x = yield 1",
+        "x ? 1 : 2",
+        "x = a && b",
+        "x = （1）",
+        "print（'a'）",
+        "x = *a",
+    ]));
+}
+
+#[test]
+fn errors_in_statements() {
+    insta::assert_snapshot!(show(&[
+        "1 = x",
+        "f() = 1",
+        "a + b = 1",
+        "x += y = 1",
+        "(a, b) += 1",
+        "*a = 1",
+        "*a, *b = c",
+        "del f()",
+        "del 1",
+        "for 1 in a: pass",
+        "break",
+        "continue",
+        "return 1",
+        "if x",
+        "if x: if y: pass",
+        "if x:\npass",
+        "else: pass",
+        "try:\n    pass\n",
+        "try:\n    pass\nexcept:\n    pass\nexcept A:\n    pass\n",
+        "try:\n    pass\nexcept A, B:\n    pass\n",
+        "def f(a, a): pass",
+        "def f(a=1, b): pass",
+        "def f(*): pass",
+        "def f(**k, a): pass",
+        "def f(/, a): pass",
+        "def if(): pass",
+        "class 5: pass",
+        "class A\n    pass",
+        "import",
+        "from a import",
+        "from . import a",
+        "global",
+        "x y",
+        "elseif x: pass",
+        "function f(): pass",
+        "let x = 1",
+        "raise",
+        "assert",
+        "with a as 1: pass",
+        "@5\nx = 1",
+        "  x = 1",
+        "if a:\n    b\n  c\n",
+        "x = 1\n    y = 2\n",
+        "try: pass\nexcept* A: pass",
+    ]));
+}
+
+#[test]
+fn what_is_not_supported_says_so() {
+    insta::assert_snapshot!(show(&[
+        "async def f(): pass",
+        "await x",
+        "x = await y",
+        "match x:\n    case 1: pass\n",
+        "type X = int",
+        "x = [i async for i in a]",
+    ]));
+}
+
+#[test]
+fn errors_about_end_and_sec() {
+    insta::assert_snapshot!(show(&[
+        "end",
+        "x = 1\nend",
+        "if a:\n    b()\nend\nelse:\n    c()\nend",
+        "while a:\n    b()\n    end\n    c()\n",
+        "def f():\n    pass\nend\nend",
+        "sec f(a):\n    pass\nend",
+        "x = 1\nsec f():\n    pass\nend",
+        "def f():;a();b();end;end;",
+    ]));
+}
+
+#[test]
+fn errors_about_scopes() {
+    insta::assert_snapshot!(show(&[
+        "def f():\n    x = 1\n    global x\n",
+        "def f(x):\n    global x\n",
+        "def f():\n    print(x)\n    nonlocal x\n",
+        "nonlocal x",
+        "def f():\n    nonlocal nowhere\n    nowhere = 1\n",
+        "def f():\n    global x\n    nonlocal x\n",
+        "[x := 1 for x in a]",
+        "class A:\n    [y := 1 for x in a]\n",
+        "def f(): return [(yield x) for x in a]",
+    ]));
+}
+
+#[test]
+fn undefined_names_are_findings_with_a_suggestion() {
+    insta::assert_snapshot!(findings(
+        "speed = 0.5\ndef main():\n    mvoej([0, 0, 0, 0, 0, 0], v=speeed)\n    q = get_actual_joint_position()\n    \
+         textmsg(q, nothing_like_it)\n    prnt(q)\n    retrun = 1\n    return retrn\n"
+    ));
+    assert_eq!(findings("from math import *\nx = sin(1)\n"), "");
+    assert_eq!(
+        findings("def f():\n    global made\n    made = 1\ndef g(): return made\nx = __name__\n"),
+        ""
+    );
+    assert_eq!(
+        findings("class A:\n    x = 1\n    y = x\n    def f(self): return __class__\n"),
+        ""
+    );
+}
+
+#[test]
+fn indentation_that_mixes_blanks_and_tabs_warns() {
+    insta::assert_snapshot!(findings("if True:\n    \tx = 1\n  \ty = 2\n"));
+}
+
+#[test]
+fn places_count_characters_and_the_end_is_exclusive() {
+    let file = Task::file("位置 = 1\n名 = 位置 + 未知\n");
+    let found = check(file.clone(), &KnownNames::default());
+    let fields = found[0].fields(&file);
+    let place = (
+        fields.line,
+        fields.column,
+        fields.end_line,
+        fields.end_column,
+    );
+    assert_eq!((fields.code, place), ("undefined-name", (2, 10, 2, 12)));
+    assert_eq!(fields.file, "test.script");
+}
+
+#[test]
+fn warnings_do_not_keep_a_program_from_running() {
+    let program = compile(Task::file("if False: unknown()\n"), &KnownNames::default()).unwrap();
+    assert_eq!(program.warnings().len(), 1);
+}
+
+#[test]
+fn nesting_has_a_limit() {
+    let deep = |n: usize| format!("x = {}1{}", "(".repeat(n), ")".repeat(n));
+    assert_eq!(findings(&deep(150)), "");
+    assert!(findings(&deep(5000)).contains("this nests deeper than 200 levels"));
+    let blocks: String = (0..300)
+        .map(|n| format!("{}if x:\n", " ".repeat(n)))
+        .collect();
+    assert!(findings(&blocks).contains("this nests deeper than 200 levels"));
+    let chain = |n: usize| format!("x = 1{}", "+1".repeat(n));
+    assert_eq!(findings(&chain(900)), "");
+    assert!(findings(&chain(5000)).contains("this expression is deeper than 1000 levels"));
+    assert!(
+        findings(&format!("x = a{}", ".b".repeat(5000)))
+            .contains("this expression is deeper than 1000 levels")
+    );
+    assert!(
+        findings(&format!("x = {}1", "-".repeat(5000)))
+            .contains("this nests deeper than 200 levels")
+    );
+    assert!(
+        findings(&format!("x = {}1", "not ".repeat(5000)))
+            .contains("this nests deeper than 200 levels")
+    );
+    assert!(
+        findings(&format!("x = {}1", "2**".repeat(5000)))
+            .contains("this nests deeper than 200 levels")
+    );
+    assert!(
+        findings(&format!("x = {}1", "lambda: ".repeat(5000)))
+            .contains("this nests deeper than 200 levels")
+    );
+}
+
+#[test]
+fn an_uncaught_exception_is_reported_with_carets_and_the_call_stack() {
+    insta::assert_snapshot!(run(
+        "def ratio(a, b):\n\treturn 1 + a / b\n\nclass Arm:\n    def move(self, pose):\n        for v in pose:\n            \
+         self.last = ratio(v, pose[0] - 0.5)\n\ndef main():\n    arm = Arm()\n    arm.move([0.5, 1, 2])\n\nmain()\n"
+    ));
+}
+
+#[test]
+fn chained_exceptions_are_reported_in_order() {
+    insta::assert_snapshot!(run(
+        "def a():\n    try:\n        {}['位置']\n    except KeyError as e:\n        raise ValueError('no pose') from e\n\
+         try:\n    a()\nexcept ValueError:\n    undefined + 1\n"
+    ));
+}
+
+#[test]
+fn errors_point_at_the_exact_expression() {
+    let cases = [
+        "x = [1, 2]\ny = x[0] + x[5] * 2",
+        "print(1, undefined, 2)",
+        "x = {'a': {'b': 1}}\nprint(x['a']['c'])",
+        "class A: pass\nA().b.c",
+        "def f(a): return a\nprint(f(1), f())",
+        "[i / 0 for i in range(3)]",
+        "print(f'{1 + 1} {undefined!r:>10}')",
+        "x = 'a'\nx += 1",
+        "for i in 5: pass",
+        "a, b = 1, 2, 3",
+        "del nothing",
+        "assert 1 == 2, 'numbers'",
+        "import nowhere",
+        "with 5 as x: pass",
+        "x = 5\nx.y = 1",
+        "def g():\n    yield 1\n    yield 1 / 0\nlist(g())",
+        "sorted([1, 'a'])",
+        "(lambda: 1 / 0)()",
+        "class A:\n    x = undefined\n",
+        "if 1 < 'a': pass",
+        "def f(x=undefined): pass",
+        "raise KeyError('k')",
+        "x = [3, 1]\nx.sort(key=lambda v: v.foo)",
+        "f'{3:q}'",
+        "x = 1\nx()",
+        "not_a_function = None\nnot_a_function(1,\n  2)",
+    ];
+    let shown: Vec<String> = cases.iter().map(|case| run(case)).collect();
+    insta::assert_snapshot!(shown.join("\n"));
+}
+
+#[test]
+fn a_deep_call_stack_is_shortened() {
+    let report = run("def f(n):\n    return f(n + 1)\nf(0)\n");
+    assert!(report.contains("more levels"), "{report}");
+    assert!(report.lines().count() < 100);
+    assert!(report.ends_with("RecursionError: maximum recursion depth exceeded\n"));
+}

@@ -1,0 +1,121 @@
+//! A deterministic host, and a driver that runs programs to their end.
+#![allow(dead_code)] // each test binary uses a part of it
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+use std::sync::Arc;
+
+use elite_lang::{
+    Host, Interpreter, KnownNames, Limits, NativeFunction, Resume, ScriptThread, SourceFile, Step,
+    ThreadId, compile, render_human, render_script_error,
+};
+
+/// Collects output; time stands still unless a test moves it; random numbers are a counter.
+#[derive(Default)]
+pub struct TestHost {
+    pub output: RefCell<String>,
+    pub now: Cell<f64>,
+    pub woken: RefCell<Vec<ThreadId>>,
+    counter: Cell<u64>,
+}
+
+impl Host for TestHost {
+    fn print(&self, _: ThreadId, text: &str) {
+        self.output.borrow_mut().push_str(text);
+    }
+
+    fn unix_time(&self) -> f64 {
+        1_767_225_600.0 + self.now.get()
+    }
+
+    fn monotonic(&self) -> f64 {
+        self.now.get()
+    }
+
+    fn random_u64(&self) -> u64 {
+        self.counter.set(self.counter.get() + 1);
+        self.counter.get()
+    }
+
+    fn wake(&self, thread: ThreadId) {
+        self.woken.borrow_mut().push(thread);
+    }
+}
+
+pub struct Task {
+    pub host: Rc<TestHost>,
+    pub interpreter: Interpreter,
+    known: KnownNames,
+}
+
+impl Task {
+    pub fn new() -> Self {
+        Self::with(Vec::new(), Limits::default())
+    }
+
+    pub fn with(natives: Vec<NativeFunction>, limits: Limits) -> Self {
+        let host = Rc::new(TestHost::default());
+        let known = KnownNames::new(natives.iter().map(|native| native.name));
+        let interpreter = Interpreter::new(host.clone(), natives, limits);
+        Task {
+            host,
+            interpreter,
+            known,
+        }
+    }
+
+    pub fn file(text: &str) -> Arc<SourceFile> {
+        SourceFile::new("test.script", text)
+    }
+
+    /// A thread for a program that must compile.
+    pub fn spawn(&self, text: &str) -> ScriptThread {
+        let file = Self::file(text);
+        match compile(file.clone(), &self.known) {
+            Ok(program) => self.interpreter.spawn_program(&program),
+            Err(diagnostics) => {
+                let shown: Vec<String> = diagnostics
+                    .iter()
+                    .map(|d| render_human(d, &file, false))
+                    .collect();
+                panic!("does not compile:\n{}", shown.join("\n"))
+            }
+        }
+    }
+
+    /// Runs a program to its end; what it printed, and the report of an uncaught exception after it.
+    pub fn run(&self, text: &str) -> String {
+        let mut thread = self.spawn(text);
+        let end = drive(&mut thread, &self.host);
+        let mut output = self.host.output.take();
+        if let Step::Failed(error) = end {
+            output.push_str(&render_script_error(&error));
+        }
+        output
+    }
+}
+
+/// Resumes a thread until it ends, time moving on to whatever it waits for.
+pub fn drive(thread: &mut ScriptThread, host: &TestHost) -> Step {
+    loop {
+        match thread.resume(Resume::Continue, 10_000) {
+            Step::OutOfFuel | Step::Waiting(_) => {}
+            Step::Parked { until } => {
+                if let Some(until) = until {
+                    host.now.set(host.now.get().max(until));
+                }
+            }
+            end => return end,
+        }
+    }
+}
+
+/// Runs a program alone; its output and error report.
+pub fn run(text: &str) -> String {
+    Task::new().run(text)
+}
+
+/// The last line a program leaves: of its output, or `Type: message`.
+pub fn last_line(text: &str) -> String {
+    run(text).trim_end().lines().last().unwrap_or("").to_owned()
+}
