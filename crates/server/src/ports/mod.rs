@@ -1,6 +1,7 @@
 //! The ports: one folder each, with a pure codec, a session over any duplex stream, and a listener handed in bound.
 
 pub mod dashboard;
+pub mod derived;
 pub mod description;
 pub mod http;
 pub mod interpreter;
@@ -8,6 +9,7 @@ pub mod lines;
 pub mod listen;
 pub mod modbus;
 pub mod primary;
+pub mod rtsi;
 pub mod text;
 
 pub use listen::ClientId;

@@ -3,9 +3,13 @@
 //! Pure: a snapshot in, bytes out. Field clients unpack the whole message with one format string, so order, presence
 //! and size of the parts all matter (SDK include/Primary; public clients).
 
-use motion_api::{RobotMode, RobotState, SafetyMode};
+use motion_api::{RobotState, SafetyMode};
 
 use super::codec::{ROBOT_STATE, Writer};
+use crate::ports::derived::{
+    BOARD_CELSIUS, JOINT_CELSIUS, TOOL_CELSIUS, is_powered, joint_current, joint_mode,
+    robot_current, supply_voltage,
+};
 use crate::ports::description::{AnalogDomain, Peripherals, RobotDescription, TaskStatus};
 
 /// Length of the whole message.
@@ -18,14 +22,6 @@ pub const STATE_MESSAGE_BYTES: usize = 1157;
     reason = "the figures of the manual, not the constant"
 )]
 const MOTION_DEFAULTS: [f64; 5] = [1.047197, 1.396263, 0.25, 1.2, 0.0];
-
-// Values that a simulated arm has no physics for.
-const SUPPLY_VOLTS: f64 = 48.0;
-const JOINT_CELSIUS: f64 = 32.0;
-const TOOL_CELSIUS: f64 = 30.0;
-const BOARD_CELSIUS: f64 = 35.0;
-/// What the control box draws when the arm stands, A.
-const IDLE_AMPERES: f64 = 0.6;
 
 /// Everything a state message is made of.
 #[derive(Clone, Copy, Debug)]
@@ -83,7 +79,6 @@ fn robot_mode_data(out: &mut Writer, inputs: &StateInputs<'_>) {
 
 fn joint_data(out: &mut Writer, inputs: &StateInputs<'_>) {
     let state = inputs.state;
-    let powered = is_powered(state.robot_mode);
     for joint in 0..6 {
         let torque = state.actual_torque[joint];
         out.f64(state.actual_q[joint]);
@@ -92,8 +87,8 @@ fn joint_data(out: &mut Writer, inputs: &StateInputs<'_>) {
         out.u32(0); // older names: target, actual and zero pulse
         out.u32(0);
         out.u32(0);
-        out.f32(motor_current(inputs, joint));
-        out.f32(if powered { SUPPLY_VOLTS } else { 0.0 });
+        out.f32(joint_current(inputs.state, inputs.robot, joint));
+        out.f32(supply_voltage(state.robot_mode));
         out.f32(JOINT_CELSIUS);
         out.f32(torque);
         out.u8(joint_mode(state.robot_mode));
@@ -133,10 +128,8 @@ fn masterboard_data(out: &mut Writer, inputs: &StateInputs<'_>) {
     domains(out, peripherals.analog_out_domains);
     out.f64s(&state.analog_out);
     out.f32(BOARD_CELSIUS);
-    let powered = is_powered(state.robot_mode);
-    let motors: f64 = (0..6).map(|joint| motor_current(inputs, joint).abs()).sum();
-    out.f32(if powered { SUPPLY_VOLTS } else { 0.0 });
-    out.f32(if powered { IDLE_AMPERES + motors } else { 0.0 });
+    out.f32(supply_voltage(state.robot_mode));
+    out.f32(robot_current(state, inputs.robot));
     out.f32(0.0); // current of the I/O
     out.u8(state.safety_mode.number().cast_unsigned() as u8);
     out.flag(state.safety_mode == SafetyMode::Reduced);
@@ -189,39 +182,6 @@ fn tool_communication(out: &mut Writer, inputs: &StateInputs<'_>) {
 fn domains(out: &mut Writer, domains: [AnalogDomain; 3]) {
     for domain in domains {
         out.u8(domain as u8);
-    }
-}
-
-/// Power is on the joints from IDLE on; the two higher numbers are modes of a robot in maintenance.
-const fn is_powered(mode: RobotMode) -> bool {
-    matches!(
-        mode,
-        RobotMode::Idle | RobotMode::Backdrive | RobotMode::Running
-    )
-}
-
-/// The mode of every joint and of the tool follows the robot's (SDK include/Elite/DataType.hpp).
-const fn joint_mode(mode: RobotMode) -> u8 {
-    match mode {
-        RobotMode::Running => 253,
-        RobotMode::Idle => 255,
-        RobotMode::Backdrive => 238,
-        RobotMode::PowerOn => 246,
-        RobotMode::Booting => 247,
-        RobotMode::UpdatingFirmware => 249,
-        RobotMode::NoController => 245,
-        RobotMode::Disconnected
-        | RobotMode::ConfirmSafety
-        | RobotMode::PowerOff
-        | RobotMode::WaitingCalibration => 239,
-    }
-}
-
-fn motor_current(inputs: &StateInputs<'_>, joint: usize) -> f64 {
-    if is_powered(inputs.state.robot_mode) {
-        inputs.state.actual_torque[joint] / inputs.robot.torque_per_ampere[joint]
-    } else {
-        0.0
     }
 }
 

@@ -7,6 +7,7 @@ use kinematics::{JointPositions, JointSpeeds, JointTorques, RpyPose};
 
 use super::*;
 use crate::ports::description::ToolSerial;
+use motion_api::RobotMode;
 
 /// A state in which no two fields are alike.
 fn state() -> RobotState {

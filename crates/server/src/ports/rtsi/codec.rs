@@ -1,0 +1,306 @@
+//! Packets of RTSI and the values in them. Pure; big-endian throughout.
+//!
+//! A packet is a length (itself included), a letter and a payload (SDK source/Rtsi; the vendor's Python client). A
+//! packet without payload must never be sent: the SDK takes it for a failed read.
+
+/// Bytes before the payload.
+pub const HEADER_BYTES: usize = 3;
+
+/// The only protocol version there is.
+pub const PROTOCOL_VERSION: u16 = 1;
+
+/// The letter of a packet.
+pub mod letter {
+    /// Request a protocol version.
+    pub const PROTOCOL: u8 = b'V';
+    /// Ask for the controller's version.
+    pub const VERSION: u8 = b'v';
+    /// Set up outputs.
+    pub const OUTPUTS: u8 = b'O';
+    /// Set up inputs.
+    pub const INPUTS: u8 = b'I';
+    /// Start sending.
+    pub const START: u8 = b'S';
+    /// Stop sending.
+    pub const PAUSE: u8 = b'P';
+    /// A data package.
+    pub const DATA: u8 = b'U';
+    /// A text message.
+    pub const TEXT: u8 = b'M';
+}
+
+/// How bad a text message is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum TextLevel {
+    /// Something failed.
+    Error = 1,
+    /// Something was ignored.
+    Warning = 2,
+}
+
+/// The type of a variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// 1 byte.
+    Bool,
+    /// 1 byte.
+    U8,
+    /// 2 bytes.
+    U16,
+    /// 4 bytes.
+    U32,
+    /// 4 bytes.
+    I32,
+    /// 8 bytes.
+    F64,
+    /// 3 doubles.
+    Vector3,
+    /// 6 doubles.
+    Vector6,
+    /// 6 signed words.
+    Vector6I32,
+}
+
+impl Kind {
+    /// The name on the wire.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Bool => "BOOL",
+            Self::U8 => "UINT8",
+            Self::U16 => "UINT16",
+            Self::U32 => "UINT32",
+            Self::I32 => "INT32",
+            Self::F64 => "DOUBLE",
+            Self::Vector3 => "VECTOR3D",
+            Self::Vector6 => "VECTOR6D",
+            Self::Vector6I32 => "VECTOR6INT32",
+        }
+    }
+
+    /// How many bytes a value takes.
+    pub const fn bytes(self) -> usize {
+        match self {
+            Self::Bool | Self::U8 => 1,
+            Self::U16 => 2,
+            Self::U32 | Self::I32 => 4,
+            Self::F64 => 8,
+            Self::Vector3 | Self::Vector6I32 => 24,
+            Self::Vector6 => 48,
+        }
+    }
+}
+
+/// A value of a variable.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// BOOL
+    Bool(bool),
+    /// UINT8
+    U8(u8),
+    /// UINT16
+    U16(u16),
+    /// UINT32
+    U32(u32),
+    /// INT32
+    I32(i32),
+    /// DOUBLE
+    F64(f64),
+    /// VECTOR3D
+    Vector3([f64; 3]),
+    /// VECTOR6D
+    Vector6([f64; 6]),
+    /// VECTOR6INT32
+    Vector6I32([i32; 6]),
+}
+
+impl Value {
+    /// Its type.
+    pub const fn kind(&self) -> Kind {
+        match self {
+            Self::Bool(_) => Kind::Bool,
+            Self::U8(_) => Kind::U8,
+            Self::U16(_) => Kind::U16,
+            Self::U32(_) => Kind::U32,
+            Self::I32(_) => Kind::I32,
+            Self::F64(_) => Kind::F64,
+            Self::Vector3(_) => Kind::Vector3,
+            Self::Vector6(_) => Kind::Vector6,
+            Self::Vector6I32(_) => Kind::Vector6I32,
+        }
+    }
+
+    /// Appends its bytes.
+    pub fn write(&self, out: &mut Vec<u8>) {
+        match self {
+            Self::Bool(x) => out.push(u8::from(*x)),
+            Self::U8(x) => out.push(*x),
+            Self::U16(x) => out.extend(x.to_be_bytes()),
+            Self::U32(x) => out.extend(x.to_be_bytes()),
+            Self::I32(x) => out.extend(x.to_be_bytes()),
+            Self::F64(x) => out.extend(x.to_be_bytes()),
+            Self::Vector3(v) => out.extend(v.iter().flat_map(|x| x.to_be_bytes())),
+            Self::Vector6(v) => out.extend(v.iter().flat_map(|x| x.to_be_bytes())),
+            Self::Vector6I32(v) => out.extend(v.iter().flat_map(|x| x.to_be_bytes())),
+        }
+    }
+
+    /// Takes a value of this type from the front of `bytes`; `None` when they are too few.
+    pub fn read(kind: Kind, bytes: &mut &[u8]) -> Option<Self> {
+        let (field, rest) = bytes.split_at_checked(kind.bytes())?;
+        *bytes = rest;
+        let f64s = |index: usize| {
+            let (words, _) = field.as_chunks::<8>();
+            f64::from_be_bytes(words[index])
+        };
+        Some(match kind {
+            Kind::Bool => Self::Bool(field[0] != 0),
+            Kind::U8 => Self::U8(field[0]),
+            Kind::U16 => Self::U16(u16::from_be_bytes(*field.first_chunk()?)),
+            Kind::U32 => Self::U32(u32::from_be_bytes(*field.first_chunk()?)),
+            Kind::I32 => Self::I32(i32::from_be_bytes(*field.first_chunk()?)),
+            Kind::F64 => Self::F64(f64s(0)),
+            Kind::Vector3 => Self::Vector3(core::array::from_fn(f64s)),
+            Kind::Vector6 => Self::Vector6(core::array::from_fn(f64s)),
+            Kind::Vector6I32 => {
+                let (words, _) = field.as_chunks::<4>();
+                Self::Vector6I32(core::array::from_fn(|index| {
+                    i32::from_be_bytes(words[index])
+                }))
+            }
+        })
+    }
+}
+
+/// The stream cannot be RTSI: a packet says that it is shorter than its own head.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a packet of {0} bytes; the shortest has {HEADER_BYTES}")]
+pub struct NotRtsi(pub u16);
+
+/// A packet in the bytes received.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Packet<'a> {
+    /// What it is.
+    pub letter: u8,
+    /// What is in it.
+    pub payload: &'a [u8],
+    /// How many bytes it takes, head included.
+    pub bytes: usize,
+}
+
+/// The first whole packet of `received`; `None` until it is complete.
+///
+/// # Errors
+/// [`NotRtsi`]
+pub fn packet(received: &[u8]) -> Result<Option<Packet<'_>>, NotRtsi> {
+    let Some(&[high, low, letter]) = received.first_chunk::<HEADER_BYTES>() else {
+        return Ok(None);
+    };
+    let length = u16::from_be_bytes([high, low]);
+    let bytes = usize::from(length);
+    if bytes < HEADER_BYTES {
+        return Err(NotRtsi(length));
+    }
+    Ok(received.get(HEADER_BYTES..bytes).map(|payload| Packet {
+        letter,
+        payload,
+        bytes,
+    }))
+}
+
+/// Appends a packet whose payload `fill` writes. Callers keep payloads below 64 KiB; a longer one would be a fault of
+/// ours, and is left out rather than sent with a wrong length.
+pub fn append_packet(out: &mut Vec<u8>, letter: u8, fill: impl FnOnce(&mut Vec<u8>)) {
+    let start = out.len();
+    out.extend([0, 0, letter]);
+    fill(out);
+    match u16::try_from(out.len() - start) {
+        Ok(length) => out[start..start + 2].copy_from_slice(&length.to_be_bytes()),
+        Err(_) => out.truncate(start),
+    }
+}
+
+/// Appends a text message in the form that protocol version 1 clients read.
+pub fn append_text(out: &mut Vec<u8>, level: TextLevel, text: &str) {
+    let text = &text[..text.floor_char_boundary(1024)];
+    append_packet(out, letter::TEXT, |out| {
+        out.push(level as u8);
+        out.extend(text.as_bytes());
+    });
+}
+
+/// The names of a recipe: separated by commas; one client ends its list with a comma.
+pub fn names(list: &[u8]) -> impl Iterator<Item = &str> {
+    list.split(|byte| *byte == b',')
+        .map(|name| core::str::from_utf8(name).unwrap_or("?").trim())
+        .filter(|name| !name.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn packets_have_the_bytes_of_the_page() {
+        let mut out = Vec::new();
+        append_packet(&mut out, letter::PROTOCOL, |out| out.push(1));
+        assert_eq!(out, [0, 4, b'V', 1]);
+        out.clear();
+        append_text(&mut out, TextLevel::Warning, "no");
+        assert_eq!(out, [0, 6, b'M', 2, b'n', b'o']);
+        append_packet(&mut out, b'x', |out| out.extend([0; 70_000]));
+        assert_eq!(out.len(), 6);
+    }
+
+    #[test]
+    fn packets_are_cut_from_the_stream() {
+        let whole = |letter, payload, bytes| {
+            Ok(Some(Packet {
+                letter,
+                payload,
+                bytes,
+            }))
+        };
+        assert_eq!(packet(&[0, 5]), Ok(None));
+        assert_eq!(packet(&[0, 5, b'V', 0]), Ok(None));
+        assert_eq!(packet(&[0, 5, b'V', 0, 1, 9]), whole(b'V', &[0, 1], 5));
+        assert_eq!(packet(&[0, 3, b'S']), whole(b'S', &[], 3));
+        assert_eq!(packet(&[0, 2, b'S']), Err(NotRtsi(2)));
+    }
+
+    #[test]
+    fn the_last_name_may_be_empty() {
+        assert_eq!(names(b"a,b,a,").collect::<Vec<_>>(), ["a", "b", "a"]);
+        assert_eq!(names(b"").count(), 0);
+        assert_eq!(names(b"a,\xff").collect::<Vec<_>>(), ["a", "?"]);
+    }
+
+    fn value() -> impl Strategy<Value = Value> {
+        prop_oneof![
+            any::<bool>().prop_map(Value::Bool),
+            any::<u8>().prop_map(Value::U8),
+            any::<u16>().prop_map(Value::U16),
+            any::<u32>().prop_map(Value::U32),
+            any::<i32>().prop_map(Value::I32),
+            any::<f64>().prop_map(Value::F64),
+            any::<[f64; 3]>().prop_map(Value::Vector3),
+            any::<[f64; 6]>().prop_map(Value::Vector6),
+            any::<[i32; 6]>().prop_map(Value::Vector6I32),
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
+        #[test]
+        fn values_are_read_back(value in value()) {
+            let mut bytes = Vec::new();
+            value.write(&mut bytes);
+            prop_assert_eq!(bytes.len(), value.kind().bytes());
+            let mut rest = bytes.as_slice();
+            prop_assert_eq!(Value::read(value.kind(), &mut rest), Some(value));
+            prop_assert!(rest.is_empty());
+            prop_assert_eq!(Value::read(value.kind(), &mut &bytes[1..]), None);
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Port 30004, RTSI: cyclic data in both directions.
+//!
+//! Owns packets, recipes, who writes which input, and clients. Values come in as one [`Sample`] a cycle; what clients
+//! write goes out as [`Change`]s.
+
+pub mod codec;
+pub mod inputs;
+pub mod outputs;
+pub mod owners;
+pub mod session;
+
+use std::sync::Arc;
+
+use tokio::net::TcpListener;
+use tokio::sync::broadcast;
+use tokio_util::sync::CancellationToken;
+
+use crate::ports::ClientId;
+use crate::ports::description::RobotDescription;
+use crate::ports::listen::{PortMeter, serve_port};
+use inputs::{Change, Input};
+use outputs::Sample;
+use owners::Owners;
+
+/// What this port asks of the controller.
+pub trait Controller: Send + Sync + 'static {
+    /// The arm; the same values every time.
+    fn description(&self) -> &RobotDescription;
+    /// Every cycle's sample from now on, in order. A receiver that falls behind loses the oldest.
+    fn samples(&self) -> broadcast::Receiver<Arc<Sample>>;
+    /// Makes changes in the next cycle. `written` are the variables that the package set, changed or not: watchdogs
+    /// count them. Must not wait.
+    fn apply(&self, client: ClientId, changes: &[Change], written: &[Input]);
+}
+
+/// Serves the port until `shutdown`; returns when every client is closed.
+pub async fn serve<C: Controller>(
+    listener: TcpListener,
+    controller: Arc<C>,
+    meter: PortMeter,
+    shutdown: CancellationToken,
+) {
+    let owners = Owners::default();
+    serve_port(listener, meter, shutdown, |stream, client, shutdown| {
+        let (controller, owners) = (Arc::clone(&controller), owners.clone());
+        async move {
+            let session = session::serve(stream, client, &*controller, &owners);
+            if let Some(Err(error)) = shutdown.run_until_cancelled(session).await {
+                tracing::debug!(%client, %error, "rtsi: the connection ended");
+            }
+        }
+    })
+    .await;
+}

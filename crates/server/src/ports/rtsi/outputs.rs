@@ -1,0 +1,369 @@
+//! The variables that clients can read: name, type and where the value comes from.
+//!
+//! The types matter to the bit: the SDK throws when one differs (SDK recipe file and getters; public clients).
+
+use motion_api::{RobotMode, RobotState, SafetyMode};
+
+use super::codec::{Kind, Value};
+use crate::ports::derived::{
+    JOINT_CELSIUS, TOOL_CELSIUS, is_powered, joint_current, joint_mode, robot_current,
+    supply_voltage,
+};
+use crate::ports::description::{AnalogDomain, Peripherals, RobotDescription, TaskStatus};
+
+/// Registers that scripts, RTSI clients and field buses share, in one direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RegisterBank {
+    /// Boolean register n is bit n.
+    pub bits: u128,
+    /// Integer registers.
+    pub ints: [i32; 48],
+    /// Float registers.
+    pub doubles: [f64; 48],
+}
+
+impl Default for RegisterBank {
+    fn default() -> Self {
+        Self {
+            bits: 0,
+            ints: [0; 48],
+            doubles: [0.0; 48],
+        }
+    }
+}
+
+/// Everything that clients can read, as it was at the end of one cycle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sample {
+    /// The snapshot.
+    pub state: RobotState,
+    /// What the main task is doing.
+    pub task: TaskStatus,
+    /// The line that the main task executes, 0 when none does.
+    pub script_line: u32,
+    /// Velocity of the elbow in the base frame, m/s.
+    pub elbow_velocity: [f64; 3],
+    /// What the force sensor reads, payload included: N, Nm.
+    pub raw_wrench: [f64; 6],
+    /// Registers that programs read.
+    pub inputs: RegisterBank,
+    /// Registers that programs write.
+    pub outputs: RegisterBank,
+    /// Settings beside the state.
+    pub peripherals: Peripherals,
+}
+
+/// One variable.
+#[derive(Clone, Copy, Debug)]
+pub enum Output {
+    /// A variable with a name of its own.
+    Named(&'static Named),
+    /// `input_bit_register64` to `…127`
+    InputBit(u8),
+    /// `output_bit_register64` to `…127`
+    OutputBit(u8),
+    /// `input_int_register0` to `…47`
+    InputInt(u8),
+    /// `output_int_register0` to `…47`
+    OutputInt(u8),
+    /// `input_double_register0` to `…47`
+    InputDouble(u8),
+    /// `output_double_register0` to `…47`
+    OutputDouble(u8),
+}
+
+/// A variable with a name of its own.
+#[derive(Debug)]
+pub struct Named {
+    name: &'static str,
+    kind: Kind,
+    value: fn(&Source<'_>) -> Value,
+}
+
+/// What values are made from.
+struct Source<'a> {
+    sample: &'a Sample,
+    state: &'a RobotState,
+    robot: &'a RobotDescription,
+}
+
+impl Output {
+    /// The variable of this name.
+    pub fn by_name(name: &str) -> Option<Self> {
+        if let Some(named) = NAMED.iter().find(|named| named.name == name) {
+            return Some(Self::Named(named));
+        }
+        let digits = name.trim_start_matches(|c: char| !c.is_ascii_digit());
+        let group = &name[..name.len() - digits.len()];
+        let number = register_number(digits)?;
+        let bits = (64..128).contains(&number);
+        let words = (0..48).contains(&number);
+        match group {
+            "input_bit_register" if bits => Some(Self::InputBit(number)),
+            "output_bit_register" if bits => Some(Self::OutputBit(number)),
+            "input_int_register" if words => Some(Self::InputInt(number)),
+            "output_int_register" if words => Some(Self::OutputInt(number)),
+            "input_double_register" if words => Some(Self::InputDouble(number)),
+            "output_double_register" if words => Some(Self::OutputDouble(number)),
+            _ => None,
+        }
+    }
+
+    /// Its type.
+    pub const fn kind(&self) -> Kind {
+        match self {
+            Self::Named(named) => named.kind,
+            Self::InputBit(_) | Self::OutputBit(_) => Kind::Bool,
+            Self::InputInt(_) | Self::OutputInt(_) => Kind::I32,
+            Self::InputDouble(_) | Self::OutputDouble(_) => Kind::F64,
+        }
+    }
+
+    /// Its value.
+    pub fn value(&self, sample: &Sample, robot: &RobotDescription) -> Value {
+        let (inputs, outputs) = (&sample.inputs, &sample.outputs);
+        match *self {
+            Self::Named(named) => (named.value)(&Source {
+                sample,
+                state: &sample.state,
+                robot,
+            }),
+            Self::InputBit(n) => Value::Bool(inputs.bits >> n & 1 == 1),
+            Self::OutputBit(n) => Value::Bool(outputs.bits >> n & 1 == 1),
+            Self::InputInt(n) => Value::I32(inputs.ints[usize::from(n)]),
+            Self::OutputInt(n) => Value::I32(outputs.ints[usize::from(n)]),
+            Self::InputDouble(n) => Value::F64(inputs.doubles[usize::from(n)]),
+            Self::OutputDouble(n) => Value::F64(outputs.doubles[usize::from(n)]),
+        }
+    }
+}
+
+/// The number at the end of a register's name; `07` is not the name of register 7.
+pub(super) fn register_number(digits: &str) -> Option<u8> {
+    let number: u8 = digits.parse().ok()?;
+    (number.to_string() == digits).then_some(number)
+}
+
+macro_rules! named {
+    ($($name:ident: $kind:ident = $value:expr;)+) => {
+        &[$(Named { name: stringify!($name), kind: Kind::$kind, value: |s| Value::$kind($value(s)) },)+]
+    };
+}
+
+static NAMED: &[Named] = named! {
+    timestamp: F64 = |s: &Source<'_>| s.state.time;
+    payload_mass: F64 = |s: &Source<'_>| s.state.payload.mass;
+    payload_cog: Vector3 = |s: &Source<'_>| s.state.payload.cog.into();
+    script_control_line: U32 = |s: &Source<'_>| s.sample.script_line;
+    target_joint_positions: Vector6 = |s: &Source<'_>| s.state.target_q.0;
+    target_joint_speeds: Vector6 = |s: &Source<'_>| s.state.target_qd.0;
+    actual_joint_torques: Vector6 = |s: &Source<'_>| s.state.actual_torque.0;
+    actual_joint_positions: Vector6 = |s: &Source<'_>| s.state.actual_q.0;
+    actual_joint_speeds: Vector6 = |s: &Source<'_>| s.state.actual_qd.0;
+    actual_joint_current: Vector6 = currents;
+    actual_current: Vector6 = currents;
+    actual_joint_voltage: Vector6 = |s: &Source<'_>| [supply_voltage(s.state.robot_mode); 6];
+    actual_TCP_pose: Vector6 = |s: &Source<'_>| s.state.actual_tcp_pose.to_array();
+    actual_TCP_speed: Vector6 = |s: &Source<'_>| s.state.actual_tcp_speed;
+    actual_TCP_force: Vector6 = |s: &Source<'_>| s.state.tcp_force;
+    target_TCP_pose: Vector6 = |s: &Source<'_>| s.state.target_tcp_pose.to_array();
+    target_TCP_speed: Vector6 = |s: &Source<'_>| s.state.target_tcp_speed;
+    ft_raw_wrench: Vector6 = |s: &Source<'_>| s.sample.raw_wrench;
+    actual_digital_input_bits: U32 = |s: &Source<'_>| s.state.digital_in as u32;
+    actual_digital_output_bits: U32 = |s: &Source<'_>| s.state.digital_out as u32;
+    joint_temperatures: Vector6 = |_: &Source<'_>| [JOINT_CELSIUS; 6];
+    robot_mode: I32 = |s: &Source<'_>| s.state.robot_mode.number();
+    joint_mode: Vector6I32 = |s: &Source<'_>| [i32::from(joint_mode(s.state.robot_mode)); 6];
+    safety_status: I32 = |s: &Source<'_>| s.state.safety_mode.number();
+    safety_mode: I32 = |s: &Source<'_>| s.state.safety_mode.number();
+    speed_scaling: F64 = |s: &Source<'_>| s.state.speed_scaling;
+    target_speed_fraction: F64 = |s: &Source<'_>| s.state.target_speed_fraction;
+    actual_robot_voltage: F64 = |s: &Source<'_>| supply_voltage(s.state.robot_mode);
+    actual_robot_current: F64 = |s: &Source<'_>| robot_current(s.state, s.robot);
+    runtime_state: U32 = |s: &Source<'_>| runtime_state(s.sample.task);
+    elbow_position: Vector3 = |s: &Source<'_>| s.state.elbow_position;
+    elbow_velocity: Vector3 = |s: &Source<'_>| s.sample.elbow_velocity;
+    robot_status_bits: U32 = robot_status_bits;
+    safety_status_bits: U32 = |s: &Source<'_>| safety_status_bits(s.state.safety_mode);
+    analog_io_types: U32 = analog_io_types;
+    standard_analog_input0: F64 = |s: &Source<'_>| s.state.analog_in[0];
+    standard_analog_input1: F64 = |s: &Source<'_>| s.state.analog_in[1];
+    standard_analog_output0: F64 = |s: &Source<'_>| s.state.analog_out[0];
+    standard_analog_output1: F64 = |s: &Source<'_>| s.state.analog_out[1];
+    io_current: F64 = |_: &Source<'_>| 0.0;
+    tool_mode: U32 = |s: &Source<'_>| u32::from(joint_mode(s.state.robot_mode));
+    tool_analog_input_types: U32 = |s: &Source<'_>| s.sample.peripherals.analog_in_domains[2] as u32;
+    tool_analog_output_types: U32 = |s: &Source<'_>| s.sample.peripherals.analog_out_domains[2] as u32;
+    tool_analog_input: F64 = |s: &Source<'_>| s.state.analog_in[2];
+    tool_analog_output: F64 = |s: &Source<'_>| s.state.analog_out[2];
+    tool_output_voltage: F64 = |s: &Source<'_>| f64::from(s.sample.peripherals.tool_voltage);
+    tool_output_current: F64 = |_: &Source<'_>| 0.0;
+    tool_temperature: F64 = |_: &Source<'_>| TOOL_CELSIUS;
+    tool_digital_mode: U8 = |_: &Source<'_>| 0;
+    tool_digital0_mode: U8 = |_: &Source<'_>| 0;
+    tool_digital1_mode: U8 = |_: &Source<'_>| 0;
+    tool_digital2_mode: U8 = |_: &Source<'_>| 0;
+    tool_digital3_mode: U8 = |_: &Source<'_>| 0;
+    output_bit_registers0_to_31: U32 = |s: &Source<'_>| s.sample.outputs.bits as u32;
+    output_bit_registers32_to_63: U32 = |s: &Source<'_>| (s.sample.outputs.bits >> 32) as u32;
+    input_bit_registers0_to_31: U32 = |s: &Source<'_>| s.sample.inputs.bits as u32;
+    input_bit_registers32_to_63: U32 = |s: &Source<'_>| (s.sample.inputs.bits >> 32) as u32;
+};
+
+fn currents(s: &Source<'_>) -> [f64; 6] {
+    core::array::from_fn(|joint| joint_current(s.state, s.robot, joint))
+}
+
+/// The SDK casts this number straight to its own enum.
+const fn runtime_state(task: TaskStatus) -> u32 {
+    match task {
+        TaskStatus::Running => 1,
+        TaskStatus::Paused => 2,
+        TaskStatus::Stopped => 3,
+    }
+}
+
+fn robot_status_bits(s: &Source<'_>) -> u32 {
+    let power_on = is_powered(s.state.robot_mode);
+    let program_running = s.sample.task != TaskStatus::Stopped;
+    let freedrive = s.sample.peripherals.freedrive || s.state.robot_mode == RobotMode::Backdrive;
+    u32::from(power_on) | u32::from(program_running) << 1 | u32::from(freedrive) << 2
+}
+
+const fn safety_status_bits(mode: SafetyMode) -> u32 {
+    const EMERGENCY_STOP: u32 = 1 << 7;
+    const STOPPED: u32 = 1 << 10;
+    match mode {
+        SafetyMode::Normal => 1,
+        SafetyMode::Reduced => 1 << 1,
+        SafetyMode::ProtectiveStop => 1 << 2 | STOPPED,
+        SafetyMode::Recovery => 1 << 3,
+        SafetyMode::SafeguardStop => 1 << 4 | STOPPED,
+        SafetyMode::SystemEmergencyStop => 1 << 5 | EMERGENCY_STOP | STOPPED,
+        SafetyMode::RobotEmergencyStop => 1 << 6 | EMERGENCY_STOP | STOPPED,
+        SafetyMode::Violation => 1 << 8 | STOPPED,
+        SafetyMode::Fault => 1 << 9 | STOPPED,
+        SafetyMode::ValidateJointId | SafetyMode::Undefined => 0,
+    }
+}
+
+fn analog_io_types(s: &Source<'_>) -> u32 {
+    let p = &s.sample.peripherals;
+    let [in0, in1, _] = p.analog_in_domains;
+    let [out0, out1, _] = p.analog_out_domains;
+    [in0, in1, out0, out1]
+        .iter()
+        .enumerate()
+        .map(|(bit, domain)| u32::from(*domain == AnalogDomain::Voltage) << bit)
+        .sum()
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use kinematics::JointPositions;
+
+    pub(in crate::ports::rtsi) fn sample() -> Sample {
+        let state = RobotState::at_start(JointPositions([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]), 0.004);
+        Sample {
+            state,
+            task: TaskStatus::Stopped,
+            script_line: 0,
+            elbow_velocity: [0.0; 3],
+            raw_wrench: [0.0; 6],
+            inputs: RegisterBank::default(),
+            outputs: RegisterBank::default(),
+            peripherals: Peripherals::default(),
+        }
+    }
+
+    /// The recipe of the SDK's examples with the types its getters want.
+    const SDK_RECIPE: &str = "timestamp DOUBLE, payload_mass DOUBLE, payload_cog VECTOR3D, script_control_line UINT32, \
+        target_joint_positions VECTOR6D, target_joint_speeds VECTOR6D, actual_joint_torques VECTOR6D, \
+        actual_joint_positions VECTOR6D, actual_joint_speeds VECTOR6D, actual_joint_current VECTOR6D, \
+        actual_TCP_pose VECTOR6D, actual_TCP_speed VECTOR6D, actual_TCP_force VECTOR6D, target_TCP_pose VECTOR6D, \
+        target_TCP_speed VECTOR6D, actual_digital_input_bits UINT32, actual_digital_output_bits UINT32, \
+        joint_temperatures VECTOR6D, robot_mode INT32, joint_mode VECTOR6INT32, safety_status INT32, \
+        speed_scaling DOUBLE, target_speed_fraction DOUBLE, actual_robot_voltage DOUBLE, actual_robot_current DOUBLE, \
+        runtime_state UINT32, elbow_position VECTOR3D, robot_status_bits UINT32, safety_status_bits UINT32, \
+        analog_io_types UINT32, standard_analog_input0 DOUBLE, standard_analog_input1 DOUBLE, \
+        standard_analog_output0 DOUBLE, standard_analog_output1 DOUBLE, io_current DOUBLE, tool_mode UINT32, \
+        tool_analog_input_types UINT32, tool_analog_output_types UINT32, tool_analog_input DOUBLE, \
+        tool_analog_output DOUBLE, tool_output_voltage DOUBLE, tool_output_current DOUBLE, tool_temperature DOUBLE, \
+        tool_digital_mode UINT8, tool_digital0_mode UINT8, tool_digital1_mode UINT8, tool_digital2_mode UINT8, \
+        tool_digital3_mode UINT8, output_bit_registers0_to_31 UINT32, output_bit_registers32_to_63 UINT32, \
+        input_bit_registers0_to_31 UINT32, input_bit_registers32_to_63 UINT32";
+
+    #[test]
+    fn the_sdks_recipe_has_the_types_that_its_getters_want() {
+        let mut count = 0;
+        for entry in SDK_RECIPE.split(", ") {
+            let (name, kind) = entry.split_once(' ').unwrap();
+            let output = Output::by_name(name).unwrap_or_else(|| panic!("{name}"));
+            assert_eq!(output.kind().name(), kind, "{name}");
+            count += 1;
+        }
+        assert_eq!(count, 52);
+    }
+
+    #[test]
+    fn every_value_has_the_type_that_was_announced() {
+        let robot = RobotDescription::cs66();
+        for named in NAMED {
+            let value = Output::Named(named).value(&sample(), &robot);
+            assert_eq!(value.kind(), named.kind, "{}", named.name);
+        }
+    }
+
+    #[test]
+    fn registers_are_found_by_number_and_nothing_else() {
+        let robot = RobotDescription::cs66();
+        let mut sample = sample();
+        sample.outputs.bits = 1 << 127 | 1 << 33 | 1;
+        sample.inputs.ints[47] = -5;
+        sample.outputs.doubles[0] = 2.5;
+        let value = |name: &str| Output::by_name(name).map(|output| output.value(&sample, &robot));
+        assert_eq!(value("output_bit_register127"), Some(Value::Bool(true)));
+        assert_eq!(value("output_bit_register64"), Some(Value::Bool(false)));
+        assert_eq!(value("output_bit_registers0_to_31"), Some(Value::U32(1)));
+        assert_eq!(value("output_bit_registers32_to_63"), Some(Value::U32(2)));
+        assert_eq!(value("input_int_register47"), Some(Value::I32(-5)));
+        assert_eq!(value("output_double_register0"), Some(Value::F64(2.5)));
+        for name in [
+            "output_bit_register63",
+            "output_bit_register128",
+            "input_int_register48",
+            "input_int_register07",
+            "input_int_register",
+            "output_double_register_0",
+            "speed_slider_mask",
+            "",
+            "300",
+        ] {
+            assert!(Output::by_name(name).is_none(), "{name}");
+        }
+    }
+
+    #[test]
+    fn bits_and_states_are_numbered_as_the_page_says() {
+        let robot = RobotDescription::cs66();
+        let mut sample = sample();
+        let value =
+            |sample: &Sample, name: &str| Output::by_name(name).unwrap().value(sample, &robot);
+        assert_eq!(value(&sample, "runtime_state"), Value::U32(3));
+        assert_eq!(value(&sample, "robot_status_bits"), Value::U32(1));
+        assert_eq!(value(&sample, "safety_status_bits"), Value::U32(1));
+        sample.task = TaskStatus::Paused;
+        sample.peripherals.freedrive = true;
+        sample.state.safety_mode = SafetyMode::ProtectiveStop;
+        sample.peripherals.analog_in_domains[1] = AnalogDomain::Current;
+        assert_eq!(value(&sample, "runtime_state"), Value::U32(2));
+        assert_eq!(value(&sample, "robot_status_bits"), Value::U32(0b111));
+        assert_eq!(
+            value(&sample, "safety_status_bits"),
+            Value::U32(1 << 2 | 1 << 10)
+        );
+        assert_eq!(value(&sample, "analog_io_types"), Value::U32(0b1101));
+        assert_eq!(value(&sample, "joint_mode"), Value::Vector6I32([253; 6]));
+    }
+}

@@ -1,0 +1,332 @@
+//! One RTSI client, over any duplex stream.
+//!
+//! Replies are never lost; data packages are left out while the client has not taken what was sent before. So a slow
+//! reader loses packages and holds up nobody.
+
+use std::io;
+use std::sync::Arc;
+
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::sync::broadcast::error::RecvError;
+
+use super::Controller;
+use super::codec::{
+    PROTOCOL_VERSION, TextLevel, Value, append_packet, append_text, letter, names, packet,
+};
+use super::inputs::{Input, Written};
+use super::outputs::{Output, Sample};
+use super::owners::{Claims, Owners};
+use crate::ports::ClientId;
+use crate::ports::description::CONTROLLER_VERSION;
+
+/// Packages a second at most (SDK user guide).
+const FREQUENCY_MAX: f64 = 250.0;
+
+/// Recipe ids of a connection go from 1 to this.
+const RECIPE_ID_MAX: u8 = 254;
+
+/// Most variables in one recipe. All there are is fewer; a name may stand twice.
+const RECIPE_VARIABLES_MAX: usize = 1024;
+
+/// Most variables in all recipes of a connection.
+const VARIABLES_MAX: usize = 8192;
+
+/// With so many bytes of replies unread, nothing more is read from the client.
+const REPLY_BYTES_MAX: usize = 64 * 1024;
+
+/// What is read at once.
+const READ_BYTES: usize = 16 * 1024;
+
+/// Serves one client until it leaves.
+///
+/// # Errors
+/// The connection broke, or what came in is not RTSI.
+pub async fn serve(
+    stream: impl AsyncRead + AsyncWrite,
+    client: ClientId,
+    controller: &impl Controller,
+    owners: &Owners,
+) -> io::Result<()> {
+    let (mut reader, mut writer) = tokio::io::split(stream);
+    let mut talk = Talk {
+        client,
+        controller,
+        claims: owners.claims(client),
+        outputs: Vec::new(),
+        inputs: Vec::new(),
+        last_id: 0,
+        variables: 0,
+        failed: false,
+        started: false,
+        written: Written::default(),
+        out: Vec::new(),
+    };
+    let mut samples = controller.samples();
+    let mut received = Vec::new();
+    let mut buffer = vec![0; READ_BYTES];
+    loop {
+        tokio::select! {
+            count = writer.write(&talk.out), if !talk.out.is_empty() => match count? {
+                0 => return Err(io::ErrorKind::WriteZero.into()),
+                count => drop(talk.out.drain(..count)),
+            },
+            count = reader.read(&mut buffer), if talk.out.len() < REPLY_BYTES_MAX => {
+                let count = count?;
+                if count == 0 {
+                    return Ok(());
+                }
+                received.extend_from_slice(&buffer[..count]);
+                let was_started = talk.started;
+                talk.take_packets(&mut received).await?;
+                if talk.started && !was_started {
+                    samples = controller.samples(); // the past is of no interest
+                }
+            }
+            sample = samples.recv(), if talk.started => match sample {
+                Ok(sample) if talk.out.is_empty() => talk.send_data(&sample),
+                Ok(_) => tracing::trace!(%client, "rtsi: a package is left out, the client reads too slowly"),
+                Err(RecvError::Lagged(missed)) => tracing::debug!(%client, missed, "rtsi: cycles were missed"),
+                Err(RecvError::Closed) => return Ok(()),
+            },
+        }
+    }
+}
+
+/// The state of one conversation.
+struct Talk<'a, C> {
+    client: ClientId,
+    controller: &'a C,
+    claims: Claims,
+    outputs: Vec<OutputRecipe>,
+    inputs: Vec<InputRecipe>,
+    last_id: u8,
+    variables: usize,
+    /// A recipe was refused: the connection cannot be started.
+    failed: bool,
+    started: bool,
+    written: Written,
+    /// What waits to be written.
+    out: Vec<u8>,
+}
+
+struct OutputRecipe {
+    id: u8,
+    frequency: f64,
+    variables: Vec<Output>,
+    /// The first cycle in which the next package is due.
+    due_cycle: u64,
+}
+
+struct InputRecipe {
+    id: u8,
+    variables: Vec<Input>,
+}
+
+impl<C: Controller> Talk<'_, C> {
+    /// Answers every whole packet and keeps the rest.
+    async fn take_packets(&mut self, received: &mut Vec<u8>) -> io::Result<()> {
+        let mut start = 0;
+        let not_rtsi = |error| io::Error::new(io::ErrorKind::InvalidData, error);
+        while let Some(packet) = packet(&received[start..]).map_err(not_rtsi)? {
+            self.answer(packet.letter, packet.payload).await;
+            start += packet.bytes;
+        }
+        received.drain(..start);
+        Ok(())
+    }
+
+    async fn answer(&mut self, letter: u8, payload: &[u8]) {
+        match letter {
+            letter::PROTOCOL => {
+                let accepted = payload == PROTOCOL_VERSION.to_be_bytes();
+                self.reply(letter, &[u8::from(accepted)]);
+            }
+            letter::VERSION => {
+                let version = CONTROLLER_VERSION.map(u32::to_be_bytes).concat();
+                self.reply(letter, &version);
+            }
+            letter::OUTPUTS => self.set_up_outputs(payload),
+            letter::INPUTS => self.set_up_inputs(payload).await,
+            letter::START => {
+                self.started = !self.failed;
+                for recipe in &mut self.outputs {
+                    recipe.due_cycle = 0;
+                }
+                self.reply(letter, &[u8::from(self.started)]);
+            }
+            letter::PAUSE => {
+                self.started = false;
+                self.reply(letter, &[1]);
+            }
+            letter::DATA => self.take_data(payload),
+            letter::TEXT => {
+                let text = String::from_utf8_lossy(&payload[..payload.len().min(512)]);
+                tracing::info!(client = %self.client, "rtsi: message of the client: {text:?}");
+            }
+            other => self.warn(&format!("packets of type {other} are not known")),
+        }
+    }
+
+    fn set_up_outputs(&mut self, payload: &[u8]) {
+        let Some((frequency, list)) = payload.split_first_chunk::<8>() else {
+            self.warn("a set-up of outputs begins with a frequency of 8 bytes");
+            return;
+        };
+        let frequency = match f64::from_be_bytes(*frequency) {
+            wanted if wanted > 0.0 => wanted.min(FREQUENCY_MAX),
+            _ => FREQUENCY_MAX, // not a number, zero or negative: as fast as there is
+        };
+        let Some((id, names)) = self.next_recipe(letter::OUTPUTS, list) else {
+            return;
+        };
+        let found: Vec<Option<Output>> = names.iter().map(|name| Output::by_name(name)).collect();
+        let kinds = found
+            .iter()
+            .map(|output| output.map_or("NOT_FOUND", |o| o.kind().name()));
+        self.reply_recipe(letter::OUTPUTS, id, kinds);
+        match found.into_iter().collect() {
+            Some(variables) => self.outputs.push(OutputRecipe {
+                id,
+                frequency,
+                variables,
+                due_cycle: 0,
+            }),
+            None => self.failed = true,
+        }
+    }
+
+    async fn set_up_inputs(&mut self, list: &[u8]) {
+        let Some((id, names)) = self.next_recipe(letter::INPUTS, list) else {
+            return;
+        };
+        let found: Vec<Option<Input>> = names.iter().map(|name| Input::by_name(name)).collect();
+        let known: Vec<Input> = found.iter().flatten().copied().collect();
+        let all_known = known.len() == found.len();
+        let taken = if all_known {
+            self.claims.claim(&known).await
+        } else {
+            Vec::new()
+        };
+        let kinds = found.iter().map(|input| match input {
+            None => "NOT_FOUND",
+            Some(input) if taken.contains(input) => "IN_USE",
+            Some(input) => input.kind().name(),
+        });
+        self.reply_recipe(letter::INPUTS, id, kinds);
+        if all_known && taken.is_empty() {
+            self.inputs.push(InputRecipe {
+                id,
+                variables: known,
+            });
+        } else {
+            self.failed = true;
+        }
+    }
+
+    /// The id of the next recipe and its names, unless there would be too many of either.
+    fn next_recipe<'n>(&mut self, letter: u8, list: &'n [u8]) -> Option<(u8, Vec<&'n str>)> {
+        let names: Vec<&str> = names(list).take(RECIPE_VARIABLES_MAX + 1).collect();
+        let too_many = if self.last_id == RECIPE_ID_MAX {
+            Some(format!("{RECIPE_ID_MAX} recipes"))
+        } else if names.len() > RECIPE_VARIABLES_MAX {
+            Some(format!("{RECIPE_VARIABLES_MAX} variables in a recipe"))
+        } else if self.variables + names.len() > VARIABLES_MAX {
+            Some(format!("{VARIABLES_MAX} variables in all recipes"))
+        } else {
+            None
+        };
+        if let Some(limit) = too_many {
+            self.failed = true;
+            self.reply_recipe(letter, 0, ["NOT_FOUND"].into_iter());
+            append_text(
+                &mut self.out,
+                TextLevel::Error,
+                &format!("more than {limit} are not possible"),
+            );
+            return None;
+        }
+        self.last_id += 1;
+        self.variables += names.len();
+        Some((self.last_id, names))
+    }
+
+    fn reply_recipe<'k>(&mut self, letter: u8, id: u8, kinds: impl Iterator<Item = &'k str>) {
+        let kinds = kinds.collect::<Vec<_>>().join(",");
+        self.reply(letter, &[&[id][..], kinds.as_bytes()].concat());
+    }
+
+    /// Values from the client; applied also while paused.
+    fn take_data(&mut self, payload: &[u8]) {
+        let Some((id, mut values)) = payload.split_first() else {
+            self.warn("a data package begins with the id of its recipe");
+            return;
+        };
+        let Some(recipe) = self.inputs.iter().find(|recipe| recipe.id == *id) else {
+            self.warn(&format!("there is no input recipe {id}"));
+            return;
+        };
+        let wanted: usize = recipe
+            .variables
+            .iter()
+            .map(|input| input.kind().bytes())
+            .sum();
+        if values.len() != wanted {
+            let given = values.len();
+            self.warn(&format!(
+                "input recipe {id} has {wanted} bytes of values, not {given}"
+            ));
+            return;
+        }
+        // The length was checked, so every value is there.
+        let package: Vec<(Input, Value)> = recipe
+            .variables
+            .iter()
+            .filter_map(|input| Some((*input, Value::read(input.kind(), &mut values)?)))
+            .collect();
+        let changes = self.written.take(&package);
+        self.controller
+            .apply(self.client, &changes, &recipe.variables);
+    }
+
+    /// The packages that are due in this cycle.
+    fn send_data(&mut self, sample: &Arc<Sample>) {
+        let robot = self.controller.description();
+        for recipe in &mut self.outputs {
+            let cycle = sample.state.cycle;
+            if cycle < recipe.due_cycle {
+                continue;
+            }
+            let every = cycles_between(recipe.frequency, sample.state.step_time);
+            let on_time = recipe.due_cycle > 0 && cycle < recipe.due_cycle + every;
+            recipe.due_cycle = if on_time {
+                recipe.due_cycle + every
+            } else {
+                cycle + every
+            };
+            append_packet(&mut self.out, letter::DATA, |out| {
+                out.push(recipe.id);
+                for output in &recipe.variables {
+                    output.value(sample, robot).write(out);
+                }
+            });
+        }
+    }
+
+    fn reply(&mut self, letter: u8, payload: &[u8]) {
+        append_packet(&mut self.out, letter, |out| out.extend(payload));
+    }
+
+    fn warn(&mut self, text: &str) {
+        tracing::debug!(client = %self.client, "rtsi: {text}");
+        append_text(&mut self.out, TextLevel::Warning, text);
+    }
+}
+
+/// Every how many cycles a package goes out: at least 1.
+fn cycles_between(frequency: f64, step_time: f64) -> u64 {
+    // The conversion saturates: a frequency close to 0 gives a package once in an age.
+    (1.0 / (step_time * frequency)).round().max(1.0) as u64
+}
+
+#[cfg(test)]
+mod tests;
