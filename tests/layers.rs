@@ -1,5 +1,11 @@
 //! Data flows one way through the crates: this test holds `cargo metadata` against the table of ARCHITECTURE.md.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "test helpers fail by panicking"
+)]
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 

@@ -2,6 +2,11 @@
 //! protocol page, and a recording read back with the public mcap reader.
 
 #![allow(dead_code, reason = "each test binary uses a part of this")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test helper fails by panicking"
+)]
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};

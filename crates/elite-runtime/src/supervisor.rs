@@ -135,9 +135,14 @@ impl Supervisor {
             return Ok(self.status().program);
         }
         let mut status = self.watch();
-        let patience = if status.borrow_and_update().ending { GRACE } else { PATIENCE };
+        let patience = if status.borrow_and_update().ending {
+            GRACE
+        } else {
+            PATIENCE
+        };
         // Whether it ended in time is decided by `start`.
-        let _ = tokio::time::timeout(patience, status.wait_for(|s| s.state == TaskState::Stopped)).await;
+        let _ = tokio::time::timeout(patience, status.wait_for(|s| s.state == TaskState::Stopped))
+            .await;
         let started = self.start(program);
         if let Err(error) = &started {
             self.shared

@@ -1,5 +1,10 @@
 //! Manual 3.1: moves, getters of the arm's state, TCP and payload.
 
+#![allow(
+    clippy::approx_constant,
+    reason = "the manual's default speed is printed as 1.047197"
+)]
+
 use ::kinematics::Payload;
 use elite_lang::{ExceptionKind, Raised, Value};
 use motion_api::CommandKind;
