@@ -1,5 +1,7 @@
 //! Wrong input of every kind gives one clear sentence, the right exit status, and loses nothing.
 
+#![allow(clippy::unwrap_used, reason = "a test helper fails by panicking")]
+
 mod common;
 
 use std::io::{Read, Write};
