@@ -24,7 +24,7 @@ use tokio_util::sync::CancellationToken;
 use crate::announce::{Announcer, Console};
 use crate::cell::{Cell, CellError};
 use crate::config::RobotConfig;
-use crate::options::{ClockChoice, ModelChoice, PlantChoice, RecordTarget};
+use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice, RecordTarget};
 use crate::shutdown;
 
 /// How often the pump looks for events when no motion thread wakes it (virtual clock, nothing running).
@@ -103,6 +103,7 @@ impl Controller {
         console: Console,
         powered_off: bool,
     ) -> Result<Self, StartError> {
+        warn_of_settings_without_effect(config);
         let loaded = LoadedModel::open(&config.model)?;
         let cell = config.cell.as_deref().map(Cell::load).transpose()?;
         let cycle_config = cycle_config(config, &loaded, cell.as_ref(), powered_off)?;
@@ -334,6 +335,24 @@ fn setup(
         clock: clock.to_owned(),
         powered_off,
         epoch_ns,
+    }
+}
+
+/// Settings that this version takes but cannot act on yet are named, not ignored.
+fn warn_of_settings_without_effect(config: &RobotConfig) {
+    if config.log_dir.is_some() {
+        tracing::warn!(
+            "--log-dir: the vendor's log files are not available in this version, nothing is written there"
+        );
+    }
+    if config
+        .allow
+        .iter()
+        .any(|permission| *permission != Permission::Net)
+    {
+        tracing::warn!(
+            "--allow: scripts cannot import modules in this version, so there is nothing to allow"
+        );
     }
 }
 

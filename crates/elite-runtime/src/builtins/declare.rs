@@ -23,9 +23,12 @@ pub struct Builtin {
     pub returns: &'static str,
     /// True when the call may wait for time or motion; such calls are refused in secondary programs.
     pub waits: bool,
-    /// The function.
-    pub run: fn(&mut Call<'_, '_>) -> Result<Value, Raised>,
+    /// The function; `None` where the language itself provides it and only the listing needs it.
+    pub run: Option<Body>,
 }
+
+/// What a builtin does.
+pub type Body = fn(&mut Call<'_, '_>) -> Result<Value, Raised>;
 
 /// Groups of the manual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -16,7 +16,7 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[INDEX],
         returns: "bool",
         waits: false,
-        run: get_standard_digital_out,
+        run: Some(get_standard_digital_out),
     },
     Builtin {
         name: "set_standard_digital_out",
@@ -36,7 +36,7 @@ pub const BUILTINS: &[Builtin] = &[
         ],
         returns: "nothing",
         waits: false,
-        run: set_standard_digital_out,
+        run: Some(set_standard_digital_out),
     },
 ];
 

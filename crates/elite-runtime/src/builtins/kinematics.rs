@@ -34,7 +34,7 @@ pub const BUILTINS: &[Builtin] = &[
         ],
         returns: "list[6] float, rad",
         waits: false,
-        run: get_inverse_kin,
+        run: Some(get_inverse_kin),
     },
     Builtin {
         name: "get_forward_kin",
@@ -54,7 +54,7 @@ pub const BUILTINS: &[Builtin] = &[
         ],
         returns: "list[6] float, m and rad",
         waits: false,
-        run: get_forward_kin,
+        run: Some(get_forward_kin),
     },
 ];
 

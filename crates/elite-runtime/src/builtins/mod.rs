@@ -35,16 +35,14 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
 /// The builtins as functions of one task.
 pub(crate) fn natives(context: &Rc<TaskContext>) -> Vec<NativeFunction> {
     all()
-        .map(|builtin| {
+        .filter_map(|builtin| {
+            let run = builtin.run?;
             let context = Rc::clone(context);
-            NativeFunction {
+            Some(NativeFunction {
                 name: builtin.name,
                 params: builtin.params.iter().map(param).collect(),
-                call: Rc::new(move |native| {
-                    Call::new(builtin, &context, native)
-                        .and_then(|mut call| (builtin.run)(&mut call))
-                }),
-            }
+                call: Rc::new(move |native| run(&mut Call::new(builtin, &context, native)?)),
+            })
         })
         .collect()
 }

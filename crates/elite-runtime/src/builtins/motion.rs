@@ -35,7 +35,7 @@ pub const BUILTINS: &[Builtin] = &[
         ],
         returns: "nothing; returns when the target is reached",
         waits: true,
-        run: movej,
+        run: Some(movej),
     },
     Builtin {
         name: "movel",
@@ -58,7 +58,7 @@ pub const BUILTINS: &[Builtin] = &[
         ],
         returns: "nothing; returns when the target is reached",
         waits: true,
-        run: movel,
+        run: Some(movel),
     },
     getter(
         "get_actual_joint_positions",
@@ -126,7 +126,7 @@ pub const BUILTINS: &[Builtin] = &[
         ],
         returns: "nothing",
         waits: false,
-        run: set_payload,
+        run: Some(set_payload),
     },
     Builtin {
         name: "set_tcp",
@@ -143,7 +143,7 @@ pub const BUILTINS: &[Builtin] = &[
         }],
         returns: "nothing",
         waits: false,
-        run: set_tcp,
+        run: Some(set_tcp),
     },
 ];
 
@@ -202,7 +202,7 @@ const fn getter(
         params: &[],
         returns,
         waits: false,
-        run,
+        run: Some(run),
     }
 }
 

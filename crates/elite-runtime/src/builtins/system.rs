@@ -8,8 +8,25 @@ use super::declare::{Builtin, Category, Default, Kind, Parameter, Range};
 use crate::message::{Message, Severity};
 use crate::task::Wait;
 
-/// The builtins of this chapter. `print` itself belongs to the language.
+/// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[
+    Builtin {
+        name: "print",
+        section: "1.2.2",
+        category: Category::Other,
+        summary: "Writes the values, joined by one blank, to the log; to standard output under `run`.",
+        params: &[Parameter {
+            name: "values",
+            aliases: &[],
+            kind: Kind::Rest,
+            default: Default::EmptyTuple,
+            unit: "",
+            meaning: "what to write; Python's keywords sep and end work too",
+        }],
+        returns: "nothing",
+        waits: false,
+        run: None,
+    },
     Builtin {
         name: "sync",
         section: "1.2.5",
@@ -18,7 +35,7 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[],
         returns: "nothing",
         waits: true,
-        run: sync,
+        run: Some(sync),
     },
     Builtin {
         name: "textmsg",
@@ -45,7 +62,7 @@ pub const BUILTINS: &[Builtin] = &[
         ],
         returns: "nothing",
         waits: false,
-        run: textmsg,
+        run: Some(textmsg),
     },
     Builtin {
         name: "sleep",
@@ -62,7 +79,7 @@ pub const BUILTINS: &[Builtin] = &[
         }],
         returns: "nothing",
         waits: true,
-        run: sleep,
+        run: Some(sleep),
     },
     Builtin {
         name: "get_steptime",
@@ -72,7 +89,7 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[],
         returns: "float, s",
         waits: false,
-        run: get_steptime,
+        run: Some(get_steptime),
     },
 ];
 

@@ -42,7 +42,7 @@ pub const BUILTINS: &[Builtin] = &[
         ],
         returns: "the thread's handle, an int from 1",
         waits: false,
-        run: start_thread,
+        run: Some(start_thread),
     },
     Builtin {
         name: "join_thread",
@@ -52,7 +52,7 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[HANDLE],
         returns: "nothing",
         waits: true,
-        run: join_thread,
+        run: Some(join_thread),
     },
     Builtin {
         name: "stop_thread",
@@ -62,7 +62,7 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[HANDLE],
         returns: "nothing",
         waits: false,
-        run: stop_thread,
+        run: Some(stop_thread),
     },
 ];
 
