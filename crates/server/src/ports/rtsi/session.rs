@@ -297,11 +297,12 @@ impl<C: Controller> Talk<'_, C> {
                 continue;
             }
             let every = cycles_between(recipe.frequency, sample.state.step_time);
-            let on_time = recipe.due_cycle > 0 && cycle < recipe.due_cycle + every;
+            let next_due = recipe.due_cycle.saturating_add(every);
+            let on_time = recipe.due_cycle > 0 && cycle < next_due;
             recipe.due_cycle = if on_time {
-                recipe.due_cycle + every
+                next_due
             } else {
-                cycle + every
+                cycle.saturating_add(every)
             };
             append_packet(&mut self.out, letter::DATA, |out| {
                 out.push(recipe.id);

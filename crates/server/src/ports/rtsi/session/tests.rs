@@ -224,6 +224,18 @@ async fn recipes_are_sent_each_at_its_own_rate_and_none_while_paused() {
     assert_eq!(rig.receive().await.1[0], 1, "at once after the start");
 }
 
+#[tokio::test(start_paused = true)]
+async fn a_rate_close_to_zero_sends_once_and_no_more() {
+    let controller = Fake::new();
+    let mut rig = connect(&controller, &Owners::default(), 1, 64 * 1024);
+    assert_eq!(rig.outputs(1e-300, "timestamp").await, is(1, "DOUBLE"));
+    assert_eq!(rig.ask(letter::START, &[]).await, [1]);
+    controller.cycle(100).await;
+    assert_eq!(rig.receive().await.1[0], 1);
+    controller.cycle(101).await;
+    rig.nothing().await;
+}
+
 #[test]
 fn a_rate_is_a_whole_number_of_cycles() {
     for (frequency, step, cycles) in [
