@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
-use kinematics::{JointPositions, RobotModel};
+use kinematics::{JointPositions, JointSpeeds, RobotModel};
 use motion::{Cycle, CycleConfig, PlantKind, Timing};
 use motion_api::{BorderSizes, CommandKind, Origin, ProgramId, ThreadNumber, border};
 use recorder::{IoValue, LogLevel, Recorder, RecorderConfig, Setup};
@@ -16,11 +16,14 @@ const PROGRAM: ProgramId = ProgramId(1);
 
 /// Records a program of two movements on a controller with defaults and an ideal plant.
 fn record(name: &str, setup: Setup) -> PathBuf {
-    let config = CycleConfig {
+    record_with(name, setup, ideal_config())
+}
+
+fn ideal_config() -> CycleConfig {
+    CycleConfig {
         plant: PlantKind::Ideal,
         ..CycleConfig::new(RobotModel::built_in("cs66").unwrap())
-    };
-    record_with(name, setup, config)
+    }
 }
 
 fn record_with(name: &str, setup: Setup, config: CycleConfig) -> PathBuf {
@@ -220,6 +223,23 @@ fn rigid_bodies_come_out_the_same_too() {
 }
 
 #[test]
+fn the_limits_of_the_cell_hold_when_it_is_run_again() {
+    let slow = [0.2; 6];
+    let with_limits = Setup {
+        cell: Some(format!("[limits]\njoint_speed = {slow:?}\n")),
+        ..Setup::default()
+    };
+    let mut config = ideal_config();
+    config.limits.joint_speed = Some(JointSpeeds(slow));
+    let path = record_with("limits.mcap", with_limits, config.clone());
+    let (status, text) = replay(&path, "--rerun").unwrap();
+    assert_eq!((status, text.as_str()), (0, "identical: 600 cycles\n"));
+    // The same cycles, but the recording says nothing of limits: the rerun is faster.
+    let path = record_with("nolimits.mcap", Setup::default(), config);
+    assert_eq!(replay(&path, "--rerun").unwrap().0, 1);
+}
+
+#[test]
 fn another_payload_shows_as_the_first_cycle_that_differs() {
     let mut setup = Setup::default();
     // The controller was in fact started without it.
@@ -239,20 +259,20 @@ fn what_cannot_be_answered_is_said_by_name() {
         error.to_string(),
         "replay --serve is not implemented in this version"
     );
-    let cell = Setup {
-        cell: Some("[limits]\n".to_owned()),
-        ..Setup::default()
-    };
-    let path = record("cell.mcap", cell);
-    let error = replay(&path, "--rerun").unwrap_err();
-    assert!(error.to_string().contains("a cell file"), "{error}");
     let plant = Setup {
         plant: "soft".to_owned(),
         ..Setup::default()
     };
     let path = record("plant.mcap", plant);
     let error = replay(&path, "--rerun").unwrap_err().to_string();
-    assert!(error.contains("the plant \"soft\""), "{error}");
+    assert!(error.contains("no plant \"soft\""), "{error}");
+    let cell = Setup {
+        cell: Some("[limits]\njoint_sped = 1\n".to_owned()),
+        ..Setup::default()
+    };
+    let path = record("cell.mcap", cell);
+    let error = replay(&path, "--rerun").unwrap_err().to_string();
+    assert!(error.contains("joint_sped"), "{error}");
     let error = replay(Path::new("/nowhere.mcap"), "").unwrap_err();
     assert!(
         error.to_string().contains("cannot read /nowhere.mcap"),
