@@ -6,10 +6,13 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use elite_runtime::message::{Message, Observer, Severity};
+use elite_runtime::message::{InterpreterEvent, Message, Observer, Severity};
+use elite_runtime::panel::VariableValue;
 use motion_api::{ProgramId, SnapshotCell, ThreadNumber};
 use recorder::{LogLevel, RecorderHandle};
 use tokio::sync::broadcast;
+
+use crate::log_dir::InterpreterLog;
 
 /// How many messages a port may be behind before it misses some.
 const BACKLOG: usize = 1024;
@@ -30,17 +33,24 @@ pub struct Announcer {
     snapshot: Arc<SnapshotCell>,
     console: Console,
     names: Mutex<BTreeMap<ProgramId, String>>,
+    interpreter_log: InterpreterLog,
 }
 
 impl Announcer {
     /// Messages get the simulated time of `snapshot`.
-    pub fn new(recording: RecorderHandle, snapshot: Arc<SnapshotCell>, console: Console) -> Self {
+    pub fn new(
+        recording: RecorderHandle,
+        snapshot: Arc<SnapshotCell>,
+        console: Console,
+        interpreter_log: InterpreterLog,
+    ) -> Self {
         Self {
             ports: broadcast::channel(BACKLOG).0,
             recording,
             snapshot,
             console,
             names: Mutex::default(),
+            interpreter_log,
         }
     }
 
@@ -135,6 +145,16 @@ impl Observer for Announcer {
     fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32) {
         self.recording
             .script_line(self.time(), program, thread, line);
+    }
+
+    fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
+        let VariableValue { type_name, value } = value;
+        self.recording
+            .variable(self.time(), program, name, type_name, value);
+    }
+
+    fn interpreter(&self, event: &InterpreterEvent<'_>) {
+        self.interpreter_log.executing(event);
     }
 
     fn program_ended(&self, program: ProgramId) {

@@ -11,7 +11,8 @@ use std::thread::{self, JoinHandle, Thread};
 use std::time::Duration;
 
 use elite_runtime::message::{Message, Observer, Severity};
-use elite_runtime::{ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
+use elite_runtime::panel::Operator;
+use elite_runtime::{Panel, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{ModelError, RobotModel};
 use motion::Cycle;
 use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
@@ -24,6 +25,7 @@ use tokio_util::sync::CancellationToken;
 use crate::announce::{Announcer, Console};
 use crate::cell::{Cell, CellError};
 use crate::config::RobotConfig;
+use crate::log_dir::InterpreterLog;
 use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice, RecordTarget};
 use crate::shutdown;
 use crate::start_configuration::{self, SetupError, cycle_config};
@@ -66,6 +68,14 @@ pub enum StartError {
     /// No recording.
     #[error(transparent)]
     Recording(#[from] RecordError),
+    /// No log files.
+    #[error("--log-dir: cannot write into {}: {source}", path.display())]
+    LogDir {
+        /// Which folder.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
     /// The operating system gave no thread.
     #[error("cannot start a thread: {0}")]
     Thread(#[from] io::Error),
@@ -76,6 +86,7 @@ pub struct Controller {
     robot: Arc<Robot>,
     supervisor: Supervisor,
     announcer: Arc<Announcer>,
+    interpreter_log: InterpreterLog,
     clock: Clock,
     pump: Pump,
     recorder: Option<Recorder>,
@@ -134,7 +145,15 @@ impl Controller {
             _ => (None, RecorderHandle::off()),
         };
         let snapshot: Arc<SnapshotCell> = script_end.snapshot.clone();
-        let announcer = Arc::new(Announcer::new(handle, snapshot, console));
+        let interpreter_log = match &config.log_dir {
+            Some(folder) => InterpreterLog::open(folder, snapshot.clone()).map_err(|source| {
+                let path = folder.clone();
+                StartError::LogDir { path, source }
+            })?,
+            None => InterpreterLog::default(),
+        };
+        let announcer = Announcer::new(handle, snapshot, console, interpreter_log.clone());
+        let announcer = Arc::new(announcer);
         alarm.connect(&announcer);
 
         let (pump, robot_for_pump) = Pump::start()?;
@@ -152,11 +171,16 @@ impl Controller {
             robot: robot.clone(),
             observer: announcer.clone(),
             seed: config.seed,
+            panel: Arc::new(Panel::new(match console {
+                Console::Stdout => Operator::Absent,
+                Console::Log => Operator::Present,
+            })),
         };
         Ok(Self {
             robot,
             supervisor: Supervisor::new(settings),
             announcer,
+            interpreter_log,
             clock,
             pump,
             recorder,
@@ -177,6 +201,11 @@ impl Controller {
     /// Who tells everybody.
     pub fn announcer(&self) -> &Arc<Announcer> {
         &self.announcer
+    }
+
+    /// The log files of interpreter mode.
+    pub fn interpreter_log(&self) -> &InterpreterLog {
+        &self.interpreter_log
     }
 
     /// The file that is being recorded.
@@ -304,11 +333,6 @@ fn setup(
 
 /// Settings that this version takes but cannot act on yet are named, not ignored.
 fn warn_of_settings_without_effect(config: &RobotConfig) {
-    if config.log_dir.is_some() {
-        tracing::warn!(
-            "--log-dir: the vendor's log files are not available in this version, nothing is written there"
-        );
-    }
     if config
         .allow
         .iter()

@@ -10,6 +10,7 @@ pub mod cli;
 pub mod commands;
 pub mod config;
 pub mod controller;
+pub mod log_dir;
 pub mod logging;
 pub mod options;
 pub mod ports;

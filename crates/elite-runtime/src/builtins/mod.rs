@@ -5,10 +5,12 @@
 
 mod call;
 pub mod declare;
+mod interpreter;
 mod io;
 mod kinematics;
 mod motion;
 mod system;
+mod text;
 mod thread;
 
 use std::rc::Rc;
@@ -25,8 +27,10 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
         motion::BUILTINS,
         kinematics::BUILTINS,
         io::BUILTINS,
+        interpreter::BUILTINS,
         thread::BUILTINS,
         system::BUILTINS,
+        text::BUILTINS,
     ]
     .into_iter()
     .flatten()
