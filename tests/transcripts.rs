@@ -7,8 +7,10 @@
 //! - `> NAME text`: a line that NAME sends, with its newline. Names that begin with `p` are clients of port 30001, with
 //!   `i` of port 30020; a client connects when it is first named. Lines of one client that follow each other go out in
 //!   one piece. `>> NAME text` sends bytes as they are, with the escapes `\n`, `\r`, `\\` and `\xFF`.
-//! - `! wait STATE`: until the task is stopped, running or paused; `! wait interpreter`: until that mode is active.
-//! - `! repeat N NAME text`: sends a line N times. `! close NAME`: ends the connection. `! quiet NAME`: nothing comes.
+//! - `! wait STATE`: until the task is stopped, running or paused; `! wait interpreter`: until that mode is active;
+//!   `! wait moving`: until the arm moves.
+//! - `! repeat N NAME text`: sends a line N times; `! collect N NAME`: takes N acknowledgements. `! close NAME`: ends the
+//!   connection, `! end NAME`: its sending half. `! quiet NAME`: nothing comes. `! restarts N NAME`: see the code.
 //! - `< NAME text`: a line that NAME receives. On port 30001 that is the next exception, states are left out. NAME may
 //!   also be `log` (what programs write), `panel.KEY` (a part of the page `/panel`) or `file.PATH` (a log file).
 //!
@@ -31,7 +33,7 @@ use common::{FromPrimary, Primary, Server};
 use serde_json::Value;
 
 /// How long something that must come may take.
-const PATIENCE: Duration = Duration::from_secs(20);
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// How long nothing has to come to count as nothing.
 const QUIET: Duration = Duration::from_millis(60);
@@ -60,9 +62,13 @@ fn every_transcript_is_what_the_server_does() {
                     let Some(file) = waiting.lock().unwrap().next() else {
                         return;
                     };
-                    if let Err(failure) = play(&file) {
-                        failures.lock().unwrap().push(failure);
-                    }
+                    let played = std::panic::catch_unwind(|| play(&file));
+                    let failure = match played {
+                        Ok(Ok(())) => continue,
+                        Ok(Err(failure)) => failure,
+                        Err(_) => format!("{} panicked", file.display()),
+                    };
+                    failures.lock().unwrap().push(failure);
                 }
             });
         }
@@ -87,7 +93,13 @@ fn play(file: &Path) -> Result<(), String> {
     for (at, line) in lines.iter().enumerate() {
         let shown = stage
             .step(line, lines.get(at + 1).copied(), update)
-            .map_err(|why| format!("{name}.txt:{}: {line}\n  {why}\n{}", at + 1, stage.log_tail()))?;
+            .map_err(|why| {
+                format!(
+                    "{name}.txt:{}: {line}\n  {why}\n{}",
+                    at + 1,
+                    stage.log_tail()
+                )
+            })?;
         let _ = writeln!(seen, "{shown}");
         if shown != *line && !update {
             return Err(format!(
@@ -120,7 +132,10 @@ struct Stage {
 impl Stage {
     fn new(options: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let mut all = vec!["--clock", "virtual", "--plant", "ideal", "--record", "off"];
+        let mut all = vec!["--plant", "ideal", "--record", "off"];
+        if !options.contains(&"--clock") {
+            all.extend(["--clock", "virtual"]);
+        }
         all.extend(["--log-format", "json"]);
         all.extend(options);
         let server = Server::start(folder.path(), &all);
@@ -140,9 +155,9 @@ impl Stage {
             let (name, text) = sent.split_once(' ').unwrap_or((sent, ""));
             self.unsent.push_str(text);
             self.unsent.push('\n');
-            let goes_on = next.and_then(|n| n.strip_prefix("> ")).is_some_and(|n| {
-                n.split_once(' ').map_or(n, |(name, _)| name) == name
-            });
+            let goes_on = next
+                .and_then(|n| n.strip_prefix("> "))
+                .is_some_and(|n| n.split_once(' ').map_or(n, |(name, _)| name) == name);
             if !goes_on {
                 let text = std::mem::take(&mut self.unsent);
                 self.send(name, text.as_bytes());
@@ -194,6 +209,7 @@ impl Stage {
         let words: Vec<&str> = order.split(' ').collect();
         match words[..] {
             ["options", ..] => {}
+            ["wait", "moving"] => self.wait_until_moving()?,
             ["wait", "interpreter"] => self.wait_for("interpreter", "active")?,
             ["wait", state] => self.wait_for("task", state)?,
             ["connect", name] if name.starts_with('p') => drop(self.primary(name)),
@@ -214,12 +230,53 @@ impl Stage {
                     Some(primary) => &primary.stream,
                     None => self.interpreter(name).get_ref(),
                 };
-                stream.shutdown(Shutdown::Write).map_err(|e| e.to_string())?;
+                stream
+                    .shutdown(Shutdown::Write)
+                    .map_err(|e| e.to_string())?;
+            }
+            ["collect", count, name] => {
+                let count: usize = count.parse().map_err(|_| "a count")?;
+                for _ in 0..count {
+                    let line = self.receive(name, "", false)?;
+                    if !line.starts_with("ack: ") {
+                        return Err(line);
+                    }
+                }
+            }
+            ["restarts", count, name] => {
+                self.restart(count.parse().map_err(|_| "a count")?, name)?
             }
             ["quiet", name] => self.quiet(name)?,
             _ => return Err("no such order".to_owned()),
         }
         Ok(())
+    }
+
+    fn wait_until_moving(&mut self) -> Result<(), String> {
+        let started = Instant::now();
+        let first = self.primary("p").state().target_q;
+        while self.primary("p").state().target_q == first {
+            if started.elapsed() > PATIENCE {
+                return Err("the arm does not move".to_owned());
+            }
+        }
+        Ok(())
+    }
+
+    /// Programs that run until they are stopped, each sent together with the stop of the one before.
+    fn restart(&mut self, count: usize, name: &str) -> Result<(), String> {
+        for n in 1..=count {
+            let program = format!(
+                "stop task\ndef loop():\n  textmsg(\"run {n}\")\n  while True:\n    sync()\nend\n"
+            );
+            self.send(name, program.as_bytes());
+            let line = self.receive("log", "", false)?;
+            if line != format!("loop info: run {n}") {
+                return Err(line);
+            }
+        }
+        self.send(name, b"stop task\n");
+        self.wait_for("task", "stopped")
     }
 
     fn wait_for(&self, key: &str, wanted: &str) -> Result<(), String> {
@@ -258,7 +315,9 @@ impl Stage {
                 let text = fs::read_to_string(stage.folder.path().join(path)).unwrap_or_default();
                 // The first word is the time.
                 let lines = text.lines();
-                lines.map(|l| l.split_once(' ').map_or("", |(_, rest)| rest).to_owned()).collect()
+                lines
+                    .map(|l| l.split_once(' ').map_or("", |(_, rest)| rest).to_owned())
+                    .collect()
             });
         }
         if name.starts_with('p') {
@@ -275,7 +334,11 @@ impl Stage {
     /// A part of the page `/panel`, given time to become what is wanted.
     fn panel_part(&self, key: &str, wanted: &str, update: bool) -> String {
         let started = Instant::now();
-        let patience = if update { Duration::from_millis(300) } else { PATIENCE };
+        let patience = if update {
+            Duration::from_millis(300)
+        } else {
+            PATIENCE
+        };
         loop {
             let part = self.panel()[key].to_string();
             if (part == wanted && !update) || started.elapsed() > patience {
@@ -309,14 +372,19 @@ impl Stage {
     fn script_log(&self) -> Vec<String> {
         let log = fs::read_to_string(self.folder.path().join("stderr.log")).unwrap_or_default();
         let complete = log.rfind('\n').map_or("", |end| &log[..end]);
-        let entries = complete.lines().filter_map(|l| serde_json::from_str::<Value>(l).ok());
+        let entries = complete
+            .lines()
+            .filter_map(|l| serde_json::from_str::<Value>(l).ok());
         entries
             .filter(|entry| entry["target"] == "script" && entry["level"] != "DEBUG")
             .map(|entry| {
                 let level = entry["level"].as_str().unwrap_or_default().to_lowercase();
                 let text = entry["message"].as_str().unwrap_or_default();
                 let last = text.lines().last().unwrap_or_default();
-                format!("{} {level}: {last}", entry["program"].as_str().unwrap_or_default())
+                format!(
+                    "{} {level}: {last}",
+                    entry["program"].as_str().unwrap_or_default()
+                )
             })
             .collect()
     }
@@ -355,7 +423,12 @@ impl Stage {
 
     /// Nobody has anything unread.
     fn nothing_more(&mut self) -> Result<(), String> {
-        let names: Vec<String> = self.interpreters.keys().chain(self.primaries.keys()).cloned().collect();
+        let names: Vec<String> = self
+            .interpreters
+            .keys()
+            .chain(self.primaries.keys())
+            .cloned()
+            .collect();
         names.iter().try_for_each(|name| self.quiet(name))?;
         self.quiet("log")
     }
@@ -372,7 +445,9 @@ fn next_exception(primary: &mut Primary, patience: Duration) -> Option<String> {
                 let last = text.lines().last().unwrap_or_default();
                 return Some(shorten(&format!("error {line}:{column} {last}")));
             }
-            FromPrimary::RobotError(code, sub_code) => return Some(format!("robot {code}/{sub_code}")),
+            FromPrimary::RobotError(code, sub_code) => {
+                return Some(format!("robot {code}/{sub_code}"));
+            }
         }
     }
     None
