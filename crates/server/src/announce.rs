@@ -11,6 +11,8 @@ use motion_api::{ProgramId, SnapshotCell, ThreadNumber};
 use recorder::{LogLevel, RecorderHandle};
 use tokio::sync::broadcast;
 
+use crate::replay::script;
+
 /// How many messages a port may be behind before it misses some.
 const BACKLOG: usize = 1024;
 
@@ -138,7 +140,9 @@ impl Observer for Announcer {
     }
 
     fn program_ended(&self, program: ProgramId) {
-        tracing::debug!(target: "script", program = %self.name_of(program), "ended");
+        let name = self.name_of(program);
+        tracing::debug!(target: "script", program = %name, "ended");
+        self.record(Severity::Info, &name, script::ENDED);
         let _ = std::io::stdout().flush();
     }
 }

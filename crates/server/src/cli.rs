@@ -220,6 +220,15 @@ pub struct ReplayArgs {
     /// Draw joint positions, speeds, torques and force over time
     #[arg(long, value_name = "OUT.png", group = "what")]
     pub plot: Option<PathBuf>,
+    /// Print when a condition held, the line and the position then: "safety_mode != normal"
+    #[arg(long, value_name = "CONDITION", group = "what")]
+    pub find: Option<String>,
+    /// Print the programs, with when each line ran, how often and how long
+    #[arg(long, group = "what")]
+    pub script: bool,
+    /// Compare with another recording, cycle by cycle. Exit status 1 if they differ
+    #[arg(long, value_name = "OTHER.mcap", group = "what")]
+    pub diff: Option<PathBuf>,
     /// Send the recording through the ports, as if live
     #[arg(long, group = "what")]
     pub serve: bool,

@@ -13,9 +13,9 @@ use std::time::Duration;
 use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::{ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{ModelError, RobotModel};
+use motion::Cycle;
 use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
 use motion::virtual_time::{IdlePacer, VirtualTimeline};
-use motion::{Cycle, CycleConfig, PlantKind};
 use motion_api::{BorderSizes, Origin, SnapshotCell, Timeline, border};
 use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Setup};
 use thiserror::Error;
@@ -26,6 +26,7 @@ use crate::cell::{Cell, CellError};
 use crate::config::RobotConfig;
 use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice, RecordTarget};
 use crate::shutdown;
+use crate::start_configuration::{self, SetupError, cycle_config};
 
 /// How often the pump looks for events when no motion thread wakes it (virtual clock, nothing running).
 const IDLE_PUMP: Duration = Duration::from_millis(2);
@@ -59,16 +60,9 @@ pub enum StartError {
     /// A setting does not fit the arm.
     #[error(transparent)]
     Settings(#[from] motion::ConfigError),
-    /// A payload the arm is not rated for.
-    #[error("--payload {mass} kg is more than the {rated} kg that {model} is rated for")]
-    Payload {
-        /// As given, kg.
-        mass: f64,
-        /// Allowed, kg.
-        rated: f64,
-        /// The arm.
-        model: String,
-    },
+    /// A setting that no arm or not this one can start with.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
     /// No recording.
     #[error(transparent)]
     Recording(#[from] RecordError),
@@ -106,7 +100,8 @@ impl Controller {
         warn_of_settings_without_effect(config);
         let loaded = LoadedModel::open(&config.model)?;
         let cell = config.cell.as_deref().map(Cell::load).transpose()?;
-        let cycle_config = cycle_config(config, &loaded, cell.as_ref(), powered_off)?;
+        let setup = setup(config, &loaded, cell.as_ref(), powered_off);
+        let cycle_config = cycle_config(&setup, loaded.model.clone(), cell.as_ref())?;
         let first = cycle_config.first_state();
         let path = recording_path(&config.record);
         let sizes = BorderSizes {
@@ -121,7 +116,7 @@ impl Controller {
             (Some(path), Some(records)) => {
                 let recorder_config = RecorderConfig {
                     path: path.clone(),
-                    setup: setup(config, &loaded, cell.as_ref(), powered_off),
+                    setup,
                     model: loaded.model.clone(),
                     notes_wait: config.clock == ClockChoice::Virtual,
                     on_failure: alarm.clone().into_callback(),
@@ -277,37 +272,6 @@ impl LoadedModel {
     }
 }
 
-fn cycle_config(
-    config: &RobotConfig,
-    loaded: &LoadedModel,
-    cell: Option<&Cell>,
-    powered_off: bool,
-) -> Result<CycleConfig, StartError> {
-    if let Some(rated) = loaded.model.rated_payload_kg()
-        && config.payload.mass > rated
-    {
-        return Err(StartError::Payload {
-            mass: config.payload.mass,
-            rated,
-            model: loaded.model.name().to_owned(),
-        });
-    }
-    let limits = cell.map(Cell::limits).unwrap_or_default();
-    Ok(CycleConfig {
-        step_time: config.step.as_secs(),
-        home: config.home,
-        tcp: config.tcp,
-        payload: config.payload,
-        plant: match config.plant {
-            PlantChoice::Rigid => PlantKind::Rigid,
-            PlantChoice::Ideal => PlantKind::Ideal,
-        },
-        limits,
-        powered_off,
-        ..CycleConfig::new(loaded.model.clone())
-    })
-}
-
 fn setup(
     config: &RobotConfig,
     loaded: &LoadedModel,
@@ -329,8 +293,8 @@ fn setup(
         step_time: config.step.as_secs(),
         seed: config.seed,
         plant: match config.plant {
-            PlantChoice::Rigid => "rigid".to_owned(),
-            PlantChoice::Ideal => "ideal".to_owned(),
+            PlantChoice::Rigid => start_configuration::RIGID.to_owned(),
+            PlantChoice::Ideal => start_configuration::IDEAL.to_owned(),
         },
         clock: clock.to_owned(),
         powered_off,

@@ -16,4 +16,5 @@ pub mod ports;
 pub mod ready_file;
 pub mod replay;
 pub mod shutdown;
+pub mod start_configuration;
 pub mod wait;
