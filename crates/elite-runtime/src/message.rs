@@ -3,7 +3,7 @@
 //! Three kinds of trouble stay apart: a script error ends a task, a robot event changes the robot's state and is seen by
 //! all, a service error (not here) ends one connection.
 
-use motion_api::{Origin, ProgramId, StopReason, ThreadNumber};
+use motion_api::{Origin, ProgramId, RobotState, StopReason, ThreadNumber};
 
 /// How much a message matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -98,4 +98,7 @@ pub trait Observer: Send + Sync {
 
     /// A program has ended.
     fn program_ended(&self, program: ProgramId);
+
+    /// A cycle has ended; cycles come in order, and one that follows another at once may be left out.
+    fn cycle_ended(&self, _state: &RobotState) {}
 }
