@@ -163,6 +163,21 @@ impl PortSettings {
     }
 }
 
+impl PortSettings {
+    /// Changes the setting of the service of this name; a name that [`list`](Self::list) does not have changes nothing.
+    pub fn set(&mut self, name: &str, setting: PortSetting) {
+        match name {
+            "primary" => self.primary = setting,
+            "interpreter" => self.interpreter = setting,
+            "rtsi" => self.rtsi = setting,
+            "dashboard" => self.dashboard = setting,
+            "modbus" => self.modbus = setting,
+            "http" => self.http = setting,
+            _ => {}
+        }
+    }
+}
+
 /// Settings of `serve`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServeConfig {
@@ -172,8 +187,6 @@ pub struct ServeConfig {
     pub bind: IpAddr,
     /// Which services listen where.
     pub ports: PortSettings,
-    /// Options that ask for a service this version does not have.
-    pub not_available: Vec<&'static str>,
     /// Where to write process id and ports.
     pub ready_file: Option<PathBuf>,
     /// Start with the power off.
@@ -197,21 +210,11 @@ impl ServeConfig {
         let args = with_file(args)?;
         let fixed =
             |setting: Option<PortSetting>, number| setting.unwrap_or(PortSetting::Number(number));
-        // Clients of the whole controller ask for every port. One that does not exist yet is left out with a warning.
-        let missing = [
-            ("--rtsi-port", args.rtsi_port),
-            ("--dashboard-port", args.dashboard_port),
-        ];
-        let asked_for = |setting| !matches!(setting, None | Some(PortSetting::Off));
-        let not_available = missing
-            .into_iter()
-            .filter_map(|(option, setting)| asked_for(setting).then_some(option))
-            .collect();
         let ports = PortSettings {
             primary: fixed(args.primary_port, PRIMARY_PORT),
             interpreter: fixed(args.interpreter_port, 30020),
-            rtsi: PortSetting::Off,
-            dashboard: PortSetting::Off,
+            rtsi: fixed(args.rtsi_port, 30004),
+            dashboard: fixed(args.dashboard_port, 29999),
             modbus: fixed(args.modbus_port, 5020),
             http: fixed(args.http_port, 8080),
         };
@@ -229,7 +232,6 @@ impl ServeConfig {
             ),
             bind: args.bind.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST)),
             ports,
-            not_available,
             ready_file: args.ready_file,
             powered_off: args.powered_off.unwrap_or(false),
             local: args.local.unwrap_or(false),

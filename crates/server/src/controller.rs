@@ -24,6 +24,7 @@ use tokio_util::sync::CancellationToken;
 use crate::announce::{Announcer, Console};
 use crate::cell::{Cell, CellError};
 use crate::config::RobotConfig;
+use crate::feed::Feed;
 use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice};
 use crate::recording_files;
 use crate::shutdown;
@@ -76,6 +77,7 @@ pub enum StartError {
 pub struct Controller {
     robot: Arc<Robot>,
     supervisor: Supervisor,
+    feed: Arc<Feed>,
     announcer: Arc<Announcer>,
     clock: Clock,
     pump: Pump,
@@ -136,12 +138,13 @@ impl Controller {
             _ => (None, RecorderHandle::off()),
         };
         let snapshot: Arc<SnapshotCell> = script_end.snapshot.clone();
-        let announcer = Arc::new(Announcer::new(handle, snapshot, console));
+        let model = Arc::new(loaded.model);
+        let feed = Arc::new(Feed::new(model.clone()));
+        let announcer = Arc::new(Announcer::new(handle, snapshot, console, feed.clone()));
         alarm.connect(&announcer);
 
         let (pump, robot_for_pump) = Pump::start()?;
         let (clock, timeline) = start_clock(config.clock, console, cycle, pump.thread())?;
-        let model = Arc::new(loaded.model);
         let robot = Arc::new(Robot::new(
             model,
             script_end.into(),
@@ -155,9 +158,12 @@ impl Controller {
             observer: announcer.clone(),
             seed: config.seed,
         };
+        let supervisor = Supervisor::new(settings);
+        feed.follow(supervisor.watch());
         Ok(Self {
             robot,
-            supervisor: Supervisor::new(settings),
+            supervisor,
+            feed,
             announcer,
             clock,
             pump,
@@ -174,6 +180,11 @@ impl Controller {
     /// Starts and stops programs.
     pub fn supervisor(&self) -> &Supervisor {
         &self.supervisor
+    }
+
+    /// What every cycle is shown to.
+    pub fn feed(&self) -> &Arc<Feed> {
+        &self.feed
     }
 
     /// Who tells everybody.

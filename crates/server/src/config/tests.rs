@@ -45,6 +45,8 @@ fn defaults_are_those_of_the_contract() {
     assert_eq!(config.bind.to_string(), "127.0.0.1");
     assert_eq!(config.ports.primary, PortSetting::Number(30001));
     assert_eq!(config.ports.interpreter, PortSetting::Number(30020));
+    assert_eq!(config.ports.rtsi, PortSetting::Number(30004));
+    assert_eq!(config.ports.dashboard, PortSetting::Number(29999));
     assert_eq!(config.ports.modbus, PortSetting::Number(5020));
     assert_eq!(config.ports.http, PortSetting::Number(8080));
     assert!(!config.powered_off && !config.local);
