@@ -122,10 +122,10 @@ pub(crate) fn pose_trans<'py>(
 /// p_from: pose, (6,) or (N, 6), m and rad. Returns the same shape.
 #[pyfunction]
 pub(crate) fn pose_inv<'py>(py: Python<'py>, p_from: Given<'_, 'py>) -> Reply<'py> {
-    match Rows::<6>::read("p_from", p_from)? {
-        Rows::One(row) => Computed::One(m::pose_inv(&pose(&row)).to_array()),
-        Rows::Many(rows) => filled(py, rows.len(), |out| batch::pose_inv(&rows, out)),
-    }
+    let rows = Rows::<6>::read("p_from", p_from)?;
+    compute(py, rows.batch(), |i| {
+        m::pose_inv(&pose(rows.at(i))).to_array()
+    })
     .into_array(py)
 }
 
