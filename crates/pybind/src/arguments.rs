@@ -3,6 +3,8 @@
 //! Owns the rule of the whole module: every vector argument is one row or a batch of rows, everything in it is finite.
 //! Rows are copied out of numpy arrays, so that another thread may write to them while a batch runs.
 
+use std::cell::RefCell;
+
 use kinematics::batch::Operand;
 use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -16,10 +18,54 @@ pub(crate) type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 pub(crate) type Reply<'py> = PyResult<Bound<'py, PyAny>>;
 
 /// One row of K numbers or a batch of them.
-#[derive(Clone)]
 pub(crate) enum Rows<const K: usize> {
     One([f64; K]),
-    Many(Vec<[f64; K]>),
+    Many(Copied),
+}
+
+/// Numbers copied out of an array.
+///
+/// Their memory is kept for the next call of this thread, up to a bound: given back, the allocator returns it to the
+/// system, and fetching it again page by page takes longer than the arithmetic of a batch.
+pub(crate) struct Copied(Vec<f64>);
+
+thread_local! {
+    static SPARE: RefCell<Vec<Vec<f64>>> = const { RefCell::new(Vec::new()) };
+}
+
+impl Copied {
+    /// Most copies that are kept, as many as a function has batches.
+    const SPARES_MAX: usize = 3;
+    /// Longest copy that is kept: 2 MiB.
+    const KEPT_MAX: usize = 1 << 18;
+
+    fn of(values: &[f64]) -> Self {
+        let mut copy = SPARE.with_borrow_mut(Vec::pop).unwrap_or_default();
+        copy.extend_from_slice(values);
+        Self(copy)
+    }
+
+    /// The rows; K numbers each.
+    #[inline]
+    fn rows<const K: usize>(&self) -> &[[f64; K]] {
+        self.0.as_chunks().0
+    }
+}
+
+impl Drop for Copied {
+    fn drop(&mut self) {
+        let mut copy = std::mem::take(&mut self.0);
+        copy.clear();
+        if copy.capacity() <= Self::KEPT_MAX {
+            // While the thread ends there is no place to keep it any more, which is fine.
+            let _ = SPARE.try_with(|spare| {
+                let mut spare = spare.borrow_mut();
+                if spare.len() < Self::SPARES_MAX {
+                    spare.push(copy);
+                }
+            });
+        }
+    }
 }
 
 impl<const K: usize> Rows<K> {
@@ -46,7 +92,7 @@ impl<const K: usize> Rows<K> {
         let (rows, _) = values.as_chunks::<K>();
         match (shape, rows) {
             (&[k], [row]) if k == K => Ok(Self::One(*row)),
-            (&[_, k], rows) if k == K => Ok(Self::Many(rows.to_vec())),
+            (&[_, k], _) if k == K => Ok(Self::Many(Copied::of(values))),
             _ => Err(PyValueError::new_err(format!(
                 "{name} must have shape ({K},) or (N, {K}), got {}",
                 shape_text(shape)
@@ -68,7 +114,7 @@ impl<const K: usize> Rows<K> {
     pub(crate) fn at(&self, index: usize) -> &[f64; K] {
         match self {
             Self::One(row) => row,
-            Self::Many(rows) => &rows[index],
+            Self::Many(copied) => &copied.rows()[index],
         }
     }
 
@@ -76,7 +122,7 @@ impl<const K: usize> Rows<K> {
     pub(crate) fn batch(&self) -> Option<usize> {
         match self {
             Self::One(_) => None,
-            Self::Many(rows) => Some(rows.len()),
+            Self::Many(copied) => Some(copied.rows::<K>().len()),
         }
     }
 }
@@ -86,7 +132,7 @@ impl Rows<6> {
     pub(crate) fn operand(&self) -> Operand<'_> {
         match self {
             Self::One(row) => Operand::Same(row),
-            Self::Many(rows) => Operand::Each(rows),
+            Self::Many(copied) => Operand::Each(copied.rows()),
         }
     }
 }
@@ -97,7 +143,7 @@ pub(crate) fn single<const K: usize>(name: &str, given: Given<'_, '_>) -> PyResu
         Rows::One(row) => Ok(row),
         Rows::Many(rows) => Err(PyValueError::new_err(format!(
             "{name} must have shape ({K},), got {}",
-            shape_text(&[rows.len(), K])
+            shape_text(&[rows.rows::<K>().len(), K])
         ))),
     }
 }
@@ -200,11 +246,16 @@ fn plain_sequence<const K: usize>(given: Given<'_, '_>) -> Option<[f64; K]> {
 }
 
 fn all_finite(name: &str, values: &[f64], shape: &[usize]) -> PyResult<()> {
-    // All of them without a branch first: that is what the compiler can do several at a time.
-    if values
-        .iter()
-        .fold(true, |finite, x| finite & (x.abs() < f64::INFINITY))
-    {
+    // Zero times a number is zero if that is finite and NaN if not. Eight sums beside each other, so that the compiler
+    // can use vector instructions.
+    let mut sums = [0.0; 8];
+    let (eights, rest) = values.as_chunks::<8>();
+    for eight in eights {
+        for (sum, x) in sums.iter_mut().zip(eight) {
+            *sum += 0.0 * x;
+        }
+    }
+    if sums.iter().chain(rest).all(|x| x.is_finite()) {
         return Ok(());
     }
     let at = values.iter().position(|x| !x.is_finite()).unwrap_or(0);
