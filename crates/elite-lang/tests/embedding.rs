@@ -647,7 +647,10 @@ fn a_stopped_thread_gives_back_its_locks_and_its_place_in_the_queue() {
         Step::OutOfFuel
     ));
     assert!(matches!(waiting.resume(Resume::Stop, 1000), Step::Stopped));
-    assert_eq!(task.run("print(lock.locked(), c._waiters)"), "True []\n");
+    assert_eq!(
+        task.run("print(lock.locked(), c._waiters)"),
+        "got it\nTrue []\n"
+    );
     let mut get = spawn("get");
     assert!(matches!(
         get.resume(Resume::Continue, 10_000),

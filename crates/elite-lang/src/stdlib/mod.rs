@@ -4,9 +4,12 @@
 //! is first imported; an embedded script reaches native parts by importing a module whose name begins with `_`.
 //! Modules that reach beyond the program go through the host, which decides what is permitted.
 
+mod binary;
 mod define;
 mod deque;
+mod json;
 mod math;
+mod random;
 mod thread;
 mod time;
 
@@ -38,14 +41,30 @@ use Content::{Native, Script};
 /// All modules, by name.
 const MODULES: &[(&str, Content)] = &[
     ("_collections", Native(deque::fill)),
+    ("_json", Native(json::fill)),
+    ("_random", Native(random::fill)),
+    ("_struct", Native(binary::fill)),
     ("_thread", Native(thread::fill)),
     ("_time", Native(time::fill)),
+    ("abc", Script(include_str!("lib/abc.py"))),
+    ("bisect", Script(include_str!("lib/bisect.py"))),
     ("collections", Script(include_str!("lib/collections.py"))),
+    ("contextlib", Script(include_str!("lib/contextlib.py"))),
+    ("copy", Script(include_str!("lib/copy.py"))),
+    ("functools", Script(include_str!("lib/functools.py"))),
     ("heapq", Script(include_str!("lib/heapq.py"))),
+    ("itertools", Script(include_str!("lib/itertools.py"))),
+    ("json", Script(include_str!("lib/json.py"))),
     ("math", Native(math::fill)),
+    ("operator", Script(include_str!("lib/operator.py"))),
     ("queue", Script(include_str!("lib/queue.py"))),
+    ("random", Script(include_str!("lib/random.py"))),
+    ("statistics", Script(include_str!("lib/statistics.py"))),
+    ("string", Script(include_str!("lib/string.py"))),
+    ("struct", Script(include_str!("lib/struct.py"))),
     ("threading", Script(include_str!("lib/threading.py"))),
     ("time", Script(include_str!("lib/time.py"))),
+    ("typing", Script(include_str!("lib/typing.py"))),
 ];
 
 /// The names of all modules that are meant for scripts.
