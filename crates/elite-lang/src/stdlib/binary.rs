@@ -25,6 +25,7 @@ const SIZE_MAX: usize = 64 << 20;
 
 struct Format {
     little: bool,
+    native: bool,
     /// Kind, how often (for `s` and `p` the length), offset.
     fields: Vec<(u8, usize, usize)>,
     /// Values it takes.
@@ -83,6 +84,7 @@ impl Format {
         };
         let mut made = Format {
             little,
+            native,
             fields: Vec::new(),
             values: 0,
             size: 0,
@@ -160,7 +162,7 @@ fn pack(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut out = vec![0; format.size];
     for ((code, width, offset), value) in format.fields.iter().zip(&values) {
         let place = &mut out[*offset..*offset + *width];
-        pack_one(ev, *code, value, place, &error)?;
+        pack_one(ev, *code, format.native, value, place, &error)?;
         if format.little && !matches!(code, b's' | b'p' | b'c') {
             place.reverse();
         }
@@ -169,7 +171,14 @@ fn pack(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 /// Writes one value, big end first.
-fn pack_one(ev: &Evaluator<'_>, code: u8, value: &Value, place: &mut [u8], error: &Value) -> R<()> {
+fn pack_one(
+    ev: &Evaluator<'_>,
+    code: u8,
+    native: bool,
+    value: &Value,
+    place: &mut [u8],
+    error: &Value,
+) -> R<()> {
     match code {
         b'?' => place[0] = u8::from(ev.truth(value)?),
         b'f' | b'd' | b'e' => {
@@ -180,7 +189,8 @@ fn pack_one(ev: &Evaluator<'_>, code: u8, value: &Value, place: &mut [u8], error
                 b'd' => place.copy_from_slice(&float.to_be_bytes()),
                 b'f' => {
                     let single = float as f32;
-                    if single.is_infinite() && float.is_finite() {
+                    // The native format lets C convert, which makes it infinite.
+                    if !native && single.is_infinite() && float.is_finite() {
                         let text = "float too large to pack with f format";
                         return Err(ev.raise(crate::errors::ExceptionKind::OverflowError, text));
                     }
