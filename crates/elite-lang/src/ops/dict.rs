@@ -49,6 +49,9 @@ impl Evaluator<'_> {
             Some(method) => {
                 let hash = self.call_method_value(&method, value, &mut [])?;
                 let int = self.to_int(&hash)?;
+                if let crate::value::int::Int::Small(small) = int {
+                    return Ok(if small == -1 { -2 } else { small } as u64);
+                }
                 // Big results are folded as CPython folds them: by the hash of the integer.
                 quick_hash(&int.into_value())
                     .ok_or_else(|| self.type_error("__hash__ method should return an integer"))
