@@ -8,11 +8,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use elite_runtime::message::{InterpreterEvent, Message, Observer, Severity};
 use elite_runtime::panel::VariableValue;
-use motion_api::{ProgramId, SnapshotCell, ThreadNumber};
+use motion_api::{ProgramId, RobotState, SnapshotCell, ThreadNumber};
 use recorder::{LogLevel, RecorderHandle};
 use tokio::sync::broadcast;
 
+use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
+use crate::replay::script;
 
 /// How many messages a port may be behind before it misses some.
 const BACKLOG: usize = 1024;
@@ -32,6 +34,7 @@ pub struct Announcer {
     recording: RecorderHandle,
     snapshot: Arc<SnapshotCell>,
     console: Console,
+    feed: Arc<Feed>,
     names: Mutex<BTreeMap<ProgramId, String>>,
     interpreter_log: InterpreterLog,
 }
@@ -43,12 +46,14 @@ impl Announcer {
         snapshot: Arc<SnapshotCell>,
         console: Console,
         interpreter_log: InterpreterLog,
+        feed: Arc<Feed>,
     ) -> Self {
         Self {
             ports: broadcast::channel(BACKLOG).0,
             recording,
             snapshot,
             console,
+            feed,
             names: Mutex::default(),
             interpreter_log,
         }
@@ -145,6 +150,7 @@ impl Observer for Announcer {
     fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32) {
         self.recording
             .script_line(self.time(), program, thread, line);
+        self.feed.line_changed(thread, line);
     }
 
     fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
@@ -158,7 +164,14 @@ impl Observer for Announcer {
     }
 
     fn program_ended(&self, program: ProgramId) {
-        tracing::debug!(target: "script", program = %self.name_of(program), "ended");
+        let name = self.name_of(program);
+        tracing::debug!(target: "script", program = %name, "ended");
+        self.record(Severity::Info, &name, script::ENDED);
+        self.feed.program_ended();
         let _ = std::io::stdout().flush();
+    }
+
+    fn cycle_ended(&self, state: &RobotState) {
+        self.feed.cycle_ended(state);
     }
 }

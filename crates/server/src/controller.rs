@@ -25,8 +25,10 @@ use tokio_util::sync::CancellationToken;
 use crate::announce::{Announcer, Console};
 use crate::cell::{Cell, CellError};
 use crate::config::RobotConfig;
+use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
-use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice, RecordTarget};
+use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice};
+use crate::recording_files;
 use crate::shutdown;
 use crate::start_configuration::{self, SetupError, cycle_config};
 
@@ -85,6 +87,7 @@ pub enum StartError {
 pub struct Controller {
     robot: Arc<Robot>,
     supervisor: Supervisor,
+    feed: Arc<Feed>,
     announcer: Arc<Announcer>,
     interpreter_log: InterpreterLog,
     clock: Clock,
@@ -114,7 +117,7 @@ impl Controller {
         let setup = setup(config, &loaded, cell.as_ref(), powered_off);
         let cycle_config = cycle_config(&setup, loaded.model.clone(), cell.as_ref())?;
         let first = cycle_config.first_state();
-        let path = recording_path(&config.record);
+        let path = recording_files::path(&config.record);
         let sizes = BorderSizes {
             records: path.as_ref().and(BorderSizes::default().records),
             ..BorderSizes::default()
@@ -129,6 +132,7 @@ impl Controller {
                     path: path.clone(),
                     setup,
                     model: loaded.model.clone(),
+                    rotation: recording_files::rotation(config),
                     notes_wait: config.clock == ClockChoice::Virtual,
                     on_failure: alarm.clone().into_callback(),
                 };
@@ -152,13 +156,14 @@ impl Controller {
             })?,
             None => InterpreterLog::default(),
         };
-        let announcer = Announcer::new(handle, snapshot, console, interpreter_log.clone());
-        let announcer = Arc::new(announcer);
+        let model = Arc::new(loaded.model);
+        let feed = Arc::new(Feed::new(model.clone()));
+        let log = interpreter_log.clone();
+        let announcer = Arc::new(Announcer::new(handle, snapshot, console, log, feed.clone()));
         alarm.connect(&announcer);
 
         let (pump, robot_for_pump) = Pump::start()?;
         let (clock, timeline) = start_clock(config.clock, console, cycle, pump.thread())?;
-        let model = Arc::new(loaded.model);
         let robot = Arc::new(Robot::new(
             model,
             script_end.into(),
@@ -176,9 +181,12 @@ impl Controller {
                 Console::Log => Operator::Present,
             })),
         };
+        let supervisor = Supervisor::new(settings);
+        feed.follow(supervisor.watch());
         Ok(Self {
             robot,
-            supervisor: Supervisor::new(settings),
+            supervisor,
+            feed,
             announcer,
             interpreter_log,
             clock,
@@ -196,6 +204,11 @@ impl Controller {
     /// Starts and stops programs.
     pub fn supervisor(&self) -> &Supervisor {
         &self.supervisor
+    }
+
+    /// What every cycle is shown to.
+    pub fn feed(&self) -> &Arc<Feed> {
+        &self.feed
     }
 
     /// Who tells everybody.
@@ -328,6 +341,7 @@ fn setup(
         clock: clock.to_owned(),
         powered_off,
         epoch_ns,
+        part: 1,
     }
 }
 
@@ -347,21 +361,6 @@ fn warn_of_settings_without_effect(config: &RobotConfig) {
 fn unix_nanos() -> u64 {
     let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     since.map_or(0, |d| u64::try_from(d.as_nanos()).unwrap_or(u64::MAX))
-}
-
-/// Where the recording goes; a new file is named after the time of day, so that recordings sort by age.
-fn recording_path(target: &RecordTarget) -> Option<PathBuf> {
-    match target {
-        RecordTarget::Off => None,
-        RecordTarget::File(path) => Some(path.clone()),
-        RecordTarget::NewFileIn(folder) => {
-            let name = jiff::Timestamp::now()
-                .strftime("%Y-%m-%dT%H-%M-%S")
-                .to_string();
-            // Two servers started within a second must not write into one file.
-            Some(folder.join(format!("{name}-{}.mcap", std::process::id())))
-        }
-    }
 }
 
 fn start_clock(

@@ -8,6 +8,7 @@ pub mod declare;
 mod interpreter;
 mod io;
 mod kinematics;
+mod math;
 mod motion;
 mod system;
 mod text;
@@ -26,6 +27,7 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
     [
         motion::BUILTINS,
         kinematics::BUILTINS,
+        math::BUILTINS,
         io::BUILTINS,
         interpreter::BUILTINS,
         thread::BUILTINS,
