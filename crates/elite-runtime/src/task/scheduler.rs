@@ -472,7 +472,7 @@ impl Task {
 
     fn start_requested_threads(&mut self) {
         for (number, script) in self.host.take_started() {
-            self.add_thread(number, script, false);
+            self.add_thread(number, script, None);
         }
         for (number, function, args) in self.context.take_starts() {
             match self.interpreter.spawn_call(function, args) {

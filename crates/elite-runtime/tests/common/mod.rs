@@ -113,6 +113,7 @@ pub fn run(standing: &Standing, text: &str) -> Ran {
         robot: Arc::new(robot),
         observer: listener.clone(),
         seed: 0,
+        panel: std::sync::Arc::default(),
     });
     let program = ProgramText {
         name: "test.script".into(),
