@@ -7,8 +7,10 @@
 //! - `> NAME text`: a line that NAME sends, with its newline. Names that begin with `p` are clients of port 30001, with
 //!   `i` of port 30020; a client connects when it is first named. Lines of one client that follow each other go out in
 //!   one piece. `>> NAME text` sends bytes as they are, with the escapes `\n`, `\r`, `\\` and `\xFF`.
-//! - `! wait STATE`: until the task is stopped, running or paused; `! wait interpreter`: until that mode is active.
-//! - `! repeat N NAME text`: sends a line N times. `! close NAME`: ends the connection. `! quiet NAME`: nothing comes.
+//! - `! wait STATE`: until the task is stopped, running or paused; `! wait interpreter`: until that mode is active;
+//!   `! wait moving`: until the arm moves.
+//! - `! repeat N NAME text`: sends a line N times; `! collect N NAME`: takes N acknowledgements. `! close NAME`: ends the
+//!   connection, `! end NAME`: its sending half. `! quiet NAME`: nothing comes. `! restarts N NAME`: see the code.
 //! - `< NAME text`: a line that NAME receives. On port 30001 that is the next exception, states are left out. NAME may
 //!   also be `log` (what programs write), `panel.KEY` (a part of the page `/panel`) or `file.PATH` (a log file).
 //!
@@ -31,7 +33,7 @@ use common::{FromPrimary, Primary, Server};
 use serde_json::Value;
 
 /// How long something that must come may take.
-const PATIENCE: Duration = Duration::from_secs(20);
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// How long nothing has to come to count as nothing.
 const QUIET: Duration = Duration::from_millis(60);
@@ -60,9 +62,13 @@ fn every_transcript_is_what_the_server_does() {
                     let Some(file) = waiting.lock().unwrap().next() else {
                         return;
                     };
-                    if let Err(failure) = play(&file) {
-                        failures.lock().unwrap().push(failure);
-                    }
+                    let played = std::panic::catch_unwind(|| play(&file));
+                    let failure = match played {
+                        Ok(Ok(())) => continue,
+                        Ok(Err(failure)) => failure,
+                        Err(_) => format!("{} panicked", file.display()),
+                    };
+                    failures.lock().unwrap().push(failure);
                 }
             });
         }
@@ -126,7 +132,10 @@ struct Stage {
 impl Stage {
     fn new(options: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let mut all = vec!["--clock", "virtual", "--plant", "ideal", "--record", "off"];
+        let mut all = vec!["--plant", "ideal", "--record", "off"];
+        if !options.contains(&"--clock") {
+            all.extend(["--clock", "virtual"]);
+        }
         all.extend(["--log-format", "json"]);
         all.extend(options);
         let server = Server::start(folder.path(), &all);
@@ -200,6 +209,7 @@ impl Stage {
         let words: Vec<&str> = order.split(' ').collect();
         match words[..] {
             ["options", ..] => {}
+            ["wait", "moving"] => self.wait_until_moving()?,
             ["wait", "interpreter"] => self.wait_for("interpreter", "active")?,
             ["wait", state] => self.wait_for("task", state)?,
             ["connect", name] if name.starts_with('p') => drop(self.primary(name)),
@@ -224,10 +234,49 @@ impl Stage {
                     .shutdown(Shutdown::Write)
                     .map_err(|e| e.to_string())?;
             }
+            ["collect", count, name] => {
+                let count: usize = count.parse().map_err(|_| "a count")?;
+                for _ in 0..count {
+                    let line = self.receive(name, "", false)?;
+                    if !line.starts_with("ack: ") {
+                        return Err(line);
+                    }
+                }
+            }
+            ["restarts", count, name] => {
+                self.restart(count.parse().map_err(|_| "a count")?, name)?
+            }
             ["quiet", name] => self.quiet(name)?,
             _ => return Err("no such order".to_owned()),
         }
         Ok(())
+    }
+
+    fn wait_until_moving(&mut self) -> Result<(), String> {
+        let started = Instant::now();
+        let first = self.primary("p").state().target_q;
+        while self.primary("p").state().target_q == first {
+            if started.elapsed() > PATIENCE {
+                return Err("the arm does not move".to_owned());
+            }
+        }
+        Ok(())
+    }
+
+    /// Programs that run until they are stopped, each sent together with the stop of the one before.
+    fn restart(&mut self, count: usize, name: &str) -> Result<(), String> {
+        for n in 1..=count {
+            let program = format!(
+                "stop task\ndef loop():\n  textmsg(\"run {n}\")\n  while True:\n    sync()\nend\n"
+            );
+            self.send(name, program.as_bytes());
+            let line = self.receive("log", "", false)?;
+            if line != format!("loop info: run {n}") {
+                return Err(line);
+            }
+        }
+        self.send(name, b"stop task\n");
+        self.wait_for("task", "stopped")
     }
 
     fn wait_for(&self, key: &str, wanted: &str) -> Result<(), String> {

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use motion_api::{CommandKind, Origin, ProgramId};
 use thiserror::Error;
-use tokio::sync::{mpsc, watch};
+use tokio::sync::{mpsc, oneshot, watch};
 
 use crate::interpreter::Interpreter;
 use crate::message::{Message, Severity};
@@ -132,8 +132,12 @@ impl Supervisor {
     /// # Errors
     /// [`SubmitError`]; it was also reported to the observer as a script error of the refused program.
     pub async fn submit(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
-        if is_secondary(&program.text) && self.join_running(&program) {
-            return Ok(self.status().program);
+        let secondary = is_secondary(&program.text);
+        if secondary && let Some(taken) = self.join_running(&program) {
+            // A task that ends right now does not take it any more; then it runs on its own.
+            if taken.await.is_ok() {
+                return Ok(self.status().program);
+            }
         }
         let mut status = self.watch();
         let patience = if status.borrow_and_update().ending {
@@ -144,7 +148,6 @@ impl Supervisor {
         // Whether it ended in time is decided by `start`.
         let _ = tokio::time::timeout(patience, status.wait_for(|s| s.state == TaskState::Stopped))
             .await;
-        let secondary = is_secondary(&program.text);
         let started = self.start(program);
         if let Err(error) = &started {
             let summary = format!("RuntimeError: {error}");
@@ -169,13 +172,14 @@ impl Supervisor {
         &self.shared.settings.panel
     }
 
-    fn join_running(&self, program: &ProgramText) -> bool {
+    /// Hands a secondary program to the running task; the receiver hears whether it was taken.
+    fn join_running(&self, program: &ProgramText) -> Option<oneshot::Receiver<()>> {
+        let (sender, taken) = oneshot::channel();
+        let control = Control::Secondary(program.clone(), sender);
         let current = self.current();
-        current.running.as_ref().is_some_and(|r| {
-            r.controls
-                .try_send(Control::Secondary(program.clone()))
-                .is_ok()
-        })
+        let running = current.running.as_ref()?;
+        running.controls.try_send(control).ok()?;
+        Some(taken)
     }
 
     fn start(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {

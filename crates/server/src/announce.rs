@@ -45,8 +45,8 @@ impl Announcer {
         recording: RecorderHandle,
         snapshot: Arc<SnapshotCell>,
         console: Console,
-        feed: Arc<Feed>,
         interpreter_log: InterpreterLog,
+        feed: Arc<Feed>,
     ) -> Self {
         Self {
             ports: broadcast::channel(BACKLOG).0,

@@ -149,8 +149,6 @@ impl Controller {
             _ => (None, RecorderHandle::off()),
         };
         let snapshot: Arc<SnapshotCell> = script_end.snapshot.clone();
-        let model = Arc::new(loaded.model);
-        let feed = Arc::new(Feed::new(model.clone()));
         let interpreter_log = match &config.log_dir {
             Some(folder) => InterpreterLog::open(folder, snapshot.clone()).map_err(|source| {
                 let path = folder.clone();
@@ -158,13 +156,10 @@ impl Controller {
             })?,
             None => InterpreterLog::default(),
         };
-        let announcer = Arc::new(Announcer::new(
-            handle,
-            snapshot,
-            console,
-            feed.clone(),
-            interpreter_log.clone(),
-        ));
+        let model = Arc::new(loaded.model);
+        let feed = Arc::new(Feed::new(model.clone()));
+        let log = interpreter_log.clone();
+        let announcer = Arc::new(Announcer::new(handle, snapshot, console, log, feed.clone()));
         alarm.connect(&announcer);
 
         let (pump, robot_for_pump) = Pump::start()?;

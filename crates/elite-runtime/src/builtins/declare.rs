@@ -212,9 +212,9 @@ impl Kind {
         match self {
             Self::Number(Range::Positive) => Some("> 0".into()),
             Self::Number(Range::NotNegative) => Some(">= 0".into()),
-            Self::Number(Range::Between(min, max)) => Some(format!("{min} to {max}")),
             Self::Integer(i64::MIN, i64::MAX) => None,
             Self::Integer(min, i64::MAX) => Some(format!(">= {min}")),
+            Self::Number(Range::Between(min, max)) => Some(format!("{min} to {max}")),
             Self::Integer(min, max) => Some(format!("{min} to {max}")),
             Self::Boolean => Some("True or False".into()),
             _ => None,

@@ -14,7 +14,7 @@ use elite_lang::{
     SourceFile, Step, WaitToken,
 };
 use motion_api::{CommandKind, Origin, ProgramId, StopReason, ThreadNumber};
-use tokio::sync::{mpsc, watch};
+use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::Instant;
 
 use super::context::{TaskContext, TaskRequest};
@@ -73,8 +73,8 @@ pub enum Control {
     Pause,
     /// Let it go on.
     Resume,
-    /// Run a secondary program beside it.
-    Secondary(ProgramText),
+    /// Run a secondary program beside it, and say that it was taken. A task that ends first drops the sender.
+    Secondary(ProgramText, oneshot::Sender<()>),
 }
 
 /// How a task ended.
@@ -252,8 +252,13 @@ impl Task {
                 self.take(control);
             }
             self.look_around();
-            if let Some(end) = self.end.take() {
-                return end;
+            if let Some(end) = self.end.clone() {
+                // A main program that ran to its end does not take the secondary ones with it: they are short.
+                match self.next_ready_secondary() {
+                    Some(number) if end == TaskEnd::Finished => self.run_slice(number),
+                    _ => return end,
+                }
+                continue;
             }
             if let Some(number) = self.next_ready() {
                 self.run_slice(number);
@@ -278,9 +283,14 @@ impl Task {
 
     /// The thread whose turn it is. While the task is held, secondary programs still run.
     fn next_ready(&mut self) -> Option<ThreadNumber> {
-        if !self.paused {
-            return self.ready.pop_front();
+        if self.paused {
+            self.next_ready_secondary()
+        } else {
+            self.ready.pop_front()
         }
+    }
+
+    fn next_ready_secondary(&mut self) -> Option<ThreadNumber> {
         let threads = &self.threads;
         let is_secondary = |n: &ThreadNumber| threads.get(n).is_some_and(|e| e.secondary.is_some());
         let position = self.ready.iter().position(is_secondary)?;
@@ -311,7 +321,13 @@ impl Task {
                 self.show(TaskState::Running);
             }
             Control::Resume => {}
-            Control::Secondary(program) => self.start_secondary(program),
+            // Dropping the sender says that this task has ended.
+            Control::Secondary(..) if self.end.is_some() => {}
+            Control::Secondary(program, taken) => {
+                // Whoever asked may have lost interest.
+                let _ = taken.send(());
+                self.start_secondary(program);
+            }
         }
     }
 

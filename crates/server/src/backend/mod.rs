@@ -14,7 +14,7 @@ use elite_lang::{KnownNames, SourceFile};
 use elite_runtime::interpreter::{Statement, Submitted, ThrownAway};
 use elite_runtime::message::{Message, Severity};
 use elite_runtime::panel::{FLAGS, PopupStyle};
-use elite_runtime::{ProgramText, Robot, Supervisor, TaskState};
+use elite_runtime::{ProgramText, Robot, Supervisor};
 use kinematics::RobotModel;
 use motion::realtime::ClockMeter;
 use motion_api::{CommandId, CommandKind, MotionMode, RobotState};
