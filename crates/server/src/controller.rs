@@ -11,7 +11,7 @@ use std::thread::{self, JoinHandle, Thread};
 use std::time::Duration;
 
 use elite_runtime::message::{Message, Observer, Severity};
-use elite_runtime::{ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
+use elite_runtime::{Permissions, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{ModelError, RobotModel};
 use motion::Cycle;
 use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
@@ -24,6 +24,7 @@ use tokio_util::sync::CancellationToken;
 use crate::announce::{Announcer, Console};
 use crate::cell::{Cell, CellError};
 use crate::config::RobotConfig;
+use crate::options::Permission;
 use crate::feed::Feed;
 use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice};
 use crate::recording_files;
@@ -157,6 +158,7 @@ impl Controller {
             robot: robot.clone(),
             observer: announcer.clone(),
             seed: config.seed,
+            permissions: permissions(config),
         };
         let supervisor = Supervisor::new(settings);
         feed.follow(supervisor.watch());
@@ -323,13 +325,12 @@ fn warn_of_settings_without_effect(config: &RobotConfig) {
             "--log-dir: the vendor's log files are not available in this version, nothing is written there"
         );
     }
-    if config
-        .allow
+    if [Permission::Fs, Permission::Process]
         .iter()
-        .any(|permission| *permission != Permission::Net)
+        .any(|permission| config.allow.contains(permission))
     {
         tracing::warn!(
-            "--allow: scripts cannot import modules in this version, so there is nothing to allow"
+            "--allow fs and --allow process: the functions they are about are not available in this version"
         );
     }
 }
@@ -429,5 +430,16 @@ impl RecordingAlarm {
                 None => tracing::error!("{text}"),
             }
         })
+    }
+}
+
+/// What `--allow` lets programs reach.
+fn permissions(config: &RobotConfig) -> Permissions {
+    let allows = |permission| config.allow.contains(&permission);
+    Permissions {
+        files: allows(Permission::Fs),
+        processes: allows(Permission::Process),
+        environment: allows(Permission::Env),
+        network: allows(Permission::Net),
     }
 }

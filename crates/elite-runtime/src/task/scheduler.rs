@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::rc::Rc;
 use std::sync::Arc;
+use std::time::Duration;
 
 use elite_lang::{
     Diagnostic, Interpreter, KnownNames, Limits, ProgramKind, Resume, ScriptError, ScriptThread,
@@ -16,7 +17,7 @@ use motion_api::{CommandId, CommandKind, Origin, ProgramId, RobotMode, StopReaso
 use tokio::sync::mpsc;
 
 use super::context::TaskContext;
-use super::host::TaskHost;
+use super::host::{Permissions, TaskHost};
 use super::wait::Wait;
 use crate::builtins;
 use crate::message::{Message, Observer, Severity};
@@ -49,6 +50,8 @@ pub struct TaskSettings {
     pub observer: Arc<dyn Observer>,
     /// Seed of the task's random numbers.
     pub seed: u64,
+    /// What programs may reach beyond the robot.
+    pub permissions: Permissions,
 }
 
 /// What others ask of a running task.
@@ -121,7 +124,11 @@ impl Task {
         controls: mpsc::Receiver<Control>,
     ) -> Self {
         let context = TaskContext::new(settings.robot.clone(), settings.observer.clone(), program);
-        let host = Rc::new(TaskHost::new(context.clone(), settings.seed));
+        let host = Rc::new(TaskHost::new(
+            context.clone(),
+            settings.seed,
+            settings.permissions,
+        ));
         let natives = builtins::natives(&context);
         let known = KnownNames::new(builtins::all().map(|b| b.name));
         let interpreter = Interpreter::new(host.clone(), natives, Limits::default());
@@ -227,6 +234,7 @@ impl Task {
             }
             self.let_time_pass().await;
             self.end_waits();
+            self.ready_woken_threads();
         }
     }
 
@@ -279,6 +287,7 @@ impl Task {
             return;
         };
         self.context.enter(number, entry.secondary);
+        self.host.sockets().outside().forget(entry.script.id());
         let step = entry.script.resume(Resume::Continue, FUEL_PER_SLICE);
         self.report_line(number);
         match step {
@@ -425,15 +434,29 @@ impl Task {
         Some(wait)
     }
 
-    /// One virtual cycle, or whatever comes first under the real clock: a cycle or a control.
+    /// One virtual cycle, or whatever comes first under the real clock: a cycle, a control, or word from outside.
     async fn let_time_pass(&mut self) {
-        let robot = &self.settings.robot;
-        if robot.timeline().advance() {
+        let robot = self.settings.robot.clone();
+        let host = self.host.clone();
+        let outside = host.sockets().outside();
+        let is_virtual = robot.timeline().is_virtual();
+        // A wait on the outside world holds simulated time to wall pace.
+        let pace = if is_virtual && outside.is_awaited() {
+            Duration::from_secs_f64(robot.state().step_time.clamp(0.0005, 0.1))
+        } else if robot.timeline().advance() {
             robot.pump();
             return;
-        }
+        } else {
+            Duration::MAX
+        };
         tokio::select! {
-            () = robot.progress() => {}
+            () = robot.progress(), if !is_virtual => {}
+            () = outside.woken() => {}
+            () = tokio::time::sleep(pace), if is_virtual => {
+                if robot.timeline().advance() {
+                    robot.pump();
+                }
+            }
             control = self.controls.recv() => match control {
                 Some(control) => self.take(control),
                 // The supervisor is gone: nobody could stop this task any more.
@@ -466,6 +489,7 @@ impl Task {
             return;
         };
         self.context.enter(number, entry.secondary);
+        self.host.sockets().outside().forget(entry.script.id());
         for _ in 0..STOPS_MAX {
             // Out of fuel in its clean-up: the next stop unwinds without running more of it.
             match entry.script.resume(Resume::Stop, FUEL_FOR_UNWINDING) {
@@ -483,6 +507,7 @@ impl Task {
         }
         // Started while the others unwound: they never run.
         drop(self.host.take_started());
+        self.host.sockets().close_all();
     }
 
     /// Ends what still moves and waits, within a bound, until the arm stands.
