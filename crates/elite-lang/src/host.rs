@@ -55,7 +55,9 @@ pub trait Host {
     ///
     /// # Errors
     /// Why no more threads can be started.
-    fn start(&self, thread: ScriptThread) -> Result<(), String>;
+    fn start(&self, _thread: ScriptThread) -> Result<(), String> {
+        Err("threads cannot be started here".to_owned())
+    }
 
     /// Whether the running thread may sleep and wait for other threads.
     ///

@@ -24,7 +24,6 @@ use tokio_util::sync::CancellationToken;
 use crate::announce::{Announcer, Console};
 use crate::cell::{Cell, CellError};
 use crate::config::RobotConfig;
-use crate::options::Permission;
 use crate::feed::Feed;
 use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice};
 use crate::recording_files;
