@@ -30,7 +30,7 @@ mod value;
 pub use diagnostic::{Diagnostic, DiagnosticFields, Label, Severity, render_human};
 pub use errors::{ExceptionKind, Link, ScriptError, TraceFrame, render_script_error};
 pub use eval::coroutine::Resume;
-pub use host::{Host, ThreadId};
+pub use host::{Access, Host, HostSocket, Interest, ThreadId};
 pub use interpreter::{Interpreter, ScriptThread, Step};
 pub use limits::Limits;
 pub use native::{NativeBody, NativeCall, NativeFunction, Param, ParamKind, WaitToken};

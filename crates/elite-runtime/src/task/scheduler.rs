@@ -8,6 +8,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::rc::Rc;
 use std::sync::Arc;
+use std::time::Duration;
 
 use elite_lang::{
     Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptError, ScriptThread,
@@ -18,7 +19,7 @@ use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::Instant;
 
 use super::context::{TaskContext, TaskRequest};
-use super::host::TaskHost;
+use super::host::{Permissions, TaskHost};
 use super::wait::Wait;
 use crate::builtins;
 use crate::interpreter::Interpreter as StatementPort;
@@ -62,6 +63,8 @@ pub struct TaskSettings {
     pub seed: u64,
     /// Flags, popups and what else outlives a task.
     pub panel: Arc<Panel>,
+    /// What programs may reach beyond the robot.
+    pub permissions: Permissions,
 }
 
 /// What others ask of a running task.
@@ -154,7 +157,11 @@ impl Task {
         status: watch::Sender<TaskStatus>,
     ) -> Self {
         let context = TaskContext::new(&settings, statements, program);
-        let host = Rc::new(TaskHost::new(context.clone(), settings.seed));
+        let host = Rc::new(TaskHost::new(
+            context.clone(),
+            settings.seed,
+            settings.permissions,
+        ));
         let natives = builtins::natives(&context);
         let known = KnownNames::new(builtins::all().map(|b| b.name));
         let interpreter = Interpreter::new(host.clone(), natives, Limits::default());
@@ -278,6 +285,7 @@ impl Task {
                 self.let_time_pass().await;
                 self.end_waits();
             }
+            self.ready_woken_threads();
         }
     }
 
@@ -386,6 +394,7 @@ impl Task {
             return;
         };
         self.context.enter(number, entry.secondary.is_some());
+        self.host.sockets().outside().forget(entry.script.id());
         let step = entry.script.resume(Resume::Continue, FUEL_PER_SLICE);
         self.report_line(number);
         match step {
@@ -519,6 +528,7 @@ impl Task {
             return;
         };
         self.context.enter(number, entry.secondary.is_some());
+        self.host.sockets().outside().forget(entry.script.id());
         for _ in 0..STOPS_MAX {
             // Out of fuel in its clean-up: the next stop unwinds without running more of it.
             match entry.script.resume(Resume::Stop, FUEL_FOR_UNWINDING) {
@@ -536,5 +546,6 @@ impl Task {
         }
         // Started while the others unwound: they never run.
         drop(self.host.take_started());
+        self.host.sockets().close_all();
     }
 }
