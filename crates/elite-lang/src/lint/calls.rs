@@ -74,7 +74,10 @@ fn expression(expr: &Expr, known: &KnownNames, hook: CallHook, found: &mut Vec<D
         && known.contains(site.function)
     {
         for hint in hook(&site) {
-            let span = site.args.get(hint.argument).map_or(expr.span, |arg| arg.span);
+            let span = site
+                .args
+                .get(hint.argument)
+                .map_or(expr.span, |arg| arg.span);
             let mut diagnostic = Diagnostic::warning(hint.code, span, hint.message);
             diagnostic.help = hint.help;
             found.push(diagnostic);

@@ -82,7 +82,8 @@ fn ends(statement: &Stmt) -> bool {
             finally,
         } => {
             let passes = block_ends(body) || block_ends(orelse);
-            block_ends(finally) || passes && handlers.iter().all(|handler| block_ends(&handler.body))
+            block_ends(finally)
+                || passes && handlers.iter().all(|handler| block_ends(&handler.body))
         }
         _ => false,
     }
@@ -115,7 +116,9 @@ fn leaves(body: &[Stmt], how: Leave) -> bool {
             // A `break` in there leaves that loop only.
             leaves(orelse, how) || how == Leave::Any && returns(body)
         }
-        _ => blocks(statement).into_iter().any(|block| leaves(block, how)),
+        _ => blocks(statement)
+            .into_iter()
+            .any(|block| leaves(block, how)),
     })
 }
 

@@ -166,9 +166,7 @@ fn format_parts<'t>(format: &'t [FStringPart], visit: &mut dyn FnMut(&'t Expr)) 
     for part in format {
         if let FStringPart::Value { value, format, .. } = part {
             visit(value);
-            format
-                .iter()
-                .for_each(|format| format_parts(format, visit));
+            format.iter().for_each(|format| format_parts(format, visit));
         }
     }
 }
@@ -185,6 +183,8 @@ fn arguments<'t>(args: &'t [Arg], visit: &mut dyn FnMut(&'t Expr)) {
 }
 
 fn defaults<'t>(parameters: &'t Parameters, visit: &mut dyn FnMut(&'t Expr)) {
-    let values = parameters.iter().filter_map(|parameter| parameter.default.as_ref());
+    let values = parameters
+        .iter()
+        .filter_map(|parameter| parameter.default.as_ref());
     values.for_each(visit);
 }

@@ -47,9 +47,8 @@ pub fn unused_names(module: &Module) -> Vec<Diagnostic> {
                 }
                 Binding::Variable => {
                     let text = format!("the variable '{name}' is assigned but never used");
-                    Diagnostic::warning("unused-variable", span, text).with_help(format!(
-                        "remove it, or call it '_{name}' if that is meant"
-                    ))
+                    Diagnostic::warning("unused-variable", span, text)
+                        .with_help(format!("remove it, or call it '_{name}' if that is meant"))
                 }
             });
         }
