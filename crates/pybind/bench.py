@@ -13,7 +13,7 @@ def bench():
     python = wheel.with_wheel("bench", "scipy", "pin", "eaik")
     # The profile of the wheel but for linking across crates, which takes minutes and changes little here.
     options = ["--config", "profile.bench.lto=false"]
-    wheel.run("cargo", "bench", *options, "--package", "kinematics", cwd=wheel.ROOT)
+    wheel.run("cargo", "bench", *options, "--package", "kinematics", "--bench", "kinematics", cwd=wheel.ROOT)
     wheel.run(python, "benches/compare.py")
 
 
