@@ -5,11 +5,13 @@
 
 mod call;
 pub mod declare;
+mod interpreter;
 mod io;
 mod kinematics;
 mod math;
 mod motion;
 mod system;
+mod text;
 mod thread;
 
 use std::rc::Rc;
@@ -27,8 +29,10 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
         kinematics::BUILTINS,
         math::BUILTINS,
         io::BUILTINS,
+        interpreter::BUILTINS,
         thread::BUILTINS,
         system::BUILTINS,
+        text::BUILTINS,
     ]
     .into_iter()
     .flatten()
