@@ -156,10 +156,7 @@ const fn function(
 fn str_at(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let (text, index) = (call.text(0)?, call.integer(1)?);
     if text.is_empty() {
-        return Err(call.error(
-            ExceptionKind::ValueError,
-            "str_at(): source string empty",
-        ));
+        return Err(call.error(ExceptionKind::ValueError, "str_at(): source string empty"));
     }
     let found = usize::try_from(index)
         .ok()

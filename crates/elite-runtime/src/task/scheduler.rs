@@ -8,7 +8,6 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::rc::Rc;
 use std::sync::Arc;
-use std::time::Duration;
 
 use elite_lang::{
     Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptError, ScriptThread,
@@ -99,7 +98,7 @@ pub enum TaskEnd {
 pub(crate) struct Task {
     pub(super) settings: TaskSettings,
     pub(super) context: Rc<TaskContext>,
-    host: Rc<TaskHost>,
+    pub(super) host: Rc<TaskHost>,
     pub(super) interpreter: Interpreter,
     known: KnownNames,
     pub(super) threads: BTreeMap<ThreadNumber, Entry>,
