@@ -29,6 +29,9 @@ const REPLIES_WAITING_MAX: usize = 16 * 1024;
 /// The same in bytes.
 const REPLY_BYTES_MAX: usize = 4 * 1024 * 1024;
 
+/// Replies are written together up to this size.
+const BATCH_BYTES: usize = 16 * 1024;
+
 /// Why a session ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SessionEnd {
@@ -153,7 +156,7 @@ async fn hand_over(
 }
 
 async fn write_replies(mut writer: impl AsyncWrite + Unpin, mut replies: ToWrite) {
-    while let Some(reply) = replies.next().await {
+    while let Some(reply) = replies.next_batch().await {
         let written: io::Result<()> = writer.write_all(reply.as_bytes()).await;
         if let Err(error) = written {
             // Reading notices by itself; what was received before is still executed.
@@ -232,10 +235,16 @@ impl WeakReplies {
 }
 
 impl ToWrite {
-    async fn next(&mut self) -> Option<String> {
-        let reply = self.lines.recv().await?;
-        self.bytes.fetch_sub(reply.len(), Ordering::Relaxed);
-        Some(reply)
+    /// What waits, in order, up to about [`BATCH_BYTES`]: a client that streams statements gets many replies a write.
+    async fn next_batch(&mut self) -> Option<String> {
+        let mut batch = self.lines.recv().await?;
+        while batch.len() < BATCH_BYTES
+            && let Ok(reply) = self.lines.try_recv()
+        {
+            batch.push_str(&reply);
+        }
+        self.bytes.fetch_sub(batch.len(), Ordering::Relaxed);
+        Some(batch)
     }
 }
 
