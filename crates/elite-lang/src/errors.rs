@@ -72,6 +72,17 @@ impl Evaluator<'_> {
         Raised::Exception(Instance::new(class, Payload::Exception(Box::new(state))))
     }
 
+    /// An exception with a message about something that has a name, which its attribute `name` tells.
+    #[cold]
+    pub fn raise_about(&self, kind: ExceptionKind, message: String, name: &str) -> Raised {
+        let raised = self.raise(kind, message);
+        if let Raised::Exception(exception) = &raised {
+            let symbol = self.core.symbols.intern("name");
+            exception.set(symbol, Value::str(name), &self.core.symbols);
+        }
+        raised
+    }
+
     /// An exception with arguments.
     #[cold]
     pub fn raise_args(&self, kind: ExceptionKind, args: Vec<Value>) -> Raised {

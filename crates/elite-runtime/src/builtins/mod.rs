@@ -5,16 +5,21 @@
 
 mod call;
 pub mod declare;
+mod hints;
+mod interpreter;
 mod io;
 mod kinematics;
 mod math;
 mod motion;
 mod system;
+mod text;
 mod thread;
 
 use std::rc::Rc;
 
 use elite_lang::{NativeFunction, Param, ParamKind};
+
+pub use hints::known_names;
 
 use crate::task::TaskContext;
 use call::Call;
@@ -27,8 +32,10 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
         kinematics::BUILTINS,
         math::BUILTINS,
         io::BUILTINS,
+        interpreter::BUILTINS,
         thread::BUILTINS,
         system::BUILTINS,
+        text::BUILTINS,
     ]
     .into_iter()
     .flatten()

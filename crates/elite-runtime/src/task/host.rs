@@ -4,7 +4,6 @@ use std::cell::{Cell, RefCell};
 use std::ffi::OsString;
 use std::io;
 use std::rc::Rc;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::{Access, Host, HostSocket, ScriptThread, ThreadId};
 use motion_api::ThreadNumber;
@@ -12,9 +11,6 @@ use motion_api::ThreadNumber;
 use super::context::TaskContext;
 use super::network::Sockets;
 use crate::message::Message;
-
-/// 2026-01-01T00:00:00Z, where simulated time begins.
-const VIRTUAL_EPOCH_S: f64 = 1_767_225_600.0;
 
 /// What programs may reach beyond the robot (`--allow`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,13 +129,7 @@ impl Host for TaskHost {
     }
 
     fn unix_time(&self) -> f64 {
-        if self.context.robot().timeline().is_virtual() {
-            VIRTUAL_EPOCH_S + self.context.robot().state().time
-        } else {
-            SystemTime::now()
-                .duration_since(UNIX_EPOCH)
-                .map_or(0.0, |d| d.as_secs_f64())
-        }
+        self.context.unix_time()
     }
 
     fn monotonic(&self) -> f64 {
