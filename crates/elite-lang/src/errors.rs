@@ -297,12 +297,19 @@ impl Evaluator<'_> {
         let previous =
             previous.map(|(link, other)| (link, Box::new(self.report_at(&other, depth + 1))));
         ScriptError {
-            exception: exception.class.name().to_string(),
+            exception: self.exception_name(exception),
             message,
             traceback,
             help: self.advice(exception),
             previous,
         }
+    }
+
+    /// The type of an exception as reports name it: with its module unless that is the program.
+    fn exception_name(&self, exception: &Instance) -> String {
+        let prefix = self.module_prefix(&exception.class);
+        let prefix = if prefix == "__main__." { "" } else { &prefix };
+        format!("{prefix}{}", self.qualname_of(&exception.class))
     }
 
     /// Python's chain of `__context__`: `raised` came up while `handled` was being dealt with.

@@ -33,7 +33,7 @@ pub use builtins::builtin_names;
 pub use diagnostic::{Diagnostic, DiagnosticFields, Label, Severity, render_human};
 pub use errors::{ExceptionKind, Link, ScriptError, TraceFrame, render_script_error};
 pub use eval::coroutine::Resume;
-pub use host::{Host, ThreadId};
+pub use host::{Access, Host, HostSocket, Interest, ThreadId};
 pub use interpreter::{Interpreter, ScriptThread, Step};
 pub use limits::Limits;
 pub use lint::{CallArgument, CallHint, CallHook, CallSite, Literal};

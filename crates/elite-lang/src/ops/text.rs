@@ -330,17 +330,22 @@ impl Evaluator<'_> {
                 })
             }
             None => {
-                let module = if instance.class.is_script {
-                    "__main__."
-                } else {
-                    ""
-                };
+                let module = self.module_prefix(&instance.class);
                 let address = value.address().unwrap_or(0);
                 Ok(format!(
                     "<{module}{} object at {address:#x}>",
                     self.qualname_of(&instance.class)
                 ))
             }
+        }
+    }
+
+    /// `module.` as it stands before the name of a class; empty for builtin types.
+    pub fn module_prefix(&self, class: &crate::value::Class) -> String {
+        match class.own_attrs().get(known::MODULE) {
+            Some(Value::Str(module)) => format!("{}.", module.as_str()),
+            _ if class.is_script => "__main__.".to_owned(),
+            _ => String::new(),
         }
     }
 
@@ -385,7 +390,7 @@ impl Evaluator<'_> {
                 None => format!("<built-in function {}>", builtin.name),
             },
             Value::Class(class) => {
-                let module = if class.is_script { "__main__." } else { "" };
+                let module = self.module_prefix(class);
                 format!("<class '{module}{}'>", self.qualname_of(class))
             }
             Value::Module(module) => format!("<module '{}' (built-in)>", module.name),

@@ -45,8 +45,10 @@ pub enum Category {
     Io,
     /// Chapter 9.1.
     Thread,
-    /// Chapter 9.3 to 9.5.
+    /// Chapter 9.2, 9.3 and 9.5.
     System,
+    /// Chapter 9.4.
+    Text,
     /// Chapter 1.
     Other,
 }
@@ -62,6 +64,7 @@ impl Category {
             Self::Io => "io",
             Self::Thread => "thread",
             Self::System => "system",
+            Self::Text => "string",
             Self::Other => "other",
         }
     }
@@ -108,6 +111,8 @@ pub enum Kind {
     Integer(i64, i64),
     /// True or False.
     Boolean,
+    /// A text.
+    Text,
     /// Any value, shown with `str()`.
     Printable,
     /// A function.
@@ -169,6 +174,10 @@ pub enum Default {
     Zeros,
     /// The empty text.
     EmptyText,
+    /// This text.
+    Text(&'static str),
+    /// `None`.
+    None,
     /// The empty tuple.
     EmptyTuple,
     /// Something the controller knows; the word is shown in signatures.
@@ -190,6 +199,7 @@ impl Kind {
             Self::Number(_) => "float".into(),
             Self::Integer(..) => "int".into(),
             Self::Boolean => "bool".into(),
+            Self::Text => "str".into(),
             Self::Printable | Self::Rest => "any".into(),
             Self::Function => "callable".into(),
             Self::Arguments => "tuple".into(),
@@ -202,8 +212,9 @@ impl Kind {
         match self {
             Self::Number(Range::Positive) => Some("> 0".into()),
             Self::Number(Range::NotNegative) => Some(">= 0".into()),
-            Self::Number(Range::Between(min, max)) => Some(format!("{min} to {max}")),
             Self::Integer(i64::MIN, i64::MAX) => None,
+            Self::Integer(min, i64::MAX) => Some(format!(">= {min}")),
+            Self::Number(Range::Between(min, max)) => Some(format!("{min} to {max}")),
             Self::Integer(min, max) => Some(format!("{min} to {max}")),
             Self::Boolean => Some("True or False".into()),
             _ => None,
@@ -220,6 +231,8 @@ impl fmt::Display for Parameter {
         match self.default {
             Default::Required => Ok(()),
             Default::Number(x) => write!(f, "={x}"),
+            Default::Text(text) => write!(f, "='{text}'"),
+            Default::None => f.write_str("=None"),
             Default::Boolean(b) => f.write_str(if b { "=True" } else { "=False" }),
             Default::Zeros => {
                 let n = if let Kind::Numbers(n) = self.kind {

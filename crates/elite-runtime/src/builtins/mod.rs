@@ -6,11 +6,13 @@
 mod call;
 pub mod declare;
 mod hints;
+mod interpreter;
 mod io;
 mod kinematics;
 mod math;
 mod motion;
 mod system;
+mod text;
 mod thread;
 
 use std::rc::Rc;
@@ -30,8 +32,10 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
         kinematics::BUILTINS,
         math::BUILTINS,
         io::BUILTINS,
+        interpreter::BUILTINS,
         thread::BUILTINS,
         system::BUILTINS,
+        text::BUILTINS,
     ]
     .into_iter()
     .flatten()

@@ -62,6 +62,8 @@ pub struct DefineClass {
     pub decorators: Box<[(Expr, Span)]>,
     /// The name it is bound to.
     pub target: Box<dyn Target>,
+    /// `__module__`.
+    pub module: Value,
     /// Where the header is written.
     pub span: Span,
 }
@@ -104,7 +106,7 @@ impl DefineClass {
                 .iter()
                 .zip(slots[..self.names].iter());
             let mut attrs = vec![(known::QUALNAME, Value::str(&*self.code.qualname))];
-            attrs.push((known::MODULE, Value::str("__main__")));
+            attrs.push((known::MODULE, self.module.clone()));
             attrs.push((
                 known::DOC,
                 self.code.doc.as_deref().map_or(Value::None, Value::str),
