@@ -156,10 +156,7 @@ const fn function(
 fn str_at(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let (text, index) = (call.text(0)?, call.integer(1)?);
     if text.is_empty() {
-        return Err(call.error(
-            ExceptionKind::ValueError,
-            "str_at(): source string empty",
-        ));
+        return Err(call.error(ExceptionKind::ValueError, "str_at(): source string empty"));
     }
     let found = usize::try_from(index)
         .ok()
@@ -202,7 +199,7 @@ fn bounded(call: &mut Call<'_, '_>, text: String) -> Result<Value, Raised> {
     if chars > CHARS_MAX {
         let name = call.name();
         let message =
-            format!("{name}(): the result would have {chars} characters, {CHARS_MAX} are allowed");
+            format!("{name}(): the result is longer than {CHARS_MAX} characters: {chars}");
         return Err(call.error(ExceptionKind::ValueError, message));
     }
     Ok(Value::str(text))
@@ -260,7 +257,7 @@ fn to_num(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         }
         Err(NotANumber::TooLarge) => {
             let shown: String = text.trim().chars().take(60).collect();
-            let message = format!("to_num(): the number {shown} is too large");
+            let message = format!("to_num(): number too large: {shown}");
             Err(call.error(ExceptionKind::OverflowError, message))
         }
     }
