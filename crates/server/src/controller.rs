@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::panel::Operator;
-use elite_runtime::{Panel, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
+use elite_runtime::{Panel, Permissions, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{ModelError, RobotModel};
 use motion::Cycle;
 use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
@@ -180,6 +180,7 @@ impl Controller {
                 Console::Stdout => Operator::Absent,
                 Console::Log => Operator::Present,
             })),
+            permissions: permissions(config),
         };
         let supervisor = Supervisor::new(settings);
         feed.follow(supervisor.watch());
@@ -347,13 +348,12 @@ fn setup(
 
 /// Settings that this version takes but cannot act on yet are named, not ignored.
 fn warn_of_settings_without_effect(config: &RobotConfig) {
-    if config
-        .allow
+    if [Permission::Fs, Permission::Process]
         .iter()
-        .any(|permission| *permission != Permission::Net)
+        .any(|permission| config.allow.contains(permission))
     {
         tracing::warn!(
-            "--allow: scripts cannot import modules in this version, so there is nothing to allow"
+            "--allow fs and --allow process: the functions they are about are not available in this version"
         );
     }
 }
@@ -453,5 +453,16 @@ impl RecordingAlarm {
                 None => tracing::error!("{text}"),
             }
         })
+    }
+}
+
+/// What `--allow` lets programs reach.
+fn permissions(config: &RobotConfig) -> Permissions {
+    let allows = |permission| config.allow.contains(&permission);
+    Permissions {
+        files: allows(Permission::Fs),
+        processes: allows(Permission::Process),
+        environment: allows(Permission::Env),
+        network: allows(Permission::Net),
     }
 }

@@ -5,6 +5,7 @@
 
 mod call;
 pub mod declare;
+mod hints;
 mod interpreter;
 mod io;
 mod kinematics;
@@ -17,6 +18,8 @@ mod thread;
 use std::rc::Rc;
 
 use elite_lang::{NativeFunction, Param, ParamKind};
+
+pub use hints::known_names;
 
 use crate::task::TaskContext;
 use call::Call;

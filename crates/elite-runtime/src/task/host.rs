@@ -1,28 +1,60 @@
 //! What the language asks of its surroundings: output, clock and random numbers, all of them the task's.
 
 use std::cell::{Cell, RefCell};
+use std::ffi::OsString;
+use std::io;
 use std::rc::Rc;
 
-use elite_lang::{Host, ScriptThread, ThreadId};
+use elite_lang::{Access, Host, HostSocket, ScriptThread, ThreadId};
 use motion_api::ThreadNumber;
 
 use super::context::TaskContext;
+use super::network::Sockets;
 use crate::message::Message;
+
+/// What programs may reach beyond the robot (`--allow`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Permissions {
+    /// Files and folders.
+    pub files: bool,
+    /// Other processes and signals.
+    pub processes: bool,
+    /// Environment variables.
+    pub environment: bool,
+    /// The network.
+    pub network: bool,
+}
+
+impl Default for Permissions {
+    /// The network only.
+    fn default() -> Self {
+        Self {
+            files: false,
+            processes: false,
+            environment: false,
+            network: true,
+        }
+    }
+}
 
 /// The surroundings of one task.
 pub(crate) struct TaskHost {
     context: Rc<TaskContext>,
     random_state: Cell<u64>,
+    permissions: Permissions,
+    sockets: Rc<Sockets>,
     woken: RefCell<Vec<ThreadId>>,
     started: RefCell<Vec<(ThreadNumber, ScriptThread)>>,
 }
 
 impl TaskHost {
     /// Random numbers follow from `seed`.
-    pub fn new(context: Rc<TaskContext>, seed: u64) -> Self {
+    pub fn new(context: Rc<TaskContext>, seed: u64, permissions: Permissions) -> Self {
         Self {
             context,
             random_state: Cell::new(seed),
+            permissions,
+            sockets: Rc::default(),
             woken: RefCell::default(),
             started: RefCell::default(),
         }
@@ -35,7 +67,14 @@ impl TaskHost {
 
     /// Threads that became ready since the last call, in the order in which they did.
     pub fn take_woken(&self) -> Vec<ThreadId> {
-        self.woken.take()
+        let mut woken = self.woken.take();
+        woken.extend(self.sockets.outside().take_woken());
+        woken
+    }
+
+    /// The sockets of the task.
+    pub fn sockets(&self) -> &Sockets {
+        &self.sockets
     }
 }
 
@@ -66,6 +105,27 @@ impl Host for TaskHost {
 
     fn wake(&self, thread: ThreadId) {
         self.woken.borrow_mut().push(thread);
+    }
+
+    fn permits(&self, access: Access) -> bool {
+        match access {
+            Access::Files => self.permissions.files,
+            Access::Processes => self.permissions.processes,
+            Access::Environment => self.permissions.environment,
+            Access::Network => self.permissions.network,
+        }
+    }
+
+    fn environment(&self) -> Vec<(String, String)> {
+        let entries = std::env::vars_os();
+        let text = |(name, value): (OsString, OsString)| {
+            Some((name.into_string().ok()?, value.into_string().ok()?))
+        };
+        entries.filter_map(text).collect()
+    }
+
+    fn open_socket(&self) -> io::Result<Rc<dyn HostSocket>> {
+        self.sockets.open()
     }
 
     fn unix_time(&self) -> f64 {

@@ -4,15 +4,18 @@
 //! - `scheduler`: resumes script threads in a fixed order.
 //! - `time`: which waits are over, and what makes time pass; `report`: what people are told.
 //! - `host`: what the language asks of its surroundings (print, clock, random numbers).
+//! - `network`: TCP sockets of programs.
 
 mod context;
 mod host;
+mod network;
 mod report;
 mod scheduler;
 mod time;
 mod wait;
 
 pub(crate) use context::{TaskContext, TaskRequest, ThreadLookup};
+pub use host::Permissions;
 pub(crate) use scheduler::Task;
 pub use scheduler::{Control, ProgramText, TaskEnd, TaskSettings};
 pub(crate) use wait::Wait;

@@ -18,7 +18,7 @@ use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::Instant;
 
 use super::context::{TaskContext, TaskRequest};
-use super::host::TaskHost;
+use super::host::{Permissions, TaskHost};
 use super::wait::Wait;
 use crate::builtins;
 use crate::interpreter::Interpreter as StatementPort;
@@ -62,6 +62,8 @@ pub struct TaskSettings {
     pub seed: u64,
     /// Flags, popups and what else outlives a task.
     pub panel: Arc<Panel>,
+    /// What programs may reach beyond the robot.
+    pub permissions: Permissions,
 }
 
 /// What others ask of a running task.
@@ -96,7 +98,7 @@ pub enum TaskEnd {
 pub(crate) struct Task {
     pub(super) settings: TaskSettings,
     pub(super) context: Rc<TaskContext>,
-    host: Rc<TaskHost>,
+    pub(super) host: Rc<TaskHost>,
     pub(super) interpreter: Interpreter,
     known: KnownNames,
     pub(super) threads: BTreeMap<ThreadNumber, Entry>,
@@ -154,7 +156,11 @@ impl Task {
         status: watch::Sender<TaskStatus>,
     ) -> Self {
         let context = TaskContext::new(&settings, statements, program);
-        let host = Rc::new(TaskHost::new(context.clone(), settings.seed));
+        let host = Rc::new(TaskHost::new(
+            context.clone(),
+            settings.seed,
+            settings.permissions,
+        ));
         let natives = builtins::natives(&context);
         let known = KnownNames::new(builtins::all().map(|b| b.name));
         let interpreter = Interpreter::new(host.clone(), natives, Limits::default());
@@ -278,6 +284,7 @@ impl Task {
                 self.let_time_pass().await;
                 self.end_waits();
             }
+            self.ready_woken_threads();
         }
     }
 
@@ -386,6 +393,7 @@ impl Task {
             return;
         };
         self.context.enter(number, entry.secondary.is_some());
+        self.host.sockets().outside().forget(entry.script.id());
         let step = entry.script.resume(Resume::Continue, FUEL_PER_SLICE);
         self.report_line(number);
         match step {
@@ -519,6 +527,7 @@ impl Task {
             return;
         };
         self.context.enter(number, entry.secondary.is_some());
+        self.host.sockets().outside().forget(entry.script.id());
         for _ in 0..STOPS_MAX {
             // Out of fuel in its clean-up: the next stop unwinds without running more of it.
             match entry.script.resume(Resume::Stop, FUEL_FOR_UNWINDING) {
@@ -536,5 +545,6 @@ impl Task {
         }
         // Started while the others unwound: they never run.
         drop(self.host.take_started());
+        self.host.sockets().close_all();
     }
 }

@@ -78,6 +78,9 @@ impl Task {
     }
 
     fn waits_for_the_outside(&self) -> bool {
+        if self.host.sockets().outside().is_awaited() {
+            return true;
+        }
         let mut waiting = self.threads.values().filter_map(|entry| entry.waiting);
         waiting.any(|waiting| match waiting {
             Waiting::Token(token) => self.context.wait_of(token).is_on_the_outside(),
@@ -116,6 +119,7 @@ impl Task {
     async fn wait_at_wall_pace(&mut self) {
         let robot = self.settings.robot.clone();
         let news = self.settings.panel.news().clone();
+        let host = self.host.clone();
         let is_virtual = robot.timeline().is_virtual();
         let (now, step) = (
             Instant::now(),
@@ -134,6 +138,7 @@ impl Task {
                 None => self.end = Some(TaskEnd::Stopped),
             },
             () = news.notified() => {}
+            () = host.sockets().outside().woken() => {}
             () = sleep_until(due), if is_virtual => {
                 self.next_tick = Some(due + step);
                 self.tick();

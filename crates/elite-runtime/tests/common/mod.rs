@@ -113,6 +113,7 @@ pub fn run(standing: &Standing, text: &str) -> Ran {
     let supervisor = Supervisor::new(TaskSettings {
         robot: Arc::new(robot),
         observer: listener.clone(),
+        permissions: elite_runtime::Permissions::default(),
         seed: 0,
         panel: Arc::new(Panel::new(Operator::Absent)),
     });
