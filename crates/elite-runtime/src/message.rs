@@ -64,6 +64,9 @@ pub enum Message {
 /// Error code of every protective stop; the sub code tells the reason ([`StopReason::code`]). Our numbering.
 pub const PROTECTIVE_STOP_CODE: i32 = 100;
 
+/// Error code of alarms that end a program, such as a wrong I/O type (manual 5.16). Our numbering.
+pub const SCRIPT_ALARM_CODE: i32 = 110;
+
 impl Message {
     /// A log line.
     pub fn log(severity: Severity, origin: Origin, text: impl Into<String>) -> Self {
