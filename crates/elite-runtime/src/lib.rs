@@ -7,11 +7,13 @@ pub mod builtins;
 pub mod interpreter;
 pub mod interpreter_queue;
 pub mod message;
+mod permissions;
 pub mod robot;
 pub mod supervisor;
 mod task;
 
 pub use message::{Message, Observer, Severity};
+pub use permissions::Permissions;
 pub use robot::Robot;
 pub use supervisor::{SubmitError, Supervisor, TaskState, TaskStatus};
 pub use task::{ProgramText, TaskEnd, TaskSettings};

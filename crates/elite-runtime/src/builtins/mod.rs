@@ -7,8 +7,13 @@ mod call;
 pub mod declare;
 mod io;
 mod kinematics;
+mod modbus;
+mod modbus_rtu;
 mod motion;
 mod registers;
+mod rpc;
+mod serial;
+mod socket;
 mod system;
 mod thread;
 
@@ -27,6 +32,11 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
         kinematics::BUILTINS,
         io::BUILTINS,
         registers::BUILTINS,
+        modbus::BUILTINS,
+        socket::BUILTINS,
+        rpc::BUILTINS,
+        serial::BUILTINS,
+        modbus_rtu::BUILTINS,
         thread::BUILTINS,
         system::BUILTINS,
     ]
