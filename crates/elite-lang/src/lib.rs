@@ -24,6 +24,7 @@ mod remote;
 mod resolve;
 mod source;
 mod stack;
+mod statement;
 mod stdlib;
 mod value;
 
@@ -38,6 +39,7 @@ pub use program::{Program, ProgramKind, check, compile};
 pub use remote::AnyMethod;
 pub use resolve::KnownNames;
 pub use source::{Position, SourceFile, Span};
+pub use statement::{Statement, compile_statement};
 pub use value::{Raised, Value};
 
 /// What most operations on values return.

@@ -7,12 +7,15 @@ pub mod builtins;
 pub mod interpreter;
 pub mod interpreter_queue;
 pub mod message;
+pub mod panel;
 mod permissions;
 pub mod robot;
 pub mod supervisor;
 mod task;
+mod value_text;
 
 pub use message::{Message, Observer, Severity};
+pub use panel::Panel;
 pub use permissions::Permissions;
 pub use robot::Robot;
 pub use supervisor::{SubmitError, Supervisor, TaskState, TaskStatus};

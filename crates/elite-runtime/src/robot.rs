@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use kinematics::RobotModel;
+use kinematics::{RobotModel, SafetyBounds};
 use motion_api::{
     Command, CommandId, CommandKind, CommandPort, DigitalBank, Event, EventReader, IoChange,
     IoImage, Origin, Outcome, Registers, RingFull, RobotState, ScriptEnd, SnapshotCell, StopReason,
@@ -19,14 +19,21 @@ use crate::message::{Message, Observer, Severity};
 /// A robot to give commands to. Cheap to share behind an `Arc`.
 pub struct Robot {
     model: Arc<RobotModel>,
+    safety_bounds: SafetyBounds,
     commands: CommandPort,
     snapshot: Arc<SnapshotCell>,
     registers: Arc<Registers>,
     timeline: Arc<dyn Timeline>,
     awaited: Mutex<Awaited>,
-    events: Mutex<EventReader>,
+    inbox: Mutex<Inbox>,
     progress: Notify,
     observer: Arc<dyn Observer>,
+}
+
+/// What comes from the motion thread, and how far it has been taken.
+struct Inbox {
+    events: EventReader,
+    last_cycle: u64,
 }
 
 /// Commands whose end somebody waits for, and the origin of every command that has not ended.
@@ -53,12 +60,16 @@ impl Robot {
     ) -> Self {
         Self {
             model,
+            safety_bounds: SafetyBounds::default(),
             commands: end.commands,
             snapshot: end.snapshot,
             registers: end.registers,
             timeline,
             awaited: Mutex::default(),
-            events: Mutex::new(end.events),
+            inbox: Mutex::new(Inbox {
+                events: end.events,
+                last_cycle: 0,
+            }),
             progress: Notify::new(),
             observer,
         }
@@ -67,6 +78,19 @@ impl Robot {
     /// The arm's model.
     pub fn model(&self) -> &RobotModel {
         &self.model
+    }
+
+    /// The same robot with safety planes and a tool; the control cycle must have been given the same.
+    pub fn with_safety_bounds(self, safety_bounds: SafetyBounds) -> Self {
+        Self {
+            safety_bounds,
+            ..self
+        }
+    }
+
+    /// The safety planes, and the tool they hold back.
+    pub fn safety_bounds(&self) -> &SafetyBounds {
+        &self.safety_bounds
     }
 
     /// The state after the latest cycle.
@@ -175,14 +199,21 @@ impl Robot {
         self.progress.notified().await;
     }
 
-    /// Takes all waiting events: completions go into the table, warnings and stops to the observer. Called by the pump
-    /// thread after each cycle of the real clock, and by whoever advances the virtual one.
+    /// Takes all waiting events: completions go into the table, warnings and stops to the observer, which is also shown
+    /// the state of a cycle that is new. Called by the pump thread after each cycle of the real clock, and by whoever
+    /// advances the virtual one.
     pub fn pump(&self) {
-        let mut events = self.events.lock().unwrap_or_else(PoisonError::into_inner);
-        while let Some(event) = events.next_event() {
+        let mut inbox = self.inbox.lock().unwrap_or_else(PoisonError::into_inner);
+        while let Some(event) = inbox.events.next_event() {
             self.dispatch(event);
         }
-        drop(events);
+        let state = self.state();
+        if state.cycle != inbox.last_cycle {
+            inbox.last_cycle = state.cycle;
+            // Under the lock, so that cycles are seen in order.
+            self.observer.cycle_ended(&state);
+        }
+        drop(inbox);
         self.progress.notify_one();
     }
 

@@ -11,7 +11,8 @@ use std::thread::{self, JoinHandle, Thread};
 use std::time::Duration;
 
 use elite_runtime::message::{Message, Observer, Severity};
-use elite_runtime::{ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
+use elite_runtime::{Permissions, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
+use io_bus::Fieldbus;
 use kinematics::{ModelError, RobotModel};
 use motion::Cycle;
 use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
@@ -24,7 +25,9 @@ use tokio_util::sync::CancellationToken;
 use crate::announce::{Announcer, Console};
 use crate::cell::{Cell, CellError};
 use crate::config::RobotConfig;
-use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice, RecordTarget};
+use crate::feed::Feed;
+use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice};
+use crate::recording_files;
 use crate::shutdown;
 use crate::start_configuration::{self, SetupError, cycle_config};
 
@@ -74,7 +77,9 @@ pub enum StartError {
 /// A running controller.
 pub struct Controller {
     robot: Arc<Robot>,
+    fieldbus: Arc<Fieldbus>,
     supervisor: Supervisor,
+    feed: Arc<Feed>,
     announcer: Arc<Announcer>,
     clock: Clock,
     pump: Pump,
@@ -103,7 +108,7 @@ impl Controller {
         let setup = setup(config, &loaded, cell.as_ref(), powered_off);
         let cycle_config = cycle_config(&setup, loaded.model.clone(), cell.as_ref())?;
         let first = cycle_config.first_state();
-        let path = recording_path(&config.record);
+        let path = recording_files::path(&config.record);
         let sizes = BorderSizes {
             records: path.as_ref().and(BorderSizes::default().records),
             ..BorderSizes::default()
@@ -118,6 +123,7 @@ impl Controller {
                     path: path.clone(),
                     setup,
                     model: loaded.model.clone(),
+                    rotation: recording_files::rotation(config),
                     notes_wait: config.clock == ClockChoice::Virtual,
                     on_failure: alarm.clone().into_callback(),
                 };
@@ -134,12 +140,13 @@ impl Controller {
             _ => (None, RecorderHandle::off()),
         };
         let snapshot: Arc<SnapshotCell> = script_end.snapshot.clone();
-        let announcer = Arc::new(Announcer::new(handle, snapshot, console));
+        let model = Arc::new(loaded.model);
+        let feed = Arc::new(Feed::new(model.clone()));
+        let announcer = Arc::new(Announcer::new(handle, snapshot, console, feed.clone()));
         alarm.connect(&announcer);
 
         let (pump, robot_for_pump) = Pump::start()?;
         let (clock, timeline) = start_clock(config.clock, console, cycle, pump.thread())?;
-        let model = Arc::new(loaded.model);
         let robot = Arc::new(Robot::new(
             model,
             script_end.into(),
@@ -148,14 +155,26 @@ impl Controller {
         ));
         // The pump waits for exactly this; it cannot have ended before.
         let _ = robot_for_pump.send(Arc::clone(&robot));
+        let fieldbus = Arc::new(
+            cell.as_ref()
+                .map(Cell::fieldbus)
+                .transpose()?
+                .unwrap_or_default(),
+        );
         let settings = TaskSettings {
             robot: robot.clone(),
             observer: announcer.clone(),
             seed: config.seed,
+            fieldbus: fieldbus.clone(),
+            permissions: permissions(&config.allow),
         };
+        let supervisor = Supervisor::new(settings);
+        feed.follow(supervisor.watch());
         Ok(Self {
             robot,
-            supervisor: Supervisor::new(settings),
+            fieldbus,
+            supervisor,
+            feed,
             announcer,
             clock,
             pump,
@@ -169,9 +188,19 @@ impl Controller {
         &self.robot
     }
 
+    /// Modbus devices, serial ports and the values of the controller's own Modbus server.
+    pub fn fieldbus(&self) -> &Arc<Fieldbus> {
+        &self.fieldbus
+    }
+
     /// Starts and stops programs.
     pub fn supervisor(&self) -> &Supervisor {
         &self.supervisor
+    }
+
+    /// What every cycle is shown to.
+    pub fn feed(&self) -> &Arc<Feed> {
+        &self.feed
     }
 
     /// Who tells everybody.
@@ -299,6 +328,18 @@ fn setup(
         clock: clock.to_owned(),
         powered_off,
         epoch_ns,
+        part: 1,
+    }
+}
+
+/// What `--allow` grants.
+fn permissions(allow: &[Permission]) -> Permissions {
+    let has = |wanted| allow.contains(&wanted);
+    Permissions {
+        net: has(Permission::Net),
+        fs: has(Permission::Fs),
+        process: has(Permission::Process),
+        env: has(Permission::Env),
     }
 }
 
@@ -323,21 +364,6 @@ fn warn_of_settings_without_effect(config: &RobotConfig) {
 fn unix_nanos() -> u64 {
     let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     since.map_or(0, |d| u64::try_from(d.as_nanos()).unwrap_or(u64::MAX))
-}
-
-/// Where the recording goes; a new file is named after the time of day, so that recordings sort by age.
-fn recording_path(target: &RecordTarget) -> Option<PathBuf> {
-    match target {
-        RecordTarget::Off => None,
-        RecordTarget::File(path) => Some(path.clone()),
-        RecordTarget::NewFileIn(folder) => {
-            let name = jiff::Timestamp::now()
-                .strftime("%Y-%m-%dT%H-%M-%S")
-                .to_string();
-            // Two servers started within a second must not write into one file.
-            Some(folder.join(format!("{name}-{}.mcap", std::process::id())))
-        }
-    }
 }
 
 fn start_clock(

@@ -8,6 +8,7 @@ use super::coroutine::{StackPool, Stopping, ThreadState};
 use super::types::Types;
 use crate::host::Host;
 use crate::limits::{Limits, memory};
+use crate::statement::Injected;
 use crate::value::module::Namespace;
 use crate::value::symbol::Symbols;
 use crate::value::{Class, Module, R, Value};
@@ -63,6 +64,11 @@ pub struct Core {
     pub texts: RefCell<Vec<(Rc<Code>, Rc<Namespace>)>>,
     /// Namespaces of evaluated texts, to break their cycles at the end.
     pub namespaces: RefCell<Vec<Weak<Namespace>>>,
+    /// Library modules being loaded, one within another; meanwhile the thread is not interrupted, so that no other one
+    /// finds a module half made.
+    pub loading: Cell<u32>,
+    /// What statements run by natives have defined.
+    pub injected: RefCell<Injected>,
     next_thread: Cell<u64>,
 }
 
@@ -96,6 +102,8 @@ impl Core {
             classes: RefCell::default(),
             texts: RefCell::default(),
             namespaces: RefCell::default(),
+            loading: Cell::new(0),
+            injected: RefCell::default(),
             next_thread: Cell::new(0),
             symbols,
         });
@@ -121,6 +129,10 @@ impl Core {
         let left = self.fuel_left.get();
         if left > 0 {
             self.set_fuel(left);
+        }
+        if left == 0 && self.loading.get() > 0 {
+            self.set_fuel(SLICE);
+            return true;
         }
         left > 0
     }
@@ -190,6 +202,8 @@ impl Core {
     /// Breaks the cycles through globals, modules and classes.
     pub fn dismantle(&self) {
         self.globals.dismantle();
+        let injected = self.injected.take();
+        injected.dismantle();
         let namespaces = std::mem::take(&mut *self.namespaces.borrow_mut());
         for namespace in namespaces.iter().filter_map(Weak::upgrade) {
             namespace.dismantle();

@@ -11,7 +11,7 @@ pub struct Module {
     /// Its name.
     pub name: Rc<str>,
     /// Its attributes.
-    pub namespace: Namespace,
+    pub namespace: Rc<Namespace>,
 }
 
 /// Global variables by name. Code refers to the cells directly, so a lookup by name happens once.
@@ -38,6 +38,18 @@ impl Namespace {
             Some(parent) if !self.cells.borrow().contains_key(&name) => parent.cell(name),
             _ => self.own_cell(name),
         }
+    }
+
+    /// The cell that a name of this very namespace hides in the one behind it; None for other names.
+    pub fn behind(&self, name: Symbol) -> Option<Rc<CellVar>> {
+        let parent = self.parent.as_ref()?;
+        let hides = self.cells.borrow().contains_key(&name);
+        hides.then(|| parent.cell(name))
+    }
+
+    /// Whether the name has been mentioned as one of this very namespace, bound or not.
+    pub fn mentions(&self, name: Symbol) -> bool {
+        self.cells.borrow().contains_key(&name)
     }
 
     /// Makes a name stand for an existing variable.

@@ -7,6 +7,7 @@ mod call;
 pub mod declare;
 mod io;
 mod kinematics;
+mod math;
 mod modbus;
 mod modbus_rtu;
 mod motion;
@@ -30,6 +31,7 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
     [
         motion::BUILTINS,
         kinematics::BUILTINS,
+        math::BUILTINS,
         io::BUILTINS,
         registers::BUILTINS,
         modbus::BUILTINS,

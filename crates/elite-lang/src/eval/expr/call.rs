@@ -7,6 +7,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
+use crate::value::symbol::known;
 use crate::value::{Dict, Function, R, Symbol, Value};
 
 /// `function(a, b)` without stars and keywords.
@@ -25,7 +26,7 @@ impl Expression for Call {
         match &callee {
             Value::Function(function) => call_script(function, None, &self.args, ev, f, self.span),
             _ => with_args(&self.args, ev, f, |ev, f, args| {
-                ev.call_from(&callee, args, &[], Some(f))
+                ev.call_from(&callee, args, &[], Some(&mut *f))
                     .at(ev, f, self.span)
             }),
         }
@@ -164,11 +165,11 @@ impl CallMethod {
     ) -> R {
         match &*self.args {
             [] => ev
-                .call_builtin(builtin, &mut [receiver], &[], Some(f))
+                .call_builtin(builtin, &mut [receiver], &[], Some(&mut *f))
                 .at(ev, f, self.span),
             [a] => {
                 let a = a.eval(ev, f)?;
-                ev.call_builtin(builtin, &mut [receiver, a], &[], Some(f))
+                ev.call_builtin(builtin, &mut [receiver, a], &[], Some(&mut *f))
                     .at(ev, f, self.span)
             }
             args => {
@@ -177,7 +178,7 @@ impl CallMethod {
                 for arg in args {
                     values.push(arg.eval(ev, f)?);
                 }
-                ev.call_builtin(builtin, &mut values, &[], Some(f))
+                ev.call_builtin(builtin, &mut values, &[], Some(&mut *f))
                     .at(ev, f, self.span)
             }
         }
@@ -200,12 +201,12 @@ impl CallMethod {
                     self.span,
                 ),
                 _ => with_args(&self.args, ev, f, |ev, f, args| {
-                    ev.call_from(&callee, args, &[], Some(f))
+                    ev.call_from(&callee, args, &[], Some(&mut *f))
                         .at(ev, f, self.span)
                 }),
             },
             _ => with_args(&self.args, ev, f, |ev, f, args| {
-                ev.call_from(&callee, args, &[], Some(f))
+                ev.call_from(&callee, args, &[], Some(&mut *f))
                     .at(ev, f, self.span)
             }),
         }
@@ -248,7 +249,7 @@ impl Expression for CallWith {
             &mut positional,
             &mut keywords,
         )?;
-        ev.call_from(&callee, &mut positional, &keywords, Some(f))
+        ev.call_from(&callee, &mut positional, &keywords, Some(&mut *f))
             .at(ev, f, self.span)
     }
 }
@@ -308,7 +309,13 @@ fn gather_mapping(
 ) -> R<()> {
     let dict = Dict::new();
     ev.update_from_mapping(&dict, mapping).map_err(|raised| {
-        if ev.is_kind(&raised, ExceptionKind::TypeError) && !matches!(mapping, Value::Instance(_)) {
+        let no_mapping = match mapping {
+            Value::Instance(instance) => {
+                instance.extended().is_none() && instance.class.lookup(known::KEYS).is_none()
+            }
+            _ => true,
+        };
+        if ev.is_kind(&raised, ExceptionKind::TypeError) && no_mapping {
             let (label, name) = (ev.callee_label(callee), ev.core.types.name_of(mapping));
             return ev.type_error(format!(
                 "{label} argument after ** must be a mapping, not {name}"
@@ -383,7 +390,7 @@ impl Expression for SuperCall {
             matches!(&callee, Value::Class(class) if Rc::ptr_eq(class, &ev.core.types.super_));
         if !is_super {
             return ev
-                .call_from(&callee, &mut [], &[], Some(f))
+                .call_from(&callee, &mut [], &[], Some(&mut *f))
                 .at(ev, f, self.span);
         }
         let Some(receiver) = &self.receiver else {
@@ -391,7 +398,13 @@ impl Expression for SuperCall {
             return Err(error).at(ev, f, self.span);
         };
         let class = self.class.eval(ev, f)?;
-        let receiver = receiver.eval(ev, f)?;
+        let receiver = receiver.eval(ev, f).map_err(|raised| {
+            if ev.is_kind(&raised, ExceptionKind::UnboundLocalError) {
+                return ev.raise(ExceptionKind::RuntimeError, "super(): arg[0] deleted");
+            }
+            raised
+        });
+        let receiver = receiver.at(ev, f, self.span)?;
         ev.make_super(&class, &receiver).at(ev, f, self.span)
     }
 }
