@@ -2,6 +2,7 @@
 //!
 //! Owns the threads (motion, pump, recorder) and the order in which they end. What `serve` adds are the ports.
 
+use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -333,7 +334,7 @@ fn setup(
 }
 
 /// What `--allow` grants.
-fn permissions(allow: &[Permission]) -> Permissions {
+fn permissions(allow: &BTreeSet<Permission>) -> Permissions {
     let has = |wanted| allow.contains(&wanted);
     Permissions {
         net: has(Permission::Net),
