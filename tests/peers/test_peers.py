@@ -144,7 +144,7 @@ print(socket_open("127.0.0.1", {peer.port}, "s"), socket_open("127.0.0.1", {peer
 print(socket_read_string("s", "<", ">"), socket_read_string("s", prefix="<", suffix=">"))
 print(socket_read_ascii_float(3, "s"))
 print(socket_read_binary_integer(3, "s", 0.2))
-print(socket_read_byte_list(2, "s"))
+print(socket_read_byte_list(2, "s"), socket_read_byte_list(2, "s", 0.2))
 print(socket_send_byte(65, "s"), socket_send_byte("b", "s"), socket_send_byte(256 + 67, "s"))
 print(socket_send_int(-2, "s"), socket_send_byte_list([1, 0x3, 0x2E, 3], "s"))
 print(socket_send_line("line", 2, "s"), socket_send_string([1, True], "s"), socket_set_var("V", 1000, "s"))
@@ -163,7 +163,7 @@ print(socket_is_connected("s"), socket_send_string("x", "s"), socket_read_binary
                 "111 222",
                 "[3, 3.12, 3.11, 8.24]",
                 "[2, 100, -100, -1]",
-                "[2, 1, 2]",
+                "[2, 1, 2] [1, 255, -1]",
                 "True True True",
                 "True 4",
                 "True True None",

@@ -461,7 +461,10 @@ impl Task {
 
     /// One virtual cycle, or whatever comes first under the real clock: a cycle or a control.
     async fn let_time_pass(&mut self) {
-        if self.context.outside().is_open() && self.settings.robot.timeline().is_virtual() {
+        // Rates and watchdogs of Modbus signals count the same seconds as the program.
+        let outside =
+            self.context.outside().is_open() || self.settings.fieldbus.modbus.has_signals();
+        if outside && self.settings.robot.timeline().is_virtual() {
             return self.let_time_pass_at_wall_pace().await;
         }
         self.next_paced_cycle = None;
