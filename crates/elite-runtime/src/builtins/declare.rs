@@ -57,8 +57,10 @@ pub enum Category {
     ModbusRtu,
     /// Chapter 9.1.
     Thread,
-    /// Chapter 9.3 to 9.5.
+    /// Chapter 9.2, 9.3 and 9.5.
     System,
+    /// Chapter 9.4.
+    Text,
     /// Chapter 1.
     Other,
 }
@@ -80,6 +82,7 @@ impl Category {
             Self::ModbusRtu => "modbus_rtu",
             Self::Thread => "thread",
             Self::System => "system",
+            Self::Text => "string",
             Self::Other => "other",
         }
     }
@@ -213,6 +216,8 @@ pub enum Default {
     Zeros,
     /// The empty text.
     EmptyText,
+    /// `None`.
+    None,
     /// The empty tuple.
     EmptyTuple,
     /// Something the controller knows; the word is shown in signatures.
@@ -233,9 +238,10 @@ impl Kind {
             Self::ListOrText => "list | str".into(),
             Self::Number(_) => "float".into(),
             Self::Integer(..) | Self::OneOf(_) => "int".into(),
-            Self::Text | Self::Word(_) => "str".into(),
+            Self::Word(_) => "str".into(),
             Self::Checked(what) => what.into(),
             Self::Boolean => "bool".into(),
+            Self::Text => "str".into(),
             Self::Printable | Self::Rest => "any".into(),
             Self::Function => "callable".into(),
             Self::Arguments => "tuple".into(),
@@ -248,8 +254,9 @@ impl Kind {
         match self {
             Self::Number(Range::Positive) => Some("> 0".into()),
             Self::Number(Range::NotNegative) => Some(">= 0".into()),
-            Self::Number(Range::Between(min, max)) => Some(format!("{min} to {max}")),
             Self::Integer(i64::MIN, i64::MAX) => None,
+            Self::Integer(min, i64::MAX) => Some(format!(">= {min}")),
+            Self::Number(Range::Between(min, max)) => Some(format!("{min} to {max}")),
             Self::Integer(min, max) => Some(format!("{min} to {max}")),
             Self::OneOf(numbers) => Some(alternatives(numbers)),
             Self::Word(words) => Some(alternatives(words)),
@@ -302,6 +309,7 @@ impl fmt::Display for Parameter {
             Default::Number(x) => write!(f, "={x}"),
             Default::Integer(n) => write!(f, "={n}"),
             Default::Text(text) => write!(f, "='{text}'"),
+            Default::None => f.write_str("=None"),
             Default::Boolean(b) => f.write_str(if b { "=True" } else { "=False" }),
             Default::Zeros => {
                 let n = if let Kind::Numbers(n) = self.kind {

@@ -5,6 +5,8 @@
 
 mod call;
 pub mod declare;
+mod hints;
+mod interpreter;
 mod io;
 mod kinematics;
 mod math;
@@ -16,11 +18,14 @@ mod rpc;
 mod serial;
 mod socket;
 mod system;
+mod text;
 mod thread;
 
 use std::rc::Rc;
 
 use elite_lang::{NativeFunction, Param, ParamKind};
+
+pub use hints::known_names;
 
 use crate::task::TaskContext;
 use call::Call;
@@ -39,8 +44,10 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
         rpc::BUILTINS,
         serial::BUILTINS,
         modbus_rtu::BUILTINS,
+        interpreter::BUILTINS,
         thread::BUILTINS,
         system::BUILTINS,
+        text::BUILTINS,
     ]
     .into_iter()
     .flatten()
