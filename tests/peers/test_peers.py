@@ -1,11 +1,14 @@
 """Chapters 5 to 8 of the manual through `eliteserver run`, against peers that we did not write."""
 
+import json
 import os
-import re
+import socket
 import subprocess
 import tempfile
 import time
 import unittest
+
+from pymodbus.client import ModbusTcpClient
 
 from peers import ModbusDevice, RpcServer, RtuDevice, Talker
 
@@ -332,6 +335,78 @@ for port in ({silent.port}, {garbage.port}):
         )
         self.assertEqual(printed, ["True", "True"])
         self.assertLess(time.monotonic() - began, 6)
+
+
+class OwnServer(unittest.TestCase):
+    """The controller's own Modbus server, with pymodbus as client and a script on port 30001."""
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        ready = os.path.join(self.folder.name, "ready.json")
+        ports = [f"--{name}-port=0" for name in ("primary", "interpreter", "rtsi", "dashboard", "modbus", "http")]
+        command = [SERVER, "serve", "--plant", "ideal", "--record", "off", "--ready-file", ready, *ports]
+        self.server = subprocess.Popen(command, stderr=subprocess.DEVNULL, cwd=self.folder.name)
+        deadline = time.monotonic() + 20
+        while not os.path.exists(ready):
+            self.assertLess(time.monotonic(), deadline, "the server does not start")
+            time.sleep(0.02)
+        with open(ready) as file:
+            self.ports = json.load(file)["ports"]
+
+    def tearDown(self):
+        self.server.terminate()
+        self.assertEqual(self.server.wait(10), 0)
+        self.folder.cleanup()
+
+    def script(self, text):
+        with socket.create_connection(("127.0.0.1", self.ports["primary"])) as primary:
+            primary.sendall(text.encode())
+            time.sleep(0.3)
+
+    def until(self, condition):
+        deadline = time.monotonic() + 10
+        while not condition():
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.02)
+
+    def test_scripts_and_several_clients_share_the_values(self):
+        clients = [ModbusTcpClient("127.0.0.1", port=self.ports["modbus"]) for _ in range(5)]
+        for client in clients:
+            self.assertTrue(client.connect())
+        first, last = clients[0], clients[-1]
+        self.script("def f():\n  write_port_bit(127, True)\n  write_port_register(255, -2)\n  write_output_integer_register(3, -70000)\n  set_configurable_digital_out(1, True)\nend\n")
+        self.until(lambda: last.read_coils(127, count=1).bits[0])
+        self.until(lambda: first.read_coils(1017, count=1).bits[0])
+        self.assertEqual(last.read_holding_registers(255, count=1).registers, [65534])
+        self.assertEqual(first.read_holding_registers(1306, count=2).registers, [0xFFFE, 0xEE90])
+        self.assertEqual(first.read_input_registers(1020, count=2).registers, [7, 1])
+        first.write_coil(1002, True)
+        first.write_registers(1200, [0, 42])
+        self.script("def f():\n  write_port_register(0, read_input_integer_register(0))\n  write_port_bit(0, get_standard_digital_out(2))\nend\n")
+        self.until(lambda: last.read_holding_registers(0, count=1).registers == [42])
+        self.assertTrue(last.read_coils(0, count=1).bits[0])
+        self.assertEqual(first.read_holding_registers(256, count=1).exception_code, 2)
+        self.assertEqual(first.read_holding_registers(1004, count=1).exception_code, 2)
+        for client in clients:
+            client.close()
+
+    def test_run_state_outputs_follow_every_end_of_a_program(self):
+        client = ModbusTcpClient("127.0.0.1", port=self.ports["modbus"])
+        client.connect()
+        bodies = {
+            "end": "sleep(0.5)",
+            "error": "sleep(0.5)\n  1 / 0",
+            "stop": "sleep(30)",
+            "alarm": "sleep(0.5)\n  set_tool_digital(3, True)",
+        }
+        for name, body in bodies.items():
+            head = "set_runstate_standard_digital_output_to_value(5, 3)\n  set_runstate_standard_digital_output_to_value(6, 1)\n  set_standard_digital_out(6, True)"
+            self.script(f"def f():\n  {head}\n  {body}\nend\n")
+            self.until(lambda: client.read_coils(1005, count=2).bits[:2] == [True, True])
+            if name == "stop":
+                self.script("stop task\n")
+            self.until(lambda: client.read_coils(1005, count=2).bits[:2] == [False, False])
+        client.close()
 
 
 class Rpc(unittest.TestCase):
