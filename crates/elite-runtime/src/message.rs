@@ -64,6 +64,9 @@ pub enum Message {
 /// Error code of every protective stop; the sub code tells the reason ([`StopReason::code`]). Our numbering.
 pub const PROTECTIVE_STOP_CODE: i32 = 100;
 
+/// Error code of every emergency stop. Our numbering.
+pub const EMERGENCY_STOP_CODE: i32 = 101;
+
 impl Message {
     /// A log line.
     pub fn log(severity: Severity, origin: Origin, text: impl Into<String>) -> Self {
@@ -74,13 +77,19 @@ impl Message {
         }
     }
 
-    /// The message of a protective stop.
+    /// The message of a protective or an emergency stop.
     pub fn protective_stop(reason: StopReason) -> Self {
         Self::Robot {
-            code: PROTECTIVE_STOP_CODE,
+            code: match reason {
+                StopReason::EmergencyStop => EMERGENCY_STOP_CODE,
+                _ => PROTECTIVE_STOP_CODE,
+            },
             sub_code: i32::try_from(reason.code()).unwrap_or(i32::MAX),
             severity: Severity::Error,
-            text: format!("protective stop: {reason}"),
+            text: match reason {
+                StopReason::EmergencyStop => format!("emergency stop: {reason}"),
+                _ => format!("protective stop: {reason}"),
+            },
         }
     }
 }

@@ -101,6 +101,11 @@ pub enum CommandKind {
     UnlockProtectiveStop,
     /// Clears a safety fault.
     RestartSafetyBoard,
+    /// The emergency stop button of the pendant: the arm brakes and loses its power.
+    EmergencyStop {
+        /// Pressed, or released again.
+        pressed: bool,
+    },
 }
 
 impl CommandKind {
@@ -121,6 +126,7 @@ impl CommandKind {
             Self::ReleaseBrakes => "release_brakes",
             Self::UnlockProtectiveStop => "unlock_protective_stop",
             Self::RestartSafetyBoard => "restart_safety_board",
+            Self::EmergencyStop { .. } => "emergency_stop",
         }
     }
 

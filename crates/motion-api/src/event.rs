@@ -199,6 +199,9 @@ pub enum StopReason {
         /// Limit, m/s.
         limit: f64,
     },
+    /// Somebody pressed an emergency stop, or an input that means it asked for one.
+    #[error("an emergency stop was asked for; release it, then power on and release the brakes")]
+    EmergencyStop,
     /// The controller met a condition it has no rule for; the arm stops. A bug of ours.
     #[error("internal fault {code} in the motion thread; please report it with the recording")]
     Internal {
@@ -216,6 +219,7 @@ impl StopReason {
             Self::TrackingError { .. } => 3,
             Self::TcpSpeed { .. } => 4,
             Self::ElbowSpeed { .. } => 5,
+            Self::EmergencyStop => 20,
             Self::Internal { .. } => 99,
         }
     }

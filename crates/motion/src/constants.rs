@@ -48,6 +48,12 @@ pub const SETTLING_TIME: f64 = 0.5;
 /// See [`SETTLING_TIME`].
 pub const RESTING_SPEED: f64 = 1e-3;
 
+/// From power off to idle, and from idle to released brakes, s. Long enough for a client that asks every 100 ms to see
+/// the modes in between; the vendor's own times are longer.
+pub const POWER_ON_TIME: f64 = 0.4;
+/// See [`POWER_ON_TIME`].
+pub const BRAKE_RELEASE_TIME: f64 = 0.3;
+
 /// Difference of actual and target position at which the arm counts as not following, rad. Free motion stays below
 /// 1 mrad; a joint pressing against something reaches this within a few cycles.
 pub const TRACKING_LIMIT: f64 = 0.05;

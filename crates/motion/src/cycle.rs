@@ -5,7 +5,7 @@
 
 use kinematics::chain::Frames;
 use kinematics::{Dynamics, Payload, Pose, RobotModel, RpyPose};
-use motion_api::{Command, CommandId, MotionEnd, Outcome, RobotMode, SafetyMode, StopReason};
+use motion_api::{Command, CommandId, MotionEnd, Outcome, RobotMode, StopReason};
 use nalgebra::Vector3;
 use rtrb::Consumer;
 
@@ -128,6 +128,7 @@ impl Cycle {
     pub fn tick(&mut self, timing: Timing) {
         self.out.cycle += 1;
         self.take_commands();
+        self.advance_machine();
         let wanted = self.generate();
         let limited = self.limit(wanted);
         self.move_arm(&limited);
@@ -139,7 +140,8 @@ impl Cycle {
 
     /// The generator's setpoint, or why there is none.
     fn generate(&mut self) -> Result<Setpoint, StopReason> {
-        let fraction = if self.is_paused || self.speed_fraction < SLOWEST_FRACTION {
+        let held = self.is_paused || self.machine.is_safeguarded();
+        let fraction = if held || self.speed_fraction < SLOWEST_FRACTION {
             0.0
         } else {
             self.speed_fraction
@@ -200,7 +202,7 @@ impl Cycle {
                 code: fault::PLANT_DIVERGED,
             });
         }
-        if !self.machine.safety_mode().allows_motion() {
+        if self.machine.stop_reason().is_some() {
             return;
         }
         for (joint, number) in (0u8..6).enumerate() {
@@ -239,7 +241,7 @@ impl Cycle {
         if !self.is_standing() {
             return;
         }
-        if self.waiting.includes(WaitingFor::PowerOff) {
+        if self.waiting.includes(WaitingFor::PowerOff) || self.machine.is_emergency() {
             self.machine.power_off();
         }
         while let Some(id) = self.waiting.take(|_| true) {
@@ -253,11 +255,37 @@ impl Cycle {
         self.generator = Generator::Brake(brake);
     }
 
+    /// Power and brakes take time.
+    fn advance_machine(&mut self) {
+        if self.machine.advance(self.step) {
+            self.stand_at_actual();
+        }
+    }
+
+    /// Where `begins` says that an emergency stop begins, the joints brake; once they stand the power goes off.
+    pub(crate) fn look_for_emergency(&mut self, begins: impl FnOnce(&mut Machine) -> bool) {
+        let is_held_by_servos = self.is_under_servo();
+        if !begins(&mut self.machine) {
+            return;
+        }
+        let reason = StopReason::EmergencyStop;
+        self.out.stopped(reason);
+        if is_held_by_servos && !matches!(self.generator, Generator::Brake(_)) {
+            let brake = self.brake_from_target(reason);
+            self.generator = Generator::Brake(brake);
+        }
+    }
+
     /// Reports a protective stop, ends the motion with it, and gives the braking from the present target.
     fn protective_stop(&mut self, reason: StopReason) -> JointBrake {
         if self.machine.protective_stop(reason) {
             self.out.stopped(reason);
         }
+        self.brake_from_target(reason)
+    }
+
+    /// Ends the motion with `reason` and gives the braking from the present target.
+    fn brake_from_target(&mut self, reason: StopReason) -> JointBrake {
         let running = self.running();
         if running != CommandId::NONE {
             self.out.ended(running, Outcome::ProtectiveStop(reason));
@@ -269,7 +297,7 @@ impl Cycle {
     /// The servos hold the arm, not the brakes: those do without power, and at the end of a protective stop.
     pub(crate) fn is_under_servo(&self) -> bool {
         self.machine.is_under_servo()
-            && (self.machine.safety_mode() != SafetyMode::ProtectiveStop
+            && (self.machine.stop_reason().is_none()
                 || matches!(self.generator, Generator::Brake(_)))
     }
 

@@ -123,7 +123,7 @@ impl Cycle {
                 Ok(Ending::Now)
             }
             CommandKind::PowerOn => {
-                self.machine.power_on();
+                self.machine.power_on()?;
                 Ok(Ending::Now)
             }
             CommandKind::PowerOff => {
@@ -132,9 +132,7 @@ impl Cycle {
                 Ok(Ending::Later)
             }
             CommandKind::ReleaseBrakes => {
-                if self.machine.release_brakes()? {
-                    self.stand_at_actual();
-                }
+                self.machine.release_brakes()?;
                 Ok(Ending::Now)
             }
             CommandKind::UnlockProtectiveStop => {
@@ -145,7 +143,14 @@ impl Cycle {
                 Ok(Ending::Now)
             }
             CommandKind::RestartSafetyBoard => {
+                if !self.is_standing() {
+                    return Err(Refusal::StillMoving);
+                }
                 self.machine.restart_safety();
+                Ok(Ending::Now)
+            }
+            CommandKind::EmergencyStop { pressed } => {
+                self.look_for_emergency(|machine| machine.press_emergency_stop(pressed));
                 Ok(Ending::Now)
             }
         }

@@ -76,6 +76,7 @@ commands! {
     "release_brakes" => ReleaseBrakes;
     "unlock_protective_stop" => UnlockProtectiveStop;
     "restart_safety_board" => RestartSafetyBoard;
+    "emergency_stop" => EmergencyStop { pressed };
 }
 
 fn read<T: Argument>(
@@ -238,6 +239,7 @@ mod tests {
             CommandKind::PowerOn,
             CommandKind::PowerOff,
             CommandKind::ReleaseBrakes,
+            CommandKind::EmergencyStop { pressed: true },
             CommandKind::UnlockProtectiveStop,
             CommandKind::RestartSafetyBoard,
         ]
