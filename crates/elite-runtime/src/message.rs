@@ -67,6 +67,9 @@ pub const PROTECTIVE_STOP_CODE: i32 = 100;
 /// Error code of every emergency stop. Our numbering.
 pub const EMERGENCY_STOP_CODE: i32 = 101;
 
+/// Error code of alarms that end a program, such as a wrong I/O type (manual 5.16). Our numbering.
+pub const SCRIPT_ALARM_CODE: i32 = 110;
+
 impl Message {
     /// A log line.
     pub fn log(severity: Severity, origin: Origin, text: impl Into<String>) -> Self {

@@ -5,6 +5,8 @@
 
 use kinematics::{JointPositions, Payload, RpyPose};
 
+use crate::IoChange;
+
 /// Number of a command, in the order in which commands entered the ring, from 1. 0 means "none".
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CommandId(pub u64);
@@ -89,6 +91,8 @@ pub enum CommandKind {
         /// High or low.
         level: bool,
     },
+    /// Any other input or output, or how it is configured (manual chapter 5).
+    SetIo(IoChange),
     /// The speed slider, 0 to 1.
     SetSpeedFraction(f64),
     /// Arm power on: power off → idle.
@@ -120,6 +124,7 @@ impl CommandKind {
             Self::SetTcp(_) => "set_tcp",
             Self::SetPayload(_) => "set_payload",
             Self::SetStandardDigitalOut { .. } => "set_standard_digital_out",
+            Self::SetIo(_) => "set_io",
             Self::SetSpeedFraction(_) => "set_speed_fraction",
             Self::PowerOn => "power_on",
             Self::PowerOff => "power_off",

@@ -3,7 +3,7 @@
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
 
 use crate::words::{Sink, Source, Words};
-use crate::{CommandId, MotionMode, RobotMode, SafetyMode};
+use crate::{CommandId, IoConfig, IoImage, MotionMode, RobotMode, SafetyMode};
 
 macro_rules! state {
     ($(#[$doc:meta])* pub struct $name:ident { $($(#[$fdoc:meta])* pub $field:ident: $type:ty,)+ }) => {
@@ -85,6 +85,8 @@ state! {
         pub analog_in: [f64; 3],
         /// Analog outputs: standard 0, standard 1, tool; A or V by domain.
         pub analog_out: [f64; 3],
+        /// How inputs and outputs are configured.
+        pub io_config: IoConfig,
         /// Records that the recording could not take so far.
         pub records_lost: u64,
         /// Time the cycle before this one took, µs; 0 under the virtual clock.
@@ -127,9 +129,23 @@ impl RobotState {
             digital_out: 0,
             analog_in: [0.0; 3],
             analog_out: [0.0; 3],
+            io_config: IoConfig::default(),
             records_lost: 0,
             step_duration_us: 0.0,
             wakeup_latency_us: 0.0,
+        }
+    }
+
+    /// Inputs and outputs as one image.
+    pub fn io(&self) -> IoImage {
+        IoImage {
+            digital_in: self.digital_in as u32,
+            digital_out: self.digital_out as u32,
+            analog_in: self.analog_in,
+            analog_out_ratio: std::array::from_fn(|k| {
+                self.io_config.analog_out[k].ratio(self.analog_out[k])
+            }),
+            config: self.io_config,
         }
     }
 }

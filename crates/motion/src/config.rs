@@ -10,6 +10,7 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::constants::{FASTEST_RISE, STEP_RANGE};
+use crate::io::IoSetup;
 
 /// Which arm the setpoints move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,6 +62,8 @@ pub struct CycleConfig {
     pub limits: LimitOverrides,
     /// Start with power off and brakes engaged.
     pub powered_off: bool,
+    /// Wires and timed inputs.
+    pub io: IoSetup,
 }
 
 /// What is wrong with a configuration.
@@ -195,6 +198,7 @@ impl CycleConfig {
             plant: PlantKind::default(),
             limits: LimitOverrides::default(),
             powered_off: false,
+            io: IoSetup::default(),
         }
     }
 

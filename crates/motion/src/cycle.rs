@@ -12,6 +12,7 @@ use rtrb::Consumer;
 use crate::brake::JointBrake;
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
 use crate::constants::{RESTING_SPEED, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
+use crate::io::Io;
 use crate::machine::Machine;
 use crate::motion::Motion;
 use crate::outbox::Outbox;
@@ -61,7 +62,7 @@ pub struct Cycle {
     pub(crate) waiting: Waiting,
     pub(crate) is_paused: bool,
     pub(crate) speed_fraction: f64,
-    pub(crate) digital_out: u64,
+    pub(crate) io: Io,
 
     pub(crate) tcp: RpyPose,
     pub(crate) flange_from_tcp: Pose,
@@ -81,6 +82,7 @@ impl Cycle {
     /// [`ConfigError`] names what is wrong with the configuration or the border.
     pub fn new(config: CycleConfig, border: MotionEnd) -> Result<Self, ConfigError> {
         let limits = config.resolve()?;
+        let io = Io::new(&config.io, config.step_time, border.registers.clone());
         let (commands, out) = Outbox::new(border)?;
         let machine = Machine::new(config.robot_mode());
         let model = config
@@ -107,7 +109,7 @@ impl Cycle {
             waiting: Waiting::default(),
             is_paused: false,
             speed_fraction: 1.0,
-            digital_out: 0,
+            io,
             tcp: config.tcp,
             flange_from_tcp: Pose::from_rpy(&config.tcp),
             payload: config.payload,
@@ -128,6 +130,7 @@ impl Cycle {
     pub fn tick(&mut self, timing: Timing) {
         self.out.cycle += 1;
         self.take_commands();
+        self.io.advance(self.out.cycle as f64 * self.step);
         self.advance_machine();
         let wanted = self.generate();
         let limited = self.limit(wanted);

@@ -4,7 +4,10 @@
 //! cycle. The costly part of a plan is not done here but once a cycle in `plan_on`.
 
 use kinematics::{Payload, PayloadError, Pose};
-use motion_api::{Command, CommandId, CommandKind, MotionMode, Outcome, Refusal, StopReason};
+use motion_api::{
+    Command, CommandId, CommandKind, DigitalBank, IoChange, MotionMode, Outcome, Refusal,
+    StopReason,
+};
 
 use crate::constants::{COMMANDS_PER_CYCLE, PAYLOAD_INERTIA_MAX, PAYLOAD_MASS_MAX, TOOL_REACH_MAX};
 use crate::cycle::{Cycle, Generator};
@@ -107,12 +110,12 @@ impl Cycle {
                     let value = f64::from(index);
                     return Err(bad_value("the index of the output", value, "0 to 15"));
                 }
-                let bit = 1u64 << index;
-                self.digital_out = if level {
-                    self.digital_out | bit
-                } else {
-                    self.digital_out & !bit
-                };
+                let bank = DigitalBank::Standard;
+                self.io.apply(&IoChange::digital_out(bank, index, level));
+                Ok(Ending::Now)
+            }
+            CommandKind::SetIo(change) => {
+                self.io.apply(&change);
                 Ok(Ending::Now)
             }
             CommandKind::SetSpeedFraction(fraction) => {

@@ -33,6 +33,7 @@ pub mod config;
 pub mod constants;
 mod cycle;
 mod intake;
+pub mod io;
 pub mod machine;
 mod motion;
 mod outbox;
@@ -48,4 +49,5 @@ mod waiting;
 
 pub use config::{ConfigError, CycleConfig, LimitOverrides, MotionLimits, PlantKind};
 pub use cycle::{Cycle, Timing};
+pub use io::{IoSetup, TimedInput, WireSetup};
 pub use motion::Plan;

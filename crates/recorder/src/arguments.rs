@@ -4,7 +4,7 @@
 //! does not compile until it is listed here. Numbers come back bit for bit, so that a recorded command can be run again.
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
-use motion_api::{CommandId, CommandKind};
+use motion_api::{CommandId, CommandKind, IoChange};
 use serde_json::{Map, Value};
 use thiserror::Error;
 
@@ -70,6 +70,7 @@ commands! {
     "set_tcp" => SetTcp(tcp);
     "set_payload" => SetPayload(payload);
     "set_standard_digital_out" => SetStandardDigitalOut { index, level };
+    "set_io" => SetIo(change);
     "set_speed_fraction" => SetSpeedFraction(fraction);
     "power_on" => PowerOn;
     "power_off" => PowerOff;
@@ -180,6 +181,18 @@ as_other! {
     CommandId as u64: |x| x.0, CommandId;
 }
 
+impl Argument for IoChange {
+    fn write(&self) -> Value {
+        let (name, numbers) = self.to_parts();
+        let parts = [("what", Value::from(name)), ("numbers", numbers.write())];
+        Value::Object(parts.map(|(k, v)| (k.to_owned(), v)).into_iter().collect())
+    }
+    fn read(value: &Value) -> Option<Self> {
+        let numbers = Argument::read(value.get("numbers")?)?;
+        Self::from_parts(value.get("what")?.as_str()?, numbers)
+    }
+}
+
 impl Argument for Payload {
     fn write(&self) -> Value {
         let Self { mass, cog, inertia } = self;
@@ -235,6 +248,11 @@ mod tests {
                 index: 15,
                 level: true,
             },
+            CommandKind::SetIo(IoChange::AnalogOut { port: 1, ratio: x }),
+            CommandKind::SetIo(IoChange::DigitalIn {
+                mask: 0x0FFF_FFFF,
+                levels: 5,
+            }),
             CommandKind::SetSpeedFraction(x),
             CommandKind::PowerOn,
             CommandKind::PowerOff,

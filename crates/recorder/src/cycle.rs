@@ -5,7 +5,7 @@
 //! description; they make a recording complete, so that a state read back is the state that was recorded.
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
-use motion_api::{CommandId, MotionMode, RobotMode, RobotState, SafetyMode};
+use motion_api::{CommandId, IoConfig, MotionMode, RobotMode, RobotState, SafetyMode};
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::source_code_info::Location;
 use prost_types::{
@@ -149,6 +149,8 @@ message! {
         stop_code: u64 [uint64, "37"],
         /// Cycles that the recording could not take so far.
         records_lost: u64 [uint64, "38"],
+        /// How I/O is configured: bits 0-5 domains, 8-23 tool pins, 24-25 use of tool analog pins, from 32 tool voltage.
+        io_config: u64 [uint64, "39"],
     }
 }
 
@@ -212,6 +214,7 @@ impl Cycle {
             digital_out,
             analog_in,
             analog_out,
+            io_config,
             records_lost,
             step_duration_us,
             wakeup_latency_us,
@@ -250,6 +253,7 @@ impl Cycle {
         self.target_speed_fraction = target_speed_fraction;
         self.stop_code = stop_code;
         self.records_lost = records_lost;
+        self.io_config = io_config.to_bits();
     }
 
     /// The state that was recorded.
@@ -297,6 +301,7 @@ impl Cycle {
             digital_out: self.digital_out,
             analog_in: self.take("analog_in", &self.analog_in)?,
             analog_out: self.take("analog_out", &self.analog_out)?,
+            io_config: IoConfig::from_bits(self.io_config),
             records_lost: self.records_lost,
             step_duration_us: self.step_duration_us,
             wakeup_latency_us: self.wakeup_latency_us,

@@ -11,11 +11,11 @@ pub mod schema;
 use std::path::{Path, PathBuf};
 
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
-use motion::LimitOverrides;
+use motion::{IoSetup, LimitOverrides, TimedInput, WireSetup};
 use thiserror::Error;
 
 use crate::config::line_of;
-use schema::{Sensor, Tables};
+use schema::{PointValue, Sensor, Tables};
 
 /// Why there is no cell. Each is one sentence and ends the program with exit status 2.
 #[derive(Debug, Error)]
@@ -108,6 +108,27 @@ impl Cell {
         &self.text
     }
 
+    /// `[[wire]]` and `[[input]]`.
+    pub fn io(&self) -> IoSetup {
+        let wires = self.tables.wire.iter().map(|wire| WireSetup {
+            from: wire.from.io_point(),
+            to: wire.to.io_point(),
+            delay: wire.delay,
+        });
+        let inputs = self.tables.input.iter().map(|input| TimedInput {
+            at: input.at,
+            to: input.set.io_point(),
+            value: match input.value {
+                PointValue::Level(level) => f64::from(u8::from(level)),
+                PointValue::Number(number) => number,
+            },
+        });
+        IoSetup {
+            wires: wires.collect(),
+            inputs: inputs.collect(),
+        }
+    }
+
     /// `[limits]`, for the cycle to check against the model's own.
     pub fn limits(&self) -> LimitOverrides {
         let limits = &self.tables.limits;
@@ -145,8 +166,6 @@ fn check_available(tables: &Tables, path: &Path) -> Result<(), CellError> {
         ("[sensor]", tables.sensor != Sensor::default()),
         ("[[wrench]]", !tables.wrench.is_empty()),
         ("[[conveyor]]", !tables.conveyor.is_empty()),
-        ("[[wire]]", !tables.wire.is_empty()),
-        ("[[input]]", !tables.input.is_empty()),
         ("[[serial]]", !tables.serial.is_empty()),
         ("[[modbus]]", !tables.modbus.is_empty()),
         ("tcp_force in [limits]", tables.limits.tcp_force.is_some()),

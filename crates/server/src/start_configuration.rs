@@ -64,6 +64,7 @@ pub fn cycle_config(
         plant,
         limits: cell.map(Cell::limits).unwrap_or_default(),
         powered_off: setup.powered_off,
+        io: cell.map(Cell::io).unwrap_or_default(),
         ..CycleConfig::new(model)
     })
 }

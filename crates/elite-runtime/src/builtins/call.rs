@@ -2,12 +2,15 @@
 //!
 //! Every message names the function, the argument, what was given and what is allowed.
 
+use std::fmt::Display;
+
 use ::kinematics::{JointPositions, RpyPose};
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
 use motion_api::{CommandId, CommandKind, Origin, Outcome};
 
-use super::declare::{Builtin, Default, Kind, Parameter};
-use crate::task::{TaskContext, Wait};
+use super::declare::{Builtin, Default, Kind, Parameter, alternatives};
+use crate::message::{Message, SCRIPT_ALARM_CODE, Severity};
+use crate::task::{TaskContext, TaskEnd, Wait};
 
 /// A call in progress.
 pub struct Call<'a, 'n> {
@@ -120,18 +123,84 @@ impl<'a, 'n> Call<'a, 'n> {
 
     /// A whole number inside the declared range.
     pub fn integer(&mut self, index: usize) -> Result<i64, Raised> {
-        let Kind::Integer(min, max) = self.parameter(index).kind else {
-            unreachable!("declared as another kind")
-        };
+        let kind = self.parameter(index).kind;
+        if let (None, Default::Integer(default)) =
+            (self.given(index), self.parameter(index).default)
+        {
+            return Ok(default);
+        }
         let value = self.required(index);
         let Some(n) = value.as_i64() else {
             return Err(self.wrong_type(index, "an integer", &value));
         };
-        if n < min || n > max {
-            let text = format!("{} must be {min} to {max}, got {n}", self.place(index));
-            return Err(self.error(ExceptionKind::ValueError, text));
+        let allowed = match kind {
+            Kind::Integer(min, max) if n < min || n > max => format!("{min} to {max}"),
+            Kind::OneOf(numbers) if !numbers.contains(&n) => alternatives(numbers),
+            _ => return Ok(n),
+        };
+        Err(self.not_allowed(index, &allowed, n))
+    }
+
+    /// A whole number that fits a byte: the declared range does.
+    pub fn byte(&mut self, index: usize) -> Result<u8, Raised> {
+        let n = self.integer(index)?;
+        u8::try_from(n).map_err(|_| self.not_allowed(index, "0 to 255", n))
+    }
+
+    /// `f(): x must be ALLOWED, got GIVEN`.
+    pub fn not_allowed(&mut self, index: usize, allowed: &str, given: impl Display) -> Raised {
+        let text = format!("{} must be {allowed}, got {given}", self.place(index));
+        self.error(ExceptionKind::ValueError, text)
+    }
+
+    /// `f(): x must be ALLOWED, not TYPE`.
+    pub fn not_this_type(&mut self, index: usize, wanted: &str) -> Raised {
+        let value = self.required(index);
+        self.wrong_type(index, wanted, &value)
+    }
+
+    /// A text.
+    pub fn text(&mut self, index: usize) -> Result<String, Raised> {
+        if let (None, Default::Text(default)) = (self.given(index), self.parameter(index).default) {
+            return Ok(default.to_owned());
         }
-        Ok(n)
+        let value = self.required(index);
+        match value.as_str() {
+            Some(text) => Ok(text.to_owned()),
+            None => Err(self.wrong_type(index, "a text", &value)),
+        }
+    }
+
+    /// One of the declared words, by its place in the list.
+    pub fn word(&mut self, index: usize) -> Result<usize, Raised> {
+        let text = self.text(index)?;
+        let Kind::Word(words) = self.parameter(index).kind else {
+            unreachable!("declared as another kind")
+        };
+        match words.iter().position(|word| *word == text) {
+            Some(place) => Ok(place),
+            None => Err(self.not_allowed(index, &alternatives(words), format_args!("{text:?}"))),
+        }
+    }
+
+    /// Ends the program with an alarm that everybody sees and no script catches. In a secondary program it is an exception.
+    pub fn alarm(&mut self, sub_code: i32, text: &str) -> Raised {
+        let text = format!("{}(): {text}", self.builtin.name);
+        if self.context.is_secondary() {
+            return self.error(ExceptionKind::RuntimeError, text);
+        }
+        self.context.observer().message(&Message::Robot {
+            code: SCRIPT_ALARM_CODE,
+            sub_code,
+            severity: Severity::Error,
+            text: text.clone(),
+        });
+        self.context.end_task(TaskEnd::Failed);
+        // The task is ending; this thread only has to wait until it is unwound.
+        match self.wait(Wait::Never) {
+            Err(stopping) => stopping,
+            Ok(()) => self.error(ExceptionKind::RuntimeError, text),
+        }
     }
 
     /// A truth value; 0 and 1 are taken too.

@@ -41,6 +41,18 @@ pub enum Category {
     Math,
     /// Chapter 5.
     Io,
+    /// Chapter 5.37 to 5.45.
+    Register,
+    /// Chapter 6.1.
+    Modbus,
+    /// Chapter 7.1.
+    Socket,
+    /// Chapter 7.2.
+    Rpc,
+    /// Chapter 5.31 to 5.34 and 8.1.
+    Serial,
+    /// Chapter 8.2.
+    ModbusRtu,
     /// Chapter 9.1.
     Thread,
     /// Chapter 9.3 to 9.5.
@@ -57,6 +69,12 @@ impl Category {
             Self::Motion => "motion",
             Self::Math => "math",
             Self::Io => "io",
+            Self::Register => "register",
+            Self::Modbus => "modbus",
+            Self::Socket => "socket",
+            Self::Rpc => "rpc",
+            Self::Serial => "serial",
+            Self::ModbusRtu => "modbus_rtu",
             Self::Thread => "thread",
             Self::System => "system",
             Self::Other => "other",
@@ -93,8 +111,16 @@ pub enum Kind {
     Number(Range),
     /// A whole number in a closed range.
     Integer(i64, i64),
+    /// A whole number out of a list.
+    OneOf(&'static [i64]),
     /// True or False.
     Boolean,
+    /// A text.
+    Text,
+    /// One of these words.
+    Word(&'static [&'static str]),
+    /// A value that the builtin checks itself; the text says what it takes.
+    Checked(&'static str),
     /// Any value, shown with `str()`.
     Printable,
     /// A function.
@@ -105,6 +131,20 @@ pub enum Kind {
     ThreadHandle,
     /// Any number of values (`*values`).
     Rest,
+}
+
+/// `0, 12 or 24`.
+pub(super) fn alternatives<T: fmt::Debug>(items: &[T]) -> String {
+    let mut text = String::new();
+    for (k, item) in items.iter().enumerate() {
+        let joint = match items.len() - k {
+            _ if k == 0 => "",
+            1 => " or ",
+            _ => ", ",
+        };
+        text.push_str(&format!("{joint}{item:?}"));
+    }
+    text
 }
 
 /// A range of numbers.
@@ -146,8 +186,12 @@ pub enum Default {
     Required,
     /// This number.
     Number(f64),
+    /// This whole number.
+    Integer(i64),
     /// This truth value.
     Boolean(bool),
+    /// This text.
+    Text(&'static str),
     /// As many zeros as the parameter has numbers.
     Zeros,
     /// The empty text.
@@ -165,7 +209,9 @@ impl Kind {
             Self::Joints | Self::Pose => "list[6] float".into(),
             Self::Numbers(n) => format!("list[{n}] float"),
             Self::Number(_) => "float".into(),
-            Self::Integer(..) => "int".into(),
+            Self::Integer(..) | Self::OneOf(_) => "int".into(),
+            Self::Text | Self::Word(_) => "str".into(),
+            Self::Checked(what) => what.into(),
             Self::Boolean => "bool".into(),
             Self::Printable | Self::Rest => "any".into(),
             Self::Function => "callable".into(),
@@ -180,9 +226,43 @@ impl Kind {
             Self::Number(Range::Positive) => Some("> 0".into()),
             Self::Number(Range::NotNegative) => Some(">= 0".into()),
             Self::Integer(min, max) => Some(format!("{min} to {max}")),
+            Self::OneOf(numbers) => Some(alternatives(numbers)),
+            Self::Word(words) => Some(alternatives(words)),
             Self::Boolean => Some("True or False".into()),
             _ => None,
         }
+    }
+}
+
+impl Parameter {
+    /// A parameter that must be given.
+    pub const fn required(name: &'static str, kind: Kind, meaning: &'static str) -> Self {
+        Self {
+            name,
+            aliases: &[],
+            kind,
+            default: Default::Required,
+            unit: "",
+            meaning,
+        }
+    }
+
+    /// The same, with a value when it is omitted.
+    pub const fn or(mut self, default: Default) -> Self {
+        self.default = default;
+        self
+    }
+
+    /// The same, in a unit.
+    pub const fn in_unit(mut self, unit: &'static str) -> Self {
+        self.unit = unit;
+        self
+    }
+
+    /// The same, with other spellings.
+    pub const fn also(mut self, aliases: &'static [&'static str]) -> Self {
+        self.aliases = aliases;
+        self
     }
 }
 
@@ -195,6 +275,8 @@ impl fmt::Display for Parameter {
         match self.default {
             Default::Required => Ok(()),
             Default::Number(x) => write!(f, "={x}"),
+            Default::Integer(n) => write!(f, "={n}"),
+            Default::Text(text) => write!(f, "='{text}'"),
             Default::Boolean(b) => f.write_str(if b { "=True" } else { "=False" }),
             Default::Zeros => {
                 let n = if let Kind::Numbers(n) = self.kind {
@@ -212,6 +294,34 @@ impl fmt::Display for Parameter {
 }
 
 impl Builtin {
+    /// A builtin that returns at once.
+    pub const fn new(
+        category: Category,
+        section: &'static str,
+        name: &'static str,
+        params: &'static [Parameter],
+        returns: &'static str,
+        summary: &'static str,
+        run: Body,
+    ) -> Self {
+        Self {
+            name,
+            section,
+            category,
+            summary,
+            params,
+            returns,
+            waits: false,
+            run: Some(run),
+        }
+    }
+
+    /// The same, but it may wait.
+    pub const fn waiting(mut self) -> Self {
+        self.waits = true;
+        self
+    }
+
     /// The signature with defaults, as the manual writes it: `movej(q, a=1.396263, …)`.
     pub fn signature(&self) -> String {
         let params: Vec<String> = self.params.iter().map(ToString::to_string).collect();

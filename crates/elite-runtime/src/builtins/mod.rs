@@ -8,6 +8,7 @@ pub mod declare;
 mod io;
 mod kinematics;
 mod motion;
+mod registers;
 mod system;
 mod thread;
 
@@ -25,6 +26,7 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
         motion::BUILTINS,
         kinematics::BUILTINS,
         io::BUILTINS,
+        registers::BUILTINS,
         thread::BUILTINS,
         system::BUILTINS,
     ]

@@ -12,6 +12,7 @@ use elite_lang::{Value, WaitToken};
 use motion_api::{Origin, ProgramId, ThreadNumber};
 use thiserror::Error;
 
+use super::scheduler::TaskEnd;
 use super::wait::{Wait, WaitTable};
 use crate::message::Observer;
 use crate::robot::Robot;
@@ -27,6 +28,7 @@ pub(crate) struct TaskContext {
     waits: RefCell<WaitTable>,
     threads: RefCell<Threads>,
     running: Cell<Running>,
+    end: Cell<Option<TaskEnd>>,
 }
 
 /// The thread that is being resumed right now.
@@ -69,6 +71,7 @@ impl TaskContext {
             waits: RefCell::default(),
             threads: RefCell::default(),
             running: Cell::default(),
+            end: Cell::default(),
         })
     }
 
@@ -101,6 +104,16 @@ impl TaskContext {
     /// Said by the scheduler before it resumes a thread.
     pub fn enter(&self, number: ThreadNumber, secondary: bool) {
         self.running.set(Running { number, secondary });
+    }
+
+    /// The task ends after the current slice.
+    pub fn end_task(&self, end: TaskEnd) {
+        self.end.set(Some(end));
+    }
+
+    /// What [`end_task`](Self::end_task) asked for.
+    pub fn take_end(&self) -> Option<TaskEnd> {
+        self.end.take()
     }
 
     pub fn register_wait(&self, wait: Wait) -> WaitToken {

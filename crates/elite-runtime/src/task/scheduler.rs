@@ -12,7 +12,9 @@ use elite_lang::{
     Diagnostic, Interpreter, KnownNames, Limits, ProgramKind, Resume, ScriptError, ScriptThread,
     SourceFile, Step, WaitToken,
 };
-use motion_api::{CommandId, CommandKind, Origin, ProgramId, RobotMode, StopReason, ThreadNumber};
+use motion_api::{
+    CommandId, CommandKind, IoChange, Origin, ProgramId, RobotMode, StopReason, ThreadNumber,
+};
 use tokio::sync::mpsc;
 
 use super::context::TaskContext;
@@ -146,10 +148,14 @@ impl Task {
     pub async fn run(mut self, program: ProgramText) -> TaskEnd {
         self.settings.robot.timeline().drive(true);
         let end = match self.start_program(ThreadNumber(0), program) {
-            Ok(()) => self.run_threads().await,
+            Ok(()) => {
+                self.program_runs(true);
+                self.run_threads().await
+            }
             Err(()) => TaskEnd::NotCompiled,
         };
         self.stop_all_threads();
+        self.program_runs(false);
         self.settle().await;
         self.settings.robot.timeline().drive(false);
         end
@@ -236,10 +242,12 @@ impl Task {
             Control::Pause if !self.paused => {
                 self.paused = true;
                 self.tell_robot(CommandKind::Pause);
+                self.program_runs(false);
             }
             Control::Resume if self.paused => {
                 self.paused = false;
                 self.tell_robot(CommandKind::Resume);
+                self.program_runs(true);
             }
             Control::Pause | Control::Resume => {}
             Control::Secondary(program) => {
@@ -262,6 +270,11 @@ impl Task {
                 .observer
                 .message(&Message::log(Severity::Error, origin, text));
         }
+    }
+
+    /// For outputs that follow the run state (manual 5.20 to 5.25). A held program does not run.
+    fn program_runs(&self, runs: bool) {
+        self.tell_robot(CommandKind::SetIo(IoChange::ProgramRunning(runs)));
     }
 
     fn look_for_protective_stop(&mut self) {
@@ -287,6 +300,9 @@ impl Task {
             Step::Parked { until } => self.suspend(number, Waiting::Parked { until }),
             Step::Done(_) | Step::Stopped => self.thread_ended(number),
             Step::Failed(error) => self.thread_failed(number, &error),
+        }
+        if let Some(end) = self.context.take_end() {
+            self.end.get_or_insert(end);
         }
         self.start_requested_threads();
         self.ready_woken_threads();

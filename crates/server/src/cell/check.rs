@@ -104,6 +104,9 @@ impl Table {
     }
 }
 
+/// Longest delay of a wire, s: its delay line holds a number a cycle.
+const WIRE_DELAY_MAX: f64 = 600.0;
+
 pub(super) fn values(cell: &Tables) -> Checked {
     for (index, obstacle) in cell.obstacle.iter().enumerate() {
         let table = Table::named("obstacle", &obstacle.name);
@@ -172,7 +175,17 @@ pub(super) fn values(cell: &Tables) -> Checked {
                 format!("{} can be wired to its own kind only", wire.from),
             ));
         }
-        table.not_negative("delay", &[wire.delay])?;
+        if !(0.0..=WIRE_DELAY_MAX).contains(&wire.delay) {
+            let allowed = format!("allowed are 0 to {WIRE_DELAY_MAX} s");
+            return Err(table.wrong("delay", wire.delay, allowed));
+        }
+        if let Some(other) = cell.wire[..index]
+            .iter()
+            .position(|other| other.to == wire.to)
+        {
+            let allowed = format!("an input takes one wire, this one has wire {}", other + 1);
+            return Err(table.wrong("to", wire.to, allowed));
+        }
     }
     for (index, input) in cell.input.iter().enumerate() {
         let table = Table::numbered("input", index);
