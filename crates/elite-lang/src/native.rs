@@ -87,7 +87,7 @@ pub struct WaitToken(pub u64);
 pub struct NativeCall<'c> {
     pub(crate) ev: &'c Evaluator<'c>,
     pub(crate) args: &'c [Value],
-    pub(crate) caller: Option<&'c Frame<'c>>,
+    pub(crate) caller: Option<Frame<'c>>,
 }
 
 impl NativeCall<'_> {
@@ -114,6 +114,7 @@ impl NativeCall<'_> {
     /// The name of the program text that calls.
     pub fn program_name(&self) -> &str {
         self.caller
+            .as_ref()
             .map_or("", |frame| frame.function.code.file.name())
     }
 
@@ -152,6 +153,11 @@ impl NativeCall<'_> {
     /// All items of any iterable.
     pub fn items(&self, iterable: &Value) -> R<Vec<Value>> {
         self.ev.collect(iterable)
+    }
+
+    /// A random number from the embedder's seed.
+    pub fn random_u64(&self) -> u64 {
+        self.ev.core.host.random_u64()
     }
 
     /// The evaluator, for the interpreter's own library.

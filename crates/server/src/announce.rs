@@ -12,6 +12,7 @@ use recorder::{LogLevel, RecorderHandle};
 use tokio::sync::broadcast;
 
 use crate::feed::Feed;
+use crate::replay::script;
 
 /// How many messages a port may be behind before it misses some.
 const BACKLOG: usize = 1024;
@@ -148,7 +149,9 @@ impl Observer for Announcer {
     }
 
     fn program_ended(&self, program: ProgramId) {
-        tracing::debug!(target: "script", program = %self.name_of(program), "ended");
+        let name = self.name_of(program);
+        tracing::debug!(target: "script", program = %name, "ended");
+        self.record(Severity::Info, &name, script::ENDED);
         self.feed.program_ended();
         let _ = std::io::stdout().flush();
     }

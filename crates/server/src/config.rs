@@ -14,8 +14,8 @@ use thiserror::Error;
 
 use crate::cli::{RunArgs, ServeArgs, SharedArgs};
 use crate::options::{
-    ClockChoice, LogFormat, ModelChoice, Permission, PlantChoice, PortSetting, RecordTarget,
-    StepMillis,
+    ByteSize, ClockChoice, LogFormat, ModelChoice, Permission, PlantChoice, PortSetting,
+    RecordTarget, RotateAt, StepMillis,
 };
 
 /// The default of `--primary-port`.
@@ -112,6 +112,10 @@ pub struct RobotConfig {
     pub task_dir: PathBuf,
     /// Where the recording goes.
     pub record: RecordTarget,
+    /// When its next file begins.
+    pub record_rotate: Option<RotateAt>,
+    /// How much of it is kept.
+    pub record_budget: Option<ByteSize>,
     /// TCP relative to the flange.
     pub tcp: RpyPose,
     /// What hangs on the flange.
@@ -260,6 +264,8 @@ fn robot(args: SharedArgs, clock: ClockChoice, record: RecordTarget) -> RobotCon
         plant: args.plant.unwrap_or(PlantChoice::Rigid),
         task_dir: args.task_dir.unwrap_or_else(|| "tasks".into()),
         record: args.record.unwrap_or(record),
+        record_rotate: args.record_rotate,
+        record_budget: args.record_budget,
         tcp: args.tcp.unwrap_or_default().0,
         payload: args.payload.unwrap_or_default().0,
         home: args.home.unwrap_or_default().0,
@@ -304,7 +310,7 @@ fn each_on_its_own(ports: &PortSettings) -> Result<(), ConfigError> {
 }
 
 /// Every key of the file: the long names of the options of `serve`, `config` apart.
-const KEYS: [&str; 25] = [
+const KEYS: [&str; 27] = [
     "allow",
     "bind",
     "cell",
@@ -325,6 +331,8 @@ const KEYS: [&str; 25] = [
     "primary-port",
     "ready-file",
     "record",
+    "record-budget",
+    "record-rotate",
     "rtsi-port",
     "seed",
     "step-ms",
@@ -390,6 +398,8 @@ fn fill(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), ConfigError
             "primary-port" => entry.one(&mut args.primary_port),
             "ready-file" => entry.one(&mut args.ready_file),
             "record" => entry.one(&mut shared.record),
+            "record-budget" => entry.one(&mut shared.record_budget),
+            "record-rotate" => entry.one(&mut shared.record_rotate),
             "rtsi-port" => entry.one(&mut args.rtsi_port),
             "seed" => entry.named(&mut shared.seed, "allowed are whole numbers from 0"),
             "step-ms" => entry.one(&mut shared.step_ms),

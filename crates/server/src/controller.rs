@@ -25,7 +25,8 @@ use crate::announce::{Announcer, Console};
 use crate::cell::{Cell, CellError};
 use crate::config::RobotConfig;
 use crate::feed::Feed;
-use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice, RecordTarget};
+use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice};
+use crate::recording_files;
 use crate::shutdown;
 use crate::start_configuration::{self, SetupError, cycle_config};
 
@@ -105,7 +106,7 @@ impl Controller {
         let setup = setup(config, &loaded, cell.as_ref(), powered_off);
         let cycle_config = cycle_config(&setup, loaded.model.clone(), cell.as_ref())?;
         let first = cycle_config.first_state();
-        let path = recording_path(&config.record);
+        let path = recording_files::path(&config.record);
         let sizes = BorderSizes {
             records: path.as_ref().and(BorderSizes::default().records),
             ..BorderSizes::default()
@@ -120,6 +121,7 @@ impl Controller {
                     path: path.clone(),
                     setup,
                     model: loaded.model.clone(),
+                    rotation: recording_files::rotation(config),
                     notes_wait: config.clock == ClockChoice::Virtual,
                     on_failure: alarm.clone().into_callback(),
                 };
@@ -310,6 +312,7 @@ fn setup(
         clock: clock.to_owned(),
         powered_off,
         epoch_ns,
+        part: 1,
     }
 }
 
@@ -334,21 +337,6 @@ fn warn_of_settings_without_effect(config: &RobotConfig) {
 fn unix_nanos() -> u64 {
     let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     since.map_or(0, |d| u64::try_from(d.as_nanos()).unwrap_or(u64::MAX))
-}
-
-/// Where the recording goes; a new file is named after the time of day, so that recordings sort by age.
-fn recording_path(target: &RecordTarget) -> Option<PathBuf> {
-    match target {
-        RecordTarget::Off => None,
-        RecordTarget::File(path) => Some(path.clone()),
-        RecordTarget::NewFileIn(folder) => {
-            let name = jiff::Timestamp::now()
-                .strftime("%Y-%m-%dT%H-%M-%S")
-                .to_string();
-            // Two servers started within a second must not write into one file.
-            Some(folder.join(format!("{name}-{}.mcap", std::process::id())))
-        }
-    }
 }
 
 fn start_clock(

@@ -15,6 +15,7 @@ pub mod logging;
 pub mod options;
 pub mod ports;
 pub mod ready_file;
+mod recording_files;
 pub mod replay;
 pub mod shutdown;
 pub mod start_configuration;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use kinematics::{JointPositions, JointSpeeds, RobotModel};
-use motion::{Cycle, CycleConfig, PlantKind, Timing};
+use motion::{Cycle, CycleConfig, LimitOverrides, PlantKind, Timing};
 use motion_api::{BorderSizes, CommandKind, Origin, ProgramId, ThreadNumber, border};
 use recorder::{IoValue, LogLevel, Recorder, RecorderConfig, Setup};
 use server::cli::{Cli, Command};
@@ -35,6 +35,7 @@ fn record_with(name: &str, setup: Setup, config: CycleConfig) -> PathBuf {
         path: path.clone(),
         setup,
         model,
+        rotation: recorder::Rotation::default(),
         notes_wait: true,
         on_failure: Box::new(|error| panic!("{error}")),
     };
@@ -278,4 +279,68 @@ fn what_cannot_be_answered_is_said_by_name() {
         error.to_string().contains("cannot read /nowhere.mcap"),
         "{error}"
     );
+}
+
+#[test]
+fn find_says_when_where_and_in_which_line() {
+    let path = record("find.mcap", Setup::default());
+    let find = |condition: &str| {
+        let args = [
+            "eliteserver",
+            "replay",
+            path.to_str().unwrap(),
+            "--find",
+            condition,
+        ];
+        let Command::Replay(args) = Cli::try_parse_from(args).unwrap().into_command() else {
+            panic!("not a replay");
+        };
+        let mut out = Vec::new();
+        answer(&args, &mut out).map(|_| String::from_utf8(out).unwrap())
+    };
+    insta::assert_snapshot!(find("mode == movej and abs(actual_qd[0]) > 0.4").unwrap());
+    assert_eq!(
+        find("safety_mode != normal").unwrap(),
+        "found: 0 times, 0 of 600 cycles\n"
+    );
+    let error = find("safty_mode != normal").unwrap_err().to_string();
+    assert!(error.contains("safety_mode"), "{error}");
+}
+
+#[test]
+fn script_shows_the_program_with_its_times() {
+    let path = record("script.mcap", Setup::default());
+    insta::assert_snapshot!(replay(&path, "--script").unwrap().1);
+}
+
+#[test]
+fn diff_finds_the_first_and_the_largest_difference_of_two_runs() {
+    let one = record("one.mcap", Setup::default());
+    let same = record("same.mcap", Setup::default());
+    let slow = CycleConfig {
+        limits: LimitOverrides {
+            joint_speed: Some(JointSpeeds([0.5; 6])),
+            ..LimitOverrides::default()
+        },
+        ..ideal_config()
+    };
+    let other = record_with("other.mcap", Setup::default(), slow);
+    let diff = |a: &Path, b: &Path| replay(a, &format!("--diff {}", b.display())).unwrap();
+    assert_eq!(
+        diff(&one, &same),
+        (0, "identical: 600 cycles".to_owned() + "\n")
+    );
+    let (status, text) = diff(&one, &other);
+    assert_eq!(status, 1);
+    assert!(
+        text.starts_with("first difference at cycle 99 (0.396 s): target_q[0]"),
+        "{text}"
+    );
+    assert!(text.contains("\n  target_q: up to "), "{text}");
+    let bytes = std::fs::read(&one).unwrap();
+    let cut = one.with_file_name("diff_cut.mcap");
+    std::fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
+    let (status, text) = diff(&one, &cut);
+    assert_eq!(status, 1);
+    assert!(text.starts_with("only in "), "{text}");
 }

@@ -39,6 +39,8 @@ pub enum Category {
     Motion,
     /// Chapter 3.2.
     Math,
+    /// Chapter 4.
+    Force,
     /// Chapter 5.
     Io,
     /// Chapter 5.37 to 5.45.
@@ -68,6 +70,7 @@ impl Category {
             Self::Interpreter => "interpreter",
             Self::Motion => "motion",
             Self::Math => "math",
+            Self::Force => "force",
             Self::Io => "io",
             Self::Register => "register",
             Self::Modbus => "modbus",
@@ -107,6 +110,16 @@ pub enum Kind {
     Pose,
     /// A list of that many numbers.
     Numbers(usize),
+    /// A list of any count of numbers.
+    NumberList,
+    /// One number, or a list of any count of them.
+    NumberOrList,
+    /// A list of truth values: of that many, or of any count.
+    Booleans(Option<usize>),
+    /// A list.
+    List,
+    /// A list or a string.
+    ListOrText,
     /// A finite number in a range.
     Number(Range),
     /// A whole number in a closed range.
@@ -156,6 +169,8 @@ pub enum Range {
     Positive,
     /// 0 or greater.
     NotNegative,
+    /// From the first to the second, both included.
+    Between(f64, f64),
 }
 
 impl Range {
@@ -165,6 +180,7 @@ impl Range {
             Self::Any => true,
             Self::Positive => x > 0.0,
             Self::NotNegative => x >= 0.0,
+            Self::Between(min, max) => (min..=max).contains(&x),
         }
     }
 }
@@ -175,6 +191,7 @@ impl fmt::Display for Range {
             Self::Any => "any finite number",
             Self::Positive => "a number > 0",
             Self::NotNegative => "a number >= 0",
+            Self::Between(min, max) => return write!(f, "a number from {min} to {max}"),
         })
     }
 }
@@ -208,6 +225,12 @@ impl Kind {
         match self {
             Self::Joints | Self::Pose => "list[6] float".into(),
             Self::Numbers(n) => format!("list[{n}] float"),
+            Self::NumberList => "list[float]".into(),
+            Self::NumberOrList => "list[float] | float".into(),
+            Self::Booleans(None) => "list[bool]".into(),
+            Self::Booleans(Some(n)) => format!("list[{n}] bool"),
+            Self::List => "list".into(),
+            Self::ListOrText => "list | str".into(),
             Self::Number(_) => "float".into(),
             Self::Integer(..) | Self::OneOf(_) => "int".into(),
             Self::Text | Self::Word(_) => "str".into(),
@@ -225,6 +248,8 @@ impl Kind {
         match self {
             Self::Number(Range::Positive) => Some("> 0".into()),
             Self::Number(Range::NotNegative) => Some(">= 0".into()),
+            Self::Number(Range::Between(min, max)) => Some(format!("{min} to {max}")),
+            Self::Integer(i64::MIN, i64::MAX) => None,
             Self::Integer(min, max) => Some(format!("{min} to {max}")),
             Self::OneOf(numbers) => Some(alternatives(numbers)),
             Self::Word(words) => Some(alternatives(words)),

@@ -7,6 +7,7 @@ mod call;
 pub mod declare;
 mod io;
 mod kinematics;
+mod math;
 mod motion;
 mod registers;
 mod system;
@@ -25,6 +26,7 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
     [
         motion::BUILTINS,
         kinematics::BUILTINS,
+        math::BUILTINS,
         io::BUILTINS,
         registers::BUILTINS,
         thread::BUILTINS,

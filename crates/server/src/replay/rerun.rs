@@ -38,6 +38,12 @@ pub enum RerunError {
     /// The cell file is none of this version's.
     #[error(transparent)]
     Cell(#[from] CellError),
+    /// It does not begin with the controller's start.
+    #[error("this is part {part} of a recording in several files; only the first can be run again")]
+    Part {
+        /// Its number.
+        part: u32,
+    },
     /// The arm cannot be made.
     #[error("the arm of the recording cannot be made: {0}")]
     Model(#[from] ModelError),
@@ -116,6 +122,9 @@ impl fmt::Display for Comparison {
 /// [`RerunError`] when the recording does not tell enough to do so.
 pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
     let setup = recording.setup().ok_or(RerunError::NoSetup)?;
+    if setup.part > 1 {
+        return Err(RerunError::Part { part: setup.part });
+    }
     let mut controller = Controller::new(started_with(setup)?)?;
     let mut commands = Vec::new();
     let mut compared = 0;
