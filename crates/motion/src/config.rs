@@ -11,6 +11,7 @@ use thiserror::Error;
 
 use crate::constants::{FASTEST_RISE, STEP_RANGE};
 use crate::io::IoSetup;
+use crate::safety_inputs::SafetyInputs;
 
 /// Which arm the setpoints move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -64,6 +65,8 @@ pub struct CycleConfig {
     pub powered_off: bool,
     /// Wires and timed inputs.
     pub io: IoSetup,
+    /// Inputs that mean something to the safety system.
+    pub safety_inputs: SafetyInputs,
 }
 
 /// What is wrong with a configuration.
@@ -199,6 +202,7 @@ impl CycleConfig {
             limits: LimitOverrides::default(),
             powered_off: false,
             io: IoSetup::default(),
+            safety_inputs: SafetyInputs::default(),
         }
     }
 

@@ -19,6 +19,7 @@ use crate::outbox::Outbox;
 use crate::plan::LinePlanner;
 use crate::plant::{ArmState, Plant};
 use crate::report::report;
+use crate::safety_inputs::SafetyInputs;
 use crate::setpoint::{LimitedSetpoint, Setpoint, limit};
 use crate::waiting::{Waiting, WaitingFor};
 
@@ -59,6 +60,7 @@ pub struct Cycle {
 
     pub(crate) machine: Machine,
     pub(crate) generator: Generator,
+    safety_inputs: SafetyInputs,
     pub(crate) waiting: Waiting,
     pub(crate) is_paused: bool,
     pub(crate) speed_fraction: f64,
@@ -106,6 +108,7 @@ impl Cycle {
             out,
             machine,
             generator: Generator::Hold,
+            safety_inputs: config.safety_inputs,
             waiting: Waiting::default(),
             is_paused: false,
             speed_fraction: 1.0,
@@ -258,11 +261,13 @@ impl Cycle {
         self.generator = Generator::Brake(brake);
     }
 
-    /// Power and brakes take time.
+    /// Power and brakes take time; safety inputs are looked at.
     fn advance_machine(&mut self) {
         if self.machine.advance(self.step) {
             self.stand_at_actual();
         }
+        let lines = self.safety_inputs.lines(self.io.image.digital_in);
+        self.look_for_emergency(|machine| machine.observe(lines));
     }
 
     /// Where `begins` says that an emergency stop begins, the joints brake; once they stand the power goes off.

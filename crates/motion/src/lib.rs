@@ -42,6 +42,7 @@ pub mod plan;
 pub mod plant;
 pub mod realtime;
 mod report;
+pub mod safety_inputs;
 pub mod scalar;
 pub mod setpoint;
 pub mod virtual_time;
@@ -51,3 +52,4 @@ pub use config::{ConfigError, CycleConfig, LimitOverrides, MotionLimits, PlantKi
 pub use cycle::{Cycle, Timing};
 pub use io::{IoSetup, TimedInput, WireSetup};
 pub use motion::Plan;
+pub use safety_inputs::{InputPair, SafetyInputs};

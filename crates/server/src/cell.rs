@@ -11,11 +11,11 @@ pub mod schema;
 use std::path::{Path, PathBuf};
 
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
-use motion::{IoSetup, LimitOverrides, TimedInput, WireSetup};
+use motion::{InputPair, IoSetup, LimitOverrides, SafetyInputs, TimedInput, WireSetup};
 use thiserror::Error;
 
 use crate::config::line_of;
-use schema::{PointValue, Sensor, Tables};
+use schema::{ActiveLevel, PointValue, SafetyFunction, Sensor, Tables};
 
 /// Why there is no cell. Each is one sentence and ends the program with exit status 2.
 #[derive(Debug, Error)]
@@ -127,6 +127,25 @@ impl Cell {
             wires: wires.collect(),
             inputs: inputs.collect(),
         }
+    }
+
+    /// `[[safety_input]]`.
+    pub fn safety_inputs(&self) -> SafetyInputs {
+        let mut inputs = SafetyInputs::default();
+        for input in &self.tables.safety_input {
+            let pair = InputPair {
+                pair: input.pair,
+                is_active_low: input.active == ActiveLevel::Low,
+            };
+            let slot = match input.function {
+                SafetyFunction::EmergencyStop => &mut inputs.emergency_stop,
+                SafetyFunction::SafeguardStop => &mut inputs.safeguard_stop,
+                SafetyFunction::SafeguardReset => &mut inputs.safeguard_reset,
+                SafetyFunction::ReducedMode => &mut inputs.reduced_mode,
+            };
+            *slot = Some(pair);
+        }
+        inputs
     }
 
     /// `[limits]`, for the cycle to check against the model's own.

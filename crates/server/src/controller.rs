@@ -112,6 +112,7 @@ impl Controller {
             ..BorderSizes::default()
         };
         let (motion_end, mut script_end) = border(sizes, &first);
+        let registers = script_end.registers.clone();
         let cycle = Cycle::new(cycle_config, motion_end)?;
 
         let alarm = RecordingAlarm::default();
@@ -159,7 +160,7 @@ impl Controller {
             seed: config.seed,
         };
         let supervisor = Supervisor::new(settings);
-        feed.follow(supervisor.watch());
+        feed.follow(supervisor.watch(), registers);
         Ok(Self {
             robot,
             supervisor,

@@ -193,7 +193,7 @@ impl primary::Backend for Backend {
     }
 
     fn peripherals(&self) -> Peripherals {
-        self.feed.peripherals()
+        Peripherals::of(&self.robot.state())
     }
 
     fn unix_millis(&self) -> u64 {

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use motion::InputPair;
+
 use super::point::{Direction, Point};
 use super::schema::{Conveyor, ModbusSignal, PointValue, Shape, Size, Tables};
 
@@ -203,6 +205,22 @@ pub(super) fn values(cell: &Tables) -> Checked {
             }
             (false, PointValue::Level(level)) => {
                 return Err(table.wrong("value", level, format!("{} takes a number", input.set)));
+            }
+        }
+    }
+    for (index, input) in cell.safety_input.iter().enumerate() {
+        let table = Table::numbered("safety_input", index);
+        if input.pair >= InputPair::COUNT {
+            return Err(table.wrong("pair", input.pair, "allowed are 0 to 3"));
+        }
+        for other in &cell.safety_input[..index] {
+            if other.function == input.function {
+                let name = input.function.name();
+                return Err(table.wrong("function", name, "a function has one pair of inputs"));
+            }
+            if other.pair == input.pair {
+                let allowed = format!("this pair asks for {} already", other.function.name());
+                return Err(table.wrong("pair", input.pair, allowed));
             }
         }
     }

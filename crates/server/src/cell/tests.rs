@@ -88,6 +88,13 @@ value = true
 at = 0.5
 set = "tool_analog_in"
 value = 4.5
+[[safety_input]]
+function = "safeguard_stop"
+pair = 1
+[[safety_input]]
+function = "safeguard_reset"
+pair = 2
+active = "high"
 [[serial]]
 port = "masterboard"
 device = "tcp:127.0.0.1:4000"

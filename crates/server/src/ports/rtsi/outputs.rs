@@ -32,6 +32,18 @@ impl Default for RegisterBank {
     }
 }
 
+impl RegisterBank {
+    /// The registers as they are now.
+    pub fn of(registers: &motion_api::RegisterBank) -> Self {
+        let [low, high] = registers.booleans();
+        Self {
+            bits: u128::from(high) << 64 | u128::from(low),
+            ints: core::array::from_fn(|n| registers.integer(n as u8)),
+            doubles: core::array::from_fn(|n| registers.float(n as u8)),
+        }
+    }
+}
+
 /// Everything that clients can read, as it was at the end of one cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
@@ -200,10 +212,10 @@ static NAMED: &[Named] = named! {
     tool_output_current: F64 = |_: &Source<'_>| 0.0;
     tool_temperature: F64 = |_: &Source<'_>| TOOL_CELSIUS;
     tool_digital_mode: U8 = |_: &Source<'_>| 0;
-    tool_digital0_mode: U8 = |_: &Source<'_>| 0;
-    tool_digital1_mode: U8 = |_: &Source<'_>| 0;
-    tool_digital2_mode: U8 = |_: &Source<'_>| 0;
-    tool_digital3_mode: U8 = |_: &Source<'_>| 0;
+    tool_digital0_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[0];
+    tool_digital1_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[1];
+    tool_digital2_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[2];
+    tool_digital3_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[3];
     output_bit_registers0_to_31: U32 = |s: &Source<'_>| s.sample.outputs.bits as u32;
     output_bit_registers32_to_63: U32 = |s: &Source<'_>| (s.sample.outputs.bits >> 32) as u32;
     input_bit_registers0_to_31: U32 = |s: &Source<'_>| s.sample.inputs.bits as u32;
