@@ -113,14 +113,14 @@ pub trait Observer: Send + Sync {
     /// A program has ended.
     fn program_ended(&self, program: ProgramId);
 
-    /// A cycle has ended; cycles come in order, and one that follows another at once may be left out.
-    fn cycle_ended(&self, _state: &RobotState) {}
-
     /// A name that a program declares `global` has this value now; at most ten times a second of simulated time.
     fn variable_changed(&self, _program: ProgramId, _name: &str, _value: &VariableValue) {}
 
     /// Interpreter mode has done something worth a line in its log (manual 2.7).
     fn interpreter(&self, _event: &InterpreterEvent<'_>) {}
+
+    /// A cycle has ended; cycles come in order, and one that follows another at once may be left out.
+    fn cycle_ended(&self, _state: &RobotState) {}
 }
 
 /// What interpreter mode does.

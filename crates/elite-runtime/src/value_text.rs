@@ -67,7 +67,10 @@ impl Text {
             }
             Value::Float(x) => self.out.push_str(&python_float(*x)),
             Value::Str(text) => self.quoted(text.as_str()),
-            Value::List(_) | Value::Tuple(_) | Value::Set(_) | Value::FrozenSet(_)
+            Value::List(_)
+            | Value::Tuple(_)
+            | Value::Set(_)
+            | Value::FrozenSet(_)
             | Value::Dict(_) => return self.container(value, depth),
             other => {
                 self.out.push('<');
@@ -99,7 +102,8 @@ impl Text {
                     self.separate(count);
                     count += 1;
                     known &= self.push(&key, depth + 1);
-                    self.out.push_str(if self.style == Style::Repr { ": " } else { ":" });
+                    self.out
+                        .push_str(if self.style == Style::Repr { ": " } else { ":" });
                     known &= self.push(&value, depth + 1);
                 }
             }
@@ -127,12 +131,17 @@ impl Text {
 
     fn separate(&mut self, count: usize) {
         if count > 0 {
-            self.out.push_str(if self.style == Style::Repr { ", " } else { "," });
+            self.out
+                .push_str(if self.style == Style::Repr { ", " } else { "," });
         }
     }
 
     fn quoted(&mut self, text: &str) {
-        let quote = if text.contains('\'') && !text.contains('"') { '"' } else { '\'' };
+        let quote = if text.contains('\'') && !text.contains('"') {
+            '"'
+        } else {
+            '\''
+        };
         self.out.push(quote);
         for c in text.chars().take(self.limit + 1) {
             match c {
@@ -156,7 +165,11 @@ pub(crate) fn six_decimals(x: f64) -> String {
     }
     let text = format!("{x:.6}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+    if text == "-0" {
+        "0".to_owned()
+    } else {
+        text.to_owned()
+    }
 }
 
 /// `repr` of a float: the shortest digits, an exponent below 1e-4 and from 1e16.
