@@ -10,10 +10,23 @@ import socket
 import struct
 import time
 
+class Client:
+    """Something with a socket that is closed with it."""
+
+    socket = None
+
+    def close(self):
+        if self.socket:
+            self.socket.close()
+
+    def __del__(self):
+        self.close()
+
+
 # --- 29999 -------------------------------------------------------------------------------------------------------------
 
 
-class Dashboard:
+class Dashboard(Client):
     """Port 29999: a line out, one reply in.
 
     A reply is read like the vendor's client does: bytes until the first line feed, and whatever came with them. A reply
@@ -92,9 +105,6 @@ class Dashboard:
             raise AssertionError("stop was refused")
         self.poll("task -s", "Task is stopped")
 
-    def close(self):
-        self.socket.close()
-
 
 # --- 30004 -------------------------------------------------------------------------------------------------------------
 
@@ -136,7 +146,7 @@ class Recipe:
         return self.packing.pack(*flat)
 
 
-class Rtsi:
+class Rtsi(Client):
     """Port 30004. Replies must come within a second; data packages in between are skipped."""
 
     def __init__(self, port, host="127.0.0.1"):
@@ -234,16 +244,13 @@ class Rtsi:
             if time.monotonic() > end:
                 raise AssertionError(f"rtsi: never came: {values}")
 
-    def close(self):
-        self.socket.close()
-
 
 # --- 30001 -------------------------------------------------------------------------------------------------------------
 
 STATE_LENGTHS = [(0, 53), (1, 347), (4, 101), (6, 445), (3, 88), (8, 10), (2, 37), (10, 43), (11, 28)]
 
 
-class Primary:
+class Primary(Client):
     """Port 30001: scripts out; states and exceptions in."""
 
     def __init__(self, port, host="127.0.0.1"):
@@ -316,9 +323,6 @@ class Primary:
             level, data_type = struct.unpack(">iI", message[1][18:26])
             text = message[1][26:].rstrip(b"\0").decode() if data_type == 5 else ""
             return kind, first, second, text
-
-    def close(self):
-        self.socket.close()
 
 
 class State:

@@ -93,6 +93,18 @@ impl Backend {
         }
     }
 
+    /// Tells every client of port 30001 that something it sent was not done.
+    fn refuse(&self, text: String) {
+        tracing::warn!("{text}");
+        let exception = Exception::Script {
+            line: 1,
+            column: 1,
+            text,
+        };
+        self.hub
+            .announce(unix_millis(), Source::Controller, &exception);
+    }
+
     /// Tells every client of port 30001 what a person should know.
     fn announce(&self, message: &Message) {
         let (source, exception) = match message {
@@ -210,20 +222,10 @@ impl primary::Backend for Backend {
             text: submission.program.text,
         };
         if !self.remote.load(Ordering::Relaxed) {
-            let text = format!(
+            self.refuse(format!(
                 "RuntimeError: program \"{}\" was refused: remote control is off",
                 program.name
-            );
-            tracing::warn!(client = %submission.client, "{text}");
-            self.hub.announce(
-                unix_millis(),
-                Source::Controller,
-                &Exception::Script {
-                    line: 1,
-                    column: 1,
-                    text,
-                },
-            );
+            ));
             return;
         }
         // A refusal has been told to everybody by the supervisor.
@@ -232,6 +234,22 @@ impl primary::Backend for Backend {
 
     async fn control(&self, client: ClientId, phrase: ControlPhrase) {
         tracing::info!(%client, ?phrase, "control phrase");
+        let task_only = matches!(
+            phrase,
+            ControlPhrase::StopTask | ControlPhrase::PauseTask | ControlPhrase::ResumeTask
+        );
+        // The same rule as on the dashboard.
+        if task_only && !self.remote.load(Ordering::Relaxed) {
+            let phrase = match phrase {
+                ControlPhrase::StopTask => "stop task",
+                ControlPhrase::PauseTask => "pause task",
+                _ => "resume task",
+            };
+            self.refuse(format!(
+                "RuntimeError: \"{phrase}\" was refused: remote control is off"
+            ));
+            return;
+        }
         match phrase {
             ControlPhrase::StopTask => self.supervisor.stop(),
             ControlPhrase::PauseTask => self.supervisor.pause(),
