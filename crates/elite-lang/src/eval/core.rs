@@ -64,6 +64,9 @@ pub struct Core {
     pub texts: RefCell<Vec<(Rc<Code>, Rc<Namespace>)>>,
     /// Namespaces of evaluated texts, to break their cycles at the end.
     pub namespaces: RefCell<Vec<Weak<Namespace>>>,
+    /// Library modules being loaded, one within another; meanwhile the thread is not interrupted, so that no other one
+    /// finds a module half made.
+    pub loading: Cell<u32>,
     /// What statements run by natives have defined.
     pub injected: RefCell<Injected>,
     next_thread: Cell<u64>,
@@ -99,6 +102,7 @@ impl Core {
             classes: RefCell::default(),
             texts: RefCell::default(),
             namespaces: RefCell::default(),
+            loading: Cell::new(0),
             injected: RefCell::default(),
             next_thread: Cell::new(0),
             symbols,
@@ -125,6 +129,10 @@ impl Core {
         let left = self.fuel_left.get();
         if left > 0 {
             self.set_fuel(left);
+        }
+        if left == 0 && self.loading.get() > 0 {
+            self.set_fuel(SLICE);
+            return true;
         }
         left > 0
     }

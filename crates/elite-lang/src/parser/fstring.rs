@@ -33,8 +33,17 @@ impl Parser<'_> {
             let here = &text[brace..];
             let doubled = level == 0 && (here.starts_with("{{") || here.starts_with("}}"));
             if let Some(escaped) = here.strip_prefix('\\') {
-                // `\N{…}` aside, an escape never contains a brace; the escapes are resolved with the text.
-                at = brace + 1 + escaped.chars().next().map_or(0, char::len_utf8);
+                // The escapes are resolved with the text. A brace after a backslash is one nevertheless, except that
+                // of `\N{…}`.
+                let hidden = match escaped.chars().next() {
+                    Some('N') if !literal.raw && escaped.starts_with("N{") => {
+                        escaped.find('}').map_or(1, |end| end + 1)
+                    }
+                    Some('{' | '}') | None => 0,
+                    Some('\\') if literal.raw => 0,
+                    Some(c) => c.len_utf8(),
+                };
+                at = brace + 1 + hidden;
             } else if doubled {
                 self.fstring_text(
                     literal,

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use crate::ast::Module;
 use crate::diagnostic::Diagnostic;
 
-pub use names::KnownNames;
+pub use names::{KnownNames, nearest};
 
 /// Where a name lives, seen from one scope.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -134,6 +134,16 @@ impl TaskContext {
         function: Value,
         args: Vec<Value>,
     ) -> Result<ThreadNumber, TooManyThreads> {
+        let number = self.take_number()?;
+        self.threads
+            .borrow_mut()
+            .to_start
+            .push((number, function, args));
+        Ok(number)
+    }
+
+    /// A number for a new thread, which counts as alive from now on.
+    pub fn take_number(&self) -> Result<ThreadNumber, TooManyThreads> {
         let mut threads = self.threads.borrow_mut();
         if threads.alive.len() >= THREADS_MAX {
             return Err(TooManyThreads);
@@ -141,7 +151,6 @@ impl TaskContext {
         threads.last += 1;
         let number = ThreadNumber(threads.last);
         threads.alive.insert(number);
-        threads.to_start.push((number, function, args));
         Ok(number)
     }
 

@@ -4,7 +4,8 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use elite_lang::{Host, ThreadId};
+use elite_lang::{Host, ScriptThread, ThreadId};
+use motion_api::ThreadNumber;
 
 use super::context::TaskContext;
 use crate::message::Message;
@@ -17,6 +18,7 @@ pub(crate) struct TaskHost {
     context: Rc<TaskContext>,
     random_state: Cell<u64>,
     woken: RefCell<Vec<ThreadId>>,
+    started: RefCell<Vec<(ThreadNumber, ScriptThread)>>,
 }
 
 impl TaskHost {
@@ -26,7 +28,13 @@ impl TaskHost {
             context,
             random_state: Cell::new(seed),
             woken: RefCell::default(),
+            started: RefCell::default(),
         }
+    }
+
+    /// Threads that the program has started through the language since the last call, with their numbers.
+    pub fn take_started(&self) -> Vec<(ThreadNumber, ScriptThread)> {
+        self.started.take()
     }
 
     /// Threads that became ready since the last call, in the order in which they did.
@@ -42,6 +50,22 @@ impl Host for TaskHost {
         self.context
             .observer()
             .message(&Message::Print { origin, text });
+    }
+
+    fn start(&self, thread: ScriptThread) -> Result<(), String> {
+        let number = self
+            .context
+            .take_number()
+            .map_err(|refused| refused.to_string())?;
+        self.started.borrow_mut().push((number, thread));
+        Ok(())
+    }
+
+    fn may_wait(&self) -> Result<(), String> {
+        if self.context.is_secondary() {
+            return Err("a secondary program may not wait".to_owned());
+        }
+        Ok(())
     }
 
     fn wake(&self, thread: ThreadId) {

@@ -334,6 +334,9 @@ impl Task {
     }
 
     fn start_requested_threads(&mut self) {
+        for (number, script) in self.host.take_started() {
+            self.add_thread(number, script, false);
+        }
         for (number, function, args) in self.context.take_starts() {
             match self.interpreter.spawn_call(function, args) {
                 Ok(script) => self.add_thread(number, script, false),
@@ -494,6 +497,8 @@ impl Task {
         while let Some(number) = self.threads.keys().next_back().copied() {
             self.stop_thread(number);
         }
+        // Started while the others unwound: they never run.
+        drop(self.host.take_started());
     }
 
     /// Ends what still moves and waits, within a bound, until the arm stands.
