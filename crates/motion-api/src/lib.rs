@@ -10,6 +10,7 @@
 pub mod command;
 pub mod event;
 pub mod mode;
+pub mod online;
 pub mod ring;
 pub mod snapshot;
 pub mod state;
@@ -18,6 +19,7 @@ mod words;
 
 pub use command::{Command, CommandId, CommandKind, Origin, ProgramId, ThreadNumber};
 pub use event::{Event, Outcome, PathFault, Refusal, StopReason, Warning};
+pub use online::{EncoderRange, FreedriveFrame, PulseDecoding};
 pub use mode::{MotionMode, RobotMode, SafetyMode};
 pub use ring::{
     BorderSizes, CommandPort, EventReader, MotionEnd, Record, RecordReader, RingFull, ScriptEnd,
