@@ -154,6 +154,11 @@ impl NativeCall<'_> {
         self.ev.collect(iterable)
     }
 
+    /// A random number from the embedder's seed.
+    pub fn random_u64(&self) -> u64 {
+        self.ev.core.host.random_u64()
+    }
+
     /// The evaluator, for the interpreter's own library.
     pub fn evaluator(&self) -> &Evaluator<'_> {
         self.ev

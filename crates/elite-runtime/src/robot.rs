@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use kinematics::RobotModel;
+use kinematics::{RobotModel, SafetyBounds};
 use motion_api::{
     Command, CommandId, CommandKind, CommandPort, Event, EventReader, Origin, Outcome, RingFull,
     RobotState, ScriptEnd, SnapshotCell, StopReason, Timeline,
@@ -18,6 +18,7 @@ use crate::message::{Message, Observer, Severity};
 /// A robot to give commands to. Cheap to share behind an `Arc`.
 pub struct Robot {
     model: Arc<RobotModel>,
+    safety_bounds: SafetyBounds,
     commands: CommandPort,
     snapshot: Arc<SnapshotCell>,
     timeline: Arc<dyn Timeline>,
@@ -51,6 +52,7 @@ impl Robot {
     ) -> Self {
         Self {
             model,
+            safety_bounds: SafetyBounds::default(),
             commands: end.commands,
             snapshot: end.snapshot,
             timeline,
@@ -64,6 +66,19 @@ impl Robot {
     /// The arm's model.
     pub fn model(&self) -> &RobotModel {
         &self.model
+    }
+
+    /// The same robot with safety planes and a tool; the control cycle must have been given the same.
+    pub fn with_safety_bounds(self, safety_bounds: SafetyBounds) -> Self {
+        Self {
+            safety_bounds,
+            ..self
+        }
+    }
+
+    /// The safety planes, and the tool they hold back.
+    pub fn safety_bounds(&self) -> &SafetyBounds {
+        &self.safety_bounds
     }
 
     /// The state after the latest cycle.

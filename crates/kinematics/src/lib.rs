@@ -29,6 +29,7 @@ pub mod model;
 pub mod payload;
 pub mod pose;
 pub mod rotation;
+pub mod safety;
 pub mod script_math;
 pub mod trig;
 pub mod urdf;
@@ -43,5 +44,8 @@ pub use joint::{DOF, JointAccelerations, JointJerks, JointPositions, JointSpeeds
 pub use model::{JointLimits, RobotModel};
 pub use payload::{Payload, PayloadError, RigidBody};
 pub use pose::{Pose, RpyPose};
+pub use safety::{
+    PlaneMode, PlaneSwitches, SafetyBounds, SafetyPlane, SafetyTool, SafetyViolation,
+};
 pub use urdf::ModelError;
 pub use wrench::{Twist, Wrench};

@@ -15,14 +15,14 @@ use nalgebra::Vector3;
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum DomainError {
-    #[error("{function}: {argument} is {value}, it must be {allowed}")]
+    #[error("{function}(): {argument} must be {allowed}, got {value}")]
     Argument {
         function: &'static str,
         argument: &'static str,
         value: f64,
         allowed: &'static str,
     },
-    #[error("normalize: invalid parameter, the vector has length zero and so no direction")]
+    #[error("normalize(): invalid parameter, v has length zero and so no direction")]
     NoDirection,
 }
 
@@ -97,7 +97,21 @@ pub fn sqrt(f: f64) -> Result<f64, DomainError> {
 
 /// Euclidean length of a vector, a pose taken as six plain numbers (manual 3.2.23).
 pub fn norm(a: &[f64]) -> f64 {
-    a.iter().map(|x| x * x).sum::<f64>().sqrt()
+    let squares = |scale: f64| {
+        a.iter()
+            .map(|x| (x / scale).powi(2))
+            .fold(0.0, |s, x| s + x)
+    };
+    let plain: f64 = squares(1.0);
+    if plain.is_normal() {
+        return plain.sqrt();
+    }
+    // The squares of very large and very small numbers leave the range of floats; their length need not.
+    let largest = a.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    if largest == 0.0 || !largest.is_finite() {
+        return plain.sqrt();
+    }
+    largest * squares(largest).sqrt()
 }
 
 /// Divides a vector by its Euclidean length, in place (manual 3.2.24).
@@ -110,9 +124,12 @@ pub fn normalize(v: &mut [f64]) -> Result<(), DomainError> {
     if largest == 0.0 {
         return Err(DomainError::NoDirection);
     }
-    let length = v.iter().map(|x| (x / largest).powi(2)).sum::<f64>().sqrt();
+    for x in &mut *v {
+        *x /= largest;
+    }
+    let length = norm(v);
     for x in v {
-        *x = *x / largest / length;
+        *x /= length;
     }
     Ok(())
 }

@@ -72,6 +72,11 @@ impl Value {
         }
     }
 
+    /// The integer part of a float, `None` for NaN and the infinities.
+    pub fn whole_part(number: f64) -> Option<Value> {
+        number.is_finite().then(|| super::int::from_f64(number))
+    }
+
     /// Whether it can be called: a function, a method, a class. An instance may turn out not to be callable.
     pub fn is_callable(&self) -> bool {
         matches!(

@@ -6,7 +6,7 @@ use ::kinematics::{JointPositions, RpyPose};
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
 use motion_api::{CommandId, CommandKind, Origin, Outcome};
 
-use super::declare::{Builtin, Default, Kind, Parameter};
+use super::declare::{Builtin, Default, Kind, Parameter, Range};
 use crate::task::{TaskContext, Wait};
 
 /// A call in progress.
@@ -104,18 +104,36 @@ impl<'a, 'n> Call<'a, 'n> {
             };
             return Ok(default);
         };
-        let Some(x) = value.as_f64() else {
-            return Err(self.wrong_type(index, "a number", &value));
-        };
-        if !x.is_finite() || !range.contains(x) {
-            let text = format!(
-                "{} must be {range}, got {}",
-                self.place(index),
-                self.show(&value)?
-            );
-            return Err(self.error(ExceptionKind::ValueError, text));
+        let x = self.finite(index, &value)?;
+        if !range.contains(x) {
+            return Err(self.out_of_range(index, range, &value));
         }
         Ok(x)
+    }
+
+    /// `value` as a finite number.
+    fn finite(&mut self, index: usize, value: &Value) -> Result<f64, Raised> {
+        match value.as_f64() {
+            Some(x) if x.is_finite() => Ok(x),
+            Some(_) => {
+                let range = match self.parameter(index).kind {
+                    Kind::Number(range) => range,
+                    _ => Range::Any,
+                };
+                Err(self.out_of_range(index, range, value))
+            }
+            None => Err(self.wrong_type(index, "a number", value)),
+        }
+    }
+
+    fn out_of_range(&mut self, index: usize, range: Range, value: &Value) -> Raised {
+        match self.show(value) {
+            Ok(shown) => {
+                let text = format!("{} must be {range}, got {shown}", self.place(index));
+                self.error(ExceptionKind::ValueError, text)
+            }
+            Err(raised) => raised,
+        }
     }
 
     /// A whole number inside the declared range.
@@ -125,7 +143,11 @@ impl<'a, 'n> Call<'a, 'n> {
         };
         let value = self.required(index);
         let Some(n) = value.as_i64() else {
-            return Err(self.wrong_type(index, "an integer", &value));
+            let wanted = match &*value.type_name() {
+                "int" => "an integer of at most 64 bits",
+                _ => "an integer",
+            };
+            return Err(self.wrong_type(index, wanted, &value));
         };
         if n < min || n > max {
             let text = format!("{} must be {min} to {max}, got {n}", self.place(index));
@@ -173,26 +195,96 @@ impl<'a, 'n> Call<'a, 'n> {
         }
         let mut out = [0.0; N];
         for (k, item) in items.iter().enumerate() {
-            let Some(x) = item.as_f64() else {
-                let text = format!(
-                    "{}[{k}] must be a number, not {} ({})",
-                    self.place(index),
-                    item.type_name(),
-                    self.show(item)?
-                );
-                return Err(self.error(ExceptionKind::TypeError, text));
-            };
-            if !x.is_finite() {
-                let text = format!(
-                    "{}[{k}] must be a finite number, got {}",
-                    self.place(index),
-                    self.show(item)?
-                );
-                return Err(self.error(ExceptionKind::ValueError, text));
-            }
-            out[k] = x;
+            out[k] = self.finite_item(index, k, item)?;
         }
         Ok(out)
+    }
+
+    /// Entry `k` of a list argument, which must be a finite number.
+    fn finite_item(&mut self, index: usize, k: usize, item: &Value) -> Result<f64, Raised> {
+        let Some(x) = item.as_f64() else {
+            let text = format!(
+                "{}[{k}] must be a number, not {} ({})",
+                self.place(index),
+                item.type_name(),
+                self.show(item)?
+            );
+            return Err(self.error(ExceptionKind::TypeError, text));
+        };
+        if !x.is_finite() {
+            let text = format!(
+                "{}[{k}] must be a finite number, got {}",
+                self.place(index),
+                self.show(item)?
+            );
+            return Err(self.error(ExceptionKind::ValueError, text));
+        }
+        Ok(x)
+    }
+
+    /// The entries of a list or tuple.
+    pub fn list(&mut self, index: usize) -> Result<Vec<Value>, Raised> {
+        let value = self.required(index);
+        let wanted = match self.parameter(index).kind {
+            Kind::NumberOrList => "a number or a list of numbers",
+            Kind::NumberList => "a list of numbers",
+            Kind::Booleans(_) => "a list of True and False",
+            Kind::ListOrText => "a list or a string",
+            _ => "a list",
+        };
+        value
+            .as_items()
+            .ok_or_else(|| self.wrong_type(index, wanted, &value))
+    }
+
+    /// Any count of finite numbers; a single one counts as a list where that is declared.
+    pub fn number_list(&mut self, index: usize) -> Result<Vec<f64>, Raised> {
+        if self.parameter(index).kind == Kind::NumberOrList
+            && let Some(value) = self.given(index).cloned()
+            && value.as_f64().is_some()
+        {
+            return Ok(vec![self.finite(index, &value)?]);
+        }
+        let items = self.list(index)?;
+        let numbers = items.iter().enumerate();
+        numbers
+            .map(|(k, item)| self.finite_item(index, k, item))
+            .collect()
+    }
+
+    /// Truth values, as many as declared; 0 and 1 are taken too.
+    pub fn booleans(&mut self, index: usize) -> Result<Vec<bool>, Raised> {
+        let items = self.list(index)?;
+        if let Kind::Booleans(Some(count)) = self.parameter(index).kind
+            && items.len() != count
+        {
+            let text = format!(
+                "{} must be a list of {count} entries, each 0 or 1, got {} entries",
+                self.place(index),
+                items.len()
+            );
+            return Err(self.error(ExceptionKind::ValueError, text));
+        }
+        let mut flags = Vec::with_capacity(items.len());
+        for (k, item) in items.iter().enumerate() {
+            match item.as_f64() {
+                Some(0.0) => flags.push(false),
+                Some(1.0) => flags.push(true),
+                known => {
+                    let text = format!(
+                        "{}[{k}] must be True, False, 0 or 1, got {}",
+                        self.place(index),
+                        self.show(item)?
+                    );
+                    let kind = match known {
+                        Some(_) => ExceptionKind::ValueError,
+                        None => ExceptionKind::TypeError,
+                    };
+                    return Err(self.error(kind, text));
+                }
+            }
+        }
+        Ok(flags)
     }
 
     /// `N` numbers; zeros when omitted and declared so.
@@ -235,12 +327,15 @@ impl<'a, 'n> Call<'a, 'n> {
         }
     }
 
-    fn is_symbolic_default(&self, index: usize) -> bool {
+    /// Whether an argument is omitted, `None`, the empty text or the manual's word for its default. The manual spells
+    /// `active tcp` with a blank in some signatures and with an underscore in others; both are taken everywhere.
+    pub fn is_symbolic_default(&self, index: usize) -> bool {
         match self.given(index) {
             None | Some(Value::None) => true,
             Some(value) => value.as_str().is_some_and(|text| {
                 text.is_empty()
-                    || matches!(self.parameter(index).default, Default::Symbolic(word) if word == text)
+                    || matches!(self.parameter(index).default, Default::Symbolic(word)
+                        if word.replace('_', " ") == text.replace('_', " "))
             }),
         }
     }

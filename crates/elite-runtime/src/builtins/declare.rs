@@ -39,6 +39,8 @@ pub enum Category {
     Motion,
     /// Chapter 3.2.
     Math,
+    /// Chapter 4.
+    Force,
     /// Chapter 5.
     Io,
     /// Chapter 9.1.
@@ -56,6 +58,7 @@ impl Category {
             Self::Interpreter => "interpreter",
             Self::Motion => "motion",
             Self::Math => "math",
+            Self::Force => "force",
             Self::Io => "io",
             Self::Thread => "thread",
             Self::System => "system",
@@ -89,6 +92,16 @@ pub enum Kind {
     Pose,
     /// A list of that many numbers.
     Numbers(usize),
+    /// A list of any count of numbers.
+    NumberList,
+    /// One number, or a list of any count of them.
+    NumberOrList,
+    /// A list of truth values: of that many, or of any count.
+    Booleans(Option<usize>),
+    /// A list.
+    List,
+    /// A list or a string.
+    ListOrText,
     /// A finite number in a range.
     Number(Range),
     /// A whole number in a closed range.
@@ -116,6 +129,8 @@ pub enum Range {
     Positive,
     /// 0 or greater.
     NotNegative,
+    /// From the first to the second, both included.
+    Between(f64, f64),
 }
 
 impl Range {
@@ -125,6 +140,7 @@ impl Range {
             Self::Any => true,
             Self::Positive => x > 0.0,
             Self::NotNegative => x >= 0.0,
+            Self::Between(min, max) => (min..=max).contains(&x),
         }
     }
 }
@@ -135,6 +151,7 @@ impl fmt::Display for Range {
             Self::Any => "any finite number",
             Self::Positive => "a number > 0",
             Self::NotNegative => "a number >= 0",
+            Self::Between(min, max) => return write!(f, "a number from {min} to {max}"),
         })
     }
 }
@@ -164,6 +181,12 @@ impl Kind {
         match self {
             Self::Joints | Self::Pose => "list[6] float".into(),
             Self::Numbers(n) => format!("list[{n}] float"),
+            Self::NumberList => "list[float]".into(),
+            Self::NumberOrList => "list[float] | float".into(),
+            Self::Booleans(None) => "list[bool]".into(),
+            Self::Booleans(Some(n)) => format!("list[{n}] bool"),
+            Self::List => "list".into(),
+            Self::ListOrText => "list | str".into(),
             Self::Number(_) => "float".into(),
             Self::Integer(..) => "int".into(),
             Self::Boolean => "bool".into(),
@@ -179,6 +202,8 @@ impl Kind {
         match self {
             Self::Number(Range::Positive) => Some("> 0".into()),
             Self::Number(Range::NotNegative) => Some(">= 0".into()),
+            Self::Number(Range::Between(min, max)) => Some(format!("{min} to {max}")),
+            Self::Integer(i64::MIN, i64::MAX) => None,
             Self::Integer(min, max) => Some(format!("{min} to {max}")),
             Self::Boolean => Some("True or False".into()),
             _ => None,

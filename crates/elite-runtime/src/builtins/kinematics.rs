@@ -1,7 +1,11 @@
-//! Manual 3.2: forward and inverse kinematics.
+//! Manual 3.2.1 to 3.2.4 and 3.1.35: forward and inverse kinematics, and whether a position is allowed.
+//!
+//! Owns the declarations and what omitted arguments mean; the mathematics is `kinematics::RobotModel`.
 
-use ::kinematics::Pose;
+use ::kinematics::safety::CI_PAIRS;
+use ::kinematics::{JointPositions, PlaneSwitches, Pose};
 use elite_lang::{ExceptionKind, Raised, Value};
+use motion_api::{RobotState, SafetyMode};
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Default, Kind, Parameter};
@@ -13,28 +17,30 @@ pub const BUILTINS: &[Builtin] = &[
         section: "3.2.1",
         category: Category::Math,
         summary: "Joint positions that reach a TCP pose: the solution nearest to qnear.",
-        params: &[
-            Parameter {
-                name: "p",
-                aliases: &[],
-                kind: Kind::Pose,
-                default: Default::Required,
-                unit: "m, rad",
-                meaning: "TCP pose in the base frame",
-            },
-            Parameter {
-                name: "qnear",
-                aliases: &["qNear"],
-                kind: Kind::Joints,
-                default: Default::Symbolic(""),
-                unit: "rad",
-                meaning: "the solution closest to this is returned; default: the current joint positions",
-            },
-            TCP,
-        ],
+        params: &[TARGET, QNEAR, TCP],
         returns: "list[6] float, rad",
         waits: false,
         run: Some(get_inverse_kin),
+    },
+    Builtin {
+        name: "get_inverse_kin_has_solution",
+        section: "3.2.2",
+        category: Category::Math,
+        summary: "Whether get_inverse_kin finds joint positions.",
+        params: &[TARGET, QNEAR, TCP],
+        returns: "bool",
+        waits: false,
+        run: Some(get_inverse_kin_has_solution),
+    },
+    Builtin {
+        name: "get_all_inverse_kin",
+        section: "3.2.3",
+        category: Category::Math,
+        summary: "Every joint position that reaches a TCP pose: by shoulder, then wrist, then elbow.",
+        params: &[TARGET, TCP],
+        returns: "list of list[6] float, rad, each in [-pi, pi); empty when the pose is out of reach",
+        waits: false,
+        run: Some(get_all_inverse_kin),
     },
     Builtin {
         name: "get_forward_kin",
@@ -56,7 +62,59 @@ pub const BUILTINS: &[Builtin] = &[
         waits: false,
         run: Some(get_forward_kin),
     },
+    Builtin {
+        name: "is_within_safety_limits",
+        section: "3.1.35",
+        category: Category::Motion,
+        summary: "Whether a TCP pose, or joint positions given as q, can be reached inside joint ranges and safety planes.",
+        params: &[
+            Parameter {
+                default: Default::Symbolic(""),
+                meaning: "TCP pose in the base frame; either this or q",
+                ..TARGET
+            },
+            Parameter {
+                name: "qNear",
+                aliases: &["qnear"],
+                ..QNEAR
+            },
+            Parameter {
+                name: "ciPair",
+                aliases: &[],
+                kind: Kind::Booleans(Some(CI_PAIRS)),
+                default: Default::Symbolic(""),
+                unit: "",
+                meaning: "which pairs of configurable inputs (CI0/1, CI2/3, CI4/5, CI6/7) count as set; default: as they are",
+            },
+            Parameter {
+                name: "q",
+                meaning: "joint positions instead of p, by name",
+                ..QNEAR
+            },
+        ],
+        returns: "bool",
+        waits: false,
+        run: Some(is_within_safety_limits),
+    },
 ];
+
+const TARGET: Parameter = Parameter {
+    name: "p",
+    aliases: &[],
+    kind: Kind::Pose,
+    default: Default::Required,
+    unit: "m, rad",
+    meaning: "TCP pose in the base frame",
+};
+
+const QNEAR: Parameter = Parameter {
+    name: "qnear",
+    aliases: &["qNear"],
+    kind: Kind::Joints,
+    default: Default::Symbolic(""),
+    unit: "rad",
+    meaning: "the solution closest to this is taken; default: the current joint positions",
+};
 
 const TCP: Parameter = Parameter {
     name: "tcp",
@@ -79,21 +137,77 @@ fn get_forward_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::list_of_f64(&base_from_tcp.to_rpy().to_array()))
 }
 
-fn get_inverse_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+/// The solution nearest to the second argument, for the pose and tool in the first and third.
+fn nearest(call: &mut Call<'_, '_>) -> Result<Option<JointPositions>, Raised> {
     let state = call.context().robot().state();
-    let target = call.pose(0)?;
+    let target = Pose::from_rpy(&call.pose(0)?);
     let near = call.joints_or_default(1)?.unwrap_or(state.actual_q);
     let flange_from_tcp = Pose::from_rpy(&call.pose_or_default(2)?.unwrap_or(state.tcp_offset));
     let model = call.context().robot().model();
-    match model.inverse_nearest(&Pose::from_rpy(&target), &flange_from_tcp, &near) {
+    Ok(model.inverse_nearest(&target, &flange_from_tcp, &near))
+}
+
+fn get_inverse_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    match nearest(call)? {
         Some(q) => Ok(Value::list_of_f64(&q.0)),
         None => {
             let text = format!(
                 "get_inverse_kin(): no joint positions of {} reach p = {:?} with this TCP",
-                model.name(),
-                target.to_array()
+                call.context().robot().model().name(),
+                call.pose(0)?.to_array()
             );
             Err(call.error(ExceptionKind::RuntimeError, text))
         }
     }
+}
+
+fn get_inverse_kin_has_solution(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    Ok(Value::Bool(nearest(call)?.is_some()))
+}
+
+fn get_all_inverse_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let state = call.context().robot().state();
+    let target = Pose::from_rpy(&call.pose(0)?);
+    let flange_from_tcp = Pose::from_rpy(&call.pose_or_default(1)?.unwrap_or(state.tcp_offset));
+    let model = call.context().robot().model();
+    let found = model.inverse_all(&target, &flange_from_tcp);
+    let rows = found.iter().map(|q| Value::list_of_f64(&q.0));
+    Ok(Value::list(rows.collect()))
+}
+
+/// Which safety planes count in this state: those of its mode, and those whose pair of inputs is high.
+fn plane_switches(state: &RobotState) -> PlaneSwitches {
+    /// Bit of the first configurable input in `digital_in`.
+    const CI0: usize = 16;
+    PlaneSwitches {
+        reduced: state.safety_mode == SafetyMode::Reduced,
+        ci_pairs: std::array::from_fn(|pair| state.digital_in >> (CI0 + 2 * pair) & 0b11 == 0b11),
+    }
+}
+
+fn is_within_safety_limits(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let (no_pose, no_joints) = (call.is_symbolic_default(0), call.is_symbolic_default(3));
+    if no_pose == no_joints {
+        let what = if no_pose { "neither is" } else { "both are" };
+        let text = format!("is_within_safety_limits(): either p or q must be given, {what}");
+        return Err(call.error(ExceptionKind::ValueError, text));
+    }
+    let robot = call.context().robot();
+    let state = robot.state();
+    let mut switches = plane_switches(&state);
+    if !call.is_symbolic_default(2) {
+        for (slot, set) in switches.ci_pairs.iter_mut().zip(call.booleans(2)?) {
+            *slot = set;
+        }
+    }
+    let near = call.joints_or_default(1)?.unwrap_or(state.actual_q);
+    let tcp = Pose::from_rpy(&state.tcp_offset);
+    let (bounds, model) = (robot.safety_bounds(), robot.model());
+    let violation = if no_pose {
+        bounds.violation_at(model, &call.joints(3)?, &tcp, &switches)
+    } else {
+        let target = Pose::from_rpy(&call.pose(0)?);
+        bounds.violation_at_pose(model, &target, &tcp, &near, &switches)
+    };
+    Ok(Value::Bool(violation.is_none()))
 }

@@ -7,6 +7,7 @@ mod call;
 pub mod declare;
 mod io;
 mod kinematics;
+mod math;
 mod motion;
 mod system;
 mod thread;
@@ -24,6 +25,7 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
     [
         motion::BUILTINS,
         kinematics::BUILTINS,
+        math::BUILTINS,
         io::BUILTINS,
         thread::BUILTINS,
         system::BUILTINS,

@@ -1,0 +1,136 @@
+//! What tests of whole programs share: an arm that stands still behind the real border, and programs run to their end.
+//!
+//! The arm takes every command and does nothing, so the tests need neither planner nor physics.
+
+#![allow(dead_code, reason = "each test binary uses a part of this")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test helper that fails fails the test"
+)]
+
+use std::sync::{Arc, Mutex};
+
+use elite_runtime::robot::ScriptEndWithoutRecords;
+use elite_runtime::{Message, Observer, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
+use kinematics::{JointPositions, RobotModel, RpyPose, SafetyBounds};
+use motion_api::{
+    BorderSizes, Event, MotionEnd, Outcome, ProgramId, RobotState, ThreadNumber, Timeline, border,
+};
+
+/// Which arm, and how it stands.
+pub struct Standing {
+    pub model: &'static str,
+    pub q: [f64; 6],
+    pub tcp: [f64; 6],
+    pub digital_in: u64,
+    pub safety_bounds: SafetyBounds,
+}
+
+impl Default for Standing {
+    fn default() -> Self {
+        Self {
+            model: "cs66",
+            q: [0.1, -1.2, 1.3, -1.4, -1.5, 0.6],
+            tcp: [0.0; 6],
+            digital_in: 0,
+            safety_bounds: SafetyBounds::default(),
+        }
+    }
+}
+
+/// What a program did.
+pub struct Ran {
+    pub end: TaskEnd,
+    /// Standard output.
+    pub printed: String,
+    /// Texts of log lines.
+    pub log: Vec<String>,
+    /// `Type: message` of the uncaught exception.
+    pub error: String,
+}
+
+/// Time that passes when it is asked to.
+struct Still(Mutex<(MotionEnd, RobotState)>);
+
+impl Timeline for Still {
+    fn is_virtual(&self) -> bool {
+        true
+    }
+
+    fn advance(&self) -> bool {
+        let mut still = self.0.lock().unwrap();
+        let (end, state) = &mut *still;
+        state.cycle += 1;
+        state.time += state.step_time;
+        while let Ok(command) = end.commands.pop() {
+            let (id, cycle) = (command.id, state.cycle);
+            let outcome = Outcome::Done;
+            end.events
+                .push(Event::Ended { id, outcome, cycle })
+                .unwrap();
+        }
+        end.snapshot.publish(state);
+        true
+    }
+
+    fn drive(&self, _on: bool) {}
+}
+
+#[derive(Default)]
+struct Listener(Mutex<(String, Vec<String>, String)>);
+
+impl Observer for Listener {
+    fn message(&self, message: &Message) {
+        let (printed, log, error) = &mut *self.0.lock().unwrap();
+        match message {
+            Message::Print { text, .. } => printed.push_str(text),
+            Message::Log { text, .. } | Message::Robot { text, .. } => log.push(text.clone()),
+            Message::ScriptError { summary, .. } => error.clone_from(summary),
+        }
+    }
+    fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
+    fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32) {}
+    fn program_ended(&self, _: ProgramId) {}
+}
+
+/// Runs a program to its end.
+pub fn run(standing: &Standing, text: &str) -> Ran {
+    let model = Arc::new(RobotModel::built_in(standing.model).unwrap());
+    let mut state = RobotState::at_start(JointPositions(standing.q), 0.004);
+    state.tcp_offset = RpyPose::from_array(standing.tcp);
+    state.digital_in = standing.digital_in;
+    let sizes = BorderSizes {
+        records: None,
+        ..BorderSizes::default()
+    };
+    let (motion, script) = border(sizes, &state);
+    let listener = Arc::new(Listener::default());
+    let timeline = Arc::new(Still(Mutex::new((motion, state))));
+    let end = ScriptEndWithoutRecords::from(script);
+    let robot = Robot::new(model, end, timeline, listener.clone())
+        .with_safety_bounds(standing.safety_bounds);
+    let supervisor = Supervisor::new(TaskSettings {
+        robot: Arc::new(robot),
+        observer: listener.clone(),
+        seed: 0,
+    });
+    let program = ProgramText {
+        name: "test.script".into(),
+        text: text.into(),
+    };
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .unwrap();
+    let end = runtime.block_on(async {
+        supervisor.submit(program).await.unwrap();
+        supervisor.ended().await.unwrap()
+    });
+    let (printed, log, error) = std::mem::take(&mut *listener.0.lock().unwrap());
+    Ran {
+        end,
+        printed,
+        log,
+        error,
+    }
+}

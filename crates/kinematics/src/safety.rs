@@ -1,0 +1,530 @@
+//! What the safety settings allow: joint ranges, safety planes, and the tool against them.
+//!
+//! Owns the one check that both `is_within_safety_limits` (manual 3.1.35) and the control cycle make, so that they agree.
+//! Knows no inputs and no modes of the machine: the caller says which planes count ([`PlaneSwitches`]). Fixed size, no
+//! allocation. Speeds and forces are not looked at, they are no property of a position.
+
+use crate::chain::Frames;
+use crate::joint::JointPositions;
+use crate::model::RobotModel;
+use crate::pose::Pose;
+use nalgebra::Vector3;
+
+/// The most safety planes.
+pub const SAFETY_PLANES_MAX: usize = 8;
+
+/// Pairs of configurable inputs that can switch planes: CI0/1, CI2/3, CI4/5, CI6/7.
+pub const CI_PAIRS: usize = 4;
+
+/// A safety setting that cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum SafetySettingError {
+    #[error("the {what} of a safety plane is {value:?}, it must be {allowed}")]
+    Plane {
+        what: &'static str,
+        value: [f64; 3],
+        allowed: &'static str,
+    },
+    #[error("ci_pair is {0}, it must be 0 to 3 (CI0/1, CI2/3, CI4/5, CI6/7)")]
+    CiPair(u8),
+    #[error("there are {SAFETY_PLANES_MAX} safety planes already, more are not possible")]
+    TooManyPlanes,
+    #[error("the size of the tool's {shape} is {size:?}, every number must be finite and positive")]
+    ToolSize { shape: &'static str, size: [f64; 3] },
+}
+
+/// In which safety mode a plane counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PlaneMode {
+    /// In normal mode.
+    #[default]
+    Normal,
+    /// In reduced mode.
+    Reduced,
+    /// In both.
+    Both,
+    /// Never.
+    Off,
+}
+
+/// A plane that the TCP, the tool and, if so set, the elbow must not cross. Base frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SafetyPlane {
+    point: Vector3<f64>,
+    normal: Vector3<f64>,
+    mode: PlaneMode,
+    ci_pair: Option<u8>,
+}
+
+impl SafetyPlane {
+    /// A plane through `point` (m) whose `normal`, of any length, points to the allowed side. With `ci_pair` 0 to 3 it
+    /// counts only while that pair of inputs is set.
+    ///
+    /// # Errors
+    /// A point that is not finite, a normal without direction, a pair that does not exist.
+    pub fn new(
+        point: [f64; 3],
+        normal: [f64; 3],
+        mode: PlaneMode,
+        ci_pair: Option<u8>,
+    ) -> Result<Self, SafetySettingError> {
+        let plane = |what, value, allowed| SafetySettingError::Plane {
+            what,
+            value,
+            allowed,
+        };
+        if !point.iter().all(|x| x.is_finite()) {
+            return Err(plane("point", point, "three finite numbers"));
+        }
+        let direction = Vector3::from(normal);
+        let length = direction.norm();
+        if !(length.is_finite() && length > 1e-9) {
+            return Err(plane("normal", normal, "a vector of finite length above 0"));
+        }
+        if let Some(pair) = ci_pair.filter(|&pair| usize::from(pair) >= CI_PAIRS) {
+            return Err(SafetySettingError::CiPair(pair));
+        }
+        Ok(Self {
+            point: point.into(),
+            normal: direction / length,
+            mode,
+            ci_pair,
+        })
+    }
+
+    /// A point on the plane, m.
+    pub fn point(&self) -> Vector3<f64> {
+        self.point
+    }
+
+    /// Unit vector to the allowed side.
+    pub fn normal(&self) -> Vector3<f64> {
+        self.normal
+    }
+
+    /// Height of a point above the plane, m; negative on the forbidden side.
+    pub fn height(&self, point: Vector3<f64>) -> f64 {
+        (point - self.point).dot(&self.normal)
+    }
+
+    /// Whether the plane counts. One that no inputs switch always does in its mode (manual 3.1.35).
+    pub fn is_active(&self, switches: &PlaneSwitches) -> bool {
+        let in_mode = match self.mode {
+            PlaneMode::Normal => !switches.reduced,
+            PlaneMode::Reduced => switches.reduced,
+            PlaneMode::Both => true,
+            PlaneMode::Off => false,
+        };
+        in_mode
+            && self
+                .ci_pair
+                .is_none_or(|pair| switches.ci_pairs[usize::from(pair)])
+    }
+}
+
+/// What decides which planes count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PlaneSwitches {
+    /// The safety system is in reduced mode.
+    pub reduced: bool,
+    /// Which pairs of configurable inputs are set.
+    pub ci_pairs: [bool; CI_PAIRS],
+}
+
+/// Shape of the tool beyond its TCP, centred on its own frame. Metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Shape {
+    Ball { radius: f64 },
+    Box { half: [f64; 3] },
+    Cylinder { radius: f64, half_length: f64 },
+}
+
+/// A tool that must not cross safety planes either.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SafetyTool {
+    flange_from_shape: Pose,
+    shape: Shape,
+}
+
+impl SafetyTool {
+    fn new(
+        flange_from_shape: Pose,
+        name: &'static str,
+        size: [f64; 3],
+        shape: Shape,
+    ) -> Result<Self, SafetySettingError> {
+        if !size.iter().all(|x| x.is_finite() && *x > 0.0) {
+            return Err(SafetySettingError::ToolSize { shape: name, size });
+        }
+        Ok(Self {
+            flange_from_shape,
+            shape,
+        })
+    }
+
+    /// A ball of `radius` m around the origin of its frame.
+    ///
+    /// # Errors
+    /// A radius that is not positive.
+    pub fn ball(flange_from_shape: Pose, radius: f64) -> Result<Self, SafetySettingError> {
+        Self::new(
+            flange_from_shape,
+            "ball",
+            [radius; 3],
+            Shape::Ball { radius },
+        )
+    }
+
+    /// A box with edges of `size` m along its axes, centred.
+    ///
+    /// # Errors
+    /// An edge that is not positive.
+    pub fn cuboid(flange_from_shape: Pose, size: [f64; 3]) -> Result<Self, SafetySettingError> {
+        let half = size.map(|edge| edge / 2.0);
+        Self::new(flange_from_shape, "box", size, Shape::Box { half })
+    }
+
+    /// A cylinder of `radius` and `length` m along its z axis, centred.
+    ///
+    /// # Errors
+    /// A length that is not positive.
+    pub fn cylinder(
+        flange_from_shape: Pose,
+        radius: f64,
+        length: f64,
+    ) -> Result<Self, SafetySettingError> {
+        let shape = Shape::Cylinder {
+            radius,
+            half_length: length / 2.0,
+        };
+        Self::new(
+            flange_from_shape,
+            "cylinder",
+            [radius, radius, length],
+            shape,
+        )
+    }
+
+    /// How far the shape reaches from its origin along a unit vector of its own frame, m.
+    fn reach(&self, direction: Vector3<f64>) -> f64 {
+        match self.shape {
+            Shape::Ball { radius } => radius,
+            Shape::Box { half } => direction.abs().dot(&Vector3::from(half)),
+            Shape::Cylinder {
+                radius,
+                half_length,
+            } => radius * direction.x.hypot(direction.y) + half_length * direction.z.abs(),
+        }
+    }
+
+    /// Height of the tool's lowest point above a plane, m.
+    fn height(&self, plane: &SafetyPlane, base_from_flange: &Pose) -> f64 {
+        let base_from_shape = *base_from_flange * self.flange_from_shape;
+        plane.height(base_from_shape.translation)
+            - self.reach(base_from_shape.rotate_back(plane.normal))
+    }
+}
+
+/// What a safety plane holds back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SafetyPart {
+    /// The tool centre point.
+    Tcp,
+    /// The tool's shape.
+    Tool,
+    /// The elbow (origin of joint 3).
+    Elbow,
+}
+
+impl core::fmt::Display for SafetyPart {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Tcp => "the TCP",
+            Self::Tool => "the tool",
+            Self::Elbow => "the elbow",
+        })
+    }
+}
+
+/// Why a position is not allowed.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum SafetyViolation {
+    #[error("no joint positions inside the limits reach the pose")]
+    Unreachable,
+    #[error("joint {} is at {value_rad:.4} rad, allowed are {min_rad:.4} to {max_rad:.4} rad", .joint + 1)]
+    JointPosition {
+        joint: usize,
+        value_rad: f64,
+        min_rad: f64,
+        max_rad: f64,
+    },
+    #[error("{part} is {depth_m:.4} m behind safety plane {plane}")]
+    Plane {
+        plane: usize,
+        part: SafetyPart,
+        depth_m: f64,
+    },
+}
+
+/// The safety settings that bound positions. Starts with none; joint ranges are the model's.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SafetyBounds {
+    planes: [Option<SafetyPlane>; SAFETY_PLANES_MAX],
+    tool: Option<SafetyTool>,
+    restrict_elbow: bool,
+}
+
+impl SafetyBounds {
+    /// The same bounds and one more plane, which gets the next number from 0.
+    ///
+    /// # Errors
+    /// [`SafetySettingError::TooManyPlanes`].
+    pub fn with_plane(mut self, plane: SafetyPlane) -> Result<Self, SafetySettingError> {
+        let free = self.planes.iter_mut().find(|slot| slot.is_none());
+        *free.ok_or(SafetySettingError::TooManyPlanes)? = Some(plane);
+        Ok(self)
+    }
+
+    /// The same bounds for another tool; without one only the TCP is held back.
+    pub fn with_tool(self, tool: Option<SafetyTool>) -> Self {
+        Self { tool, ..self }
+    }
+
+    /// The same bounds with the planes holding back the elbow too (by default they do not).
+    pub fn with_restricted_elbow(self, restrict_elbow: bool) -> Self {
+        Self {
+            restrict_elbow,
+            ..self
+        }
+    }
+
+    /// The planes by number.
+    pub fn planes(&self) -> impl Iterator<Item = (usize, &SafetyPlane)> {
+        self.planes
+            .iter()
+            .enumerate()
+            .filter_map(|(number, plane)| Some((number, plane.as_ref()?)))
+    }
+
+    /// The first active plane that is crossed at the given joint frames. A NaN counts as crossed.
+    pub fn plane_violation(
+        &self,
+        frames: &Frames,
+        flange_from_tcp: &Pose,
+        switches: &PlaneSwitches,
+    ) -> Option<SafetyViolation> {
+        let flange = &frames.base_from_flange;
+        let tcp = flange.transform_point(flange_from_tcp.translation);
+        for (number, plane) in self.planes().filter(|(_, p)| p.is_active(switches)) {
+            let heights = [
+                (SafetyPart::Tcp, Some(plane.height(tcp))),
+                (
+                    SafetyPart::Tool,
+                    self.tool.map(|tool| tool.height(plane, flange)),
+                ),
+                (
+                    SafetyPart::Elbow,
+                    self.restrict_elbow.then(|| plane.height(frames.elbow())),
+                ),
+            ];
+            for (part, height) in heights {
+                if let Some(height) = height.filter(|h| !(*h >= 0.0)) {
+                    return Some(SafetyViolation::Plane {
+                        plane: number,
+                        part,
+                        depth_m: -height,
+                    });
+                }
+            }
+        }
+        None
+    }
+
+    /// What keeps the arm from standing at `q`: a joint outside its range (first), or a plane.
+    pub fn violation_at(
+        &self,
+        model: &RobotModel,
+        q: &JointPositions,
+        flange_from_tcp: &Pose,
+        switches: &PlaneSwitches,
+    ) -> Option<SafetyViolation> {
+        let limits = model.limits();
+        if let Some((joint, value_rad)) = limits.position_violation(q) {
+            return Some(SafetyViolation::JointPosition {
+                joint,
+                value_rad,
+                min_rad: limits.position_min[joint],
+                max_rad: limits.position_max[joint],
+            });
+        }
+        self.plane_violation(&model.forward(q), flange_from_tcp, switches)
+    }
+
+    /// What keeps the TCP from being at a pose: no solution inside the joint ranges, or the one nearest to `near`
+    /// crosses a plane.
+    pub fn violation_at_pose(
+        &self,
+        model: &RobotModel,
+        base_from_tcp: &Pose,
+        flange_from_tcp: &Pose,
+        near: &JointPositions,
+        switches: &PlaneSwitches,
+    ) -> Option<SafetyViolation> {
+        match model.inverse_nearest(base_from_tcp, flange_from_tcp, near) {
+            None => Some(SafetyViolation::Unreachable),
+            Some(q) => self.violation_at(model, &q, flange_from_tcp, switches),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose::RpyPose;
+    use proptest::prelude::*;
+
+    fn above(z: f64) -> SafetyPlane {
+        SafetyPlane::new([0.0, 0.0, z], [0.0, 0.0, 2.0], PlaneMode::Both, None).unwrap()
+    }
+
+    fn cs66() -> RobotModel {
+        RobotModel::built_in("cs66").unwrap()
+    }
+
+    /// TCP at z = 0.066, elbow at 0.1625.
+    const STRETCHED: JointPositions = JointPositions::ZERO;
+
+    #[test]
+    fn a_plane_holds_back_the_tcp_the_tool_and_if_asked_the_elbow() {
+        let arm = cs66();
+        let check = |bounds: SafetyBounds, tcp: &Pose| {
+            bounds.violation_at(&arm, &STRETCHED, tcp, &PlaneSwitches::default())
+        };
+        let bounds = SafetyBounds::default().with_plane(above(0.05)).unwrap();
+        assert_eq!(check(bounds, &Pose::IDENTITY), None);
+        // The flange's y axis points up here.
+        let low = Pose::from_translation(0.0, -0.03, 0.0);
+        let found = check(bounds, &low).unwrap();
+        assert_eq!(
+            found.to_string(),
+            "the TCP is 0.0140 m behind safety plane 0"
+        );
+        let ball = SafetyTool::ball(Pose::IDENTITY, 0.02).unwrap();
+        let found = check(bounds.with_tool(Some(ball)), &Pose::IDENTITY).unwrap();
+        assert_eq!(
+            found.to_string(),
+            "the tool is 0.0040 m behind safety plane 0"
+        );
+        let below =
+            SafetyPlane::new([0.0, 0.0, 0.1], [0.0, 0.0, -1.0], PlaneMode::Both, None).unwrap();
+        let bounds = SafetyBounds::default().with_plane(below).unwrap();
+        assert_eq!(check(bounds, &Pose::IDENTITY), None);
+        let found = check(bounds.with_restricted_elbow(true), &Pose::IDENTITY).unwrap();
+        assert_eq!(
+            found.to_string(),
+            "the elbow is 0.0625 m behind safety plane 0"
+        );
+    }
+
+    #[test]
+    fn joints_come_before_planes_and_poses_must_be_reachable() {
+        let arm = cs66();
+        let switches = PlaneSwitches::default();
+        let bounds = SafetyBounds::default().with_plane(above(9.0)).unwrap();
+        let q = JointPositions([0.0, 0.0, 3.2, 0.0, 0.0, 0.0]);
+        let found = bounds
+            .violation_at(&arm, &q, &Pose::IDENTITY, &switches)
+            .unwrap();
+        assert_eq!(
+            found.to_string(),
+            "joint 3 is at 3.2000 rad, allowed are -3.1416 to 3.1416 rad"
+        );
+        let far = Pose::from_translation(3.0, 0.0, 0.0);
+        let found = bounds.violation_at_pose(&arm, &far, &Pose::IDENTITY, &STRETCHED, &switches);
+        assert_eq!(found, Some(SafetyViolation::Unreachable));
+        let nan = JointPositions([f64::NAN; 6]);
+        assert!(
+            bounds
+                .violation_at(&arm, &nan, &Pose::IDENTITY, &switches)
+                .is_some()
+        );
+    }
+
+    #[test]
+    fn planes_count_in_their_mode_and_while_their_inputs_are_set() {
+        let plane = |mode, pair| SafetyPlane::new([0.0; 3], [1.0, 0.0, 0.0], mode, pair).unwrap();
+        let normal = PlaneSwitches::default();
+        let reduced = PlaneSwitches {
+            reduced: true,
+            ..normal
+        };
+        let second = PlaneSwitches {
+            ci_pairs: [false, true, false, false],
+            ..normal
+        };
+        let active = |mode, pair| {
+            [normal, reduced, second].map(|switches| plane(mode, pair).is_active(&switches))
+        };
+        assert_eq!(active(PlaneMode::Normal, None), [true, false, true]);
+        assert_eq!(active(PlaneMode::Reduced, None), [false, true, false]);
+        assert_eq!(active(PlaneMode::Both, None), [true, true, true]);
+        assert_eq!(active(PlaneMode::Off, None), [false, false, false]);
+        assert_eq!(active(PlaneMode::Both, Some(1)), [false, false, true]);
+        assert_eq!(active(PlaneMode::Both, Some(0)), [false, false, false]);
+    }
+
+    #[test]
+    fn settings_that_mean_nothing_are_refused() {
+        let plane = |point, normal, pair| SafetyPlane::new(point, normal, PlaneMode::Both, pair);
+        let z = [0.0, 0.0, 1.0];
+        for (refused, word) in [
+            (plane([f64::NAN; 3], z, None), "point"),
+            (plane([0.0; 3], [0.0; 3], None), "normal"),
+            (plane([0.0; 3], [f64::INFINITY; 3], None), "normal"),
+            (plane([0.0; 3], z, Some(4)), "ci_pair is 4"),
+        ] {
+            assert!(refused.unwrap_err().to_string().contains(word));
+        }
+        assert!(SafetyTool::ball(Pose::IDENTITY, 0.0).is_err());
+        assert!(SafetyTool::cuboid(Pose::IDENTITY, [1.0, f64::NAN, 1.0]).is_err());
+        assert!(SafetyTool::cylinder(Pose::IDENTITY, 0.1, -1.0).is_err());
+        let full = (0..SAFETY_PLANES_MAX).fold(SafetyBounds::default(), |bounds, _| {
+            bounds.with_plane(above(0.0)).unwrap()
+        });
+        assert_eq!(full.planes().count(), SAFETY_PLANES_MAX);
+        assert_eq!(
+            full.with_plane(above(0.0)),
+            Err(SafetySettingError::TooManyPlanes)
+        );
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+
+        /// Corners and rims, the long way round.
+        #[test]
+        fn the_lowest_point_of_a_tool_is_the_lowest_of_its_surface(
+            rpy in prop::array::uniform3(-3.0..3.0), flange in prop::array::uniform3(-3.0..3.0), normal in prop::array::uniform3(0.1..1.0),
+        ) {
+            let place = Pose::from_rpy(&RpyPose { xyz: [0.1, -0.2, 0.3], rpy });
+            let base_from_flange = Pose::from_rpy(&RpyPose { xyz: [0.5, 0.1, 0.2], rpy: flange });
+            let plane = SafetyPlane::new([0.1; 3], normal, PlaneMode::Both, None).unwrap();
+            let height = |p: [f64; 3]| plane.height((base_from_flange * place).transform_point(p.into()));
+            let corners = (0..8).map(|i| [0, 1, 2].map(|k| if i >> k & 1 == 1 { 0.1 } else { -0.1 } * (1.0 + k as f64)));
+            let lowest = corners.map(height).fold(f64::INFINITY, f64::min);
+            let cuboid = SafetyTool::cuboid(place, [0.2, 0.4, 0.6]).unwrap();
+            prop_assert!((cuboid.height(&plane, &base_from_flange) - lowest).abs() < 1e-12);
+            let rims = (0..20_000).map(|i| {
+                let angle = f64::from(i) * core::f64::consts::TAU / 10_000.0;
+                [0.05 * angle.cos(), 0.05 * angle.sin(), if i < 10_000 { 0.2 } else { -0.2 }]
+            });
+            let lowest = rims.map(height).fold(f64::INFINITY, f64::min);
+            let cylinder = SafetyTool::cylinder(place, 0.05, 0.4).unwrap();
+            prop_assert!((cylinder.height(&plane, &base_from_flange) - lowest).abs() < 1e-7);
+        }
+    }
+}
