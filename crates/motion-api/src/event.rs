@@ -116,6 +116,9 @@ pub enum Refusal {
         /// How far behind it, m.
         depth: f64,
     },
+    /// A conveyor is tracked already.
+    #[error("a conveyor is tracked already; end that first with stop_conveyor_tracking()")]
+    Tracking,
     /// The planner found nothing.
     #[error("no trajectory found for this target (planner error {code})")]
     Planner {
@@ -219,8 +222,11 @@ pub enum StopReason {
         /// The force at the TCP that explains the torques of all joints best, N.
         force: f64,
     },
-    /// The TCP was about to cross a safety plane.
-    #[error("the TCP was about to cross safety plane {} of the cell: {depth:.4} m behind it", plane + 1)]
+    /// A conveyor carried the TCP out of reach.
+    #[error("the conveyor carries the TCP to where the arm cannot follow")]
+    ConveyorLost,
+    /// TCP or tool were about to cross a safety plane.
+    #[error("the tool was about to cross safety plane {} of the cell: it would come to rest {depth:.4} m behind it", plane + 1)]
     SafetyPlane {
         /// Index of the plane in the cell, from 0.
         plane: u8,
@@ -246,6 +252,7 @@ impl StopReason {
             Self::ElbowSpeed { .. } => 5,
             Self::Collision { .. } => 11,
             Self::SafetyPlane { .. } => 12,
+            Self::ConveyorLost => 13,
             Self::Internal { .. } => 99,
         }
     }

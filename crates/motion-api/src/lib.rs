@@ -19,8 +19,8 @@ mod words;
 
 pub use command::{Command, CommandId, CommandKind, Origin, ProgramId, ThreadNumber};
 pub use event::{Event, Outcome, PathFault, Refusal, StopReason, Warning};
-pub use online::{EncoderRange, FreedriveFrame, PulseDecoding};
 pub use mode::{MotionMode, RobotMode, SafetyMode};
+pub use online::{EncoderRange, FreedriveFrame, PulseDecoding};
 pub use ring::{
     BorderSizes, CommandPort, EventReader, MotionEnd, Record, RecordReader, RingFull, ScriptEnd,
     border,

@@ -136,7 +136,11 @@ impl CollisionDetection {
 }
 
 /// Joint torques of a wrench on the tool (base axes, about the TCP): J^T F.
-pub fn torques_of(wrench: &kinematics::Wrench, frames: &Frames, base_from_tcp: &Pose) -> JointTorques {
+pub fn torques_of(
+    wrench: &kinematics::Wrench,
+    frames: &Frames,
+    base_from_tcp: &Pose,
+) -> JointTorques {
     let jacobian = frames.jacobian(base_from_tcp.translation);
     JointTorques((jacobian.transpose() * wrench.to_vector()).into())
 }

@@ -3,13 +3,15 @@
 use kinematics::dynamics::GRAVITY_UPRIGHT;
 use kinematics::{
     JointAccelerations, JointJerks, JointLimits, JointPositions, JointSpeeds, Payload, Pose,
-    RobotModel, RpyPose,
+    RobotModel, RpyPose, safety::SafetyBounds,
 };
 use motion_api::{RobotMode, RobotState};
 use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::constants::{FASTEST_RISE, STEP_RANGE};
+use crate::external::Load;
+use crate::modes::encoder::Belt;
 
 /// Which arm the setpoints move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,6 +63,12 @@ pub struct CycleConfig {
     pub limits: LimitOverrides,
     /// Start with power off and brakes engaged.
     pub powered_off: bool,
+    /// Safety planes and the tool they hold back.
+    pub safety: SafetyBounds,
+    /// Belts that turn the two encoders.
+    pub belts: [Option<Belt>; 2],
+    /// Loads on the tool by time.
+    pub loads: Vec<Load>,
 }
 
 /// What is wrong with a configuration.
@@ -195,6 +203,9 @@ impl CycleConfig {
             plant: PlantKind::default(),
             limits: LimitOverrides::default(),
             powered_off: false,
+            safety: SafetyBounds::default(),
+            belts: [None; 2],
+            loads: Vec::new(),
         }
     }
 
@@ -219,6 +230,8 @@ impl CycleConfig {
             tcp_offset: self.tcp,
             payload: self.payload,
             robot_mode: self.robot_mode(),
+            target_waypoint: pose,
+            gravity: self.gravity.into(),
             ..RobotState::at_start(self.home, self.step_time)
         }
     }

@@ -29,12 +29,16 @@
 //! ```
 
 pub mod brake;
+pub mod collision;
 pub mod config;
 pub mod constants;
 mod cycle;
+pub mod external;
 mod intake;
 pub mod machine;
+pub mod modes;
 mod motion;
+mod online;
 mod outbox;
 pub mod path;
 pub mod plan;
@@ -43,6 +47,7 @@ pub mod realtime;
 mod report;
 pub mod scalar;
 pub mod setpoint;
+pub mod thermal;
 pub mod virtual_time;
 mod waiting;
 

@@ -39,7 +39,13 @@ impl Thermal {
     }
 
     /// `step` seconds later.
-    pub fn pass(&mut self, torque: &JointTorques, effort: &JointTorques, is_powered: bool, step: f64) {
+    pub fn pass(
+        &mut self,
+        torque: &JointTorques,
+        effort: &JointTorques,
+        is_powered: bool,
+        step: f64,
+    ) {
         let power = if is_powered { 1.0 } else { 0.0 };
         let share = step / TIME_CONSTANT;
         let mut load = 0.0;

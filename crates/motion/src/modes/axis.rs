@@ -22,6 +22,24 @@ pub struct Axis {
     pub jerk: f64,
 }
 
+/// The last approach to the end of a range: speed over distance, 1/s, and share of the acceleration before that.
+const END_SLOPE: f64 = 8.0;
+/// See [`END_SLOPE`].
+const END_SHARE: f64 = 0.5;
+
+/// The speed of approach over a distance: proportional near the goal, then what `braking` can still take away.
+pub fn braking_speed(distance: f64, slope: f64, braking: f64) -> f64 {
+    let linear = braking / (slope * slope);
+    let way = distance.abs();
+    if way <= linear {
+        slope * distance
+    } else {
+        (2.0 * braking * (way - linear / 2.0))
+            .sqrt()
+            .copysign(distance)
+    }
+}
+
 /// Room for rounding, relative to a limit.
 const SLACK: f64 = 1e-9;
 
@@ -40,6 +58,12 @@ impl Axis {
         low >= self.min - SLACK && high <= self.max + SLACK
     }
 
+    /// Whether braking from `state` stays inside the range.
+    pub fn brakes_inside(&self, state: &ScalarState) -> bool {
+        let (low, high) = self.braking_extent(state);
+        low >= self.min && high <= self.max
+    }
+
     /// Smallest and largest position on the way to rest.
     fn braking_extent(&self, state: &ScalarState) -> (f64, f64) {
         let braking = ramp(
@@ -52,7 +76,7 @@ impl Axis {
         let mut now = *state;
         let (mut low, mut high) = (now.position, now.position);
         for phase in &braking.phases {
-            // The position turns where the speed is zero: a t² / 2 ... solved for the phase's constant jerk.
+            // The position turns where the speed is zero.
             for time in zeros_of_speed(&now, phase.jerk) {
                 if time > 0.0 && time < phase.duration {
                     let turned = now.after(time, phase.jerk).position;
@@ -67,8 +91,13 @@ impl Axis {
 
     /// `wanted` if it is safe, otherwise the safe state nearest to it that constant jerk leads to in `step` seconds,
     /// otherwise the first step of braking. `now` must be safe.
-    pub fn restrain(&self, now: &ScalarState, wanted: &ScalarState, step: f64) -> (ScalarState, bool) {
-        if self.is_safe(wanted) {
+    pub fn restrain(
+        &self,
+        now: &ScalarState,
+        wanted: &ScalarState,
+        step: f64,
+    ) -> (ScalarState, bool) {
+        if self.is_safe(wanted) && self.is_slow_between(now, wanted, step) {
             return (*wanted, false);
         }
         (self.nearest_safe(now, wanted.acceleration, step), true)
@@ -78,25 +107,47 @@ impl Axis {
     pub fn nearest_safe(&self, now: &ScalarState, acceleration: f64, step: f64) -> ScalarState {
         let jerk = ((acceleration - now.acceleration) / step).clamp(-self.jerk, self.jerk);
         let after = |jerk: f64| now.after(step, jerk);
-        if self.is_safe(&after(jerk)) {
+        let is_good = |jerk: f64| {
+            let next = after(jerk);
+            self.is_safe(&next) && self.is_slow_between(now, &next, step)
+        };
+        if is_good(jerk) {
             return after(jerk);
         }
         let braked = self.braked(now, step);
-        let towards = ((braked.acceleration - now.acceleration) / step).clamp(-self.jerk, self.jerk);
-        if !self.is_safe(&after(towards)) {
+        let towards =
+            ((braked.acceleration - now.acceleration) / step).clamp(-self.jerk, self.jerk);
+        if !is_good(towards) {
             return braked;
         }
         // Between a jerk that is not safe and one that is: bisection.
         let (mut bad, mut good) = (jerk, towards);
         for _ in 0..30 {
             let middle = 0.5 * (bad + good);
-            if self.is_safe(&after(middle)) {
+            if is_good(middle) {
                 good = middle;
             } else {
                 bad = middle;
             }
         }
         after(good)
+    }
+
+    /// Where the acceleration changes its sign within the step the speed has its peak in between.
+    fn is_slow_between(&self, now: &ScalarState, next: &ScalarState, step: f64) -> bool {
+        let (a0, a1) = (now.acceleration, next.acceleration);
+        if a0 * a1 >= 0.0 {
+            return true;
+        }
+        let peak = now.speed + a0 * a0 * step / (2.0 * (a0 - a1));
+        peak.abs() <= self.speed * (1.0 + SLACK)
+    }
+
+    /// A speed no faster than what leaves a gentle way to rest before the ends of the range.
+    pub fn slowed_before_ends(&self, position: f64, speed: f64) -> f64 {
+        let braking = END_SHARE * self.acceleration;
+        let fastest = |way: f64| braking_speed(way.max(0.0), END_SLOPE, braking);
+        speed.clamp(-fastest(position - self.min), fastest(self.max - position))
     }
 
     /// The state after `step` seconds of braking.
@@ -176,11 +227,19 @@ mod tests {
             wishes in proptest::collection::vec((-30.0..30.0_f64, 1..60_usize), 1..40),
             step in prop::sample::select(vec![0.001, 0.002, 0.004, 0.008]),
         ) {
+            // Braking from the very edge of what is safe is safe up to rounding.
+            let wider = Axis {
+                min: AXIS.min - 1e-7,
+                max: AXIS.max + 1e-7,
+                speed: AXIS.speed + 1e-7,
+                acceleration: AXIS.acceleration + 1e-7,
+                ..AXIS
+            };
             let mut state = ScalarState::at_rest(0.0);
             for (acceleration, cycles) in wishes {
                 for _ in 0..cycles {
                     let next = AXIS.nearest_safe(&state, acceleration, step);
-                    prop_assert!(AXIS.is_safe(&next), "{state:?} {next:?}");
+                    prop_assert!(wider.is_safe(&next), "{state:?} {next:?}");
                     prop_assert!((next.acceleration - state.acceleration).abs() <= AXIS.jerk * step * (1.0 + 1e-9));
                     state = next;
                 }

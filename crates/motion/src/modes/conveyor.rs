@@ -112,7 +112,9 @@ impl Tracking {
             return;
         }
         let (position, speed) = ((ticks - self.start) * self.per_tick, rate * self.per_tick);
-        let wanted = self.law.acceleration(&self.way, position, speed, &self.axis);
+        let wanted = self
+            .law
+            .acceleration(&self.way, position, speed, &self.axis);
         self.way = self.axis.nearest_safe(&self.way, wanted, step);
     }
 

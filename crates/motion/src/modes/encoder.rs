@@ -88,7 +88,13 @@ impl Encoder {
     }
 
     /// Pulses are counted from now on: of the belt if there is one, of two inputs otherwise.
-    pub fn take_pulses(&mut self, decoding: PulseDecoding, channel_a: u8, channel_b: u8, inputs: u64) {
+    pub fn take_pulses(
+        &mut self,
+        decoding: PulseDecoding,
+        channel_a: u8,
+        channel_b: u8,
+        inputs: u64,
+    ) {
         self.source = Source::Pulses {
             decoding,
             channel_a,
@@ -194,7 +200,11 @@ impl Encoder {
             return (self.total, 0.0);
         }
         let newest = self.edges[0];
-        let oldest = self.edges[if self.is_from_program() { 1 } else { self.count - 1 }];
+        let oldest = self.edges[if self.is_from_program() {
+            1
+        } else {
+            self.count - 1
+        }];
         let rate = (newest.count - oldest.count) / (newest.time - oldest.time);
         let since = self.now - newest.time;
         if self.is_from_program() {
@@ -276,7 +286,10 @@ mod tests {
                 assert_eq!(encoder.counts().fract(), 0.0);
                 if time > 0.4 {
                     let (position, rate) = encoder.position();
-                    assert!((position - belt.ticks(time)).abs() < 1e-6, "{time} {position}");
+                    assert!(
+                        (position - belt.ticks(time)).abs() < 1e-6,
+                        "{time} {position}"
+                    );
                     assert!((rate - ticks_per_second).abs() < 1e-6 * ticks_per_second.abs());
                 }
             }

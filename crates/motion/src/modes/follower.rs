@@ -5,7 +5,7 @@
 //! law is nested so that speed and acceleration saturate in between and a far reference is approached with a braking
 //! that the limits allow: the wanted speed follows the square root of the distance left.
 
-use super::axis::Axis;
+use super::axis::{Axis, braking_speed};
 use crate::scalar::ScalarState;
 
 /// Share of the acceleration that approaches are planned with; the rest is for the law's own lag.
@@ -39,24 +39,12 @@ impl Follower {
         let slope = self.position_gain / self.speed_gain;
         let approach = braking_speed(error, slope, BRAKING_SHARE * axis.acceleration);
         let wanted_speed = (speed + approach).clamp(-axis.speed, axis.speed);
-        let wanted_acceleration = (self.speed_gain / self.acceleration_gain)
-            * (wanted_speed - now.speed);
+        let wanted_acceleration =
+            (self.speed_gain / self.acceleration_gain) * (wanted_speed - now.speed);
         let jerk = self.acceleration_gain
-            * (wanted_acceleration.clamp(-axis.acceleration, axis.acceleration)
-                - now.acceleration);
+            * (wanted_acceleration.clamp(-axis.acceleration, axis.acceleration) - now.acceleration);
         (now.acceleration + self.step * jerk.clamp(-axis.jerk, axis.jerk))
             .clamp(-axis.acceleration, axis.acceleration)
-    }
-}
-
-/// The speed of approach over a distance: proportional near the goal, then what `braking` can still take away.
-fn braking_speed(distance: f64, slope: f64, braking: f64) -> f64 {
-    let linear = braking / (slope * slope);
-    let way = distance.abs();
-    if way <= linear {
-        slope * distance
-    } else {
-        (2.0 * braking * (way - linear / 2.0)).sqrt().copysign(distance)
     }
 }
 
@@ -72,7 +60,12 @@ mod tests {
         jerk: 500.0,
     };
 
-    fn follow(bandwidth: f64, step: f64, seconds: f64, reference: impl Fn(f64) -> (f64, f64)) -> (ScalarState, f64) {
+    fn follow(
+        bandwidth: f64,
+        step: f64,
+        seconds: f64,
+        reference: impl Fn(f64) -> (f64, f64),
+    ) -> (ScalarState, f64) {
         let law = Follower::new(bandwidth, step);
         let mut state = ScalarState::at_rest(0.0);
         let mut highest = f64::MIN;
@@ -90,7 +83,10 @@ mod tests {
         for (bandwidth, step) in [(20.0, 0.004), (90.0, 0.008), (40.0, 0.001)] {
             let (state, _) = follow(bandwidth, step, 3.0, |t| (0.5 * t, 0.5));
             let end = 0.5 * ((3.0 / step).floor() * step);
-            assert!((state.position - end).abs() < 1e-9, "{bandwidth} {step} {state:?}");
+            assert!(
+                (state.position - end).abs() < 1e-9,
+                "{bandwidth} {step} {state:?}"
+            );
             assert!((state.speed - 0.5).abs() < 1e-9);
         }
     }

@@ -133,12 +133,18 @@ fn lead(tcp: &mut TcpSpeed, hand: &Vector6<f64>, free: &[bool; 6]) {
     for part in 0..2 {
         let range = 3 * part..3 * part + 3;
         for k in range.clone() {
-            goal[k] = if free[k] { without_band(hand[k], DEAD_BAND[part]) / DAMPING[part] } else { 0.0 };
+            goal[k] = if free[k] {
+                without_band(hand[k], DEAD_BAND[part]) / DAMPING[part]
+            } else {
+                0.0
+            };
         }
         let norm = |v: &[f64; 6]| v[range.clone()].iter().map(|x| x * x).sum::<f64>().sqrt();
         let speed = norm(&goal);
         if speed > SPEED_MAX[part] {
-            goal[range.clone()].iter_mut().for_each(|x| *x *= SPEED_MAX[part] / speed);
+            goal[range.clone()]
+                .iter_mut()
+                .for_each(|x| *x *= SPEED_MAX[part] / speed);
         }
         let gap: [f64; 6] = core::array::from_fn(|k| goal[k] - velocity[k]);
         acceleration[part] = (norm(&gap) / TIME_CONSTANT).clamp(0.05, ACCELERATION_MAX[part]);
@@ -161,8 +167,9 @@ fn joints_led(
         let effort = arm.effort[joint];
         let led = without_band(torque[joint], 0.005 * effort) / (JOINT_DAMPING * effort);
         let goal = led.clamp(-0.5 * able.speed, 0.5 * able.speed);
-        let acceleration = ((goal - now[joint].speed).abs() / TIME_CONSTANT)
-            .clamp(0.05, able.acceleration);
+        let goal = axis.slowed_before_ends(now[joint].position, goal);
+        let acceleration =
+            ((goal - now[joint].speed).abs() / TIME_CONSTANT).clamp(0.05, able.acceleration);
         let soft = Axis {
             acceleration,
             jerk: axis.jerk.min(able.acceleration / ACCELERATION_RISE),

@@ -22,7 +22,13 @@ impl JointSpeed {
         let change: [f64; 6] = core::array::from_fn(|joint| (goal[joint] - now[joint].speed).abs());
         let most = change.iter().fold(0.0_f64, |m, x| m.max(*x));
         // A joint that hardly changes still needs to get rid of an acceleration it may have.
-        let share = |x: f64| if most > 0.0 { (x / most).max(0.05) } else { 1.0 };
+        let share = |x: f64| {
+            if most > 0.0 {
+                (x / most).max(0.05)
+            } else {
+                1.0
+            }
+        };
         Self {
             goal: *goal,
             acceleration: change.map(|x| acceleration * share(x)),
@@ -59,17 +65,29 @@ impl JointSpeed {
         });
         for (joint, number) in (0u8..6).enumerate() {
             let axis = &axes[joint];
-            let acceleration = self.acceleration[joint] * scale;
-            let asked = Axis {
+            let wanted = (self.goal[joint] * slowed).clamp(-axis.speed, axis.speed);
+            let goal = axis.slowed_before_ends(now[joint].position, wanted);
+            let is_ending = goal != wanted;
+            let asked = |acceleration: f64| Axis {
                 acceleration,
                 jerk: axis.jerk.min(acceleration / ACCELERATION_RISE),
                 ..*axis
             };
-            let goal = (self.goal[joint] * slowed).clamp(-axis.speed, axis.speed);
+            let gentle = asked(self.acceleration[joint] * scale);
+            // Harder where the gentle way would lead out of the range, or where a harder one is under way already.
+            let is_enough = !is_ending
+                && now[joint].acceleration.abs() <= gentle.acceleration * (1.0 + 1e-9)
+                && gentle.brakes_inside(&now[joint]);
+            let asked = if is_enough {
+                gentle
+            } else {
+                asked(able[joint].acceleration)
+            };
             let wanted = asked.towards_speed(&now[joint], goal, step);
             let (state, touched) = axis.restrain(&now[joint], &wanted, step);
             next[joint] = state;
-            if touched || goal != self.goal[joint] * fraction {
+            let missing = (goal - self.goal[joint] * fraction).abs();
+            if touched || is_ending || missing > 0.01 * axis.speed {
                 held = held.or(Some(number));
             }
         }

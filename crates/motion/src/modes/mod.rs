@@ -69,7 +69,8 @@ impl<'a> OnlineArm<'a> {
         let axes: [Axis; 6] = core::array::from_fn(|joint| Axis {
             min: limits.position_min[joint],
             max: limits.position_max[joint],
-            speed: limits.speed[joint],
+            // Within a step the speed may be higher than at its ends by that.
+            speed: limits.speed[joint] - limits.jerk[joint] * step * step / 8.0,
             acceleration: limits.acceleration[joint],
             jerk: limits.jerk[joint],
         });
@@ -106,7 +107,12 @@ impl<'a> OnlineArm<'a> {
 }
 
 /// The share of every joint's acceleration at which the drives can accelerate all of them at once, whatever the signs.
-fn torque_share(dynamics: &Dynamics, effort: &JointTorques, axes: &[Axis; 6], at: &Setpoint) -> f64 {
+fn torque_share(
+    dynamics: &Dynamics,
+    effort: &JointTorques,
+    axes: &[Axis; 6],
+    at: &Setpoint,
+) -> f64 {
     let mass = dynamics.mass_matrix(&at.q);
     let bias = dynamics.bias_torques(&at.q, &at.qd);
     (0..6).fold(1.0_f64, |least, joint| {
@@ -199,6 +205,19 @@ impl Online {
         self.call == CallEnd::Over
     }
 
+    /// The hand leads the arm and has not been told to let go.
+    pub(crate) fn is_led_by_hand(&self) -> bool {
+        matches!(self.kind, Kind::Freedrive(_)) && !self.is_stopping
+    }
+
+    /// The joint positions it leads to, where it leads to any.
+    pub(crate) fn goal(&self) -> Option<JointPositions> {
+        match &self.kind {
+            Kind::Servo(servo) => Some(*servo.goal()),
+            _ => None,
+        }
+    }
+
     /// Brings the arm to rest, along its line where it is on one.
     pub(crate) fn stop(&mut self, from: &Setpoint) {
         self.is_stopping = true;
@@ -215,11 +234,11 @@ impl Online {
     }
 
     /// Whether the mode keeps the arm in motion although nothing moves now.
-    fn may_move_on(&self) -> bool {
+    fn may_move_on(&self, target: &Setpoint) -> bool {
         match &self.kind {
             _ if self.is_stopping => false,
             Kind::Freedrive(_) => true,
-            Kind::Servo(servo) => servo.left() > 0.0,
+            Kind::Servo(servo) => !servo.has_arrived(&target.q),
             Kind::JointSpeed(joints) => joints.goal().max_abs() > 0.0,
             Kind::TcpSpeed(tcp) => tcp.has_goal(),
         }
@@ -227,7 +246,7 @@ impl Online {
 
     /// Whether the mode is over when the arm stands.
     pub(crate) fn is_over(&self, target: &Setpoint) -> bool {
-        (self.is_stopping || self.has_ended()) && stands(target) && !self.may_move_on()
+        (self.is_stopping || self.has_ended()) && stands(target) && !self.may_move_on(target)
     }
 
     /// The setpoint one step after `from`.
@@ -243,7 +262,10 @@ impl Online {
             Kind::JointSpeed(joints) => {
                 let (next, limited) = joints.next(&now, arm, fraction);
                 held = limited;
-                (setpoint(&next), joints.is_reached(&next, fraction) && fraction > 0.0)
+                (
+                    setpoint(&next),
+                    joints.is_reached(&next, fraction) && fraction > 0.0,
+                )
             }
             Kind::TcpSpeed(tcp) => match tcp.next(&arm.tcp(), from, arm.step, fraction) {
                 Some((next, limited)) => {

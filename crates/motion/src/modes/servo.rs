@@ -53,7 +53,14 @@ impl Servo {
     }
 
     /// The next point: the reference reaches it in `duration` seconds.
-    pub fn lead(&mut self, goal: &JointPositions, duration: f64, lookahead: f64, gain: f64, step: f64) {
+    pub fn lead(
+        &mut self,
+        goal: &JointPositions,
+        duration: f64,
+        lookahead: f64,
+        gain: f64,
+        step: f64,
+    ) {
         self.goal = *goal;
         self.left = duration;
         let cycles = (lookahead / step).round().max(1.0) as usize;
@@ -124,8 +131,8 @@ impl Servo {
         next
     }
 
-    /// Time until the reference reaches the goal, s.
-    pub fn left(&self) -> f64 {
-        self.left
+    /// Whether the reference has come to its goal, and the arm at `q` with it.
+    pub fn has_arrived(&self, q: &JointPositions) -> bool {
+        self.left == 0.0 && self.goal == *q
     }
 }

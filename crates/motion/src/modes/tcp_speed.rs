@@ -15,12 +15,16 @@ use crate::scalar::ramp::ramp;
 use crate::setpoint::Setpoint;
 
 /// Places of a braking that are looked at.
-const BRAKING_SAMPLES: u32 = 6;
+const BRAKING_SAMPLES: u32 = 8;
 /// Shares of the wanted velocity that are tried, then braking.
 const SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
 /// Share of a joint's speed and acceleration that the TCP mode uses; the rest covers what lies between two looks.
 const JOINT_SHARE: f64 = 0.9;
-/// Share of the acceleration the joints can give the TCP that braking is planned with.
+/// The same for the braking that is already under way, which was looked at before.
+const BRAKE_SHARE: f64 = 0.98;
+/// Share of a joint's jerk: accelerations at two ends of a cycle tell less about it.
+const JERK_SHARE: f64 = 0.8;
+/// Share of the acceleration the joints can give the TCP that changes of its velocity are planned with.
 const BRAKING_SHARE: f64 = 0.6;
 /// Hardest braking of the TCP, m/s² and rad/s².
 const BRAKING_MAX: f64 = 10.0;
@@ -63,7 +67,12 @@ pub struct TcpSpeed {
     goal: [f64; 6],
     /// Acceleration of the linear and of the angular part, m/s² and rad/s².
     acceleration: [f64; 2],
+    /// With these the TCP can brake from where it is.
+    braking: [f64; 2],
 }
+
+/// A decomposed Jacobian.
+type Lu6 = nalgebra::LU<f64, nalgebra::U6, nalgebra::U6>;
 
 /// One candidate for the next cycle.
 struct Candidate {
@@ -99,6 +108,7 @@ impl TcpSpeed {
             }),
             goal: [0.0; 6],
             acceleration: [1.0; 2],
+            braking: [1.0; 2],
         }
     }
 
@@ -117,7 +127,9 @@ impl TcpSpeed {
             let v = self.now.map(|state| pick(&state));
             let linear = turn * Vector3::new(v[0], v[1], v[2]);
             let angular = turn * Vector3::new(v[3], v[4], v[5]);
-            [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
+            [
+                linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
+            ]
         };
         let (speed, change) = (turned(|s| s.speed), turned(|s| s.acceleration));
         for k in 0..6 {
@@ -158,23 +170,30 @@ impl TcpSpeed {
         step: f64,
         fraction: f64,
     ) -> Option<(Setpoint, Option<u8>)> {
-        let is_still = self.now.iter().all(|s| s.speed == 0.0 && s.acceleration == 0.0);
+        let is_still = self
+            .now
+            .iter()
+            .all(|s| s.speed == 0.0 && s.acceleration == 0.0);
         if is_still && self.goal.iter().all(|x| *x * fraction == 0.0) {
             return Some((Setpoint::standing(from.q), None));
         }
         let mut held = None;
-        let braking = self.braking(arm, from);
+        let jacobian = arm.model.forward(&from.q);
+        let jacobian = jacobian.jacobian(self.base_from_tcp.translation).lu();
+        let braking = self.braking(arm, &jacobian);
+        let goal = self.goal.map(|x| x * fraction);
+        let acceleration = self.within_joints(arm, &jacobian, &goal);
         for (k, share) in SHARES.iter().enumerate() {
-            let goal = self.goal.map(|x| x * fraction * share);
+            let goal = goal.map(|x| x * share);
             // The last one brakes as hard as the joints can.
-            let limits = if k + 1 == SHARES.len() {
-                braking.map(|hard| hard.max(self.acceleration[0].min(BRAKING_MAX)))
+            let is_last = k + 1 == SHARES.len();
+            let (limits, axes, joint_share) = if is_last {
+                (self.braking, arm.axes, BRAKE_SHARE)
             } else {
-                self.acceleration
+                (acceleration, arm.able, JOINT_SHARE)
             };
             let now = ramped(&self.now, &goal, &limits, step);
-            let axes = if k + 1 == SHARES.len() { arm.axes } else { arm.able };
-            let next = match self.candidate(arm, axes, from, now, step) {
+            let next = match self.candidate(arm, axes, joint_share, from, now, step) {
                 Ok(next) => next,
                 Err(joint) => {
                     held = held.or(Some(joint));
@@ -182,8 +201,11 @@ impl TcpSpeed {
                 }
             };
             match self.can_brake(arm, &next, &braking) {
-                Err(joint) if k + 1 < SHARES.len() => held = held.or(Some(joint)),
-                _ => {
+                Err(joint) if !is_last => held = held.or(Some(joint)),
+                feasible => {
+                    if feasible.is_ok() && !is_last {
+                        self.braking = braking;
+                    }
                     self.now = next.now;
                     self.base_from_tcp = next.base_from_tcp;
                     return Some((next.setpoint, held));
@@ -198,6 +220,7 @@ impl TcpSpeed {
         &self,
         arm: &TcpArm,
         axes: &[Axis; 6],
+        share: f64,
         from: &Setpoint,
         now: [ScalarState; 6],
         step: f64,
@@ -227,11 +250,15 @@ impl TcpSpeed {
             let (v, a) = (qd[joint], qdd[joint]);
             let moved = (q[joint] - from.q[joint]) / step;
             let jerk = (a - from.qdd[joint]) / step;
-            let fits = v.abs() <= axis.speed * JOINT_SHARE
-                && moved.abs() <= axis.speed * JOINT_SHARE
-                && a.abs() <= axis.acceleration
-                && jerk.abs() <= axis.jerk
-                && (axis.min..=axis.max).contains(&q[joint]);
+            let state = ScalarState {
+                position: q[joint],
+                speed: v,
+                acceleration: a,
+            };
+            let fits = v.abs().max(moved.abs()) <= axis.speed * share
+                && a.abs() <= axis.acceleration * share
+                && jerk.abs() <= axis.jerk * JERK_SHARE
+                && arm.axes[joint].is_safe(&state);
             if !fits {
                 return Err(number);
             }
@@ -243,13 +270,26 @@ impl TcpSpeed {
         })
     }
 
+    /// The wanted accelerations, lowered to what the joints can do on the way to `goal`.
+    fn within_joints(&self, arm: &TcpArm, jacobian: &Lu6, goal: &[f64; 6]) -> [f64; 2] {
+        let change = part_accelerations(&self.now, goal, &self.acceleration);
+        let change: [f64; 6] =
+            core::array::from_fn(|k| change[k].copysign(goal[k] - self.now[k].speed));
+        let twist = from_axes(&self.rotation(), &change);
+        let Some(qdd) = jacobian.solve(&twist.to_vector()) else {
+            return self.acceleration;
+        };
+        let share = (0..6).fold(1.0_f64, |least, joint| {
+            least.min(BRAKING_SHARE * arm.able[joint].acceleration / qdd[joint].abs())
+        });
+        self.acceleration.map(|a| (a * share).max(1e-6))
+    }
+
     /// How hard the joints can brake the TCP here, linear and angular.
-    fn braking(&self, arm: &TcpArm, from: &Setpoint) -> [f64; 2] {
-        let frames = arm.model.forward(&from.q);
+    fn braking(&self, arm: &TcpArm, jacobian: &Lu6) -> [f64; 2] {
         let twist = from_axes(&self.rotation(), &self.velocity());
-        let jacobian = frames.jacobian(self.base_from_tcp.translation);
         let (linear, angular) = (twist.linear.norm(), twist.angular.norm());
-        let Some(qd) = jacobian.lu().solve(&twist.to_vector()) else {
+        let Some(qd) = jacobian.solve(&twist.to_vector()) else {
             return self.acceleration;
         };
         // Slowing the whole twist at the rate r asks r times the joint speeds of the joints.
@@ -265,7 +305,13 @@ impl TcpSpeed {
         let ramps: [_; 6] = core::array::from_fn(|k| {
             let state = &next.now[k];
             let a = acceleration[k];
-            ramp(state.speed, state.acceleration, 0.0, a, a / ACCELERATION_RISE)
+            ramp(
+                state.speed,
+                state.acceleration,
+                0.0,
+                a,
+                a / ACCELERATION_RISE,
+            )
         });
         let duration = ramps.iter().fold(0.0_f64, |most, r| most.max(r.duration));
         let rotation = rotation_of(self.axes, &next.base_from_tcp);
@@ -293,11 +339,16 @@ impl TcpSpeed {
             let frames = arm.model.forward(&q);
             let twist = from_axes(&rotation, &at.map(|s| s.speed));
             let lu = frames.jacobian(pose.translation).lu();
-            let qd = lu.solve(&twist.to_vector()).ok_or(SINGULAR)?;
+            let qd = JointSpeeds(lu.solve(&twist.to_vector()).ok_or(SINGULAR)?.into());
+            let change = from_axes(&rotation, &at.map(|s| s.acceleration));
+            let bias = frames.jacobian_rate_times_speeds(&qd, pose.translation);
+            let driven = change.to_vector() - bias.to_vector();
+            let qdd = lu.solve(&driven).ok_or(SINGULAR)?;
             let interval = duration / f64::from(BRAKING_SAMPLES);
             let misfit = (0u8..6).zip(arm.axes).position(|(number, axis)| {
                 let joint = usize::from(number);
                 !(qd[joint].abs() <= axis.speed * JOINT_SHARE
+                    && qdd[joint].abs() <= axis.acceleration * JOINT_SHARE
                     && (q[joint] - near[joint]).abs() <= axis.speed * interval + 1e-9
                     && (axis.min..=axis.max).contains(&q[joint]))
             });
@@ -327,7 +378,12 @@ fn part_accelerations(now: &[ScalarState; 6], goal: &[f64; 6], limits: &[f64; 2]
 }
 
 /// The velocity one step later; the positions are the ways covered.
-fn ramped(now: &[ScalarState; 6], goal: &[f64; 6], limits: &[f64; 2], step: f64) -> [ScalarState; 6] {
+fn ramped(
+    now: &[ScalarState; 6],
+    goal: &[f64; 6],
+    limits: &[f64; 2],
+    step: f64,
+) -> [ScalarState; 6] {
     let acceleration = part_accelerations(now, goal, limits);
     core::array::from_fn(|k| {
         let axis = Axis {
@@ -364,7 +420,9 @@ fn moved(from: &Pose, rotation: &Rotation3<f64>, at: &[ScalarState; 6]) -> Pose 
 fn in_axes(rotation: &Rotation3<f64>, twist: &Twist) -> [f64; 6] {
     let linear = rotation.inverse_transform_vector(&twist.linear);
     let angular = rotation.inverse_transform_vector(&twist.angular);
-    [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
+    [
+        linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
+    ]
 }
 
 fn from_axes(rotation: &Rotation3<f64>, v: &[f64; 6]) -> Twist {
