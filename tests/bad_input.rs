@@ -232,7 +232,14 @@ fn a_port_in_use_is_named_with_its_option_and_leaves_no_recording() {
             "--modbus-port",
             "0",
         ])
-        .args(["--http-port", "0"])
+        .args([
+            "--http-port",
+            "0",
+            "--rtsi-port",
+            "0",
+            "--dashboard-port",
+            "0",
+        ])
         .current_dir(folder.path())
         .output()
         .unwrap();

@@ -44,7 +44,14 @@ impl Server {
             .arg("--ready-file")
             .arg(&ready)
             .current_dir(folder);
-        for service in ["primary", "interpreter", "modbus", "http"] {
+        for service in [
+            "primary",
+            "interpreter",
+            "rtsi",
+            "dashboard",
+            "modbus",
+            "http",
+        ] {
             command.arg(format!("--{service}-port")).arg("0");
         }
         let log = std::fs::File::create(folder.join("stderr.log")).unwrap();

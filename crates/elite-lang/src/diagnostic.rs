@@ -117,9 +117,12 @@ pub fn render_human(diagnostic: &Diagnostic, file: &SourceFile, ansi: bool) -> S
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
+    // The renderer panics on a span that cuts a character in two, so none reaches it.
     let clip = |span: Span| {
-        let end = (span.end as usize).min(file.text().len());
-        (span.start as usize).min(end)..end
+        let end = file.text().ceil_char_boundary(span.end as usize);
+        file.text()
+            .floor_char_boundary(span.start as usize)
+            .min(end)..end
     };
     let mut snippet = Snippet::source(file.text()).path(file.name());
     snippet = snippet.annotation(AnnotationKind::Primary.span(clip(diagnostic.span)));

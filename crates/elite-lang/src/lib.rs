@@ -23,6 +23,7 @@ mod program;
 mod resolve;
 mod source;
 mod stack;
+mod statement;
 mod stdlib;
 mod value;
 
@@ -36,6 +37,7 @@ pub use native::{NativeBody, NativeCall, NativeFunction, Param, ParamKind, WaitT
 pub use program::{Program, ProgramKind, check, compile};
 pub use resolve::KnownNames;
 pub use source::{Position, SourceFile, Span};
+pub use statement::{Statement, compile_statement};
 pub use value::{Raised, Value};
 
 /// What most operations on values return.

@@ -87,7 +87,7 @@ pub struct WaitToken(pub u64);
 pub struct NativeCall<'c> {
     pub(crate) ev: &'c Evaluator<'c>,
     pub(crate) args: &'c [Value],
-    pub(crate) caller: Option<&'c Frame<'c>>,
+    pub(crate) caller: Option<Frame<'c>>,
 }
 
 impl NativeCall<'_> {
@@ -114,6 +114,7 @@ impl NativeCall<'_> {
     /// The name of the program text that calls.
     pub fn program_name(&self) -> &str {
         self.caller
+            .as_ref()
             .map_or("", |frame| frame.function.code.file.name())
     }
 

@@ -54,6 +54,13 @@ impl Program {
         self.resolution.declared_globals.iter().map(|name| &**name)
     }
 
+    /// Whether a top-level statement or a `global` declaration of it makes `name` a global variable.
+    pub fn defines_global(&self, name: &str) -> bool {
+        let bindings = self.resolution.bindings.iter();
+        let mut names = bindings.chain(&self.resolution.declared_globals);
+        names.any(|own| **own == *name)
+    }
+
     /// What was found that does not keep it from running.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.warnings

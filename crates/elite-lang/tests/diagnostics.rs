@@ -33,6 +33,27 @@ fn several_errors_are_reported_in_one_go() {
 }
 
 #[test]
+fn places_are_whole_characters_in_every_script() {
+    let deep = format!("位{}", "(位".repeat(150));
+    let wide = format!("x = 位{}", " + 位".repeat(2000));
+    for text in [
+        "def h():\n    z = 1\n 一  exec(z)\n",
+        "x = 4j一一\n",
+        &deep,
+        &wide,
+    ] {
+        let file = Task::file(text);
+        let found = check(file.clone(), &KnownNames::new(["位"]));
+        assert!(!found.is_empty(), "{text}");
+        for finding in found {
+            let (start, end) = (finding.span.start as usize, finding.span.end as usize);
+            assert!(text.get(start..end).is_some(), "{finding:?}");
+            assert!(render_human(&finding, &file, false).contains(&finding.message));
+        }
+    }
+}
+
+#[test]
 fn errors_in_expressions() {
     insta::assert_snapshot!(show(&[
         "x = ",

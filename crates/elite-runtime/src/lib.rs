@@ -7,11 +7,14 @@ pub mod builtins;
 pub mod interpreter;
 pub mod interpreter_queue;
 pub mod message;
+pub mod panel;
 pub mod robot;
 pub mod supervisor;
 mod task;
+mod value_text;
 
 pub use message::{Message, Observer, Severity};
+pub use panel::Panel;
 pub use robot::Robot;
 pub use supervisor::{SubmitError, Supervisor, TaskState, TaskStatus};
 pub use task::{ProgramText, TaskEnd, TaskSettings};

@@ -3,7 +3,9 @@
 //! Three kinds of trouble stay apart: a script error ends a task, a robot event changes the robot's state and is seen by
 //! all, a service error (not here) ends one connection.
 
-use motion_api::{Origin, ProgramId, StopReason, ThreadNumber};
+use motion_api::{Origin, ProgramId, RobotState, StopReason, ThreadNumber};
+
+use crate::panel::VariableValue;
 
 /// How much a message matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -98,4 +100,34 @@ pub trait Observer: Send + Sync {
 
     /// A program has ended.
     fn program_ended(&self, program: ProgramId);
+
+    /// A name that a program declares `global` has this value now; at most ten times a second of simulated time.
+    fn variable_changed(&self, _program: ProgramId, _name: &str, _value: &VariableValue) {}
+
+    /// Interpreter mode has done something worth a line in its log (manual 2.7).
+    fn interpreter(&self, _event: &InterpreterEvent<'_>) {}
+
+    /// A cycle has ended; cycles come in order, and one that follows another at once may be left out.
+    fn cycle_ended(&self, _state: &RobotState) {}
+}
+
+/// What interpreter mode does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InterpreterEvent<'a> {
+    /// A program entered the mode.
+    Entered,
+    /// A statement is about to be executed.
+    Executing {
+        /// Its number.
+        id: u64,
+        /// Its text.
+        text: &'a str,
+    },
+    /// The injected functions were removed.
+    Cleared {
+        /// The last statement that they can come from.
+        id: u64,
+    },
+    /// The mode was left.
+    Left,
 }

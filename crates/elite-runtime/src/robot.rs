@@ -23,9 +23,15 @@ pub struct Robot {
     snapshot: Arc<SnapshotCell>,
     timeline: Arc<dyn Timeline>,
     awaited: Mutex<Awaited>,
-    events: Mutex<EventReader>,
+    inbox: Mutex<Inbox>,
     progress: Notify,
     observer: Arc<dyn Observer>,
+}
+
+/// What comes from the motion thread, and how far it has been taken.
+struct Inbox {
+    events: EventReader,
+    last_cycle: u64,
 }
 
 /// Commands whose end somebody waits for, and the origin of every command that has not ended.
@@ -57,7 +63,10 @@ impl Robot {
             snapshot: end.snapshot,
             timeline,
             awaited: Mutex::default(),
-            events: Mutex::new(end.events),
+            inbox: Mutex::new(Inbox {
+                events: end.events,
+                last_cycle: 0,
+            }),
             progress: Notify::new(),
             observer,
         }
@@ -178,14 +187,21 @@ impl Robot {
         self.progress.notified().await;
     }
 
-    /// Takes all waiting events: completions go into the table, warnings and stops to the observer. Called by the pump
-    /// thread after each cycle of the real clock, and by whoever advances the virtual one.
+    /// Takes all waiting events: completions go into the table, warnings and stops to the observer, which is also shown
+    /// the state of a cycle that is new. Called by the pump thread after each cycle of the real clock, and by whoever
+    /// advances the virtual one.
     pub fn pump(&self) {
-        let mut events = self.events.lock().unwrap_or_else(PoisonError::into_inner);
-        while let Some(event) = events.next_event() {
+        let mut inbox = self.inbox.lock().unwrap_or_else(PoisonError::into_inner);
+        while let Some(event) = inbox.events.next_event() {
             self.dispatch(event);
         }
-        drop(events);
+        let state = self.state();
+        if state.cycle != inbox.last_cycle {
+            inbox.last_cycle = state.cycle;
+            // Under the lock, so that cycles are seen in order.
+            self.observer.cycle_ended(&state);
+        }
+        drop(inbox);
         self.progress.notify_one();
     }
 

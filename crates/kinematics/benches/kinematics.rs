@@ -75,3 +75,26 @@ fn self_distance(bencher: Bencher) {
     let frames = arm.forward(&Q);
     bencher.bench_local(|| arm.collision().self_distance(black_box(&frames)));
 }
+
+/// Ten thousand poses: divide by that.
+#[divan::bench]
+fn pose_trans_of_10_000(bencher: Bencher) {
+    use kinematics::batch::{Operand, pose_trans};
+    let rows: Vec<[f64; 6]> = (0..10_000)
+        .map(|i| std::array::from_fn(|k| 0.3 * (f64::from(i) * 0.7 + k as f64).sin()))
+        .collect();
+    let mut out = vec![[0.0; 6]; rows.len()];
+    bencher.bench_local(|| {
+        pose_trans(
+            Operand::Each(black_box(&rows)),
+            Operand::Each(&rows),
+            &mut out,
+        )
+    });
+}
+
+#[divan::bench(sample_size = 1000)]
+fn pose_trans_of_one(bencher: Bencher) {
+    let a = kinematics::RpyPose::from_array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]);
+    bencher.bench_local(|| kinematics::script_math::pose_trans(black_box(&a), &a));
+}

@@ -17,6 +17,7 @@
 //! # Ok::<(), kinematics::ModelError>(())
 //! ```
 
+pub mod batch;
 pub mod catalogue;
 pub mod chain;
 pub mod collision;

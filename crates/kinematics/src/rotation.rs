@@ -3,11 +3,15 @@
 //! Owns the conventions at their borders (gimbal lock, half turns, exact quarter turns). Poses are built on this in
 //! [`crate::pose`].
 
+use crate::trig;
 use core::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 /// Rotations closer to a half turn than this (half of it, as the cosine of half the angle) get the axis sign of the convention.
 const HALF_TURN_COSINE: f64 = 1e-10;
+
+/// Cosine of the pitch up to which roll and yaw turn about the same axis.
+pub(crate) const GIMBAL_LOCK: f64 = 1e-9;
 
 /// Sine and cosine, exact at multiples of a quarter turn up to two turns.
 ///
@@ -47,7 +51,8 @@ fn matrix_from_sin_cos(
 
 /// The rotation of roll, pitch, yaw about the fixed X, Y, Z axes: R = Rz(yaw) Ry(pitch) Rx(roll) (manual 3.2.31).
 pub fn rotation_from_rpy(rpy: [f64; 3]) -> Rotation3<f64> {
-    matrix_from_sin_cos(rpy[0].sin_cos(), rpy[1].sin_cos(), rpy[2].sin_cos())
+    let (s, c) = trig::sin_cos(&rpy);
+    matrix_from_sin_cos((s[0], c[0]), (s[1], c[1]), (s[2], c[2]))
 }
 
 /// [`rotation_from_rpy`] with exact quarter turns, for numbers that come from robot files.
@@ -64,19 +69,22 @@ pub fn rotation_from_rpy_exact(rpy: [f64; 3]) -> Rotation3<f64> {
 /// The manual does not say what the controller does at pitch ±pi/2, so that rule is ours.
 pub fn rpy_from_rotation(rotation: &Rotation3<f64>) -> [f64; 3] {
     let m = rotation.matrix();
-    let cos_pitch = m[(0, 0)].hypot(m[(1, 0)]);
-    let pitch = (-m[(2, 0)]).atan2(cos_pitch);
-    let (roll, yaw) = if cos_pitch > 1e-9 {
-        (m[(2, 1)].atan2(m[(2, 2)]), m[(1, 0)].atan2(m[(0, 0)]))
+    let cos_pitch = (m.m11 * m.m11 + m.m21 * m.m21).sqrt();
+    // Gimbal lock: only one combination of roll and yaw is determined; all of it goes into roll.
+    let locked = cos_pitch <= GIMBAL_LOCK;
+    let roll = if locked {
+        (-m.m23, m.m22)
     } else {
-        // Gimbal lock: only one combination of roll and yaw is determined; all of it goes into roll.
-        ((-m[(1, 2)]).atan2(m[(1, 1)]), 0.0)
+        (m.m32, m.m33)
     };
+    let yaw = if locked { (0.0, 1.0) } else { (m.m21, m.m11) };
+    let [roll, pitch, yaw] = trig::atan2(&[roll.0, -m.m31, yaw.0], &[roll.1, cos_pitch, yaw.1]);
     [half_open(roll), pitch + 0.0, half_open(yaw)]
 }
 
 /// `atan2` gives -pi where the sine is negative zero; the convention is (-pi, pi]. Also turns -0 into 0.
-fn half_open(angle: f64) -> f64 {
+#[inline]
+pub(crate) fn half_open(angle: f64) -> f64 {
     if angle == -PI { PI } else { angle + 0.0 }
 }
 
@@ -102,7 +110,8 @@ pub fn rotvec_from_rotation(rotation: &Rotation3<f64>) -> Vector3<f64> {
         let axis = if leading < 0.0 { -v / sine } else { v / sine };
         return axis * PI;
     }
-    v * (2.0 * sine.atan2(w) / sine)
+    let [half_angle] = trig::atan2(&[sine], &[w]);
+    v * (2.0 * half_angle / sine)
 }
 
 /// `angle` moved by whole turns into [-pi, pi).

@@ -23,6 +23,7 @@ use mcap::McapError;
 use motion_api::{ProgramId, RecordReader, ThreadNumber};
 use thiserror::Error;
 
+use crate::rotation::{Parts, Rotation};
 use crate::setup::Setup;
 use crate::topics::{IoValue, LogLevel};
 use crate::writer::{MAX_WAITING, Note, RecordWriter, Totals};
@@ -44,6 +45,8 @@ pub struct RecorderConfig {
     pub setup: Setup,
     /// The arm, for the viewers' topics.
     pub model: RobotModel,
+    /// When the next file begins, and how much may be kept.
+    pub rotation: Rotation,
     /// What a script does that outruns the recorder: wait (virtual clock) or go on, the note being dropped and counted
     /// (real clock).
     pub notes_wait: bool,
@@ -144,16 +147,17 @@ impl Recorder {
             path,
             setup,
             model,
+            rotation,
             notes_wait,
             on_failure,
         } = config;
-        // One write a chunk: a kill leaves whole chunks.
-        let out = BufWriter::with_capacity(2 * crate::writer::CHUNK_BYTES, out);
+        let (out, bytes) = Counted::new(out);
         let writer =
             RecordWriter::start(out, &setup, model).map_err(|source| RecordError::Write {
                 path: path.clone(),
                 source: Arc::new(source),
             })?;
+        let parts = Parts::new(path, rotation);
         let (sender, notes) = sync_channel(NOTES);
         let shared = Arc::new(Shared::default());
         let worker = Worker {
@@ -162,7 +166,9 @@ impl Recorder {
             notes,
             waiting: VecDeque::new(),
             shared: Arc::clone(&shared),
-            path,
+            parts,
+            bytes,
+            setup,
             on_failure: Some(on_failure),
             dropped_before: 0,
             unflushed: None,
@@ -302,29 +308,64 @@ fn create(path: &Path) -> io::Result<File> {
     File::create(path)
 }
 
+/// An output that knows how much went into it.
+struct Counted {
+    out: BufWriter<Box<dyn Write + Send>>,
+    bytes: Arc<AtomicU64>,
+}
+
+impl Counted {
+    fn new(out: impl Write + Send + 'static) -> (Self, Arc<AtomicU64>) {
+        let bytes = Arc::new(AtomicU64::new(0));
+        // One write a chunk: a kill leaves whole chunks.
+        let out = BufWriter::with_capacity(2 * crate::writer::CHUNK_BYTES, Box::new(out) as _);
+        let counted = Self {
+            out,
+            bytes: Arc::clone(&bytes),
+        };
+        (counted, bytes)
+    }
+}
+
+impl Write for Counted {
+    fn write(&mut self, data: &[u8]) -> io::Result<usize> {
+        let written = self.out.write(data)?;
+        self.bytes.fetch_add(written as u64, Ordering::Relaxed);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
 /// What the thread owns.
-struct Worker<W: Write> {
+struct Worker {
     /// The writer, or why there is none any more.
-    writer: Result<RecordWriter<W>, Arc<McapError>>,
+    writer: Result<RecordWriter<Counted>, Arc<McapError>>,
     records: RecordReader,
     notes: Receiver<Note>,
     /// Notes that wait for the record they come before.
     waiting: VecDeque<Note>,
     shared: Arc<Shared>,
-    path: PathBuf,
+    parts: Parts,
+    /// Bytes of the part being written.
+    bytes: Arc<AtomicU64>,
+    setup: Setup,
     on_failure: Option<FailureReport>,
     dropped_before: u64,
     /// The open chunk, and since when it has been seen open.
     unflushed: Option<(Option<u64>, Instant)>,
 }
 
-impl<W: Write> Worker<W> {
+impl Worker {
     fn run(mut self) -> Result<Totals, RecordError> {
         loop {
             // Read before the ring is emptied: what was pushed before the request is then certainly taken.
             let finish = self.shared.finish.load(Ordering::Acquire);
             let taken = self.take_records();
             self.flush_if_due(taken);
+            self.rotate_if_due();
             let idle = taken < BATCH;
             if finish && idle {
                 return self.close();
@@ -363,7 +404,7 @@ impl<W: Write> Worker<W> {
     }
 
     /// Does something with the writer, if there still is one; the first failure ends the recording.
-    fn write(&mut self, act: impl FnOnce(&mut RecordWriter<W>) -> Result<(), McapError>) {
+    fn write(&mut self, act: impl FnOnce(&mut RecordWriter<Counted>) -> Result<(), McapError>) {
         if let Ok(writer) = &mut self.writer
             && let Err(error) = act(writer)
         {
@@ -371,10 +412,10 @@ impl<W: Write> Worker<W> {
         }
     }
 
-    fn fail(&mut self, error: McapError) {
-        let source = Arc::new(error);
+    fn fail(&mut self, error: impl Into<Arc<McapError>>) {
+        let source = error.into();
         let error = RecordError::Write {
-            path: self.path.clone(),
+            path: self.parts.path(),
             source: Arc::clone(&source),
         };
         self.writer = Err(source);
@@ -415,6 +456,44 @@ impl<W: Write> Worker<W> {
         self.write(RecordWriter::close_chunk);
     }
 
+    /// Begins the next part when this one is long enough. When its file cannot be made, this one goes on.
+    fn rotate_if_due(&mut self) {
+        let Ok(writer) = &self.writer else { return };
+        let time = writer.time();
+        let bytes = self.bytes.load(Ordering::Relaxed);
+        for (path, error) in self.parts.keep_budget(bytes) {
+            tracing::warn!(
+                "cannot remove the old recording {}: {error}",
+                path.display()
+            );
+        }
+        if !self.parts.is_due(bytes, time) {
+            return;
+        }
+        let (file, number) = match self.parts.create_next() {
+            Ok(next) => next,
+            Err(error) => {
+                // Asked again when this part has become twice, four times … as long.
+                tracing::warn!("cannot begin the next part of the recording: {error}");
+                self.parts.put_off();
+                return;
+            }
+        };
+        let (out, count) = Counted::new(file);
+        self.setup.part = number;
+        let ended = Err(Arc::new(McapError::UnexpectedEof));
+        let writer = std::mem::replace(&mut self.writer, ended);
+        let result = writer.and_then(|writer| Ok(writer.go_on_in(out, &self.setup)?));
+        match result {
+            Ok((writer, _)) => {
+                self.writer = Ok(writer);
+                self.parts.begun(self.bytes.load(Ordering::Relaxed), time);
+                self.bytes = count;
+            }
+            Err(error) => self.fail(error),
+        }
+    }
+
     /// Says in the recording that notes are missing.
     fn note_dropped(&mut self) {
         let dropped = self.shared.notes_dropped.load(Ordering::Relaxed);
@@ -443,7 +522,7 @@ impl<W: Write> Worker<W> {
         self.note_dropped();
         let mut waiting = std::mem::take(&mut self.waiting);
         self.write(|writer| writer.notes(&mut waiting));
-        let path = self.path;
+        let path = self.parts.path();
         self.writer
             .and_then(|writer| Ok(writer.finish()?.1))
             .map_err(|source| RecordError::Write { path, source })

@@ -46,6 +46,8 @@ pub struct Setup {
     pub powered_off: bool,
     /// Time stamps in the file are this plus simulated time, ns since 1970. 0 counts them from the start.
     pub epoch_ns: u64,
+    /// Which part of a recording in several files this is, from 1. Only the first begins with the controller's start.
+    pub part: u32,
 }
 
 impl Default for Setup {
@@ -66,6 +68,7 @@ impl Default for Setup {
             clock: "virtual".to_owned(),
             powered_off: false,
             epoch_ns: 0,
+            part: 1,
         }
     }
 }
@@ -115,6 +118,9 @@ impl Setup {
         put("clock", self.clock.clone());
         put("powered_off", self.powered_off.to_string());
         put("epoch_ns", self.epoch_ns.to_string());
+        if self.part > 1 {
+            put("part", self.part.to_string());
+        }
         map
     }
 
@@ -137,6 +143,10 @@ impl Setup {
             clock: parse(map, "clock")?,
             powered_off: parse(map, "powered_off")?,
             epoch_ns: parse(map, "epoch_ns")?,
+            part: match map.contains_key("part") {
+                true => parse(map, "part")?,
+                false => 1,
+            },
         })
     }
 }

@@ -29,6 +29,7 @@ pub const TCP_FRAME: &str = "tcp";
 const TCP_BALL: f64 = 0.012;
 
 /// Makes the viewers' messages for one arm.
+#[derive(Clone)]
 pub(crate) struct Viewer {
     model: RobotModel,
 }

@@ -32,6 +32,8 @@ const VIEW_PERIOD: f64 = 0.016;
 const SCENE_PERIOD: f64 = 10.0;
 /// How many programs, and lines of how many script threads, are remembered.
 const MAX_REMEMBERED: usize = 1024;
+/// How many of the latest programs have their text repeated in the next part.
+const MAX_TEXTS: usize = 4;
 /// Messages that may wait for their place between the cycles; one more is written out of order.
 pub(crate) const MAX_WAITING: usize = 16 * 1024;
 /// Bytes that MCAP adds to a message: opcode, length, header.
@@ -108,6 +110,8 @@ pub(crate) struct RecordWriter<W: Write> {
     /// Simulated time from which on the arm is drawn again, s.
     scene_due: f64,
     programs: BTreeMap<ProgramId, String>,
+    /// Texts of the latest programs.
+    texts: BTreeMap<ProgramId, String>,
     /// The line that was last written for a script thread.
     lines: BTreeMap<(ProgramId, ThreadNumber), u32>,
     totals: Totals,
@@ -124,6 +128,13 @@ impl<W: Write> RecordWriter<W> {
     /// Writes the start of the file: setup, schemas, the arm. All of it has reached `out` when this returns, so an
     /// output that cannot be written is found here.
     pub(crate) fn start(out: W, setup: &Setup, model: RobotModel) -> Result<Self, McapError> {
+        let mut writer = Self::begin(out, setup, Viewer::new(model))?;
+        writer.scene(0.0)?;
+        writer.close_chunk()?;
+        Ok(writer)
+    }
+
+    fn begin(out: W, setup: &Setup, viewer: Viewer) -> Result<Self, McapError> {
         let mut mcap = mcap::WriteOptions::new()
             .library(concat!("eliteserver ", env!("CARGO_PKG_VERSION")))
             .compression(Some(mcap::Compression::Zstd))
@@ -147,13 +158,13 @@ impl<W: Write> RecordWriter<W> {
             channels[topic.index()] =
                 mcap.add_channel(id, topic.name(), topic.message_encoding(), &none)?;
         }
-        let mut writer = Self {
+        Ok(Self {
             mcap,
             channels,
             sequences: [0; Topic::ALL.len()],
             epoch_ns: setup.epoch_ns,
             step_time: setup.step_time,
-            viewer: Viewer::new(model),
+            viewer,
             chunk: None,
             chunks: 0,
             buffer: Vec::new(),
@@ -162,12 +173,42 @@ impl<W: Write> RecordWriter<W> {
             view_due: 0,
             scene_due: SCENE_PERIOD,
             programs: BTreeMap::new(),
+            texts: BTreeMap::new(),
             lines: BTreeMap::new(),
             totals: Totals::default(),
-        };
-        writer.scene(0.0)?;
-        writer.close_chunk()?;
-        Ok(writer)
+        })
+    }
+
+    /// Ends this file and goes on in `out`, which is the part that `setup` says. What was going on is told again: the
+    /// arm, the latest programs, the line of every thread. The old output comes back complete.
+    pub(crate) fn go_on_in(self, out: W, setup: &Setup) -> Result<(Self, W), McapError> {
+        let mut next = Self::begin(out, setup, self.viewer.clone())?;
+        next.step_time = self.step_time;
+        next.latest = self.latest;
+        next.view_due = self.view_due;
+        next.chunks = self.chunks;
+        next.totals = self.totals;
+        next.programs = self.programs.clone();
+        next.texts = self.texts.clone();
+        next.lines = self.lines.clone();
+        let time = self.latest.map_or(0.0, |state| state.time);
+        next.scene_due = time + SCENE_PERIOD;
+        next.scene(time)?;
+        for program in self.texts.keys() {
+            next.text(time, *program)?;
+        }
+        for (thread, line) in &self.lines {
+            if self.texts.contains_key(&thread.0) {
+                next.line(time, *thread, *line)?;
+            }
+        }
+        next.close_chunk()?;
+        Ok((next, self.finish()?.0))
+    }
+
+    /// Simulated time of the latest cycle, s.
+    pub(crate) fn time(&self) -> f64 {
+        self.latest.map_or(0.0, |state| state.time)
     }
 
     /// Writes one record, and before it those of the `waiting` notes that belong before it.
@@ -330,15 +371,12 @@ impl<W: Write> RecordWriter<W> {
                 name,
                 text,
             } => {
-                let message = ScriptMessage {
-                    program: name.clone(),
-                    program_id: program.0,
-                    text: Some(text),
-                    thread: None,
-                    line: None,
-                };
                 remember(&mut self.programs, program, name);
-                self.json(Topic::Script, time, &message)
+                self.texts.insert(program, text);
+                if self.texts.len() > MAX_TEXTS {
+                    self.texts.pop_first();
+                }
+                self.text(time, program)
             }
             Note::ScriptLine {
                 time,
@@ -357,6 +395,17 @@ impl<W: Write> RecordWriter<W> {
                 self.json(Topic::Io, time, &IoMessage { cycle, name, value })
             }
         }
+    }
+
+    fn text(&mut self, time: f64, program: ProgramId) -> Result<(), McapError> {
+        let message = ScriptMessage {
+            program: self.program(program).to_owned(),
+            program_id: program.0,
+            text: self.texts.get(&program).cloned(),
+            thread: None,
+            line: None,
+        };
+        self.json(Topic::Script, time, &message)
     }
 
     fn line(

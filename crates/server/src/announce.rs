@@ -7,9 +7,12 @@ use std::io::Write;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use elite_runtime::message::{Message, Observer, Severity};
-use motion_api::{ProgramId, SnapshotCell, ThreadNumber};
+use motion_api::{ProgramId, RobotState, SnapshotCell, ThreadNumber};
 use recorder::{LogLevel, RecorderHandle};
 use tokio::sync::broadcast;
+
+use crate::feed::Feed;
+use crate::replay::script;
 
 /// How many messages a port may be behind before it misses some.
 const BACKLOG: usize = 1024;
@@ -29,17 +32,24 @@ pub struct Announcer {
     recording: RecorderHandle,
     snapshot: Arc<SnapshotCell>,
     console: Console,
+    feed: Arc<Feed>,
     names: Mutex<BTreeMap<ProgramId, String>>,
 }
 
 impl Announcer {
     /// Messages get the simulated time of `snapshot`.
-    pub fn new(recording: RecorderHandle, snapshot: Arc<SnapshotCell>, console: Console) -> Self {
+    pub fn new(
+        recording: RecorderHandle,
+        snapshot: Arc<SnapshotCell>,
+        console: Console,
+        feed: Arc<Feed>,
+    ) -> Self {
         Self {
             ports: broadcast::channel(BACKLOG).0,
             recording,
             snapshot,
             console,
+            feed,
             names: Mutex::default(),
         }
     }
@@ -135,10 +145,18 @@ impl Observer for Announcer {
     fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32) {
         self.recording
             .script_line(self.time(), program, thread, line);
+        self.feed.line_changed(thread, line);
     }
 
     fn program_ended(&self, program: ProgramId) {
-        tracing::debug!(target: "script", program = %self.name_of(program), "ended");
+        let name = self.name_of(program);
+        tracing::debug!(target: "script", program = %name, "ended");
+        self.record(Severity::Info, &name, script::ENDED);
+        self.feed.program_ended();
         let _ = std::io::stdout().flush();
+    }
+
+    fn cycle_ended(&self, state: &RobotState) {
+        self.feed.cycle_ended(state);
     }
 }

@@ -85,6 +85,14 @@ impl Cell {
             path: path.to_owned(),
             source,
         })?;
+        Self::from_text(text, path)
+    }
+
+    /// Checks the text of a file; `path` is what errors call it.
+    ///
+    /// # Errors
+    /// As [`Cell::load`].
+    pub fn from_text(text: String, path: &Path) -> Result<Self, CellError> {
         let tables = parse(&text, path)?;
         check_available(&tables, path)?;
         Ok(Self { tables, text })

@@ -9,8 +9,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::options::{
-    ClockChoice, Home, LogFormat, ModelChoice, PayloadChoice, Permission, PlantChoice, PortSetting,
-    RecordTarget, StepMillis, Tcp,
+    ByteSize, ClockChoice, Home, LogFormat, ModelChoice, PayloadChoice, Permission, PlantChoice,
+    PortSetting, RecordTarget, RotateAt, StepMillis, Tcp,
 };
 
 /// An open controller for Elite Robots CS arms, with a simulated arm.
@@ -85,6 +85,13 @@ pub struct SharedArgs {
     /// The recording of every cycle [default: a new file in ./recordings for serve, off for run]
     #[arg(long, value_name = "PATH|off")]
     pub record: Option<RecordTarget>,
+    /// Begin a new file of the recording at this size or after this time: 500MB, 8h [default: one file]
+    #[arg(long, value_name = "SIZE|TIME")]
+    pub record_rotate: Option<RotateAt>,
+    /// Keep this much of finished recordings, remove the oldest: files of this run, and with a new file in ./recordings
+    /// those of earlier runs [default: all]
+    #[arg(long, value_name = "SIZE")]
+    pub record_budget: Option<ByteSize>,
     /// Tool centre point from the flange, m and rad [default: 0,0,0,0,0,0]
     #[arg(long, value_name = "x,y,z,rx,ry,rz", allow_hyphen_values = true)]
     pub tcp: Option<Tcp>,
@@ -220,6 +227,15 @@ pub struct ReplayArgs {
     /// Draw joint positions, speeds, torques and force over time
     #[arg(long, value_name = "OUT.png", group = "what")]
     pub plot: Option<PathBuf>,
+    /// Print when a condition held, the line and the position then: "safety_mode != normal"
+    #[arg(long, value_name = "CONDITION", group = "what")]
+    pub find: Option<String>,
+    /// Print the programs, with when each line ran, how often and how long
+    #[arg(long, group = "what")]
+    pub script: bool,
+    /// Compare with another recording, cycle by cycle. Exit status 1 if they differ
+    #[arg(long, value_name = "OTHER.mcap", group = "what")]
+    pub diff: Option<PathBuf>,
     /// Send the recording through the ports, as if live
     #[arg(long, group = "what")]
     pub serve: bool,

@@ -14,8 +14,8 @@ use thiserror::Error;
 
 use crate::cli::{RunArgs, ServeArgs, SharedArgs};
 use crate::options::{
-    ClockChoice, LogFormat, ModelChoice, Permission, PlantChoice, PortSetting, RecordTarget,
-    StepMillis,
+    ByteSize, ClockChoice, LogFormat, ModelChoice, Permission, PlantChoice, PortSetting,
+    RecordTarget, RotateAt, StepMillis,
 };
 
 /// The default of `--primary-port`.
@@ -112,6 +112,10 @@ pub struct RobotConfig {
     pub task_dir: PathBuf,
     /// Where the recording goes.
     pub record: RecordTarget,
+    /// When its next file begins.
+    pub record_rotate: Option<RotateAt>,
+    /// How much of it is kept.
+    pub record_budget: Option<ByteSize>,
     /// TCP relative to the flange.
     pub tcp: RpyPose,
     /// What hangs on the flange.
@@ -159,6 +163,21 @@ impl PortSettings {
     }
 }
 
+impl PortSettings {
+    /// Changes the setting of the service of this name; a name that [`list`](Self::list) does not have changes nothing.
+    pub fn set(&mut self, name: &str, setting: PortSetting) {
+        match name {
+            "primary" => self.primary = setting,
+            "interpreter" => self.interpreter = setting,
+            "rtsi" => self.rtsi = setting,
+            "dashboard" => self.dashboard = setting,
+            "modbus" => self.modbus = setting,
+            "http" => self.http = setting,
+            _ => {}
+        }
+    }
+}
+
 /// Settings of `serve`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServeConfig {
@@ -168,8 +187,6 @@ pub struct ServeConfig {
     pub bind: IpAddr,
     /// Which services listen where.
     pub ports: PortSettings,
-    /// Options that ask for a service this version does not have.
-    pub not_available: Vec<&'static str>,
     /// Where to write process id and ports.
     pub ready_file: Option<PathBuf>,
     /// Start with the power off.
@@ -193,21 +210,11 @@ impl ServeConfig {
         let args = with_file(args)?;
         let fixed =
             |setting: Option<PortSetting>, number| setting.unwrap_or(PortSetting::Number(number));
-        // Clients of the whole controller ask for every port. One that does not exist yet is left out with a warning.
-        let missing = [
-            ("--rtsi-port", args.rtsi_port),
-            ("--dashboard-port", args.dashboard_port),
-        ];
-        let asked_for = |setting| !matches!(setting, None | Some(PortSetting::Off));
-        let not_available = missing
-            .into_iter()
-            .filter_map(|(option, setting)| asked_for(setting).then_some(option))
-            .collect();
         let ports = PortSettings {
             primary: fixed(args.primary_port, PRIMARY_PORT),
             interpreter: fixed(args.interpreter_port, 30020),
-            rtsi: PortSetting::Off,
-            dashboard: PortSetting::Off,
+            rtsi: fixed(args.rtsi_port, 30004),
+            dashboard: fixed(args.dashboard_port, 29999),
             modbus: fixed(args.modbus_port, 5020),
             http: fixed(args.http_port, 8080),
         };
@@ -225,7 +232,6 @@ impl ServeConfig {
             ),
             bind: args.bind.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST)),
             ports,
-            not_available,
             ready_file: args.ready_file,
             powered_off: args.powered_off.unwrap_or(false),
             local: args.local.unwrap_or(false),
@@ -258,6 +264,8 @@ fn robot(args: SharedArgs, clock: ClockChoice, record: RecordTarget) -> RobotCon
         plant: args.plant.unwrap_or(PlantChoice::Rigid),
         task_dir: args.task_dir.unwrap_or_else(|| "tasks".into()),
         record: args.record.unwrap_or(record),
+        record_rotate: args.record_rotate,
+        record_budget: args.record_budget,
         tcp: args.tcp.unwrap_or_default().0,
         payload: args.payload.unwrap_or_default().0,
         home: args.home.unwrap_or_default().0,
@@ -302,7 +310,7 @@ fn each_on_its_own(ports: &PortSettings) -> Result<(), ConfigError> {
 }
 
 /// Every key of the file: the long names of the options of `serve`, `config` apart.
-const KEYS: [&str; 25] = [
+const KEYS: [&str; 27] = [
     "allow",
     "bind",
     "cell",
@@ -323,6 +331,8 @@ const KEYS: [&str; 25] = [
     "primary-port",
     "ready-file",
     "record",
+    "record-budget",
+    "record-rotate",
     "rtsi-port",
     "seed",
     "step-ms",
@@ -388,6 +398,8 @@ fn fill(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), ConfigError
             "primary-port" => entry.one(&mut args.primary_port),
             "ready-file" => entry.one(&mut args.ready_file),
             "record" => entry.one(&mut shared.record),
+            "record-budget" => entry.one(&mut shared.record_budget),
+            "record-rotate" => entry.one(&mut shared.record_rotate),
             "rtsi-port" => entry.one(&mut args.rtsi_port),
             "seed" => entry.named(&mut shared.seed, "allowed are whole numbers from 0"),
             "step-ms" => entry.one(&mut shared.step_ms),

@@ -13,9 +13,9 @@ use std::time::Duration;
 use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::{ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{ModelError, RobotModel};
+use motion::Cycle;
 use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
 use motion::virtual_time::{IdlePacer, VirtualTimeline};
-use motion::{Cycle, CycleConfig, PlantKind};
 use motion_api::{BorderSizes, Origin, SnapshotCell, Timeline, border};
 use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Setup};
 use thiserror::Error;
@@ -24,8 +24,11 @@ use tokio_util::sync::CancellationToken;
 use crate::announce::{Announcer, Console};
 use crate::cell::{Cell, CellError};
 use crate::config::RobotConfig;
-use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice, RecordTarget};
+use crate::feed::Feed;
+use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice};
+use crate::recording_files;
 use crate::shutdown;
+use crate::start_configuration::{self, SetupError, cycle_config};
 
 /// How often the pump looks for events when no motion thread wakes it (virtual clock, nothing running).
 const IDLE_PUMP: Duration = Duration::from_millis(2);
@@ -59,16 +62,9 @@ pub enum StartError {
     /// A setting does not fit the arm.
     #[error(transparent)]
     Settings(#[from] motion::ConfigError),
-    /// A payload the arm is not rated for.
-    #[error("--payload {mass} kg is more than the {rated} kg that {model} is rated for")]
-    Payload {
-        /// As given, kg.
-        mass: f64,
-        /// Allowed, kg.
-        rated: f64,
-        /// The arm.
-        model: String,
-    },
+    /// A setting that no arm or not this one can start with.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
     /// No recording.
     #[error(transparent)]
     Recording(#[from] RecordError),
@@ -81,6 +77,7 @@ pub enum StartError {
 pub struct Controller {
     robot: Arc<Robot>,
     supervisor: Supervisor,
+    feed: Arc<Feed>,
     announcer: Arc<Announcer>,
     clock: Clock,
     pump: Pump,
@@ -106,9 +103,10 @@ impl Controller {
         warn_of_settings_without_effect(config);
         let loaded = LoadedModel::open(&config.model)?;
         let cell = config.cell.as_deref().map(Cell::load).transpose()?;
-        let cycle_config = cycle_config(config, &loaded, cell.as_ref(), powered_off)?;
+        let setup = setup(config, &loaded, cell.as_ref(), powered_off);
+        let cycle_config = cycle_config(&setup, loaded.model.clone(), cell.as_ref())?;
         let first = cycle_config.first_state();
-        let path = recording_path(&config.record);
+        let path = recording_files::path(&config.record);
         let sizes = BorderSizes {
             records: path.as_ref().and(BorderSizes::default().records),
             ..BorderSizes::default()
@@ -121,8 +119,9 @@ impl Controller {
             (Some(path), Some(records)) => {
                 let recorder_config = RecorderConfig {
                     path: path.clone(),
-                    setup: setup(config, &loaded, cell.as_ref(), powered_off),
+                    setup,
                     model: loaded.model.clone(),
+                    rotation: recording_files::rotation(config),
                     notes_wait: config.clock == ClockChoice::Virtual,
                     on_failure: alarm.clone().into_callback(),
                 };
@@ -139,12 +138,13 @@ impl Controller {
             _ => (None, RecorderHandle::off()),
         };
         let snapshot: Arc<SnapshotCell> = script_end.snapshot.clone();
-        let announcer = Arc::new(Announcer::new(handle, snapshot, console));
+        let model = Arc::new(loaded.model);
+        let feed = Arc::new(Feed::new(model.clone()));
+        let announcer = Arc::new(Announcer::new(handle, snapshot, console, feed.clone()));
         alarm.connect(&announcer);
 
         let (pump, robot_for_pump) = Pump::start()?;
         let (clock, timeline) = start_clock(config.clock, console, cycle, pump.thread())?;
-        let model = Arc::new(loaded.model);
         let robot = Arc::new(Robot::new(
             model,
             script_end.into(),
@@ -158,9 +158,12 @@ impl Controller {
             observer: announcer.clone(),
             seed: config.seed,
         };
+        let supervisor = Supervisor::new(settings);
+        feed.follow(supervisor.watch());
         Ok(Self {
             robot,
-            supervisor: Supervisor::new(settings),
+            supervisor,
+            feed,
             announcer,
             clock,
             pump,
@@ -177,6 +180,11 @@ impl Controller {
     /// Starts and stops programs.
     pub fn supervisor(&self) -> &Supervisor {
         &self.supervisor
+    }
+
+    /// What every cycle is shown to.
+    pub fn feed(&self) -> &Arc<Feed> {
+        &self.feed
     }
 
     /// Who tells everybody.
@@ -277,37 +285,6 @@ impl LoadedModel {
     }
 }
 
-fn cycle_config(
-    config: &RobotConfig,
-    loaded: &LoadedModel,
-    cell: Option<&Cell>,
-    powered_off: bool,
-) -> Result<CycleConfig, StartError> {
-    if let Some(rated) = loaded.model.rated_payload_kg()
-        && config.payload.mass > rated
-    {
-        return Err(StartError::Payload {
-            mass: config.payload.mass,
-            rated,
-            model: loaded.model.name().to_owned(),
-        });
-    }
-    let limits = cell.map(Cell::limits).unwrap_or_default();
-    Ok(CycleConfig {
-        step_time: config.step.as_secs(),
-        home: config.home,
-        tcp: config.tcp,
-        payload: config.payload,
-        plant: match config.plant {
-            PlantChoice::Rigid => PlantKind::Rigid,
-            PlantChoice::Ideal => PlantKind::Ideal,
-        },
-        limits,
-        powered_off,
-        ..CycleConfig::new(loaded.model.clone())
-    })
-}
-
 fn setup(
     config: &RobotConfig,
     loaded: &LoadedModel,
@@ -329,12 +306,13 @@ fn setup(
         step_time: config.step.as_secs(),
         seed: config.seed,
         plant: match config.plant {
-            PlantChoice::Rigid => "rigid".to_owned(),
-            PlantChoice::Ideal => "ideal".to_owned(),
+            PlantChoice::Rigid => start_configuration::RIGID.to_owned(),
+            PlantChoice::Ideal => start_configuration::IDEAL.to_owned(),
         },
         clock: clock.to_owned(),
         powered_off,
         epoch_ns,
+        part: 1,
     }
 }
 
@@ -359,21 +337,6 @@ fn warn_of_settings_without_effect(config: &RobotConfig) {
 fn unix_nanos() -> u64 {
     let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     since.map_or(0, |d| u64::try_from(d.as_nanos()).unwrap_or(u64::MAX))
-}
-
-/// Where the recording goes; a new file is named after the time of day, so that recordings sort by age.
-fn recording_path(target: &RecordTarget) -> Option<PathBuf> {
-    match target {
-        RecordTarget::Off => None,
-        RecordTarget::File(path) => Some(path.clone()),
-        RecordTarget::NewFileIn(folder) => {
-            let name = jiff::Timestamp::now()
-                .strftime("%Y-%m-%dT%H-%M-%S")
-                .to_string();
-            // Two servers started within a second must not write into one file.
-            Some(folder.join(format!("{name}-{}.mcap", std::process::id())))
-        }
-    }
 }
 
 fn start_clock(

@@ -8,6 +8,7 @@ use core::str::FromStr;
 use std::path::PathBuf;
 
 use kinematics::{JointPositions, Payload, RpyPose};
+use recorder::PartEnd;
 
 /// Names of the built-in models.
 pub const MODEL_NAMES: [&str; 6] = ["cs63", "cs66", "cs612", "cs616", "cs620", "cs625"];
@@ -136,6 +137,56 @@ impl FromStr for RecordTarget {
             path => Ok(Self::File(PathBuf::from(path))),
         }
     }
+}
+
+/// How long one file of the recording becomes: a size or a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RotateAt(pub PartEnd);
+
+impl FromStr for RotateAt {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if let Ok(size) = text.parse::<ByteSize>() {
+            return Ok(Self(PartEnd::Bytes(size.0)));
+        }
+        let units = [("min", 60.0), ("h", 3600.0), ("s", 1.0)];
+        let secs = with_unit(text, &units).filter(|secs| (1.0..=31_536_000.0).contains(secs));
+        match secs {
+            Some(secs) => Ok(Self(PartEnd::Secs(secs))),
+            None => Err("allowed are sizes from 1 MB and times from 1 s to a year, as in 500MB, 2GB, 90s, 30min or 8h".to_owned()),
+        }
+    }
+}
+
+/// A number of bytes, at least a million.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ByteSize(pub u64);
+
+impl FromStr for ByteSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let units = [
+            ("MiB", 1024.0 * 1024.0),
+            ("GiB", 1024.0 * 1024.0 * 1024.0),
+            ("MB", 1e6),
+            ("GB", 1e9),
+            ("TB", 1e12),
+        ];
+        match with_unit(text, &units).filter(|bytes| (1e6..=1e18).contains(bytes)) {
+            Some(bytes) => Ok(Self(bytes as u64)),
+            None => Err("allowed are sizes from 1 MB, as in 500MB, 20GB or 4GiB".to_owned()),
+        }
+    }
+}
+
+/// A number followed by one of the units, in the unit's base.
+fn with_unit(text: &str, units: &[(&str, f64)]) -> Option<f64> {
+    units.iter().find_map(|(unit, factor)| {
+        let number = text.strip_suffix(unit)?.trim_end();
+        number.parse::<f64>().ok().map(|number| number * factor)
+    })
 }
 
 /// Which port a service listens on.

@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
-use kinematics::{JointPositions, RobotModel};
-use motion::{Cycle, CycleConfig, PlantKind, Timing};
+use kinematics::{JointPositions, JointSpeeds, RobotModel};
+use motion::{Cycle, CycleConfig, LimitOverrides, PlantKind, Timing};
 use motion_api::{BorderSizes, CommandKind, Origin, ProgramId, ThreadNumber, border};
 use recorder::{IoValue, LogLevel, Recorder, RecorderConfig, Setup};
 use server::cli::{Cli, Command};
@@ -16,11 +16,14 @@ const PROGRAM: ProgramId = ProgramId(1);
 
 /// Records a program of two movements on a controller with defaults and an ideal plant.
 fn record(name: &str, setup: Setup) -> PathBuf {
-    let config = CycleConfig {
+    record_with(name, setup, ideal_config())
+}
+
+fn ideal_config() -> CycleConfig {
+    CycleConfig {
         plant: PlantKind::Ideal,
         ..CycleConfig::new(RobotModel::built_in("cs66").unwrap())
-    };
-    record_with(name, setup, config)
+    }
 }
 
 fn record_with(name: &str, setup: Setup, config: CycleConfig) -> PathBuf {
@@ -32,6 +35,7 @@ fn record_with(name: &str, setup: Setup, config: CycleConfig) -> PathBuf {
         path: path.clone(),
         setup,
         model,
+        rotation: recorder::Rotation::default(),
         notes_wait: true,
         on_failure: Box::new(|error| panic!("{error}")),
     };
@@ -220,6 +224,23 @@ fn rigid_bodies_come_out_the_same_too() {
 }
 
 #[test]
+fn the_limits_of_the_cell_hold_when_it_is_run_again() {
+    let slow = [0.2; 6];
+    let with_limits = Setup {
+        cell: Some(format!("[limits]\njoint_speed = {slow:?}\n")),
+        ..Setup::default()
+    };
+    let mut config = ideal_config();
+    config.limits.joint_speed = Some(JointSpeeds(slow));
+    let path = record_with("limits.mcap", with_limits, config.clone());
+    let (status, text) = replay(&path, "--rerun").unwrap();
+    assert_eq!((status, text.as_str()), (0, "identical: 600 cycles\n"));
+    // The same cycles, but the recording says nothing of limits: the rerun is faster.
+    let path = record_with("nolimits.mcap", Setup::default(), config);
+    assert_eq!(replay(&path, "--rerun").unwrap().0, 1);
+}
+
+#[test]
 fn another_payload_shows_as_the_first_cycle_that_differs() {
     let mut setup = Setup::default();
     // The controller was in fact started without it.
@@ -239,23 +260,87 @@ fn what_cannot_be_answered_is_said_by_name() {
         error.to_string(),
         "replay --serve is not implemented in this version"
     );
-    let cell = Setup {
-        cell: Some("[limits]\n".to_owned()),
-        ..Setup::default()
-    };
-    let path = record("cell.mcap", cell);
-    let error = replay(&path, "--rerun").unwrap_err();
-    assert!(error.to_string().contains("a cell file"), "{error}");
     let plant = Setup {
         plant: "soft".to_owned(),
         ..Setup::default()
     };
     let path = record("plant.mcap", plant);
     let error = replay(&path, "--rerun").unwrap_err().to_string();
-    assert!(error.contains("the plant \"soft\""), "{error}");
+    assert!(error.contains("no plant \"soft\""), "{error}");
+    let cell = Setup {
+        cell: Some("[limits]\njoint_sped = 1\n".to_owned()),
+        ..Setup::default()
+    };
+    let path = record("cell.mcap", cell);
+    let error = replay(&path, "--rerun").unwrap_err().to_string();
+    assert!(error.contains("joint_sped"), "{error}");
     let error = replay(Path::new("/nowhere.mcap"), "").unwrap_err();
     assert!(
         error.to_string().contains("cannot read /nowhere.mcap"),
         "{error}"
     );
+}
+
+#[test]
+fn find_says_when_where_and_in_which_line() {
+    let path = record("find.mcap", Setup::default());
+    let find = |condition: &str| {
+        let args = [
+            "eliteserver",
+            "replay",
+            path.to_str().unwrap(),
+            "--find",
+            condition,
+        ];
+        let Command::Replay(args) = Cli::try_parse_from(args).unwrap().into_command() else {
+            panic!("not a replay");
+        };
+        let mut out = Vec::new();
+        answer(&args, &mut out).map(|_| String::from_utf8(out).unwrap())
+    };
+    insta::assert_snapshot!(find("mode == movej and abs(actual_qd[0]) > 0.4").unwrap());
+    assert_eq!(
+        find("safety_mode != normal").unwrap(),
+        "found: 0 times, 0 of 600 cycles\n"
+    );
+    let error = find("safty_mode != normal").unwrap_err().to_string();
+    assert!(error.contains("safety_mode"), "{error}");
+}
+
+#[test]
+fn script_shows_the_program_with_its_times() {
+    let path = record("script.mcap", Setup::default());
+    insta::assert_snapshot!(replay(&path, "--script").unwrap().1);
+}
+
+#[test]
+fn diff_finds_the_first_and_the_largest_difference_of_two_runs() {
+    let one = record("one.mcap", Setup::default());
+    let same = record("same.mcap", Setup::default());
+    let slow = CycleConfig {
+        limits: LimitOverrides {
+            joint_speed: Some(JointSpeeds([0.5; 6])),
+            ..LimitOverrides::default()
+        },
+        ..ideal_config()
+    };
+    let other = record_with("other.mcap", Setup::default(), slow);
+    let diff = |a: &Path, b: &Path| replay(a, &format!("--diff {}", b.display())).unwrap();
+    assert_eq!(
+        diff(&one, &same),
+        (0, "identical: 600 cycles".to_owned() + "\n")
+    );
+    let (status, text) = diff(&one, &other);
+    assert_eq!(status, 1);
+    assert!(
+        text.starts_with("first difference at cycle 99 (0.396 s): target_q[0]"),
+        "{text}"
+    );
+    assert!(text.contains("\n  target_q: up to "), "{text}");
+    let bytes = std::fs::read(&one).unwrap();
+    let cut = one.with_file_name("diff_cut.mcap");
+    std::fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
+    let (status, text) = diff(&one, &cut);
+    assert_eq!(status, 1);
+    assert!(text.starts_with("only in "), "{text}");
 }

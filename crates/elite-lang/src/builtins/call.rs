@@ -46,7 +46,7 @@ impl Evaluator<'_> {
         callee: &Value,
         args: &mut [Value],
         keywords: &[(Symbol, Value)],
-        caller: Option<&Frame<'_>>,
+        caller: Option<&mut Frame<'_>>,
     ) -> R {
         match callee {
             Value::Function(function) => self.call_function(function, args, keywords),
@@ -84,7 +84,7 @@ impl Evaluator<'_> {
         builtin: &Rc<Builtin>,
         args: &mut [Value],
         keywords: &[(Symbol, Value)],
-        caller: Option<&Frame<'_>>,
+        caller: Option<&mut Frame<'_>>,
     ) -> R {
         match &builtin.body {
             BuiltinBody::Bound(body) => {
@@ -101,7 +101,7 @@ impl Evaluator<'_> {
                 &mut Args {
                     positional: args,
                     keywords,
-                    caller,
+                    caller: caller.map(Frame::reborrow),
                 },
             ),
             BuiltinBody::Closure(body) => body(
@@ -109,14 +109,14 @@ impl Evaluator<'_> {
                 &mut Args {
                     positional: args,
                     keywords,
-                    caller,
+                    caller: caller.map(Frame::reborrow),
                 },
             ),
             BuiltinBody::Native(native) => self.with_bound(builtin, args, keywords, |bound| {
                 (native.call)(&mut NativeCall {
                     ev: self,
                     args: bound,
-                    caller,
+                    caller: caller.map(Frame::reborrow),
                 })
             }),
         }

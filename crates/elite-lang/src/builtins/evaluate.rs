@@ -102,21 +102,11 @@ struct TextScope {
 
 impl TextScope {
     fn run(&self, ev: &Evaluator<'_>, code: Rc<Code>) -> R {
-        let function = Function::plain(code.clone(), Box::default());
-        if self.is_separate {
-            ev.core
-                .texts
-                .borrow_mut()
-                .push((code.clone(), self.namespace.clone()));
-        }
-        let result = ev.call_function(&function, &mut [], &[]);
-        if self.is_separate {
-            // Not simply the last one: another thread may be evaluating a text, too.
-            ev.core
-                .texts
-                .borrow_mut()
-                .retain(|(other, _)| !Rc::ptr_eq(other, &code));
-        }
+        let result = if self.is_separate {
+            ev.run_text(&code, &self.namespace)
+        } else {
+            ev.call_function(&Function::plain(code, Box::default()), &mut [], &[])
+        };
         for (dict, namespace) in &self.written_back {
             for (name, value) in namespace.entries() {
                 dict.set_interned(ev.core.symbols.value(name), value);
@@ -178,7 +168,11 @@ fn text_scope(
     let mut written_back = Vec::new();
     let given_globals = globals.is_some();
     let mut namespace = match globals {
-        None => core.globals.clone(),
+        None => args
+            .caller
+            .as_ref()
+            .and_then(|frame| ev.text_namespace(frame))
+            .unwrap_or_else(|| core.globals.clone()),
         Some(dict) => {
             let namespace = core.new_namespace(None);
             fill(ev, &namespace, &dict);
@@ -192,7 +186,7 @@ fn text_scope(
         fill(ev, &namespace, &dict);
         written_back.push((dict, namespace.clone()));
         is_separate = true;
-    } else if let (false, Some(frame)) = (given_globals, args.caller)
+    } else if let (false, Some(frame)) = (given_globals, &args.caller)
         && !ev.is_module(frame)
     {
         namespace = core.new_namespace(Some(namespace));

@@ -57,7 +57,7 @@ pub struct Args<'a> {
     /// By name.
     pub keywords: &'a [(Symbol, Value)],
     /// The frame that calls, if a script does.
-    pub caller: Option<&'a Frame<'a>>,
+    pub caller: Option<Frame<'a>>,
 }
 
 impl Args<'_> {

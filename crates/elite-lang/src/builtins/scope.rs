@@ -4,9 +4,11 @@ use std::rc::Rc;
 
 use super::{Args, Builtin};
 use crate::errors::ExceptionKind;
+use crate::eval::code::Code;
 use crate::eval::{Core, Evaluator, Frame};
+use crate::value::module::Namespace;
 use crate::value::symbol::known;
-use crate::value::{Dict, R, Symbol, Value};
+use crate::value::{Dict, Function, R, Symbol, Value};
 
 /// Puts them in place.
 pub fn install(core: &Rc<Core>) {
@@ -58,13 +60,33 @@ impl Evaluator<'_> {
         dict
     }
 
+    /// Runs the code of a text whose variables are not the globals.
+    pub fn run_text(&self, code: &Rc<Code>, namespace: &Rc<Namespace>) -> R {
+        self.core
+            .texts
+            .borrow_mut()
+            .push((code.clone(), namespace.clone()));
+        let function = Function::plain(code.clone(), Box::default());
+        let result = self.call_function(&function, &mut [], &[]);
+        // Not simply the last one: another thread may be evaluating a text, too.
+        self.core
+            .texts
+            .borrow_mut()
+            .retain(|(other, _)| !Rc::ptr_eq(other, code));
+        result
+    }
+
+    /// The namespace of the text that `frame` runs, if it is not that of the globals.
+    pub fn text_namespace(&self, frame: &Frame<'_>) -> Option<Rc<Namespace>> {
+        let texts = self.core.texts.borrow();
+        let mut running = texts.iter().rev();
+        let (_, namespace) = running.find(|(code, _)| Rc::ptr_eq(code, &frame.function.code))?;
+        Some(namespace.clone())
+    }
+
     /// The variables of the evaluated text that `frame` runs, if they are not the globals.
     fn text_variables(&self, frame: &Frame<'_>) -> Option<Dict> {
-        let texts = self.core.texts.borrow();
-        let (_, namespace) = texts
-            .iter()
-            .rev()
-            .find(|(code, _)| Rc::ptr_eq(code, &frame.function.code))?;
+        let namespace = self.text_namespace(frame)?;
         let dict = Dict::new();
         for (name, value) in namespace.entries() {
             dict.set_interned(self.core.symbols.value(name), value);
@@ -95,7 +117,7 @@ impl Evaluator<'_> {
 }
 
 fn locals(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
-    let dict = match args.caller {
+    let dict = match &args.caller {
         Some(frame) if !ev.is_module(frame) => {
             let dict = Dict::new();
             for (name, value) in ev.frame_variables(frame) {

@@ -8,6 +8,7 @@ use super::coroutine::{StackPool, Stopping, ThreadState};
 use super::types::Types;
 use crate::host::Host;
 use crate::limits::{Limits, memory};
+use crate::statement::Injected;
 use crate::value::module::Namespace;
 use crate::value::symbol::Symbols;
 use crate::value::{Class, Module, R, Value};
@@ -63,6 +64,8 @@ pub struct Core {
     pub texts: RefCell<Vec<(Rc<Code>, Rc<Namespace>)>>,
     /// Namespaces of evaluated texts, to break their cycles at the end.
     pub namespaces: RefCell<Vec<Weak<Namespace>>>,
+    /// What statements run by natives have defined.
+    pub injected: RefCell<Injected>,
     next_thread: Cell<u64>,
 }
 
@@ -96,6 +99,7 @@ impl Core {
             classes: RefCell::default(),
             texts: RefCell::default(),
             namespaces: RefCell::default(),
+            injected: RefCell::default(),
             next_thread: Cell::new(0),
             symbols,
         });
@@ -190,6 +194,8 @@ impl Core {
     /// Breaks the cycles through globals, modules and classes.
     pub fn dismantle(&self) {
         self.globals.dismantle();
+        let injected = self.injected.take();
+        injected.dismantle();
         let namespaces = std::mem::take(&mut *self.namespaces.borrow_mut());
         for namespace in namespaces.iter().filter_map(Weak::upgrade) {
             namespace.dismantle();

@@ -28,6 +28,16 @@ pub struct Frame<'f> {
     pub function: &'f Rc<Function>,
 }
 
+impl Frame<'_> {
+    /// The same frame for a shorter time.
+    pub fn reborrow(&mut self) -> Frame<'_> {
+        Frame {
+            slots: &mut *self.slots,
+            function: self.function,
+        }
+    }
+}
+
 /// An expression that can be evaluated.
 pub trait Expression {
     /// Its value.

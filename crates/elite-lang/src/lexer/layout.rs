@@ -107,7 +107,8 @@ impl Lexer<'_> {
         }
         if column > self.layout.column() {
             let message = "this line's indentation matches no open block";
-            self.error("indentation", self.at, self.at + 1, message);
+            let first = self.rest().chars().next().map_or(0, char::len_utf8);
+            self.error("indentation", self.at, self.at + first, message);
         }
     }
 

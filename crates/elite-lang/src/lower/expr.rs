@@ -1,5 +1,7 @@
 //! Expressions.
 
+use std::rc::Rc;
+
 use super::Lower;
 use crate::ast::{
     self, Arg, ComprehensionKind, Constant, Conversion, DictItem, ExprKind, FStringPart, UnaryOp,
@@ -22,7 +24,7 @@ use crate::eval::expr::names::{ClassName, Const, Free, Global, Local, LocalCell,
 use crate::eval::expr::yields::{Yield, YieldFrom};
 use crate::resolve::Place;
 use crate::source::Span;
-use crate::value::Value;
+use crate::value::{CellVar, Symbol, Value};
 
 impl Lower<'_> {
     pub(super) fn expr(&mut self, expr: &ast::Expr) -> Expr {
@@ -125,9 +127,18 @@ impl Lower<'_> {
         let name = self.symbol(name);
         Global {
             cell: self.namespace.cell(name),
-            builtin: self.core.builtins.cell(name),
+            builtin: self.behind(name),
             name,
             span,
+        }
+    }
+
+    /// What a name means while its variable is not bound: the builtin or, in texts with variables of their own, what
+    /// the namespace behind has.
+    fn behind(&self, name: Symbol) -> Rc<CellVar> {
+        match self.namespace.behind(name) {
+            Some(cell) if self.core.builtins.get(name).is_none() => cell,
+            _ => self.core.builtins.cell(name),
         }
     }
 

@@ -17,7 +17,7 @@ impl Evaluator<'_> {
         class: &Rc<Class>,
         args: &mut [Value],
         keywords: &[(Symbol, Value)],
-        caller: Option<&Frame<'_>>,
+        caller: Option<&mut Frame<'_>>,
     ) -> R {
         if !class.is_script {
             let constructor = class.constructor.borrow().clone();

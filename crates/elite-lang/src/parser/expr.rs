@@ -274,13 +274,9 @@ impl Parser<'_> {
     pub(super) fn check_depth(&mut self, expr: Expr) -> Parse<Expr> {
         if expr.depth > DEPTH_MAX {
             let text = format!("this expression is deeper than {DEPTH_MAX} levels");
-            return self.fail(
-                Span {
-                    end: expr.span.start + 1,
-                    ..expr.span
-                },
-                text,
-            );
+            // Only where it starts: the whole of it may be megabytes.
+            let end = expr.span.start;
+            return self.fail(Span { end, ..expr.span }, text);
         }
         Ok(expr)
     }

@@ -16,7 +16,11 @@ impl Parser<'_> {
         let constant = match token.kind {
             T::Int => self.integer(&text, token.span)?,
             T::Float => text.parse().ok().map(Constant::Float),
-            _ => text[..text.len() - 1].parse().ok().map(Constant::Imaginary),
+            // A name may be stuck to the number; the lexer has said so.
+            _ => text
+                .strip_suffix(['j', 'J'])
+                .and_then(|digits| digits.parse().ok())
+                .map(Constant::Imaginary),
         };
         match constant {
             Some(constant) => Ok(ExprKind::Constant(constant)),

@@ -40,6 +40,18 @@ impl Namespace {
         }
     }
 
+    /// The cell that a name of this very namespace hides in the one behind it; None for other names.
+    pub fn behind(&self, name: Symbol) -> Option<Rc<CellVar>> {
+        let parent = self.parent.as_ref()?;
+        let hides = self.cells.borrow().contains_key(&name);
+        hides.then(|| parent.cell(name))
+    }
+
+    /// Whether the name has been mentioned as one of this very namespace, bound or not.
+    pub fn mentions(&self, name: Symbol) -> bool {
+        self.cells.borrow().contains_key(&name)
+    }
+
     /// Makes a name stand for an existing variable.
     pub fn share(&self, name: Symbol, cell: Rc<CellVar>) {
         if self.cells.borrow_mut().insert(name, cell).is_none() {

@@ -9,8 +9,8 @@ use super::IkSolutions;
 use crate::chain::Chain;
 use crate::joint::{DOF, JointPositions};
 use crate::pose::Pose;
-use crate::rotation::wrap_angle;
-use core::f64::consts::{FRAC_PI_2, PI};
+use crate::trig::{atan2, sin_cos, wrap_few_turns};
+use core::f64::consts::PI;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// Deviation (m, or element of a rotation matrix) up to which a chain is of the closed form's shape.
@@ -92,7 +92,8 @@ impl ClosedForm {
 
     /// All solutions for a flange pose, joint 6 taken as `free_q6` (wrapped) where the wrist is singular.
     ///
-    /// At a branch border, where two solutions meet, the pair is listed once.
+    /// At a branch border, where two solutions meet, the pair is listed once. The branches are computed side by side,
+    /// two shoulders, four wrists, eight elbows, so that the arc tangents come in few calls of many.
     pub(super) fn solve(
         &self,
         chain: &Chain,
@@ -103,109 +104,190 @@ impl ClosedForm {
             * *base_from_flange
             * chain.joint6_from_flange.inverse();
         let mut found = IkSolutions::default();
-        // w: crossing of axes 5 and 6. The plane of the arm passes at distance d4 from the base axis.
-        let z6 = shoulder_from_joint6.rotation * Vector3::z();
-        let w = shoulder_from_joint6.translation - z6 * self.d6;
-        let rho = w.x.hypot(w.y);
-        let Some(shoulder) = border_acos(self.d4 / rho) else {
+        let Some(shoulders) = self.shoulders(&shoulder_from_joint6) else {
             return found;
         };
-        let middle = w.y.atan2(w.x) + FRAC_PI_2;
-        self.wrists(
-            &mut found,
-            &shoulder_from_joint6,
-            &w,
-            middle - shoulder,
-            free_q6,
-        );
-        if shoulder != 0.0 {
-            self.wrists(
-                &mut found,
-                &shoulder_from_joint6,
-                &w,
-                middle + shoulder,
-                free_q6,
-            );
+        let wrists = self.wrists(&shoulder_from_joint6, &shoulders, free_q6);
+        let elbows = self.elbows(&wrists);
+        for wrist in 0..4 {
+            let shoulder = wrist / 2;
+            let listed =
+                (shoulder == 0 || shoulders.two) && (wrist % 2 == 0 || !wrists.singular[shoulder]);
+            if !listed || !elbows.reachable[wrist] {
+                continue;
+            }
+            for elbow in 0..if elbows.two[wrist] { 2 } else { 1 } {
+                let at = 2 * wrist + elbow;
+                let (q2, q3) = (elbows.q2[at], elbows.q3[at]);
+                let q4 = wrists.q234[wrist] - q2 - q3;
+                let q1 = shoulders.q1[shoulder];
+                found.push(JointPositions(
+                    [q1, q2, q3, q4, wrists.q5[wrist], wrists.q6[wrist]].map(wrap_few_turns),
+                ));
+            }
         }
         found
     }
 
-    /// Both wrist branches of one shoulder branch.
-    fn wrists(
-        &self,
-        found: &mut IkSolutions,
-        shoulder_from_joint6: &Pose,
-        w: &Vector3<f64>,
-        q1: f64,
-        free_q6: f64,
-    ) {
-        let (s1, c1) = q1.sin_cos();
-        // Axes of joint frame 6 in the plane of the arm (x along it, y up) and normal to it. The normal parts are
-        // (s5 c6, -s5 s6, c5).
-        let r = shoulder_from_joint6.rotation.matrix();
-        let normal = |column: usize| s1 * r[(0, column)] - c1 * r[(1, column)];
-        let in_plane = |column: usize| (c1 * r[(0, column)] + s1 * r[(1, column)], r[(2, column)]);
-        let (x6, y6, z6) = (in_plane(0), in_plane(1), in_plane(2));
-        let (nx, ny, c5) = (normal(0), normal(1), normal(2));
-        let wrist = (c1 * w.x + s1 * w.y, w.z);
-        let s5 = nx.hypot(ny);
-
-        let singular = s5 < SINGULAR_WRIST;
-        let (q6, s6, c6) = if singular {
-            let (s6, c6) = free_q6.sin_cos();
-            (wrap_angle(free_q6), s6, c6)
-        } else {
-            ((-ny).atan2(nx), -ny / s5, nx / s5)
+    /// Both shoulder branches: the plane of the arm passes at distance d4 from the base axis and through w, the
+    /// crossing of axes 5 and 6. `None` if w is too near to the base axis.
+    #[inline]
+    fn shoulders(&self, shoulder_from_joint6: &Pose) -> Option<Shoulders> {
+        let z6 = shoulder_from_joint6.rotate(Vector3::z());
+        let w = shoulder_from_joint6.translation - z6 * self.d6;
+        let rho = (w.x * w.x + w.y * w.y).sqrt();
+        // Half of the angle between the branches, seen from the base axis.
+        let (sine, cosine) = border_sine(self.d4 / rho)?;
+        let turn = |sine: f64| {
+            let (along, across) = (w.x / rho, w.y / rho);
+            (
+                cosine * along + sine * across,
+                sine * along - cosine * across,
+            )
         };
-        let s5 = if singular { 0.0 } else { s5 };
-        // x axis of joint frame 4; the other wrist branch has q5 negated, q6 half a turn on, and this axis reversed.
-        let x4 = (
-            c5 * (c6 * x6.0 - s6 * y6.0) - s5 * z6.0,
-            c5 * (c6 * x6.1 - s6 * y6.1) - s5 * z6.1,
-        );
-        let length = x4.0.hypot(x4.1);
-        let x4 = (x4.0 / length, x4.1 / length);
-        let q5 = s5.atan2(c5);
-
-        self.elbows(found, q1, q5, q6, x4, wrist);
-        if !singular {
-            self.elbows(found, q1, -q5, q6 + PI, (-x4.0, -x4.1), wrist);
-        }
+        let (first, second) = (turn(sine), turn(-sine));
+        let (s1, c1) = ([first.0, second.0], [first.1, second.1]);
+        Some(Shoulders {
+            w,
+            s1,
+            c1,
+            q1: atan2(&s1, &c1),
+            two: sine != 0.0,
+        })
     }
 
-    /// Both elbow branches of one wrist branch: a planar arm of two links that ends where joint frame 4 must be.
-    fn elbows(
-        &self,
-        found: &mut IkSolutions,
-        q1: f64,
-        q5: f64,
-        q6: f64,
-        x4: (f64, f64),
-        wrist: (f64, f64),
-    ) {
-        let Self { a2, a3, d5, .. } = *self;
-        let q234 = x4.1.atan2(x4.0);
-        // Joint 5 sits d5 along the z axis of frame 4, which is (x4.1, -x4.0) in the plane.
-        let (x, y) = (wrist.0 - d5 * x4.1, wrist.1 + d5 * x4.0);
-        let Some(q3) = border_acos((x * x + y * y - a2 * a2 - a3 * a3) / (2.0 * a2 * a3)) else {
-            return;
-        };
-        let (s3, c3) = q3.sin_cos();
-        let direction = y.atan2(x);
-        let inner = (a3 * s3).atan2(a2 + a3 * c3);
-        let mut push = |q3: f64, q2: f64| {
-            found.push(JointPositions(
-                [q1, q2, q3, q234 - q2 - q3, q5, q6].map(wrap_angle),
-            ));
-        };
-        push(q3, direction - inner);
-        if s3 != 0.0 && q3 < PI {
-            push(-q3, direction + inner);
+    /// Both wrist branches of both shoulders.
+    #[inline]
+    fn wrists(&self, shoulder_from_joint6: &Pose, shoulders: &Shoulders, free_q6: f64) -> Wrists {
+        let r = shoulder_from_joint6.rotation.matrix();
+        let ([s_free], [c_free]) = sin_cos(&[free_q6]);
+        // Numerators and denominators of the arc tangents: q5, q6, q2+q3+q4, two shoulders each.
+        let (mut y, mut x) = ([0.0; 6], [0.0; 6]);
+        let (mut along, mut singular) = ([0.0; 2], [false; 2]);
+        for shoulder in 0..2 {
+            let (s1, c1) = (shoulders.s1[shoulder], shoulders.c1[shoulder]);
+            // Axes of joint frame 6 in the plane of the arm (x along it, y up) and normal to it. The normal parts are
+            // (s5 c6, -s5 s6, c5).
+            let (nx, ny, c5) = (
+                s1 * r.m11 - c1 * r.m21,
+                s1 * r.m12 - c1 * r.m22,
+                s1 * r.m13 - c1 * r.m23,
+            );
+            let (x6, y6, z6) = (
+                c1 * r.m11 + s1 * r.m21,
+                c1 * r.m12 + s1 * r.m22,
+                c1 * r.m13 + s1 * r.m23,
+            );
+            let s5 = (nx * nx + ny * ny).sqrt();
+            singular[shoulder] = s5 < SINGULAR_WRIST;
+            let (s5, s6, c6) = if singular[shoulder] {
+                (0.0, s_free, c_free)
+            } else {
+                (s5, -ny / s5, nx / s5)
+            };
+            // x axis of joint frame 4; the other wrist branch has q5 negated, q6 half a turn on, and this axis reversed.
+            let x4 = c5 * (c6 * x6 - s6 * y6) - s5 * z6;
+            let y4 = c5 * (c6 * r.m31 - s6 * r.m32) - s5 * r.m33;
+            (y[shoulder], x[shoulder]) = (s5, c5);
+            (y[2 + shoulder], x[2 + shoulder]) = (s6, c6);
+            (y[4 + shoulder], x[4 + shoulder]) = (y4, x4);
+            along[shoulder] = c1 * shoulders.w.x + s1 * shoulders.w.y;
         }
+        let angle = atan2(&y, &x);
+        let mut wrists = Wrists {
+            singular,
+            ..Wrists::default()
+        };
+        for wrist in 0..4 {
+            let shoulder = wrist / 2;
+            let (sign, half_turn) = if wrist % 2 == 0 {
+                (1.0, 0.0)
+            } else {
+                (-1.0, PI)
+            };
+            wrists.q5[wrist] = sign * angle[shoulder];
+            wrists.q6[wrist] = angle[2 + shoulder] + half_turn;
+            wrists.q234[wrist] = angle[4 + shoulder] + half_turn;
+            // Joint 5 sits d5 along the z axis of frame 4, which is (y4, -x4) in the plane.
+            let (y4, x4) = (y[4 + shoulder], x[4 + shoulder]);
+            let scale = sign * self.d5 / (x4 * x4 + y4 * y4).sqrt();
+            wrists.joint4_along[wrist] = along[shoulder] - scale * y4;
+            wrists.joint4_up[wrist] = shoulders.w.z + scale * x4;
+        }
+        wrists
+    }
+
+    /// Both elbow branches of every wrist: a planar arm of two links that ends where joint frame 4 must be.
+    #[inline]
+    fn elbows(&self, wrists: &Wrists) -> Elbows {
+        let Self { a2, a3, .. } = *self;
+        let mut elbows = Elbows::default();
+        // Numerators and denominators of the arc tangents: q3, the direction of joint 4, the angle in joint 2 between
+        // that and the upper arm.
+        let (mut y, mut x) = ([0.0; 12], [0.0; 12]);
+        for wrist in 0..4 {
+            let (along, up) = (wrists.joint4_along[wrist], wrists.joint4_up[wrist]);
+            let cosine = (along * along + up * up - a2 * a2 - a3 * a3) / (2.0 * a2 * a3);
+            let elbow = border_sine(cosine);
+            elbows.reachable[wrist] = elbow.is_some();
+            let (s3, c3) = elbow.unwrap_or((0.0, 1.0));
+            elbows.two[wrist] = s3 != 0.0;
+            (y[wrist], x[wrist]) = (s3, c3);
+            (y[4 + wrist], x[4 + wrist]) = (up, along);
+            (y[8 + wrist], x[8 + wrist]) = (a3 * s3, a2 + a3 * c3);
+        }
+        let angle = atan2(&y, &x);
+        for wrist in 0..4 {
+            let (q3, direction, inner) = (angle[wrist], angle[4 + wrist], angle[8 + wrist]);
+            (elbows.q3[2 * wrist], elbows.q3[2 * wrist + 1]) = (q3, -q3);
+            (elbows.q2[2 * wrist], elbows.q2[2 * wrist + 1]) =
+                (direction - inner, direction + inner);
+        }
+        elbows
     }
 }
 
-/// Arc cosine that takes a cosine just beyond ±1 for ±1; `None` further out and for NaN.
-fn border_acos(cosine: f64) -> Option<f64> {
-    (cosine.abs() <= 1.0 + BORDER).then(|| cosine.clamp(-1.0, 1.0).acos())
+/// The two shoulder branches.
+struct Shoulders {
+    /// Crossing of axes 5 and 6, metres.
+    w: Vector3<f64>,
+    s1: [f64; 2],
+    c1: [f64; 2],
+    q1: [f64; 2],
+    /// False where both are the same.
+    two: bool,
+}
+
+/// The four wrist branches, those of one shoulder after the other.
+#[derive(Default)]
+struct Wrists {
+    /// By shoulder: q6 is free and the second branch is the first.
+    singular: [bool; 2],
+    q5: [f64; 4],
+    q6: [f64; 4],
+    q234: [f64; 4],
+    /// Where joint frame 4 must be in the plane of the arm, metres.
+    joint4_along: [f64; 4],
+    joint4_up: [f64; 4],
+}
+
+/// The eight elbow branches, those of one wrist after the other.
+#[derive(Default)]
+struct Elbows {
+    /// By wrist.
+    reachable: [bool; 4],
+    /// By wrist; false where both are the same.
+    two: [bool; 4],
+    q2: [f64; 8],
+    q3: [f64; 8],
+}
+
+/// Sine and cosine of an arc cosine that takes a cosine just beyond ±1 for ±1; `None` further out and for NaN.
+#[inline]
+fn border_sine(cosine: f64) -> Option<(f64, f64)> {
+    if !(cosine.abs() <= 1.0 + BORDER) {
+        return None;
+    }
+    let cosine = cosine.clamp(-1.0, 1.0);
+    Some((((1.0 - cosine) * (1.0 + cosine)).sqrt(), cosine))
 }

@@ -113,6 +113,7 @@ pub fn config() -> RecorderConfig {
         path: "test.mcap".into(),
         setup: Setup::default(),
         model: model(),
+        rotation: recorder::Rotation::default(),
         notes_wait: true,
         on_failure: Box::new(|_| ()),
     }

@@ -6,14 +6,16 @@ use std::sync::Arc;
 use io_bus::PortImage;
 use thiserror::Error;
 use tokio::net::TcpListener;
+use tokio::runtime::Runtime;
 use tokio_util::sync::CancellationToken;
 
 use crate::announce::Console;
-use crate::backend::Backend;
+use crate::backend::{Backend, Lifetime};
 use crate::config::ServeConfig;
 use crate::controller::{Controller, StartError};
+use crate::options::{PortSetting, RecordTarget};
 use crate::ports::listen::{BindError, PortMeter, bind};
-use crate::ports::{http, interpreter, modbus, primary};
+use crate::ports::{dashboard, http, interpreter, modbus, primary, rtsi};
 use crate::{ready_file, shutdown};
 
 /// What kept the server from starting.
@@ -48,29 +50,62 @@ pub fn serve(config: &ServeConfig) -> Result<u8, ServeError> {
         .worker_threads(2)
         .enable_all()
         .build()?;
-    for option in &config.not_available {
-        tracing::warn!(
-            "{option}: this service is not available in this version, it is not started"
-        );
+    let signalled = CancellationToken::new();
+    runtime.block_on(async { shutdown::on_signals(signalled.clone()) })?;
+    let mut config = config.clone();
+    loop {
+        let life = live(&runtime, &mut config, &signalled)?;
+        if life.status != 0 || !life.reboots {
+            return Ok(life.status);
+        }
+        tracing::info!("rebooting");
     }
+}
+
+/// How a life of the server ended.
+struct Life {
+    status: u8,
+    reboots: bool,
+}
+
+/// One life, from opening the ports to the last byte of the recording. Ports that were free to choose are kept for the
+/// next one.
+fn live(
+    runtime: &Runtime,
+    config: &mut ServeConfig,
+    signalled: &CancellationToken,
+) -> Result<Life, ServeError> {
     // Ports first: a port in use must not leave an empty recording behind.
     let listeners = runtime.block_on(open_ports(config))?;
     let controller = Controller::start(&config.robot, Console::Log, config.powered_off)?;
-    let served = runtime.block_on(serve_ports(config, &controller, listeners));
+    let served = runtime.block_on(serve_ports(config, &controller, listeners, signalled));
     // The ports are closed; a program that still runs has been told to stop.
     runtime.block_on(controller.supervisor().ended());
     let flushed = controller.shut_down();
-    served?;
-    Ok(u8::from(!flushed))
+    let reboots = served?;
+    if let RecordTarget::File(path) = &config.robot.record {
+        // The next life must not write over the recording of this one.
+        let folder = path.parent().map(PathBuf::from).unwrap_or_default();
+        config.robot.record = RecordTarget::NewFileIn(folder);
+    }
+    Ok(Life {
+        status: u8::from(!flushed),
+        reboots,
+    })
 }
 
 /// One entry a service, in the order of the ready file.
 type Listeners = Vec<(&'static str, Option<TcpListener>)>;
 
-async fn open_ports(config: &ServeConfig) -> Result<Listeners, BindError> {
+async fn open_ports(config: &mut ServeConfig) -> Result<Listeners, ServeError> {
     let mut listeners = Vec::new();
     for (name, option, setting) in config.ports.list() {
-        listeners.push((name, bind(option, config.bind, setting).await?));
+        let listener = bind(option, config.bind, setting).await?;
+        if let Some(listener) = &listener {
+            let port = listener.local_addr()?.port();
+            config.ports.set(name, PortSetting::Number(port));
+        }
+        listeners.push((name, listener));
     }
     Ok(listeners)
 }
@@ -79,11 +114,17 @@ async fn serve_ports(
     config: &ServeConfig,
     controller: &Controller,
     listeners: Listeners,
-) -> Result<(), ServeError> {
-    let token = CancellationToken::new();
-    shutdown::on_signals(token.clone())?;
+    signalled: &CancellationToken,
+) -> Result<bool, ServeError> {
+    let lifetime = Lifetime::default();
+    let token = lifetime.token().clone();
     let hub = primary::Hub::default();
-    let backend = Arc::new(Backend::new(controller, hub.clone(), !config.local));
+    let backend = Arc::new(Backend::new(
+        controller,
+        config,
+        hub.clone(),
+        lifetime.clone(),
+    ));
     let forwarding = tokio::spawn(crate::backend::forward_messages(
         controller.announcer().subscribe(),
         backend.clone(),
@@ -117,7 +158,9 @@ async fn serve_ports(
             "interpreter" => services.spawn(interpreter::serve(listener, backend, meter, token)),
             "http" => services.spawn(http::serve(listener, backend, meters.clone(), meter, token)),
             "modbus" => services.spawn(modbus::serve(listener, image.clone(), meter, token)),
-            other => unreachable!("{other} is off until it exists, see ServeConfig::load"),
+            "rtsi" => services.spawn(rtsi::serve(listener, backend, meter, token)),
+            "dashboard" => services.spawn(dashboard::serve(listener, backend, meter, token)),
+            other => unreachable!("{other} is no entry of PortSettings::list"),
         };
     }
     for (name, port) in &bound {
@@ -137,9 +180,12 @@ async fn serve_ports(
         })?;
     }
 
-    token.cancelled().await;
+    tokio::select! {
+        () = signalled.cancelled() => lifetime.shut_down(),
+        () = token.cancelled() => {}
+    }
     controller.supervisor().stop();
     while services.join_next().await.is_some() {}
     forwarding.abort();
-    Ok(())
+    Ok(lifetime.reboots())
 }

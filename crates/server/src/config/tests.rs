@@ -3,6 +3,8 @@
 #![allow(clippy::approx_constant, reason = "figures as documented")]
 
 use super::*;
+use recorder::PartEnd;
+
 use crate::cli::{Cli, Command};
 use clap::{CommandFactory, Parser};
 
@@ -43,6 +45,8 @@ fn defaults_are_those_of_the_contract() {
     assert_eq!(config.bind.to_string(), "127.0.0.1");
     assert_eq!(config.ports.primary, PortSetting::Number(30001));
     assert_eq!(config.ports.interpreter, PortSetting::Number(30020));
+    assert_eq!(config.ports.rtsi, PortSetting::Number(30004));
+    assert_eq!(config.ports.dashboard, PortSetting::Number(29999));
     assert_eq!(config.ports.modbus, PortSetting::Number(5020));
     assert_eq!(config.ports.http, PortSetting::Number(8080));
     assert!(!config.powered_off && !config.local);
@@ -81,6 +85,8 @@ fn every_key_is_read() {
         plant = "ideal"
         task-dir = "/t"
         record = "out.mcap"
+        record-rotate = "90min"
+        record-budget = "20GB"
         tcp = [0, 0, 0.1, 0, 0, -1.5]
         payload = [2.5, 0, 0, 0.08]
         home = "-1,0,0,0,0,1"
@@ -107,6 +113,10 @@ fn every_key_is_read() {
     assert_eq!(config.robot.step.as_secs(), 0.008);
     assert_eq!(config.robot.plant, PlantChoice::Ideal);
     assert_eq!(config.robot.record, RecordTarget::File("out.mcap".into()));
+    let rotate = config.robot.record_rotate;
+    assert_eq!(rotate, Some(RotateAt(PartEnd::Secs(5400.0))));
+    let budget = config.robot.record_budget;
+    assert_eq!(budget, Some(ByteSize(20_000_000_000)));
     assert_eq!(config.robot.tcp.to_array(), [0.0, 0.0, 0.1, 0.0, 0.0, -1.5]);
     assert_eq!(config.robot.payload.mass, 2.5);
     assert_eq!(config.robot.payload.cog.as_slice(), [0.0, 0.0, 0.08]);

@@ -3,9 +3,13 @@
 //! Owns the questions of the command line and their answers on stdout. Reading the file is the recorder's business,
 //! running it again that of [`motion`]; here they are put together.
 
+mod condition;
 mod csv;
+mod diff;
+mod find;
 mod plot;
 mod rerun;
+pub(crate) mod script;
 mod state;
 mod summary;
 
@@ -17,6 +21,7 @@ use thiserror::Error;
 
 use crate::cli::ReplayArgs;
 
+pub use condition::ConditionError;
 pub use plot::PlotError;
 pub use rerun::{Comparison, RerunError};
 
@@ -57,6 +62,9 @@ pub enum ReplayError {
     /// The picture cannot be made.
     #[error(transparent)]
     Plot(#[from] PlotError),
+    /// The condition of `--find` cannot be answered.
+    #[error(transparent)]
+    Condition(#[from] ConditionError),
     /// The recording cannot be run again.
     #[error(transparent)]
     Rerun(#[from] RerunError),
@@ -95,6 +103,15 @@ pub fn answer(args: &ReplayArgs, out: &mut impl Write) -> Result<u8, ReplayError
         csv::print(&recording, topic, out)?;
     } else if let Some(path) = &args.plot {
         plot::plot(&recording, path)?;
+    } else if let Some(condition) = &args.find {
+        find::print(&recording, condition, out)?;
+    } else if args.script {
+        script::print(&recording, out)?;
+    } else if let Some(other) = &args.diff {
+        // `--diff A B` and `A --diff B` mean the same; A is the one that was given first.
+        let report = diff::compare(&recording, &Recording::open(other)?)?;
+        writeln!(out, "{report}")?;
+        return Ok(u8::from(!report.is_identical()));
     } else if args.rerun {
         let comparison = rerun::rerun(&recording)?;
         writeln!(out, "{comparison}")?;

@@ -4,9 +4,10 @@
 //! for bit. A difference is a bug in one of the two runs, or they are of different versions.
 
 use std::fmt;
+use std::path::Path;
 
 use kinematics::ModelError;
-use motion::{ConfigError, Cycle, CycleConfig, PlantKind, Timing};
+use motion::{ConfigError, Cycle, CycleConfig, Timing};
 use motion_api::{BorderSizes, ScriptEnd, border};
 use recorder::{
     ArgumentError, CommandMessage, Difference, Entry, ReadError, Recording, Setup, Topic,
@@ -15,6 +16,8 @@ use recorder::{
 use thiserror::Error;
 
 use super::model_of;
+use crate::cell::{Cell, CellError};
+use crate::start_configuration::{SetupError, cycle_config};
 
 /// More cycles missing in one place are not worth waiting for.
 const MAX_GAP: u64 = 1_000_000;
@@ -29,13 +32,17 @@ pub enum RerunError {
     /// The recording does not say how the controller was started.
     #[error("the recording does not say how the controller was started, it cannot be run again")]
     NoSetup,
-    /// Something of the start configuration is not known or not supported.
-    #[error(
-        "the recording was made with {what}, with which it cannot be run again in this version"
-    )]
-    Unsupported {
-        /// What.
-        what: String,
+    /// Something of the start configuration is not known in this version.
+    #[error("the recording cannot be run again in this version: {0}")]
+    Setup(#[from] SetupError),
+    /// The cell file is none of this version's.
+    #[error(transparent)]
+    Cell(#[from] CellError),
+    /// It does not begin with the controller's start.
+    #[error("this is part {part} of a recording in several files; only the first can be run again")]
+    Part {
+        /// Its number.
+        part: u32,
     },
     /// The arm cannot be made.
     #[error("the arm of the recording cannot be made: {0}")]
@@ -115,7 +122,10 @@ impl fmt::Display for Comparison {
 /// [`RerunError`] when the recording does not tell enough to do so.
 pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
     let setup = recording.setup().ok_or(RerunError::NoSetup)?;
-    let mut controller = Controller::new(cycle_config(setup)?)?;
+    if setup.part > 1 {
+        return Err(RerunError::Part { part: setup.part });
+    }
+    let mut controller = Controller::new(started_with(setup)?)?;
     let mut commands = Vec::new();
     let mut compared = 0;
     for entry in recording.entries(&[Topic::Cycle, Topic::Command])? {
@@ -200,23 +210,10 @@ impl Controller {
 }
 
 /// The configuration that the controller was started with.
-fn cycle_config(setup: &Setup) -> Result<CycleConfig, RerunError> {
-    let unsupported = |what: String| RerunError::Unsupported { what };
-    if setup.cell.is_some() {
-        return Err(unsupported("a cell file".to_owned()));
-    }
-    let plant = match setup.plant.as_str() {
-        "rigid" => PlantKind::Rigid,
-        "ideal" => PlantKind::Ideal,
-        other => return Err(unsupported(format!("the plant {other:?}"))),
-    };
-    Ok(CycleConfig {
-        step_time: setup.step_time,
-        home: setup.home,
-        tcp: setup.tcp,
-        payload: setup.payload,
-        plant,
-        powered_off: setup.powered_off,
-        ..CycleConfig::new(model_of(setup)?)
-    })
+fn started_with(setup: &Setup) -> Result<CycleConfig, RerunError> {
+    let cell = setup.cell.clone();
+    let cell = cell
+        .map(|text| Cell::from_text(text, Path::new("the recorded cell file")))
+        .transpose()?;
+    Ok(cycle_config(setup, model_of(setup)?, cell.as_ref())?)
 }

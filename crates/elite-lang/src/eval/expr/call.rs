@@ -25,7 +25,7 @@ impl Expression for Call {
         match &callee {
             Value::Function(function) => call_script(function, None, &self.args, ev, f, self.span),
             _ => with_args(&self.args, ev, f, |ev, f, args| {
-                ev.call_from(&callee, args, &[], Some(f))
+                ev.call_from(&callee, args, &[], Some(&mut *f))
                     .at(ev, f, self.span)
             }),
         }
@@ -164,11 +164,11 @@ impl CallMethod {
     ) -> R {
         match &*self.args {
             [] => ev
-                .call_builtin(builtin, &mut [receiver], &[], Some(f))
+                .call_builtin(builtin, &mut [receiver], &[], Some(&mut *f))
                 .at(ev, f, self.span),
             [a] => {
                 let a = a.eval(ev, f)?;
-                ev.call_builtin(builtin, &mut [receiver, a], &[], Some(f))
+                ev.call_builtin(builtin, &mut [receiver, a], &[], Some(&mut *f))
                     .at(ev, f, self.span)
             }
             args => {
@@ -177,7 +177,7 @@ impl CallMethod {
                 for arg in args {
                     values.push(arg.eval(ev, f)?);
                 }
-                ev.call_builtin(builtin, &mut values, &[], Some(f))
+                ev.call_builtin(builtin, &mut values, &[], Some(&mut *f))
                     .at(ev, f, self.span)
             }
         }
@@ -200,12 +200,12 @@ impl CallMethod {
                     self.span,
                 ),
                 _ => with_args(&self.args, ev, f, |ev, f, args| {
-                    ev.call_from(&callee, args, &[], Some(f))
+                    ev.call_from(&callee, args, &[], Some(&mut *f))
                         .at(ev, f, self.span)
                 }),
             },
             _ => with_args(&self.args, ev, f, |ev, f, args| {
-                ev.call_from(&callee, args, &[], Some(f))
+                ev.call_from(&callee, args, &[], Some(&mut *f))
                     .at(ev, f, self.span)
             }),
         }
@@ -248,7 +248,7 @@ impl Expression for CallWith {
             &mut positional,
             &mut keywords,
         )?;
-        ev.call_from(&callee, &mut positional, &keywords, Some(f))
+        ev.call_from(&callee, &mut positional, &keywords, Some(&mut *f))
             .at(ev, f, self.span)
     }
 }
@@ -383,7 +383,7 @@ impl Expression for SuperCall {
             matches!(&callee, Value::Class(class) if Rc::ptr_eq(class, &ev.core.types.super_));
         if !is_super {
             return ev
-                .call_from(&callee, &mut [], &[], Some(f))
+                .call_from(&callee, &mut [], &[], Some(&mut *f))
                 .at(ev, f, self.span);
         }
         let Some(receiver) = &self.receiver else {

@@ -1,19 +1,29 @@
 //! The controller as the ports see it: implements their border traits, and carries messages to port 30001.
+//!
+//! Here are the text ports and metrics; RTSI and the dashboard have files of their own.
 
-use std::sync::Arc;
+mod dashboard;
+mod lifetime;
+mod rtsi;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::{KnownNames, SourceFile};
 use elite_runtime::interpreter::{Statement, Submitted};
 use elite_runtime::message::{Message, Severity};
-use elite_runtime::{ProgramText, Robot, Supervisor, TaskState};
+use elite_runtime::{ProgramText, Robot, Supervisor};
 use kinematics::RobotModel;
 use motion::realtime::ClockMeter;
 use motion_api::{CommandId, CommandKind, MotionMode, RobotState};
 use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
 
+use crate::announce::Announcer;
+use crate::config::ServeConfig;
 use crate::controller::Controller;
+use crate::feed::{Feed, task_status};
 use crate::ports::ClientId;
 use crate::ports::description::{Peripherals, RobotDescription, TaskStatus};
 use crate::ports::http;
@@ -22,6 +32,9 @@ use crate::ports::interpreter::{self, Verdict};
 use crate::ports::primary::codec::{ErrorData, Exception, Level, Source};
 use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
 use crate::ports::primary::{self, Hub, Submission};
+use crate::task_folder::TaskFolder;
+use dashboard::{Configuration, Loaded};
+pub use lifetime::Lifetime;
 
 /// Name of programs that are one line outside a block.
 const LINE_NAME: &str = "line";
@@ -32,20 +45,49 @@ pub struct Backend {
     supervisor: Supervisor,
     description: RobotDescription,
     hub: Hub,
-    remote: bool,
+    feed: Arc<Feed>,
+    announcer: Arc<Announcer>,
+    /// Programs from the network are run.
+    remote: AtomicBool,
+    task_folder: TaskFolder,
+    start_configuration: Configuration,
+    loaded: Mutex<Loaded>,
+    lifetime: Lifetime,
     clock: ClockMeter,
     known: KnownNames,
 }
 
+/// Every value is whole at every moment, so a poisoned lock is as good as any.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 impl Backend {
-    /// `remote`: programs from the network are run; otherwise they are refused with a message.
-    pub fn new(controller: &Controller, hub: Hub, remote: bool) -> Self {
+    /// The ports' view of `controller`, set up as `config` says. Clients can end the `lifetime`.
+    pub fn new(
+        controller: &Controller,
+        config: &ServeConfig,
+        hub: Hub,
+        lifetime: Lifetime,
+    ) -> Self {
+        let robot = &config.robot;
+        let cog = robot.payload.cog;
         Self {
+            feed: controller.feed().clone(),
+            announcer: controller.announcer().clone(),
+            task_folder: TaskFolder::new(&robot.task_dir),
+            start_configuration: Configuration {
+                tcp: Some(robot.tcp.to_array()),
+                payload: Some([robot.payload.mass, cog[0], cog[1], cog[2]]),
+                speed: Some(1.0),
+            },
+            loaded: Mutex::default(),
+            lifetime,
             robot: controller.robot().clone(),
             supervisor: controller.supervisor().clone(),
             description: describe(controller.robot().model()),
             hub,
-            remote,
+            remote: AtomicBool::new(!config.local),
             clock: controller.clock_meter(),
             known: KnownNames::new(elite_runtime::builtins::all().map(|b| b.name)),
         }
@@ -143,11 +185,7 @@ impl primary::Backend for Backend {
     }
 
     fn task_status(&self) -> TaskStatus {
-        match self.supervisor.status().state {
-            TaskState::Stopped => TaskStatus::Stopped,
-            TaskState::Running => TaskStatus::Running,
-            TaskState::Paused => TaskStatus::Paused,
-        }
+        task_status(self.supervisor.status().state)
     }
 
     fn description(&self) -> &RobotDescription {
@@ -155,7 +193,7 @@ impl primary::Backend for Backend {
     }
 
     fn peripherals(&self) -> Peripherals {
-        Peripherals::default()
+        self.feed.peripherals()
     }
 
     fn unix_millis(&self) -> u64 {
@@ -171,9 +209,9 @@ impl primary::Backend for Backend {
             name: name_of(&submission.program),
             text: submission.program.text,
         };
-        if !self.remote {
+        if !self.remote.load(Ordering::Relaxed) {
             let text = format!(
-                "RuntimeError: program \"{}\" was refused: remote control is off (the server runs with --local)",
+                "RuntimeError: program \"{}\" was refused: remote control is off",
                 program.name
             );
             tracing::warn!(client = %submission.client, "{text}");

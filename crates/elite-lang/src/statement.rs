@@ -1,0 +1,271 @@
+//! Statements that run in the place of a native that waits: interpreter mode (manual chapter 2).
+//!
+//! A statement is compiled without knowing where it will run, so that a port can answer at once, and run by the native
+//! as if it stood in the text at the native's call. It reads and changes the local variables of the calling function,
+//! the variables that function shares with others, and existing globals. It cannot make globals: a name that is
+//! neither local nor global nor builtin becomes a variable of the statements themselves, which lives until
+//! [`NativeCall::clear_statements`] (manual 2.1: new globals cannot be defined, existing ones can be used and changed;
+//! injected functions go with `clear_interpreter`). A name that a statement declares `global` means the global
+//! throughout that statement.
+//!
+//! Local variables that no inner function of the program shares lie in slots, where functions of a statement cannot
+//! reach them. While statements run they are mirrored in cells, one for each variable and function text, and written
+//! back after every statement.
+
+use std::collections::HashMap;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use crate::ast::Module;
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::errors::{ExceptionKind, ScriptError};
+use crate::eval::code::Code;
+use crate::eval::{Core, Evaluator, Frame};
+use crate::native::NativeCall;
+use crate::parser::parse;
+use crate::resolve::{KnownNames, Place, Resolution, resolve};
+use crate::source::{SourceFile, Span};
+use crate::stack::with_deep_stack;
+use crate::value::module::Namespace;
+use crate::value::{CellVar, R, Raised, Symbol, Value};
+
+/// Longest text of a statement, in bytes.
+const TEXT_MAX: usize = 8 << 20;
+
+/// One or more statements that compile. Plain data: it can be sent to the thread that runs it, and run again.
+#[derive(Clone, Debug)]
+pub struct Statement {
+    file: Arc<SourceFile>,
+    module: Arc<Module>,
+    resolution: Arc<Resolution>,
+}
+
+/// Compiles a statement: a line, or a block such as a `def`. The name of `file` stands in tracebacks.
+///
+/// # Errors
+/// All syntax and scope errors of the text.
+pub fn compile_statement(
+    file: Arc<SourceFile>,
+    known: &KnownNames,
+) -> Result<Statement, Vec<Diagnostic>> {
+    if file.text().len() > TEXT_MAX {
+        let (bytes, most) = (file.text().len(), TEXT_MAX);
+        let text = format!("the statement has {bytes} bytes, {most} are allowed");
+        return Err(vec![Diagnostic::error("too-long", Span::default(), text)]);
+    }
+    with_deep_stack(|| {
+        let parsed = parse(&file);
+        let mut diagnostics = parsed.diagnostics;
+        let mut resolution = None;
+        if !has_error(&diagnostics) {
+            let resolved = resolve(&parsed.module, known);
+            diagnostics.extend(resolved.diagnostics.iter().cloned());
+            resolution = Some(resolved);
+        }
+        match resolution {
+            Some(resolution) if !has_error(&diagnostics) => Ok(Statement {
+                file,
+                module: Arc::new(parsed.module),
+                resolution: Arc::new(resolution),
+            }),
+            _ => {
+                diagnostics.retain(|diagnostic| diagnostic.severity == Severity::Error);
+                Err(diagnostics)
+            }
+        }
+    })
+}
+
+fn has_error(diagnostics: &[Diagnostic]) -> bool {
+    let mut severities = diagnostics.iter().map(|diagnostic| diagnostic.severity);
+    severities.any(|severity| severity == Severity::Error)
+}
+
+impl Statement {
+    /// Its text.
+    pub fn file(&self) -> &Arc<SourceFile> {
+        &self.file
+    }
+
+    /// Whether it uses or binds `name` anywhere as a variable that is not local to one of its own functions.
+    pub fn mentions(&self, name: &str) -> bool {
+        self.outer_names().any(|outer| outer == name)
+    }
+
+    /// The names it declares `global`. One that is not a global of the program is refused when the statement runs;
+    /// `Program::defines_global` tells beforehand.
+    pub fn declared_globals(&self) -> impl Iterator<Item = &str> {
+        self.resolution.declared_globals.iter().map(|name| &**name)
+    }
+
+    /// Names that none of its own functions, classes or comprehensions owns; some come more than once.
+    fn outer_names(&self) -> impl Iterator<Item = &str> {
+        let scopes = self.resolution.scopes.iter().flatten();
+        let names = scopes.flat_map(|scope| &scope.names);
+        // The names of a class body fall back to outer ones while they are not bound.
+        let outer = names.filter(|(_, place)| matches!(place, Place::Global | Place::Class(_)));
+        outer.map(|(name, _)| &**name)
+    }
+}
+
+/// What statements have defined, kept by the interpreter until it is cleared.
+#[derive(Default)]
+pub struct Injected {
+    /// Variables and functions of the statements themselves.
+    names: Rc<Namespace>,
+    /// Mirrors of local variables, by the function text they belong to.
+    mirrors: Vec<(Rc<Code>, HashMap<Symbol, Rc<CellVar>>)>,
+}
+
+impl Injected {
+    /// Gives everything up.
+    pub fn dismantle(&self) {
+        self.names.dismantle();
+        let cells = self.mirrors.iter().flat_map(|(_, cells)| cells.values());
+        for cell in cells {
+            drop(cell.value.take());
+        }
+    }
+
+    fn mirror(&mut self, code: &Rc<Code>, name: Symbol) -> Rc<CellVar> {
+        let index = match self.mirrors.iter().position(|(of, _)| Rc::ptr_eq(of, code)) {
+            Some(index) => index,
+            None => {
+                self.mirrors.push((code.clone(), HashMap::new()));
+                self.mirrors.len() - 1
+            }
+        };
+        self.mirrors[index].1.entry(name).or_default().clone()
+    }
+}
+
+impl NativeCall<'_> {
+    /// Runs a statement in the scope of the function that called this native. Natives that the statement calls may
+    /// wait, and a stop of the thread comes through as `Raised::Stop`, which has to be passed on. Any other error is
+    /// the embedder's to pass on or to report with [`NativeCall::report`]; the thread can run further statements.
+    ///
+    /// # Errors
+    /// What the statement raises; `NameError` if it declares a name `global` that is not a global of the program.
+    pub fn run_statement(&mut self, statement: &Statement) -> R<()> {
+        let ev = self.ev;
+        let scope = Scope::open(ev, statement, self.caller.as_ref())?;
+        let code = with_deep_stack(|| {
+            let (module, resolution) = (&statement.module, &statement.resolution);
+            crate::lower::module(
+                &ev.core,
+                &scope.namespace,
+                &statement.file,
+                module,
+                resolution,
+            )
+        });
+        let result = ev.run_text(&code, &scope.namespace);
+        if let Some(frame) = &mut self.caller {
+            scope.write_back(frame);
+        }
+        result.map(drop)
+    }
+
+    /// Forgets all functions and variables that statements have defined.
+    pub fn clear_statements(&self) {
+        let fresh = Injected {
+            names: self.ev.core.new_namespace(None),
+            mirrors: Vec::new(),
+        };
+        let old = self.ev.core.injected.replace(fresh);
+        old.dismantle();
+    }
+
+    /// The report of an exception, as for one that ends a thread; None for the stop of the thread.
+    pub fn report(&self, raised: &Raised) -> Option<ScriptError> {
+        match raised {
+            Raised::Exception(exception) => Some(self.ev.report(exception)),
+            Raised::Stop => None,
+        }
+    }
+}
+
+/// The variables one statement can reach.
+struct Scope {
+    namespace: Rc<Namespace>,
+    /// Slots of the calling function that are mirrored in cells while the statement runs.
+    mirrored: Vec<(usize, Rc<CellVar>)>,
+}
+
+impl Scope {
+    fn open(ev: &Evaluator<'_>, statement: &Statement, frame: Option<&Frame<'_>>) -> R<Scope> {
+        let core = &ev.core;
+        let namespace = core.new_namespace(Some(core.globals.clone()));
+        for name in statement.declared_globals() {
+            let symbol = core.symbols.intern(name);
+            if !core.globals.mentions(symbol) {
+                let text = format!(
+                    "name '{name}' is not a global of the program, and a statement cannot define new ones"
+                );
+                return Err(ev.raise(ExceptionKind::NameError, text));
+            }
+            namespace.share(symbol, core.globals.cell(symbol));
+        }
+        let mut scope = Scope {
+            namespace,
+            mirrored: Vec::new(),
+        };
+        let frame = frame.filter(|frame| !ev.is_module(frame));
+        if let Some(frame) = frame {
+            scope.add_locals(core, frame);
+        }
+        for name in statement.outer_names() {
+            let symbol = core.symbols.intern(name);
+            if !scope.namespace.mentions(symbol) && !is_global(core, symbol) {
+                let cell = core.injected.borrow().names.cell(symbol);
+                scope.namespace.share(symbol, cell);
+            }
+        }
+        if frame.is_none() {
+            // The locals of the top level are the globals: `locals()` and `eval` look for them here.
+            for (name, _) in core.globals.entries() {
+                if !scope.namespace.mentions(name) {
+                    scope.namespace.share(name, core.globals.cell(name));
+                }
+            }
+        }
+        Ok(scope)
+    }
+
+    fn add_locals(&mut self, core: &Core, frame: &Frame<'_>) {
+        let code = &frame.function.code;
+        for (slot, name) in code.slot_names.iter().enumerate() {
+            // Names of comprehensions come after the function's own and may repeat them.
+            if self.namespace.mentions(*name) {
+                continue;
+            }
+            let cell = match &frame.slots[slot] {
+                Value::Cell(cell) => cell.clone(),
+                value => {
+                    let cell = core.injected.borrow_mut().mirror(code, *name);
+                    drop(cell.value.replace(value.clone()));
+                    self.mirrored.push((slot, cell.clone()));
+                    cell
+                }
+            };
+            self.namespace.share(*name, cell);
+        }
+        for (name, cell) in code.free_names.iter().zip(&frame.function.closure) {
+            if !self.namespace.mentions(*name) {
+                self.namespace.share(*name, cell.clone());
+            }
+        }
+    }
+
+    fn write_back(&self, frame: &mut Frame<'_>) {
+        for (slot, cell) in &self.mirrored {
+            let value = cell.value.borrow().clone();
+            drop(std::mem::replace(&mut frame.slots[*slot], value));
+        }
+    }
+}
+
+/// Whether a name means a global or builtin for statements: nothing they have defined hides it.
+fn is_global(core: &Core, name: Symbol) -> bool {
+    core.injected.borrow().names.get(name).is_none() && core.globals.get(name).is_some()
+}

@@ -1,0 +1,194 @@
+//! What the dashboard asks of the controller: power, tasks from the task folder, configurations, remote control.
+
+use std::sync::atomic::Ordering;
+
+use elite_runtime::message::{Message, Observer, Severity};
+use elite_runtime::{ProgramText, TaskState};
+use kinematics::{Payload, RpyPose};
+use motion_api::{CommandKind, Origin, RobotState};
+use serde::Deserialize;
+
+use super::{Backend, locked};
+use crate::ports::dashboard::{Dashboard, Order};
+use crate::ports::description::{RobotDescription, TaskStatus};
+use crate::ports::primary;
+
+/// The configuration that is always there: the settings with which the server was started.
+const DEFAULT_CONFIGURATION: &str = "default.configuration";
+
+/// What was loaded by name.
+#[derive(Debug, Default)]
+pub(super) struct Loaded {
+    task: Option<String>,
+    configuration: Option<String>,
+    popup: Option<String>,
+}
+
+/// A configuration file: TOML, our own; the vendor's format is not known. What is missing stays as it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Configuration {
+    /// TCP relative to the flange: m, rad.
+    pub(super) tcp: Option<[f64; 6]>,
+    /// Mass in kg and centre of gravity in m.
+    pub(super) payload: Option<[f64; 4]>,
+    /// The speed slider, 0 to 1.
+    pub(super) speed: Option<f64>,
+}
+
+impl Dashboard for Backend {
+    fn state(&self) -> RobotState {
+        self.robot.state()
+    }
+
+    fn task_status(&self) -> TaskStatus {
+        primary::Backend::task_status(self)
+    }
+
+    fn description(&self) -> &RobotDescription {
+        &self.description
+    }
+
+    fn remote_control(&self) -> bool {
+        self.remote.load(Ordering::Relaxed)
+    }
+
+    fn loaded_task(&self) -> Option<String> {
+        locked(&self.loaded).task.clone()
+    }
+
+    fn loaded_configuration(&self) -> Option<String> {
+        locked(&self.loaded).configuration.clone()
+    }
+
+    async fn order(&self, order: Order) {
+        let command = |kind| self.supervisor.command(kind);
+        match order {
+            Order::PowerOn => command(CommandKind::PowerOn),
+            Order::PowerOff => {
+                self.supervisor.stop();
+                command(CommandKind::PowerOff);
+            }
+            Order::ReleaseBrakes => command(CommandKind::ReleaseBrakes),
+            Order::UnlockProtectiveStop => command(CommandKind::UnlockProtectiveStop),
+            Order::RestartSafetyBoard => command(CommandKind::RestartSafetyBoard),
+            Order::SetSpeed(fraction) => command(CommandKind::SetSpeedFraction(fraction)),
+            Order::RemoteControl(on) => self.remote.store(on, Ordering::Relaxed),
+            Order::Log(text) => {
+                let message = Message::log(Severity::Info, Origin::default(), text);
+                self.announcer.message(&message);
+            }
+            Order::ShowPopup(text) => {
+                tracing::info!("popup: {text}");
+                locked(&self.loaded).popup = Some(text);
+            }
+            Order::ClosePopup => locked(&self.loaded).popup = None,
+            // No dialog is ever open: what it would say is in the log and on port 30001.
+            Order::CloseSafetyDialog => {}
+            Order::Pause => self.supervisor.pause(),
+            Order::Stop => self.supervisor.stop(),
+            Order::Reboot => self.lifetime.reboot(),
+            Order::Shutdown => self.lifetime.shut_down(),
+        }
+    }
+
+    async fn load_task(&self, path: &str) -> Result<(), String> {
+        self.task_folder.task(path).map_err(|e| e.to_string())?;
+        locked(&self.loaded).task = Some(path.to_owned());
+        Ok(())
+    }
+
+    async fn load_configuration(&self, path: &str) -> Result<(), String> {
+        let configuration = match self.task_folder.file(path) {
+            Ok(text) => parse_configuration(path, &text)?,
+            Err(_) if path == DEFAULT_CONFIGURATION => self.start_configuration,
+            Err(error) => return Err(error.to_string()),
+        };
+        if let Some(tcp) = configuration.tcp {
+            let tcp = RpyPose::from_array(tcp);
+            self.supervisor.command(CommandKind::SetTcp(tcp));
+        }
+        if let Some([mass, cog @ ..]) = configuration.payload {
+            let payload = Payload {
+                mass,
+                cog: cog.into(),
+                ..Payload::default()
+            };
+            self.supervisor.command(CommandKind::SetPayload(payload));
+        }
+        if let Some(fraction) = configuration.speed {
+            self.supervisor
+                .command(CommandKind::SetSpeedFraction(fraction));
+        }
+        locked(&self.loaded).configuration = Some(path.to_owned());
+        Ok(())
+    }
+
+    async fn play(&self) -> Result<(), String> {
+        if self.supervisor.status().state == TaskState::Paused {
+            self.supervisor.resume();
+            return Ok(());
+        }
+        let Some(name) = self.loaded_task() else {
+            return Err("no task is loaded".to_owned());
+        };
+        let text = self.task_folder.task(&name).map_err(|e| e.to_string())?;
+        let program = ProgramText { name, text };
+        match self.supervisor.submit(program).await {
+            Ok(_) => Ok(()),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
+    async fn variable(&self, name: &str) -> Result<String, String> {
+        Err(format!("variable {name} is undefined"))
+    }
+
+    async fn set_variable(&self, name: &str, _: &str) -> Result<(), String> {
+        Err(format!("variable {name} is undefined"))
+    }
+}
+
+fn parse_configuration(name: &str, text: &str) -> Result<Configuration, String> {
+    let wrong = |what: String| format!("{name}: {what}");
+    let configuration: Configuration =
+        toml::from_str(text).map_err(|e| wrong(e.message().replace('\n', ", ")))?;
+    let numbers = [
+        configuration.tcp.unwrap_or_default().as_slice(),
+        configuration.payload.unwrap_or_default().as_slice(),
+    ]
+    .concat();
+    if let Some(number) = numbers.iter().find(|x| !x.is_finite()) {
+        return Err(wrong(format!("{number} is not a finite number")));
+    }
+    if let Some(speed) = configuration.speed
+        && !(0.0..=1.0).contains(&speed)
+    {
+        return Err(wrong(format!("speed is {speed}, allowed is 0 to 1")));
+    }
+    Ok(configuration)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_configuration_sets_what_it_names_and_says_what_is_wrong() {
+        let text = "tcp = [0, 0, 0.1, 0, 0, 0]\nspeed = 0.5";
+        let read = parse_configuration("a", text).unwrap();
+        assert_eq!(read.tcp, Some([0.0, 0.0, 0.1, 0.0, 0.0, 0.0]));
+        assert_eq!(read.payload, None);
+        for (text, part) in [
+            ("speed = 2", "allowed is 0 to 1"),
+            ("payload = [1]", "length"),
+            ("tcp = [0, 0, nan, 0, 0, 0]", "finite"),
+            ("gravity = 1", "unknown field"),
+            ("speed =", ""),
+        ] {
+            let error = parse_configuration("a.configuration", text).unwrap_err();
+            assert!(error.starts_with("a.configuration: "), "{error}");
+            assert!(error.contains(part) && !error.contains('\n'), "{error}");
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! Every cycle, as clients of cyclic data want it: the snapshot with what is known beside it, broadcast once.
+//!
+//! Called on whichever thread takes the events of a cycle (the pump under the real clock, the task's under the virtual
+//! one); waits for nobody. Who listens too slowly loses the oldest cycles.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+use elite_runtime::{TaskState, TaskStatus as SupervisorStatus};
+use kinematics::{JointSpeeds, RobotModel};
+use motion_api::{RobotState, ThreadNumber};
+use tokio::sync::{broadcast, watch};
+
+use crate::ports::description::{Peripherals, TaskStatus};
+use crate::ports::rtsi::outputs::{RegisterBank, Sample};
+
+/// How many cycles a listener may be behind before it loses some: a quarter of a second.
+const CYCLES_WAITING_MAX: usize = 64;
+
+/// The broadcast, and what its samples are made of beside the snapshot.
+pub struct Feed {
+    model: Arc<RobotModel>,
+    samples: broadcast::Sender<Arc<Sample>>,
+    task: OnceLock<watch::Receiver<SupervisorStatus>>,
+    script_line: AtomicU32,
+    inputs: Mutex<RegisterBank>,
+    outputs: Mutex<RegisterBank>,
+}
+
+impl Feed {
+    /// A feed without listeners.
+    pub fn new(model: Arc<RobotModel>) -> Self {
+        Self {
+            model,
+            samples: broadcast::channel(CYCLES_WAITING_MAX).0,
+            task: OnceLock::new(),
+            script_line: AtomicU32::new(0),
+            inputs: Mutex::default(),
+            outputs: Mutex::default(),
+        }
+    }
+
+    /// Samples tell the status of the task from now on. Only the first call counts.
+    pub fn follow(&self, task: watch::Receiver<SupervisorStatus>) {
+        // There is one supervisor; a second receiver of the same status would change nothing.
+        let _ = self.task.set(task);
+    }
+
+    /// Every cycle from now on.
+    pub fn subscribe(&self) -> broadcast::Receiver<Arc<Sample>> {
+        self.samples.subscribe()
+    }
+
+    /// Registers that clients write and programs read.
+    pub fn inputs(&self) -> MutexGuard<'_, RegisterBank> {
+        locked(&self.inputs)
+    }
+
+    /// What the main task is doing.
+    pub fn task_status(&self) -> TaskStatus {
+        let state = self.task.get().map(|task| task.borrow().state);
+        state.map_or(TaskStatus::Stopped, task_status)
+    }
+
+    /// Settings beside the state.
+    pub fn peripherals(&self) -> Peripherals {
+        Peripherals::default()
+    }
+
+    /// A script thread stands at another line; the main thread's is the one that clients see.
+    pub fn line_changed(&self, thread: ThreadNumber, line: u32) {
+        if thread == ThreadNumber(0) {
+            self.script_line.store(line, Ordering::Relaxed);
+        }
+    }
+
+    /// No line is executed any more.
+    pub fn program_ended(&self) {
+        self.script_line.store(0, Ordering::Relaxed);
+    }
+
+    /// Shows a cycle to whoever listens.
+    pub fn cycle_ended(&self, state: &RobotState) {
+        if self.samples.receiver_count() == 0 {
+            return;
+        }
+        let sample = self.sample(state);
+        // That the last listener has gone in between is fine.
+        let _ = self.samples.send(Arc::new(sample));
+    }
+
+    fn sample(&self, state: &RobotState) -> Sample {
+        Sample {
+            state: *state,
+            task: self.task_status(),
+            script_line: self.script_line.load(Ordering::Relaxed),
+            elbow_velocity: elbow_velocity(&self.model, state),
+            raw_wrench: state.tcp_force,
+            inputs: *locked(&self.inputs),
+            outputs: *locked(&self.outputs),
+            peripherals: self.peripherals(),
+        }
+    }
+}
+
+/// The task's state in the words of the ports.
+pub const fn task_status(state: TaskState) -> TaskStatus {
+    match state {
+        TaskState::Stopped => TaskStatus::Stopped,
+        TaskState::Running => TaskStatus::Running,
+        TaskState::Paused => TaskStatus::Paused,
+    }
+}
+
+/// Velocity of the elbow, m/s in the base frame. It lies on the second link: only the first two joints move it.
+fn elbow_velocity(model: &RobotModel, state: &RobotState) -> [f64; 3] {
+    let frames = model.forward(&state.actual_q);
+    let moving = JointSpeeds([state.actual_qd[0], state.actual_qd[1], 0.0, 0.0, 0.0, 0.0]);
+    frames.twist(&moving, frames.elbow()).linear.into()
+}
+
+/// Every value is valid at every moment, so a poisoned lock is as good as any.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kinematics::JointPositions;
+
+    fn feed() -> Feed {
+        Feed::new(Arc::new(RobotModel::built_in("cs66").unwrap()))
+    }
+
+    #[test]
+    fn the_velocity_of_the_elbow_is_the_derivative_of_its_position() {
+        let feed = feed();
+        let mut listener = feed.subscribe();
+        let q = JointPositions([0.3, -1.2, 0.9, 0.1, -0.4, 0.7]);
+        let mut state = RobotState::at_start(q, 0.004);
+        state.actual_qd = JointSpeeds([0.8, -0.5, 1.1, 0.3, 0.2, 0.1]);
+        feed.cycle_ended(&state);
+        let velocity = listener.try_recv().unwrap().elbow_velocity;
+        let dt = 1e-6;
+        let later = JointPositions(std::array::from_fn(|j| q[j] + state.actual_qd[j] * dt));
+        let model = RobotModel::built_in("cs66").unwrap();
+        let difference = model.forward(&later).elbow() - model.forward(&q).elbow();
+        for axis in 0..3 {
+            assert!((velocity[axis] - difference[axis] / dt).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn the_line_is_that_of_the_main_thread_and_ends_with_the_program() {
+        let feed = feed();
+        let state = RobotState::at_start(JointPositions::ZERO, 0.004);
+        feed.line_changed(ThreadNumber(0), 7);
+        feed.line_changed(ThreadNumber(3), 9);
+        assert_eq!(feed.sample(&state).script_line, 7);
+        feed.program_ended();
+        assert_eq!(feed.sample(&state).script_line, 0);
+    }
+}

@@ -1,0 +1,292 @@
+//! A condition on cycles, in the language of the robot's own programs.
+//!
+//! `tcp_force[2] < -20 and mode == "movel"`: an expression of EliteScript over the fields of `/cycle` and what the
+//! script was doing. Modes are their names in lower case, which are also words of their own: `safety_mode != normal`.
+//! Owns the names and their values; what to do with the answer is [`find`](super::find)'s business.
+
+use std::collections::BTreeSet;
+use std::rc::Rc;
+
+use elite_lang::{
+    ExceptionKind, Host, Interpreter, KnownNames, Limits, NativeFunction, Param, Resume, Severity,
+    SourceFile, Step, ThreadId, Value, check, compile, render_human, render_script_error,
+};
+use motion_api::{MotionMode, RobotMode, SafetyMode};
+use recorder::{Cycle, FieldValue};
+use thiserror::Error;
+
+/// Safepoints that one evaluation may pass: a condition is looked at for every cycle, it cannot be a program.
+const FUEL: u32 = 10_000;
+/// Numbers of modes that are looked for.
+const MODE_NUMBERS: std::ops::Range<i32> = -1..256;
+
+/// Why a condition has no answer.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ConditionError {
+    /// The text is no expression, or names something that is not in a cycle. Rendered with the place marked.
+    #[error(
+        "the condition cannot be read:\n{0}\nnames are the columns of --csv /cycle, line, program, command and the names of modes"
+    )]
+    Text(String),
+    /// It raised an exception.
+    #[error("the condition fails at {time:.3} s:\n{report}")]
+    Raised {
+        /// Time of the cycle, s.
+        time: f64,
+        /// The exception.
+        report: String,
+    },
+    /// It is a program.
+    #[error("the condition takes too long for one cycle")]
+    Endless,
+}
+
+/// What a script was doing in a cycle.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Doing {
+    /// Name of the program, empty without one.
+    pub program: String,
+    /// Line of its main thread, 0 without one.
+    pub line: u32,
+    /// Name of the running command, empty without one.
+    pub command: String,
+}
+
+/// A compiled condition.
+pub(super) struct Condition {
+    interpreter: Interpreter,
+    function: Value,
+    /// Names that occur in the text; only these are set.
+    used: BTreeSet<String>,
+}
+
+/// A condition can reach nothing.
+struct Nowhere;
+
+impl Host for Nowhere {
+    fn print(&self, _: ThreadId, _: &str) {}
+    fn unix_time(&self) -> f64 {
+        0.0
+    }
+    fn monotonic(&self) -> f64 {
+        0.0
+    }
+    fn random_u64(&self) -> u64 {
+        0
+    }
+    fn wake(&self, _: ThreadId) {}
+}
+
+impl Condition {
+    /// # Errors
+    /// [`ConditionError::Text`].
+    pub(super) fn new(text: &str) -> Result<Self, ConditionError> {
+        let words = mode_words();
+        let cycle = Cycle::default();
+        let fields = cycle.fields().map(|(name, _)| name.to_owned());
+        let of_the_script = ["line", "program", "command"].map(str::to_owned);
+        let values: BTreeSet<String> = fields.into_iter().chain(of_the_script).collect();
+        let natives = vec![norm()];
+        let known = KnownNames::new(
+            values
+                .iter()
+                .chain(&words)
+                .cloned()
+                .chain(natives.iter().map(|native| native.name.to_owned())),
+        );
+        if text.trim().is_empty() {
+            return Err(ConditionError::Text("it is empty".to_owned()));
+        }
+        let file = SourceFile::new("--find", format!("{text}\n"));
+        let findings: Vec<String> = check(file.clone(), &known)
+            .iter()
+            .filter(|finding| {
+                finding.severity == Severity::Error || finding.code == "undefined-name"
+            })
+            .map(|finding| render_human(finding, &file, false))
+            .collect();
+        if !findings.is_empty() {
+            return Err(ConditionError::Text(findings.join("\n")));
+        }
+        let interpreter = Interpreter::new(Rc::new(Nowhere), natives, Limits::default());
+        for word in &words {
+            interpreter.set_global(word, Value::from(word.as_str()));
+        }
+        // On a line of its own, so that a report shows the text as it was given.
+        let file = SourceFile::new("--find", format!("holds = lambda: bool((\n{text}\n))\n"));
+        let program = compile(file.clone(), &known).map_err(|findings| {
+            let texts: Vec<String> = findings
+                .iter()
+                .map(|finding| render_human(finding, &file, false))
+                .collect();
+            ConditionError::Text(texts.join("\n"))
+        })?;
+        let mut thread = interpreter.spawn_program(&program);
+        let (Step::Done(_), Some(function)) = (
+            thread.resume(Resume::Continue, FUEL),
+            interpreter.global("holds"),
+        ) else {
+            return Err(ConditionError::Text("it is not one expression".to_owned()));
+        };
+        let used = values
+            .into_iter()
+            .filter(|name| text.contains(name.as_str()))
+            .collect();
+        Ok(Self {
+            interpreter,
+            function,
+            used,
+        })
+    }
+
+    /// # Errors
+    /// [`ConditionError::Raised`], [`ConditionError::Endless`].
+    pub(super) fn holds(&self, cycle: &Cycle, doing: &Doing) -> Result<bool, ConditionError> {
+        for (name, value) in cycle.fields() {
+            self.set(name, || value_of(name, value));
+        }
+        self.set("program", || Value::from(doing.program.as_str()));
+        self.set("line", || Value::from(i64::from(doing.line)));
+        self.set("command", || Value::from(doing.command.as_str()));
+        let raised = |error: &elite_lang::ScriptError| ConditionError::Raised {
+            time: cycle.time,
+            report: render_script_error(error),
+        };
+        let mut thread = self
+            .interpreter
+            .spawn_call(self.function.clone(), Vec::new())
+            .map_err(|error| raised(&error))?;
+        match thread.resume(Resume::Continue, FUEL) {
+            Step::Done(value) => Ok(value.as_bool() == Some(true)),
+            Step::Failed(error) => Err(raised(&error)),
+            _ => Err(ConditionError::Endless),
+        }
+    }
+
+    fn set(&self, name: &str, value: impl FnOnce() -> Value) {
+        if self.used.contains(name) {
+            self.interpreter.set_global(name, value());
+        }
+    }
+}
+
+fn value_of(name: &str, value: FieldValue<'_>) -> Value {
+    match (name, value) {
+        ("safety_mode", FieldValue::Unsigned(x)) => {
+            Value::from(word(SafetyMode::from_number(x as i32).name()))
+        }
+        ("robot_mode", FieldValue::Unsigned(x)) => {
+            Value::from(word(RobotMode::from_number(x as i32).name()))
+        }
+        (_, FieldValue::Unsigned(x)) => Value::from(i64::try_from(x).unwrap_or(i64::MAX)),
+        (_, FieldValue::Number(x)) => Value::from(x),
+        (_, FieldValue::Numbers(values)) => Value::list_of_f64(values),
+        (_, FieldValue::Text(text)) => Value::from(text),
+    }
+}
+
+fn word(name: &str) -> String {
+    name.to_ascii_lowercase()
+}
+
+/// The names of all modes.
+fn mode_words() -> BTreeSet<String> {
+    MODE_NUMBERS
+        .flat_map(|number| {
+            [
+                SafetyMode::from_number(number).name(),
+                RobotMode::from_number(number).name(),
+                MotionMode::from_number(number).name(),
+            ]
+        })
+        .map(word)
+        .collect()
+}
+
+/// `norm(tcp_force[0:3])`: the length of a vector.
+fn norm() -> NativeFunction {
+    NativeFunction {
+        name: "norm",
+        params: vec![Param::required("vector")],
+        call: Rc::new(|call| {
+            let numbers = call.arg(0).and_then(Value::as_items).and_then(|items| {
+                items
+                    .iter()
+                    .map(Value::as_f64)
+                    .collect::<Option<Vec<f64>>>()
+            });
+            match numbers {
+                Some(numbers) => Ok(Value::from(
+                    numbers.iter().map(|x| x * x).sum::<f64>().sqrt(),
+                )),
+                None => Err(call.raise(
+                    ExceptionKind::TypeError,
+                    "norm() takes a list of numbers, for example norm(tcp_force[0:3])",
+                )),
+            }
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cycle() -> Cycle {
+        Cycle {
+            time: 1.5,
+            safety_mode: SafetyMode::ProtectiveStop.number() as u32,
+            robot_mode: RobotMode::Running.number() as u32,
+            tcp_force: vec![3.0, 4.0, 0.0, 0.0, 0.0, 0.0],
+            mode: "movel".to_owned(),
+            ..Cycle::default()
+        }
+    }
+
+    #[test]
+    fn a_condition_reads_like_the_field_names_of_a_cycle() {
+        let doing = Doing {
+            program: "weld".to_owned(),
+            line: 7,
+            command: "movel".to_owned(),
+        };
+        for (text, holds) in [
+            ("safety_mode != normal", true),
+            (
+                "safety_mode == protective_stop and robot_mode == running",
+                true,
+            ),
+            ("norm(tcp_force[0:3]) >= 5", true),
+            ("abs(tcp_force[0]) > 3 or line > 7", false),
+            ("mode == movel", true),
+            ("program == 'weld' and 5 < line < 8", true),
+            ("time", true),
+            ("command in ('movej',)", false),
+        ] {
+            let condition = Condition::new(text).unwrap();
+            assert_eq!(condition.holds(&cycle(), &doing).unwrap(), holds, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_condition_is_said_with_the_place() {
+        for (text, said) in [
+            ("tcp_forse[2] > 1", "tcp_force"),
+            ("time >", "^"),
+            ("x = 1", "="),
+            ("import os", "^"),
+            (" ", "empty"),
+        ] {
+            let error = Condition::new(text).map(drop).unwrap_err().to_string();
+            assert!(error.contains(said), "{text}: {error}");
+        }
+        let condition = Condition::new("tcp_force[9] > 1").unwrap();
+        let error = condition.holds(&cycle(), &Doing::default()).unwrap_err();
+        assert!(error.to_string().contains("IndexError"), "{error}");
+        assert!(error.to_string().contains("1.500 s"), "{error}");
+        let endless = Condition::new("[1 for i in range(10**9)]").unwrap();
+        let error = endless.holds(&cycle(), &Doing::default()).unwrap_err();
+        assert!(matches!(error, ConditionError::Endless), "{error}");
+    }
+}

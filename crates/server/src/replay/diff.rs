@@ -1,0 +1,129 @@
+//! `replay A --diff B`: where two runs part, and how far they go apart.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use recorder::{Cycle, Difference, Entry, Recording, Topic, difference};
+
+use super::ReplayError;
+
+/// What two recordings have in common and what not.
+#[derive(Debug, Default)]
+pub(super) struct Report {
+    /// Cycles with the same number that were compared.
+    compared: u64,
+    /// How many of them differ.
+    different: u64,
+    first: Option<Difference>,
+    /// Time of the first difference, s.
+    time: f64,
+    /// For each field the largest difference and the cycle it was in.
+    largest: BTreeMap<&'static str, (f64, u64)>,
+    /// Fields that differ and are no numbers.
+    words: BTreeMap<&'static str, u64>,
+    /// Cycles that only one of the two has.
+    only: [u64; 2],
+    names: [String; 2],
+}
+
+impl Report {
+    /// True when every cycle is in both and the same.
+    pub(super) fn is_identical(&self) -> bool {
+        self.different == 0 && self.only == [0, 0]
+    }
+
+    fn take(&mut self, a: &Cycle, b: &Cycle) {
+        self.compared += 1;
+        let Some(found) = difference(a, b) else {
+            return;
+        };
+        self.different += 1;
+        for field in &found.fields {
+            match field.by {
+                Some(by) => {
+                    let largest = self.largest.entry(field.name).or_insert((by, found.cycle));
+                    if by > largest.0 {
+                        *largest = (by, found.cycle);
+                    }
+                }
+                None => *self.words.entry(field.name).or_default() += 1,
+            }
+        }
+        if self.first.is_none() {
+            self.time = a.time;
+            self.first = Some(found);
+        }
+    }
+}
+
+/// Compares two recordings cycle by cycle, by the numbers of the cycles.
+pub(super) fn compare(a: &Recording, b: &Recording) -> Result<Report, ReplayError> {
+    let mut report = Report {
+        names: [a.name().to_owned(), b.name().to_owned()],
+        ..Report::default()
+    };
+    let (mut left, mut right) = (cycles(a)?, cycles(b)?);
+    let mut pair = (left.next().transpose()?, right.next().transpose()?);
+    loop {
+        let (from_left, from_right) = match &pair {
+            (None, None) => return Ok(report),
+            (Some(_), None) => (true, false),
+            (None, Some(_)) => (false, true),
+            (Some(a), Some(b)) => (a.cycle <= b.cycle, b.cycle <= a.cycle),
+        };
+        if let ((Some(a), Some(b)), (true, true)) = (&pair, (from_left, from_right)) {
+            report.take(a, b);
+        } else if from_left {
+            report.only[0] += 1;
+        } else {
+            report.only[1] += 1;
+        }
+        if from_left {
+            pair.0 = left.next().transpose()?;
+        }
+        if from_right {
+            pair.1 = right.next().transpose()?;
+        }
+    }
+}
+
+fn cycles(
+    recording: &Recording,
+) -> Result<impl Iterator<Item = Result<Box<Cycle>, ReplayError>>, ReplayError> {
+    let entries = recording.entries(&[Topic::Cycle])?;
+    Ok(entries.filter_map(|entry| match entry {
+        Ok((_, Entry::Cycle(cycle))) => Some(Ok(cycle)),
+        Ok(_) => None,
+        Err(error) => Some(Err(error.into())),
+    }))
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (name, only) in self.names.iter().zip(self.only) {
+            if only > 0 {
+                writeln!(f, "only in {name}: {only} cycles")?;
+            }
+        }
+        let Some(first) = &self.first else {
+            return write!(f, "identical: {} cycles", self.compared);
+        };
+        writeln!(
+            f,
+            "first difference at cycle {} ({:.3} s): {first}",
+            first.cycle, self.time
+        )?;
+        write!(
+            f,
+            "different: {} of {} cycles",
+            self.different, self.compared
+        )?;
+        for (name, (by, cycle)) in &self.largest {
+            write!(f, "\n  {name}: up to {by:.3e}, in cycle {cycle}")?;
+        }
+        for (name, times) in &self.words {
+            write!(f, "\n  {name}: other in {times} cycles")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,69 @@
+//! From what a recording keeps about the start to the configuration of the control cycle.
+//!
+//! Starting and running again go through this one place, so they cannot drift apart. Reads no file.
+
+use kinematics::RobotModel;
+use motion::{CycleConfig, PlantKind};
+use recorder::Setup;
+use thiserror::Error;
+
+use crate::cell::Cell;
+
+/// The plant that follows the servos as a mass with drives does.
+pub const RIGID: &str = "rigid";
+/// The plant that is always where it should be.
+pub const IDEAL: &str = "ideal";
+
+/// A [`Setup`] that this version cannot start from.
+#[derive(Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum SetupError {
+    /// The plant is none of this version's.
+    #[error("there is no plant {0:?}; allowed are {RIGID:?} and {IDEAL:?}")]
+    Plant(String),
+    /// A payload the arm is not rated for.
+    #[error("--payload {mass} kg is more than the {rated} kg that {model} is rated for")]
+    Payload {
+        /// As given, kg.
+        mass: f64,
+        /// Allowed, kg.
+        rated: f64,
+        /// The arm.
+        model: String,
+    },
+}
+
+/// The configuration of the cycle for `model` in `cell`, both of which `setup` names.
+///
+/// # Errors
+/// [`SetupError`] names what does not fit.
+pub fn cycle_config(
+    setup: &Setup,
+    model: RobotModel,
+    cell: Option<&Cell>,
+) -> Result<CycleConfig, SetupError> {
+    if let Some(rated) = model.rated_payload_kg()
+        && setup.payload.mass > rated
+    {
+        return Err(SetupError::Payload {
+            mass: setup.payload.mass,
+            rated,
+            model: model.name().to_owned(),
+        });
+    }
+    let plant = match setup.plant.as_str() {
+        RIGID => PlantKind::Rigid,
+        IDEAL => PlantKind::Ideal,
+        other => return Err(SetupError::Plant(other.to_owned())),
+    };
+    Ok(CycleConfig {
+        step_time: setup.step_time,
+        home: setup.home,
+        tcp: setup.tcp,
+        payload: setup.payload,
+        plant,
+        limits: cell.map(Cell::limits).unwrap_or_default(),
+        powered_off: setup.powered_off,
+        ..CycleConfig::new(model)
+    })
+}
