@@ -3,14 +3,16 @@
 use kinematics::dynamics::GRAVITY_UPRIGHT;
 use kinematics::{
     JointAccelerations, JointJerks, JointLimits, JointPositions, JointSpeeds, Payload, Pose,
-    RobotModel, RpyPose,
+    RobotModel, RpyPose, safety::SafetyBounds,
 };
 use motion_api::{RobotMode, RobotState};
 use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::constants::{FASTEST_RISE, STEP_RANGE};
+use crate::external::Load;
 use crate::io::IoSetup;
+use crate::modes::encoder::Belt;
 use crate::safety_inputs::SafetyInputs;
 
 /// Which arm the setpoints move.
@@ -67,6 +69,12 @@ pub struct CycleConfig {
     pub io: IoSetup,
     /// Inputs that mean something to the safety system.
     pub safety_inputs: SafetyInputs,
+    /// Safety planes and the tool they hold back.
+    pub safety: SafetyBounds,
+    /// Belts that turn the two encoders.
+    pub belts: [Option<Belt>; 2],
+    /// Loads on the tool by time.
+    pub loads: Vec<Load>,
 }
 
 /// What is wrong with a configuration.
@@ -203,6 +211,9 @@ impl CycleConfig {
             powered_off: false,
             io: IoSetup::default(),
             safety_inputs: SafetyInputs::default(),
+            safety: SafetyBounds::default(),
+            belts: [None; 2],
+            loads: Vec::new(),
         }
     }
 
@@ -227,6 +238,8 @@ impl CycleConfig {
             tcp_offset: self.tcp,
             payload: self.payload,
             robot_mode: self.robot_mode(),
+            target_waypoint: pose,
+            gravity: self.gravity.into(),
             ..RobotState::at_start(self.home, self.step_time)
         }
     }

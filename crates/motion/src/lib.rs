@@ -29,13 +29,17 @@
 //! ```
 
 pub mod brake;
+pub mod collision;
 pub mod config;
 pub mod constants;
 mod cycle;
+pub mod external;
 mod intake;
 pub mod io;
 pub mod machine;
+pub mod modes;
 mod motion;
+mod online;
 mod outbox;
 pub mod path;
 pub mod plan;
@@ -45,6 +49,7 @@ mod report;
 pub mod safety_inputs;
 pub mod scalar;
 pub mod setpoint;
+pub mod thermal;
 pub mod virtual_time;
 mod waiting;
 

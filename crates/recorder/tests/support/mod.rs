@@ -229,6 +229,15 @@ pub mod any {
             records_lost: io.5,
             step_duration_us: r.0[2],
             wakeup_latency_us: r.1[9],
+            external_torque: JointTorques(j.1),
+            joint_temperatures: j.2,
+            controller_temperature: r.1[8],
+            target_waypoint: RpyPose::from_array(c.3),
+            gravity: r.0,
+            encoder_counts: [r.1[7], r.1[6]],
+            encoder_ranges: [io.1 % 5, io.0 % 5],
+            collision_detection: io.1 % 2 == 1,
+            collision_sensitivity: io.0 % 101,
         })
     }
 }
