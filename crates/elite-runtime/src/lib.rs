@@ -8,6 +8,7 @@ pub mod interpreter;
 pub mod interpreter_queue;
 pub mod message;
 pub mod panel;
+mod permissions;
 pub mod robot;
 pub mod supervisor;
 mod task;
@@ -15,6 +16,7 @@ mod value_text;
 
 pub use message::{Message, Observer, Severity};
 pub use panel::Panel;
+pub use permissions::Permissions;
 pub use robot::Robot;
 pub use supervisor::{SubmitError, Supervisor, TaskState, TaskStatus};
 pub use task::{ProgramText, TaskEnd, TaskSettings};

@@ -266,7 +266,8 @@ impl Shared {
             .build()
         {
             Ok(runtime) => {
-                runtime.block_on(Task::new(self.settings.clone(), id, controls).run(program))
+                let task = Task::new(self.settings.clone(), id, controls).run(program);
+                tokio::task::LocalSet::new().block_on(&runtime, task)
             }
             Err(error) => {
                 let text = format!("the program could not be started: {error}");

@@ -10,12 +10,15 @@ pub mod schema;
 
 use std::path::{Path, PathBuf};
 
+use io_bus::Fieldbus;
+use io_bus::modbus::{DeviceAddress, SignalKind, SignalSpec};
+use io_bus::serial::{Endpoint, SerialLine};
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
 use motion::{InputPair, IoSetup, LimitOverrides, SafetyInputs, TimedInput, WireSetup};
 use thiserror::Error;
 
 use crate::config::line_of;
-use schema::{ActiveLevel, PointValue, SafetyFunction, Sensor, Tables};
+use schema::{ActiveLevel, PointValue, SafetyFunction, Sensor, SerialPort, Tables};
 
 /// Why there is no cell. Each is one sentence and ends the program with exit status 2.
 #[derive(Debug, Error)]
@@ -52,6 +55,14 @@ pub enum CellError {
         given: String,
         /// What is allowed.
         allowed: String,
+    },
+    /// A Modbus signal that cannot be added.
+    #[error("the cell's modbus signal {name:?} cannot be added: {reason}")]
+    Signal {
+        /// Which.
+        name: String,
+        /// Why.
+        reason: String,
     },
     /// Tables that this version cannot simulate.
     #[error("{}: {} not available yet; leave {} out", path.display(), list(tables), if tables.len() == 1 { "it" } else { "them" })]
@@ -148,6 +159,53 @@ impl Cell {
         inputs
     }
 
+    /// The devices behind `[[serial]]` and the signals of `[[modbus]]`.
+    ///
+    /// # Errors
+    /// [`CellError::Value`] names the signal that cannot be added.
+    pub fn fieldbus(&self) -> Result<Fieldbus, CellError> {
+        let line = |wanted| {
+            let port = self
+                .tables
+                .serial
+                .iter()
+                .find(|serial| serial.port == wanted);
+            SerialLine::new(port.map(|serial| Endpoint::parse(&serial.device)))
+        };
+        let fieldbus = Fieldbus {
+            tool_serial: line(SerialPort::Tool),
+            masterboard_serial: line(SerialPort::Masterboard),
+            ..Fieldbus::default()
+        };
+        for signal in &self.tables.modbus {
+            let spec = SignalSpec {
+                device: DeviceAddress {
+                    host: signal.ip.clone(),
+                    port: signal.port,
+                },
+                slave: match signal.slave_number {
+                    248..=255 => 255,
+                    slave => slave,
+                },
+                address: signal.signal_address,
+                count: signal.registers_count.into(),
+                kind: match signal.signal_type {
+                    0 => SignalKind::DigitalInput,
+                    1 => SignalKind::DigitalOutput,
+                    2 => SignalKind::RegisterInput,
+                    _ => SignalKind::RegisterOutput,
+                },
+                is_sequential: signal.is_sequential,
+            };
+            let added = fieldbus.modbus.add(&signal.signal_name, spec);
+            added.map_err(|error| CellError::Signal {
+                name: signal.signal_name.clone(),
+                reason: error.to_string(),
+            })?;
+        }
+        Ok(fieldbus)
+    }
+
     /// `[limits]`, for the cycle to check against the model's own.
     pub fn limits(&self) -> LimitOverrides {
         let limits = &self.tables.limits;
@@ -185,8 +243,6 @@ fn check_available(tables: &Tables, path: &Path) -> Result<(), CellError> {
         ("[sensor]", tables.sensor != Sensor::default()),
         ("[[wrench]]", !tables.wrench.is_empty()),
         ("[[conveyor]]", !tables.conveyor.is_empty()),
-        ("[[serial]]", !tables.serial.is_empty()),
-        ("[[modbus]]", !tables.modbus.is_empty()),
         ("tcp_force in [limits]", tables.limits.tcp_force.is_some()),
     ];
     let tables: Vec<_> = used

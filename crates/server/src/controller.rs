@@ -11,7 +11,8 @@ use std::thread::{self, JoinHandle, Thread};
 use std::time::Duration;
 
 use elite_runtime::message::{Message, Observer, Severity};
-use elite_runtime::{ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
+use elite_runtime::{Permissions, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
+use io_bus::Fieldbus;
 use kinematics::{ModelError, RobotModel};
 use motion::Cycle;
 use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
@@ -76,6 +77,7 @@ pub enum StartError {
 /// A running controller.
 pub struct Controller {
     robot: Arc<Robot>,
+    fieldbus: Arc<Fieldbus>,
     supervisor: Supervisor,
     feed: Arc<Feed>,
     announcer: Arc<Announcer>,
@@ -154,15 +156,24 @@ impl Controller {
         ));
         // The pump waits for exactly this; it cannot have ended before.
         let _ = robot_for_pump.send(Arc::clone(&robot));
+        let fieldbus = Arc::new(
+            cell.as_ref()
+                .map(Cell::fieldbus)
+                .transpose()?
+                .unwrap_or_default(),
+        );
         let settings = TaskSettings {
             robot: robot.clone(),
             observer: announcer.clone(),
             seed: config.seed,
+            fieldbus: fieldbus.clone(),
+            permissions: permissions(&config.allow),
         };
         let supervisor = Supervisor::new(settings);
         feed.follow(supervisor.watch(), registers);
         Ok(Self {
             robot,
+            fieldbus,
             supervisor,
             feed,
             announcer,
@@ -176,6 +187,11 @@ impl Controller {
     /// The robot.
     pub fn robot(&self) -> &Arc<Robot> {
         &self.robot
+    }
+
+    /// Modbus devices, serial ports and the values of the controller's own Modbus server.
+    pub fn fieldbus(&self) -> &Arc<Fieldbus> {
+        &self.fieldbus
     }
 
     /// Starts and stops programs.
@@ -314,6 +330,17 @@ fn setup(
         powered_off,
         epoch_ns,
         part: 1,
+    }
+}
+
+/// What `--allow` grants.
+fn permissions(allow: &std::collections::BTreeSet<Permission>) -> Permissions {
+    let has = |wanted| allow.contains(&wanted);
+    Permissions {
+        net: has(Permission::Net),
+        fs: has(Permission::Fs),
+        process: has(Permission::Process),
+        env: has(Permission::Env),
     }
 }
 

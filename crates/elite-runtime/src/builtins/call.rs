@@ -3,6 +3,8 @@
 //! Every message names the function, the argument, what was given and what is allowed.
 
 use std::fmt::Display;
+use std::rc::Rc;
+use std::time::Duration;
 
 use ::kinematics::{JointPositions, RpyPose};
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
@@ -12,17 +14,37 @@ use super::declare::{Builtin, Default, Kind, Parameter, Range, alternatives};
 use crate::message::{Message, SCRIPT_ALARM_CODE, Severity};
 use crate::task::{TaskContext, TaskEnd, Wait};
 
+/// Suspends the script thread that `native` belongs to until `future` has its result; other threads go on meanwhile.
+pub(super) fn wait_outside<T: 'static>(
+    context: &TaskContext,
+    native: &NativeCall<'_>,
+    function: &str,
+    future: impl Future<Output = T> + 'static,
+) -> Result<T, Raised> {
+    let outside = context.outside();
+    let job = outside.start(future);
+    let token = context.register_wait(Wait::Outside(job));
+    if let Err(stopping) = native.wait(token) {
+        outside.cancel(job);
+        return Err(stopping);
+    }
+    outside.take(job).ok_or_else(|| {
+        let text = format!("{function}(): the wait ended without a result");
+        native.raise(ExceptionKind::RuntimeError, text)
+    })
+}
+
 /// A call in progress.
 pub struct Call<'a, 'n> {
     builtin: &'static Builtin,
-    context: &'a TaskContext,
+    context: &'a Rc<TaskContext>,
     native: &'a mut NativeCall<'n>,
 }
 
 impl<'a, 'n> Call<'a, 'n> {
     pub(super) fn new(
         builtin: &'static Builtin,
-        context: &'a TaskContext,
+        context: &'a Rc<TaskContext>,
         native: &'a mut NativeCall<'n>,
     ) -> Result<Self, Raised> {
         let mut call = Self {
@@ -43,6 +65,11 @@ impl<'a, 'n> Call<'a, 'n> {
     /// The task the call belongs to.
     pub(crate) fn context(&self) -> &'a TaskContext {
         self.context
+    }
+
+    /// The task, for what outlives the call.
+    pub(crate) fn shared_context(&self) -> Rc<TaskContext> {
+        Rc::clone(self.context)
     }
 
     /// The call of the language, for what goes beyond robot builtins.
@@ -413,6 +440,43 @@ impl<'a, 'n> Call<'a, 'n> {
     pub(crate) fn wait(&mut self, wait: Wait) -> Result<(), Raised> {
         let token = self.context.register_wait(wait);
         self.native.wait(token)
+    }
+
+    /// Suspends the script thread until `future` has its result; other threads go on meanwhile.
+    pub(crate) fn outside<T: 'static>(
+        &mut self,
+        future: impl Future<Output = T> + 'static,
+    ) -> Result<T, Raised> {
+        wait_outside(self.context, self.native, self.builtin.name, future)
+    }
+
+    /// Refuses what needs the network when scripts may not use it.
+    pub(crate) fn check_net(&mut self) -> Result<(), Raised> {
+        if self.context.permissions().net {
+            return Ok(());
+        }
+        let text = format!(
+            "{}(): scripts may not use the network; start the server with --allow net",
+            self.builtin.name
+        );
+        Err(self.error(ExceptionKind::PermissionError, text))
+    }
+
+    /// A waiting time in seconds: `None`, for ever, when it is 0 or less.
+    pub(crate) fn patience(&mut self, index: usize) -> Result<Option<Duration>, Raised> {
+        let seconds = self.number(index)?;
+        Ok(if seconds > 0.0 {
+            Duration::try_from_secs_f64(seconds).ok()
+        } else {
+            None
+        })
+    }
+
+    /// A line of the log that names the builtin.
+    pub(crate) fn warn(&mut self, text: impl Display) {
+        let (name, origin) = (self.builtin.name, self.origin());
+        let message = Message::log(Severity::Warning, origin, format!("{name}(): {text}"));
+        self.context.observer().message(&message);
     }
 
     /// Sends a command without waiting for its end; waits for room when the ring is full.

@@ -8,8 +8,13 @@ pub mod declare;
 mod io;
 mod kinematics;
 mod math;
+mod modbus;
+mod modbus_rtu;
 mod motion;
 mod registers;
+mod rpc;
+mod serial;
+mod socket;
 mod system;
 mod thread;
 
@@ -29,6 +34,11 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
         math::BUILTINS,
         io::BUILTINS,
         registers::BUILTINS,
+        modbus::BUILTINS,
+        socket::BUILTINS,
+        rpc::BUILTINS,
+        serial::BUILTINS,
+        modbus_rtu::BUILTINS,
         thread::BUILTINS,
         system::BUILTINS,
     ]

@@ -4,17 +4,20 @@
 //! it makes them (start a thread, stop a thread): the scheduler does them after the current slice.
 
 use std::cell::{Cell, RefCell};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{Value, WaitToken};
+use io_bus::{Fieldbus, ScriptSocket};
 use motion_api::{Origin, ProgramId, ThreadNumber};
 use thiserror::Error;
 
-use super::scheduler::TaskEnd;
+use super::outside::Outside;
+use super::scheduler::{TaskEnd, TaskSettings};
 use super::wait::{Wait, WaitTable};
 use crate::message::Observer;
+use crate::permissions::Permissions;
 use crate::robot::Robot;
 
 /// Most script threads of one task, the main thread not counted.
@@ -24,6 +27,10 @@ pub(crate) const THREADS_MAX: usize = 64;
 pub(crate) struct TaskContext {
     robot: Arc<Robot>,
     observer: Arc<dyn Observer>,
+    fieldbus: Arc<Fieldbus>,
+    permissions: Permissions,
+    outside: Outside,
+    sockets: RefCell<BTreeMap<String, Rc<ScriptSocket>>>,
     program: ProgramId,
     waits: RefCell<WaitTable>,
     threads: RefCell<Threads>,
@@ -63,10 +70,14 @@ pub(crate) enum ThreadLookup {
 pub(crate) struct TooManyThreads;
 
 impl TaskContext {
-    pub fn new(robot: Arc<Robot>, observer: Arc<dyn Observer>, program: ProgramId) -> Rc<Self> {
+    pub fn new(settings: &TaskSettings, program: ProgramId) -> Rc<Self> {
         Rc::new(Self {
-            robot,
-            observer,
+            robot: settings.robot.clone(),
+            observer: settings.observer.clone(),
+            fieldbus: settings.fieldbus.clone(),
+            permissions: settings.permissions,
+            outside: Outside::default(),
+            sockets: RefCell::default(),
             program,
             waits: RefCell::default(),
             threads: RefCell::default(),
@@ -81,6 +92,26 @@ impl TaskContext {
 
     pub fn observer(&self) -> &dyn Observer {
         &*self.observer
+    }
+
+    /// Modbus devices, serial ports and the controller's own Modbus values.
+    pub fn fieldbus(&self) -> &Arc<Fieldbus> {
+        &self.fieldbus
+    }
+
+    /// What scripts may reach.
+    pub fn permissions(&self) -> Permissions {
+        self.permissions
+    }
+
+    /// The waits on the outside world.
+    pub fn outside(&self) -> &Outside {
+        &self.outside
+    }
+
+    /// The script sockets of this task by name.
+    pub fn sockets(&self) -> &RefCell<BTreeMap<String, Rc<ScriptSocket>>> {
+        &self.sockets
     }
 
     pub fn program(&self) -> ProgramId {

@@ -2,10 +2,12 @@
 //!
 //! - `context`: what builtins see of their task (robot, waits, threads to start or stop).
 //! - `scheduler`: resumes script threads in a fixed order, and lets time pass when all of them wait.
+//! - `outside`: futures that script threads wait for.
 //! - `host`: what the language asks of its surroundings (print, clock, random numbers).
 
 mod context;
 mod host;
+mod outside;
 mod scheduler;
 mod wait;
 

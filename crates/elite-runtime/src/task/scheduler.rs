@@ -7,21 +7,25 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::rc::Rc;
 use std::sync::Arc;
+use std::time::Duration;
 
 use elite_lang::{
     Diagnostic, Interpreter, KnownNames, Limits, ProgramKind, Resume, ScriptError, ScriptThread,
     SourceFile, Step, WaitToken,
 };
+use io_bus::Fieldbus;
 use motion_api::{
     CommandId, CommandKind, IoChange, Origin, ProgramId, RobotMode, StopReason, ThreadNumber,
 };
 use tokio::sync::mpsc;
+use tokio::time::Instant;
 
 use super::context::TaskContext;
 use super::host::TaskHost;
 use super::wait::Wait;
 use crate::builtins;
 use crate::message::{Message, Observer, Severity};
+use crate::permissions::Permissions;
 use crate::robot::Robot;
 
 /// Safepoints a script thread may pass before the next one has its turn: well under a millisecond of work.
@@ -32,6 +36,9 @@ const FUEL_FOR_UNWINDING: u32 = 200_000;
 const STOPS_MAX: u32 = 3;
 /// Longest time to wait for the arm to stand after the end of a program, in simulated seconds.
 const SETTLE_TIME_MAX: f64 = 5.0;
+
+/// How far virtual time at wall pace may be behind before it no longer catches up.
+const PACE_BACKLOG_MAX: Duration = Duration::from_millis(50);
 
 /// A program as text.
 #[derive(Clone, Debug)]
@@ -51,6 +58,10 @@ pub struct TaskSettings {
     pub observer: Arc<dyn Observer>,
     /// Seed of the task's random numbers.
     pub seed: u64,
+    /// Modbus devices, serial ports and the controller's own Modbus values; they outlive tasks.
+    pub fieldbus: Arc<Fieldbus>,
+    /// What scripts may reach.
+    pub permissions: Permissions,
 }
 
 /// What others ask of a running task.
@@ -94,6 +105,8 @@ pub(crate) struct Task {
     paused: bool,
     stops_at_start: u64,
     end: Option<TaskEnd>,
+    /// When the next virtual cycle is due while a thread waits on the outside world.
+    next_paced_cycle: Option<Instant>,
     secondaries: u32,
 }
 
@@ -122,7 +135,7 @@ impl Task {
         program: ProgramId,
         controls: mpsc::Receiver<Control>,
     ) -> Self {
-        let context = TaskContext::new(settings.robot.clone(), settings.observer.clone(), program);
+        let context = TaskContext::new(&settings, program);
         let host = Rc::new(TaskHost::new(context.clone(), settings.seed));
         let natives = builtins::natives(&context);
         let known = KnownNames::new(builtins::all().map(|b| b.name));
@@ -140,6 +153,7 @@ impl Task {
             paused: false,
             stops_at_start,
             end: None,
+            next_paced_cycle: None,
             secondaries: 0,
         }
     }
@@ -222,11 +236,13 @@ impl Task {
             if let Some(number) = self.ready.pop_front() {
                 self.run_slice(number);
                 slices = slices.wrapping_add(1);
-                if slices.is_multiple_of(64) {
+                // While somebody waits on the outside world it must be looked at, even if another thread computes.
+                let outside = self.context.outside().is_open();
+                if outside || slices.is_multiple_of(64) {
                     tokio::task::yield_now().await;
                 }
                 // Under the real clock the world goes on while scripts compute.
-                if !self.settings.robot.timeline().is_virtual() {
+                if outside || !self.settings.robot.timeline().is_virtual() {
                     self.end_waits();
                 }
                 continue;
@@ -275,6 +291,7 @@ impl Task {
     /// For outputs that follow the run state (manual 5.20 to 5.25). A held program does not run.
     fn program_runs(&self, runs: bool) {
         self.tell_robot(CommandKind::SetIo(IoChange::ProgramRunning(runs)));
+        self.settings.fieldbus.program_running(runs);
     }
 
     fn look_for_protective_stop(&mut self) {
@@ -414,6 +431,7 @@ impl Task {
             Waiting::Token(token) => match self.context.wait_of(token) {
                 Wait::Command(id) => robot.has_ended(id),
                 Wait::Cycle(wanted) => state.cycle >= wanted,
+                Wait::Outside(job) => self.context.outside().is_done(job),
                 Wait::Thread(other) => !self.threads.contains_key(&other),
                 Wait::Never => false,
             },
@@ -443,6 +461,10 @@ impl Task {
 
     /// One virtual cycle, or whatever comes first under the real clock: a cycle or a control.
     async fn let_time_pass(&mut self) {
+        if self.context.outside().is_open() && self.settings.robot.timeline().is_virtual() {
+            return self.let_time_pass_at_wall_pace().await;
+        }
+        self.next_paced_cycle = None;
         let robot = &self.settings.robot;
         if robot.timeline().advance() {
             robot.pump();
@@ -450,10 +472,37 @@ impl Task {
         }
         tokio::select! {
             () = robot.progress() => {}
+            () = self.context.outside().news() => {}
             control = self.controls.recv() => match control {
                 Some(control) => self.take(control),
                 // The supervisor is gone: nobody could stop this task any more.
                 None => self.end = Some(TaskEnd::Stopped),
+            }
+        }
+    }
+
+    /// Whatever comes first: news from outside, a control, or the wall time of one virtual cycle.
+    async fn let_time_pass_at_wall_pace(&mut self) {
+        let robot = self.settings.robot.clone();
+        let step = Duration::from_secs_f64(robot.state().step_time);
+        let now = Instant::now();
+        // After a long computation time does not race to catch up.
+        let due = match self.next_paced_cycle {
+            Some(due) if due + PACE_BACKLOG_MAX > now => due,
+            _ => now + step,
+        };
+        self.next_paced_cycle = Some(due);
+        tokio::select! {
+            biased;
+            () = self.context.outside().news() => {}
+            control = self.controls.recv() => match control {
+                Some(control) => self.take(control),
+                None => self.end = Some(TaskEnd::Stopped),
+            },
+            () = tokio::time::sleep_until(due) => {
+                self.next_paced_cycle = Some(due + step);
+                robot.timeline().advance();
+                robot.pump();
             }
         }
     }
@@ -474,9 +523,13 @@ impl Task {
 
     /// Stops a thread and what it was waiting for. Its `finally` and `with` blocks run first, within the language's bound.
     fn stop_thread(&mut self, number: ThreadNumber) {
-        if let Some(Wait::Command(id)) = self.end_wait(number) {
-            self.settings.robot.forget(id);
-            self.tell_robot(CommandKind::Stop { only: id });
+        match self.end_wait(number) {
+            Some(Wait::Command(id)) => {
+                self.settings.robot.forget(id);
+                self.tell_robot(CommandKind::Stop { only: id });
+            }
+            Some(Wait::Outside(job)) => self.context.outside().cancel(job),
+            _ => {}
         }
         let Some(entry) = self.threads.get_mut(&number) else {
             return;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::outside::JobId;
 use elite_lang::WaitToken;
 use motion_api::{CommandId, ThreadNumber};
 
@@ -14,6 +15,8 @@ pub(crate) enum Wait {
     Cycle(u64),
     /// The end of a script thread.
     Thread(ThreadNumber),
+    /// The result of a job outside.
+    Outside(JobId),
     /// The end of the task.
     Never,
 }

@@ -11,7 +11,9 @@
 use std::sync::{Arc, Mutex};
 
 use elite_runtime::robot::ScriptEndWithoutRecords;
-use elite_runtime::{Message, Observer, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
+use elite_runtime::{
+    Message, Observer, Permissions, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings,
+};
 use kinematics::{JointPositions, RobotModel, RpyPose, SafetyBounds};
 use motion_api::{
     BorderSizes, Event, MotionEnd, Outcome, ProgramId, RobotState, ThreadNumber, Timeline, border,
@@ -113,6 +115,8 @@ pub fn run(standing: &Standing, text: &str) -> Ran {
         robot: Arc::new(robot),
         observer: listener.clone(),
         seed: 0,
+        fieldbus: Arc::default(),
+        permissions: Permissions::default(),
     });
     let program = ProgramText {
         name: "test.script".into(),

@@ -139,7 +139,7 @@ fn what_is_not_simulated_yet_is_refused_by_name() {
     assert_eq!(
         refused(WHOLE),
         "c.toml: [[obstacle]], [tool], [[safety_plane]], [sensor], [[wrench]], [[conveyor]], \
-         [[serial]], [[modbus]], tcp_force in [limits] are not available yet; leave them out"
+         tcp_force in [limits] are not available yet; leave them out"
     );
     assert_eq!(
         refused("[sensor]\nforce_noise = 1"),

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use io_bus::PortImage;
 use thiserror::Error;
 use tokio::net::TcpListener;
 use tokio::runtime::Runtime;
@@ -131,7 +130,7 @@ async fn serve_ports(
         token.clone(),
     ));
 
-    let image = Arc::new(PortImage::default());
+    let image = controller.fieldbus().port_image.clone();
     let mut services = tokio::task::JoinSet::new();
     let mut bound = Vec::new();
     let meters: Vec<PortMeter> = listeners
