@@ -64,6 +64,9 @@ pub fn cycle_config(
         plant,
         limits: cell.map(Cell::limits).unwrap_or_default(),
         powered_off: setup.powered_off,
+        safety: cell.map(|cell| *cell.safety_bounds()).unwrap_or_default(),
+        belts: cell.map(Cell::belts).unwrap_or_default(),
+        loads: cell.map(Cell::loads).unwrap_or_default(),
         ..CycleConfig::new(model)
     })
 }

@@ -4,9 +4,10 @@
 
 use ::kinematics::{JointPositions, RpyPose};
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
-use motion_api::{CommandId, CommandKind, Origin, Outcome};
+use motion_api::{CommandId, CommandKind, FreedriveFrame, Origin, Outcome, Refusal};
 
 use super::declare::{Builtin, Default, Kind, Parameter, Range};
+use crate::message::{Message, Severity};
 use crate::task::{TaskContext, Wait};
 
 /// A call in progress.
@@ -141,6 +142,11 @@ impl<'a, 'n> Call<'a, 'n> {
         let Kind::Integer(min, max) = self.parameter(index).kind else {
             unreachable!("declared as another kind")
         };
+        if let (None, Default::Integer(default)) =
+            (self.given(index), self.parameter(index).default)
+        {
+            return Ok(default);
+        }
         let value = self.required(index);
         let Some(n) = value.as_i64() else {
             let wanted = match &*value.type_name() {
@@ -340,6 +346,43 @@ impl<'a, 'n> Call<'a, 'n> {
         }
     }
 
+    /// A number inside a range, or the nearest end of the range with a warning, once a task.
+    pub fn clamped(&mut self, index: usize, (min, max): (f64, f64)) -> Result<f64, Raised> {
+        let given = self.number(index)?;
+        if (min..=max).contains(&given) {
+            return Ok(given);
+        }
+        let used = given.clamp(min, max);
+        let place = self.place(index);
+        if self.context.warns_first(&place) {
+            let text = format!("{place} is {given}, allowed are {min} to {max}; {used} is used");
+            let origin = self.origin();
+            self.context
+                .observer()
+                .message(&Message::log(Severity::Warning, origin, text));
+        }
+        Ok(used)
+    }
+
+    /// A frame of the manual: `"base"`, `"tool"` or a pose relative to the base.
+    pub fn frame(&mut self, index: usize) -> Result<FreedriveFrame, Raised> {
+        let Some(value) = self.given(index).cloned() else {
+            return Ok(FreedriveFrame::Base);
+        };
+        match value.as_str().map(str::to_owned).as_deref() {
+            Some("base") => Ok(FreedriveFrame::Base),
+            Some("tool") => Ok(FreedriveFrame::Tool),
+            Some(other) => {
+                let text = format!(
+                    "{} must be \"base\", \"tool\" or a pose, got {other:?}",
+                    self.place(index)
+                );
+                Err(self.error(ExceptionKind::ValueError, text))
+            }
+            None => self.pose(index).map(FreedriveFrame::Pose),
+        }
+    }
+
     /// Suspends the script thread until `wait` is over.
     pub(crate) fn wait(&mut self, wait: Wait) -> Result<(), Raised> {
         let token = self.context.register_wait(wait);
@@ -377,6 +420,10 @@ impl<'a, 'n> Call<'a, 'n> {
             Some(Outcome::Done) | None => Ok(()),
             // The motion was ended by somebody else's stop; the program goes on after the call.
             Some(Outcome::Aborted) => Ok(()),
+            Some(Outcome::Refused(refusal @ Refusal::BadValue { .. })) => {
+                let text = format!("{}(): {refusal}", self.builtin.name);
+                Err(self.error(ExceptionKind::ValueError, text))
+            }
             Some(Outcome::Refused(refusal)) => {
                 let text = format!("{}(): {refusal}", self.builtin.name);
                 Err(self.error(ExceptionKind::RuntimeError, text))

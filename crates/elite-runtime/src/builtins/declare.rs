@@ -83,6 +83,31 @@ pub struct Parameter {
     pub meaning: &'static str,
 }
 
+impl Parameter {
+    /// A parameter that must be given and has one name.
+    pub const fn new(
+        name: &'static str,
+        kind: Kind,
+        unit: &'static str,
+        meaning: &'static str,
+    ) -> Self {
+        Self {
+            name,
+            aliases: &[],
+            kind,
+            default: Default::Required,
+            unit,
+            meaning,
+        }
+    }
+
+    /// The same parameter, which may be omitted.
+    pub const fn or(mut self, default: Default) -> Self {
+        self.default = default;
+        self
+    }
+}
+
 /// What a parameter accepts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
@@ -108,6 +133,8 @@ pub enum Kind {
     Integer(i64, i64),
     /// True or False.
     Boolean,
+    /// A pose relative to the base, `"base"` or `"tool"`.
+    Frame,
     /// Any value, shown with `str()`.
     Printable,
     /// A function.
@@ -163,8 +190,12 @@ pub enum Default {
     Required,
     /// This number.
     Number(f64),
+    /// This whole number.
+    Integer(i64),
     /// This truth value.
     Boolean(bool),
+    /// As many ones as the parameter has entries.
+    Ones,
     /// As many zeros as the parameter has numbers.
     Zeros,
     /// The empty text.
@@ -190,6 +221,7 @@ impl Kind {
             Self::Number(_) => "float".into(),
             Self::Integer(..) => "int".into(),
             Self::Boolean => "bool".into(),
+            Self::Frame => "list[6] float | str".into(),
             Self::Printable | Self::Rest => "any".into(),
             Self::Function => "callable".into(),
             Self::Arguments => "tuple".into(),
@@ -220,6 +252,15 @@ impl fmt::Display for Parameter {
         match self.default {
             Default::Required => Ok(()),
             Default::Number(x) => write!(f, "={x}"),
+            Default::Integer(n) => write!(f, "={n}"),
+            Default::Ones => {
+                let n = if let Kind::Booleans(Some(n)) = self.kind {
+                    n
+                } else {
+                    6
+                };
+                write!(f, "=[{}]", vec!["1"; n].join(","))
+            }
             Default::Boolean(b) => f.write_str(if b { "=True" } else { "=False" }),
             Default::Zeros => {
                 let n = if let Kind::Numbers(n) = self.kind {

@@ -4,11 +4,14 @@
 //! thread until the command has ended; getters read the latest snapshot and never wait.
 
 mod call;
+mod conveyor;
 pub mod declare;
 mod io;
 mod kinematics;
 mod math;
 mod motion;
+mod servo;
+mod state;
 mod system;
 mod thread;
 
@@ -24,6 +27,9 @@ use declare::{Builtin, Default, Kind};
 pub fn all() -> impl Iterator<Item = &'static Builtin> {
     [
         motion::BUILTINS,
+        servo::BUILTINS,
+        state::BUILTINS,
+        conveyor::BUILTINS,
         kinematics::BUILTINS,
         math::BUILTINS,
         io::BUILTINS,

@@ -96,7 +96,10 @@ mod tests {
         let mut variables = Variables::default();
         assert!(variables.publish("n", &int(1), 0.0));
         assert!(!variables.publish("n", &int(1), 5.0));
-        assert!(variables.is_due("n", 5.0), "a change now would be news at once");
+        assert!(
+            variables.is_due("n", 5.0),
+            "a change now would be news at once"
+        );
         assert_eq!(variables.all(), [("n".to_owned(), int(1))]);
     }
 }

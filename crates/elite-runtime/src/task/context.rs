@@ -27,6 +27,7 @@ pub(crate) struct TaskContext {
     waits: RefCell<WaitTable>,
     threads: RefCell<Threads>,
     running: Cell<Running>,
+    warned: RefCell<BTreeSet<String>>,
 }
 
 /// The thread that is being resumed right now.
@@ -69,6 +70,7 @@ impl TaskContext {
             waits: RefCell::default(),
             threads: RefCell::default(),
             running: Cell::default(),
+            warned: RefCell::default(),
         })
     }
 
@@ -101,6 +103,11 @@ impl TaskContext {
     /// Said by the scheduler before it resumes a thread.
     pub fn enter(&self, number: ThreadNumber, secondary: bool) {
         self.running.set(Running { number, secondary });
+    }
+
+    /// True the first time `what` is warned of in this task.
+    pub fn warns_first(&self, what: &str) -> bool {
+        self.warned.borrow_mut().insert(what.to_owned())
     }
 
     pub fn register_wait(&self, wait: Wait) -> WaitToken {

@@ -12,7 +12,9 @@ use elite_lang::{
     Diagnostic, Interpreter, KnownNames, Limits, ProgramKind, Resume, ScriptError, ScriptThread,
     SourceFile, Step, WaitToken,
 };
-use motion_api::{CommandId, CommandKind, Origin, ProgramId, RobotMode, StopReason, ThreadNumber};
+use motion_api::{
+    CommandId, CommandKind, MotionMode, Origin, ProgramId, RobotMode, StopReason, ThreadNumber,
+};
 use tokio::sync::mpsc;
 
 use super::context::TaskContext;
@@ -484,7 +486,7 @@ impl Task {
     async fn settle(&mut self) {
         let robot = self.settings.robot.clone();
         let started = robot.state();
-        if started.command_id != CommandId::NONE {
+        if started.command_id != CommandId::NONE || started.motion_mode == MotionMode::Conveyor {
             self.tell_robot(CommandKind::Stop {
                 only: CommandId::NONE,
             });

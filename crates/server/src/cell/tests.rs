@@ -131,8 +131,7 @@ fn every_table_and_key_is_read() {
 fn what_is_not_simulated_yet_is_refused_by_name() {
     assert_eq!(
         refused(WHOLE),
-        "c.toml: [[obstacle]], [tool], [[safety_plane]], [sensor], [[wrench]], [[conveyor]], [[wire]], [[input]], \
-         [[serial]], [[modbus]], tcp_force in [limits] are not available yet; leave them out"
+        "c.toml: [[obstacle]], [sensor], [[wire]], [[input]], [[serial]], [[modbus]], tcp_force in [limits] are not available yet; leave them out"
     );
     assert_eq!(
         refused("[sensor]\nforce_noise = 1"),
