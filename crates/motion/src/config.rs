@@ -244,6 +244,15 @@ impl CycleConfig {
         }
     }
 
+    /// The arm with the limits in force: what planning, and whoever checks positions before it, must use.
+    ///
+    /// # Errors
+    /// As [`resolve`](Self::resolve).
+    pub fn limited_model(&self) -> Result<RobotModel, ConfigError> {
+        let limits = self.resolve()?.narrowed(self.model.limits());
+        Ok(self.model.clone().with_limits(limits))
+    }
+
     /// Checks everything and resolves the limits.
     ///
     /// # Errors

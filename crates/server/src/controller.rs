@@ -115,6 +115,8 @@ impl Controller {
         };
         let (motion_end, mut script_end) = border(sizes, &first);
         let registers = script_end.registers.clone();
+        let safety = cycle_config.safety;
+        let model = Arc::new(cycle_config.limited_model()?);
         let cycle = Cycle::new(cycle_config, motion_end)?;
 
         let alarm = RecordingAlarm::default();
@@ -141,19 +143,14 @@ impl Controller {
             _ => (None, RecorderHandle::off()),
         };
         let snapshot: Arc<SnapshotCell> = script_end.snapshot.clone();
-        let model = Arc::new(loaded.model);
         let feed = Arc::new(Feed::new(model.clone()));
         let announcer = Arc::new(Announcer::new(handle, snapshot, console, feed.clone()));
         alarm.connect(&announcer);
 
         let (pump, robot_for_pump) = Pump::start()?;
         let (clock, timeline) = start_clock(config.clock, console, cycle, pump.thread())?;
-        let robot = Arc::new(Robot::new(
-            model,
-            script_end.into(),
-            timeline,
-            announcer.clone(),
-        ));
+        let robot = Robot::new(model, script_end.into(), timeline, announcer.clone());
+        let robot = Arc::new(robot.with_safety_bounds(safety));
         // The pump waits for exactly this; it cannot have ended before.
         let _ = robot_for_pump.send(Arc::clone(&robot));
         let fieldbus = Arc::new(

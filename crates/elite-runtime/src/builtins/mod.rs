@@ -4,6 +4,7 @@
 //! thread until the command has ended; getters read the latest snapshot and never wait.
 
 mod call;
+mod conveyor;
 pub mod declare;
 mod io;
 mod kinematics;
@@ -15,6 +16,8 @@ mod registers;
 mod rpc;
 mod serial;
 mod socket;
+mod servo;
+mod state;
 mod system;
 mod thread;
 
@@ -30,6 +33,9 @@ use declare::{Builtin, Default, Kind};
 pub fn all() -> impl Iterator<Item = &'static Builtin> {
     [
         motion::BUILTINS,
+        servo::BUILTINS,
+        state::BUILTINS,
+        conveyor::BUILTINS,
         kinematics::BUILTINS,
         math::BUILTINS,
         io::BUILTINS,

@@ -15,7 +15,7 @@ use elite_lang::{
 };
 use io_bus::Fieldbus;
 use motion_api::{
-    CommandId, CommandKind, IoChange, Origin, ProgramId, RobotMode, StopReason, ThreadNumber,
+    CommandId, CommandKind, IoChange, MotionMode, Origin, ProgramId, RobotMode, StopReason, ThreadNumber,
 };
 use tokio::sync::mpsc;
 use tokio::time::Instant;
@@ -558,7 +558,7 @@ impl Task {
     async fn settle(&mut self) {
         let robot = self.settings.robot.clone();
         let started = robot.state();
-        if started.command_id != CommandId::NONE {
+        if started.command_id != CommandId::NONE || started.motion_mode == MotionMode::Conveyor {
             self.tell_robot(CommandKind::Stop {
                 only: CommandId::NONE,
             });

@@ -14,11 +14,11 @@ use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
 
 /// Acceleration with which the tool catches up with a belt, m/s².
-const CATCH_UP: f64 = 2.0;
+const CATCH_UP: f64 = 2.5;
 /// Fastest catching up, m/s.
 const SPEED_MAX: f64 = 3.0;
 /// Bandwidth of catching up, rad/s.
-const BANDWIDTH: f64 = 25.0;
+const BANDWIDTH: f64 = 40.0;
 /// Nearer to the centre of a turntable than this its angle counts as if the tool were here, m.
 const RADIUS_MIN: f64 = 0.1;
 

@@ -156,9 +156,11 @@ impl RigidPlant {
         let mut mean_torque = JointTorques::ZERO;
         for k in 1..=servo_steps as u32 {
             let next = way.positions(f64::from(k) * servo_step);
-            let torque =
-                self.servo
-                    .torques(dynamics, &self.state.q, &self.state.qd, next, servo_step);
+            let ArmState { q, qd, .. } = self.state;
+            let push = &self.push.torque;
+            let torque = self
+                .servo
+                .torques(dynamics, &q, &qd, next, push, servo_step);
             self.apply(&torque);
             self.world.step();
             for joint in 0..DOF {

@@ -345,6 +345,10 @@ fn name_of(program: &Program) -> String {
         .to_owned()
 }
 
+/// Motor current at a joint's nominal torque, A. No public figure exists: the simulator's own choice, so that currents
+/// of all models and joints are alike.
+const NOMINAL_AMPERES: f64 = 12.5;
+
 /// Figures of the arm for the ports.
 fn describe(model: &RobotModel) -> RobotDescription {
     let limits = model.limits();
@@ -358,6 +362,6 @@ fn describe(model: &RobotModel) -> RobotDescription {
         dh_a: dh.map_or([0.0; 6], |t| t.a),
         dh_d: dh.map_or([0.0; 6], |t| t.d),
         dh_alpha: dh.map_or([0.0; 6], |t| t.alpha),
-        ..RobotDescription::cs66()
+        torque_per_ampere: limits.effort.0.map(|nominal| nominal / NOMINAL_AMPERES),
     }
 }

@@ -23,7 +23,7 @@ impl Controller for Backend {
         self.feed.subscribe()
     }
 
-    fn apply(&self, client: ClientId, changes: &[Change], _written: &[Input]) {
+    fn apply(&self, _client: ClientId, changes: &[Change], _written: &[Input]) {
         for change in changes {
             match *change {
                 Change::SpeedFraction(fraction) => {
@@ -48,8 +48,9 @@ impl Controller for Backend {
                     self.set_io(IoChange::AnalogOutDomain { port, domain });
                     self.set_io(IoChange::AnalogOut { port, ratio });
                 }
-                Change::ExternalForceTorque(_) => {
-                    tracing::debug!(%client, "rtsi: the external wrench is not used");
+                Change::ExternalForceTorque(wrench) => {
+                    self.supervisor
+                        .command(CommandKind::SetExternalWrench(wrench));
                 }
                 register => write_register(&self.robot.registers().input, register),
             }

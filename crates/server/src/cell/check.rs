@@ -164,7 +164,14 @@ pub(super) fn values(cell: &Tables) -> Checked {
         table.finite("wrench", &load.wrench)?;
     }
     for (index, belt) in cell.conveyor.iter().enumerate() {
-        conveyor(&Table::numbered("conveyor", index), belt)?;
+        let table = Table::numbered("conveyor", index);
+        conveyor(&table, belt)?;
+        if cell.conveyor[..index]
+            .iter()
+            .any(|other| other.encoder == belt.encoder)
+        {
+            return Err(table.wrong("encoder", belt.encoder, "one conveyor turns an encoder"));
+        }
     }
     for (index, wire) in cell.wire.iter().enumerate() {
         let table = Table::numbered("wire", index);

@@ -138,8 +138,7 @@ fn every_table_and_key_is_read() {
 fn what_is_not_simulated_yet_is_refused_by_name() {
     assert_eq!(
         refused(WHOLE),
-        "c.toml: [[obstacle]], [tool], [[safety_plane]], [sensor], [[wrench]], [[conveyor]], \
-         tcp_force in [limits] are not available yet; leave them out"
+        "c.toml: [[obstacle]], [sensor], tcp_force in [limits] are not available yet; leave them out"
     );
     assert_eq!(
         refused("[sensor]\nforce_noise = 1"),

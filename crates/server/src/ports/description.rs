@@ -4,7 +4,7 @@
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
-use motion_api::RobotState;
+use motion_api::{MotionMode, RobotState};
 
 /// Figures of the arm, constant while the server runs. Joints base first.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,6 +84,8 @@ impl Peripherals {
             analog_out_domains: io.analog_out,
             tool_voltage: io.tool_voltage,
             tool_pin_modes: io.tool_pins.map(|pin| pin.mode),
+            freedrive: state.motion_mode == MotionMode::Freedrive,
+            collision_detection: state.collision_detection,
             ..Self::default()
         }
     }

@@ -6,8 +6,7 @@ use motion_api::{RobotMode, RobotState, SafetyMode};
 
 use super::codec::{Kind, Value};
 use crate::ports::derived::{
-    JOINT_CELSIUS, TOOL_CELSIUS, is_powered, joint_current, joint_mode, robot_current,
-    supply_voltage,
+    TOOL_CELSIUS, is_powered, joint_current, joint_mode, robot_current, supply_voltage,
 };
 use crate::ports::description::{AnalogDomain, Peripherals, RobotDescription, TaskStatus};
 
@@ -183,7 +182,7 @@ static NAMED: &[Named] = named! {
     ft_raw_wrench: Vector6 = |s: &Source<'_>| s.sample.raw_wrench;
     actual_digital_input_bits: U32 = |s: &Source<'_>| s.state.digital_in as u32;
     actual_digital_output_bits: U32 = |s: &Source<'_>| s.state.digital_out as u32;
-    joint_temperatures: Vector6 = |_: &Source<'_>| [JOINT_CELSIUS; 6];
+    joint_temperatures: Vector6 = |s: &Source<'_>| s.state.joint_temperatures;
     robot_mode: I32 = |s: &Source<'_>| s.state.robot_mode.number();
     joint_mode: Vector6I32 = |s: &Source<'_>| [i32::from(joint_mode(s.state.robot_mode)); 6];
     safety_status: I32 = |s: &Source<'_>| s.state.safety_mode.number();
