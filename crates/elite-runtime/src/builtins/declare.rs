@@ -118,12 +118,6 @@ impl Parameter {
             meaning,
         }
     }
-
-    /// The same parameter, which may be omitted.
-    pub const fn or(mut self, default: Default) -> Self {
-        self.default = default;
-        self
-    }
 }
 
 /// What a parameter accepts.
