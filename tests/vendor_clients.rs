@@ -29,3 +29,8 @@ fn rtsi_clients_get_and_set_every_variable() {
 fn dashboard_users_power_the_arm_and_play_tasks() {
     run("test_dashboard");
 }
+
+#[test]
+fn external_control_leads_the_arm_through_its_sockets() {
+    run("test_external_control");
+}

@@ -174,7 +174,7 @@ class Rtsi(Client):
                     packet, self.buffer = self.buffer[:length], self.buffer[length:]
                     return chr(packet[2]), packet[3:]
             left = end - time.monotonic()
-            if left <= 0 or not select.select([self.socket], [], [], left)[0]:
+            if not select.select([self.socket], [], [], max(0.0, left))[0]:
                 return None
             part = self.socket.recv(65536)
             if not part:
@@ -234,8 +234,16 @@ class Rtsi(Client):
             if packet[0] == "M":
                 self.messages.append(packet[1])
 
+    def latest(self):
+        """The next values after everything that has come so far, which is thrown away."""
+        while self.packet(0.0):
+            pass
+        return self.read()
+
     def until(self, holds, seconds=5.0):
         """The first values for which `holds` is true."""
+        while self.packet(0.0):
+            pass  # the past does not count
         end = time.monotonic() + seconds
         while True:
             values = self.read()
@@ -273,7 +281,7 @@ class Primary(Client):
                     body, self.buffer = self.buffer[5:length], self.buffer[length:]
                     return kind, body
             left = end - time.monotonic()
-            if left <= 0 or not select.select([self.socket], [], [], left)[0]:
+            if not select.select([self.socket], [], [], max(0.0, left))[0]:
                 return None
             part = self.socket.recv(65536)
             if not part:

@@ -196,7 +196,7 @@ class Restarts(unittest.TestCase):
                 self.assertTrue(driver.stop(), f"cycle {cycle}")
                 stops.append(time.monotonic() - start)
                 driver.close()
-                if cycle == 20:
+                if cycle == 20:  # caches are filled by then
                     before = server.rss_kib()
             growth = server.rss_kib() - before
             print(f"\n{self.CYCLES} drivers: connected after {statistics.median(connects) * 1e3:.0f} ms "
