@@ -5,8 +5,8 @@ use std::rc::Rc;
 use std::time::Instant;
 
 use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, Resume, ScriptThread, SourceFile, Step, ThreadId,
-    compile, render_human, render_script_error,
+    Host, Interpreter, KnownNames, Limits, Resume, SourceFile, Step, ThreadId, compile,
+    render_human, render_script_error,
 };
 
 struct Console {
@@ -29,10 +29,6 @@ impl Host for Console {
 
     fn random_u64(&self) -> u64 {
         0x5eed
-    }
-
-    fn start(&self, _: ScriptThread) -> Result<(), String> {
-        Err("this example runs one thread".to_owned())
     }
 
     fn wake(&self, _: ThreadId) {}

@@ -659,3 +659,41 @@ fn a_stopped_thread_gives_back_its_locks_and_its_place_in_the_queue() {
     assert!(matches!(get.resume(Resume::Stop, 1000), Step::Stopped));
     assert_eq!(task.run("print(q.mutex.locked())"), "False\n");
 }
+
+#[test]
+fn what_reaches_beyond_the_program_is_refused_unless_it_is_permitted() {
+    let refused = |code: &str, what: &str, word: &str| {
+        let text = format!(
+            "PermissionError: scripts may not use {what}; start the controller with --allow {word}"
+        );
+        assert_eq!(last_line(code), text);
+    };
+    refused("import os\nos.kill(1, 9)", "os.kill", "process");
+    refused(
+        "import os\nprint(os.environ['HOME'])",
+        "environment variables",
+        "env",
+    );
+    refused("import os\nos.remove('/etc/passwd')", "os.remove", "fs");
+    refused("import os\nos.path.exists('/')", "os.path.exists", "fs");
+    refused(
+        "import subprocess\nsubprocess.run(['ls'])",
+        "subprocess.run",
+        "process",
+    );
+    refused(
+        "import subprocess\nsubprocess.Popen('ls')",
+        "subprocess.Popen",
+        "process",
+    );
+    refused(
+        "import signal\nsignal.signal(signal.SIGTERM, print)",
+        "signal.signal",
+        "process",
+    );
+    refused(
+        "import socket\nsocket.create_connection(('127.0.0.1', 1))",
+        "sockets",
+        "net",
+    );
+}

@@ -8,7 +8,6 @@ pub mod interpreter;
 pub mod interpreter_queue;
 pub mod message;
 pub mod panel;
-mod permissions;
 pub mod robot;
 pub mod supervisor;
 mod task;
@@ -16,7 +15,6 @@ mod value_text;
 
 pub use message::{Message, Observer, Severity};
 pub use panel::Panel;
-pub use permissions::Permissions;
 pub use robot::Robot;
 pub use supervisor::{SubmitError, Supervisor, TaskState, TaskStatus};
-pub use task::{ProgramText, TaskEnd, TaskSettings};
+pub use task::{Permissions, ProgramText, TaskEnd, TaskSettings};

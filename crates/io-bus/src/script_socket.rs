@@ -384,12 +384,12 @@ mod tests {
     #[tokio::test]
     async fn floats_come_in_parentheses_and_empty_fields_do_not_count() {
         let (socket, mut peer) = pair().await;
-        peer.write_all(b"(3.14,,2.562,,8.24,3.4434)(1 2)(1,x)(1")
+        peer.write_all(b"(3.15,,2.562,,8.24,3.4434)(1 2)(1,x)(1")
             .await
             .unwrap();
         assert_eq!(
             socket.read_floats(4, SHORT).await,
-            [3.14, 2.562, 8.24, 3.4434]
+            [3.15, 2.562, 8.24, 3.4434]
         );
         assert_eq!(socket.read_floats(3, SHORT).await, [1.0, 2.0]);
         assert_eq!(socket.read_floats(2, SHORT).await, [0.0; 0]);

@@ -487,8 +487,7 @@ impl IoImage {
             }
             IoChange::AnalogOut { port, ratio } => {
                 if let Some(out) = self.analog_out_ratio.get_mut(usize::from(port)) {
-                    // `max` first: it turns NaN into 0.
-                    *out = ratio.max(0.0).min(1.0);
+                    *out = not_nan(ratio).clamp(0.0, 1.0);
                 }
             }
             IoChange::AnalogIn { port, value } => {
@@ -497,7 +496,7 @@ impl IoImage {
                     self.analog_in.get_mut(port),
                     self.config.analog_in.get(port),
                 ) {
-                    *input = value.max(0.0).min(domain.measurable_max());
+                    *input = not_nan(value).clamp(0.0, domain.measurable_max());
                 }
             }
             IoChange::AnalogOutDomain { port, domain } => {
@@ -551,6 +550,11 @@ impl IoImage {
         };
         word >> DigitalBank::Tool.bit(index) & 1 == 1
     }
+}
+
+/// 0 for a number that is none.
+const fn not_nan(x: f64) -> f64 {
+    if x.is_nan() { 0.0 } else { x }
 }
 
 /// One point of a wire or of a timed input. The direction follows from where it stands.

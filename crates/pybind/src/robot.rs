@@ -421,6 +421,21 @@ impl Robot {
         .into_array(py)
     }
 
+    /// Smallest distance between links of the arm that can meet, m; negative where the capsules around them overlap.
+    ///
+    /// The capsules enclose the links with some air, the tool is not part of it: a hint, not a proof of collision.
+    ///
+    /// q: (6,) or (N, 6), rad. Returns a float, or (N,); NaN for an arm whose URDF has no collision shapes.
+    fn self_collision_distance<'py>(&self, py: Python<'py>, q: Given<'_, 'py>) -> Reply<'py> {
+        let q = Rows::<6>::read("q", q)?;
+        compute(py, q.batch(), |i| {
+            let frames = self.model.forward(&JointPositions(*q.at(i)));
+            let nearest = self.model.collision().self_distance(&frames);
+            nearest.map_or(f64::NAN, |links| links.distance)
+        })
+        .into_number(py)
+    }
+
     /// Whether a TCP pose can be reached inside the joint limits, or joint positions lie inside them (manual 3.1.35).
     ///
     /// Give p, or q by name. The controller also looks at its safety planes; there are none here.

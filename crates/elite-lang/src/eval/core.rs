@@ -11,7 +11,7 @@ use crate::limits::{Limits, memory};
 use crate::statement::Injected;
 use crate::value::module::Namespace;
 use crate::value::symbol::Symbols;
-use crate::value::{Class, Module, R, Value};
+use crate::value::{Class, Dict, Module, R, Value};
 
 /// Safepoints between two looks at the memory in use.
 const SLICE: u32 = 4096;
@@ -34,6 +34,8 @@ pub struct Core {
     pub globals: Rc<Namespace>,
     /// Imported modules.
     pub modules: RefCell<Vec<Rc<Module>>>,
+    /// The same for scripts to see, as `sys.modules`.
+    pub module_table: Rc<Dict>,
     /// Native stacks.
     pub stacks: StackPool,
     /// The characters below 128 as strings.
@@ -87,6 +89,7 @@ impl Core {
             builtins: Namespace::default(),
             globals: Rc::default(),
             modules: RefCell::default(),
+            module_table: Rc::new(Dict::new()),
             stacks: StackPool::default(),
             ascii,
             empty_str: Value::str(""),
@@ -209,6 +212,7 @@ impl Core {
             namespace.dismantle();
         }
         let modules = std::mem::take(&mut *self.modules.borrow_mut());
+        self.module_table.clear();
         for module in modules {
             module.namespace.dismantle();
         }

@@ -112,6 +112,13 @@ impl Parser<'_> {
                 "the expression of an f-string field cannot contain a backslash",
             );
         }
+        if let Some(hash) = comment_start(&text[start..stop]) {
+            let span = Span::new(start + hash, start + hash + 1);
+            return self.fail(
+                span,
+                "the expression of an f-string field cannot contain '#'",
+            );
+        }
         let mut at = stop;
         let echoes = text[at..end].starts_with('=');
         if echoes {
@@ -195,6 +202,21 @@ fn expression_end(text: &str) -> usize {
     text.len()
 }
 
+/// Index of a `#` outside strings.
+fn comment_start(text: &str) -> Option<usize> {
+    let bytes = text.as_bytes();
+    let mut at = 0;
+    while let Some(byte) = bytes.get(at) {
+        match byte {
+            b'#' => return Some(at),
+            b'"' | b'\'' => at = string_end(bytes, at),
+            _ => {}
+        }
+        at += 1;
+    }
+    None
+}
+
 /// Index of the quote that closes the string at `start`, or the last byte.
 fn string_end(bytes: &[u8], start: usize) -> usize {
     let length = bytes[start + 1..]
@@ -205,14 +227,19 @@ fn string_end(bytes: &[u8], start: usize) -> usize {
 
 /// Length of the format specification at the start of `text`: up to the `}` that closes its field.
 fn format_end(text: &str) -> usize {
+    let bytes = text.as_bytes();
     let mut depth = 0u32;
-    for (at, byte) in text.bytes().enumerate() {
+    let mut at = 0;
+    while let Some(byte) = bytes.get(at) {
         match byte {
             b'{' => depth += 1,
             b'}' if depth == 0 => return at,
             b'}' => depth -= 1,
+            // Strings within fields hide braces.
+            b'"' | b'\'' if depth > 0 => at = string_end(bytes, at),
             _ => {}
         }
+        at += 1;
     }
     text.len()
 }

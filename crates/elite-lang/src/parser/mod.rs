@@ -129,16 +129,9 @@ impl<'f> Parser<'f> {
     }
 
     fn whole_expression(&mut self) -> Parse<Expr> {
-        let in_brackets = self.kind() == TokenKind::LeftParen;
         let expr = self.expression_list()?;
-        match expr.kind {
-            ExprKind::Named { .. } if !in_brackets => {
-                return self.fail(expr.span, "':=' needs parentheses around it here");
-            }
-            ExprKind::Starred(_) => {
-                return self.fail(expr.span, "a starred expression cannot stand here");
-            }
-            _ => {}
+        if let ExprKind::Starred(_) = expr.kind {
+            return self.fail(expr.span, "a starred expression cannot stand here");
         }
         if self.kind() != TokenKind::EndOfFile {
             return self.unexpected("the end of the expression");

@@ -116,8 +116,11 @@ impl Parser<'_> {
             't' => '\t',
             'v' => '\x0b',
             'e' => '\x1b',
-            'N' if after.starts_with('{') => {
-                let end = after.find('}').map_or(after.len(), |end| end + 1);
+            'N' => {
+                let end = match after.strip_prefix('{') {
+                    Some(name) => name.find('}').map_or(after.len(), |end| end + 2),
+                    None => 0,
+                };
                 let span = Span::new(at, at + 2 + end);
                 let message = "characters by name are not supported";
                 let help = "write the number of the character: '\\u00b0'";

@@ -8,6 +8,7 @@
 mod collect;
 mod names;
 mod places;
+mod unused;
 
 use std::collections::BTreeMap;
 
@@ -15,6 +16,7 @@ use crate::ast::Module;
 use crate::diagnostic::Diagnostic;
 
 pub use names::{KnownNames, nearest};
+pub use unused::unused_names;
 
 /// Where a name lives, seen from one scope.
 #[derive(Clone, Debug, PartialEq, Eq)]

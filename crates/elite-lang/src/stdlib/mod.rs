@@ -10,6 +10,8 @@ mod deque;
 mod json;
 mod math;
 mod random;
+mod socket;
+mod system;
 mod thread;
 mod time;
 
@@ -43,6 +45,8 @@ const MODULES: &[(&str, Content)] = &[
     ("_collections", Native(deque::fill)),
     ("_json", Native(json::fill)),
     ("_random", Native(random::fill)),
+    ("_socket", Native(socket::fill)),
+    ("_system", Native(system::fill)),
     ("_struct", Native(binary::fill)),
     ("_thread", Native(thread::fill)),
     ("_time", Native(time::fill)),
@@ -57,11 +61,17 @@ const MODULES: &[(&str, Content)] = &[
     ("json", Script(include_str!("lib/json.py"))),
     ("math", Native(math::fill)),
     ("operator", Script(include_str!("lib/operator.py"))),
+    ("os", Script(include_str!("lib/os.py"))),
+    ("os.path", Script(include_str!("lib/os_path.py"))),
     ("queue", Script(include_str!("lib/queue.py"))),
     ("random", Script(include_str!("lib/random.py"))),
+    ("signal", Script(include_str!("lib/signal.py"))),
+    ("socket", Script(include_str!("lib/socket.py"))),
     ("statistics", Script(include_str!("lib/statistics.py"))),
     ("string", Script(include_str!("lib/string.py"))),
     ("struct", Script(include_str!("lib/struct.py"))),
+    ("subprocess", Script(include_str!("lib/subprocess.py"))),
+    ("sys", Script(include_str!("lib/sys.py"))),
     ("threading", Script(include_str!("lib/threading.py"))),
     ("time", Script(include_str!("lib/time.py"))),
     ("typing", Script(include_str!("lib/typing.py"))),
@@ -96,6 +106,10 @@ pub fn load(ev: &Evaluator<'_>, name: &str) -> R<Option<Rc<Module>>> {
             .borrow_mut()
             .retain(|other| !Rc::ptr_eq(other, &module));
         return Err(raised);
+    }
+    if !name.starts_with('_') {
+        let entry = Value::Module(module.clone());
+        core.module_table.set_str(name, entry);
     }
     Ok(Some(module))
 }

@@ -146,11 +146,17 @@ pub(super) fn sleep(ev: &Evaluator<'_>, seconds: f64) -> R {
     }
 }
 
-/// Suspends the running thread until it is woken or the host's time has come; it may also return early.
-fn park(ev: &Evaluator<'_>, until: Option<f64>) -> R<()> {
-    if let Err(reason) = ev.core.host.may_wait() {
-        return Err(ev.raise(ExceptionKind::RuntimeError, reason));
+/// Raises unless the host lets the running thread wait.
+pub(super) fn check_may_wait(ev: &Evaluator<'_>) -> R<()> {
+    match ev.core.host.may_wait() {
+        Ok(()) => Ok(()),
+        Err(reason) => Err(ev.raise(ExceptionKind::RuntimeError, reason)),
     }
+}
+
+/// Suspends the running thread until it is woken or the host's time has come; it may also return early.
+pub(super) fn park(ev: &Evaluator<'_>, until: Option<f64>) -> R<()> {
+    check_may_wait(ev)?;
     ev.suspend(Request::Park { until })
 }
 

@@ -82,6 +82,11 @@ impl<'a, 'n> Call<'a, 'n> {
         self.context.origin(self.native.line())
     }
 
+    /// The function's name.
+    pub fn name(&self) -> &'static str {
+        self.builtin.name
+    }
+
     /// An exception with `text`, which should name the argument.
     pub fn error(&mut self, kind: ExceptionKind, text: impl Into<String>) -> Raised {
         self.native.raise(kind, text.into())
@@ -183,7 +188,10 @@ impl<'a, 'n> Call<'a, 'n> {
             return Err(self.wrong_type(index, wanted, &value));
         };
         let allowed = match kind {
-            Kind::Integer(min, max) if n < min || n > max => format!("{min} to {max}"),
+            Kind::Integer(min, max) if n < min || n > max => match max {
+                i64::MAX => format!("at least {min}"),
+                _ => format!("{min} to {max}"),
+            },
             Kind::OneOf(numbers) if !numbers.contains(&n) => alternatives(numbers),
             _ => return Ok(n),
         };
@@ -216,7 +224,7 @@ impl<'a, 'n> Call<'a, 'n> {
         let value = self.required(index);
         match value.as_str() {
             Some(text) => Ok(text.to_owned()),
-            None => Err(self.wrong_type(index, "a text", &value)),
+            None => Err(self.wrong_type(index, "a string", &value)),
         }
     }
 
@@ -489,7 +497,7 @@ impl<'a, 'n> Call<'a, 'n> {
 
     /// Refuses what needs the network when scripts may not use it.
     pub(crate) fn check_net(&mut self) -> Result<(), Raised> {
-        if self.context.permissions().net {
+        if self.context.permissions().network {
             return Ok(());
         }
         let text = format!(

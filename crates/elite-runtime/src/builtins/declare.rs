@@ -57,8 +57,10 @@ pub enum Category {
     ModbusRtu,
     /// Chapter 9.1.
     Thread,
-    /// Chapter 9.3 to 9.5.
+    /// Chapter 9.2, 9.3 and 9.5.
     System,
+    /// Chapter 9.4.
+    Text,
     /// Chapter 1.
     Other,
 }
@@ -80,6 +82,7 @@ impl Category {
             Self::ModbusRtu => "modbus_rtu",
             Self::Thread => "thread",
             Self::System => "system",
+            Self::Text => "string",
             Self::Other => "other",
         }
     }
@@ -236,6 +239,8 @@ pub enum Default {
     Zeros,
     /// The empty text.
     EmptyText,
+    /// `None`.
+    None,
     /// The empty tuple.
     EmptyTuple,
     /// Something the controller knows; the word is shown in signatures.
@@ -256,7 +261,7 @@ impl Kind {
             Self::ListOrText => "list | str".into(),
             Self::Number(_) => "float".into(),
             Self::Integer(..) | Self::OneOf(_) => "int".into(),
-            Self::Text | Self::Word(_) => "str".into(),
+            Self::Word(_) => "str".into(),
             Self::Checked(what) => what.into(),
             Self::Boolean => "bool".into(),
             Self::Frame => "list[6] float | str".into(),
@@ -272,8 +277,9 @@ impl Kind {
         match self {
             Self::Number(Range::Positive) => Some("> 0".into()),
             Self::Number(Range::NotNegative) => Some(">= 0".into()),
-            Self::Number(Range::Between(min, max)) => Some(format!("{min} to {max}")),
             Self::Integer(i64::MIN, i64::MAX) => None,
+            Self::Integer(min, i64::MAX) => Some(format!(">= {min}")),
+            Self::Number(Range::Between(min, max)) => Some(format!("{min} to {max}")),
             Self::Integer(min, max) => Some(format!("{min} to {max}")),
             Self::OneOf(numbers) => Some(alternatives(numbers)),
             Self::Word(words) => Some(alternatives(words)),
@@ -334,6 +340,7 @@ impl fmt::Display for Parameter {
                 };
                 write!(f, "=[{}]", vec!["1"; n].join(","))
             }
+            Default::None => f.write_str("=None"),
             Default::Boolean(b) => f.write_str(if b { "=True" } else { "=False" }),
             Default::Zeros => {
                 let n = if let Kind::Numbers(n) = self.kind {

@@ -7,21 +7,36 @@ use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::{Value, WaitToken};
 use io_bus::{Fieldbus, ScriptSocket};
 use motion_api::{Origin, ProgramId, ThreadNumber};
 use thiserror::Error;
 
+use super::host::Permissions;
 use super::outside::Outside;
 use super::scheduler::{TaskEnd, TaskSettings};
 use super::wait::{Wait, WaitTable};
+use crate::interpreter::Interpreter;
 use crate::message::Observer;
-use crate::permissions::Permissions;
+use crate::panel::Panel;
 use crate::robot::Robot;
 
 /// Most script threads of one task, the main thread not counted.
 pub(crate) const THREADS_MAX: usize = 64;
+
+/// 2026-01-01T00:00:00Z, where simulated time begins.
+const VIRTUAL_EPOCH_S: f64 = 1_767_225_600.0;
+
+/// What a program asks of its own task; done after the current slice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TaskRequest {
+    /// Hold it.
+    Pause,
+    /// End it as a success.
+    Halt,
+}
 
 /// The task as its builtins see it.
 pub(crate) struct TaskContext {
@@ -31,7 +46,10 @@ pub(crate) struct TaskContext {
     permissions: Permissions,
     outside: Outside,
     sockets: RefCell<BTreeMap<String, Rc<ScriptSocket>>>,
+    panel: Arc<Panel>,
+    interpreter: Arc<Interpreter>,
     program: ProgramId,
+    requests: RefCell<Vec<TaskRequest>>,
     waits: RefCell<WaitTable>,
     threads: RefCell<Threads>,
     running: Cell<Running>,
@@ -71,7 +89,11 @@ pub(crate) enum ThreadLookup {
 pub(crate) struct TooManyThreads;
 
 impl TaskContext {
-    pub fn new(settings: &TaskSettings, program: ProgramId) -> Rc<Self> {
+    pub fn new(
+        settings: &TaskSettings,
+        interpreter: Arc<Interpreter>,
+        program: ProgramId,
+    ) -> Rc<Self> {
         Rc::new(Self {
             robot: settings.robot.clone(),
             observer: settings.observer.clone(),
@@ -79,7 +101,10 @@ impl TaskContext {
             permissions: settings.permissions,
             outside: Outside::default(),
             sockets: RefCell::default(),
+            panel: settings.panel.clone(),
+            interpreter,
             program,
+            requests: RefCell::default(),
             waits: RefCell::default(),
             threads: RefCell::default(),
             running: Cell::default(),
@@ -114,6 +139,36 @@ impl TaskContext {
     /// The script sockets of this task by name.
     pub fn sockets(&self) -> &RefCell<BTreeMap<String, Rc<ScriptSocket>>> {
         &self.sockets
+    }
+
+    pub fn panel(&self) -> &Panel {
+        &self.panel
+    }
+
+    /// Statements of interpreter mode.
+    pub fn interpreter(&self) -> &Interpreter {
+        &self.interpreter
+    }
+
+    /// Seconds since 1970-01-01T00:00:00Z; under the virtual clock simulated time since [`VIRTUAL_EPOCH_S`].
+    pub fn unix_time(&self) -> f64 {
+        if self.robot.timeline().is_virtual() {
+            VIRTUAL_EPOCH_S + self.robot.state().time
+        } else {
+            SystemTime::now()
+                .duration_since(UNIX_EPOCH)
+                .map_or(0.0, |d| d.as_secs_f64())
+        }
+    }
+
+    /// Asks something of the whole task.
+    pub fn request(&self, request: TaskRequest) {
+        self.requests.borrow_mut().push(request);
+    }
+
+    /// What was asked since the last call.
+    pub fn take_requests(&self) -> Vec<TaskRequest> {
+        self.requests.take()
     }
 
     pub fn program(&self) -> ProgramId {

@@ -6,6 +6,8 @@ use super::outside::JobId;
 use elite_lang::WaitToken;
 use motion_api::{CommandId, ThreadNumber};
 
+use crate::panel::PopupId;
+
 /// One reason to wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wait {
@@ -17,8 +19,21 @@ pub(crate) enum Wait {
     Thread(ThreadNumber),
     /// The result of a job outside.
     Outside(JobId),
+    /// The next turn: over at once, after the other ready threads.
+    Turn,
+    /// A popup that somebody has to close.
+    Popup(PopupId),
+    /// A statement of interpreter mode, or its end.
+    Statement,
     /// The end of the task.
     Never,
+}
+
+impl Wait {
+    /// True when people or other programs end it: simulated time then keeps wall pace.
+    pub const fn is_on_the_outside(self) -> bool {
+        matches!(self, Self::Popup(_) | Self::Statement | Self::Outside(_))
+    }
 }
 
 /// Registered waits by token.

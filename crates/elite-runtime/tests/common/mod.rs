@@ -10,10 +10,9 @@
 
 use std::sync::{Arc, Mutex};
 
+use elite_runtime::panel::{Operator, Panel};
 use elite_runtime::robot::ScriptEndWithoutRecords;
-use elite_runtime::{
-    Message, Observer, Permissions, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings,
-};
+use elite_runtime::{Message, Observer, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{JointPositions, RobotModel, RpyPose, SafetyBounds};
 use motion_api::{
     BorderSizes, CommandKind, Event, MotionEnd, Outcome, ProgramId, RobotState, ThreadNumber,
@@ -118,9 +117,10 @@ pub fn run(standing: &Standing, text: &str) -> Ran {
     let supervisor = Supervisor::new(TaskSettings {
         robot: Arc::new(robot),
         observer: listener.clone(),
+        permissions: elite_runtime::Permissions::default(),
         seed: 0,
         fieldbus: Arc::default(),
-        permissions: Permissions::default(),
+        panel: Arc::new(Panel::new(Operator::Absent)),
     });
     let program = ProgramText {
         name: "test.script".into(),

@@ -322,6 +322,11 @@ impl ModbusClient {
         self.open(state, address)
     }
 
+    /// True while there are signals, so that time in the outside world matters.
+    pub fn has_signals(&self) -> bool {
+        !self.shared.state().signals.is_empty()
+    }
+
     /// Removes a signal.
     ///
     /// # Errors

@@ -156,7 +156,10 @@ async fn serve_ports(
             }
             "interpreter" => services.spawn(interpreter::serve(listener, backend, meter, token)),
             "http" => services.spawn(http::serve(listener, backend, meters.clone(), meter, token)),
-            "modbus" => services.spawn(modbus::serve(listener, image.clone(), meter, token)),
+            "modbus" => {
+                let robot = controller.robot().clone();
+                services.spawn(modbus::serve(listener, image.clone(), robot, meter, token))
+            }
             "rtsi" => services.spawn(rtsi::serve(listener, backend, meter, token)),
             "dashboard" => services.spawn(dashboard::serve(listener, backend, meter, token)),
             other => unreachable!("{other} is no entry of PortSettings::list"),

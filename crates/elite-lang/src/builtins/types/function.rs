@@ -61,9 +61,9 @@ pub(super) fn install(core: &Rc<Core>) {
     );
     for class in [&types.function, &types.method, &types.builtin, &types.type_] {
         super::raw_method(core, class, "__call__", |ev, args| {
-            let (keywords, caller) = (args.keywords, args.caller.as_mut());
+            let (keywords, mut caller) = (args.keywords, args.caller.take());
             match args.positional.split_first_mut() {
-                Some((function, rest)) => ev.call_from(function, rest, keywords, caller),
+                Some((function, rest)) => ev.call_from(function, rest, keywords, caller.as_mut()),
                 None => Err(ev.type_error("__call__() needs an argument")),
             }
         });
