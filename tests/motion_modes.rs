@@ -186,17 +186,17 @@ end
 }
 
 #[test]
-fn motion_in_a_secondary_program_and_from_two_threads_is_refused() {
+fn motion_from_two_threads_is_refused() {
     let out = printed(
         r#"
-def other():
-    try:
-        speedj([0,0,0,0,0,0.1], 1, 0.1)
-    except RuntimeError as e:
-        print("refused")
-    end
-end
 def p():
+    def other():
+        try:
+            speedj([0,0,0,0,0,0.1], 1, 0.1)
+        except RuntimeError as e:
+            print("refused")
+        end
+    end
     t = start_thread(other, ())
     q = get_target_joint_positions()
     q[0] = q[0] + 0.5
