@@ -1,54 +1,28 @@
 #!/usr/bin/env python3
-"""Builds the wheel, installs it into a fresh virtual environment under target/ and runs its tests there.
+"""Builds the wheel, installs it into a virtual environment under target/ and tests it there.
 
-    python3 crates/pybind/test.py [--debug] [--stubs] [pytest arguments]
+    python3 crates/pybind/test.py [--debug] [--quick] [pytest arguments]
 
-Needs Rust, a C compiler and Python with venv; maturin, numpy and pytest are fetched by pip. --debug builds without
-optimisation, --stubs also holds the type stubs against the binary (fetches mypy).
+--debug builds without optimisation. --quick leaves out what fetches more packages: the type stubs held against the
+binary (mypy), and the pictures of examples/python (matplotlib).
 """
 
-import os
-import subprocess
 import sys
-import venv
-from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-ROOT = HERE.parents[1]
+import wheel
 
 
-def run(*command):
-    print("+", *command, flush=True)
-    subprocess.run([str(part) for part in command], check=True, cwd=HERE)
-
-
-def main():
+def test():
     arguments = sys.argv[1:]
-    flags = {flag: flag in arguments for flag in ("--debug", "--stubs")}
-    arguments = [a for a in arguments if a not in flags]
-    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
-    version = "{}.{}".format(*sys.version_info)
-    environment = target / f"wheel-venv-{version}"
-    python = environment / ("Scripts" if os.name == "nt" else "bin") / "python"
-    if not python.exists():
-        venv.create(environment, with_pip=True, symlinks=os.name != "nt")
-    tools = ["maturin>=1.9.4,<2", "numpy", "pytest"] + (["mypy"] if flags["--stubs"] else [])
-    run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *tools)
-    wheels = target / "wheels"
-    for old in wheels.glob("elitescript-*.whl"):
-        old.unlink()
-    profile = [] if flags["--debug"] else ["--release"]
-    run(python, "-m", "maturin", "build", *profile, "--interpreter", python, "--out", wheels)
-    (wheel,) = wheels.glob("elitescript-*.whl")
-    install = ["install", "--quiet", "--disable-pip-version-check", "--force-reinstall", "--no-deps"]
-    run(python, "-m", "pip", *install, wheel)
-    run(python, "-m", "pytest", *arguments)
-    if flags["--stubs"]:
-        run(python, "-m", "mypy.stubtest", "elitescript", "--concise")
+    debug, quick = ("--debug" in arguments, "--quick" in arguments)
+    arguments = [a for a in arguments if a not in ("--debug", "--quick")]
+    tools = ["pytest"] if quick else ["pytest", "mypy", "matplotlib"]
+    python = wheel.with_wheel("wheel", *tools, debug=debug)
+    wheel.run(python, "-m", "pytest", *arguments)
+    if not quick:
+        wheel.run(python, "-m", "mypy.stubtest", "elitescript", "--concise")
+        wheel.run(python, "-m", "mypy", "--strict", wheel.ROOT / "examples" / "python", "python/elitescript")
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except subprocess.CalledProcessError as error:
-        sys.exit(error.returncode or 1)
+    wheel.main(test)

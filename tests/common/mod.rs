@@ -136,7 +136,8 @@ fn log_of(folder: &Path) -> String {
 
 /// A client of port 30001.
 pub struct Primary {
-    stream: TcpStream,
+    /// The connection.
+    pub stream: TcpStream,
 }
 
 /// What the server sends on 30001.

@@ -72,6 +72,17 @@ impl Evaluator<'_> {
         Raised::Exception(Instance::new(class, Payload::Exception(Box::new(state))))
     }
 
+    /// An exception with a message about something that has a name, which its attribute `name` tells.
+    #[cold]
+    pub fn raise_about(&self, kind: ExceptionKind, message: String, name: &str) -> Raised {
+        let raised = self.raise(kind, message);
+        if let Raised::Exception(exception) = &raised {
+            let symbol = self.core.symbols.intern("name");
+            exception.set(symbol, Value::str(name), &self.core.symbols);
+        }
+        raised
+    }
+
     /// An exception with arguments.
     #[cold]
     pub fn raise_args(&self, kind: ExceptionKind, args: Vec<Value>) -> Raised {
@@ -281,11 +292,18 @@ impl Evaluator<'_> {
         let previous =
             previous.map(|(link, other)| (link, Box::new(self.report_at(&other, depth + 1))));
         ScriptError {
-            exception: exception.class.name().to_string(),
+            exception: self.exception_name(exception),
             message,
             traceback,
             previous,
         }
+    }
+
+    /// The type of an exception as reports name it: with its module unless that is the program.
+    fn exception_name(&self, exception: &Instance) -> String {
+        let prefix = self.module_prefix(&exception.class);
+        let prefix = if prefix == "__main__." { "" } else { &prefix };
+        format!("{prefix}{}", self.qualname_of(&exception.class))
     }
 
     /// Python's chain of `__context__`: `raised` came up while `handled` was being dealt with.

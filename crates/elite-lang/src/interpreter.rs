@@ -12,7 +12,7 @@ use crate::eval::{Core, Evaluator};
 use crate::host::{Host, ThreadId};
 use crate::limits::Limits;
 use crate::native::{NativeFunction, WaitToken};
-use crate::program::Program;
+use crate::program::{Program, ProgramKind};
 use crate::stack::with_deep_stack;
 use crate::value::{Function, R, Raised, Value};
 
@@ -44,13 +44,16 @@ impl Interpreter {
             });
             let function = Function::plain(code, Box::default());
             let result = ev.call_function(&function, &mut [], &[])?;
-            let Some(entry) = &program.entry else {
-                return Ok(result);
+            let entry = program.entry.as_ref();
+            let entry = entry.and_then(|entry| namespace.get(core.symbols.intern(entry)));
+            let result = match entry {
+                Some(function) => ev.call(&function, &mut [], &[])?,
+                None => result,
             };
-            match namespace.get(core.symbols.intern(entry)) {
-                Some(function) => ev.call(&function, &mut [], &[]),
-                None => Ok(result),
+            if program.kind() == ProgramKind::Main {
+                crate::stdlib::finish_main(ev)?;
             }
+            Ok(result)
         })
     }
 
@@ -164,7 +167,7 @@ pub struct ScriptThread {
 }
 
 impl ScriptThread {
-    fn new(core: &Rc<Core>, body: impl FnOnce(&Evaluator<'_>) -> R + 'static) -> Self {
+    pub(crate) fn new(core: &Rc<Core>, body: impl FnOnce(&Evaluator<'_>) -> R + 'static) -> Self {
         let number = core.new_thread();
         let (coroutine, ended) = match core.stacks.take(StackKind::Thread) {
             Some(stack) => (Some(start(core.clone(), stack, body)), None),

@@ -100,13 +100,18 @@ fn compile_here(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Ve
     })
 }
 
-/// Parses and checks a text without running it: errors and warnings, in the order of the text. Undefined names are
-/// warnings with the code `undefined-name`.
+/// Parses and checks a text without running it: errors and warnings, in the order of the text. Codes of warnings:
+/// `undefined-name`, `unused-variable`, `unused-import`, `unreachable`, `busy-loop`, and those of the embedder's hook.
 pub fn check(file: Arc<SourceFile>, known: &KnownNames) -> Vec<Diagnostic> {
-    match compile(file, known) {
-        Ok(program) => program.warnings.to_vec(),
+    with_deep_stack(|| match compile_here(file.clone(), known) {
+        Ok(program) => {
+            let mut found = program.warnings.to_vec();
+            found.extend(crate::lint::lint(&program.module, &file, known));
+            found.sort_by_key(|diagnostic| diagnostic.span.start);
+            found
+        }
         Err(diagnostics) => diagnostics,
-    }
+    })
 }
 
 /// What a text is as a whole.

@@ -114,8 +114,11 @@ pub struct Injected {
     /// Variables and functions of the statements themselves.
     names: Rc<Namespace>,
     /// Mirrors of local variables, by the function text they belong to.
-    mirrors: Vec<(Rc<Code>, HashMap<Symbol, Rc<CellVar>>)>,
+    mirrors: Vec<Mirrors>,
 }
+
+/// The cells that stand for local variables of one function text.
+type Mirrors = (Rc<Code>, HashMap<Symbol, Rc<CellVar>>);
 
 impl Injected {
     /// Gives everything up.

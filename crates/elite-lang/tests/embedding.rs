@@ -578,3 +578,122 @@ fn spawn_call_refuses_what_cannot_be_called() {
     let _: fn(&Interpreter) = |_| {};
     let _ = ThreadId(1);
 }
+
+#[test]
+fn unknown_modules_and_names_come_with_a_suggestion() {
+    assert_eq!(
+        last_line("import maths"),
+        "ModuleNotFoundError: No module named 'maths'; did you mean 'math'?"
+    );
+    assert_eq!(
+        last_line("import elephant"),
+        "ModuleNotFoundError: No module named 'elephant'"
+    );
+    assert_eq!(
+        last_line("from math import sqrtt"),
+        "ImportError: cannot import name 'sqrtt' from 'math' (unknown location); did you mean 'sqrt'?"
+    );
+    assert_eq!(
+        last_line("import math.deep"),
+        "ModuleNotFoundError: No module named 'math.deep'; 'math' is not a package"
+    );
+    assert_eq!(
+        run("import math as m, time\nfrom math import *\nprint(floor(m.pi), time.__name__)"),
+        "3 time\n"
+    );
+}
+
+#[test]
+fn a_stopped_thread_gives_back_its_locks_and_its_place_in_the_queue() {
+    let task = Task::new();
+    let mut main = task.spawn(
+        "import threading, queue\nlock = threading.Lock()\nc = threading.Condition(lock)\nq = queue.Queue()\n\
+         def hold():\n    with lock:\n        while True: pass\n\
+         def want():\n    with lock: print('got it')\n\
+         def wait():\n    with c: c.wait()\n\
+         def get():\n    q.get()\n",
+    );
+    assert!(matches!(drive(&mut main, &task.host), Step::Done(_)));
+    let spawn = |name: &str| {
+        let function = task.interpreter.global(name).unwrap();
+        task.interpreter.spawn_call(function, Vec::new()).unwrap()
+    };
+    let (mut hold, mut first, mut second) = (spawn("hold"), spawn("want"), spawn("want"));
+    assert!(matches!(
+        hold.resume(Resume::Continue, 1000),
+        Step::OutOfFuel
+    ));
+    for thread in [&mut first, &mut second] {
+        assert!(matches!(
+            thread.resume(Resume::Continue, 1000),
+            Step::Parked { until: None }
+        ));
+    }
+    assert!(matches!(first.resume(Resume::Stop, 1000), Step::Stopped));
+    assert!(matches!(hold.resume(Resume::Stop, 1000), Step::Stopped));
+    assert_eq!(task.host.woken.take(), [second.id()]);
+    assert!(matches!(
+        second.resume(Resume::Continue, 1000),
+        Step::Done(_)
+    ));
+    // A waiter on a condition does not hold the lock: stopping it takes it from nobody.
+    let (mut waiting, mut hold) = (spawn("wait"), spawn("hold"));
+    assert!(matches!(
+        waiting.resume(Resume::Continue, 10_000),
+        Step::Parked { until: None }
+    ));
+    assert!(matches!(
+        hold.resume(Resume::Continue, 1000),
+        Step::OutOfFuel
+    ));
+    assert!(matches!(waiting.resume(Resume::Stop, 1000), Step::Stopped));
+    assert_eq!(
+        task.run("print(lock.locked(), c._waiters)"),
+        "got it\nTrue []\n"
+    );
+    let mut get = spawn("get");
+    assert!(matches!(
+        get.resume(Resume::Continue, 10_000),
+        Step::Parked { until: None }
+    ));
+    assert!(matches!(get.resume(Resume::Stop, 1000), Step::Stopped));
+    assert_eq!(task.run("print(q.mutex.locked())"), "False\n");
+}
+
+#[test]
+fn what_reaches_beyond_the_program_is_refused_unless_it_is_permitted() {
+    let refused = |code: &str, what: &str, word: &str| {
+        let text = format!(
+            "PermissionError: scripts may not use {what}; start the controller with --allow {word}"
+        );
+        assert_eq!(last_line(code), text);
+    };
+    refused("import os\nos.kill(1, 9)", "os.kill", "process");
+    refused(
+        "import os\nprint(os.environ['HOME'])",
+        "environment variables",
+        "env",
+    );
+    refused("import os\nos.remove('/etc/passwd')", "os.remove", "fs");
+    refused("import os\nos.path.exists('/')", "os.path.exists", "fs");
+    refused(
+        "import subprocess\nsubprocess.run(['ls'])",
+        "subprocess.run",
+        "process",
+    );
+    refused(
+        "import subprocess\nsubprocess.Popen('ls')",
+        "subprocess.Popen",
+        "process",
+    );
+    refused(
+        "import signal\nsignal.signal(signal.SIGTERM, print)",
+        "signal.signal",
+        "process",
+    );
+    refused(
+        "import socket\nsocket.create_connection(('127.0.0.1', 1))",
+        "sockets",
+        "net",
+    );
+}

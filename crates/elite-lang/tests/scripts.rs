@@ -44,7 +44,8 @@ fn run_here(path: &Path) -> String {
     let end = drive(&mut thread, &task.host);
     let mut output = task.host.output.take();
     if let Step::Failed(error) = end {
-        output.push_str(&error.headline());
+        // Of a message of several lines the last one, as of CPython's report.
+        output.push_str(error.headline().lines().last().unwrap_or_default());
         output.push('\n');
     }
     output

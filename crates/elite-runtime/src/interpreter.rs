@@ -1,11 +1,13 @@
 //! Statements from port 30020 on their way to the running task (manual chapter 2).
 //!
-//! Owns the queue that ports and task share, and decides which statements get into it. Entering interpreter mode, which
-//! executes them, is not available yet: until then accepted statements wait, and are thrown away when the task ends.
+//! Owns the queue that ports and task share, and decides which statements get into it. Statements are compiled on the
+//! port's thread, so that the answer does not wait for the task; `interpreter_mode()` takes them out and executes them.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use elite_lang::{KnownNames, SourceFile};
+use elite_lang::{KnownNames, Program, SourceFile};
+use tokio::sync::{Notify, watch};
 
 use crate::interpreter_queue::{Effect, Refused, StatementId, StatementQueue};
 
@@ -14,7 +16,16 @@ pub struct Statement {
     /// The text.
     pub text: String,
     /// Called once when the statement is thrown away unexecuted; must not wait.
-    pub thrown_away: Box<dyn FnOnce() + Send>,
+    pub thrown_away: Box<dyn FnOnce(ThrownAway) + Send>,
+}
+
+/// Why an accepted statement is not executed after all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ThrownAway {
+    /// `interpreter_mode(clearQueueOnEnter=True)` was called.
+    OnEntry,
+    /// The task has ended.
+    TaskEnded,
 }
 
 /// What became of a statement.
@@ -30,75 +41,317 @@ pub enum Submitted {
     Full,
 }
 
+/// What `interpreter_mode()` does next.
+pub(crate) enum Next {
+    /// Execute this, then say [`Interpreter::finish`].
+    Statement(StatementId, elite_lang::Statement),
+    /// Wait.
+    Nothing,
+    /// Return.
+    End,
+}
+
+/// A statement that waits.
+struct Queued {
+    compiled: elite_lang::Statement,
+    thrown_away: Box<dyn FnOnce(ThrownAway) + Send>,
+}
+
 /// The queue, shared by the ports and the task.
 pub struct Interpreter {
     known: KnownNames,
     shared: Mutex<Shared>,
+    /// Wakes the task's thread: a statement or the end of the mode.
+    news: Arc<Notify>,
+    /// Counts changes that can let a held statement in: a clear executed, a task begun or ended.
+    changes: watch::Sender<u64>,
 }
 
 #[derive(Default)]
 struct Shared {
-    queue: StatementQueue<Statement>,
-    task_runs: bool,
+    queue: StatementQueue<Queued>,
+    phase: Phase,
+    /// Global variables of the task that statements may declare `global`.
+    globals: BTreeSet<String>,
+    program: Option<Program>,
+    in_mode: bool,
+    end_requested: bool,
 }
 
-impl Default for Interpreter {
-    fn default() -> Self {
-        let known = KnownNames::new(crate::builtins::all().map(|b| b.name));
-        Self {
-            known,
-            shared: Mutex::default(),
-        }
-    }
+/// What the task is doing, as far as statements care.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Phase {
+    #[default]
+    None,
+    /// Its globals are not known yet: statements wait.
+    Starting,
+    Running,
+}
+
+/// The numbers that ports report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counters {
+    /// Executed last or being executed.
+    pub last_executed: StatementId,
+    /// Accepted last.
+    pub last_accepted: StatementId,
+    /// Cleared last.
+    pub last_cleared: StatementId,
+    /// How many wait.
+    pub unexecuted: usize,
 }
 
 impl Interpreter {
-    /// Compiles a statement and queues it.
-    pub fn submit(&self, statement: Statement) -> Submitted {
-        let file = SourceFile::new("statement", statement.text.as_str());
-        if let Err(findings) = elite_lang::compile(file.clone(), &self.known) {
-            let reason = findings.first().map_or_else(String::new, |finding| {
-                format!(
-                    "{} (column {})",
-                    finding.message,
-                    finding.fields(&file).column
-                )
-            });
-            return Submitted::NotCompiled(reason);
+    /// An empty queue. `news` is notified when the task has something to look at.
+    pub(crate) fn new(news: Arc<Notify>) -> Self {
+        Self {
+            known: KnownNames::new(crate::builtins::all().map(|b| b.name)),
+            shared: Mutex::default(),
+            news,
+            changes: watch::Sender::default(),
         }
+    }
+
+    /// Compiles a statement and queues it. Waits while a task is starting, and while an accepted `clear_interpreter()`
+    /// has not been executed (manual 2.5).
+    pub async fn submit(&self, statement: Statement) -> Submitted {
+        // Before the first look, so that no change between a look and the wait is missed.
+        let mut changes = self.changes.subscribe();
+        let Statement { text, thrown_away } = statement;
+        let mut queued = match self.compile(text) {
+            Ok(compiled) => Queued {
+                compiled,
+                thrown_away,
+            },
+            Err(reason) => return Submitted::NotCompiled(reason),
+        };
+        loop {
+            changes.mark_unchanged();
+            match self.offer(queued) {
+                Ok(submitted) => return submitted,
+                Err(back) => queued = back,
+            }
+            // The sender lives as long as this queue.
+            let _ = changes.changed().await;
+        }
+    }
+
+    /// Queues the statement or refuses it; gives it back when it has to wait.
+    fn offer(&self, queued: Queued) -> Result<Submitted, Queued> {
         let mut shared = self.shared();
-        if !shared.task_runs {
-            return Submitted::NoTask;
+        match shared.phase {
+            Phase::None => return Ok(Submitted::NoTask),
+            Phase::Starting => return Err(queued),
+            Phase::Running => {}
         }
-        match shared.queue.push(statement, Effect::None) {
-            Ok(id) => Submitted::Accepted(id),
-            Err(Refused::Full(_) | Refused::Held(_)) => Submitted::Full,
+        if let Some(reason) = shared.refusal(&queued.compiled) {
+            return Ok(Submitted::NotCompiled(reason));
+        }
+        let effect = if queued.compiled.mentions("clear_interpreter") {
+            Effect::Clears
+        } else {
+            Effect::None
+        };
+        match shared.queue.push(queued, effect) {
+            Ok(id) => {
+                // Only a task in the mode can do something about it.
+                if shared.in_mode {
+                    self.news.notify_one();
+                }
+                Ok(Submitted::Accepted(id))
+            }
+            Err(Refused::Full(_)) => Ok(Submitted::Full),
+            Err(Refused::Held(back)) => Err(back),
         }
     }
 
-    /// Reads or changes the queue.
-    pub fn with_queue<T>(&self, act: impl FnOnce(&mut StatementQueue<Statement>) -> T) -> T {
-        act(&mut self.shared().queue)
+    fn compile(&self, text: String) -> Result<elite_lang::Statement, String> {
+        let file = SourceFile::new("statement", text);
+        let compiled = elite_lang::compile_statement(file.clone(), &self.known);
+        let compiled = compiled.map_err(|findings| {
+            findings.first().map_or_else(String::new, |finding| {
+                let column = finding.fields(&file).column;
+                format!("{} (column {column})", finding.message)
+            })
+        })?;
+        if compiled.mentions("start_thread") {
+            return Err("start_thread is not supported in interpreter mode".to_owned());
+        }
+        Ok(compiled)
     }
 
-    /// A task begins: statements are accepted.
-    pub(crate) fn task_started(&self) {
-        self.shared().task_runs = true;
+    /// `skipbuffer`: nothing that waits now is executed.
+    pub fn skip(&self) {
+        self.shared().queue.skip();
+        self.changed();
+    }
+
+    /// The numbers that ports report.
+    pub fn counters(&self) -> Counters {
+        let shared = self.shared();
+        Counters {
+            last_executed: shared.queue.last_executed(),
+            last_accepted: shared.queue.last_accepted(),
+            last_cleared: shared.queue.last_cleared(),
+            unexecuted: shared.queue.unexecuted(),
+        }
+    }
+
+    /// True while a program is in interpreter mode.
+    pub fn is_active(&self) -> bool {
+        self.shared().in_mode
+    }
+
+    /// True while a statement is being executed.
+    pub fn is_executing(&self) -> bool {
+        self.shared().queue.running().is_some()
+    }
+
+    /// Enters the mode; false when it is active already.
+    pub(crate) fn enter(&self, clear_queue: bool) -> bool {
+        let mut shared = self.shared();
+        if shared.in_mode {
+            return false;
+        }
+        shared.in_mode = true;
+        shared.end_requested = false;
+        let thrown_away = if clear_queue {
+            shared.queue.throw_away()
+        } else {
+            Vec::new()
+        };
+        drop(shared);
+        tell(thrown_away, ThrownAway::OnEntry);
+        self.changed();
+        true
+    }
+
+    /// Leaves the mode. What waits goes on waiting: for the next time, or for the end of the task.
+    pub(crate) fn leave(&self) {
+        let mut shared = self.shared();
+        shared.in_mode = false;
+        shared.end_requested = false;
+        shared.queue.finish();
+        drop(shared);
+        self.changed();
+    }
+
+    /// Ends the mode after the running statement; false when it is not active.
+    pub(crate) fn request_end(&self) -> bool {
+        let mut shared = self.shared();
+        shared.end_requested = shared.in_mode;
+        self.news.notify_one();
+        shared.in_mode
+    }
+
+    /// True when [`next`](Self::next) would not say [`Next::Nothing`].
+    pub(crate) fn has_next(&self) -> bool {
+        let shared = self.shared();
+        shared.end_requested || shared.queue.unexecuted() > 0
+    }
+
+    pub(crate) fn next(&self) -> Next {
+        let mut shared = self.shared();
+        if shared.end_requested {
+            return Next::End;
+        }
+        match shared.queue.begin() {
+            Some((id, queued)) => Next::Statement(id, queued.compiled),
+            None => Next::Nothing,
+        }
+    }
+
+    /// The running statement has ended.
+    pub(crate) fn finish(&self) {
+        let mut shared = self.shared();
+        let was_held = shared.queue.is_held();
+        shared.queue.finish();
+        let let_in = was_held && !shared.queue.is_held();
+        drop(shared);
+        if let_in {
+            self.changed();
+        }
+    }
+
+    /// The injected functions were removed; the last statement that they can come from.
+    pub(crate) fn cleared(&self) -> StatementId {
+        let mut shared = self.shared();
+        shared.queue.cleared();
+        shared.queue.last_cleared()
+    }
+
+    /// A task begins; until its program is known, statements wait.
+    pub(crate) fn task_starts(&self) {
+        let mut shared = self.shared();
+        shared.phase = Phase::Starting;
+        shared.globals.clear();
+        shared.program = None;
+    }
+
+    /// The task runs this program: statements are accepted.
+    pub(crate) fn task_runs(&self, program: &Program) {
+        let mut shared = self.shared();
+        shared.phase = Phase::Running;
+        shared.program = Some(program.clone());
+        drop(shared);
+        self.changed();
+    }
+
+    /// A secondary program may have made these global.
+    pub(crate) fn add_globals<'a>(&self, names: impl Iterator<Item = &'a str>) {
+        /// More than anybody would declare; beyond, statements cannot declare the name.
+        const GLOBALS_MAX: usize = 10_000;
+        let mut shared = self.shared();
+        for name in names {
+            if shared.globals.len() < GLOBALS_MAX {
+                shared.globals.insert(name.to_owned());
+            }
+        }
     }
 
     /// The task has ended: what waits is thrown away.
     pub(crate) fn task_ended(&self) {
-        let thrown_away = {
-            let mut shared = self.shared();
-            shared.task_runs = false;
-            shared.queue.throw_away()
-        };
-        for (_, statement) in thrown_away {
-            (statement.thrown_away)();
-        }
+        let mut shared = self.shared();
+        shared.phase = Phase::None;
+        shared.program = None;
+        shared.in_mode = false;
+        shared.end_requested = false;
+        shared.queue.finish();
+        let thrown_away = shared.queue.throw_away();
+        drop(shared);
+        tell(thrown_away, ThrownAway::TaskEnded);
+        self.changed();
+    }
+
+    fn changed(&self) {
+        self.changes
+            .send_modify(|count| *count = count.wrapping_add(1));
     }
 
     fn shared(&self) -> MutexGuard<'_, Shared> {
         self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Shared {
+    /// Why the running program cannot take the statement.
+    fn refusal(&self, statement: &elite_lang::Statement) -> Option<String> {
+        let exists = |name: &str| {
+            self.globals.contains(name)
+                || self
+                    .program
+                    .as_ref()
+                    .is_some_and(|p| p.defines_global(name))
+        };
+        let new = statement.declared_globals().find(|name| !exists(name))?;
+        Some(format!(
+            "global {new}: new global variables cannot be defined in interpreter mode"
+        ))
+    }
+}
+
+fn tell(thrown_away: Vec<(StatementId, Queued)>, reason: ThrownAway) {
+    for (_, statement) in thrown_away {
+        (statement.thrown_away)(reason);
     }
 }

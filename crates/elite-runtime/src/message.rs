@@ -76,6 +76,15 @@ impl Message {
         }
     }
 
+    /// A problem of a secondary program: a warning that begins as manual 1.2.6 says.
+    pub fn secondary_exception(origin: Origin, summary: &str) -> Self {
+        Self::log(
+            Severity::Warning,
+            origin,
+            format!("[SEC] Exception: {summary}"),
+        )
+    }
+
     /// The message of a protective stop.
     pub fn protective_stop(reason: StopReason) -> Self {
         Self::Robot {

@@ -8,10 +8,11 @@ use std::time::Duration;
 
 use motion_api::{CommandKind, Origin, ProgramId};
 use thiserror::Error;
-use tokio::sync::{mpsc, watch};
+use tokio::sync::{mpsc, oneshot, watch};
 
 use crate::interpreter::Interpreter;
 use crate::message::{Message, Severity};
+use crate::panel::{Panel, Watchdogs};
 use crate::task::{Control, ProgramText, Task, TaskEnd, TaskSettings};
 
 /// How long a new main program waits for one that is ending.
@@ -79,7 +80,7 @@ pub struct Supervisor {
 
 struct Shared {
     settings: TaskSettings,
-    interpreter: Interpreter,
+    interpreter: Arc<Interpreter>,
     current: Mutex<Current>,
     status: watch::Sender<TaskStatus>,
 }
@@ -100,8 +101,8 @@ impl Supervisor {
     pub fn new(settings: TaskSettings) -> Self {
         let (status, _) = watch::channel(TaskStatus::default());
         let shared = Shared {
+            interpreter: Arc::new(Interpreter::new(settings.panel.news().clone())),
             settings,
-            interpreter: Interpreter::default(),
             current: Mutex::default(),
             status,
         };
@@ -131,8 +132,12 @@ impl Supervisor {
     /// # Errors
     /// [`SubmitError`]; it was also reported to the observer as a script error of the refused program.
     pub async fn submit(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
-        if is_secondary(&program.text) && self.join_running(&program) {
-            return Ok(self.status().program);
+        let secondary = is_secondary(&program.text);
+        if secondary && let Some(taken) = self.join_running(&program) {
+            // A task that ends right now does not take it any more; then it runs on its own.
+            if taken.await.is_ok() {
+                return Ok(self.status().program);
+            }
         }
         let mut status = self.watch();
         let patience = if status.borrow_and_update().ending {
@@ -145,27 +150,36 @@ impl Supervisor {
             .await;
         let started = self.start(program);
         if let Err(error) = &started {
-            self.shared
-                .settings
-                .observer
-                .message(&Message::ScriptError {
+            let summary = format!("RuntimeError: {error}");
+            let message = if secondary {
+                Message::secondary_exception(Origin::default(), &summary)
+            } else {
+                Message::ScriptError {
                     program: ProgramId::default(),
                     line: 1,
                     column: 1,
-                    summary: format!("RuntimeError: {error}"),
-                    report: format!("RuntimeError: {error}"),
-                });
+                    report: summary.clone(),
+                    summary,
+                }
+            };
+            self.shared.settings.observer.message(&message);
         }
         started
     }
 
-    fn join_running(&self, program: &ProgramText) -> bool {
+    /// What people see and answer.
+    pub fn panel(&self) -> &Panel {
+        &self.shared.settings.panel
+    }
+
+    /// Hands a secondary program to the running task; the receiver hears whether it was taken.
+    fn join_running(&self, program: &ProgramText) -> Option<oneshot::Receiver<()>> {
+        let (sender, taken) = oneshot::channel();
+        let control = Control::Secondary(program.clone(), sender);
         let current = self.current();
-        current.running.as_ref().is_some_and(|r| {
-            r.controls
-                .try_send(Control::Secondary(program.clone()))
-                .is_ok()
-        })
+        let running = current.running.as_ref()?;
+        running.controls.try_send(control).ok()?;
+        Some(taken)
     }
 
     fn start(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
@@ -180,6 +194,7 @@ impl Supervisor {
         let (controls, receiver) = mpsc::channel(CONTROLS_WAITING_MAX);
         let name = program.name.clone();
         let shared = Arc::clone(&self.shared);
+        self.shared.interpreter.task_starts();
         self.shared.status.send_replace(TaskStatus {
             state: TaskState::Running,
             program: id,
@@ -190,6 +205,7 @@ impl Supervisor {
             .name(format!("task-{}", id.0))
             .spawn(move || shared.run_task(id, program, receiver))
             .map_err(|error| {
+                self.shared.interpreter.task_ended();
                 self.shared.status.send_replace(TaskStatus::default());
                 SubmitError::NoThread {
                     refused: name.clone(),
@@ -206,14 +222,14 @@ impl Supervisor {
         self.control(Control::Stop, |status| status.ending = true);
     }
 
-    /// Holds the running program and the arm on its path.
+    /// Holds the running program and the arm on its path. The status says so once the program is held.
     pub fn pause(&self) {
-        self.control(Control::Pause, |status| status.state = TaskState::Paused);
+        self.control(Control::Pause, |_| {});
     }
 
     /// Lets a held program go on.
     pub fn resume(&self) {
-        self.control(Control::Resume, |status| status.state = TaskState::Running);
+        self.control(Control::Resume, |_| {});
     }
 
     fn control(&self, control: Control, change: impl FnOnce(&mut TaskStatus)) {
@@ -260,13 +276,14 @@ impl Shared {
     fn run_task(&self, id: ProgramId, program: ProgramText, controls: mpsc::Receiver<Control>) {
         let observer = self.settings.observer.clone();
         observer.program_started(id, &program.name, &program.text);
-        self.interpreter.task_started();
         let end = match tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()
         {
             Ok(runtime) => {
-                runtime.block_on(Task::new(self.settings.clone(), id, controls).run(program))
+                let (interpreter, status) = (self.interpreter.clone(), self.status.clone());
+                let task = Task::new(self.settings.clone(), interpreter, id, controls, status);
+                runtime.block_on(task.run(program))
             }
             Err(error) => {
                 let text = format!("the program could not be started: {error}");
@@ -275,6 +292,7 @@ impl Shared {
             }
         };
         self.interpreter.task_ended();
+        self.settings.panel.with_watchdogs(Watchdogs::clear);
         observer.program_ended(id);
         // Under one lock: a program that starts right now must not have its status overwritten.
         let mut current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
@@ -289,7 +307,7 @@ impl Shared {
 }
 
 /// True when the first statement of the text heads a secondary program.
-fn is_secondary(text: &str) -> bool {
+pub(crate) fn is_secondary(text: &str) -> bool {
     text.lines()
         .map(|line| line.split('#').next().unwrap_or_default().trim_end())
         .find(|line| !line.is_empty())

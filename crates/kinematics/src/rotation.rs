@@ -83,7 +83,7 @@ pub fn rpy_from_rotation(rotation: &Rotation3<f64>) -> [f64; 3] {
 }
 
 /// `atan2` gives -pi where the sine is negative zero; the convention is (-pi, pi]. Also turns -0 into 0.
-#[inline]
+#[inline(always)]
 pub(crate) fn half_open(angle: f64) -> f64 {
     if angle == -PI { PI } else { angle + 0.0 }
 }

@@ -3,7 +3,7 @@
 //! Owns the evaluation used by the kinematics. The C library's versions differ between releases and processors, which
 //! would break the promise that a recording can be made again byte for byte; and one at a time they are half of the
 //! cost of forward kinematics and most of that of the inverse. Written without branches, so that the compiler can use
-//! vector instructions.
+//! vector instructions; always inlined, so that callers compiled for wider vectors get them here too.
 
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
@@ -25,7 +25,7 @@ const WHOLE_LACKS: f64 = 1.224_646_799_147_353_2e-16;
 /// Sines and cosines of N angles in radians; the error is below 2e-16.
 ///
 /// Reduction to a quarter turn and polynomials as in fdlibm's `k_sin.c` and `k_cos.c`.
-#[inline]
+#[inline(always)]
 pub fn sin_cos<const N: usize>(angles: &[f64; N]) -> ([f64; N], [f64; N]) {
     let (mut sines, mut cosines) = ([0.0; N], [0.0; N]);
     let mut in_range = true;
@@ -48,7 +48,7 @@ pub fn sin_cos<const N: usize>(angles: &[f64; N]) -> ([f64; N], [f64; N]) {
 ///
 /// Signs of zeros count as in the standard `atan2`. Infinite coordinates have no angle here, NaN stays NaN.
 /// The quotient is reduced to |t| <= tan(pi/8); polynomial as in fdlibm's `s_atan.c`.
-#[inline]
+#[inline(always)]
 pub fn atan2<const N: usize>(y: &[f64; N], x: &[f64; N]) -> [f64; N] {
     let mut angles = [0.0; N];
     for i in 0..N {
@@ -57,7 +57,7 @@ pub fn atan2<const N: usize>(y: &[f64; N], x: &[f64; N]) -> [f64; N] {
     angles
 }
 
-#[inline]
+#[inline(always)]
 fn angle_of(y: f64, x: f64) -> f64 {
     /// tan(pi/8)
     const REDUCE_ABOVE: f64 = 0.414_213_562_373_095_03;
@@ -124,7 +124,7 @@ pub(crate) fn wrap_few_turns(angle: f64) -> f64 {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn reduced(angle: f64) -> (f64, f64) {
     let shifted = angle * core::f64::consts::FRAC_2_PI + ROUNDER;
     let quarters = shifted - ROUNDER;

@@ -3,48 +3,107 @@
 //! Owns the rule of the whole module: every vector argument is one row or a batch of rows, everything in it is finite.
 //! Rows are copied out of numpy arrays, so that another thread may write to them while a batch runs.
 
+use std::cell::RefCell;
+
+use kinematics::batch::Operand;
 use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt, PyList, PyTuple};
 
+/// An argument as it comes.
+pub(crate) type Given<'a, 'py> = &'a Bound<'py, PyAny>;
+
+/// What a function gives back.
+pub(crate) type Reply<'py> = PyResult<Bound<'py, PyAny>>;
+
 /// One row of K numbers or a batch of them.
-#[derive(Clone)]
 pub(crate) enum Rows<const K: usize> {
     One([f64; K]),
-    Many(Vec<[f64; K]>),
+    Many(Copied),
+}
+
+/// Numbers copied out of an array.
+///
+/// Their memory is kept for the next call of this thread, up to a bound: given back, the allocator returns it to the
+/// system, and fetching it again page by page takes longer than the arithmetic of a batch.
+pub(crate) struct Copied(Vec<f64>);
+
+thread_local! {
+    static SPARE: RefCell<Vec<Vec<f64>>> = const { RefCell::new(Vec::new()) };
+}
+
+impl Copied {
+    /// Most copies that are kept, as many as a function has batches.
+    const SPARES_MAX: usize = 3;
+    /// Longest copy that is kept: 2 MiB.
+    const KEPT_MAX: usize = 1 << 18;
+
+    fn of(values: &[f64]) -> Self {
+        let mut copy = SPARE.with_borrow_mut(Vec::pop).unwrap_or_default();
+        copy.extend_from_slice(values);
+        Self(copy)
+    }
+
+    /// The rows; K numbers each.
+    #[inline]
+    fn rows<const K: usize>(&self) -> &[[f64; K]] {
+        self.0.as_chunks().0
+    }
+}
+
+impl Drop for Copied {
+    fn drop(&mut self) {
+        let mut copy = std::mem::take(&mut self.0);
+        copy.clear();
+        if copy.capacity() <= Self::KEPT_MAX {
+            // While the thread ends there is no place to keep it any more, which is fine.
+            let _ = SPARE.try_with(|spare| {
+                let mut spare = spare.borrow_mut();
+                if spare.len() < Self::SPARES_MAX {
+                    spare.push(copy);
+                }
+            });
+        }
+    }
 }
 
 impl<const K: usize> Rows<K> {
     /// Reads the argument `name`.
-    pub(crate) fn read(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Self> {
+    pub(crate) fn read(name: &str, given: Given<'_, '_>) -> PyResult<Self> {
         if let Some(row) = plain_sequence(given) {
             all_finite(name, &row, &[K])?;
             return Ok(Self::One(row));
         }
-        let array = Numbers::read(name, given)?;
-        let rows = match *array.shape {
-            [k] if k == K => 1,
-            [n, k] if k == K => n,
-            _ => {
-                return Err(PyValueError::new_err(format!(
-                    "{name} must have shape ({K},) or (N, {K}), got {}",
-                    shape_text(&array.shape)
-                )));
-            }
-        };
-        let (chunks, _) = array.values.as_chunks::<K>();
-        debug_assert_eq!(chunks.len(), rows);
-        Ok(match (array.shape.len(), chunks) {
-            (1, [row]) => Self::One(*row),
-            _ => Self::Many(chunks.to_vec()),
-        })
+        if let Ok(array) = given.cast_exact::<PyArrayDyn<f64>>()
+            && array.is_c_contiguous()
+            && let Ok(array) = array.try_readonly()
+            && let Ok(values) = array.as_slice()
+        {
+            return Self::of(name, values, array.shape());
+        }
+        let Numbers { values, shape } = Numbers::read(name, given)?;
+        Self::of(name, &values, &shape)
+    }
+
+    /// Copies rows that lie one after the other.
+    fn of(name: &str, values: &[f64], shape: &[usize]) -> PyResult<Self> {
+        all_finite(name, values, shape)?;
+        let (rows, _) = values.as_chunks::<K>();
+        match (shape, rows) {
+            (&[k], [row]) if k == K => Ok(Self::One(*row)),
+            (&[_, k], _) if k == K => Ok(Self::Many(Copied::of(values))),
+            _ => Err(PyValueError::new_err(format!(
+                "{name} must have shape ({K},) or (N, {K}), got {}",
+                shape_text(shape)
+            ))),
+        }
     }
 
     /// Reads an argument that may be left out, which means `default`.
     pub(crate) fn read_or(
         name: &str,
-        given: Option<&Bound<'_, PyAny>>,
+        given: Option<Given<'_, '_>>,
         default: [f64; K],
     ) -> PyResult<Self> {
         given.map_or(Ok(Self::One(default)), |given| Self::read(name, given))
@@ -55,7 +114,7 @@ impl<const K: usize> Rows<K> {
     pub(crate) fn at(&self, index: usize) -> &[f64; K] {
         match self {
             Self::One(row) => row,
-            Self::Many(rows) => &rows[index],
+            Self::Many(copied) => &copied.rows()[index],
         }
     }
 
@@ -63,18 +122,28 @@ impl<const K: usize> Rows<K> {
     pub(crate) fn batch(&self) -> Option<usize> {
         match self {
             Self::One(_) => None,
-            Self::Many(rows) => Some(rows.len()),
+            Self::Many(copied) => Some(copied.rows::<K>().len()),
+        }
+    }
+}
+
+impl Rows<6> {
+    /// As an operand of a batch.
+    pub(crate) fn operand(&self) -> Operand<'_> {
+        match self {
+            Self::One(row) => Operand::Same(row),
+            Self::Many(copied) => Operand::Each(copied.rows()),
         }
     }
 }
 
 /// One row of K numbers; a batch is an error.
-pub(crate) fn single<const K: usize>(name: &str, given: &Bound<'_, PyAny>) -> PyResult<[f64; K]> {
+pub(crate) fn single<const K: usize>(name: &str, given: Given<'_, '_>) -> PyResult<[f64; K]> {
     match Rows::<K>::read(name, given)? {
         Rows::One(row) => Ok(row),
         Rows::Many(rows) => Err(PyValueError::new_err(format!(
             "{name} must have shape ({K},), got {}",
-            shape_text(&[rows.len(), K])
+            shape_text(&[rows.rows::<K>().len(), K])
         ))),
     }
 }
@@ -103,7 +172,7 @@ pub(crate) struct Numbers {
 
 impl Numbers {
     /// Reads the argument `name` through numpy; everything must be a finite real number.
-    pub(crate) fn read(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Self> {
+    pub(crate) fn read(name: &str, given: Given<'_, '_>) -> PyResult<Self> {
         let numpy = given.py().import("numpy")?;
         let refused =
             |what: String| PyValueError::new_err(format!("{name} must be numbers, got {what}"));
@@ -134,7 +203,7 @@ impl Numbers {
 }
 
 /// A number that stands alone.
-pub(crate) fn number(name: &str, given: &Bound<'_, PyAny>) -> PyResult<f64> {
+pub(crate) fn number(name: &str, given: Given<'_, '_>) -> PyResult<f64> {
     let value = if given.is_instance_of::<PyFloat>() || given.is_instance_of::<PyInt>() {
         given.extract()?
     } else {
@@ -154,7 +223,7 @@ pub(crate) fn number(name: &str, given: &Bound<'_, PyAny>) -> PyResult<f64> {
 }
 
 /// The quick way for the commonest argument, a list or tuple of K numbers.
-fn plain_sequence<const K: usize>(given: &Bound<'_, PyAny>) -> Option<[f64; K]> {
+fn plain_sequence<const K: usize>(given: Given<'_, '_>) -> Option<[f64; K]> {
     let length = if let Ok(list) = given.cast_exact::<PyList>() {
         list.len()
     } else {
@@ -177,9 +246,19 @@ fn plain_sequence<const K: usize>(given: &Bound<'_, PyAny>) -> Option<[f64; K]> 
 }
 
 fn all_finite(name: &str, values: &[f64], shape: &[usize]) -> PyResult<()> {
-    let Some(at) = values.iter().position(|x| !x.is_finite()) else {
+    // Zero times a number is zero if that is finite and NaN if not. Eight sums beside each other, so that the compiler
+    // can use vector instructions.
+    let mut sums = [0.0; 8];
+    let (eights, rest) = values.as_chunks::<8>();
+    for eight in eights {
+        for (sum, x) in sums.iter_mut().zip(eight) {
+            *sum += 0.0 * x;
+        }
+    }
+    if sums.iter().chain(rest).all(|x| x.is_finite()) {
         return Ok(());
-    };
+    }
+    let at = values.iter().position(|x| !x.is_finite()).unwrap_or(0);
     let place = match shape {
         [] => String::new(),
         [_] => format!(" at index {at}"),

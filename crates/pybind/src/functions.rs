@@ -3,8 +3,9 @@
 //! Owns their Python signatures and docstrings; the meaning is in `kinematics::script_math`. Poses are
 //! `[x, y, z, Rx, Ry, Rz]`, metres and radians, R = Rz(Rz) Ry(Ry) Rx(Rx).
 
-use crate::arguments::{Numbers, Rows, common_batch, number};
-use crate::results::{compute, reshaped};
+use crate::arguments::{Given, Numbers, Reply, Rows, common_batch, number};
+use crate::results::{Computed, compute, filled, reshaped};
+use kinematics::batch::{self, Operand};
 use kinematics::script_math as m;
 use kinematics::{RobotModel, RpyPose, Wrench};
 use numpy::PyArray1;
@@ -16,47 +17,52 @@ fn invalid(error: m::DomainError) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
-/// A function of two poses that gives a pose.
+/// A function of two poses that gives a pose, for one pair and for many.
 fn pose_of_two<'py>(
     py: Python<'py>,
-    (first_name, first): (&str, &Bound<'py, PyAny>),
-    (second_name, second): (&str, &Bound<'py, PyAny>),
-    f: impl Fn(&RpyPose, &RpyPose) -> RpyPose + Send + Sync,
-) -> PyResult<Bound<'py, PyAny>> {
+    (first_name, first): (&str, Given<'_, 'py>),
+    (second_name, second): (&str, Given<'_, 'py>),
+    one: fn(&RpyPose, &RpyPose) -> RpyPose,
+    many: fn(Operand<'_>, Operand<'_>, &mut [[f64; 6]]),
+) -> Reply<'py> {
     let (a, b) = (
         Rows::<6>::read(first_name, first)?,
         Rows::<6>::read(second_name, second)?,
     );
-    let batch = common_batch(&[(first_name, a.batch()), (second_name, b.batch())])?;
-    compute(py, batch, |i| {
-        f(
-            &RpyPose::from_array(*a.at(i)),
-            &RpyPose::from_array(*b.at(i)),
-        )
-        .to_array()
-    })
+    match common_batch(&[(first_name, a.batch()), (second_name, b.batch())])? {
+        None => Computed::One(one(&pose(a.at(0)), &pose(b.at(0))).to_array()),
+        Some(rows) => filled(py, rows, |out| many(a.operand(), b.operand(), out)),
+    }
     .into_array(py)
 }
 
 /// A function of two poses that gives a number.
 fn number_of_two<'py>(
     py: Python<'py>,
-    p_from: &Bound<'py, PyAny>,
-    p_to: &Bound<'py, PyAny>,
-    f: impl Fn(&RpyPose, &RpyPose) -> f64 + Send + Sync,
-) -> PyResult<Bound<'py, PyAny>> {
+    p_from: Given<'_, 'py>,
+    p_to: Given<'_, 'py>,
+    f: fn(&RpyPose, &RpyPose) -> f64,
+) -> Reply<'py> {
     let (a, b) = (
         Rows::<6>::read("p_from", p_from)?,
         Rows::<6>::read("p_to", p_to)?,
     );
     let batch = common_batch(&[("p_from", a.batch()), ("p_to", b.batch())])?;
-    compute(py, batch, |i| {
-        f(
-            &RpyPose::from_array(*a.at(i)),
-            &RpyPose::from_array(*b.at(i)),
-        )
-    })
-    .into_number(py)
+    compute(py, batch, |i| f(&pose(a.at(i)), &pose(b.at(i)))).into_number(py)
+}
+
+/// A function of one vector of three numbers.
+fn of_three<'py>(
+    py: Python<'py>,
+    (name, given): (&str, Given<'_, 'py>),
+    f: fn([f64; 3]) -> [f64; 3],
+) -> Reply<'py> {
+    let rows = Rows::<3>::read(name, given)?;
+    compute(py, rows.batch(), |i| f(*rows.at(i))).into_array(py)
+}
+
+fn pose(row: &[f64; 6]) -> RpyPose {
+    RpyPose::from_array(*row)
 }
 
 /// Names of the built-in arms, smallest first.
@@ -76,10 +82,10 @@ pub(crate) fn models(py: Python<'_>) -> PyResult<Bound<'_, PyTuple>> {
 #[pyfunction]
 pub(crate) fn pose_add<'py>(
     py: Python<'py>,
-    p_1: &Bound<'py, PyAny>,
-    p_2: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
-    pose_of_two(py, ("p_1", p_1), ("p_2", p_2), m::pose_add)
+    p_1: Given<'_, 'py>,
+    p_2: Given<'_, 'py>,
+) -> Reply<'py> {
+    pose_of_two(py, ("p_1", p_1), ("p_2", p_2), m::pose_add, batch::pose_add)
 }
 
 /// Positions subtracted, rotation from `p_from` to `p_to`: inverse(R_from) R_to (manual 3.2.29).
@@ -88,10 +94,11 @@ pub(crate) fn pose_add<'py>(
 #[pyfunction]
 pub(crate) fn pose_sub<'py>(
     py: Python<'py>,
-    p_to: &Bound<'py, PyAny>,
-    p_from: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
-    pose_of_two(py, ("p_to", p_to), ("p_from", p_from), m::pose_sub)
+    p_to: Given<'_, 'py>,
+    p_from: Given<'_, 'py>,
+) -> Reply<'py> {
+    let (to, from) = (("p_to", p_to), ("p_from", p_from));
+    pose_of_two(py, to, from, m::pose_sub, batch::pose_sub)
 }
 
 /// A pose given in the frame of `p_from`, expressed in the frame `p_from` is given in (manual 3.2.30).
@@ -103,28 +110,21 @@ pub(crate) fn pose_sub<'py>(
 #[pyfunction]
 pub(crate) fn pose_trans<'py>(
     py: Python<'py>,
-    p_from: &Bound<'py, PyAny>,
-    p_from_to: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
-    pose_of_two(
-        py,
-        ("p_from", p_from),
-        ("p_from_to", p_from_to),
-        m::pose_trans,
-    )
+    p_from: Given<'_, 'py>,
+    p_from_to: Given<'_, 'py>,
+) -> Reply<'py> {
+    let (frame, inside) = (("p_from", p_from), ("p_from_to", p_from_to));
+    pose_of_two(py, frame, inside, m::pose_trans, batch::pose_trans)
 }
 
 /// The inverse transform of a pose (manual 3.2.28).
 ///
 /// p_from: pose, (6,) or (N, 6), m and rad. Returns the same shape.
 #[pyfunction]
-pub(crate) fn pose_inv<'py>(
-    py: Python<'py>,
-    p_from: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
+pub(crate) fn pose_inv<'py>(py: Python<'py>, p_from: Given<'_, 'py>) -> Reply<'py> {
     let rows = Rows::<6>::read("p_from", p_from)?;
     compute(py, rows.batch(), |i| {
-        m::pose_inv(&RpyPose::from_array(*rows.at(i))).to_array()
+        m::pose_inv(&pose(rows.at(i))).to_array()
     })
     .into_array(py)
 }
@@ -137,9 +137,9 @@ pub(crate) fn pose_inv<'py>(
 #[pyfunction]
 pub(crate) fn pose_dist<'py>(
     py: Python<'py>,
-    p_from: &Bound<'py, PyAny>,
-    p_to: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
+    p_from: Given<'_, 'py>,
+    p_to: Given<'_, 'py>,
+) -> Reply<'py> {
     number_of_two(py, p_from, p_to, m::pose_dist)
 }
 
@@ -149,9 +149,9 @@ pub(crate) fn pose_dist<'py>(
 #[pyfunction]
 pub(crate) fn point_dist<'py>(
     py: Python<'py>,
-    p_from: &Bound<'py, PyAny>,
-    p_to: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
+    p_from: Given<'_, 'py>,
+    p_to: Given<'_, 'py>,
+) -> Reply<'py> {
     number_of_two(py, p_from, p_to, m::point_dist)
 }
 
@@ -163,10 +163,10 @@ pub(crate) fn point_dist<'py>(
 #[pyfunction]
 pub(crate) fn interpolate_pose<'py>(
     py: Python<'py>,
-    p_from: &Bound<'py, PyAny>,
-    p_to: &Bound<'py, PyAny>,
-    alpha: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
+    p_from: Given<'_, 'py>,
+    p_to: Given<'_, 'py>,
+    alpha: Given<'_, 'py>,
+) -> Reply<'py> {
     let (a, b) = (
         Rows::<6>::read("p_from", p_from)?,
         Rows::<6>::read("p_to", p_to)?,
@@ -188,8 +188,7 @@ pub(crate) fn interpolate_pose<'py>(
     ])?;
     compute(py, batch, |i| {
         let alpha = alphas.values[if alpha_batch.is_some() { i } else { 0 }];
-        let (from, to) = (RpyPose::from_array(*a.at(i)), RpyPose::from_array(*b.at(i)));
-        m::interpolate_pose(&from, &to, alpha).to_array()
+        m::interpolate_pose(&pose(a.at(i)), &pose(b.at(i)), alpha).to_array()
     })
     .into_array(py)
 }
@@ -198,24 +197,16 @@ pub(crate) fn interpolate_pose<'py>(
 ///
 /// rotation_vector: (3,) or (N, 3), rad. Returns the same shape.
 #[pyfunction]
-pub(crate) fn rotvec2rpy<'py>(
-    py: Python<'py>,
-    rotation_vector: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let rows = Rows::<3>::read("rotation_vector", rotation_vector)?;
-    compute(py, rows.batch(), |i| m::rotvec2rpy(*rows.at(i))).into_array(py)
+pub(crate) fn rotvec2rpy<'py>(py: Python<'py>, rotation_vector: Given<'_, 'py>) -> Reply<'py> {
+    of_three(py, ("rotation_vector", rotation_vector), m::rotvec2rpy)
 }
 
 /// Roll, pitch, yaw to rotation vector (axis times angle, angle in [0, pi]) (manual 3.2.32).
 ///
 /// rpy_vector: (3,) or (N, 3), rad. Returns the same shape.
 #[pyfunction]
-pub(crate) fn rpy2rotvec<'py>(
-    py: Python<'py>,
-    rpy_vector: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let rows = Rows::<3>::read("rpy_vector", rpy_vector)?;
-    compute(py, rows.batch(), |i| m::rpy2rotvec(*rows.at(i))).into_array(py)
+pub(crate) fn rpy2rotvec<'py>(py: Python<'py>, rpy_vector: Given<'_, 'py>) -> Reply<'py> {
+    of_three(py, ("rpy_vector", rpy_vector), m::rpy2rotvec)
 }
 
 /// A wrench through the transform as it stands: F' = R F, M' = R M + t x F' (manual 4.8).
@@ -227,9 +218,9 @@ pub(crate) fn rpy2rotvec<'py>(
 #[expect(non_snake_case, reason = "the manual's name of the argument")]
 pub(crate) fn wrench_trans<'py>(
     py: Python<'py>,
-    T_from_to: &Bound<'py, PyAny>,
-    w_from: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
+    T_from_to: Given<'_, 'py>,
+    w_from: Given<'_, 'py>,
+) -> Reply<'py> {
     let (poses, wrenches) = (
         Rows::<6>::read("T_from_to", T_from_to)?,
         Rows::<6>::read("w_from", w_from)?,
@@ -237,7 +228,7 @@ pub(crate) fn wrench_trans<'py>(
     let batch = common_batch(&[("T_from_to", poses.batch()), ("w_from", wrenches.batch())])?;
     compute(py, batch, |i| {
         let wrench = Wrench::from_array(*wrenches.at(i));
-        m::wrench_trans(&RpyPose::from_array(*poses.at(i)), &wrench).to_array()
+        m::wrench_trans(&pose(poses.at(i)), &wrench).to_array()
     })
     .into_array(py)
 }
@@ -246,7 +237,7 @@ pub(crate) fn wrench_trans<'py>(
 ///
 /// a: number, (K,) or (N, K). Returns a float, or (N,).
 #[pyfunction]
-pub(crate) fn norm<'py>(py: Python<'py>, a: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+pub(crate) fn norm<'py>(py: Python<'py>, a: Given<'_, 'py>) -> Reply<'py> {
     let numbers = Numbers::read("a", a)?;
     match *numbers.shape {
         [] | [_] => compute(py, None, |_| m::norm(&numbers.values)).into_number(py),
@@ -264,10 +255,7 @@ pub(crate) fn norm<'py>(py: Python<'py>, a: &Bound<'py, PyAny>) -> PyResult<Boun
 ///
 /// v: (K,) or (N, K). Returns the same shape. A vector of length zero raises ValueError.
 #[pyfunction]
-pub(crate) fn normalize<'py>(
-    py: Python<'py>,
-    v: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
+pub(crate) fn normalize<'py>(py: Python<'py>, v: Given<'_, 'py>) -> Reply<'py> {
     let Numbers { mut values, shape } = Numbers::read("v", v)?;
     let columns = match *shape {
         [columns] | [_, columns] => columns,
@@ -286,9 +274,9 @@ pub(crate) fn normalize<'py>(
 fn elementwise<'py>(
     py: Python<'py>,
     name: &str,
-    given: &Bound<'py, PyAny>,
+    given: Given<'_, 'py>,
     f: impl Fn(f64) -> f64,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> Reply<'py> {
     let Numbers { values, shape } = Numbers::read(name, given)?;
     let values: Vec<f64> = values.into_iter().map(f).collect();
     match (shape.as_slice(), values.as_slice()) {
@@ -299,19 +287,19 @@ fn elementwise<'py>(
 
 /// Degrees to radians (manual 3.2.16). d: number or array of any shape. Returns the same shape.
 #[pyfunction]
-pub(crate) fn d2r<'py>(py: Python<'py>, d: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+pub(crate) fn d2r<'py>(py: Python<'py>, d: Given<'_, 'py>) -> Reply<'py> {
     elementwise(py, "d", d, m::d2r)
 }
 
 /// Radians to degrees (manual 3.2.17). r: number or array of any shape. Returns the same shape.
 #[pyfunction]
-pub(crate) fn r2d<'py>(py: Python<'py>, r: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+pub(crate) fn r2d<'py>(py: Python<'py>, r: Given<'_, 'py>) -> Reply<'py> {
     elementwise(py, "r", r, m::r2d)
 }
 
 /// Logarithm of f to base b; the base comes first, unlike math.log (manual 3.2.20).
 #[pyfunction]
-pub(crate) fn log(b: &Bound<'_, PyAny>, f: &Bound<'_, PyAny>) -> PyResult<f64> {
+pub(crate) fn log(b: Given<'_, '_>, f: Given<'_, '_>) -> PyResult<f64> {
     m::log(number("b", b)?, number("f", f)?).map_err(invalid)
 }
 

@@ -13,6 +13,15 @@ pub(crate) enum Computed<T> {
     Many(Vec<T>),
 }
 
+/// `f`, without the interpreter lock unless it is about a few rows only.
+pub(crate) fn detached<T: Send>(py: Python<'_>, rows: usize, f: impl FnOnce() -> T + Send) -> T {
+    if rows <= DETACH_ABOVE {
+        f()
+    } else {
+        py.detach(f)
+    }
+}
+
 /// Computes one result or a batch; a batch releases the interpreter lock.
 pub(crate) fn compute<T: Send>(
     py: Python<'_>,
@@ -21,9 +30,19 @@ pub(crate) fn compute<T: Send>(
 ) -> Computed<T> {
     match batch {
         None => Computed::One(f(0)),
-        Some(rows) if rows <= DETACH_ABOVE => Computed::Many((0..rows).map(f).collect()),
-        Some(rows) => Computed::Many(py.detach(|| (0..rows).map(f).collect())),
+        Some(rows) => Computed::Many(detached(py, rows, || (0..rows).map(f).collect())),
     }
+}
+
+/// A batch that `fill` writes; the interpreter lock is released.
+pub(crate) fn filled<const M: usize>(
+    py: Python<'_>,
+    rows: usize,
+    fill: impl FnOnce(&mut [[f64; M]]) + Send,
+) -> Computed<[f64; M]> {
+    let mut out = vec![[0.0; M]; rows];
+    detached(py, rows, || fill(&mut out));
+    Computed::Many(out)
 }
 
 impl<const M: usize> Computed<[f64; M]> {

@@ -4,8 +4,8 @@
 //! threads may share it.
 
 use crate::NoSolutionError;
-use crate::arguments::{Rows, common_batch, number, single};
-use crate::results::{Computed, compute, reshaped};
+use crate::arguments::{Given, Reply, Rows, common_batch, number, single};
+use crate::results::{Computed, compute, detached, reshaped};
 use kinematics::{
     Dynamics, GRAVITY_UPRIGHT, JointAccelerations, JointPositions, JointSpeeds, MAX_SOLUTIONS,
     Payload, Pose, RobotModel, RpyPose,
@@ -68,7 +68,7 @@ fn row_major(matrix: &Matrix6<f64>) -> [f64; 36] {
     rows
 }
 
-fn read_payload(given: &Bound<'_, PyAny>) -> PyResult<Payload> {
+fn read_payload(given: Given<'_, '_>) -> PyResult<Payload> {
     let wrong = || {
         PyValueError::new_err(format!(
             "payload must be (mass, cog) or (mass, cog, inertia), got {}",
@@ -106,7 +106,7 @@ impl Tool {
 
 impl Robot {
     /// The tool of a call: its own, or the robot's.
-    fn tool(&self, tcp: Option<&Bound<'_, PyAny>>) -> PyResult<Tool> {
+    fn tool(&self, tcp: Option<Given<'_, '_>>) -> PyResult<Tool> {
         let rows = Rows::read_or("tcp", tcp, self.tcp.to_array())?;
         let batch = rows.batch();
         Ok(Tool {
@@ -115,13 +115,25 @@ impl Robot {
         })
     }
 
+    /// A vector argument with the tool of the call, and their batch size.
+    fn with_tool(
+        &self,
+        name: &str,
+        given: Given<'_, '_>,
+        tcp: Option<Given<'_, '_>>,
+    ) -> PyResult<(Rows<6>, Tool, Option<usize>)> {
+        let (rows, tool) = (Rows::read(name, given)?, self.tool(tcp)?);
+        let batch = common_batch(&[(name, rows.batch()), ("tcp", tool.batch)])?;
+        Ok((rows, tool, batch))
+    }
+
     /// Nearest solutions for a pose argument; the batch size and a function from row to solution.
     fn nearest(
         &self,
         py: Python<'_>,
-        p: &Bound<'_, PyAny>,
-        qnear: Option<&Bound<'_, PyAny>>,
-        tcp: Option<&Bound<'_, PyAny>>,
+        p: Given<'_, '_>,
+        qnear: Option<Given<'_, '_>>,
+        tcp: Option<Given<'_, '_>>,
     ) -> PyResult<Computed<Option<JointPositions>>> {
         let (p, near, tcp) = (
             Rows::<6>::read("p", p)?,
@@ -146,9 +158,9 @@ impl Robot {
     #[pyo3(signature = (model="cs66", tcp=None, payload=None, gravity=None))]
     fn new(
         model: &str,
-        tcp: Option<&Bound<'_, PyAny>>,
-        payload: Option<&Bound<'_, PyAny>>,
-        gravity: Option<&Bound<'_, PyAny>>,
+        tcp: Option<Given<'_, '_>>,
+        payload: Option<Given<'_, '_>>,
+        gravity: Option<Given<'_, '_>>,
     ) -> PyResult<Self> {
         let source = model.to_owned();
         let model =
@@ -217,7 +229,7 @@ impl Robot {
 
     /// Smallest and largest joint positions, (6, 2), rad.
     #[getter]
-    fn joint_limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn joint_limits<'py>(&self, py: Python<'py>) -> Reply<'py> {
         let limits = self.model.limits();
         let pairs = (0..6).flat_map(|i| [limits.position_min[i], limits.position_max[i]]);
         reshaped(PyArray1::from_iter(py, pairs), vec![6, 2])
@@ -243,11 +255,10 @@ impl Robot {
     fn get_forward_kin<'py>(
         &self,
         py: Python<'py>,
-        q: &Bound<'py, PyAny>,
-        tcp: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let (q, tcp) = (Rows::<6>::read("q", q)?, self.tool(tcp)?);
-        let batch = common_batch(&[("q", q.batch()), ("tcp", tcp.batch)])?;
+        q: Given<'_, 'py>,
+        tcp: Option<Given<'_, 'py>>,
+    ) -> Reply<'py> {
+        let (q, tcp, batch) = self.with_tool("q", q, tcp)?;
         compute(py, batch, |i| {
             self.model
                 .tcp_pose(&JointPositions(*q.at(i)), tcp.at(i))
@@ -269,10 +280,10 @@ impl Robot {
     fn get_inverse_kin<'py>(
         &self,
         py: Python<'py>,
-        p: &Bound<'py, PyAny>,
-        qnear: Option<&Bound<'py, PyAny>>,
-        tcp: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+        p: Given<'_, 'py>,
+        qnear: Option<Given<'_, 'py>>,
+        tcp: Option<Given<'_, 'py>>,
+    ) -> Reply<'py> {
         match self.nearest(py, p, qnear, tcp)? {
             Computed::One(Some(q)) => Computed::One(q.0).into_array(py),
             Computed::One(None) => Err(NoSolutionError::new_err(format!(
@@ -292,10 +303,10 @@ impl Robot {
     fn get_inverse_kin_has_solution<'py>(
         &self,
         py: Python<'py>,
-        p: &Bound<'py, PyAny>,
-        qnear: Option<&Bound<'py, PyAny>>,
-        tcp: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+        p: Given<'_, 'py>,
+        qnear: Option<Given<'_, 'py>>,
+        tcp: Option<Given<'_, 'py>>,
+    ) -> Reply<'py> {
         match self.nearest(py, p, qnear, tcp)? {
             Computed::One(q) => Computed::One(q.is_some()),
             Computed::Many(rows) => Computed::Many(rows.iter().map(Option::is_some).collect()),
@@ -314,34 +325,32 @@ impl Robot {
     fn get_all_inverse_kin<'py>(
         &self,
         py: Python<'py>,
-        p: &Bound<'py, PyAny>,
-        tcp: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+        p: Given<'_, 'py>,
+        tcp: Option<Given<'_, 'py>>,
+    ) -> Reply<'py> {
         const NUMBERS: usize = 6 * MAX_SOLUTIONS;
-        let (p, tcp) = (Rows::<6>::read("p", p)?, self.tool(tcp)?);
-        let batch = common_batch(&[("p", p.batch()), ("tcp", tcp.batch)])?;
-        let found = compute(py, batch, |i| {
-            let solutions = self.model.inverse_all(&pose(p.at(i)), tcp.at(i));
-            let mut rows = [f64::NAN; NUMBERS];
-            for (row, q) in rows.as_chunks_mut::<6>().0.iter_mut().zip(&solutions) {
-                *row = q.0;
+        let (p, tcp, batch) = self.with_tool("p", p, tcp)?;
+        let solve = |i| self.model.inverse_all(&pose(p.at(i)), tcp.at(i));
+        let Some(count) = batch else {
+            let solutions = solve(0);
+            let rows: Vec<f64> = solutions.iter().flat_map(|q| q.0).collect();
+            return reshaped(PyArray1::from_vec(py, rows), vec![solutions.len(), 6]);
+        };
+        let (rows, counts) = detached(py, count, || {
+            let mut rows = vec![[f64::NAN; NUMBERS]; count];
+            let mut counts = vec![0_i64; count];
+            for (i, (rows, count)) in rows.iter_mut().zip(&mut counts).enumerate() {
+                let solutions = solve(i);
+                *count = solutions.len() as i64;
+                for (row, q) in rows.as_chunks_mut::<6>().0.iter_mut().zip(&solutions) {
+                    *row = q.0;
+                }
             }
-            (rows, solutions.len())
+            (rows, counts)
         });
-        match found {
-            Computed::One((rows, count)) => {
-                reshaped(PyArray1::from_slice(py, &rows[..6 * count]), vec![count, 6])
-            }
-            Computed::Many(all) => {
-                let (rows, counts): (Vec<[f64; NUMBERS]>, Vec<i64>) = all
-                    .into_iter()
-                    .map(|(rows, count)| (rows, count as i64))
-                    .unzip();
-                let rows = Computed::Many(rows).into_array_of(py, &[MAX_SOLUTIONS, 6])?;
-                let counts = PyArray1::from_vec(py, counts).into_any();
-                Ok(PyTuple::new(py, [rows, counts])?.into_any())
-            }
-        }
+        let rows = Computed::Many(rows).into_array_of(py, &[MAX_SOLUTIONS, 6])?;
+        let counts = PyArray1::from_vec(py, counts).into_any();
+        Ok(PyTuple::new(py, [rows, counts])?.into_any())
     }
 
     /// Geometric Jacobian of the TCP: twist [vx, vy, vz, wx, wy, wz] in base axes = J qd.
@@ -351,11 +360,10 @@ impl Robot {
     fn jacobian<'py>(
         &self,
         py: Python<'py>,
-        q: &Bound<'py, PyAny>,
-        tcp: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let (q, tcp) = (Rows::<6>::read("q", q)?, self.tool(tcp)?);
-        let batch = common_batch(&[("q", q.batch()), ("tcp", tcp.batch)])?;
+        q: Given<'_, 'py>,
+        tcp: Option<Given<'_, 'py>>,
+    ) -> Reply<'py> {
+        let (q, tcp, batch) = self.with_tool("q", q, tcp)?;
         compute(py, batch, |i| {
             let (_, jacobian) = self
                 .model
@@ -373,10 +381,10 @@ impl Robot {
     fn inverse_dynamics<'py>(
         &self,
         py: Python<'py>,
-        q: &Bound<'py, PyAny>,
-        qd: &Bound<'py, PyAny>,
-        qdd: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+        q: Given<'_, 'py>,
+        qd: Given<'_, 'py>,
+        qdd: Given<'_, 'py>,
+    ) -> Reply<'py> {
         let (q, qd, qdd) = (
             Rows::<6>::read("q", q)?,
             Rows::<6>::read("qd", qd)?,
@@ -396,11 +404,7 @@ impl Robot {
     }
 
     /// Joint-space mass matrix, payload included. q: (6,) or (N, 6), rad. Returns (6, 6) or (N, 6, 6), kg m^2.
-    fn mass_matrix<'py>(
-        &self,
-        py: Python<'py>,
-        q: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn mass_matrix<'py>(&self, py: Python<'py>, q: Given<'_, 'py>) -> Reply<'py> {
         let q = Rows::<6>::read("q", q)?;
         compute(py, q.batch(), |i| {
             row_major(&self.dynamics.mass_matrix(&JointPositions(*q.at(i))))
@@ -409,12 +413,27 @@ impl Robot {
     }
 
     /// Joint torques that hold the arm still, payload included. q: (6,) or (N, 6), rad. Returns the same shape, Nm.
-    fn gravity<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    fn gravity<'py>(&self, py: Python<'py>, q: Given<'_, 'py>) -> Reply<'py> {
         let q = Rows::<6>::read("q", q)?;
         compute(py, q.batch(), |i| {
             self.dynamics.gravity_torques(&JointPositions(*q.at(i))).0
         })
         .into_array(py)
+    }
+
+    /// Smallest distance between links of the arm that can meet, m; negative where the capsules around them overlap.
+    ///
+    /// The capsules enclose the links with some air, the tool is not part of it: a hint, not a proof of collision.
+    ///
+    /// q: (6,) or (N, 6), rad. Returns a float, or (N,); NaN for an arm whose URDF has no collision shapes.
+    fn self_collision_distance<'py>(&self, py: Python<'py>, q: Given<'_, 'py>) -> Reply<'py> {
+        let q = Rows::<6>::read("q", q)?;
+        compute(py, q.batch(), |i| {
+            let frames = self.model.forward(&JointPositions(*q.at(i)));
+            let nearest = self.model.collision().self_distance(&frames);
+            nearest.map_or(f64::NAN, |links| links.distance)
+        })
+        .into_number(py)
     }
 
     /// Whether a TCP pose can be reached inside the joint limits, or joint positions lie inside them (manual 3.1.35).
@@ -427,11 +446,11 @@ impl Robot {
     fn is_within_safety_limits<'py>(
         &self,
         py: Python<'py>,
-        p: Option<&Bound<'py, PyAny>>,
-        qnear: Option<&Bound<'py, PyAny>>,
-        tcp: Option<&Bound<'py, PyAny>>,
-        q: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+        p: Option<Given<'_, 'py>>,
+        qnear: Option<Given<'_, 'py>>,
+        tcp: Option<Given<'_, 'py>>,
+        q: Option<Given<'_, 'py>>,
+    ) -> Reply<'py> {
         match (p, q) {
             (Some(p), None) => self.get_inverse_kin_has_solution(py, p, qnear, tcp),
             (None, Some(q)) => {

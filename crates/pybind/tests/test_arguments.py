@@ -136,6 +136,13 @@ def test_safety_limits():
     assert ROBOT.is_within_safety_limits(q=beyond).tolist() == [True, False]
 
 
+def test_folded_arms_are_nearer_to_themselves():
+    free, folded = [0, -1.5, 1.0, -1.0, -1.5, 0], [0, -0.5, 3.0, -1.0, -1.5, 0]
+    both = ROBOT.self_collision_distance([free, folded])
+    assert both[0] > 0.04 > 0 > both[1]
+    assert ROBOT.self_collision_distance(free) == both[0]
+
+
 def test_properties():
     robot = elitescript.Robot("CS612", tcp=[0, 0, 0.1, 0, 0, 1], payload=(2, (0, 0, 0.05)), gravity=(0, 0, 9.81))
     assert (robot.name, robot.robot_type, robot.rated_payload) == ("cs612", 6212, 12.0)

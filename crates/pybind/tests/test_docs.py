@@ -2,12 +2,16 @@
 
 import doctest
 import inspect
+import subprocess
+import sys
 from pathlib import Path
 
 import elitescript
 import numpy as np
+import pytest
 
-PAGE = Path(__file__).resolve().parents[3] / "docs" / "python.md"
+ROOT = Path(__file__).resolve().parents[3]
+PAGE = ROOT / "docs" / "python.md"
 
 
 def test_examples_of_the_page():
@@ -26,3 +30,13 @@ def test_examples_of_the_docstrings():
             runner.run(parser.get_doctest(text, {"elitescript": elitescript}, name, None, 0))
     runner.run(parser.get_doctest(elitescript.__doc__, {}, "elitescript", None, 0))
     assert runner.tries >= 5 and runner.failures == 0
+
+
+def test_the_reach_map_is_drawn(tmp_path):
+    pytest.importorskip("matplotlib", reason="the test was asked to be quick")
+    picture = tmp_path / "reach.png"
+    example = ROOT / "examples" / "python" / "reach_map.py"
+    ran = subprocess.run([sys.executable, str(example), str(picture)], capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    assert "51% of the places can be reached" in ran.stdout
+    assert picture.read_bytes().startswith(b"\x89PNG") and picture.stat().st_size > 20_000

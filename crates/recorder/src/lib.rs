@@ -31,5 +31,7 @@ pub use rotation::{PartEnd, Rotation};
 pub use setup::{Setup, SetupError};
 pub use summary::Summary;
 pub use table::Table;
-pub use topics::{CommandMessage, IoMessage, IoValue, LogLevel, LogMessage, ScriptMessage, Topic};
+pub use topics::{
+    CommandMessage, IoMessage, IoValue, LogLevel, LogMessage, ScriptMessage, Topic, VariableMessage,
+};
 pub use writer::{CHUNK_BYTES, CHUNK_SECS, Totals};

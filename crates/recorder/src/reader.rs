@@ -17,7 +17,9 @@ use thiserror::Error;
 
 use crate::cycle::Cycle;
 use crate::setup::{METADATA_NAME, Setup, SetupError};
-use crate::topics::{CommandMessage, IoMessage, LogLevel, LogMessage, ScriptMessage, Topic};
+use crate::topics::{
+    CommandMessage, IoMessage, LogLevel, LogMessage, ScriptMessage, Topic, VariableMessage,
+};
 
 /// No record and no chunk of a recording is larger; a length beyond it is damage, not a reason to allocate.
 const MAX_RECORD: usize = 64 << 20;
@@ -143,6 +145,8 @@ pub enum Entry {
     Log(LogMessage),
     /// `/io`
     Io(IoMessage),
+    /// A global variable has another value.
+    Variable(VariableMessage),
 }
 
 impl Recording {
@@ -488,6 +492,7 @@ fn decode(topic: Topic, data: &[u8]) -> Result<Option<Entry>, String> {
         Topic::Command => Entry::Command(json(data)?),
         Topic::Script => Entry::Script(json(data)?),
         Topic::Io => Entry::Io(json(data)?),
+        Topic::Variables => Entry::Variable(json(data)?),
         Topic::JointStates | Topic::Tf | Topic::Tcp | Topic::Scene => return Ok(None),
     }))
 }

@@ -256,6 +256,24 @@ impl RecorderHandle {
         });
     }
 
+    /// A global variable of a program has this value now, as people read it.
+    pub fn variable(
+        &self,
+        time: f64,
+        program: ProgramId,
+        name: &str,
+        type_name: &str,
+        value: &str,
+    ) {
+        self.send(|| Note::Variable {
+            time,
+            program,
+            name: name.to_owned(),
+            type_name: type_name.to_owned(),
+            value: value.to_owned(),
+        });
+    }
+
     /// A message for people. `source` is the part of the controller, or the program, that says it.
     pub fn log(
         &self,

@@ -107,7 +107,7 @@ impl Summary {
                     list(&mut summary.programs, (time, script.program));
                 }
                 Entry::Log(log) => summary.log(time, log),
-                Entry::Script(_) | Entry::Io(_) => {}
+                Entry::Script(_) | Entry::Io(_) | Entry::Variable(_) => {}
             }
         }
         summary.ending = entries.ending().cloned();

@@ -33,6 +33,8 @@ pub enum Topic {
     Command,
     /// Every change of an input, an output or a register, [`IoMessage`].
     Io,
+    /// Changes of the global variables of programs, [`VariableMessage`].
+    Variables,
 }
 
 /// Schema of a topic as the file carries it.
@@ -47,7 +49,7 @@ pub struct TopicSchema {
 
 impl Topic {
     /// All topics, in the order in which they stand in the file.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Cycle,
         Self::JointStates,
         Self::Tf,
@@ -57,6 +59,7 @@ impl Topic {
         Self::Script,
         Self::Command,
         Self::Io,
+        Self::Variables,
     ];
 
     /// The topic's name, with its slash.
@@ -71,6 +74,7 @@ impl Topic {
             Self::Script => "/script",
             Self::Command => "/command",
             Self::Io => "/io",
+            Self::Variables => "/variables",
         }
     }
 
@@ -83,7 +87,7 @@ impl Topic {
     /// How messages are encoded: `protobuf` or `json`.
     pub const fn message_encoding(self) -> &'static str {
         match self {
-            Self::Script | Self::Command | Self::Io => "json",
+            Self::Script | Self::Command | Self::Io | Self::Variables => "json",
             _ => "protobuf",
         }
     }
@@ -104,6 +108,7 @@ impl Topic {
             Self::Script => json_schema("elite.Script", script_schema()),
             Self::Command => json_schema("elite.Command", command_schema()),
             Self::Io => json_schema("elite.Io", io_schema()),
+            Self::Variables => json_schema("elite.Variable", variable_schema()),
         }
     }
 
@@ -163,6 +168,38 @@ fn script_schema() -> Value {
             "line": {"type": "integer", "description": "line, from 1"}
         },
         "required": ["program", "program_id"]
+    })
+}
+
+/// `/variables`: a global variable of a program has this value now; at most ten times a second and name.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct VariableMessage {
+    /// Name of the program.
+    pub program: String,
+    /// Number of that program.
+    pub program_id: u32,
+    /// The variable.
+    pub name: String,
+    /// Its type, as `type(x).__name__`.
+    #[serde(rename = "type")]
+    pub type_name: String,
+    /// Its value, as `repr(x)`; long ones are cut.
+    pub value: String,
+}
+
+fn variable_schema() -> Value {
+    json!({
+        "title": "elite.Variable",
+        "description": "A global variable of a program has this value now.",
+        "type": "object",
+        "properties": {
+            "program": {"type": "string", "description": "name of the program"},
+            "program_id": {"type": "integer", "description": "number of the program, from 1"},
+            "name": {"type": "string", "description": "name of the variable"},
+            "type": {"type": "string", "description": "its type"},
+            "value": {"type": "string", "description": "its value as repr(), long ones are cut"}
+        },
+        "required": ["program", "program_id", "name", "type", "value"]
     })
 }
 

@@ -19,7 +19,9 @@ use serde::Serialize;
 use crate::cycle::Cycle;
 use crate::io_changes;
 use crate::setup::{METADATA_NAME, Setup};
-use crate::topics::{CommandMessage, IoMessage, IoValue, LogLevel, ScriptMessage, Topic};
+use crate::topics::{
+    CommandMessage, IoMessage, IoValue, LogLevel, ScriptMessage, Topic, VariableMessage,
+};
 use crate::viewer::Viewer;
 
 /// Uncompressed size that a chunk of small messages does not exceed. A larger message has a chunk of its own.
@@ -54,6 +56,13 @@ pub(crate) enum Note {
         thread: ThreadNumber,
         line: u32,
     },
+    Variable {
+        time: f64,
+        program: ProgramId,
+        name: String,
+        type_name: String,
+        value: String,
+    },
     Log {
         time: f64,
         level: LogLevel,
@@ -72,6 +81,7 @@ impl Note {
         match self {
             Self::ProgramStarted { time, .. }
             | Self::ScriptLine { time, .. }
+            | Self::Variable { time, .. }
             | Self::Log { time, .. }
             | Self::Io { time, .. } => *time,
         }
@@ -384,6 +394,22 @@ impl<W: Write> RecordWriter<W> {
                 thread,
                 line,
             } => self.line(time, (program, thread), line),
+            Note::Variable {
+                time,
+                program,
+                name,
+                type_name,
+                value,
+            } => {
+                let message = VariableMessage {
+                    program: self.programs.get(&program).cloned().unwrap_or_default(),
+                    program_id: program.0,
+                    name,
+                    type_name,
+                    value,
+                };
+                self.json(Topic::Variables, time, &message)
+            }
             Note::Log {
                 time,
                 level,

@@ -85,6 +85,7 @@ fn commands_notes_and_io_changes_stand_between_the_cycles_they_belong_to() {
     }
     handle.log(STEP, LogLevel::Error, "script", "something failed");
     handle.io(STEP, "output_integer_register[2]", IoValue::Integer(-3));
+    handle.variable(STEP, motion_api::ProgramId(1), "total", "int", "7");
     push(
         &mut motion,
         Record::Cycle(RobotState {
@@ -117,6 +118,9 @@ fn commands_notes_and_io_changes_stand_between_the_cycles_they_belong_to() {
                 }
                 Entry::Script(s) => format!("{} {:?} {:?}", s.program, s.text, s.line),
                 Entry::Log(l) => format!("{:?} {} {}", l.level, l.source, l.message),
+                Entry::Variable(v) => {
+                    format!("{}.{} {} {}", v.program, v.name, v.type_name, v.value)
+                }
                 Entry::Io(io) => format!("{} {} {:?}", io.cycle, io.name, io.value),
             };
             format!("{time:.3} {what}")
@@ -133,6 +137,7 @@ fn commands_notes_and_io_changes_stand_between_the_cycles_they_belong_to() {
             "0.004 1 tool_analog_in Number(4.5)",
             "0.004 Error script something failed",
             "0.004 1 output_integer_register[2] Integer(-3)",
+            "0.004 weld.script.total int 7",
             "0.004 weld.script None Some(7)",
             "0.008 cycle 2",
             "0.008 2 standard_digital_out[0] Level(false)",

@@ -6,12 +6,14 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use elite_runtime::message::{Message, Observer, Severity};
+use elite_runtime::message::{InterpreterEvent, Message, Observer, Severity};
+use elite_runtime::panel::VariableValue;
 use motion_api::{ProgramId, RobotState, SnapshotCell, ThreadNumber};
 use recorder::{LogLevel, RecorderHandle};
 use tokio::sync::broadcast;
 
 use crate::feed::Feed;
+use crate::log_dir::InterpreterLog;
 use crate::replay::script;
 
 /// How many messages a port may be behind before it misses some.
@@ -34,6 +36,7 @@ pub struct Announcer {
     console: Console,
     feed: Arc<Feed>,
     names: Mutex<BTreeMap<ProgramId, String>>,
+    interpreter_log: InterpreterLog,
 }
 
 impl Announcer {
@@ -42,6 +45,7 @@ impl Announcer {
         recording: RecorderHandle,
         snapshot: Arc<SnapshotCell>,
         console: Console,
+        interpreter_log: InterpreterLog,
         feed: Arc<Feed>,
     ) -> Self {
         Self {
@@ -51,6 +55,7 @@ impl Announcer {
             console,
             feed,
             names: Mutex::default(),
+            interpreter_log,
         }
     }
 
@@ -146,6 +151,16 @@ impl Observer for Announcer {
         self.recording
             .script_line(self.time(), program, thread, line);
         self.feed.line_changed(thread, line);
+    }
+
+    fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
+        let VariableValue { type_name, value } = value;
+        self.recording
+            .variable(self.time(), program, name, type_name, value);
+    }
+
+    fn interpreter(&self, event: &InterpreterEvent<'_>) {
+        self.interpreter_log.executing(event);
     }
 
     fn program_ended(&self, program: ProgramId) {

@@ -11,7 +11,8 @@ use std::thread::{self, JoinHandle, Thread};
 use std::time::Duration;
 
 use elite_runtime::message::{Message, Observer, Severity};
-use elite_runtime::{ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
+use elite_runtime::panel::Operator;
+use elite_runtime::{Panel, Permissions, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{ModelError, RobotModel};
 use motion::Cycle;
 use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
@@ -25,6 +26,7 @@ use crate::announce::{Announcer, Console};
 use crate::cell::{Cell, CellError};
 use crate::config::RobotConfig;
 use crate::feed::Feed;
+use crate::log_dir::InterpreterLog;
 use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice};
 use crate::recording_files;
 use crate::shutdown;
@@ -68,6 +70,14 @@ pub enum StartError {
     /// No recording.
     #[error(transparent)]
     Recording(#[from] RecordError),
+    /// No log files.
+    #[error("--log-dir: cannot write into {}: {source}", path.display())]
+    LogDir {
+        /// Which folder.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
     /// The operating system gave no thread.
     #[error("cannot start a thread: {0}")]
     Thread(#[from] io::Error),
@@ -79,6 +89,7 @@ pub struct Controller {
     supervisor: Supervisor,
     feed: Arc<Feed>,
     announcer: Arc<Announcer>,
+    interpreter_log: InterpreterLog,
     clock: Clock,
     pump: Pump,
     recorder: Option<Recorder>,
@@ -140,8 +151,16 @@ impl Controller {
             _ => (None, RecorderHandle::off()),
         };
         let snapshot: Arc<SnapshotCell> = script_end.snapshot.clone();
+        let interpreter_log = match &config.log_dir {
+            Some(folder) => InterpreterLog::open(folder, snapshot.clone()).map_err(|source| {
+                let path = folder.clone();
+                StartError::LogDir { path, source }
+            })?,
+            None => InterpreterLog::default(),
+        };
         let feed = Arc::new(Feed::new(model.clone()));
-        let announcer = Arc::new(Announcer::new(handle, snapshot, console, feed.clone()));
+        let log = interpreter_log.clone();
+        let announcer = Arc::new(Announcer::new(handle, snapshot, console, log, feed.clone()));
         alarm.connect(&announcer);
 
         let (pump, robot_for_pump) = Pump::start()?;
@@ -154,6 +173,11 @@ impl Controller {
             robot: robot.clone(),
             observer: announcer.clone(),
             seed: config.seed,
+            panel: Arc::new(Panel::new(match console {
+                Console::Stdout => Operator::Absent,
+                Console::Log => Operator::Present,
+            })),
+            permissions: permissions(config),
         };
         let supervisor = Supervisor::new(settings);
         feed.follow(supervisor.watch());
@@ -162,6 +186,7 @@ impl Controller {
             supervisor,
             feed,
             announcer,
+            interpreter_log,
             clock,
             pump,
             recorder,
@@ -187,6 +212,11 @@ impl Controller {
     /// Who tells everybody.
     pub fn announcer(&self) -> &Arc<Announcer> {
         &self.announcer
+    }
+
+    /// The log files of interpreter mode.
+    pub fn interpreter_log(&self) -> &InterpreterLog {
+        &self.interpreter_log
     }
 
     /// The file that is being recorded.
@@ -315,18 +345,12 @@ fn setup(
 
 /// Settings that this version takes but cannot act on yet are named, not ignored.
 fn warn_of_settings_without_effect(config: &RobotConfig) {
-    if config.log_dir.is_some() {
-        tracing::warn!(
-            "--log-dir: the vendor's log files are not available in this version, nothing is written there"
-        );
-    }
-    if config
-        .allow
+    if [Permission::Fs, Permission::Process]
         .iter()
-        .any(|permission| *permission != Permission::Net)
+        .any(|permission| config.allow.contains(permission))
     {
         tracing::warn!(
-            "--allow: scripts cannot import modules in this version, so there is nothing to allow"
+            "--allow fs and --allow process: the functions they are about are not available in this version"
         );
     }
 }
@@ -426,5 +450,16 @@ impl RecordingAlarm {
                 None => tracing::error!("{text}"),
             }
         })
+    }
+}
+
+/// What `--allow` lets programs reach.
+fn permissions(config: &RobotConfig) -> Permissions {
+    let allows = |permission| config.allow.contains(&permission);
+    Permissions {
+        files: allows(Permission::Fs),
+        processes: allows(Permission::Process),
+        environment: allows(Permission::Env),
+        network: allows(Permission::Net),
     }
 }

@@ -11,6 +11,7 @@ pub mod commands;
 pub mod config;
 pub mod controller;
 pub mod feed;
+pub mod log_dir;
 pub mod logging;
 pub mod options;
 pub mod ports;

@@ -15,13 +15,29 @@ use crate::parser::{parse, parse_expression};
 use crate::resolve::{KnownNames, resolve};
 use crate::source::SourceFile;
 use crate::stack::with_deep_stack;
+use crate::value::instance::Payload;
 use crate::value::module::Namespace;
-use crate::value::{Dict, Function, R, Raised, Value};
+use crate::value::{Dict, Function, Instance, R, Raised, Value};
 
 /// Longest text that is evaluated, in bytes.
 const TEXT_MAX: usize = 8 << 20;
 
+fn code_object(value: &Value) -> Option<&CodeObject> {
+    match value {
+        Value::Instance(instance) => instance.object(),
+        _ => None,
+    }
+}
+
 pub(super) fn eval(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
+    if args
+        .positional
+        .first()
+        .and_then(code_object)
+        .is_some_and(|code| !code.is_expression)
+    {
+        return exec(ev, args);
+    }
     let (file, scope) = prepare(ev, args, "eval")?;
     let code = with_deep_stack(|| eval_code(ev, &file, &scope))?;
     scope.run(ev, code)
@@ -86,9 +102,75 @@ fn exec_code(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &TextScope) -> R
     ))
 }
 
-pub(super) fn compile(ev: &Evaluator<'_>, _: &mut Args<'_>) -> R {
-    let text = "compile() is not supported: give the text to eval() or exec()";
-    Err(ev.raise(ExceptionKind::NotImplementedError, text))
+/// What `compile` makes: a text that is known to be right, for `eval` and `exec`.
+struct CodeObject {
+    text: String,
+    is_expression: bool,
+}
+
+/// `compile(source, filename, mode)`. The text is checked now and read again when it is evaluated.
+pub(super) fn compile(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
+    let (source, mode) = match (&*args.positional, args.keywords) {
+        ([source, _, mode, ..], []) => (source, mode),
+        (given, _) => {
+            let text = format!(
+                "compile() takes source, filename and mode by position ({} given)",
+                given.len()
+            );
+            return Err(ev.type_error(text));
+        }
+    };
+    let is_expression = match mode {
+        Value::Str(mode) if mode.as_str() == "eval" => true,
+        Value::Str(mode) if matches!(mode.as_str(), "exec" | "single") => false,
+        _ => return Err(ev.value_error("compile() mode must be 'exec', 'eval' or 'single'")),
+    };
+    let text = source_text(ev, source, "compile")?;
+    let file = SourceFile::new("<string>", text.clone());
+    with_deep_stack(|| {
+        let (module, diagnostics) = if is_expression {
+            let (expr, parsed) = parse_expression(&file);
+            let statement = expr.map(|expr| crate::ast::Stmt {
+                span: expr.span,
+                kind: crate::ast::StmtKind::Expr(expr),
+            });
+            let body = statement.into_iter().collect();
+            (
+                crate::ast::Module {
+                    body,
+                    ..parsed.module
+                },
+                parsed.diagnostics,
+            )
+        } else {
+            let parsed = parse(&file);
+            (parsed.module, parsed.diagnostics)
+        };
+        if let Some(raised) = refusal(ev, &file, &diagnostics) {
+            return Err(raised);
+        }
+        let resolution = resolve(&module, &KnownNames::default());
+        refusal(ev, &file, &resolution.diagnostics).map_or(Ok(()), Err)
+    })?;
+    let code = CodeObject {
+        text,
+        is_expression,
+    };
+    let class = ev.core.types.code.clone();
+    let payload = Payload::Object(Box::new(code));
+    Ok(Value::Instance(Instance::new(class, payload)))
+}
+
+fn source_text(ev: &Evaluator<'_>, source: &Value, function: &str) -> R<String> {
+    match ev.plain(source) {
+        Value::Str(text) => Ok(text.as_str().to_owned()),
+        other => match ev.bytes_like(&other) {
+            Some(data) => Ok(String::from_utf8_lossy(&data).into_owned()),
+            None => Err(ev.type_error(format!(
+                "{function}() arg 1 must be a string, bytes or code object"
+            ))),
+        },
+    }
 }
 
 /// Where a text runs.
@@ -124,16 +206,9 @@ fn prepare(ev: &Evaluator<'_>, args: &Args<'_>, function: &str) -> R<(Arc<Source
     let Some(source) = args.positional.first() else {
         return Err(ev.type_error(format!("{function} expected at least 1 argument, got 0")));
     };
-    let text = match ev.plain(source) {
-        Value::Str(text) => text.as_str().to_owned(),
-        other => match ev.bytes_like(&other) {
-            Some(data) => String::from_utf8_lossy(&data).into_owned(),
-            None => {
-                return Err(ev.type_error(format!(
-                    "{function}() arg 1 must be a string, bytes or code object"
-                )));
-            }
-        },
+    let text = match code_object(source) {
+        Some(code) => code.text.clone(),
+        None => source_text(ev, source, function)?,
     };
     if text.len() > TEXT_MAX {
         return Err(ev.value_error(format!(
@@ -147,7 +222,14 @@ fn prepare(ev: &Evaluator<'_>, args: &Args<'_>, function: &str) -> R<(Arc<Source
             Value::Dict(dict) => Ok(Some(dict)),
             other => {
                 let name = ev.core.types.name_of(&other);
-                Err(ev.type_error(format!("{function}() {what} must be a dict, not {name}")))
+                Err(ev.type_error(match (function, what) {
+                    ("eval", "locals") => "locals must be a mapping".to_owned(),
+                    ("eval", _) => "globals must be a dict".to_owned(),
+                    ("exec", "locals") => {
+                        format!("locals must be a mapping or None, not {name}")
+                    }
+                    _ => format!("exec() globals must be a dict, not {name}"),
+                }))
             }
         },
     };
@@ -222,5 +304,15 @@ fn refusal(ev: &Evaluator<'_>, file: &SourceFile, diagnostics: &[Diagnostic]) ->
     } else {
         ExceptionKind::SyntaxError
     };
-    Some(ev.raise(kind, format!("{} (<string>, line {line})", error.message)))
+    let raised = ev.raise(kind, format!("{} (<string>, line {line})", error.message));
+    if let Raised::Exception(exception) = &raised {
+        let symbols = &ev.core.symbols;
+        let set = |name: &str, value: Value| exception.set(symbols.intern(name), value, symbols);
+        set("msg", Value::str(error.message.as_str()));
+        set("filename", Value::str("<string>"));
+        set("lineno", Value::Int(i64::from(line)));
+        let column = file.position(error.span.start).column;
+        set("offset", Value::Int(i64::from(column)));
+    }
+    Some(raised)
 }

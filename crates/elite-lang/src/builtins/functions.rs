@@ -252,6 +252,9 @@ fn iter(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     match args[1].given() {
         None => ev.iter(&args[0]),
         Some(sentinel) => {
+            if !ev.truth(&callable(ev, &mut [args[0].clone()])?)? {
+                return Err(ev.type_error("iter(v, w): v must be callable"));
+            }
             let (function, sentinel) = (args[0].clone(), sentinel.clone());
             Ok(Value::Iter(Rc::new(Iter::Callable {
                 function,
@@ -307,7 +310,7 @@ fn not_an_iterator(ev: &Evaluator<'_>, value: &Value) -> crate::value::Raised {
 fn sorted(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let items = ev.collect(&args[0])?;
     let reverse = match args[2].given() {
-        Some(value) => ev.truth(value)?,
+        Some(value) => !ev.to_int(value)?.is_zero(),
         None => false,
     };
     ev.sort(items, args[1].given(), reverse).map(Value::list)

@@ -58,7 +58,11 @@ fn abs(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn chr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let code = ev.index(&args[0])?;
+    let int = ev.to_int(&args[0])?;
+    let Int::Small(code) = int else {
+        let text = "Python int too large to convert to C int";
+        return Err(ev.raise(ExceptionKind::OverflowError, text));
+    };
     let c = u32::try_from(code).ok().filter(|code| *code < 0x11_0000);
     let Some(code) = c else {
         return Err(ev.value_error("chr() arg not in range(0x110000)"));
@@ -118,6 +122,21 @@ fn pow(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         let all_numbers = args
             .iter()
             .all(|arg| matches!(arg, Value::Float(_)) || Int::of(arg).is_some());
+        if { &args[..] }
+            .iter()
+            .any(|arg| matches!(arg, Value::Complex(_)))
+        {
+            return Err(ev.value_error("complex modulo"));
+        }
+        if let Some(Value::Instance(instance)) = args.first()
+            && let Some(method) = instance.class.lookup(known::POW)
+        {
+            let (base, mut rest) = (args[0].clone(), args[1..].to_vec());
+            let result = ev.call_method_value(&method, &base, &mut rest)?;
+            if !matches!(result, Value::NotImplemented) {
+                return Ok(result);
+            }
+        }
         if all_numbers {
             let text = "pow() 3rd argument not allowed unless all arguments are integers";
             return Err(ev.type_error(text));
@@ -159,10 +178,14 @@ fn round(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             }
             Ok(crate::value::int::from_f64(float.round_ties_even()))
         }
-        (Value::Float(float), Some(digits)) => Ok(Value::Float(float::round(
-            *float,
-            ev.clamped_index(digits)?,
-        ))),
+        (Value::Float(float), Some(digits)) => {
+            let rounded = float::round(*float, ev.clamped_index(digits)?);
+            if rounded.is_infinite() && float.is_finite() {
+                let text = "rounded value too large to represent";
+                return Err(ev.raise(ExceptionKind::OverflowError, text));
+            }
+            Ok(Value::Float(rounded))
+        }
         (value @ (Value::Int(_) | Value::BigInt(_) | Value::Bool(_)), digits) => {
             let int = Int::of(value).unwrap_or(Int::Small(0));
             match digits {

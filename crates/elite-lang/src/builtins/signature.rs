@@ -157,7 +157,9 @@ impl Evaluator<'_> {
     fn builtin_keyword_error(&self, builtin: &Builtin, name: Symbol) -> Raised {
         let (name, label) = (self.core.symbols.name(name), builtin.label());
         let signature = &builtin.signature;
-        if signature.positional_only == signature.len() {
+        // The receiver of a method is never given by name.
+        let receiver = usize::from(builtin.owner.is_some());
+        if signature.positional_only.max(receiver) == signature.len() {
             return self.type_error(format!("{label}() takes no keyword arguments"));
         }
         if let BuiltinBody::Native(_) = &builtin.body {
@@ -193,10 +195,29 @@ impl Evaluator<'_> {
         };
         let label = builtin.label();
         let plural = |count: usize| if count == 1 { "" } else { "s" };
+        if builtin.name == "str" && builtin.owner.is_none() {
+            return self.type_error(format!("str() takes at most 3 arguments ({given} given)"));
+        }
+        if most == 0 && builtin.name == "object" {
+            return self.type_error("object() takes no arguments");
+        }
+        if parses_by_format(builtin) {
+            let (word, bound) = if given < required {
+                ("least", required)
+            } else {
+                ("most", most)
+            };
+            return self.type_error(format!(
+                "{}() takes at {word} {bound} argument{} ({given} given)",
+                builtin.name,
+                plural(bound)
+            ));
+        }
         if most == 0 {
             return self.type_error(format!("{label}() takes no arguments ({given} given)"));
         }
-        if required == most && most == 1 {
+        let by_tuple = ["sorted", "classmethod", "staticmethod"].contains(&builtin.name);
+        if required == most && most == 1 && !by_tuple {
             return self.type_error(format!(
                 "{label}() takes exactly one argument ({given} given)"
             ));
@@ -223,6 +244,10 @@ impl Evaluator<'_> {
     #[cold]
     fn builtin_missing_error(&self, builtin: &Builtin, index: usize, given: usize) -> Raised {
         let signature = &builtin.signature;
+        if index == 0 && builtin.owner.is_some() {
+            let label = builtin.label();
+            return self.type_error(format!("unbound method {label}() needs an argument"));
+        }
         if signature.positional_only > index {
             return self.builtin_count_error(builtin, given);
         }
@@ -230,11 +255,31 @@ impl Evaluator<'_> {
             builtin.label(),
             self.core.symbols.name(signature.params[index].name),
         );
+        if builtin.name == "enumerate" {
+            return self.type_error("enumerate() missing required argument 'iterable'");
+        }
+        let place = index + usize::from(builtin.owner.is_none());
         self.type_error(format!(
-            "{label}() missing required argument '{name}' (pos {})",
-            index + 1
+            "{label}() missing required argument '{name}' (pos {place})"
         ))
     }
+}
+
+/// Methods whose arguments CPython parses by a format string, which has words of its own for wrong counts.
+fn parses_by_format(builtin: &Builtin) -> bool {
+    matches!(builtin.owner, Some("str" | "bytes" | "bytearray"))
+        && matches!(
+            builtin.name,
+            "find"
+                | "rfind"
+                | "index"
+                | "rindex"
+                | "count"
+                | "startswith"
+                | "endswith"
+                | "split"
+                | "rsplit"
+        )
 }
 
 impl Builtin {

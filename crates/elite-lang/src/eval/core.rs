@@ -11,7 +11,7 @@ use crate::limits::{Limits, memory};
 use crate::statement::Injected;
 use crate::value::module::Namespace;
 use crate::value::symbol::Symbols;
-use crate::value::{Class, Module, R, Value};
+use crate::value::{Class, Dict, Module, R, Value};
 
 /// Safepoints between two looks at the memory in use.
 const SLICE: u32 = 4096;
@@ -34,6 +34,8 @@ pub struct Core {
     pub globals: Rc<Namespace>,
     /// Imported modules.
     pub modules: RefCell<Vec<Rc<Module>>>,
+    /// The same for scripts to see, as `sys.modules`.
+    pub module_table: Rc<Dict>,
     /// Native stacks.
     pub stacks: StackPool,
     /// The characters below 128 as strings.
@@ -64,6 +66,9 @@ pub struct Core {
     pub texts: RefCell<Vec<(Rc<Code>, Rc<Namespace>)>>,
     /// Namespaces of evaluated texts, to break their cycles at the end.
     pub namespaces: RefCell<Vec<Weak<Namespace>>>,
+    /// Library modules being loaded, one within another; meanwhile the thread is not interrupted, so that no other one
+    /// finds a module half made.
+    pub loading: Cell<u32>,
     /// What statements run by natives have defined.
     pub injected: RefCell<Injected>,
     next_thread: Cell<u64>,
@@ -84,6 +89,7 @@ impl Core {
             builtins: Namespace::default(),
             globals: Rc::default(),
             modules: RefCell::default(),
+            module_table: Rc::new(Dict::new()),
             stacks: StackPool::default(),
             ascii,
             empty_str: Value::str(""),
@@ -99,6 +105,7 @@ impl Core {
             classes: RefCell::default(),
             texts: RefCell::default(),
             namespaces: RefCell::default(),
+            loading: Cell::new(0),
             injected: RefCell::default(),
             next_thread: Cell::new(0),
             symbols,
@@ -125,6 +132,10 @@ impl Core {
         let left = self.fuel_left.get();
         if left > 0 {
             self.set_fuel(left);
+        }
+        if left == 0 && self.loading.get() > 0 {
+            self.set_fuel(SLICE);
+            return true;
         }
         left > 0
     }
@@ -201,6 +212,7 @@ impl Core {
             namespace.dismantle();
         }
         let modules = std::mem::take(&mut *self.modules.borrow_mut());
+        self.module_table.clear();
         for module in modules {
             module.namespace.dismantle();
         }

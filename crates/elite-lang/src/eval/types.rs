@@ -86,6 +86,8 @@ builtin_types! {
     classmethod = "classmethod", ClassMethod;
     super_ = "super", Super;
     cell = "cell", Native;
+    traceback = "traceback", Native;
+    code = "code", Native;
     bool = "bool", Bool;
 }
 

@@ -86,7 +86,7 @@ impl Evaluator<'_> {
                         return Err(self.value_error(format!("Unknown conversion specifier {c}")));
                     }
                     None => {
-                        let text = "end of string while looking for conversion specifier";
+                        let text = "unmatched '{' in format spec";
                         return Err(self.value_error(text));
                     }
                 };
@@ -128,7 +128,15 @@ impl Evaluator<'_> {
                 if key.is_empty() {
                     return Err(self.value_error("Empty attribute in format string"));
                 }
-                let key = key.parse().map_or_else(|_| Value::str(key), Value::Int);
+                let is_index = key.bytes().all(|byte| byte.is_ascii_digit());
+                let key = match key.parse() {
+                    Ok(index) if is_index => Value::Int(index),
+                    _ if is_index => {
+                        let text = "Too many decimal digits in format string";
+                        return Err(self.value_error(text));
+                    }
+                    _ => Value::str(key),
+                };
                 value = self.item(&value, &key)?;
                 path = &after[end + 1..];
             } else {

@@ -87,7 +87,7 @@ pub fn general(value: f64, precision: usize, alternate: bool, with_point: bool) 
     let (_, exponent_text) = rounded.split_once('e').unwrap_or((&rounded, "0"));
     let size: i32 = exponent_text.parse().unwrap_or(0);
     let limit = precision as i32 - i32::from(with_point);
-    if size < -4 || size >= limit.max(if with_point { 1 } else { 0 }) && size >= limit {
+    if size < -4 || size >= limit {
         let text = exponent(value, precision - 1, alternate);
         if alternate {
             return text;

@@ -152,7 +152,11 @@ fn text(text: &str, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> 
         None | Some('s') => {}
         Some(kind) => return Err(unknown_kind(ev, kind, "str")),
     }
-    let refused = if spec.sign != '-' {
+    let refused = if spec.no_negative_zero {
+        Some("Negative zero coercion (z) not allowed in string format specifier")
+    } else if spec.sign == ' ' {
+        Some("Space not allowed in string format specifier")
+    } else if spec.sign != '-' {
         Some("Sign not allowed in string format specifier")
     } else if spec.alternate {
         Some("Alternate form (#) not allowed in string format specifier")
@@ -216,6 +220,13 @@ fn character(int: &Int, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<
     if spec.sign != '-' {
         return Err(ev.value_error("Sign not allowed with integer format specifier 'c'"));
     }
+    if spec.alternate {
+        let text = "Alternate form (#) not allowed with integer format specifier 'c'";
+        return Err(ev.value_error(text));
+    }
+    if let Some(grouping) = spec.grouping {
+        return Err(ev.value_error(format!("Cannot specify '{grouping}' with 'c'.")));
+    }
     let code = match int {
         Int::Small(code) => u32::try_from(*code).ok().and_then(char::from_u32),
         Int::Big(_) => None,
@@ -226,7 +237,7 @@ fn character(int: &Int, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<
             "%c arg not in range(0x110000)",
         ));
     };
-    pad("", &c.to_string(), spec.align.unwrap_or('<'), spec, out);
+    pad("", &c.to_string(), spec.align.unwrap_or('>'), spec, out);
     Ok(())
 }
 
@@ -332,6 +343,10 @@ fn real_body(
 }
 
 fn complex(re: f64, im: f64, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> {
+    if spec.align == Some('=') && spec.fill != '0' {
+        let text = "'=' alignment flag is not allowed in complex format specifier";
+        return Err(ev.value_error(text));
+    }
     if spec.align == Some('=') || spec.fill == '0' {
         return Err(ev.value_error("Zero padding is not allowed in complex format specifier"));
     }
@@ -345,10 +360,21 @@ fn complex(re: f64, im: f64, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) 
             ..spec.clone()
         };
         real(value, &spec, "complex", ev, &mut text)?;
+        // Without a type, whole parts are written without a point.
+        if spec.kind.is_none() && text.ends_with(".0") {
+            text.truncate(text.len() - 2);
+        }
         Ok(text)
     };
     let text = if spec.kind.is_none() && spec.precision.is_none() {
         float::complex_repr(re, im)
+    } else if spec.kind.is_none() {
+        let imaginary = part(im, '+')?;
+        if re == 0.0 && re.is_sign_positive() {
+            format!("{}j", imaginary.trim_start_matches('+'))
+        } else {
+            format!("({}{imaginary}j)", part(re, spec.sign)?)
+        }
     } else {
         format!("{}{}j", part(re, spec.sign)?, part(im, '+')?)
     };

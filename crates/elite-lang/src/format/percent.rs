@@ -22,6 +22,10 @@ struct Source<'v> {
     mapping: Option<&'v Value>,
     items: Vec<Value>,
     next: usize,
+    /// A key has been used: the mapping is no argument of its own any more.
+    keyed: bool,
+    /// The result is bytes.
+    of_bytes: bool,
 }
 
 impl Evaluator<'_> {
@@ -36,20 +40,8 @@ impl Evaluator<'_> {
     pub fn percent_bytes(&self, format: &Value, args: &Value) -> R {
         let data = self.bytes_like(format).unwrap_or_default();
         let text: String = data.iter().map(|byte| char::from(*byte)).collect();
-        let as_text = |value: &Value| match self.bytes_like(value) {
-            Some(data) => Value::str(
-                data.iter()
-                    .map(|byte| char::from(*byte))
-                    .collect::<String>(),
-            ),
-            None => value.clone(),
-        };
-        let args = match args {
-            Value::Tuple(tuple) => Value::tuple(tuple.items().iter().map(as_text).collect()),
-            other => as_text(other),
-        };
         let mut out = String::new();
-        self.percent(&text, &args, "bytes", &mut out)?;
+        self.percent(&text, args, "bytes", &mut out)?;
         let data: Vec<u8> = out
             .chars()
             .map(|c| u8::try_from(c as u32).unwrap_or(b'?'))
@@ -68,9 +60,12 @@ impl Evaluator<'_> {
                 mapping: None,
                 items: tuple.items().to_vec(),
                 next: 0,
+                keyed: false,
+                of_bytes: what == "bytes",
             },
             other => {
-                let is_mapping = matches!(other, Value::Dict(_))
+                // Anything with items counts, as in CPython.
+                let is_mapping = matches!(other, Value::Dict(_) | Value::List(_) | Value::Range(_))
                     || matches!(other, Value::Instance(instance)
                         if instance.class.lookup(crate::value::symbol::known::GETITEM).is_some()
                             || matches!(instance.extended(), Some(Value::Dict(_))));
@@ -78,6 +73,8 @@ impl Evaluator<'_> {
                     mapping: is_mapping.then_some(other),
                     items: vec![other.clone()],
                     next: 0,
+                    keyed: false,
+                    of_bytes: what == "bytes",
                 }
             }
         };
@@ -98,6 +95,9 @@ impl Evaluator<'_> {
     }
 
     fn next_argument(&self, source: &mut Source<'_>) -> R {
+        if source.keyed {
+            return Err(self.type_error("not enough arguments for format string"));
+        }
         let item = source.items.get(source.next).cloned();
         source.next += 1;
         item.ok_or_else(|| self.type_error("not enough arguments for format string"))
@@ -121,6 +121,7 @@ impl Evaluator<'_> {
             let Some(mapping) = source.mapping else {
                 return Err(self.type_error("format requires a mapping"));
             };
+            source.keyed = true;
             keyed = Some(self.item(mapping, &Value::str(&after[..end]))?);
             rest = &after[end + 1..];
         }
@@ -141,17 +142,23 @@ impl Evaluator<'_> {
         conversion.width = width.unsigned_abs() as usize;
         if let Some(after) = rest.strip_prefix('.') {
             rest = after;
-            conversion.precision = Some(self.size(&mut rest, source)?.max(0) as usize);
+            let precision = self.size(&mut rest, source).map_err(|raised| {
+                if self.is_kind(&raised, crate::errors::ExceptionKind::ValueError) {
+                    return self.value_error("precision too big");
+                }
+                raised
+            })?;
+            conversion.precision = Some(precision.max(0) as usize);
         }
         self.check_allocation(conversion.width.max(conversion.precision.unwrap_or(0)))?;
         rest = rest.trim_start_matches(['l', 'h', 'L']);
         let kind = rest.chars().next().ok_or_else(incomplete)?;
         rest = &rest[kind.len_utf8()..];
-        if kind == '%' {
+        if kind == '%' && keyed.is_none() && text_after.starts_with('%') {
             out.push('%');
             return Ok(rest);
         }
-        if !"sradiuoxXeEfFgGcb".contains(kind) {
+        if !"sradiuoxXeEfFgGcb".contains(kind) || (kind == 'b' && !source.of_bytes) {
             let index =
                 format[..at].chars().count() + text_after.chars().count() - rest.chars().count();
             let code = kind as u32;
@@ -163,8 +170,34 @@ impl Evaluator<'_> {
             Some(value) => value,
             None => self.next_argument(source)?,
         };
+        let value = match (source.of_bytes, kind) {
+            (true, 's' | 'b' | 'c') => self.byte_argument(kind, value)?,
+            _ => value,
+        };
         self.convert_percent(kind, &conversion, &value, out)?;
         Ok(rest)
+    }
+
+    /// An argument of a conversion to bytes, as text of the same codes.
+    fn byte_argument(&self, kind: char, value: Value) -> R {
+        match self.bytes_like(&value) {
+            Some(data) => Ok(Value::str(
+                data.iter()
+                    .map(|byte| char::from(*byte))
+                    .collect::<String>(),
+            )),
+            None if kind == 'c' && !matches!(value, Value::Str(_)) => Ok(value),
+            None => {
+                let name = self.core.types.name_of(&value);
+                Err(self.type_error(if kind == 'c' {
+                    "%c requires an integer in range(256) or a single byte".to_owned()
+                } else {
+                    format!(
+                        "%b requires a bytes-like object, or an object that implements __bytes__, not '{name}'"
+                    )
+                }))
+            }
+        }
     }
 
     /// A width or precision: digits, or `*` for the next argument.

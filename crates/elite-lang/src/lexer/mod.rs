@@ -151,6 +151,11 @@ impl<'t> Lexer<'t> {
             .into_iter()
             .find(|end| after.starts_with(end));
         match joined {
+            Some(line_end) if after.len() == line_end.len() => {
+                let message = "the text ends after this line continuation '\\'";
+                self.error("syntax", self.at, self.at + 1, message);
+                self.at += 1 + line_end.len();
+            }
             Some(line_end) => self.at += 1 + line_end.len(),
             None => {
                 self.error(
@@ -171,7 +176,10 @@ impl<'t> Lexer<'t> {
             .find(|c: char| c != '_' && !c.is_alphanumeric())
             .unwrap_or(rest.len());
         let word = &rest[..length];
-        let is_prefix = length <= 2 && word.bytes().all(|b| b"rRbBuUfF".contains(&b));
+        let is_prefix = matches!(
+            &*word.to_ascii_lowercase(),
+            "r" | "b" | "u" | "f" | "rb" | "br" | "rf" | "fr"
+        );
         if is_prefix && rest[length..].starts_with(['"', '\'']) {
             self.at += length;
             return self.string(start);

@@ -16,6 +16,7 @@ use crate::eval::coroutine::{LEVEL, RESERVE};
 use crate::resolve::{FrameLayout, Place, Resolution, ScopePlaces};
 use crate::source::{SourceFile, Span};
 use crate::value::module::Namespace;
+use crate::value::symbol::known;
 use crate::value::{Bytes, Symbol, Value};
 
 /// Makes the code of a whole module.
@@ -79,6 +80,12 @@ impl<'l> Lower<'l> {
             deepest: 0,
             no_places: ScopePlaces::default(),
         }
+    }
+
+    /// `__name__` of the module that the code belongs to.
+    fn module_name(&self) -> Value {
+        let own = self.namespace.get(known::NAME);
+        own.unwrap_or_else(|| self.core.symbols.value(known::MAIN))
     }
 
     fn places(&self, scope: ScopeId) -> &ScopePlaces {

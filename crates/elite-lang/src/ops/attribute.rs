@@ -26,6 +26,9 @@ impl Evaluator<'_> {
                 _ => None,
             })),
             Value::Super(sup) => {
+                if matches!(name, known::THISCLASS | known::SELF) {
+                    return self.computed_attribute(value, name);
+                }
                 if name == known::CLASS {
                     return Ok(Some(Value::Class(self.core.types.super_.clone())));
                 }
@@ -60,9 +63,13 @@ impl Evaluator<'_> {
         if let Some(found) = self.computed_attribute(value, name)? {
             return Ok(Some(found));
         }
-        match class.lookup(name) {
-            Some(found) => self.bind_attribute(&found, value, class).map(Some),
-            None => self.object_attribute(value, class, name),
+        match (class.lookup(name), value) {
+            (Some(found), _) => self.bind_attribute(&found, value, class).map(Some),
+            // What a method does not have itself is looked up in its function.
+            (None, Value::BoundMethod(method)) if name != known::CLASS => {
+                self.attribute_or_none(&method.function, name)
+            }
+            (None, _) => self.object_attribute(value, class, name),
         }
     }
 
@@ -72,7 +79,9 @@ impl Evaluator<'_> {
             known::CLASS => Some(Value::Class(class.clone())),
             known::DOC => Some(Value::None),
             known::DICT => match value {
-                Value::Instance(instance) => Some(Value::Dict(instance.dict(&self.core.symbols))),
+                Value::Instance(instance) if instance.class.has_dict() => {
+                    Some(Value::Dict(instance.dict(&self.core.symbols)))
+                }
                 _ => None,
             },
             _ => match self.core.types.natural.lookup(name) {
@@ -147,6 +156,20 @@ impl Evaluator<'_> {
         if let Some(found) = &found
             && self.is_data_descriptor(found)
         {
+            // One that only sets does not hide what the instance holds under its name.
+            if let Value::Instance(descriptor) = found
+                && descriptor.class.lookup(known::GET).is_none()
+                && let Some(own) = instance.get(name, &self.core.symbols)
+            {
+                return Ok(Some(own));
+            }
+            if let Value::Property(property) = found
+                && property.get.is_none()
+            {
+                let (name, class) = (self.core.symbols.name(name), self.qualname_of(class));
+                let message = format!("property '{name}' of '{class}' object has no getter");
+                return Err(self.raise(ExceptionKind::AttributeError, message));
+            }
             return self.bind_attribute(found, value, class).map(Some);
         }
         if let Some(own) = instance.get(name, &self.core.symbols) {
@@ -157,6 +180,11 @@ impl Evaluator<'_> {
         }
         if let Some(state) = instance.exception()
             && let Some(found) = self.exception_attribute(instance, state, name)
+        {
+            return Ok(Some(found));
+        }
+        if let Some(extended) = instance.extended()
+            && let Some(found) = self.computed_attribute(&extended, name)?
         {
             return Ok(Some(found));
         }
@@ -258,6 +286,9 @@ impl Evaluator<'_> {
                 .map(Some),
             None => Ok(match name {
                 known::DOC => Some(Value::None),
+                known::ANNOTATIONS if class.is_script => {
+                    Some(Value::Dict(Rc::new(crate::value::Dict::new())))
+                }
                 known::MODULE => Some(Value::str(if class.is_script {
                     "__main__"
                 } else {
@@ -284,12 +315,25 @@ impl Evaluator<'_> {
                 format!("type object '{}' has no attribute '{name}'", class.name())
             }
             Value::Module(module) => format!("module '{}' has no attribute '{name}'", module.name),
+            Value::BoundMethod(method) => format!(
+                "'{}' object has no attribute '{name}'",
+                self.core.types.name_of(&method.function)
+            ),
             other => format!(
                 "'{}' object has no attribute '{name}'",
                 self.core.types.name_of(other)
             ),
         };
-        self.raise(ExceptionKind::AttributeError, message)
+        let raised = self.raise(ExceptionKind::AttributeError, message);
+        if let Raised::Exception(exception) = &raised {
+            let set = |attribute: &str, new: Value| {
+                let attribute = self.core.symbols.intern(attribute);
+                exception.set(attribute, new, &self.core.symbols);
+            };
+            set("name", Value::str(&*name));
+            set("obj", value.clone());
+        }
+        raised
     }
 
     /// `value.name = new`
@@ -383,9 +427,21 @@ impl Evaluator<'_> {
         if !class.is_script && instance.exception().is_none() {
             return Err(self.cannot_set(value, name));
         }
-        if name == known::DICT || name == known::CLASS {
-            let name = self.core.symbols.name(name);
-            return Err(self.type_error(format!("{name} assignment is not supported")));
+        if name == known::DICT {
+            let Value::Dict(dict) = self.plain(&new) else {
+                let name = self.core.types.name_of(&new);
+                return Err(self.type_error(format!(
+                    "__dict__ must be set to a dictionary, not a '{name}'"
+                )));
+            };
+            instance.set_dict(dict);
+            return Ok(());
+        }
+        if name == known::CLASS {
+            return Err(self.type_error("assignment to __class__ is not supported"));
+        }
+        if !class.takes_attribute(name) {
+            return Err(self.attribute_error(value, name));
         }
         instance.set(name, new, &self.core.symbols);
         Ok(())

@@ -113,7 +113,14 @@ impl Evaluator<'_> {
         } else {
             class_b.lookup(reflected)
         };
-        let b_first = !same && class_b.is_subclass_of(class_a) && method_b.is_some();
+        // A subclass goes first only with a method of its own.
+        let b_first = !same
+            && class_b.is_subclass_of(class_a)
+            && method_b.as_ref().is_some_and(|method| {
+                class_a
+                    .lookup(reflected)
+                    .is_none_or(|other| !other.is(method))
+            });
         if b_first && let Some(value) = self.try_method(method_b.as_ref(), b, a)? {
             return Ok(Some(value));
         }

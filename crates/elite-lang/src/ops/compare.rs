@@ -331,7 +331,11 @@ impl Evaluator<'_> {
                 }
                 _ => self.contains_by_iteration(container, item),
             },
-            Value::Instance(_) => {
+            Value::Instance(instance) => {
+                if let Some(Value::None) = instance.class.lookup(known::CONTAINS) {
+                    let name = instance.class.name();
+                    return Err(self.type_error(format!("'{name}' object is not a container")));
+                }
                 match self.special(container, known::CONTAINS, &mut [item.clone()])? {
                     Some(result) => self.truth(&result),
                     None => self.contains_by_iteration(container, item),
@@ -345,6 +349,10 @@ impl Evaluator<'_> {
         let data = self.bytes_like(container).unwrap_or_default();
         if let Some(part) = self.bytes_like(item) {
             return Ok(part.is_empty() || data.windows(part.len()).any(|window| window == part));
+        }
+        if crate::value::int::Int::of(item).is_none() && !matches!(item, Value::Instance(_)) {
+            let name = self.core.types.name_of(item);
+            return Err(self.type_error(format!("a bytes-like object is required, not '{name}'")));
         }
         let byte = u8::try_from(self.index(item)?);
         let byte = byte.map_err(|_| self.value_error("byte must be in range(0, 256)"))?;

@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Frame};
 use crate::value::attrs::AttrMap;
 use crate::value::class::Base;
@@ -87,6 +88,19 @@ impl Evaluator<'_> {
         Ok(object)
     }
 
+    /// `object.__new__(class, …)`: for builtin types and their subclasses, what the builtin's own `__new__` does.
+    pub fn new_object(&self, class: &Rc<Class>, args: &[Value], keywords: &[(Symbol, Value)]) -> R {
+        if !class.is_script && class.base != Base::Object {
+            return self.instantiate(class, &mut args.to_vec(), keywords, None);
+        }
+        let plain = class.base == Base::Object && class.lookup(known::NEW).is_none();
+        let takes_none = plain && class.lookup(known::INIT).is_none();
+        if takes_none && (!args.is_empty() || !keywords.is_empty()) {
+            return Err(self.type_error(format!("{}() takes no arguments", class.name())));
+        }
+        self.allocate(class, args, keywords)
+    }
+
     /// An instance before `__init__`. Subclasses of builtin types get the value they extend from the arguments.
     pub fn allocate(&self, class: &Rc<Class>, args: &[Value], keywords: &[(Symbol, Value)]) -> R {
         let payload = match class.base {
@@ -130,14 +144,79 @@ impl Evaluator<'_> {
         args: Vec<Value>,
         keywords: &[(Symbol, Value)],
     ) -> R {
-        if !keywords.is_empty() {
-            return Err(self.type_error(format!("{}() takes no keyword arguments", class.name())));
+        let is = |kind| class.is_subclass_of(self.core.types.exception(kind));
+        let named: &[&str] = if is(ExceptionKind::ImportError) {
+            &["name", "path"]
+        } else if is(ExceptionKind::NameError) {
+            &["name"]
+        } else if is(ExceptionKind::AttributeError) {
+            &["name", "obj"]
+        } else {
+            &[]
+        };
+        let mut attributes: Vec<(Symbol, Value)> = Vec::new();
+        for (name, value) in keywords {
+            let text = self.core.symbols.name(*name);
+            if named.is_empty() {
+                return Err(
+                    self.type_error(format!("{}() takes no keyword arguments", class.name()))
+                );
+            }
+            if !named.contains(&&*text) {
+                return Err(self.type_error(format!(
+                    "'{text}' is an invalid keyword argument for {}()",
+                    class.name()
+                )));
+            }
+            attributes.push((*name, value.clone()));
+        }
+        let (class, args) = match os_error_kind(&args) {
+            Some(kind) if Rc::ptr_eq(class, self.core.types.exception(ExceptionKind::OSError)) => {
+                (self.core.types.exception(kind), args)
+            }
+            _ => (class, args),
+        };
+        let parts =
+            if is(ExceptionKind::UnicodeDecodeError) || is(ExceptionKind::UnicodeEncodeError) {
+                self.check_unicode_error(&args)?;
+                ["encoding", "object", "start", "end", "reason"].as_slice()
+            } else {
+                &[]
+            };
+        let mut args = args;
+        if is(ExceptionKind::OSError) && args.len() >= 3 {
+            // The file name is no argument.
+            attributes.push((self.core.symbols.intern("filename"), args[2].clone()));
+            args.truncate(2);
+        }
+        for (name, value) in parts.iter().zip(&args) {
+            attributes.push((self.core.symbols.intern(name), value.clone()));
         }
         let state = ExceptionState::with_args(Value::tuple(args));
-        Ok(Value::Instance(Instance::new(
-            class.clone(),
-            Payload::Exception(Box::new(state)),
-        )))
+        let instance = Instance::new(class.clone(), Payload::Exception(Box::new(state)));
+        for (name, value) in attributes {
+            instance.set(name, value, &self.core.symbols);
+        }
+        Ok(Value::Instance(instance))
+    }
+
+    fn check_unicode_error(&self, args: &[Value]) -> R<()> {
+        match args {
+            [
+                Value::Str(_),
+                _,
+                Value::Int(_),
+                Value::Int(_),
+                Value::Str(_),
+            ] => Ok(()),
+            [_, _, _, _, _] => Err(self.type_error(
+                "argument types must be: encoding str, object, start int, end int, reason str",
+            )),
+            _ => Err(self.type_error(format!(
+                "function takes exactly 5 arguments ({} given)",
+                args.len()
+            ))),
+        }
     }
 
     /// Attributes that exceptions have by nature.
@@ -159,26 +238,47 @@ impl Evaluator<'_> {
             known::CAUSE => or_none(&state.cause.borrow()),
             known::CONTEXT => or_none(&state.context.borrow()),
             known::SUPPRESS_CONTEXT => Value::Bool(state.suppress_context.get()),
-            known::TRACEBACK => Value::None,
+            known::TRACEBACK => self.traceback_object(state),
             known::VALUE => {
-                let stop = self
-                    .core
-                    .types
-                    .exception(crate::errors::ExceptionKind::StopIteration);
+                let stop = self.core.types.exception(ExceptionKind::StopIteration);
                 if !instance.class.is_subclass_of(stop) {
                     return None;
                 }
                 first_argument(state)
             }
             known::CODE => {
-                let exit = self
-                    .core
-                    .types
-                    .exception(crate::errors::ExceptionKind::SystemExit);
+                let exit = self.core.types.exception(ExceptionKind::SystemExit);
                 if !instance.class.is_subclass_of(exit) {
                     return None;
                 }
+                match state.args() {
+                    Value::Tuple(args) if args.items().len() > 1 => Value::Tuple(args),
+                    _ => first_argument(state),
+                }
+            }
+            _ if &*self.core.symbols.name(name) == "msg" => {
+                let import = self.core.types.exception(ExceptionKind::ImportError);
+                if !instance.class.is_subclass_of(import) {
+                    return None;
+                }
                 first_argument(state)
+            }
+            _ if matches!(&*self.core.symbols.name(name), "name" | "path" | "obj") => {
+                let has = |kind| {
+                    instance
+                        .class
+                        .is_subclass_of(self.core.types.exception(kind))
+                };
+                let known = match &*self.core.symbols.name(name) {
+                    "name" => {
+                        has(ExceptionKind::ImportError)
+                            || has(ExceptionKind::NameError)
+                            || has(ExceptionKind::AttributeError)
+                    }
+                    "path" => has(ExceptionKind::ImportError),
+                    _ => has(ExceptionKind::AttributeError),
+                };
+                return known.then_some(Value::None);
             }
             _ => return self.os_error_attribute(instance, state, name),
         })
@@ -190,10 +290,7 @@ impl Evaluator<'_> {
         state: &ExceptionState,
         name: Symbol,
     ) -> Option<Value> {
-        let os_error = self
-            .core
-            .types
-            .exception(crate::errors::ExceptionKind::OSError);
+        let os_error = self.core.types.exception(ExceptionKind::OSError);
         if !instance.class.is_subclass_of(os_error) {
             return None;
         }
@@ -232,6 +329,16 @@ impl Evaluator<'_> {
         };
         match name {
             known::ARGS => state.set_args(Value::tuple(self.collect(new)?)),
+            known::CAUSE | known::CONTEXT if !self.is_exception_or_none(new) => {
+                let what = if name == known::CAUSE {
+                    "cause"
+                } else {
+                    "context"
+                };
+                return Err(self.type_error(format!(
+                    "exception {what} must be None or derive from BaseException"
+                )));
+            }
             known::CAUSE => {
                 chained(&state.cause);
                 state.suppress_context.set(true);
@@ -242,6 +349,32 @@ impl Evaluator<'_> {
             _ => return Ok(false),
         }
         Ok(true)
+    }
+
+    /// What `__traceback__` and `__exit__` get: an object that only tells that there is one, and its last line.
+    pub fn traceback_object(&self, state: &ExceptionState) -> Value {
+        let traceback = state.traceback();
+        let Some(place) = traceback.last() else {
+            return Value::None;
+        };
+        let line = place.code.file.position(place.span.start).line;
+        let object = Instance::new(self.core.types.traceback.clone(), Payload::None);
+        let symbols = &self.core.symbols;
+        object.set(
+            symbols.intern("tb_lineno"),
+            Value::Int(i64::from(line)),
+            symbols,
+        );
+        object.set(symbols.intern("tb_next"), Value::None, symbols);
+        Value::Instance(object)
+    }
+
+    fn is_exception_or_none(&self, value: &Value) -> bool {
+        match value {
+            Value::None => true,
+            Value::Instance(instance) => instance.exception().is_some(),
+            _ => false,
+        }
     }
 
     /// Attributes that functions have by nature.
@@ -258,6 +391,21 @@ impl Evaluator<'_> {
                 } else {
                     Value::tuple(defaults.to_vec())
                 }
+            }
+            known::KWDEFAULTS => {
+                let defaults = &function.keyword_defaults;
+                if defaults.iter().all(Value::is_unbound) {
+                    return Some(Value::None);
+                }
+                let dict = crate::value::Dict::new();
+                let params = &function.code.params;
+                let names = &params.names[params.positional..];
+                for (name, value) in names.iter().zip(defaults.iter()) {
+                    if !value.is_unbound() {
+                        dict.set_interned(self.core.symbols.value(*name), value.clone());
+                    }
+                }
+                Value::Dict(Rc::new(dict))
             }
             known::DICT | known::ANNOTATIONS => {
                 let dict = crate::value::Dict::new();
@@ -281,11 +429,15 @@ impl Evaluator<'_> {
         name: Symbol,
         new: Value,
     ) -> R<()> {
+        if matches!(name, known::NAME | known::QUALNAME) && !matches!(new, Value::Str(_)) {
+            let name = self.core.symbols.name(name);
+            return Err(self.type_error(format!("{name} must be set to a string object")));
+        }
         if name == known::DEFAULTS {
-            let defaults = if new.is_none() {
-                Vec::new()
-            } else {
-                self.collect(&new)?
+            let defaults = match &new {
+                Value::None => Vec::new(),
+                Value::Tuple(tuple) => tuple.items().to_vec(),
+                _ => return Err(self.type_error("__defaults__ must be set to a tuple object")),
             };
             *function.defaults.borrow_mut() = defaults.into();
             return Ok(());
@@ -338,6 +490,12 @@ impl Evaluator<'_> {
             (Value::Property(property), known::FSET) => property.set.clone(),
             (Value::Property(property), known::FDEL) => property.delete.clone(),
             (Value::Property(property), known::DOC) => property.doc.clone(),
+            (Value::Super(sup), known::THISCLASS) => Value::Class(sup.class.clone()),
+            (Value::Super(sup), known::SELF) => sup.receiver.clone(),
+            (
+                Value::StaticMethod(function) | Value::ClassMethod(function),
+                known::NAME | known::QUALNAME | known::DOC | known::MODULE,
+            ) => return self.attribute_or_none(function, name),
             (
                 Value::StaticMethod(function) | Value::ClassMethod(function),
                 known::FUNC | known::WRAPPED,
@@ -352,4 +510,28 @@ fn first_argument(state: &ExceptionState) -> Value {
         Value::Tuple(args) => args.items().first().cloned().unwrap_or(Value::None),
         _ => Value::None,
     }
+}
+
+/// The more exact type `OSError(errno, text)` makes.
+fn os_error_kind(args: &[Value]) -> Option<ExceptionKind> {
+    let [Value::Int(errno), _, ..] = args else {
+        return None;
+    };
+    Some(match errno {
+        1 | 13 => ExceptionKind::PermissionError,
+        2 => ExceptionKind::FileNotFoundError,
+        3 => ExceptionKind::ProcessLookupError,
+        4 => ExceptionKind::InterruptedError,
+        10 => ExceptionKind::ChildProcessError,
+        11 | 114 | 115 => ExceptionKind::BlockingIOError,
+        17 => ExceptionKind::FileExistsError,
+        20 => ExceptionKind::NotADirectoryError,
+        21 => ExceptionKind::IsADirectoryError,
+        32 | 108 => ExceptionKind::BrokenPipeError,
+        103 => ExceptionKind::ConnectionAbortedError,
+        104 => ExceptionKind::ConnectionResetError,
+        110 => ExceptionKind::TimeoutError,
+        111 => ExceptionKind::ConnectionRefusedError,
+        _ => return None,
+    })
 }

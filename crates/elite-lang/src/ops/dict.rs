@@ -48,7 +48,12 @@ impl Evaluator<'_> {
             Some(Value::None) => Err(self.unhashable(value)),
             Some(method) => {
                 let hash = self.call_method_value(&method, value, &mut [])?;
-                let int = self.to_int(&hash)?;
+                let Some(int) = crate::value::int::Int::of(&self.plain(&hash)) else {
+                    return Err(self.type_error("__hash__ method should return an integer"));
+                };
+                if let crate::value::int::Int::Small(small) = int {
+                    return Ok((if small == -1 { -2 } else { small }) as u64);
+                }
                 // Big results are folded as CPython folds them: by the hash of the integer.
                 quick_hash(&int.into_value())
                     .ok_or_else(|| self.type_error("__hash__ method should return an integer"))

@@ -77,6 +77,14 @@ impl Evaluator<'_> {
         })
     }
 
+    /// Refuses what is no bound of a slice; a bound may be omitted.
+    pub fn check_slice_index(&self, value: &Value) -> R<()> {
+        if value.is_unbound() || value.is_none() {
+            return Ok(());
+        }
+        self.slice_index(value).map(|_| ())
+    }
+
     fn slice_index(&self, value: &Value) -> R<i64> {
         self.clamped_index(value).map_err(|raised| {
             if self.is_kind(&raised, ExceptionKind::TypeError)
@@ -419,11 +427,21 @@ impl Evaluator<'_> {
     #[cold]
     fn no_item_assignment(&self, value: &Value, what: &str) -> Raised {
         let name = self.core.types.name_of(value);
-        let sequence = matches!(
+        // CPython has two words for it, one for types with other item methods.
+        let lacking = matches!(
             value,
-            Value::Tuple(_) | Value::Str(_) | Value::Bytes(_) | Value::Range(_)
+            Value::None
+                | Value::Bool(_)
+                | Value::Int(_)
+                | Value::BigInt(_)
+                | Value::Float(_)
+                | Value::Complex(_)
+                | Value::Function(_)
+                | Value::Builtin(_)
+                | Value::Generator(_)
+                | Value::Iter(_)
         );
-        let not = if sequence && what == "deletion" {
+        let not = if what == "deletion" && !lacking {
             "doesn't"
         } else {
             "does not"
@@ -436,7 +454,12 @@ impl Evaluator<'_> {
             if self.is_kind(&raised, ExceptionKind::TypeError)
                 && !matches!(item, Value::Instance(_))
             {
-                return self.type_error("can only assign an iterable");
+                let extended = !matches!(slice.step, Value::None | Value::Int(1));
+                return self.type_error(if extended {
+                    "must assign iterable to extended slice"
+                } else {
+                    "can only assign an iterable"
+                });
             }
             raised
         })?;

@@ -16,3 +16,4 @@ pub mod iterate;
 pub mod sequence;
 pub mod text;
 pub mod truth;
+pub mod unicode;

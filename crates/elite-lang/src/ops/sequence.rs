@@ -132,7 +132,19 @@ impl Evaluator<'_> {
             self.dict_update(&union, b)?;
             return Ok(Some(Value::Dict(union)));
         }
-        let (Some(x), Some(y)) = (self.set_operand(a)?, self.set_operand(b)?) else {
+        // Views of keys and items take any iterable on the other side.
+        let is_view = |value: &Value| matches!(value, Value::DictView(view) if view.kind != crate::value::dict::ViewKind::Values);
+        let operand = |value: &Value, other: &Value| -> R<Option<Rc<Set>>> {
+            match self.set_operand(value)? {
+                None if is_view(other) => {
+                    let set = Set::new();
+                    self.set_extend(&set, value)?;
+                    Ok(Some(Rc::new(set)))
+                }
+                found => Ok(found),
+            }
+        };
+        let (Some(x), Some(y)) = (operand(a, b)?, operand(b, a)?) else {
             return Ok(None);
         };
         let result = Rc::new(match op {

@@ -68,10 +68,25 @@ impl Evaluator<'_> {
         };
         match tuple.items() {
             [] => Ok(String::new()),
+            [encoding, object, Value::Int(start), Value::Int(end), reason]
+                if is(ExceptionKind::UnicodeDecodeError)
+                    || is(ExceptionKind::UnicodeEncodeError) =>
+            {
+                self.unicode_error_text(encoding, object, (*start, *end), reason)
+            }
             // The key is shown as it would be written.
             [key] if is(ExceptionKind::KeyError) => self.repr(key),
             [single] => self.str(single),
             [number, text] if is(ExceptionKind::OSError) => {
+                let filename = self.core.symbols.intern("filename");
+                if let Some(name) = instance.get(filename, &self.core.symbols) {
+                    return Ok(format!(
+                        "[Errno {}] {}: {}",
+                        self.str(number)?,
+                        self.str(text)?,
+                        self.repr(&name)?
+                    ));
+                }
                 Ok(format!("[Errno {}] {}", self.str(number)?, self.str(text)?))
             }
             [number, text, name, ..] if is(ExceptionKind::OSError) => Ok(format!(
@@ -82,6 +97,43 @@ impl Evaluator<'_> {
             )),
             _ => self.repr(args),
         }
+    }
+
+    /// How errors of codecs read: the byte or character if it is one, else where they are.
+    fn unicode_error_text(
+        &self,
+        encoding: &Value,
+        object: &Value,
+        (start, end): (i64, i64),
+        reason: &Value,
+    ) -> R<String> {
+        let (encoding, reason) = (self.str(encoding)?, self.str(reason)?);
+        let at = usize::try_from(start).unwrap_or(0);
+        let (verb, many, single) = match object {
+            Value::Str(text) => {
+                let c = text.as_str().chars().nth(at);
+                let shown = c.map(|c| match u32::from(c) {
+                    code @ 0..0x100 => format!("character '\\x{code:02x}'"),
+                    code @ 0x100..0x1_0000 => format!("character '\\u{code:04x}'"),
+                    code => format!("character '\\U{code:08x}'"),
+                });
+                ("encode", "characters", shown)
+            }
+            other => {
+                let data = self.bytes_like(other).unwrap_or_default();
+                let shown = data.get(at).map(|byte| format!("byte {byte:#04x}"));
+                ("decode", "bytes", shown)
+            }
+        };
+        Ok(match single {
+            Some(shown) if end == start + 1 => {
+                format!("'{encoding}' codec can't {verb} {shown} in position {start}: {reason}")
+            }
+            _ => format!(
+                "'{encoding}' codec can't {verb} {many} in position {start}-{}: {reason}",
+                end - 1
+            ),
+        })
     }
 
     fn expect_text(&self, value: &Value, method: &str) -> R<String> {
@@ -267,7 +319,10 @@ impl Evaluator<'_> {
             Some(extended) => {
                 let text = self.repr(&extended)?;
                 let named = matches!(extended, Value::Set(_) | Value::FrozenSet(_));
-                let inner = text.trim_start_matches("frozenset(").trim_end_matches(')');
+                let inner = text
+                    .strip_prefix("frozenset(")
+                    .and_then(|text| text.strip_suffix(')'))
+                    .unwrap_or(if text == "set()" { "" } else { &text });
                 Ok(if named {
                     format!("{}({inner})", instance.class.name())
                 } else {
@@ -275,11 +330,7 @@ impl Evaluator<'_> {
                 })
             }
             None => {
-                let module = if instance.class.is_script {
-                    "__main__."
-                } else {
-                    ""
-                };
+                let module = self.module_prefix(&instance.class);
                 let address = value.address().unwrap_or(0);
                 Ok(format!(
                     "<{module}{} object at {address:#x}>",
@@ -289,11 +340,28 @@ impl Evaluator<'_> {
         }
     }
 
+    /// `module.` as it stands before the name of a class; empty for builtin types.
+    pub fn module_prefix(&self, class: &crate::value::Class) -> String {
+        match class.own_attrs().get(known::MODULE) {
+            Some(Value::Str(module)) => format!("{}.", module.as_str()),
+            _ if class.is_script => "__main__.".to_owned(),
+            _ => String::new(),
+        }
+    }
+
     /// `__qualname__` of a class.
     pub fn qualname_of(&self, class: &crate::value::Class) -> String {
         match class.own_attrs().get(known::QUALNAME) {
             Some(Value::Str(text)) => text.as_str().to_owned(),
             _ => class.name().to_string(),
+        }
+    }
+
+    /// `repr` of an instance of a subclass of a builtin type as the builtin has it: sets carry the name of the class.
+    pub fn extended_repr(&self, value: &Value) -> R<String> {
+        match (value, self.plain(value)) {
+            (Value::Instance(_), Value::Set(_) | Value::FrozenSet(_)) => self.natural_repr(value),
+            (_, plain) => self.repr(&plain),
         }
     }
 
@@ -322,7 +390,7 @@ impl Evaluator<'_> {
                 None => format!("<built-in function {}>", builtin.name),
             },
             Value::Class(class) => {
-                let module = if class.is_script { "__main__." } else { "" };
+                let module = self.module_prefix(class);
                 format!("<class '{module}{}'>", self.qualname_of(class))
             }
             Value::Module(module) => format!("<module '{}' (built-in)>", module.name),
@@ -397,7 +465,13 @@ impl Evaluator<'_> {
         if let Value::Instance(instance) = value {
             if let Some(method) = instance.class.lookup(known::FORMAT) {
                 let text = self.call_method_value(&method, value, &mut [Value::str(spec)])?;
-                out.push_str(&self.expect_text(&text, "__format__")?);
+                let Value::Str(text) = self.plain(&text) else {
+                    let name = self.core.types.name_of(&text);
+                    return Err(
+                        self.type_error(format!("__format__ must return a str, not {name}"))
+                    );
+                };
+                out.push_str(text.as_str());
                 return Ok(());
             }
             let overrides = instance.class.lookup(known::STR).is_some();

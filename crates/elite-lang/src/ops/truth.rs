@@ -50,7 +50,10 @@ impl Evaluator<'_> {
                 let Some(length) = self.special(value, known::LEN, &mut [])? else {
                     return Err(self.no_len(value));
                 };
-                let length = self.index(&length)?;
+                let crate::value::int::Int::Small(length) = self.to_int(&length)? else {
+                    let text = "cannot fit 'int' into an index-sized integer";
+                    return Err(self.raise(crate::errors::ExceptionKind::OverflowError, text));
+                };
                 let error = || self.value_error("__len__() should return >= 0");
                 return usize::try_from(length).map_err(|_| error());
             }

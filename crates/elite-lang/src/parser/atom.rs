@@ -144,6 +144,11 @@ impl Parser<'_> {
             self.dict_items(Vec::new())?
         } else {
             let first = self.star_or_named()?;
+            if self.kind() == T::Colon
+                && let ExprKind::Starred(_) | ExprKind::Named { .. } = first.kind
+            {
+                return self.unexpected("',' or '}'");
+            }
             if self.eat(T::Colon).is_some() {
                 let value = self.expression()?;
                 if matches!(self.kind(), T::For | T::Async) {
@@ -273,7 +278,12 @@ impl Parser<'_> {
     fn argument(&mut self, earlier: &[Arg]) -> Parse<Arg> {
         let start = self.token().span;
         if self.eat(T::Star).is_some() {
-            return Ok(Arg::Star(self.expression()?));
+            let value = self.expression()?;
+            if earlier.iter().any(|arg| matches!(arg, Arg::DoubleStar(_))) {
+                let message = "'*' unpacking follows '**' unpacking";
+                self.report(Diagnostic::error("syntax", self.span_from(start), message));
+            }
+            return Ok(Arg::Star(value));
         }
         if self.eat(T::DoubleStar).is_some() {
             return Ok(Arg::DoubleStar(self.expression()?));

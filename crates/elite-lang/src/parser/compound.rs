@@ -158,7 +158,7 @@ impl Parser<'_> {
         self.bump();
         let target = self.target_list()?;
         self.expect(T::In)?;
-        let iterable = self.expression_list()?;
+        let iterable = self.star_list()?;
         self.check_no_star(&iterable)?;
         let body = self.loop_block("the 'for' line")?;
         let orelse = self.else_block()?;

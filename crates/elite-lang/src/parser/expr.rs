@@ -2,6 +2,7 @@
 
 use super::{DEPTH_MAX, Parse, Parser};
 use crate::ast::{BinaryOp, CompareOp, Expr, ExprKind, Lambda, UnaryOp};
+use crate::diagnostic::Diagnostic;
 use crate::lexer::TokenKind as T;
 use crate::source::Span;
 
@@ -34,16 +35,35 @@ impl Parser<'_> {
         if self.kind() == T::Yield {
             return self.yield_expression();
         }
+        self.star_list()
+    }
+
+    /// `a`, `a, b`, `*a, b`: expressions without `:=` and `yield`, which need brackets around them in a list.
+    pub(super) fn star_list(&mut self) -> Parse<Expr> {
         let start = self.token().span;
-        let first = self.star_or_named()?;
+        let first = self.star_or_expression()?;
         if self.kind() != T::Comma {
             return Ok(first);
         }
         let mut items = vec![first];
         while self.eat(T::Comma).is_some() && self.starts_expression() {
-            items.push(self.star_or_named()?);
+            items.push(self.star_or_expression()?);
         }
         Ok(Expr::new(ExprKind::Tuple(items), self.span_from(start)))
+    }
+
+    fn star_or_expression(&mut self) -> Parse<Expr> {
+        let expr = if self.kind() == T::Star {
+            self.star_or_named()?
+        } else {
+            self.expression()?
+        };
+        if self.kind() == T::ColonEqual {
+            let span = self.token().span;
+            let message = "':=' needs parentheses around it here; a statement assigns with '='";
+            return self.fail(span, message);
+        }
+        Ok(expr)
     }
 
     /// Whether the current token can start an expression or a starred one.
@@ -147,12 +167,13 @@ impl Parser<'_> {
     pub(super) fn yield_expression(&mut self) -> Parse<Expr> {
         let start = self.bump().span;
         if !self.context.in_function {
-            return self.fail(start, "'yield' outside a function");
+            let error = Diagnostic::error("syntax", start, "'yield' outside a function");
+            self.report(error);
         }
         let kind = if self.eat(T::From).is_some() {
             ExprKind::YieldFrom(Box::new(self.expression()?))
         } else if self.starts_expression() {
-            ExprKind::Yield(Some(Box::new(self.expression_list()?)))
+            ExprKind::Yield(Some(Box::new(self.star_list()?)))
         } else {
             ExprKind::Yield(None)
         };

@@ -33,8 +33,17 @@ impl Parser<'_> {
             let here = &text[brace..];
             let doubled = level == 0 && (here.starts_with("{{") || here.starts_with("}}"));
             if let Some(escaped) = here.strip_prefix('\\') {
-                // `\N{…}` aside, an escape never contains a brace; the escapes are resolved with the text.
-                at = brace + 1 + escaped.chars().next().map_or(0, char::len_utf8);
+                // The escapes are resolved with the text. A brace after a backslash is one nevertheless, except that
+                // of `\N{…}`.
+                let hidden = match escaped.chars().next() {
+                    Some('N') if !literal.raw && escaped.starts_with("N{") => {
+                        escaped.find('}').map_or(1, |end| end + 1)
+                    }
+                    Some('{' | '}') | None => 0,
+                    Some('\\') if literal.raw => 0,
+                    Some(c) => c.len_utf8(),
+                };
+                at = brace + 1 + hidden;
             } else if doubled {
                 self.fstring_text(
                     literal,
@@ -101,6 +110,13 @@ impl Parser<'_> {
             return self.fail(
                 span,
                 "the expression of an f-string field cannot contain a backslash",
+            );
+        }
+        if let Some(hash) = comment_start(&text[start..stop]) {
+            let span = Span::new(start + hash, start + hash + 1);
+            return self.fail(
+                span,
+                "the expression of an f-string field cannot contain '#'",
             );
         }
         let mut at = stop;
@@ -186,6 +202,21 @@ fn expression_end(text: &str) -> usize {
     text.len()
 }
 
+/// Index of a `#` outside strings.
+fn comment_start(text: &str) -> Option<usize> {
+    let bytes = text.as_bytes();
+    let mut at = 0;
+    while let Some(byte) = bytes.get(at) {
+        match byte {
+            b'#' => return Some(at),
+            b'"' | b'\'' => at = string_end(bytes, at),
+            _ => {}
+        }
+        at += 1;
+    }
+    None
+}
+
 /// Index of the quote that closes the string at `start`, or the last byte.
 fn string_end(bytes: &[u8], start: usize) -> usize {
     let length = bytes[start + 1..]
@@ -196,14 +227,19 @@ fn string_end(bytes: &[u8], start: usize) -> usize {
 
 /// Length of the format specification at the start of `text`: up to the `}` that closes its field.
 fn format_end(text: &str) -> usize {
+    let bytes = text.as_bytes();
     let mut depth = 0u32;
-    for (at, byte) in text.bytes().enumerate() {
+    let mut at = 0;
+    while let Some(byte) = bytes.get(at) {
         match byte {
             b'{' => depth += 1,
             b'}' if depth == 0 => return at,
             b'}' => depth -= 1,
+            // Strings within fields hide braces.
+            b'"' | b'\'' if depth > 0 => at = string_end(bytes, at),
             _ => {}
         }
+        at += 1;
     }
     text.len()
 }

@@ -130,6 +130,9 @@ impl<'f> Parser<'f> {
 
     fn whole_expression(&mut self) -> Parse<Expr> {
         let expr = self.expression_list()?;
+        if let ExprKind::Starred(_) = expr.kind {
+            return self.fail(expr.span, "a starred expression cannot stand here");
+        }
         if self.kind() != TokenKind::EndOfFile {
             return self.unexpected("the end of the expression");
         }

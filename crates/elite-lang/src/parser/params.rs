@@ -38,12 +38,12 @@ impl Parser<'_> {
                             return self.fail(start, "named parameters must follow a bare '*'");
                         }
                     } else {
-                        parameters.star = Some(self.parameter(closer)?);
+                        parameters.star = Some(self.collecting_parameter(closer)?);
                     }
                 }
                 T::DoubleStar => {
                     self.bump();
-                    parameters.double_star = Some(self.parameter(closer)?);
+                    parameters.double_star = Some(self.collecting_parameter(closer)?);
                     self.eat(T::Comma);
                     if self.kind() != closer {
                         let text = format!("{} after the '**' parameter", closer.describe());
@@ -107,6 +107,16 @@ impl Parser<'_> {
             annotation,
             default,
         })
+    }
+
+    /// The parameter after `*` or `**`.
+    fn collecting_parameter(&mut self, closer: T) -> Parse<Parameter> {
+        let parameter = self.parameter(closer)?;
+        if let Some(default) = &parameter.default {
+            let message = "a parameter that collects arguments cannot have a default";
+            self.report(Diagnostic::error("syntax", default.span, message));
+        }
+        Ok(parameter)
     }
 
     fn check_duplicates(&mut self, parameters: &Parameters) {

@@ -176,7 +176,7 @@ impl Parser<'_> {
         let value = if self.at_statement_end() {
             None
         } else {
-            Some(self.expression_list()?)
+            Some(self.star_list()?)
         };
         Ok(StmtKind::Return(value))
     }
@@ -208,7 +208,7 @@ impl Parser<'_> {
 
     fn del_statement(&mut self) -> Parse<StmtKind> {
         self.bump();
-        let list = self.expression_list()?;
+        let list = self.star_list()?;
         let targets = match list.kind {
             ExprKind::Tuple(items) if !self.is_parenthesised(list.span) => items,
             _ => vec![list],

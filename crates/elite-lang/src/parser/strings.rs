@@ -84,17 +84,17 @@ impl Parser<'_> {
     pub(super) fn text_body(&mut self, literal: &Literal, span: Span) -> String {
         let text = self.file.slice(span);
         if literal.raw || !text.contains('\\') {
-            return text.replace("\r\n", "\n").replace('\r', "\n");
+            return normalized(text).into_owned();
         }
         let mut out = String::with_capacity(text.len());
         let mut rest = text;
         while let Some(backslash) = rest.find('\\') {
-            out.push_str(&rest[..backslash]);
+            out.push_str(&normalized(&rest[..backslash]));
             let at = span.end as usize - (rest.len() - backslash);
             rest = self.escape(&rest[backslash + 1..], at, &mut out);
         }
-        out.push_str(rest);
-        out.replace("\r\n", "\n")
+        out.push_str(&normalized(rest));
+        out
     }
 
     /// One escape after its backslash (which is at byte `at`) into `out`; returns what follows it.
@@ -116,6 +116,17 @@ impl Parser<'_> {
             't' => '\t',
             'v' => '\x0b',
             'e' => '\x1b',
+            'N' => {
+                let end = match after.strip_prefix('{') {
+                    Some(name) => name.find('}').map_or(after.len(), |end| end + 2),
+                    None => 0,
+                };
+                let span = Span::new(at, at + 2 + end);
+                let message = "characters by name are not supported";
+                let help = "write the number of the character: '\\u00b0'";
+                self.report(Diagnostic::error("not-supported", span, message).with_help(help));
+                return &after[end..];
+            }
             'x' => return self.coded(after, 2, 16, at, out),
             'u' => return self.coded(after, 4, 16, at, out),
             'U' => return self.coded(after, 8, 16, at, out),
@@ -179,9 +190,9 @@ impl Parser<'_> {
         let mut out = Vec::with_capacity(text.len());
         let mut rest = text;
         while let Some(backslash) = rest.find('\\') {
-            out.extend_from_slice(&rest.as_bytes()[..backslash]);
+            out.extend_from_slice(normalized(&rest[..backslash]).as_bytes());
             let escape = &rest[backslash + 1..];
-            let is_unicode = escape.starts_with(['u', 'U']);
+            let is_unicode = escape.starts_with(['u', 'U', 'N']);
             if literal.raw || is_unicode {
                 out.push(b'\\');
                 rest = escape;
@@ -193,8 +204,17 @@ impl Parser<'_> {
             // Escapes in bytes give codes up to 255; `\777` wraps, as in Python.
             out.extend(decoded.chars().map(|c| c as u32 as u8));
         }
-        out.extend_from_slice(rest.as_bytes());
+        out.extend_from_slice(normalized(rest).as_bytes());
         out
+    }
+}
+
+/// Line ends of any kind become newlines.
+fn normalized(text: &str) -> std::borrow::Cow<'_, str> {
+    if text.contains('\r') {
+        text.replace("\r\n", "\n").replace('\r', "\n").into()
+    } else {
+        text.into()
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::{Parse, Parser};
 use crate::ast::{Expr, ExprKind};
+use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
 impl Parser<'_> {
@@ -25,10 +26,11 @@ impl Parser<'_> {
                 }
                 Ok(())
             }
-            ExprKind::Starred(_) => self.fail(
-                target.span,
-                "a starred target must be in a list or tuple; add a comma: '*name,'",
-            ),
+            ExprKind::Starred(_) => {
+                let message = "a starred target must be in a list or tuple; add a comma: '*name,'";
+                self.report(Diagnostic::error("syntax", target.span, message));
+                Ok(())
+            }
             _ => {
                 let what = describe(target);
                 self.fail(target.span, format!("cannot assign to {what}"))
@@ -68,7 +70,11 @@ impl Parser<'_> {
     /// A star is fine inside a tuple, but not alone.
     pub(super) fn check_no_star(&mut self, expr: &Expr) -> Parse<()> {
         match expr.kind {
-            ExprKind::Starred(_) => self.fail(expr.span, "cannot use a starred expression here"),
+            ExprKind::Starred(_) => {
+                let message = "cannot use a starred expression here";
+                self.report(Diagnostic::error("syntax", expr.span, message));
+                Ok(())
+            }
             _ => Ok(()),
         }
     }

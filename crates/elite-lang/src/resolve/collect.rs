@@ -29,6 +29,17 @@ pub(super) struct NameInfo {
     pub(super) nonlocal: Option<Span>,
     /// The first place it is used or bound at.
     first_seen: Option<Span>,
+    /// The first plain assignment or import of it.
+    pub(super) binding: Option<(Span, Binding)>,
+}
+
+/// How a name is bound, for those ways that should lead to a use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Binding {
+    /// `name = value`
+    Variable,
+    /// `import name`
+    Import,
 }
 
 /// One scope.
@@ -148,6 +159,17 @@ impl Scopes {
         info.first_seen.get_or_insert(span);
     }
 
+    fn note(&mut self, name: &str, span: Span, binding: Binding) {
+        let info = self.scope().name_mut(name);
+        info.binding.get_or_insert((span, binding));
+    }
+
+    fn note_variable(&mut self, target: &Expr) {
+        if let ExprKind::Name(name) = &target.kind {
+            self.note(name, target.span, Binding::Variable);
+        }
+    }
+
     fn bind_parameter(&mut self, ident: &Ident) {
         self.bind(&ident.name, ident.span);
         self.scope().name_mut(&ident.name).parameter = true;
@@ -166,6 +188,9 @@ impl Scopes {
             StmtKind::Assign { targets, value } => {
                 self.expr(value);
                 self.targets(targets);
+                for target in targets {
+                    self.note_variable(target);
+                }
             }
             StmtKind::AugAssign { target, value, .. } => {
                 self.expr(target);
@@ -175,6 +200,9 @@ impl Scopes {
             StmtKind::AnnAssign { target, value, .. } => {
                 value.iter().for_each(|value| self.expr(value));
                 self.target(target);
+                if value.is_some() {
+                    self.note_variable(target);
+                }
             }
             StmtKind::Delete(targets) => self.targets(targets),
             StmtKind::Pass | StmtKind::Break | StmtKind::Continue => {}
@@ -193,6 +221,7 @@ impl Scopes {
                     let first = alias.name.name.split('.').next().unwrap_or("");
                     let bound = alias.alias.as_ref().map_or(first, |alias| &alias.name);
                     self.bind(bound, alias.name.span);
+                    self.note(bound, alias.name.span, Binding::Import);
                 }
             }
             StmtKind::ImportFrom { names, star, .. } => {
@@ -200,6 +229,7 @@ impl Scopes {
                 for alias in names {
                     let bound = alias.alias.as_ref().unwrap_or(&alias.name);
                     self.bind(&bound.name, bound.span);
+                    self.note(&bound.name, bound.span, Binding::Import);
                 }
             }
             StmtKind::Function(def) => self.function(def),

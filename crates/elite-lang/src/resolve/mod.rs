@@ -8,13 +8,15 @@
 mod collect;
 mod names;
 mod places;
+mod unused;
 
 use std::collections::BTreeMap;
 
 use crate::ast::Module;
 use crate::diagnostic::Diagnostic;
 
-pub use names::KnownNames;
+pub use names::{KnownNames, nearest};
+pub use unused::unused_names;
 
 /// Where a name lives, seen from one scope.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::collect::Scopes;
 use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
+use crate::lint::CallHook;
 
 /// Findings up to which similar names are searched: each search looks at all names.
 const SUGGESTIONS_MAX: usize = 20;
@@ -13,6 +14,10 @@ const SUGGESTIONS_MAX: usize = 20;
 #[derive(Clone, Debug, Default)]
 pub struct KnownNames {
     natives: BTreeSet<String>,
+    /// Those that may wait for time or for something to happen.
+    waiting: BTreeSet<String>,
+    /// What the embedder says about calls.
+    hook: Option<CallHook>,
 }
 
 impl KnownNames {
@@ -20,7 +25,29 @@ impl KnownNames {
     pub fn new<N: Into<String>>(natives: impl IntoIterator<Item = N>) -> Self {
         KnownNames {
             natives: natives.into_iter().map(Into::into).collect(),
+            ..KnownNames::default()
         }
+    }
+
+    /// Says which of the names may wait: `check` warns about loops that ask the robot and call none of them.
+    pub fn with_waiting<N: Into<String>>(mut self, names: impl IntoIterator<Item = N>) -> Self {
+        self.waiting = names.into_iter().map(Into::into).collect();
+        self
+    }
+
+    /// Lets the embedder look at calls of its functions in `check`.
+    pub fn with_call_hook(mut self, hook: CallHook) -> Self {
+        self.hook = Some(hook);
+        self
+    }
+
+    /// Whether a call of this name may wait.
+    pub fn waits(&self, name: &str) -> bool {
+        self.waiting.contains(name)
+    }
+
+    pub(crate) fn call_hook(&self) -> Option<CallHook> {
+        self.hook
     }
 
     /// Adds a name.

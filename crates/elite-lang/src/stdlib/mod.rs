@@ -1,11 +1,158 @@
 //! The modules scripts can import.
+//!
+//! A module is either written in Rust (where speed or types matter) or an embedded script of our own, compiled when it
+//! is first imported; an embedded script reaches native parts by importing a module whose name begins with `_`.
+//! Modules that reach beyond the program go through the host, which decides what is permitted.
+
+mod binary;
+mod define;
+mod deque;
+mod json;
+mod math;
+mod random;
+mod socket;
+mod system;
+mod thread;
+mod time;
 
 use std::rc::Rc;
 
+use crate::diagnostic::Severity;
+use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::value::{Module, R};
+use crate::parser::parse;
+use crate::resolve::{KnownNames, resolve};
+use crate::source::SourceFile;
+use crate::stack::with_deep_stack;
+use crate::value::symbol::known;
+use crate::value::{Function, Module, R, Value};
 
-/// The module of this name, made anew; None if there is none.
-pub fn load(_ev: &Evaluator<'_>, _name: &str) -> R<Option<Rc<Module>>> {
-    Ok(None)
+use define::Builder;
+
+/// What a module is made of.
+#[derive(Clone, Copy)]
+enum Content {
+    /// Rust code that fills it.
+    Native(fn(&Builder<'_, '_>) -> R<()>),
+    /// An embedded script.
+    Script(&'static str),
+}
+
+use Content::{Native, Script};
+
+/// All modules, by name.
+const MODULES: &[(&str, Content)] = &[
+    ("_collections", Native(deque::fill)),
+    ("_json", Native(json::fill)),
+    ("_random", Native(random::fill)),
+    ("_socket", Native(socket::fill)),
+    ("_system", Native(system::fill)),
+    ("_struct", Native(binary::fill)),
+    ("_thread", Native(thread::fill)),
+    ("_time", Native(time::fill)),
+    ("abc", Script(include_str!("lib/abc.py"))),
+    ("bisect", Script(include_str!("lib/bisect.py"))),
+    ("collections", Script(include_str!("lib/collections.py"))),
+    ("contextlib", Script(include_str!("lib/contextlib.py"))),
+    ("copy", Script(include_str!("lib/copy.py"))),
+    ("functools", Script(include_str!("lib/functools.py"))),
+    ("heapq", Script(include_str!("lib/heapq.py"))),
+    ("itertools", Script(include_str!("lib/itertools.py"))),
+    ("json", Script(include_str!("lib/json.py"))),
+    ("math", Native(math::fill)),
+    ("operator", Script(include_str!("lib/operator.py"))),
+    ("os", Script(include_str!("lib/os.py"))),
+    ("os.path", Script(include_str!("lib/os_path.py"))),
+    ("queue", Script(include_str!("lib/queue.py"))),
+    ("random", Script(include_str!("lib/random.py"))),
+    ("signal", Script(include_str!("lib/signal.py"))),
+    ("socket", Script(include_str!("lib/socket.py"))),
+    ("statistics", Script(include_str!("lib/statistics.py"))),
+    ("string", Script(include_str!("lib/string.py"))),
+    ("struct", Script(include_str!("lib/struct.py"))),
+    ("subprocess", Script(include_str!("lib/subprocess.py"))),
+    ("sys", Script(include_str!("lib/sys.py"))),
+    ("threading", Script(include_str!("lib/threading.py"))),
+    ("time", Script(include_str!("lib/time.py"))),
+    ("typing", Script(include_str!("lib/typing.py"))),
+];
+
+/// The names of all modules that are meant for scripts.
+pub fn module_names() -> impl Iterator<Item = &'static str> {
+    let names = MODULES.iter().map(|(name, _)| *name);
+    names.filter(|name| !name.starts_with('_'))
+}
+
+/// Makes the module of this name and enters it in the list of modules; None if there is none.
+pub fn load(ev: &Evaluator<'_>, name: &str) -> R<Option<Rc<Module>>> {
+    let Some((name, content)) = MODULES.iter().find(|(known, _)| *known == name) else {
+        return Ok(None);
+    };
+    let core = &ev.core;
+    let module = Rc::new(Module {
+        name: (*name).into(),
+        namespace: core.new_namespace(None),
+    });
+    module.namespace.set(known::NAME, Value::str(*name));
+    core.modules.borrow_mut().push(module.clone());
+    core.loading.set(core.loading.get() + 1);
+    let filled = match content {
+        Native(fill) => fill(&Builder::new(ev, &module)),
+        Script(text) => run_script(ev, &module, text),
+    };
+    core.loading.set(core.loading.get() - 1);
+    if let Err(raised) = filled {
+        core.modules
+            .borrow_mut()
+            .retain(|other| !Rc::ptr_eq(other, &module));
+        return Err(raised);
+    }
+    if !name.starts_with('_') {
+        let entry = Value::Module(module.clone());
+        core.module_table.set_str(name, entry);
+    }
+    Ok(Some(module))
+}
+
+/// Runs an embedded script in the namespace of its module.
+fn run_script(ev: &Evaluator<'_>, module: &Module, text: &str) -> R<()> {
+    let file = SourceFile::new(format!("lib/{}.py", module.name), text);
+    let code = with_deep_stack(|| {
+        let parsed = parse(&file);
+        let resolution = resolve(&parsed.module, &KnownNames::default());
+        let mut found = parsed.diagnostics.iter().chain(&resolution.diagnostics);
+        if let Some(error) = found.find(|found| found.severity == Severity::Error) {
+            let (name, line) = (file.name(), file.position(error.span.start).line);
+            let text = format!("{} ({name}, line {line})", error.message);
+            return Err(ev.raise(ExceptionKind::SystemError, text));
+        }
+        let namespace = &module.namespace;
+        Ok(crate::lower::module(
+            &ev.core,
+            namespace,
+            &file,
+            &parsed.module,
+            &resolution,
+        ))
+    })?;
+    let function = Function::plain(code, Box::default());
+    ev.call_function(&function, &mut [], &[]).map(drop)
+}
+
+/// The end of a main program: it waits for the threads that are not daemons, as Python does.
+pub fn finish_main(ev: &Evaluator<'_>) -> R<()> {
+    let loaded = ev
+        .core
+        .modules
+        .borrow()
+        .iter()
+        .find(|module| &*module.name == "threading")
+        .cloned();
+    let Some(threading) = loaded else {
+        return Ok(());
+    };
+    match threading.namespace.get(ev.core.symbols.intern("_shutdown")) {
+        Some(shutdown) => ev.call(&shutdown, &mut [], &[]).map(drop),
+        None => Ok(()),
+    }
 }

@@ -94,6 +94,8 @@ pub struct Class {
     version: Cell<u32>,
     subclasses: RefCell<Vec<Weak<Class>>>,
     layout: RefCell<Layout>,
+    /// The only attributes instances may have (`__slots__`), those of the ancestors aside.
+    slots: RefCell<Option<Box<[Symbol]>>>,
     /// A `class` statement made it; only such classes can be changed.
     pub is_script: bool,
     /// Makes instances without going through `__new__` and `__init__` of scripts.
@@ -143,6 +145,7 @@ impl Class {
             version: Cell::new(fresh_version()),
             subclasses: RefCell::default(),
             layout: RefCell::default(),
+            slots: RefCell::default(),
             is_script,
             constructor: RefCell::default(),
         });
@@ -304,6 +307,29 @@ impl Class {
         // An instance attribute may now hide one of the class that caches point to.
         self.version.set(fresh_version());
         Some(layout.add(name))
+    }
+
+    /// Sets the names in `__slots__`.
+    pub fn set_slots(&self, names: Box<[Symbol]>) {
+        *self.slots.borrow_mut() = Some(names);
+    }
+
+    /// Whether instances have a `__dict__`: they do unless the class and all its ancestors have `__slots__`.
+    pub fn has_dict(&self) -> bool {
+        self.slots.borrow().is_none()
+            || self
+                .ancestors
+                .iter()
+                .any(|class| class.is_script && class.slots.borrow().is_none())
+    }
+
+    /// Whether instances may have an attribute of this name.
+    pub fn takes_attribute(&self, name: Symbol) -> bool {
+        let listed = |class: &Class| {
+            let slots = class.slots.borrow();
+            slots.as_ref().is_some_and(|slots| slots.contains(&name))
+        };
+        self.has_dict() || listed(self) || self.ancestors.iter().any(|class| listed(class))
     }
 
     /// The instance layout.

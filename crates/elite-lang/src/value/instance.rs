@@ -177,6 +177,14 @@ impl Instance {
         }
     }
 
+    /// Replaces all attributes of the instance itself by those in a dictionary, live from now on.
+    pub fn set_dict(&self, dict: Rc<Dict>) {
+        let old = self.attrs.replace(Attrs::Dict(dict));
+        if let Attrs::Slots(mut slots) = old {
+            trash::dismantle(&mut slots);
+        }
+    }
+
     /// The attributes as a dictionary, live from now on (`__dict__`).
     pub fn dict(&self, symbols: &super::symbol::Symbols) -> Rc<Dict> {
         if let Attrs::Dict(dict) = &*self.attrs.borrow() {

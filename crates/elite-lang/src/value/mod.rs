@@ -186,6 +186,10 @@ impl Value {
             | (Value::Ellipsis, Value::Ellipsis)
             | (Value::NotImplemented, Value::NotImplemented) => true,
             (Value::Bool(a), Value::Bool(b)) => a == b,
+            // There is one empty tuple.
+            (Value::Tuple(a), Value::Tuple(b)) if a.items().is_empty() && b.items().is_empty() => {
+                true
+            }
             // Numbers have no identity of their own here; equal bits are the same object.
             (Value::Int(a), Value::Int(b)) => a == b,
             (Value::Float(a), Value::Float(b)) => a.to_bits() == b.to_bits(),

@@ -11,7 +11,7 @@ pub struct Module {
     /// Its name.
     pub name: Rc<str>,
     /// Its attributes.
-    pub namespace: Namespace,
+    pub namespace: Rc<Namespace>,
 }
 
 /// Global variables by name. Code refers to the cells directly, so a lookup by name happens once.

@@ -55,6 +55,7 @@ NUMERATOR = "numerator", DENOMINATOR = "denominator", START = "start", STOP = "s
 FGET = "fget", FSET = "fset", FDEL = "fdel", DIR = "__dir__", KEY = "key", SEP = "sep", END = "end", FILE = "file", FLUSH = "flush", DEFAULT = "default",
 KEYS = "keys", METACLASS = "metaclass", STRICT = "strict",
 NOTES = "__notes__", THROW = "throw", SEND = "send",
+BYTES = "__bytes__", SLOTS = "__slots__", THISCLASS = "__thisclass__", KWDEFAULTS = "__kwdefaults__",
 CLOSE = "close", MAIN = "__main__", }
 
 /// The table of names of one interpreter.

@@ -16,6 +16,8 @@ pub struct TestHost {
     pub output: RefCell<String>,
     pub now: Cell<f64>,
     pub woken: RefCell<Vec<ThreadId>>,
+    /// Threads the program has started and nobody has run yet.
+    pub started: RefCell<Vec<ScriptThread>>,
     counter: Cell<u64>,
 }
 
@@ -35,6 +37,11 @@ impl Host for TestHost {
     fn random_u64(&self) -> u64 {
         self.counter.set(self.counter.get() + 1);
         self.counter.get()
+    }
+
+    fn start(&self, thread: ScriptThread) -> Result<(), String> {
+        self.started.borrow_mut().push(thread);
+        Ok(())
     }
 
     fn wake(&self, thread: ThreadId) {
@@ -95,17 +102,68 @@ impl Task {
     }
 }
 
-/// Resumes a thread until it ends, time moving on to whatever it waits for.
-pub fn drive(thread: &mut ScriptThread, host: &TestHost) -> Step {
+/// Runs a thread to its end and with it the threads it starts, in turn, time moving on when all of them wait. An
+/// uncaught error in one of those counts as the end of all.
+pub fn drive(main: &mut ScriptThread, host: &TestHost) -> Step {
+    let mut main_parked = None;
+    let mut others: Vec<(ScriptThread, Option<Option<f64>>)> = Vec::new();
     loop {
-        match thread.resume(Resume::Continue, 10_000) {
-            Step::OutOfFuel | Step::Waiting(_) => {}
-            Step::Parked { until } => {
-                if let Some(until) = until {
-                    host.now.set(host.now.get().max(until));
+        let mut ran = false;
+        if main_parked.is_none() {
+            ran = true;
+            match main.resume(Resume::Continue, 10_000) {
+                Step::OutOfFuel | Step::Waiting(_) => {}
+                Step::Parked { until } => main_parked = Some(until),
+                end => return end,
+            }
+        }
+        let mut index = 0;
+        while index < others.len() {
+            let (thread, parked) = &mut others[index];
+            if parked.is_none() {
+                ran = true;
+                match thread.resume(Resume::Continue, 10_000) {
+                    Step::OutOfFuel | Step::Waiting(_) => {}
+                    Step::Parked { until } => *parked = Some(until),
+                    Step::Done(_) | Step::Stopped => {
+                        others.remove(index);
+                        continue;
+                    }
+                    failed => return failed,
                 }
             }
-            end => return end,
+            index += 1;
+        }
+        others.extend(host.started.take().into_iter().map(|thread| (thread, None)));
+        for woken in host.woken.take() {
+            if main.id() == woken {
+                main_parked = None;
+            }
+            for (thread, parked) in &mut others {
+                if thread.id() == woken {
+                    *parked = None;
+                }
+            }
+        }
+        if ran {
+            continue;
+        }
+        let waits = others
+            .iter()
+            .map(|(_, parked)| *parked)
+            .chain([main_parked]);
+        let next = waits.flatten().flatten().fold(f64::INFINITY, f64::min);
+        assert!(next.is_finite(), "all threads wait for each other");
+        host.now.set(host.now.get().max(next));
+        let over =
+            |parked: &Option<Option<f64>>| matches!(parked, Some(Some(until)) if *until <= next);
+        if over(&main_parked) {
+            main_parked = None;
+        }
+        for (_, parked) in &mut others {
+            if over(parked) {
+                *parked = None;
+            }
         }
     }
 }

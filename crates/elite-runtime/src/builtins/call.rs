@@ -53,6 +53,11 @@ impl<'a, 'n> Call<'a, 'n> {
         self.context.origin(self.native.line())
     }
 
+    /// The function's name.
+    pub fn name(&self) -> &'static str {
+        self.builtin.name
+    }
+
     /// An exception with `text`, which should name the argument.
     pub fn error(&mut self, kind: ExceptionKind, text: impl Into<String>) -> Raised {
         self.native.raise(kind, text.into())
@@ -156,10 +161,24 @@ impl<'a, 'n> Call<'a, 'n> {
             return Err(self.wrong_type(index, wanted, &value));
         };
         if n < min || n > max {
-            let text = format!("{} must be {min} to {max}, got {n}", self.place(index));
+            let place = self.place(index);
+            let text = if max == i64::MAX {
+                format!("{place} must be at least {min}, got {n}")
+            } else {
+                format!("{place} must be {min} to {max}, got {n}")
+            };
             return Err(self.error(ExceptionKind::ValueError, text));
         }
         Ok(n)
+    }
+
+    /// A text.
+    pub fn text(&mut self, index: usize) -> Result<String, Raised> {
+        let value = self.required(index);
+        match value.as_str() {
+            Some(text) => Ok(text.to_owned()),
+            None => Err(self.wrong_type(index, "a string", &value)),
+        }
     }
 
     /// A truth value; 0 and 1 are taken too.

@@ -45,8 +45,10 @@ pub enum Category {
     Io,
     /// Chapter 9.1.
     Thread,
-    /// Chapter 9.3 to 9.5.
+    /// Chapter 9.2, 9.3 and 9.5.
     System,
+    /// Chapter 9.4.
+    Text,
     /// Chapter 1.
     Other,
 }
@@ -62,6 +64,7 @@ impl Category {
             Self::Io => "io",
             Self::Thread => "thread",
             Self::System => "system",
+            Self::Text => "string",
             Self::Other => "other",
         }
     }
@@ -135,6 +138,8 @@ pub enum Kind {
     Boolean,
     /// A pose relative to the base, `"base"` or `"tool"`.
     Frame,
+    /// A text.
+    Text,
     /// Any value, shown with `str()`.
     Printable,
     /// A function.
@@ -200,6 +205,10 @@ pub enum Default {
     Zeros,
     /// The empty text.
     EmptyText,
+    /// This text.
+    Text(&'static str),
+    /// `None`.
+    None,
     /// The empty tuple.
     EmptyTuple,
     /// Something the controller knows; the word is shown in signatures.
@@ -222,6 +231,7 @@ impl Kind {
             Self::Integer(..) => "int".into(),
             Self::Boolean => "bool".into(),
             Self::Frame => "list[6] float | str".into(),
+            Self::Text => "str".into(),
             Self::Printable | Self::Rest => "any".into(),
             Self::Function => "callable".into(),
             Self::Arguments => "tuple".into(),
@@ -234,8 +244,9 @@ impl Kind {
         match self {
             Self::Number(Range::Positive) => Some("> 0".into()),
             Self::Number(Range::NotNegative) => Some(">= 0".into()),
-            Self::Number(Range::Between(min, max)) => Some(format!("{min} to {max}")),
             Self::Integer(i64::MIN, i64::MAX) => None,
+            Self::Integer(min, i64::MAX) => Some(format!(">= {min}")),
+            Self::Number(Range::Between(min, max)) => Some(format!("{min} to {max}")),
             Self::Integer(min, max) => Some(format!("{min} to {max}")),
             Self::Boolean => Some("True or False".into()),
             _ => None,
@@ -261,6 +272,8 @@ impl fmt::Display for Parameter {
                 };
                 write!(f, "=[{}]", vec!["1"; n].join(","))
             }
+            Default::Text(text) => write!(f, "='{text}'"),
+            Default::None => f.write_str("=None"),
             Default::Boolean(b) => f.write_str(if b { "=True" } else { "=False" }),
             Default::Zeros => {
                 let n = if let Kind::Numbers(n) = self.kind {

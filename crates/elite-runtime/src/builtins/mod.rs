@@ -6,6 +6,8 @@
 mod call;
 mod conveyor;
 pub mod declare;
+mod hints;
+mod interpreter;
 mod io;
 mod kinematics;
 mod math;
@@ -13,11 +15,14 @@ mod motion;
 mod servo;
 mod state;
 mod system;
+mod text;
 mod thread;
 
 use std::rc::Rc;
 
 use elite_lang::{NativeFunction, Param, ParamKind};
+
+pub use hints::known_names;
 
 use crate::task::TaskContext;
 use call::Call;
@@ -33,8 +38,10 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
         kinematics::BUILTINS,
         math::BUILTINS,
         io::BUILTINS,
+        interpreter::BUILTINS,
         thread::BUILTINS,
         system::BUILTINS,
+        text::BUILTINS,
     ]
     .into_iter()
     .flatten()

@@ -1,12 +1,13 @@
-//! Manual 9.3 to 9.5 and 1.2: messages and time.
+//! Manual 9.2, 9.3 and 9.5, and `print` and `sync` of 1.2: the task's own state, messages, time, flags.
 
-use elite_lang::{Raised, Value};
-use motion_api::Seconds;
+use elite_lang::{ExceptionKind, Raised, Value};
+use motion_api::{CommandKind, Seconds};
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Default, Kind, Parameter, Range};
 use crate::message::{Message, Severity};
-use crate::task::Wait;
+use crate::panel::{FLAGS, Operator, Popup, PopupStyle, WatchdogAction, is_rtsi_input};
+use crate::task::{TaskRequest, Wait};
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[
@@ -16,12 +17,12 @@ pub const BUILTINS: &[Builtin] = &[
         category: Category::Other,
         summary: "Writes the values, joined by one blank, to the log; to standard output under `run`.",
         params: &[Parameter {
-            name: "values",
-            aliases: &[],
-            kind: Kind::Rest,
             default: Default::EmptyTuple,
-            unit: "",
-            meaning: "what to write; Python's keywords sep and end work too",
+            ..parameter(
+                "values",
+                Kind::Rest,
+                "what to write; Python's keywords sep and end work too",
+            )
         }],
         returns: "nothing",
         waits: false,
@@ -30,68 +31,153 @@ pub const BUILTINS: &[Builtin] = &[
     Builtin {
         name: "sync",
         section: "1.2.5",
-        category: Category::System,
         summary: "Gives up the rest of the control cycle and goes on in the next one.",
-        params: &[],
-        returns: "nothing",
         waits: true,
-        run: Some(sync),
+        ..system(sync)
+    },
+    Builtin {
+        name: "pause",
+        section: "9.2.1",
+        summary: "Holds the whole task until it is resumed from outside; the arm decelerates on its path.",
+        ..system(pause)
+    },
+    Builtin {
+        name: "halt",
+        section: "9.2.2",
+        summary: "Ends the whole task, as a success.",
+        ..system(halt)
     },
     Builtin {
         name: "textmsg",
         section: "9.3.1",
-        category: Category::System,
         summary: "Writes both parts, joined, to the log.",
         params: &[
+            parameter("s1", Kind::Printable, "first part"),
             Parameter {
-                name: "s1",
-                aliases: &[],
-                kind: Kind::Printable,
-                default: Default::Required,
-                unit: "",
-                meaning: "first part",
-            },
-            Parameter {
-                name: "s2",
-                aliases: &[],
-                kind: Kind::Printable,
                 default: Default::EmptyText,
-                unit: "",
-                meaning: "second part",
+                ..parameter("s2", Kind::Printable, "second part")
             },
         ],
-        returns: "nothing",
-        waits: false,
-        run: Some(textmsg),
+        ..system(textmsg)
+    },
+    Builtin {
+        name: "popup",
+        section: "9.3.2",
+        summary: "Shows a window; with blocking=True the thread waits until it is closed, except in a secondary program.",
+        params: &[
+            parameter("s", Kind::Printable, "what it says"),
+            Parameter {
+                default: Default::Text("Popup"),
+                ..parameter("title", Kind::Printable, "the window's title")
+            },
+            flag("warning", "looks like a warning"),
+            flag("error", "looks like an error; stronger than warning"),
+            flag("blocking", "wait until the window is closed"),
+        ],
+        ..system(popup)
     },
     Builtin {
         name: "sleep",
         section: "9.5.1",
-        category: Category::System,
         summary: "Waits.",
         params: &[Parameter {
-            name: "t",
-            aliases: &[],
-            kind: Kind::Number(Range::Any),
-            default: Default::Required,
             unit: "s",
-            meaning: "how long; 0 or less returns at once",
+            ..parameter(
+                "t",
+                Kind::Number(Range::Any),
+                "how long; 0 or less returns at once",
+            )
         }],
-        returns: "nothing",
         waits: true,
-        run: Some(sleep),
+        ..system(sleep)
+    },
+    Builtin {
+        name: "set_flag",
+        section: "9.5.2",
+        summary: "Sets an internal flag; it keeps its level when the program ends.",
+        params: &[FLAG_INDEX, parameter("b", Kind::Boolean, "level")],
+        ..system(set_flag)
+    },
+    Builtin {
+        name: "get_flag",
+        section: "9.5.3",
+        summary: "Level of an internal flag.",
+        params: &[FLAG_INDEX],
+        returns: "bool",
+        ..system(get_flag)
     },
     Builtin {
         name: "get_steptime",
         section: "9.5.4",
-        category: Category::System,
         summary: "Length of one control cycle.",
-        params: &[],
         returns: "float, s",
-        waits: false,
-        run: Some(get_steptime),
+        ..system(get_steptime)
+    },
+    Builtin {
+        name: "controller_timestamp",
+        section: "9.5.5",
+        summary: "The controller's clock; under the virtual clock simulated time since 2026-01-01T00:00:00Z.",
+        returns: "float, s since 1970-01-01T00:00:00Z",
+        ..system(controller_timestamp)
+    },
+    Builtin {
+        name: "rtsi_set_watchdog",
+        section: "9.5.6",
+        summary: "Watches how often an RTSI input is set; the watch ends with the program.",
+        params: &[
+            parameter("variable", Kind::Text, "name of an RTSI input variable"),
+            Parameter {
+                unit: "Hz",
+                ..parameter("frequency", Kind::Number(Range::Positive), "lowest rate")
+            },
+            parameter(
+                "action",
+                Kind::Text,
+                "what happens below it: \"ignore\", \"pause\" or \"stop\"",
+            ),
+        ],
+        ..system(rtsi_set_watchdog)
+    },
+    Builtin {
+        name: "powerdown",
+        section: "9.5.7",
+        summary: "Ends the task and switches the arm's power off; the server itself goes on.",
+        ..system(powerdown)
     },
 ];
+
+const FLAG_INDEX: Parameter = parameter("n", Kind::Integer(0, FLAGS as i64 - 1), "which flag");
+
+const fn system(run: fn(&mut Call<'_, '_>) -> Result<Value, Raised>) -> Builtin {
+    Builtin {
+        name: "",
+        section: "",
+        category: Category::System,
+        summary: "",
+        params: &[],
+        returns: "nothing",
+        waits: false,
+        run: Some(run),
+    }
+}
+
+const fn parameter(name: &'static str, kind: Kind, meaning: &'static str) -> Parameter {
+    Parameter {
+        name,
+        aliases: &[],
+        kind,
+        default: Default::Required,
+        unit: "",
+        meaning,
+    }
+}
+
+const fn flag(name: &'static str, meaning: &'static str) -> Parameter {
+    Parameter {
+        default: Default::Boolean(false),
+        ..parameter(name, Kind::Boolean, meaning)
+    }
+}
 
 fn sync(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let cycle = call.context().robot().state().cycle;
@@ -112,20 +198,119 @@ fn sleep(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
+fn pause(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    if call.context().panel().operator() == Operator::Absent {
+        let text = "pause(): nobody is there to resume the program, so it goes on";
+        log(call, Severity::Warning, text);
+        return Ok(Value::None);
+    }
+    call.context().request(TaskRequest::Pause);
+    if !call.context().is_secondary() {
+        // The task is held before this thread has its next turn.
+        call.wait(Wait::Turn)?;
+    }
+    Ok(Value::None)
+}
+
+fn halt(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    call.context().request(TaskRequest::Halt);
+    // The task is ending; this thread only has to wait until it is unwound.
+    call.wait(Wait::Never)?;
+    Ok(Value::None)
+}
+
+fn powerdown(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    // The arm decelerates before its power goes.
+    call.send(CommandKind::PowerOff)?;
+    log(call, Severity::Info, "powerdown(): the arm is switched off");
+    halt(call)
+}
+
 fn get_steptime(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::Float(call.context().robot().state().step_time))
 }
 
-fn textmsg(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let mut text = String::new();
-    for index in 0..2 {
-        if let Some(value) = call.given(index).cloned() {
-            text.push_str(&call.native().str(&value)?);
-        }
+fn controller_timestamp(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    Ok(Value::Float(call.context().unix_time()))
+}
+
+fn set_flag(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let (n, level) = (call.integer(0)?, call.boolean(1)?);
+    call.context().panel().set_flag(n as u8, level);
+    Ok(Value::None)
+}
+
+fn get_flag(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let n = call.integer(0)?;
+    Ok(Value::Bool(call.context().panel().flag(n as u8)))
+}
+
+fn rtsi_set_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let (variable, frequency, action) = (call.text(0)?, call.number(1)?, call.text(2)?);
+    if !is_rtsi_input(&variable) {
+        let text = format!(
+            "rtsi_set_watchdog(): variable must be the name of an RTSI input, got {variable:?}"
+        );
+        return Err(call.error(ExceptionKind::ValueError, text));
     }
+    let Some(action) = WatchdogAction::from_name(&action) else {
+        let text = format!(
+            "rtsi_set_watchdog(): action must be \"ignore\", \"pause\" or \"stop\", got {action:?}"
+        );
+        return Err(call.error(ExceptionKind::ValueError, text));
+    };
+    let context = call.context();
+    let now = context.robot().state().time;
+    context
+        .panel()
+        .with_watchdogs(|dogs| dogs.watch(&variable, frequency, action, now));
+    Ok(Value::None)
+}
+
+fn textmsg(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let text = shown(call, 0, "")? + &shown(call, 1, "")?;
+    log(call, Severity::Info, &text);
+    Ok(Value::None)
+}
+
+fn popup(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let (text, title) = (shown(call, 0, "")?, shown(call, 1, "Popup")?);
+    let (warning, error) = (call.boolean(2)?, call.boolean(3)?);
+    let (style, severity) = match (error, warning) {
+        (true, _) => (PopupStyle::Error, Severity::Error),
+        (false, true) => (PopupStyle::Warning, Severity::Warning),
+        (false, false) => (PopupStyle::Message, Severity::Info),
+    };
+    let (context, panel) = (call.context(), call.context().panel());
+    // Nothing may wait in a secondary program, whatever the argument says (manual 9.3.2).
+    let blocking = call.boolean(4)? && !context.is_secondary();
+    log(call, severity, &format!("popup \"{title}\": {text}"));
+    if panel.operator() == Operator::Absent {
+        return Ok(Value::None);
+    }
+    let id = panel.open_popup(Popup {
+        title,
+        text,
+        style,
+        blocking,
+    });
+    if blocking {
+        call.wait(Wait::Popup(id))?;
+    }
+    Ok(Value::None)
+}
+
+/// The argument as `str()` shows it.
+fn shown(call: &mut Call<'_, '_>, index: usize, default: &str) -> Result<String, Raised> {
+    match call.given(index).cloned() {
+        Some(value) => call.native().str(&value),
+        None => Ok(default.to_owned()),
+    }
+}
+
+fn log(call: &mut Call<'_, '_>, severity: Severity, text: &str) {
     let origin = call.origin();
     call.context()
         .observer()
-        .message(&Message::log(Severity::Info, origin, text));
-    Ok(Value::None)
+        .message(&Message::log(severity, origin, text));
 }

@@ -76,6 +76,11 @@ const HANDLE: Parameter = Parameter {
 };
 
 fn start_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    // Statements that name it are discarded at the port; this one came by way of a function of the program.
+    if call.origin().thread == ThreadNumber(0) && call.context().interpreter().is_executing() {
+        let text = "start_thread() is not supported in interpreter mode";
+        return Err(call.error(ExceptionKind::RuntimeError, text));
+    }
     let function = call.required(0);
     if !function.is_callable() {
         let text = format!(

@@ -7,23 +7,42 @@ use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 use std::rc::Rc;
 use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::{Value, WaitToken};
 use motion_api::{Origin, ProgramId, ThreadNumber};
 use thiserror::Error;
 
+use super::scheduler::TaskSettings;
 use super::wait::{Wait, WaitTable};
+use crate::interpreter::Interpreter;
 use crate::message::Observer;
+use crate::panel::Panel;
 use crate::robot::Robot;
 
 /// Most script threads of one task, the main thread not counted.
 pub(crate) const THREADS_MAX: usize = 64;
 
+/// 2026-01-01T00:00:00Z, where simulated time begins.
+const VIRTUAL_EPOCH_S: f64 = 1_767_225_600.0;
+
+/// What a program asks of its own task; done after the current slice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TaskRequest {
+    /// Hold it.
+    Pause,
+    /// End it as a success.
+    Halt,
+}
+
 /// The task as its builtins see it.
 pub(crate) struct TaskContext {
     robot: Arc<Robot>,
     observer: Arc<dyn Observer>,
+    panel: Arc<Panel>,
+    interpreter: Arc<Interpreter>,
     program: ProgramId,
+    requests: RefCell<Vec<TaskRequest>>,
     waits: RefCell<WaitTable>,
     threads: RefCell<Threads>,
     running: Cell<Running>,
@@ -62,11 +81,18 @@ pub(crate) enum ThreadLookup {
 pub(crate) struct TooManyThreads;
 
 impl TaskContext {
-    pub fn new(robot: Arc<Robot>, observer: Arc<dyn Observer>, program: ProgramId) -> Rc<Self> {
+    pub fn new(
+        settings: &TaskSettings,
+        interpreter: Arc<Interpreter>,
+        program: ProgramId,
+    ) -> Rc<Self> {
         Rc::new(Self {
-            robot,
-            observer,
+            robot: settings.robot.clone(),
+            observer: settings.observer.clone(),
+            panel: settings.panel.clone(),
+            interpreter,
             program,
+            requests: RefCell::default(),
             waits: RefCell::default(),
             threads: RefCell::default(),
             running: Cell::default(),
@@ -80,6 +106,36 @@ impl TaskContext {
 
     pub fn observer(&self) -> &dyn Observer {
         &*self.observer
+    }
+
+    pub fn panel(&self) -> &Panel {
+        &self.panel
+    }
+
+    /// Statements of interpreter mode.
+    pub fn interpreter(&self) -> &Interpreter {
+        &self.interpreter
+    }
+
+    /// Seconds since 1970-01-01T00:00:00Z; under the virtual clock simulated time since [`VIRTUAL_EPOCH_S`].
+    pub fn unix_time(&self) -> f64 {
+        if self.robot.timeline().is_virtual() {
+            VIRTUAL_EPOCH_S + self.robot.state().time
+        } else {
+            SystemTime::now()
+                .duration_since(UNIX_EPOCH)
+                .map_or(0.0, |d| d.as_secs_f64())
+        }
+    }
+
+    /// Asks something of the whole task.
+    pub fn request(&self, request: TaskRequest) {
+        self.requests.borrow_mut().push(request);
+    }
+
+    /// What was asked since the last call.
+    pub fn take_requests(&self) -> Vec<TaskRequest> {
+        self.requests.take()
     }
 
     pub fn program(&self) -> ProgramId {
@@ -128,6 +184,16 @@ impl TaskContext {
         function: Value,
         args: Vec<Value>,
     ) -> Result<ThreadNumber, TooManyThreads> {
+        let number = self.take_number()?;
+        self.threads
+            .borrow_mut()
+            .to_start
+            .push((number, function, args));
+        Ok(number)
+    }
+
+    /// A number for a new thread, which counts as alive from now on.
+    pub fn take_number(&self) -> Result<ThreadNumber, TooManyThreads> {
         let mut threads = self.threads.borrow_mut();
         if threads.alive.len() >= THREADS_MAX {
             return Err(TooManyThreads);
@@ -135,7 +201,6 @@ impl TaskContext {
         threads.last += 1;
         let number = ThreadNumber(threads.last);
         threads.alive.insert(number);
-        threads.to_start.push((number, function, args));
         Ok(number)
     }
 

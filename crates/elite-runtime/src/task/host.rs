@@ -1,37 +1,80 @@
 //! What the language asks of its surroundings: output, clock and random numbers, all of them the task's.
 
 use std::cell::{Cell, RefCell};
+use std::ffi::OsString;
+use std::io;
 use std::rc::Rc;
-use std::time::{SystemTime, UNIX_EPOCH};
 
-use elite_lang::{Host, ThreadId};
+use elite_lang::{Access, Host, HostSocket, ScriptThread, ThreadId};
+use motion_api::ThreadNumber;
 
 use super::context::TaskContext;
+use super::network::Sockets;
 use crate::message::Message;
 
-/// 2026-01-01T00:00:00Z, where simulated time begins.
-const VIRTUAL_EPOCH_S: f64 = 1_767_225_600.0;
+/// What programs may reach beyond the robot (`--allow`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Permissions {
+    /// Files and folders.
+    pub files: bool,
+    /// Other processes and signals.
+    pub processes: bool,
+    /// Environment variables.
+    pub environment: bool,
+    /// The network.
+    pub network: bool,
+}
+
+impl Default for Permissions {
+    /// The network only.
+    fn default() -> Self {
+        Self {
+            files: false,
+            processes: false,
+            environment: false,
+            network: true,
+        }
+    }
+}
 
 /// The surroundings of one task.
 pub(crate) struct TaskHost {
     context: Rc<TaskContext>,
     random_state: Cell<u64>,
+    permissions: Permissions,
+    sockets: Rc<Sockets>,
     woken: RefCell<Vec<ThreadId>>,
+    started: RefCell<Vec<(ThreadNumber, ScriptThread)>>,
 }
 
 impl TaskHost {
     /// Random numbers follow from `seed`.
-    pub fn new(context: Rc<TaskContext>, seed: u64) -> Self {
+    pub fn new(context: Rc<TaskContext>, seed: u64, permissions: Permissions) -> Self {
         Self {
             context,
             random_state: Cell::new(seed),
+            permissions,
+            sockets: Rc::default(),
             woken: RefCell::default(),
+            started: RefCell::default(),
         }
+    }
+
+    /// Threads that the program has started through the language since the last call, with their numbers.
+    pub fn take_started(&self) -> Vec<(ThreadNumber, ScriptThread)> {
+        self.started.take()
     }
 
     /// Threads that became ready since the last call, in the order in which they did.
     pub fn take_woken(&self) -> Vec<ThreadId> {
-        self.woken.take()
+        let mut woken = self.woken.take();
+        woken.extend(self.sockets.outside().take_woken());
+        woken
+    }
+
+    /// The sockets of the task.
+    pub fn sockets(&self) -> &Sockets {
+        &self.sockets
     }
 }
 
@@ -44,18 +87,49 @@ impl Host for TaskHost {
             .message(&Message::Print { origin, text });
     }
 
+    fn start(&self, thread: ScriptThread) -> Result<(), String> {
+        let number = self
+            .context
+            .take_number()
+            .map_err(|refused| refused.to_string())?;
+        self.started.borrow_mut().push((number, thread));
+        Ok(())
+    }
+
+    fn may_wait(&self) -> Result<(), String> {
+        if self.context.is_secondary() {
+            return Err("a secondary program may not wait".to_owned());
+        }
+        Ok(())
+    }
+
     fn wake(&self, thread: ThreadId) {
         self.woken.borrow_mut().push(thread);
     }
 
-    fn unix_time(&self) -> f64 {
-        if self.context.robot().timeline().is_virtual() {
-            VIRTUAL_EPOCH_S + self.context.robot().state().time
-        } else {
-            SystemTime::now()
-                .duration_since(UNIX_EPOCH)
-                .map_or(0.0, |d| d.as_secs_f64())
+    fn permits(&self, access: Access) -> bool {
+        match access {
+            Access::Files => self.permissions.files,
+            Access::Processes => self.permissions.processes,
+            Access::Environment => self.permissions.environment,
+            Access::Network => self.permissions.network,
         }
+    }
+
+    fn environment(&self) -> Vec<(String, String)> {
+        let entries = std::env::vars_os();
+        let text = |(name, value): (OsString, OsString)| {
+            Some((name.into_string().ok()?, value.into_string().ok()?))
+        };
+        entries.filter_map(text).collect()
+    }
+
+    fn open_socket(&self) -> io::Result<Rc<dyn HostSocket>> {
+        self.sockets.open()
+    }
+
+    fn unix_time(&self) -> f64 {
+        self.context.unix_time()
     }
 
     fn monotonic(&self) -> f64 {

@@ -1,28 +1,31 @@
-//! Runs the script threads of one task on one OS thread, in a fixed order, and lets time pass when all of them wait.
+//! Runs the script threads of one task on one OS thread, in a fixed order.
 //!
 //! Script threads are coroutines (see elite-lang); a slice ends when fuel runs out, at a wait, or at the end. Ready
 //! threads run round robin; threads whose wait ends in the same cycle go on in the order of their numbers. So a run is
-//! the same every time under the virtual clock. The scheduler is a future on the task's own single-threaded tokio runtime.
+//! the same every time under the virtual clock. The scheduler is a future on the task's own single-threaded tokio
+//! runtime. What passes time is in `time`, what is told to people in `report`.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{
-    Diagnostic, Interpreter, KnownNames, Limits, ProgramKind, Resume, ScriptError, ScriptThread,
+    Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptError, ScriptThread,
     SourceFile, Step, WaitToken,
 };
-use motion_api::{
-    CommandId, CommandKind, MotionMode, Origin, ProgramId, RobotMode, StopReason, ThreadNumber,
-};
-use tokio::sync::mpsc;
+use motion_api::{CommandKind, Origin, ProgramId, StopReason, ThreadNumber};
+use tokio::sync::{mpsc, oneshot, watch};
+use tokio::time::Instant;
 
-use super::context::TaskContext;
-use super::host::TaskHost;
+use super::context::{TaskContext, TaskRequest};
+use super::host::{Permissions, TaskHost};
 use super::wait::Wait;
 use crate::builtins;
+use crate::interpreter::Interpreter as StatementPort;
 use crate::message::{Message, Observer, Severity};
+use crate::panel::{Panel, Variables};
 use crate::robot::Robot;
+use crate::supervisor::{TaskState, TaskStatus, is_secondary};
 
 /// Safepoints a script thread may pass before the next one has its turn: well under a millisecond of work.
 const FUEL_PER_SLICE: u32 = 20_000;
@@ -30,8 +33,14 @@ const FUEL_PER_SLICE: u32 = 20_000;
 const FUEL_FOR_UNWINDING: u32 = 200_000;
 /// How often a thread is told to stop before it is dropped as it is.
 const STOPS_MAX: u32 = 3;
-/// Longest time to wait for the arm to stand after the end of a program, in simulated seconds.
-const SETTLE_TIME_MAX: f64 = 5.0;
+
+/// Slices a secondary program may take: about a second of work (language.md 7). Counted, not timed, so that a run under
+/// the virtual clock ends the same way on every machine.
+const SLICES_OF_SECONDARY: u32 = 1000;
+/// Longest a secondary program may wait for a lock of the main program, simulated seconds.
+const WAIT_OF_SECONDARY: f64 = 1.0;
+/// Most secondary programs at once; they are short, so more than a few mean that a client floods the task.
+const SECONDARIES_MAX: usize = 16;
 
 /// A program as text.
 #[derive(Clone, Debug)]
@@ -51,6 +60,10 @@ pub struct TaskSettings {
     pub observer: Arc<dyn Observer>,
     /// Seed of the task's random numbers.
     pub seed: u64,
+    /// Flags, popups and what else outlives a task.
+    pub panel: Arc<Panel>,
+    /// What programs may reach beyond the robot.
+    pub permissions: Permissions,
 }
 
 /// What others ask of a running task.
@@ -62,8 +75,8 @@ pub enum Control {
     Pause,
     /// Let it go on.
     Resume,
-    /// Run a secondary program beside it.
-    Secondary(ProgramText),
+    /// Run a secondary program beside it, and say that it was taken. A task that ends first drops the sender.
+    Secondary(ProgramText, oneshot::Sender<()>),
 }
 
 /// How a task ended.
@@ -83,30 +96,48 @@ pub enum TaskEnd {
 
 /// A task on its own thread.
 pub(crate) struct Task {
-    settings: TaskSettings,
-    context: Rc<TaskContext>,
-    host: Rc<TaskHost>,
-    interpreter: Interpreter,
+    pub(super) settings: TaskSettings,
+    pub(super) context: Rc<TaskContext>,
+    pub(super) host: Rc<TaskHost>,
+    pub(super) interpreter: Interpreter,
     known: KnownNames,
-    threads: BTreeMap<ThreadNumber, Entry>,
-    ready: VecDeque<ThreadNumber>,
-    controls: mpsc::Receiver<Control>,
-    paused: bool,
+    pub(super) threads: BTreeMap<ThreadNumber, Entry>,
+    pub(super) ready: VecDeque<ThreadNumber>,
+    pub(super) controls: mpsc::Receiver<Control>,
+    status: watch::Sender<TaskStatus>,
+    pub(super) paused: bool,
     stops_at_start: u64,
-    end: Option<TaskEnd>,
+    pub(super) end: Option<TaskEnd>,
     secondaries: u32,
+    /// Names declared `global`, in the order in which they were met.
+    pub(super) global_names: Vec<String>,
+    /// The cycle of the latest look at watchdogs and variables.
+    pub(super) looked_at: u64,
+    /// The cycle of the next look at the variables.
+    pub(super) variables_due: u64,
+    /// When the next cycle is due while a virtual clock keeps wall pace.
+    pub(super) next_tick: Option<Instant>,
 }
 
-struct Entry {
-    script: ScriptThread,
-    waiting: Option<Waiting>,
-    secondary: bool,
-    line_reported: (u64, u32),
+pub(super) struct Entry {
+    pub script: ScriptThread,
+    pub waiting: Option<Waiting>,
+    /// Only secondary programs have bounds.
+    pub secondary: Option<Bounds>,
+    pub line_reported: (u64, u32),
+}
+
+/// What a secondary program may still use.
+#[derive(Clone, Copy)]
+pub(super) struct Bounds {
+    slices: u32,
+    /// Simulated time, s.
+    pub until: f64,
 }
 
 /// Why a thread is not ready.
 #[derive(Clone, Copy)]
-enum Waiting {
+pub(super) enum Waiting {
     /// A builtin waits for something in the wait table.
     Token(WaitToken),
     /// The language waits (a lock, a queue) until it is woken or this simulated time, s, has come.
@@ -119,15 +150,22 @@ const FIRST_SECONDARY: u32 = 1 << 31;
 impl Task {
     pub fn new(
         settings: TaskSettings,
+        statements: Arc<StatementPort>,
         program: ProgramId,
         controls: mpsc::Receiver<Control>,
+        status: watch::Sender<TaskStatus>,
     ) -> Self {
-        let context = TaskContext::new(settings.robot.clone(), settings.observer.clone(), program);
-        let host = Rc::new(TaskHost::new(context.clone(), settings.seed));
+        let context = TaskContext::new(&settings, statements, program);
+        let host = Rc::new(TaskHost::new(
+            context.clone(),
+            settings.seed,
+            settings.permissions,
+        ));
         let natives = builtins::natives(&context);
         let known = KnownNames::new(builtins::all().map(|b| b.name));
         let interpreter = Interpreter::new(host.clone(), natives, Limits::default());
         let stops_at_start = settings.robot.protective_stops().0;
+        settings.panel.with_variables(Variables::clear);
         Self {
             settings,
             context,
@@ -137,10 +175,15 @@ impl Task {
             threads: BTreeMap::new(),
             ready: VecDeque::new(),
             controls,
+            status,
             paused: false,
             stops_at_start,
             end: None,
             secondaries: 0,
+            global_names: Vec::new(),
+            looked_at: u64::MAX,
+            variables_due: 0,
+            next_tick: None,
         }
     }
 
@@ -148,9 +191,13 @@ impl Task {
     pub async fn run(mut self, program: ProgramText) -> TaskEnd {
         self.settings.robot.timeline().drive(true);
         let end = match self.start_program(ThreadNumber(0), program) {
-            Ok(()) => self.run_threads().await,
+            Ok(program) => {
+                self.context.interpreter().task_runs(&program);
+                self.run_threads().await
+            }
             Err(()) => TaskEnd::NotCompiled,
         };
+        self.publish_variables(true);
         self.stop_all_threads();
         self.settle().await;
         self.settings.robot.timeline().drive(false);
@@ -158,43 +205,46 @@ impl Task {
     }
 
     /// Compiles and readies a program. Findings are reported.
-    fn start_program(&mut self, number: ThreadNumber, text: ProgramText) -> Result<(), ()> {
+    fn start_program(&mut self, number: ThreadNumber, text: ProgramText) -> Result<Program, ()> {
+        let secondary = is_secondary(&text.text);
         let file = SourceFile::new(text.name, text.text);
         let program = match elite_lang::compile(file.clone(), &self.known) {
             Ok(program) => program,
             Err(findings) => {
                 for finding in &findings {
-                    self.report_finding(finding, &file);
+                    self.report_finding(finding, &file, secondary);
                 }
                 return Err(());
             }
         };
-        let secondary = program.kind() == ProgramKind::Secondary;
-        let script = self.interpreter.spawn_program(&program);
-        self.add_thread(number, script, secondary);
-        Ok(())
-    }
-
-    fn report_finding(&self, finding: &Diagnostic, file: &SourceFile) {
-        let place = finding.fields(file);
-        let summary = format!("SyntaxError: {}", finding.message);
-        let picture = elite_lang::render_human(finding, file, false);
-        self.settings.observer.message(&Message::ScriptError {
-            program: self.context.program(),
-            line: place.line,
-            column: place.column,
-            report: format!("{}\n{summary}", picture.trim_end()),
-            summary,
+        self.remember_globals(&program);
+        let bounds = (program.kind() == ProgramKind::Secondary).then(|| Bounds {
+            slices: SLICES_OF_SECONDARY,
+            until: self.settings.robot.state().time + WAIT_OF_SECONDARY,
         });
+        let script = self.interpreter.spawn_program(&program);
+        self.add_thread(number, script, bounds);
+        Ok(program)
     }
 
-    fn add_thread(&mut self, number: ThreadNumber, script: ScriptThread, secondary: bool) {
+    fn remember_globals(&mut self, program: &Program) {
+        self.context
+            .interpreter()
+            .add_globals(program.declared_globals());
+        for name in program.declared_globals() {
+            if !self.global_names.iter().any(|known| known == name) {
+                self.global_names.push(name.to_owned());
+            }
+        }
+    }
+
+    fn add_thread(&mut self, number: ThreadNumber, script: ScriptThread, bounds: Option<Bounds>) {
         self.threads.insert(
             number,
             Entry {
                 script,
                 waiting: None,
-                secondary,
+                secondary: bounds,
                 line_reported: (u64::MAX, 0),
             },
         );
@@ -207,53 +257,115 @@ impl Task {
             while let Ok(control) = self.controls.try_recv() {
                 self.take(control);
             }
-            self.look_for_protective_stop();
-            if let Some(end) = self.end.take() {
-                return end;
-            }
-            if self.paused {
-                self.hold().await;
+            self.look_around();
+            if let Some(end) = self.end.clone() {
+                // A main program that ran to its end does not take the secondary ones with it: they are short.
+                match self.next_ready_secondary() {
+                    Some(number) if end == TaskEnd::Finished => self.run_slice(number),
+                    _ => return end,
+                }
                 continue;
             }
-            if let Some(number) = self.ready.pop_front() {
+            if let Some(number) = self.next_ready() {
                 self.run_slice(number);
                 slices = slices.wrapping_add(1);
                 if slices.is_multiple_of(64) {
                     tokio::task::yield_now().await;
                 }
                 // Under the real clock the world goes on while scripts compute.
-                if !self.settings.robot.timeline().is_virtual() {
+                if !self.paused && !self.settings.robot.timeline().is_virtual() {
                     self.end_waits();
                 }
                 continue;
             }
-            self.let_time_pass().await;
-            self.end_waits();
+            if self.paused {
+                self.hold().await;
+            } else if !self.end_outside_waits() {
+                self.let_time_pass().await;
+                self.end_waits();
+            }
+            self.ready_woken_threads();
         }
     }
 
-    fn take(&mut self, control: Control) {
+    /// The thread whose turn it is. While the task is held, secondary programs still run.
+    fn next_ready(&mut self) -> Option<ThreadNumber> {
+        if self.paused {
+            self.next_ready_secondary()
+        } else {
+            self.ready.pop_front()
+        }
+    }
+
+    fn next_ready_secondary(&mut self) -> Option<ThreadNumber> {
+        let threads = &self.threads;
+        let is_secondary = |n: &ThreadNumber| threads.get(n).is_some_and(|e| e.secondary.is_some());
+        let position = self.ready.iter().position(is_secondary)?;
+        self.ready.remove(position)
+    }
+
+    /// What is looked at once a cycle, however often the loop comes round.
+    fn look_around(&mut self) {
+        self.look_for_protective_stop();
+        let cycle = self.settings.robot.state().cycle;
+        if cycle != self.looked_at {
+            self.looked_at = cycle;
+            self.look_at_watchdogs();
+            self.publish_variables(false);
+            self.end_late_secondaries();
+        }
+    }
+
+    pub(super) fn take(&mut self, control: Control) {
         match control {
             Control::Stop => self.end = Some(TaskEnd::Stopped),
-            Control::Pause if !self.paused => {
-                self.paused = true;
-                self.tell_robot(CommandKind::Pause);
-            }
+            Control::Pause => self.pause(),
             Control::Resume if self.paused => {
                 self.paused = false;
                 self.tell_robot(CommandKind::Resume);
+                let now = self.settings.robot.state().time;
+                self.settings.panel.with_watchdogs(|dogs| dogs.restart(now));
+                self.show(TaskState::Running);
             }
-            Control::Pause | Control::Resume => {}
-            Control::Secondary(program) => {
-                let number = ThreadNumber(FIRST_SECONDARY + self.secondaries);
-                self.secondaries = (self.secondaries + 1) % FIRST_SECONDARY;
-                // Findings were reported; a secondary program never ends the task.
-                let _ = self.start_program(number, program);
+            Control::Resume => {}
+            // Dropping the sender says that this task has ended.
+            Control::Secondary(..) if self.end.is_some() => {}
+            Control::Secondary(program, taken) => {
+                // Whoever asked may have lost interest.
+                let _ = taken.send(());
+                self.start_secondary(program);
             }
         }
     }
 
-    fn tell_robot(&self, kind: CommandKind) {
+    pub(super) fn pause(&mut self) {
+        if !self.paused {
+            self.paused = true;
+            self.tell_robot(CommandKind::Pause);
+            self.show(TaskState::Paused);
+        }
+    }
+
+    fn show(&self, state: TaskState) {
+        self.status.send_modify(|status| status.state = state);
+    }
+
+    fn start_secondary(&mut self, program: ProgramText) {
+        let running = self.threads.values().filter(|e| e.secondary.is_some());
+        if running.count() >= SECONDARIES_MAX {
+            let text = format!(
+                "RuntimeError: \"{}\" was refused: {SECONDARIES_MAX} secondary programs run already",
+                program.name
+            );
+            return self.warn_of_secondary(Origin::default(), &text);
+        }
+        let number = ThreadNumber(FIRST_SECONDARY + self.secondaries);
+        self.secondaries = (self.secondaries + 1) % FIRST_SECONDARY;
+        // Findings were reported; a secondary program never ends the task.
+        let _ = self.start_program(number, program);
+    }
+
+    pub(super) fn tell_robot(&self, kind: CommandKind) {
         let origin = Origin {
             program: self.context.program(),
             ..Origin::default()
@@ -280,11 +392,12 @@ impl Task {
         let Some(entry) = self.threads.get_mut(&number) else {
             return;
         };
-        self.context.enter(number, entry.secondary);
+        self.context.enter(number, entry.secondary.is_some());
+        self.host.sockets().outside().forget(entry.script.id());
         let step = entry.script.resume(Resume::Continue, FUEL_PER_SLICE);
         self.report_line(number);
         match step {
-            Step::OutOfFuel => self.ready.push_back(number),
+            Step::OutOfFuel => self.out_of_fuel(number),
             Step::Waiting(token) => self.suspend(number, Waiting::Token(token)),
             Step::Parked { until } => self.suspend(number, Waiting::Parked { until }),
             Step::Done(_) | Step::Stopped => self.thread_ended(number),
@@ -295,11 +408,57 @@ impl Task {
         for stop in self.context.take_stops() {
             self.stop_thread(stop);
         }
+        for request in self.context.take_requests() {
+            match request {
+                TaskRequest::Pause => self.pause(),
+                TaskRequest::Halt => drop(self.end.get_or_insert(TaskEnd::Finished)),
+            }
+        }
+    }
+
+    fn out_of_fuel(&mut self, number: ThreadNumber) {
+        let bounds = self.threads.get_mut(&number);
+        if let Some(bounds) = bounds.and_then(|entry| entry.secondary.as_mut()) {
+            bounds.slices -= 1;
+            if bounds.slices == 0 {
+                let text = "TimeoutError: a secondary program has to be short, this one was ended after about a second of work";
+                return self.end_secondary(number, text);
+            }
+        }
+        self.ready.push_back(number);
+    }
+
+    /// Ends a secondary program that does not keep to its bounds.
+    pub(super) fn end_secondary(&mut self, number: ThreadNumber, reason: &str) {
+        let line = self
+            .threads
+            .get(&number)
+            .map_or(0, |e| e.script.current_line());
+        let origin = Origin {
+            program: self.context.program(),
+            thread: number,
+            line,
+        };
+        self.warn_of_secondary(origin, reason);
+        self.stop_thread(number);
     }
 
     fn suspend(&mut self, number: ThreadNumber, waiting: Waiting) {
-        if let Some(entry) = self.threads.get_mut(&number) {
-            entry.waiting = Some(waiting);
+        if let Waiting::Token(token) = waiting
+            && self.context.wait_of(token) == Wait::Turn
+        {
+            self.context.end_wait(token);
+            self.ready.push_back(number);
+            return;
+        }
+        let Some(entry) = self.threads.get_mut(&number) else {
+            return;
+        };
+        entry.waiting = Some(waiting);
+        // A lock may be waited for, within bounds; time may not.
+        if entry.secondary.is_some() && matches!(waiting, Waiting::Parked { until: Some(_) }) {
+            let text = "RuntimeError: waiting is not allowed in a secondary program (sec)";
+            self.end_secondary(number, text);
         }
     }
 
@@ -320,9 +479,12 @@ impl Task {
     }
 
     fn start_requested_threads(&mut self) {
+        for (number, script) in self.host.take_started() {
+            self.add_thread(number, script, None);
+        }
         for (number, function, args) in self.context.take_starts() {
             match self.interpreter.spawn_call(function, args) {
-                Ok(script) => self.add_thread(number, script, false),
+                Ok(script) => self.add_thread(number, script, None),
                 Err(error) => {
                     self.context.thread_ended(number);
                     self.report_script_error(&error);
@@ -341,20 +503,9 @@ impl Task {
     }
 
     fn thread_failed(&mut self, number: ThreadNumber, error: &ScriptError) {
-        let secondary = self
-            .threads
-            .get(&number)
-            .is_some_and(|entry| entry.secondary);
-        if secondary {
-            let origin = Origin {
-                program: self.context.program(),
-                thread: number,
-                line: line_of(error),
-            };
-            let text = format!("[SEC] Exception: {}", error.headline());
-            self.settings
-                .observer
-                .message(&Message::log(Severity::Warning, origin, text));
+        let entry = self.threads.get(&number);
+        if entry.is_some_and(|entry| entry.secondary.is_some()) {
+            self.report_secondary_error(number, error);
         } else {
             self.report_script_error(error);
             self.end = Some(TaskEnd::Failed);
@@ -362,109 +513,21 @@ impl Task {
         self.thread_ended(number);
     }
 
-    fn report_script_error(&self, error: &ScriptError) {
-        self.settings.observer.message(&Message::ScriptError {
-            program: self.context.program(),
-            line: line_of(error),
-            column: error.place().map_or(1, |frame| frame.column),
-            summary: error.headline(),
-            report: elite_lang::render_script_error(error),
-        });
-    }
-
-    /// Tells the observer where a thread stands, at most once a cycle.
-    fn report_line(&mut self, number: ThreadNumber) {
-        let cycle = self.settings.robot.state().cycle;
-        let Some(entry) = self.threads.get_mut(&number) else {
-            return;
-        };
-        let line = entry.script.current_line();
-        let (reported_cycle, reported_line) = entry.line_reported;
-        if line != reported_line && cycle != reported_cycle {
-            entry.line_reported = (cycle, line);
-            self.settings
-                .observer
-                .line_changed(self.context.program(), number, line);
-        }
-    }
-
-    /// Readies every thread whose wait is over, in the order of their numbers.
-    fn end_waits(&mut self) {
-        let robot = &self.settings.robot;
-        let state = robot.state();
-        let is_over = |waiting: Waiting| match waiting {
-            Waiting::Parked { until } => until.is_some_and(|time| state.time >= time),
-            Waiting::Token(token) => match self.context.wait_of(token) {
-                Wait::Command(id) => robot.has_ended(id),
-                Wait::Cycle(wanted) => state.cycle >= wanted,
-                Wait::Thread(other) => !self.threads.contains_key(&other),
-                Wait::Never => false,
-            },
-        };
-        let over: Vec<ThreadNumber> = self
-            .threads
-            .iter()
-            .filter(|(_, entry)| entry.waiting.is_some_and(is_over))
-            .map(|(number, _)| *number)
-            .collect();
-        for number in over {
-            self.end_wait(number);
-            self.ready.push_back(number);
-        }
-    }
-
-    /// Forgets what a thread waits for; gives back the wait's entry in the table.
-    fn end_wait(&mut self, number: ThreadNumber) -> Option<Wait> {
-        let waiting = self.threads.get_mut(&number)?.waiting.take()?;
-        let Waiting::Token(token) = waiting else {
-            return None;
-        };
-        let wait = self.context.wait_of(token);
-        self.context.end_wait(token);
-        Some(wait)
-    }
-
-    /// One virtual cycle, or whatever comes first under the real clock: a cycle or a control.
-    async fn let_time_pass(&mut self) {
-        let robot = &self.settings.robot;
-        if robot.timeline().advance() {
-            robot.pump();
-            return;
-        }
-        tokio::select! {
-            () = robot.progress() => {}
-            control = self.controls.recv() => match control {
-                Some(control) => self.take(control),
-                // The supervisor is gone: nobody could stop this task any more.
-                None => self.end = Some(TaskEnd::Stopped),
-            }
-        }
-    }
-
-    /// While paused: the arm decelerates, then simulated time stands until somebody asks for something.
-    async fn hold(&mut self) {
-        let robot = &self.settings.robot;
-        let stands = robot.state().target_qd.max_abs() == 0.0;
-        if robot.timeline().is_virtual() && stands {
-            match self.controls.recv().await {
-                Some(control) => self.take(control),
-                None => self.end = Some(TaskEnd::Stopped),
-            }
-        } else {
-            self.let_time_pass().await;
-        }
-    }
-
     /// Stops a thread and what it was waiting for. Its `finally` and `with` blocks run first, within the language's bound.
     fn stop_thread(&mut self, number: ThreadNumber) {
-        if let Some(Wait::Command(id)) = self.end_wait(number) {
-            self.settings.robot.forget(id);
-            self.tell_robot(CommandKind::Stop { only: id });
+        match self.end_wait(number) {
+            Some(Wait::Command(id)) => {
+                self.settings.robot.forget(id);
+                self.tell_robot(CommandKind::Stop { only: id });
+            }
+            Some(Wait::Popup(id)) => drop(self.settings.panel.close_popup(id)),
+            _ => {}
         }
         let Some(entry) = self.threads.get_mut(&number) else {
             return;
         };
-        self.context.enter(number, entry.secondary);
+        self.context.enter(number, entry.secondary.is_some());
+        self.host.sockets().outside().forget(entry.script.id());
         for _ in 0..STOPS_MAX {
             // Out of fuel in its clean-up: the next stop unwinds without running more of it.
             match entry.script.resume(Resume::Stop, FUEL_FOR_UNWINDING) {
@@ -480,44 +543,8 @@ impl Task {
         while let Some(number) = self.threads.keys().next_back().copied() {
             self.stop_thread(number);
         }
-    }
-
-    /// Ends what still moves and waits, within a bound, until the arm stands.
-    async fn settle(&mut self) {
-        let robot = self.settings.robot.clone();
-        let started = robot.state();
-        if started.command_id != CommandId::NONE || started.motion_mode == MotionMode::Conveyor {
-            self.tell_robot(CommandKind::Stop {
-                only: CommandId::NONE,
-            });
-        }
-        if self.paused {
-            self.tell_robot(CommandKind::Resume);
-        }
-        let deadline = started.time + SETTLE_TIME_MAX;
-        // One cycle at least, so that commands the program sent last are taken and recorded.
-        let first = started.cycle + 1;
-        loop {
-            let state = robot.state();
-            let stands =
-                state.target_qd.max_abs() == 0.0 && state.actual_qd.max_abs() < STANDSTILL_SPEED;
-            let powered = state.robot_mode == RobotMode::Running;
-            if state.cycle > first && (!powered || stands) || state.time > deadline {
-                return;
-            }
-            if robot.timeline().advance() {
-                robot.pump();
-            } else {
-                robot.progress().await;
-            }
-        }
+        // Started while the others unwound: they never run.
+        drop(self.host.take_started());
+        self.host.sockets().close_all();
     }
 }
-
-/// Where the error was raised; line 1 for an error without a place.
-fn line_of(error: &ScriptError) -> u32 {
-    error.place().map_or(1, |frame| frame.line)
-}
-
-/// Below this joint speed (rad/s) the arm counts as standing.
-const STANDSTILL_SPEED: f64 = 1e-3;

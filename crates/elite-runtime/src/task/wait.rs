@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use elite_lang::WaitToken;
 use motion_api::{CommandId, ThreadNumber};
 
+use crate::panel::PopupId;
+
 /// One reason to wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wait {
@@ -14,8 +16,21 @@ pub(crate) enum Wait {
     Cycle(u64),
     /// The end of a script thread.
     Thread(ThreadNumber),
+    /// The next turn: over at once, after the other ready threads.
+    Turn,
+    /// A popup that somebody has to close.
+    Popup(PopupId),
+    /// A statement of interpreter mode, or its end.
+    Statement,
     /// The end of the task.
     Never,
+}
+
+impl Wait {
+    /// True when people or other programs end it: simulated time then keeps wall pace.
+    pub const fn is_on_the_outside(self) -> bool {
+        matches!(self, Self::Popup(_) | Self::Statement)
+    }
 }
 
 /// Registered waits by token.

@@ -10,6 +10,7 @@
 
 use std::sync::{Arc, Mutex};
 
+use elite_runtime::panel::{Operator, Panel};
 use elite_runtime::robot::ScriptEndWithoutRecords;
 use elite_runtime::{Message, Observer, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{JointPositions, RobotModel, RpyPose, SafetyBounds};
@@ -116,7 +117,9 @@ pub fn run(standing: &Standing, text: &str) -> Ran {
     let supervisor = Supervisor::new(TaskSettings {
         robot: Arc::new(robot),
         observer: listener.clone(),
+        permissions: elite_runtime::Permissions::default(),
         seed: 0,
+        panel: Arc::new(Panel::new(Operator::Absent)),
     });
     let program = ProgramText {
         name: "test.script".into(),

@@ -62,7 +62,8 @@ pub enum IkMethod {
     ClosedForm(ClosedForm),
     /// Nearly of that shape (a calibrated arm): the closed form of the nearest shape, then Newton steps on the chain.
     Refined(ClosedForm),
-    /// Newton from a fixed set of starting points: finds a solution near the wanted one, may miss others.
+    /// Damped Newton steps, from the wanted positions and from a fixed set of starting points: up to a millisecond, and
+    /// a solution may be missed.
     Iterative,
 }
 
@@ -124,8 +125,13 @@ impl IkMethod {
                 return Some(q);
             }
         }
-        for q in &self.all(chain, base_from_flange, near[DOF - 1]) {
-            consider(&mut best, q);
+        if *self == Self::Iterative {
+            // Every solution found, not the first eight: an arm of any shape has up to sixteen.
+            iterative::search(chain, base_from_flange, |q| consider(&mut best, &q));
+        } else {
+            for q in &self.all(chain, base_from_flange, near[DOF - 1]) {
+                consider(&mut best, q);
+            }
         }
         best.map(|(_, q)| q)
     }

@@ -11,12 +11,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::{KnownNames, SourceFile};
-use elite_runtime::interpreter::{Statement, Submitted};
+use elite_runtime::interpreter::{Statement, Submitted, ThrownAway};
 use elite_runtime::message::{Message, Severity};
+use elite_runtime::panel::{FLAGS, PopupStyle};
 use elite_runtime::{ProgramText, Robot, Supervisor};
 use kinematics::RobotModel;
 use motion::realtime::ClockMeter;
 use motion_api::{CommandId, CommandKind, MotionMode, RobotState};
+use serde_json::{Value, json};
 use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
 
@@ -24,6 +26,7 @@ use crate::announce::Announcer;
 use crate::config::ServeConfig;
 use crate::controller::Controller;
 use crate::feed::{Feed, task_status};
+use crate::log_dir::InterpreterLog;
 use crate::ports::ClientId;
 use crate::ports::description::{Peripherals, RobotDescription, TaskStatus};
 use crate::ports::http;
@@ -55,6 +58,7 @@ pub struct Backend {
     lifetime: Lifetime,
     clock: ClockMeter,
     known: KnownNames,
+    log: InterpreterLog,
 }
 
 /// Every value is whole at every moment, so a poisoned lock is as good as any.
@@ -90,6 +94,7 @@ impl Backend {
             remote: AtomicBool::new(!config.local),
             clock: controller.clock_meter(),
             known: KnownNames::new(elite_runtime::builtins::all().map(|b| b.name)),
+            log: controller.interpreter_log().clone(),
         }
     }
 
@@ -241,6 +246,11 @@ impl primary::Backend for Backend {
             ControlPhrase::StopTask => self.supervisor.stop(),
             ControlPhrase::PauseTask => self.supervisor.pause(),
             ControlPhrase::ResumeTask => self.supervisor.resume(),
+            ControlPhrase::ClosePopup => {
+                if self.supervisor.panel().close_newest_popup().is_none() {
+                    tracing::info!(%client, "close popup: none is open");
+                }
+            }
             ControlPhrase::PowerOn => self.supervisor.command(CommandKind::PowerOn),
             ControlPhrase::PowerOff => self.supervisor.command(CommandKind::PowerOff),
             ControlPhrase::ReleaseBrakes => self.supervisor.command(CommandKind::ReleaseBrakes),
@@ -260,43 +270,58 @@ impl primary::Backend for Backend {
 
 impl interpreter::Interpreter for Backend {
     async fn submit(&self, statement: interpreter::Statement) -> Verdict {
-        let text = statement.text.to_string();
-        let thrown_away = Box::new(move || statement.discard(&Discard::CleanedUp));
-        match self
+        let shown = statement.text.clone();
+        let client = statement.client;
+        self.log.received(client, &shown);
+        let log = self.log.clone();
+        let thrown_away = Box::new(move |reason| {
+            let discard = match reason {
+                ThrownAway::OnEntry => Discard::CleanedUp,
+                ThrownAway::TaskEnded => Discard::InvalidState,
+            };
+            log.discarded(client, &discard.to_string(), &statement.text);
+            statement.discard(&discard);
+        });
+        let text = shown.to_string();
+        let submitted = self
             .supervisor
             .interpreter()
-            .submit(Statement { text, thrown_away })
-        {
-            Submitted::Accepted(id) => Verdict::Ack(id.0),
-            Submitted::NotCompiled(reason) => Verdict::Discard(Discard::Compile(reason)),
-            Submitted::NoTask => Verdict::Discard(Discard::InvalidState),
-            Submitted::Full => Verdict::Discard(Discard::TooMany),
-        }
+            .submit(Statement { text, thrown_away });
+        let discard = match submitted.await {
+            Submitted::Accepted(id) => return Verdict::Ack(id.0),
+            Submitted::NotCompiled(reason) => Discard::Compile(reason),
+            Submitted::NoTask => Discard::InvalidState,
+            Submitted::Full => Discard::TooMany,
+        };
+        self.log.discarded(client, &discard.to_string(), &shown);
+        Verdict::Discard(discard)
     }
 
     async fn command(&self, command: Command) -> u64 {
         let interpreter = self.supervisor.interpreter();
-        if command == Command::Abort
-            && matches!(
-                self.robot.state().motion_mode,
-                MotionMode::MoveJ | MotionMode::MoveL
-            )
-        {
-            self.supervisor.command(CommandKind::Stop {
-                only: CommandId::NONE,
-            });
-        }
-        interpreter.with_queue(|queue| match command {
-            Command::SkipBuffer => {
-                queue.skip();
-                queue.last_executed().0
+        match command {
+            Command::SkipBuffer => interpreter.skip(),
+            Command::Abort if moves_by_plan(self.robot.state().motion_mode) => {
+                let only = CommandId::NONE;
+                self.supervisor.command(CommandKind::Stop { only });
             }
-            Command::StateLastExecuted | Command::Abort => queue.last_executed().0,
-            Command::StateLastInterpreted => queue.last_accepted().0,
-            Command::StateLastCleared => queue.last_cleared().0,
-            Command::StateUnexecuted => queue.unexecuted() as u64,
-        })
+            _ => {}
+        }
+        let counters = interpreter.counters();
+        match command {
+            Command::SkipBuffer | Command::StateLastExecuted | Command::Abort => {
+                counters.last_executed.0
+            }
+            Command::StateLastInterpreted => counters.last_accepted.0,
+            Command::StateLastCleared => counters.last_cleared.0,
+            Command::StateUnexecuted => counters.unexecuted as u64,
+        }
     }
+}
+
+/// The motions that `abort` ends (manual 2.6).
+const fn moves_by_plan(mode: MotionMode) -> bool {
+    matches!(mode, MotionMode::MoveJ | MotionMode::MoveL)
 }
 
 impl http::Source for Backend {
@@ -306,6 +331,37 @@ impl http::Source for Backend {
 
     fn task_status(&self) -> TaskStatus {
         primary::Backend::task_status(self)
+    }
+
+    fn panel(&self) -> Value {
+        let panel = self.supervisor.panel();
+        let popups = panel.popups();
+        let popups = popups.iter().map(|(id, popup)| {
+            json!({
+                "id": id.0,
+                "title": popup.title,
+                "text": popup.text,
+                "style": match popup.style {
+                    PopupStyle::Message => "message",
+                    PopupStyle::Warning => "warning",
+                    PopupStyle::Error => "error",
+                },
+                "blocking": popup.blocking,
+            })
+        });
+        let variables = panel.variables();
+        let variables = variables.iter().map(|(name, variable)| {
+            json!({"name": name, "type": variable.type_name, "value": variable.value})
+        });
+        let interpreter = self.supervisor.interpreter();
+        json!({
+            "task": http::Source::task_status(self).name(),
+            "program": self.supervisor.status().program.0,
+            "interpreter": if interpreter.is_active() { "active" } else { "idle" },
+            "flags": (0..FLAGS).filter(|n| panel.flag(*n)).collect::<Vec<u8>>(),
+            "popups": popups.collect::<Vec<Value>>(),
+            "variables": variables.collect::<Vec<Value>>(),
+        })
     }
 
     fn overruns(&self) -> u64 {

@@ -3,15 +3,15 @@
 use std::io::Read;
 use std::path::Path;
 
-use elite_lang::{Diagnostic, KnownNames, SourceFile};
+use elite_lang::{Diagnostic, SourceFile};
 use serde_json::json;
 
 use crate::cli::{CheckArgs, FindingFormat};
 use crate::commands::run::SCRIPT_BYTES_MAX;
 
-/// Exit status: 0 clean, 1 findings, 2 unreadable.
+/// Exit status: 0 clean, 1 findings (warnings count), 2 unreadable.
 pub fn check(args: &CheckArgs) -> u8 {
-    let known = KnownNames::new(elite_runtime::builtins::all().map(|b| b.name));
+    let known = elite_runtime::builtins::known_names();
     let mut status = 0;
     for path in &args.files {
         match read_script(path) {

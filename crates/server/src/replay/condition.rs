@@ -8,8 +8,9 @@ use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use elite_lang::{
-    ExceptionKind, Host, Interpreter, KnownNames, Limits, NativeFunction, Param, Resume, Severity,
-    SourceFile, Step, ThreadId, Value, check, compile, render_human, render_script_error,
+    ExceptionKind, Host, Interpreter, KnownNames, Limits, NativeFunction, Param, Resume,
+    ScriptThread, Severity, SourceFile, Step, ThreadId, Value, check, compile, render_human,
+    render_script_error,
 };
 use motion_api::{MotionMode, RobotMode, SafetyMode};
 use recorder::{Cycle, FieldValue};
@@ -76,6 +77,9 @@ impl Host for Nowhere {
         0
     }
     fn wake(&self, _: ThreadId) {}
+    fn start(&self, _: ScriptThread) -> Result<(), String> {
+        Err("a condition cannot start threads".to_owned())
+    }
 }
 
 impl Condition {

@@ -60,7 +60,7 @@ pub(super) fn print(
                     stretch.print(out)?;
                 }
             }
-            Entry::Log(_) | Entry::Io(_) => {}
+            Entry::Log(_) | Entry::Io(_) | Entry::Variable(_) => {}
         }
     }
     if let Some(stretch) = current.take() {

@@ -139,7 +139,7 @@ pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
                 }
                 compared += 1;
             }
-            Entry::Script(_) | Entry::Log(_) | Entry::Io(_) => {}
+            Entry::Script(_) | Entry::Log(_) | Entry::Io(_) | Entry::Variable(_) => {}
         }
     }
     Ok(Comparison::Identical { cycles: compared })

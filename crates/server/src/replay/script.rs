@@ -67,7 +67,7 @@ pub(super) fn print(recording: &Recording, out: &mut impl Write) -> Result<(), R
                     program.command(command.line, time);
                 }
             }
-            Entry::Log(_) | Entry::Io(_) => {}
+            Entry::Log(_) | Entry::Io(_) | Entry::Variable(_) => {}
         }
     }
     if programs.is_empty() {

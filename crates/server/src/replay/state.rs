@@ -105,7 +105,7 @@ fn moment_at(
                         .retain(|(program, _), _| *program == script.program_id);
                 }
             }
-            Entry::Log(_) | Entry::Io(_) => {}
+            Entry::Log(_) | Entry::Io(_) | Entry::Variable(_) => {}
         }
     }
     let step = moment.cycle.as_ref().map_or(0.0, |cycle| cycle.step_time);

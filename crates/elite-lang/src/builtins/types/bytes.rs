@@ -8,6 +8,7 @@ use std::rc::Rc;
 use super::{BoundFn, class_method, constructor, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
+use crate::value::symbol::known;
 use crate::value::{ByteArray, Bytes, Class, R, Value};
 
 /// White space of bytes, as an argument for `strip`.
@@ -29,6 +30,11 @@ pub(super) fn install(core: &Rc<Core>) {
     );
     for class in [&types.bytes, &types.bytearray] {
         install_shared(core, class);
+        let maketrans = crate::builtins::Builtin::bound(core, "maketrans", "from to /", maketrans);
+        class.set(
+            core.symbols.intern("maketrans"),
+            Value::StaticMethod(Rc::new(maketrans)),
+        );
     }
     class_method(core, &types.bytes, "fromhex", "string /", |ev, args| {
         from_hex(ev, &args[1]).map(|data| Value::Bytes(Rc::new(Bytes::new(data))))
@@ -47,7 +53,25 @@ fn data(ev: &Evaluator<'_>, args: &[Value], type_name: &str) -> R<Vec<u8>> {
     let Some(source) = args[0].given() else {
         return Ok(Vec::new());
     };
+    if !matches!(ev.plain(source), Value::Str(_)) {
+        if args[1].given().is_some() {
+            return Err(ev.type_error("encoding without a string argument"));
+        }
+        if args[2].given().is_some() {
+            return Err(ev.type_error("errors without a string argument"));
+        }
+    }
     match ev.plain(source) {
+        Value::Instance(instance) if instance.class.lookup(known::BYTES).is_some() => {
+            let made = ev
+                .special(source, known::BYTES, &mut [])?
+                .unwrap_or_default();
+            ev.bytes_like(&made).ok_or_else(|| {
+                let name = ev.core.types.name_of(&made);
+                ev.type_error(format!("__bytes__ returned non-bytes (type {name})"))
+            })
+        }
+        Value::Bool(flag) => Ok(vec![0; usize::from(flag)]),
         Value::Str(text) => {
             if args[1].is_unbound() {
                 return Err(ev.type_error("string argument without an encoding"));
@@ -199,6 +223,21 @@ fn install_shared(core: &Rc<Core>, class: &Class) {
             ("islower", "", |ev, args| {
                 cased(ev, args, u8::is_ascii_lowercase, u8::is_ascii_uppercase)
             }),
+            ("istitle", "", |ev, args| {
+                let text: String = receiver(ev, &args[0])?
+                    .iter()
+                    .map(|byte| {
+                        if byte.is_ascii() {
+                            char::from(*byte)
+                        } else {
+                            ' '
+                        }
+                    })
+                    .collect();
+                let title = super::string_methods::is_title(&text);
+                Ok(Value::Bool(title))
+            }),
+            ("translate", "table / delete?", translate),
             ("decode", "encoding? errors?", |ev, args| {
                 ev.decode(&receiver(ev, &args[0])?, &args[1], &args[2])
             }),
@@ -220,6 +259,10 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
             ("extend", "iterable /", |ev, args| {
                 let more = match ev.bytes_like(&args[1]) {
                     Some(more) => more,
+                    None if ev.iter(&args[1]).is_err() => {
+                        let name = ev.core.types.name_of(&args[1]);
+                        return Err(ev.type_error(format!("can't extend bytearray with {name}")));
+                    }
                     None => ev.collect_bytes(&args[1])?,
                 };
                 mutable(ev, &args[0])?.data.borrow_mut().extend(more);
@@ -352,15 +395,36 @@ fn by_text(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
         .unwrap_or_default();
     // A single byte may be given as a number where one is searched for.
     let searches = matches!(name, "find" | "rfind" | "index" | "rindex" | "count");
+    let affix = matches!(name, "startswith" | "endswith");
     let as_text = |(index, arg): (usize, &Value)| match arg {
         Value::Int(_) if searches && index == 1 => {
             Ok(Value::str(char::from(ev.byte(arg)?).to_string()))
         }
+        other if index == 1 && (searches || affix) => to_text(ev, other)
+            .and_then(|text| {
+                if matches!(text, Value::Str(_) | Value::Tuple(_)) {
+                    return Ok(text);
+                }
+                Err(ev.type_error(""))
+            })
+            .map_err(|_| {
+                let name_of = ev.core.types.name_of(other);
+                ev.type_error(if searches {
+                    format!("argument should be integer or bytes-like object, not '{name_of}'")
+                } else {
+                    format!("{name} first arg must be bytes or a tuple of bytes, not {name_of}")
+                })
+            }),
         other => to_text(ev, other),
     };
     let given = args.iter().take_while(|arg| !arg.is_unbound()).enumerate();
     let texts: R<Vec<Value>> = given.map(as_text).collect();
-    let result = ev.call(&method, &mut texts?, &[])?;
+    let result = ev.call(&method, &mut texts?, &[]).map_err(|raised| {
+        if matches!(name, "index" | "rindex") && ev.is_kind(&raised, ExceptionKind::ValueError) {
+            return ev.value_error("subsection not found");
+        }
+        raised
+    })?;
     Ok(from_text(ev, &args[0], result))
 }
 
@@ -422,6 +486,54 @@ fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         ev.check_allocation(out.len())?;
     }
     Ok(like(ev, &args[0], out))
+}
+
+/// Bytes mapped by a table of 256, those in `delete` left out first.
+fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let data = receiver(ev, &args[0])?;
+    let table = match &args[1] {
+        Value::None => None,
+        other => match ev.bytes_like(other) {
+            Some(table) if table.len() == 256 => Some(table),
+            Some(_) => {
+                return Err(ev.value_error("translation table must be 256 characters long"));
+            }
+            None => return Err(not_bytes_like(ev, other)),
+        },
+    };
+    let removed = match args[2].given() {
+        Some(value) => ev
+            .bytes_like(value)
+            .ok_or_else(|| not_bytes_like(ev, value))?,
+        None => Vec::new(),
+    };
+    let kept = data.iter().filter(|byte| !removed.contains(byte));
+    let mapped = kept.map(|byte| match &table {
+        Some(table) => table[usize::from(*byte)],
+        None => *byte,
+    });
+    Ok(like(ev, &args[0], mapped.collect()))
+}
+
+fn not_bytes_like(ev: &Evaluator<'_>, value: &Value) -> crate::value::Raised {
+    let name = ev.core.types.name_of(value);
+    ev.type_error(format!("a bytes-like object is required, not '{name}'"))
+}
+
+fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let part = |value: &Value| {
+        ev.bytes_like(value)
+            .ok_or_else(|| not_bytes_like(ev, value))
+    };
+    let (from, to) = (part(&args[0])?, part(&args[1])?);
+    if from.len() != to.len() {
+        return Err(ev.value_error("maketrans arguments must have same length"));
+    }
+    let mut table: Vec<u8> = (0..=255).collect();
+    for (from, to) in from.iter().zip(to) {
+        table[usize::from(*from)] = to;
+    }
+    Ok(Value::Bytes(Rc::new(Bytes::new(table))))
 }
 
 fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {

@@ -14,7 +14,7 @@ pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
     raw_constructor(&types.dict, |ev, args| {
         let dict = Rc::new(Dict::new());
-        fill(ev, &dict, args.positional, args)?;
+        fill(ev, &dict, args.positional, args, "dict")?;
         Ok(Value::Dict(dict))
     });
     methods(
@@ -56,7 +56,7 @@ pub(super) fn install(core: &Rc<Core>) {
         };
         let dict = receiver(ev, first)?;
         let rest = rest.to_vec();
-        fill(ev, &dict, &rest, args)?;
+        fill(ev, &dict, &rest, args, "update")?;
         Ok(Value::None)
     });
     raw_method(core, &types.dict, "__init__", |ev, args| {
@@ -65,7 +65,7 @@ pub(super) fn install(core: &Rc<Core>) {
         };
         let dict = receiver(ev, first)?;
         let rest = rest.to_vec();
-        fill(ev, &dict, &rest, args)?;
+        fill(ev, &dict, &rest, args, "dict")?;
         Ok(Value::None)
     });
     class_method(
@@ -124,10 +124,16 @@ pub(super) fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Dict>> {
 }
 
 /// What `dict(…)` and `update` take: a mapping or pairs, then keywords.
-fn fill(ev: &Evaluator<'_>, dict: &Dict, positional: &[Value], args: &Args<'_>) -> R<()> {
+fn fill(
+    ev: &Evaluator<'_>,
+    dict: &Dict,
+    positional: &[Value],
+    args: &Args<'_>,
+    function: &str,
+) -> R<()> {
     if positional.len() > 1 {
         return Err(ev.type_error(format!(
-            "dict expected at most 1 argument, got {}",
+            "{function} expected at most 1 argument, got {}",
             positional.len()
         )));
     }

@@ -15,6 +15,30 @@ fn or_not_implemented(value: Option<Value>) -> Value {
     value.unwrap_or(Value::NotImplemented)
 }
 
+/// `receiver.__op__(other)`: numbers know how to work with their own kind and simpler ones only.
+fn number(ev: &Evaluator<'_>, op: BinaryOp, args: &[Value], reflected: bool) -> R {
+    let (receiver, other) = (ev.plain(&args[0]), ev.plain(&args[1]));
+    if rank(&other) > rank(&receiver) {
+        return Ok(Value::NotImplemented);
+    }
+    let (a, b) = if reflected {
+        (&other, &receiver)
+    } else {
+        (&receiver, &other)
+    };
+    Ok(or_not_implemented(ev.number_binary(op, a, b)?))
+}
+
+/// Where a number stands in int, float, complex; anything else is above all of them.
+fn rank(value: &Value) -> u8 {
+    match value {
+        Value::Bool(_) | Value::Int(_) | Value::BigInt(_) => 0,
+        Value::Float(_) => 1,
+        Value::Complex(_) => 2,
+        _ => 3,
+    }
+}
+
 fn binary(ev: &Evaluator<'_>, op: BinaryOp, a: &Value, b: &Value) -> R {
     let (a, b) = (ev.plain(a), ev.plain(b));
     if let Some(value) = ev.number_binary(op, &a, &b)? {
@@ -25,6 +49,11 @@ fn binary(ev: &Evaluator<'_>, op: BinaryOp, a: &Value, b: &Value) -> R {
 
 fn compare(ev: &Evaluator<'_>, op: CompareOp, a: &Value, b: &Value) -> R {
     let (a, b) = (ev.plain(a), ev.plain(b));
+    if rank(&a) == 0 && matches!(b, Value::Float(_) | Value::Complex(_))
+        || rank(&a) == 1 && rank(&b) == 2
+    {
+        return Ok(Value::NotImplemented);
+    }
     if let Some(flag) = crate::ops::compare::fast(op, &a, &b) {
         return Ok(Value::Bool(flag));
     }
@@ -38,6 +67,15 @@ macro_rules! binary_methods {
         &[$(
             ($name, "other /", |ev, args| binary(ev, BinaryOp::$op, &args[0], &args[1])),
             ($reflected, "other /", |ev, args| binary(ev, BinaryOp::$op, &args[1], &args[0])),
+        )*]
+    };
+}
+
+macro_rules! number_methods {
+    ($($name:literal = $op:ident, $reflected:literal;)*) => {
+        &[$(
+            ($name, "other /", |ev, args| number(ev, BinaryOp::$op, args, false)),
+            ($reflected, "other /", |ev, args| number(ev, BinaryOp::$op, args, true)),
         )*]
     };
 }
@@ -82,23 +120,26 @@ const HASH: List = &[("__hash__", "", |ev, args| {
 
 const TEXT: List = &[
     ("__repr__", "", |ev, args| {
-        ev.repr(&ev.plain(&args[0])).map(Value::str)
+        ev.extended_repr(&args[0]).map(Value::str)
     }),
     ("__format__", "spec /", |ev, args| {
         let mut out = String::new();
         let spec = ev.str(&args[1])?;
+        if spec.is_empty() {
+            return ev.str(&args[0]).map(Value::str);
+        }
         ev.format_into(&ev.plain(&args[0]), &spec, &mut out)?;
         Ok(Value::str(out))
     }),
 ];
 
-const NUMBERS: List = binary_methods! {
+const NUMBERS: List = number_methods! {
     "__add__" = Add, "__radd__"; "__sub__" = Sub, "__rsub__"; "__mul__" = Mul, "__rmul__";
     "__truediv__" = Div, "__rtruediv__"; "__floordiv__" = FloorDiv, "__rfloordiv__"; "__mod__" = Mod, "__rmod__";
     "__pow__" = Pow, "__rpow__";
 };
 
-const BITS: List = binary_methods! {
+const BITS: List = number_methods! {
     "__and__" = BitAnd, "__rand__"; "__or__" = BitOr, "__ror__"; "__xor__" = BitXor, "__rxor__";
     "__lshift__" = Shl, "__rlshift__"; "__rshift__" = Shr, "__rrshift__";
 };
@@ -137,6 +178,25 @@ const CONVERSIONS: List = &[
         ev.call(&round, &mut given, &[])
     }),
 ];
+
+const DIVMOD: List = &[
+    ("__divmod__", "other /", |ev, args| {
+        let (a, b) = (ev.plain(&args[0]), ev.plain(&args[1]));
+        let pair = ev.number_divmod(&a, &b)?;
+        Ok(or_not_implemented(
+            pair.map(|(q, r)| Value::tuple(vec![q, r])),
+        ))
+    }),
+    ("__rdivmod__", "other /", |ev, args| {
+        let (a, b) = (ev.plain(&args[1]), ev.plain(&args[0]));
+        let pair = ev.number_divmod(&a, &b)?;
+        Ok(or_not_implemented(
+            pair.map(|(q, r)| Value::tuple(vec![q, r])),
+        ))
+    }),
+];
+
+const COMPLEX: List = &[("__complex__", "", |ev, args| Ok(ev.plain(&args[0])))];
 
 const INTEGER: List = &[
     ("__index__", "", |ev, args| {
@@ -185,7 +245,17 @@ const SEQUENCE: List = binary_methods! {
     "__add__" = Add, "__radd__"; "__mul__" = Mul, "__rmul__";
 };
 
-const MODULO: List = binary_methods! { "__mod__" = Mod, "__rmod__"; };
+const MODULO: List = &[
+    ("__mod__", "other /", |ev, args| {
+        // The argument keeps its class: its `__str__` counts.
+        let format = ev.plain(&args[0]);
+        ev.builtin_binary(BinaryOp::Mod, &format, &args[1])
+            .map(or_not_implemented)
+    }),
+    ("__rmod__", "other /", |ev, args| {
+        binary(ev, BinaryOp::Mod, &args[1], &args[0])
+    }),
+];
 
 const ALGEBRA: List = binary_methods! {
     "__and__" = BitAnd, "__rand__"; "__or__" = BitOr, "__ror__"; "__xor__" = BitXor, "__rxor__";
@@ -214,13 +284,24 @@ pub(super) fn install(core: &Rc<Core>) {
     };
     give(
         &types.int,
-        &[COMPARISONS, HASH, TEXT, NUMBERS, BITS, CONVERSIONS, INTEGER],
+        &[
+            COMPARISONS,
+            HASH,
+            TEXT,
+            NUMBERS,
+            DIVMOD,
+            BITS,
+            CONVERSIONS,
+            INTEGER,
+        ],
     );
     give(
         &types.float,
-        &[COMPARISONS, HASH, TEXT, NUMBERS, CONVERSIONS],
+        &[COMPARISONS, HASH, TEXT, NUMBERS, DIVMOD, CONVERSIONS],
     );
-    give(&types.complex, &[COMPARISONS, HASH, TEXT, NUMBERS]);
+    let conversions = &CONVERSIONS[3..7];
+    methods(core, &types.complex, conversions);
+    give(&types.complex, &[COMPARISONS, HASH, TEXT, NUMBERS, COMPLEX]);
     give(
         &types.str,
         &[

@@ -35,6 +35,10 @@ fn exception(value: &Value) -> Option<&crate::value::exception::ExceptionState> 
 }
 
 fn add_note(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    if !matches!(args[1], Value::Str(_)) {
+        let name = ev.core.types.name_of(&args[1]);
+        return Err(ev.type_error(format!("note must be a str, not '{name}'")));
+    }
     let notes = match ev.attribute_or_none(&args[0], known::NOTES)? {
         Some(notes) => notes,
         None => {

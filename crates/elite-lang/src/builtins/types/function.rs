@@ -47,6 +47,27 @@ pub(super) fn install(core: &Rc<Core>) {
             }),
         ],
     );
+    methods(
+        core,
+        &types.function,
+        &[("__get__", "instance owner? /", |_, args| {
+            if args[0].is_none() || args[1].is_none() {
+                return Ok(args[0].clone());
+            }
+            let (function, receiver) = (args[0].clone(), args[1].clone());
+            let method = crate::value::BoundMethod { receiver, function };
+            Ok(Value::BoundMethod(Rc::new(method)))
+        })],
+    );
+    for class in [&types.function, &types.method, &types.builtin, &types.type_] {
+        super::raw_method(core, class, "__call__", |ev, args| {
+            let (keywords, mut caller) = (args.keywords, args.caller.take());
+            match args.positional.split_first_mut() {
+                Some((function, rest)) => ev.call_from(function, rest, keywords, caller.as_mut()),
+                None => Err(ev.type_error("__call__() needs an argument")),
+            }
+        });
+    }
     constructor(core, &types.staticmethod, "function /", |_, args| {
         Ok(Value::StaticMethod(Rc::new(std::mem::take(&mut args[0]))))
     });
@@ -59,6 +80,9 @@ pub(super) fn install(core: &Rc<Core>) {
         "type? object_or_type? /",
         |ev, args| match (args[0].given(), args[1].given()) {
             (Some(class), Some(receiver)) => ev.make_super(class, receiver),
+            (Some(other), None) if !matches!(other, Value::Class(_)) => {
+                ev.make_super(other, &Value::None)
+            }
             _ => Err(ev.raise(
                 crate::errors::ExceptionKind::RuntimeError,
                 "super(): no arguments",

@@ -292,6 +292,9 @@ fn range_index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     match position {
         Some(position) => Ok(Value::Int(position as i64)),
+        None if Int::of(&args[1]).is_none() => {
+            Err(ev.value_error("sequence.index(x): x not in sequence"))
+        }
         None => Err(ev.value_error(format!("{} is not in range", ev.repr(&args[1])?))),
     }
 }

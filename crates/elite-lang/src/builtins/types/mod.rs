@@ -1,6 +1,7 @@
 //! Constructors and methods of the builtin types, one file a type.
 
 mod bytes;
+mod codec;
 mod dict;
 mod dunder;
 mod exception;
@@ -77,10 +78,15 @@ fn raw_method(core: &Core, class: &Class, name: &'static str, body: RawFn) {
 
 /// Gives a class a static or class method; for the latter the class is the first argument.
 fn class_method(core: &Core, class: &Class, name: &'static str, signature: &str, body: BoundFn) {
-    let function = Builtin::bound(core, name, &format!("cls {signature}"), body);
+    let function = Builtin {
+        name,
+        owner: Some(static_name(class)),
+        signature: Signature::parse(&format!("cls {signature}"), &core.symbols),
+        body: BuiltinBody::Bound(body),
+    };
     class.set(
         core.symbols.intern(name),
-        Value::ClassMethod(Rc::new(function)),
+        Value::ClassMethod(Rc::new(Value::Builtin(Rc::new(function)))),
     );
 }
 

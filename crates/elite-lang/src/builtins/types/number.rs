@@ -41,7 +41,12 @@ pub(super) fn install(core: &Rc<Core>) {
             ("conjugate", "", |ev, args| {
                 ev.to_int(&args[0]).map(Int::into_value)
             }),
-            ("is_integer", "", |_, _| Ok(Value::Bool(true))),
+            ("__floor__", "", |ev, args| {
+                ev.to_int(&args[0]).map(Int::into_value)
+            }),
+            ("__ceil__", "", |ev, args| {
+                ev.to_int(&args[0]).map(Int::into_value)
+            }),
             ("as_integer_ratio", "", |ev, args| {
                 Ok(Value::tuple(vec![
                     ev.to_int(&args[0])?.into_value(),
@@ -73,8 +78,27 @@ pub(super) fn install(core: &Rc<Core>) {
                 Ok(Value::str(float_hex(ev.to_f64(&args[0])?)))
             }),
             ("as_integer_ratio", "", float_ratio),
+            ("__floor__", "", |ev, args| {
+                ev.int_of(&Value::Float(ev.to_f64(&args[0])?.floor()))
+            }),
+            ("__ceil__", "", |ev, args| {
+                ev.int_of(&Value::Float(ev.to_f64(&args[0])?.ceil()))
+            }),
         ],
     );
+    class_method(core, &types.float, "fromhex", "string /", |ev, args| {
+        let Value::Str(text) = ev.plain(&args[1]) else {
+            return Err(ev.type_error("bad argument type for built-in operation"));
+        };
+        match float_from_hex(text.as_str()) {
+            Some(float) if float.is_infinite() && !text.as_str().contains(['i', 'I']) => {
+                let text = "hexadecimal value too large to represent as a float";
+                Err(ev.raise(ExceptionKind::OverflowError, text))
+            }
+            Some(float) => Ok(Value::Float(float)),
+            None => Err(ev.value_error("invalid hexadecimal floating-point string")),
+        }
+    });
     methods(
         core,
         &types.complex,
@@ -141,10 +165,13 @@ impl Evaluator<'_> {
 }
 
 fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let Some(value) = args[0].given() else {
-        return Ok(Value::Int(0));
-    };
     let base = args[1].given();
+    let Some(value) = args[0].given() else {
+        return match base {
+            None => Ok(Value::Int(0)),
+            Some(_) => Err(ev.type_error("int() missing string argument")),
+        };
+    };
     let text = match value {
         Value::Str(text) => text.as_str().to_owned(),
         other => match ev.plain(other) {
@@ -234,12 +261,11 @@ fn parse_int(ev: &Evaluator<'_>, text: &str, base: u32) -> R<Option<Value>> {
     Ok(big.map(|big| Value::bigint(if negative { -big } else { big })))
 }
 
-/// Decimal digits of other scripts count as digits, as in Python; of those, full-width ones are in use.
+/// Decimal digits of other scripts count as digits, as in Python.
 fn to_ascii_digit(c: char) -> char {
-    match c as u32 {
-        code @ 0xff10..=0xff19 => char::from(b'0' + (code - 0xff10) as u8),
-        _ => c,
-    }
+    crate::ops::unicode::decimal(c)
+        .and_then(|digit| char::from_digit(digit, 10))
+        .unwrap_or(c)
 }
 
 fn float(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -252,8 +278,10 @@ fn float(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             Some(data) => data.iter().map(|byte| char::from(*byte)).collect(),
             None => {
                 return ev.to_f64(value).map(Value::Float).map_err(|raised| {
-                    let plain_type = !matches!(value, Value::Instance(_));
-                    if ev.is_kind(&raised, ExceptionKind::TypeError) && plain_type {
+                    let has_method = matches!(value, Value::Instance(instance)
+                        if instance.class.lookup(known::FLOAT).is_some()
+                            || instance.class.lookup(known::INDEX).is_some());
+                    if ev.is_kind(&raised, ExceptionKind::TypeError) && !has_method {
                         return ev.not_a_number("float()", "a string or a real number", value);
                     }
                     raised
@@ -313,6 +341,9 @@ fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             .map(|(re, im)| Value::complex(re, im))
             .ok_or_else(|| ev.value_error("complex() arg is a malformed string"));
     }
+    if let Some(Value::Str(_)) = args[1].given() {
+        return Err(ev.type_error("complex() second arg can't be a string"));
+    }
     let part = |value: &Value| -> R<(f64, f64)> {
         match value {
             Value::Unbound => Ok((0.0, 0.0)),
@@ -320,7 +351,11 @@ fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             Value::Instance(instance) if instance.class.lookup(known::COMPLEX).is_some() => {
                 match ev.special(value, known::COMPLEX, &mut [])? {
                     Some(Value::Complex(complex)) => Ok(*complex),
-                    _ => Err(ev.type_error("__complex__ should return a complex object")),
+                    other => {
+                        let name = ev.core.types.name_of(&other.unwrap_or_default());
+                        Err(ev
+                            .type_error(format!("__complex__ returned non-complex (type {name})")))
+                    }
                 }
             }
             other => ev.to_f64(other).map(|re| (re, 0.0)).map_err(|raised| {
@@ -335,7 +370,11 @@ fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         }
     };
     let (a, b) = (part(&args[0])?, part(&args[1])?);
-    Ok(Value::complex(a.0 - b.1, a.1 + b.0))
+    // Parts that are no complex numbers are taken as they are: adding a zero would lose the sign of another.
+    let is_complex = |value: &Value| matches!(value, Value::Complex(_) | Value::Instance(_));
+    let real = if is_complex(&args[1]) { a.0 - b.1 } else { a.0 };
+    let imaginary = if is_complex(&args[0]) { a.1 + b.0 } else { b.0 };
+    Ok(Value::complex(real, imaginary))
 }
 
 /// `re+imj`, with either part missing and optional parentheses.
@@ -448,6 +487,65 @@ fn float_hex(value: f64) -> String {
         (0, _) => format!("{sign}0x0.{mantissa:013x}p-1022"),
         _ => format!("{sign}0x1.{mantissa:013x}p{:+}", exponent - 1023),
     }
+}
+
+/// `mantissa` times two to `exponent`, rounded to the nearest float, halves to even.
+fn rounded(mantissa: &BigInt, exponent: i64) -> f64 {
+    let bits = mantissa.bits() as i64;
+    // Bits that do not fit a float at this size; below the normal range there are fewer.
+    let excess = (bits - 53).max(-1074 - exponent);
+    if excess <= 0 {
+        let small = u64::try_from(mantissa).unwrap_or(u64::MAX) as f64;
+        // Both factors are exact: the exponent is at least -1074 here.
+        return small
+            * 2f64.powi((exponent / 2) as i32)
+            * 2f64.powi((exponent - exponent / 2) as i32);
+    }
+    let kept = mantissa >> excess;
+    let rest: BigInt = mantissa - (&kept << excess);
+    let half = BigInt::from(1) << (excess - 1);
+    let up = rest > half || (rest == half && kept.bit(0));
+    let kept = u64::try_from(&kept).unwrap_or(u64::MAX) + u64::from(up);
+    let exponent = exponent + excess;
+    kept as f64 * 2f64.powi((exponent / 2) as i32) * 2f64.powi((exponent - exponent / 2) as i32)
+}
+
+/// A float in hexadecimal: `[sign][0x]digits[.digits][p[sign]exponent]`, rounded once.
+fn float_from_hex(text: &str) -> Option<f64> {
+    let text = text.trim().to_ascii_lowercase();
+    let (negative, body) = match text.strip_prefix('-') {
+        Some(rest) => (true, rest),
+        None => (false, text.strip_prefix('+').unwrap_or(&text)),
+    };
+    let signed = |value: f64| if negative { -value } else { value };
+    match body {
+        "inf" | "infinity" => return Some(signed(f64::INFINITY)),
+        "nan" => return Some(f64::NAN),
+        _ => {}
+    }
+    let body = body.strip_prefix("0x").unwrap_or(body);
+    let (digits, exponent) = match body.split_once('p') {
+        Some((digits, exponent)) => (digits, exponent.parse::<i64>().ok()?),
+        None => (body, 0),
+    };
+    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    let all: String = [whole, fraction].concat();
+    if all.is_empty() || !all.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+        return None;
+    }
+    let mantissa = BigInt::parse_bytes(all.as_bytes(), 16)?;
+    if mantissa.sign() == num_bigint::Sign::NoSign {
+        return Some(signed(0.0));
+    }
+    let exponent = exponent.checked_sub(4 * fraction.len() as i64)?;
+    let size = mantissa.bits() as i64 + exponent;
+    if size > 1100 {
+        return Some(signed(f64::INFINITY));
+    }
+    if size < -1100 {
+        return Some(signed(0.0));
+    }
+    Some(signed(rounded(&mantissa, exponent)))
 }
 
 fn float_ratio(ev: &Evaluator<'_>, args: &mut [Value]) -> R {

@@ -46,11 +46,27 @@ pub(super) fn install(core: &Rc<Core>) {
 fn install_natural(core: &Rc<Core>) {
     let natural = &core.types.natural;
     raw_method(core, natural, "__init__", |_, _| Ok(Value::None));
-    raw_method(core, natural, "__init_subclass__", |_, _| Ok(Value::None));
+    raw_method(core, natural, "__init_subclass__", |ev, args| {
+        if args.keywords.is_empty() {
+            return Ok(Value::None);
+        }
+        let name = match args.positional.first() {
+            Some(Value::Class(class)) => class.name(),
+            _ => "object".into(),
+        };
+        let text = format!("{name}.__init_subclass__() takes no keyword arguments");
+        Err(ev.type_error(text))
+    });
     let new =
         crate::builtins::Builtin::raw("__new__", |ev, args| match args.positional.split_first() {
-            Some((Value::Class(class), rest)) => ev.allocate(class, rest, args.keywords),
-            _ => Err(ev.type_error("object.__new__(X): X is not a type object")),
+            Some((Value::Class(class), rest)) => ev.new_object(class, rest, args.keywords),
+            Some((other, _)) => {
+                let name = ev.core.types.name_of(other);
+                Err(ev.type_error(format!(
+                    "object.__new__(X): X is not a type object ({name})"
+                )))
+            }
+            None => Err(ev.type_error("object.__new__(): not enough arguments")),
         });
     natural.set(known::NEW, Value::StaticMethod(Rc::new(new)));
     methods(
@@ -64,6 +80,12 @@ fn install_natural(core: &Rc<Core>) {
                 ev.natural_repr(&args[0]).map(Value::str)
             }),
             ("__format__", "spec /", |ev, args| {
+                if ev.truth(&args[1])? {
+                    let name = ev.core.types.name_of(&args[0]);
+                    return Err(ev.type_error(format!(
+                        "unsupported format string passed to {name}.__format__"
+                    )));
+                }
                 let mut out = String::new();
                 let (text, spec) = (ev.str_value(&args[0])?, ev.str(&args[1])?);
                 ev.format_into(&text, &spec, &mut out)?;
@@ -160,7 +182,18 @@ fn type_of(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
             ev.finish_class(&class, args.keywords)?;
             Ok(Value::Class(class))
         }
-        [_, _, _] => Err(ev.type_error("type() takes a name, a tuple of bases and a dict")),
+        [name, bases, dict] => {
+            let wrong = match (name, bases) {
+                (Value::Str(_), Value::Tuple(_)) => (3, "dict", dict),
+                (Value::Str(_), _) => (2, "tuple", bases),
+                _ => (1, "str", name),
+            };
+            let name = ev.core.types.name_of(wrong.2);
+            Err(ev.type_error(format!(
+                "type.__new__() argument {} must be {}, not {name}",
+                wrong.0, wrong.1
+            )))
+        }
         _ => Err(ev.type_error("type() takes 1 or 3 arguments")),
     }
 }

@@ -6,6 +6,7 @@ use super::string::{receiver, text_argument};
 use super::{clamp_start, methods, raw_method};
 use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
+use crate::ops::unicode;
 use crate::value::{Bytes, R, Str, Value};
 
 pub(super) fn install(core: &Rc<Core>) {
@@ -60,13 +61,13 @@ pub(super) fn install(core: &Rc<Core>) {
                 affix(ev, args, "endswith", |text, part| text.ends_with(part))
             }),
             ("removeprefix", "prefix /", |ev, args| {
-                let part = text_argument(ev, &args[1])?;
+                let part = named_text(ev, &args[1], "removeprefix")?;
                 mapped(ev, args, |text| {
                     text.strip_prefix(part.as_str()).unwrap_or(text).to_owned()
                 })
             }),
             ("removesuffix", "suffix /", |ev, args| {
-                let part = text_argument(ev, &args[1])?;
+                let part = named_text(ev, &args[1], "removesuffix")?;
                 mapped(ev, args, |text| {
                     text.strip_suffix(part.as_str()).unwrap_or(text).to_owned()
                 })
@@ -81,16 +82,12 @@ pub(super) fn install(core: &Rc<Core>) {
                 Ok(Value::Bytes(Rc::new(Bytes::new(data))))
             }),
             ("isalpha", "", |ev, args| all(ev, args, char::is_alphabetic)),
-            ("isdigit", "", |ev, args| {
-                all(ev, args, |c| c.is_ascii_digit() || is_other_digit(c))
-            }),
+            ("isdigit", "", |ev, args| all(ev, args, unicode::is_digit)),
             ("isdecimal", "", |ev, args| {
-                all(ev, args, |c| c.is_ascii_digit() || matches!(c, '０'..='９'))
+                all(ev, args, |c| unicode::decimal(c).is_some())
             }),
             ("isnumeric", "", |ev, args| {
-                all(ev, args, |c| {
-                    c.is_numeric() || "一二三四五六七八九十百千万亿零".contains(c)
-                })
+                all(ev, args, unicode::is_numeric)
             }),
             ("isalnum", "", |ev, args| {
                 all(ev, args, char::is_alphanumeric)
@@ -141,7 +138,15 @@ pub(super) fn install(core: &Rc<Core>) {
                     keywords: &keywords,
                     caller: None,
                 };
-                ev.format_fields(text.as_str(), &args).map(Value::str)
+                ev.format_fields(text.as_str(), &args)
+                    .map(Value::str)
+                    .map_err(|raised| {
+                        if ev.is_kind(&raised, ExceptionKind::IndexError) {
+                            let text = "Format string contains positional fields";
+                            return ev.value_error(text);
+                        }
+                        raised
+                    })
             }),
             ("translate", "table /", translate),
         ],
@@ -165,6 +170,14 @@ pub(super) fn install(core: &Rc<Core>) {
     );
 }
 
+/// A string argument, named in the error for anything else.
+fn named_text(ev: &Evaluator<'_>, value: &Value, method: &str) -> R<Rc<Str>> {
+    text_argument(ev, value).map_err(|_| {
+        let name = ev.core.types.name_of(value);
+        ev.type_error(format!("{method}() argument must be str, not {name}"))
+    })
+}
+
 fn mapped(ev: &Evaluator<'_>, args: &[Value], map: impl FnOnce(&str) -> String) -> R {
     Ok(Value::str(map(receiver(ev, &args[0])?.as_str())))
 }
@@ -172,8 +185,9 @@ fn mapped(ev: &Evaluator<'_>, args: &[Value], map: impl FnOnce(&str) -> String) 
 fn capitalize(text: &str) -> String {
     let mut chars = text.chars();
     chars.next().map_or_else(String::new, |first| {
-        let rest: String = chars.as_str().to_lowercase();
-        first.to_uppercase().collect::<String>() + &rest
+        let mut out = String::with_capacity(text.len());
+        unicode::push_title(first, &mut out);
+        out + &chars.as_str().to_lowercase()
     })
 }
 
@@ -184,17 +198,17 @@ fn title(text: &str) -> String {
         if inside {
             out.extend(c.to_lowercase())
         } else {
-            out.extend(c.to_uppercase())
+            unicode::push_title(c, &mut out)
         }
-        inside = c.is_alphabetic();
+        inside = unicode::is_cased(c);
     }
     out
 }
 
-fn is_title(text: &str) -> bool {
+pub(super) fn is_title(text: &str) -> bool {
     let (mut inside, mut any) = (false, false);
     for c in text.chars() {
-        if c.is_uppercase() {
+        if c.is_uppercase() || unicode::is_title_form(c) {
             if inside {
                 return false;
             }
@@ -226,10 +240,6 @@ fn swapcase(text: &str) -> String {
 /// White space as Python's `str.isspace` has it: Unicode's, and the separators 0x1c to 0x1f.
 pub(super) fn is_space(c: char) -> bool {
     c.is_whitespace() || matches!(c, '\x1c'..='\x1f')
-}
-
-fn is_other_digit(c: char) -> bool {
-    matches!(c, '０'..='９' | '²' | '³' | '¹' | '⁰' | '⁴'..='⁹' | '₀'..='₉' | '①'..='⑨')
 }
 
 fn strip(ev: &Evaluator<'_>, args: &[Value], left: bool, right: bool) -> R {
@@ -276,7 +286,10 @@ fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
     let parts: Vec<&str> = match args[1].given() {
         None | Some(Value::None) => split_spaces(text, most, from_right),
         Some(separator) => {
-            let separator = text_argument(ev, separator)?;
+            let separator = text_argument(ev, separator).map_err(|_| {
+                let name = ev.core.types.name_of(separator);
+                ev.type_error(format!("must be str or None, not {name}"))
+            })?;
             let separator = separator.as_str();
             if separator.is_empty() {
                 return Err(ev.value_error("empty separator"));
@@ -435,7 +448,11 @@ fn replace(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         } else {
             text.as_str().matches(old.as_str()).count()
         };
-        let growth = (new.as_str().len() - old.as_str().len()).saturating_mul(most.min(count));
+        let growth = new
+            .as_str()
+            .len()
+            .saturating_sub(old.as_str().len())
+            .saturating_mul(most.min(count));
         ev.check_allocation(text.as_str().len().saturating_add(growth))?;
     }
     Ok(Value::str(text.as_str().replacen(
@@ -452,6 +469,9 @@ fn within<'t>(
     start: &Value,
     end: &Value,
 ) -> R<Option<(usize, &'t str)>> {
+    for bound in [start, end] {
+        ev.check_slice_index(bound)?;
+    }
     let from = clamp_start(ev, start, usize::MAX, 0)?;
     let from = match start.given() {
         Some(value) if !value.is_none() && ev.clamped_index(value)? < 0 => {
@@ -503,8 +523,11 @@ fn affix(ev: &Evaluator<'_>, args: &[Value], method: &str, test: impl Fn(&str, &
             Value::Str(part) => Ok(slice.is_some_and(|slice| test(slice, part.as_str()))),
             other => {
                 let name = ev.core.types.name_of(&other);
-                let text = format!("{method} first arg must be str or a tuple of str, not {name}");
-                Err(ev.type_error(text))
+                Err(ev.type_error(if matches!(args[1], Value::Tuple(_)) {
+                    format!("tuple for {method} must only contain str, not {name}")
+                } else {
+                    format!("{method} first arg must be str or a tuple of str, not {name}")
+                }))
             }
         }
     };
@@ -530,7 +553,15 @@ fn pad(ev: &Evaluator<'_>, args: &[Value], align: char) -> R {
             (Value::Str(text), ()) if text.len() == 1 => {
                 text.as_str().chars().next().unwrap_or(' ')
             }
-            _ => return Err(ev.type_error("The fill character must be exactly one character long")),
+            (Value::Str(_), ()) => {
+                return Err(ev.type_error("The fill character must be exactly one character long"));
+            }
+            (other, ()) => {
+                let name = ev.core.types.name_of(&other);
+                return Err(ev.type_error(format!(
+                    "The fill character must be a unicode character, not {name}"
+                )));
+            }
         },
     };
     let missing = width.saturating_sub(text.len());
@@ -626,6 +657,10 @@ fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                         code(text.as_str().chars().next().unwrap_or('\0'))
                     }
                     Value::Int(_) => key,
+                    other if !matches!(other, Value::Str(_)) => {
+                        let text = "keys in translate table must be strings or integers";
+                        return Err(ev.type_error(text));
+                    }
                     _ => {
                         return Err(
                             ev.value_error("string keys in translate table must be of length 1")

@@ -7,6 +7,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
+use crate::value::symbol::known;
 use crate::value::{Dict, Function, R, Symbol, Value};
 
 /// `function(a, b)` without stars and keywords.
@@ -308,7 +309,13 @@ fn gather_mapping(
 ) -> R<()> {
     let dict = Dict::new();
     ev.update_from_mapping(&dict, mapping).map_err(|raised| {
-        if ev.is_kind(&raised, ExceptionKind::TypeError) && !matches!(mapping, Value::Instance(_)) {
+        let no_mapping = match mapping {
+            Value::Instance(instance) => {
+                instance.extended().is_none() && instance.class.lookup(known::KEYS).is_none()
+            }
+            _ => true,
+        };
+        if ev.is_kind(&raised, ExceptionKind::TypeError) && no_mapping {
             let (label, name) = (ev.callee_label(callee), ev.core.types.name_of(mapping));
             return ev.type_error(format!(
                 "{label} argument after ** must be a mapping, not {name}"
@@ -391,7 +398,13 @@ impl Expression for SuperCall {
             return Err(error).at(ev, f, self.span);
         };
         let class = self.class.eval(ev, f)?;
-        let receiver = receiver.eval(ev, f)?;
+        let receiver = receiver.eval(ev, f).map_err(|raised| {
+            if ev.is_kind(&raised, ExceptionKind::UnboundLocalError) {
+                return ev.raise(ExceptionKind::RuntimeError, "super(): arg[0] deleted");
+            }
+            raised
+        });
+        let receiver = receiver.at(ev, f, self.span)?;
         ev.make_super(&class, &receiver).at(ev, f, self.span)
     }
 }

@@ -189,9 +189,10 @@ fn undefined(ev: &Evaluator<'_>, f: &Frame<'_>, name: Symbol, span: Span) -> Rai
     ev.trace(
         f,
         span,
-        ev.raise(
+        ev.raise_about(
             ExceptionKind::NameError,
             format!("name '{name}' is not defined"),
+            &name,
         ),
     )
 }

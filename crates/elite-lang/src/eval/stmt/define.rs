@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use super::target::Target;
+use crate::errors::ExceptionKind;
 use crate::eval::code::Code;
 use crate::eval::expr::call::{CallArg, gather};
 use crate::eval::expr::function::{MakeFunction, closure};
@@ -11,7 +12,7 @@ use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
 use crate::resolve::Place;
 use crate::source::Span;
 use crate::value::symbol::known;
-use crate::value::{Class, Function, R, Symbol, Value};
+use crate::value::{Class, Function, R, Raised, Symbol, Value};
 
 /// `def`
 pub struct DefineFunction {
@@ -61,6 +62,8 @@ pub struct DefineClass {
     pub decorators: Box<[(Expr, Span)]>,
     /// The name it is bound to.
     pub target: Box<dyn Target>,
+    /// `__module__`.
+    pub module: Value,
     /// Where the header is written.
     pub span: Span,
 }
@@ -103,7 +106,7 @@ impl DefineClass {
                 .iter()
                 .zip(slots[..self.names].iter());
             let mut attrs = vec![(known::QUALNAME, Value::str(&*self.code.qualname))];
-            attrs.push((known::MODULE, Value::str("__main__")));
+            attrs.push((known::MODULE, self.module.clone()));
             attrs.push((
                 known::DOC,
                 self.code.doc.as_deref().map_or(Value::None, Value::str),
@@ -162,8 +165,7 @@ impl Evaluator<'_> {
         if parents.is_empty() {
             parents.push(self.core.types.object.clone());
         }
-        let ancestors = linearise(&parents).ok_or_else(|| {
-            let names: Vec<_> = parents.iter().map(|class| class.name()).collect();
+        let ancestors = linearise(&parents).map_err(|names| {
             let text = "Cannot create a consistent method resolution\norder (MRO) for bases";
             self.type_error(format!("{text} {}", names.join(", ")))
         })?;
@@ -174,6 +176,24 @@ impl Evaluator<'_> {
         for (name, value) in attrs {
             has_eq |= name == known::EQ;
             has_hash |= name == known::HASH;
+            if name == known::SLOTS && base == crate::value::class::Base::Object {
+                let names = match &value {
+                    Value::Str(_) => vec![value.clone()],
+                    other => self.collect(other)?,
+                };
+                let mut slots = Vec::new();
+                for slot in &names {
+                    let Value::Str(text) = slot else {
+                        let name = self.core.types.name_of(slot);
+                        return Err(self
+                            .type_error(format!("__slots__ items must be strings, not '{name}'")));
+                    };
+                    slots.push(self.core.symbols.intern(text.as_str()));
+                }
+                if !slots.contains(&known::DICT) {
+                    class.set_slots(slots.into());
+                }
+            }
             let value = match (&value, name) {
                 // These take the class without a decorator.
                 (Value::Function(_), known::INIT_SUBCLASS | known::CLASS_GETITEM) => {
@@ -217,7 +237,8 @@ impl Evaluator<'_> {
                 && let Some(set_name) = descriptor.class.lookup(known::SET_NAME)
             {
                 let mut args = [Value::Class(class.clone()), self.core.symbols.value(name)];
-                self.call_method_value(&set_name, &value, &mut args)?;
+                self.call_method_value(&set_name, &value, &mut args)
+                    .map_err(|raised| self.set_name_error(raised, &value, name, class))?;
             }
         }
         if let Some(hook) = class
@@ -244,10 +265,32 @@ impl Evaluator<'_> {
         Ok(())
     }
 
+    #[cold]
+    fn set_name_error(&self, raised: Raised, value: &Value, name: Symbol, class: &Class) -> Raised {
+        let Raised::Exception(cause) = &raised else {
+            return raised;
+        };
+        let text = format!(
+            "Error calling __set_name__ on '{}' instance '{}' in '{}'",
+            self.core.types.name_of(value),
+            self.core.symbols.name(name),
+            class.name()
+        );
+        let error = self.raise(ExceptionKind::RuntimeError, text);
+        if let Raised::Exception(error) = &error
+            && let Some(state) = error.exception()
+        {
+            *state.cause.borrow_mut() = Value::Instance(cause.clone());
+            state.suppress_context.set(true);
+        }
+        error
+    }
+
     /// `super()` for a class and an object.
     pub fn make_super(&self, class: &Value, receiver: &Value) -> R {
         let Value::Class(class) = class else {
-            return Err(self.type_error("super() argument 1 must be a type"));
+            let name = self.core.types.name_of(class);
+            return Err(self.type_error(format!("super() argument 1 must be a type, not {name}")));
         };
         let own = self.core.types.of(receiver);
         let receiver_class = match receiver {
@@ -300,8 +343,9 @@ fn is_final(name: &str) -> bool {
     )
 }
 
-/// The C3 linearisation of a class with these parents, the class itself left out; None if there is no order.
-fn linearise(parents: &[Rc<Class>]) -> Option<Vec<Rc<Class>>> {
+/// The C3 linearisation of a class with these parents, the class itself left out. If there is no order: the names of
+/// the classes that stand in each other's way.
+fn linearise(parents: &[Rc<Class>]) -> Result<Vec<Rc<Class>>, Vec<Rc<str>>> {
     let line = |class: &Rc<Class>| -> Vec<Rc<Class>> {
         std::iter::once(class)
             .chain(class.ancestors())
@@ -316,7 +360,7 @@ fn linearise(parents: &[Rc<Class>]) -> Option<Vec<Rc<Class>>> {
     loop {
         lines.retain(|line| !line.is_empty());
         if lines.is_empty() {
-            return Some(order);
+            return Ok(order);
         }
         let in_tail = |class: &Rc<Class>| {
             lines.iter().any(|line| {
@@ -328,8 +372,21 @@ fn linearise(parents: &[Rc<Class>]) -> Option<Vec<Rc<Class>>> {
         let next = lines
             .iter()
             .filter_map(|line| line.last())
-            .find(|class| !in_tail(class))?
-            .clone();
+            .find(|class| !in_tail(class))
+            .cloned();
+        let Some(next) = next else {
+            let mut heads: Vec<Rc<str>> = Vec::new();
+            for name in lines
+                .iter()
+                .filter_map(|line| line.last())
+                .map(|class| class.name())
+            {
+                if !heads.contains(&name) {
+                    heads.push(name);
+                }
+            }
+            return Err(heads);
+        };
         for line in &mut lines {
             if line.last().is_some_and(|class| Rc::ptr_eq(class, &next)) {
                 line.pop();

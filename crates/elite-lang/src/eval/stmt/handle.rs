@@ -46,6 +46,9 @@ impl Try {
     #[inline(never)]
     fn handle(&self, exception: Rc<Instance>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let outer = ev.set_handled_exception(Some(exception.clone()));
+        if let Some(outer) = &outer {
+            ev.chain(&Raised::Exception(exception.clone()), outer);
+        }
         let flow = self.handle_inside(&exception, ev, f);
         ev.set_handled_exception(outer);
         if let Flow::Raise(raised) = &flow {
@@ -102,12 +105,12 @@ impl Evaluator<'_> {
                 Ok(exception.class.is_subclass_of(class))
             }
             Value::Tuple(tuple) => {
+                // All of them are looked at: a wrong one is an error also behind one that takes the exception.
+                let mut takes = false;
                 for item in tuple.items() {
-                    if self.exception_matches(exception, item)? {
-                        return Ok(true);
-                    }
+                    takes |= self.exception_matches(exception, item)?;
                 }
-                Ok(false)
+                Ok(takes)
             }
             _ => {
                 let text = "catching classes that do not inherit from BaseException is not allowed";

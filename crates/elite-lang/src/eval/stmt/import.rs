@@ -60,9 +60,21 @@ impl ImportFrom {
         match ev.attribute_or_none(module, name)? {
             Some(value) => Ok(value),
             None => {
+                let value_of_module = match module {
+                    Value::Module(module) => Some(module),
+                    _ => None,
+                };
                 let (name, module) = (ev.core.symbols.name(name), &self.module);
+                let hint = match value_of_module {
+                    Some(module) => {
+                        let entries = module.namespace.entries();
+                        let names = entries.iter().map(|(name, _)| ev.core.symbols.name(*name));
+                        suggestion(&name, names.filter(|name| !name.starts_with('_')))
+                    }
+                    None => String::new(),
+                };
                 let text =
-                    format!("cannot import name '{name}' from '{module}' (unknown location)");
+                    format!("cannot import name '{name}' from '{module}' (unknown location){hint}");
                 Err(ev.raise(ExceptionKind::ImportError, text))
             }
         }
@@ -83,13 +95,32 @@ impl Statement for ImportStar {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let module = attempt!(ev.import(&self.module).at(ev, f, self.span));
         if let Value::Module(module) = module {
+            let listed = module.namespace.get(ev.core.symbols.intern("__all__"));
+            let names = match listed {
+                Some(names) => Some(attempt!(ev.collect(&names))),
+                None => None,
+            };
             for (name, value) in module.namespace.entries() {
-                if !ev.core.symbols.name(name).starts_with('_') {
+                let is_public = match &names {
+                    Some(names) => names
+                        .iter()
+                        .any(|listed| listed.as_str() == Some(&*ev.core.symbols.name(name))),
+                    None => !ev.core.symbols.name(name).starts_with('_'),
+                };
+                if is_public {
                     drop((self.global)(name).value.replace(value));
                 }
             }
         }
         Flow::Next
+    }
+}
+
+/// What to add to a message about an unknown name.
+fn suggestion(name: &str, names: impl Iterator<Item = impl AsRef<str>>) -> String {
+    match crate::resolve::nearest(name, names) {
+        Some(near) => format!("; did you mean '{near}'?"),
+        None => String::new(),
     }
 }
 
@@ -107,12 +138,19 @@ impl Evaluator<'_> {
             return Ok(Value::Module(module));
         }
         match crate::stdlib::load(self, name)? {
-            Some(module) => {
-                self.core.modules.borrow_mut().push(module.clone());
-                Ok(Value::Module(module))
-            }
+            Some(module) => Ok(Value::Module(module)),
             None => {
-                let text = format!("No module named '{name}'");
+                let text = match name.rsplit_once('.') {
+                    // Of dotted names the part that exists is looked for first, as in Python.
+                    Some((package, _)) => {
+                        self.import(package)?;
+                        format!("No module named '{name}'; '{package}' is not a package")
+                    }
+                    None => {
+                        let hint = suggestion(name, crate::stdlib::module_names());
+                        format!("No module named '{name}'{hint}")
+                    }
+                };
                 Err(self.raise(ExceptionKind::ModuleNotFoundError, text))
             }
         }

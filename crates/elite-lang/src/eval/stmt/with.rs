@@ -63,7 +63,10 @@ impl With {
             Flow::Raise(Raised::Exception(exception)) => {
                 let outer = ev.set_handled_exception(Some(exception.clone()));
                 let class = Value::Class(exception.class.clone());
-                let mut args = [class, Value::Instance(exception.clone()), Value::None];
+                let traceback = exception
+                    .exception()
+                    .map_or(Value::None, |state| ev.traceback_object(state));
+                let mut args = [class, Value::Instance(exception.clone()), traceback];
                 let result = ev
                     .call_method_value(exit, manager, &mut args)
                     .at(ev, f, self.span);

@@ -1,4 +1,4 @@
-//! The http port: `/healthz` and `/metrics`.
+//! The http port: `/healthz`, `/metrics` and `/panel`.
 //!
 //! Owns routes and limits of the connection; the numbers come from [`Source`], their text form from `metrics`.
 
@@ -39,6 +39,8 @@ pub trait Source: Send + Sync + 'static {
     fn state(&self) -> RobotState;
     /// What the main task is doing.
     fn task_status(&self) -> TaskStatus;
+    /// What people see of the program that runs: state, popups, flags, global variables.
+    fn panel(&self) -> serde_json::Value;
     /// Cycles that took longer than a cycle lasts, since start.
     fn overruns(&self) -> u64;
     /// Cycles that were left out because the motion thread woke up too late, since start.
@@ -95,6 +97,7 @@ fn router<S: Source>(source: Arc<S>, ports: Vec<PortMeter>) -> Router {
     Router::new()
         .route("/healthz", get(healthz::<S>))
         .route("/metrics", get(metrics_page::<S>))
+        .route("/panel", get(panel_page::<S>))
         .with_state(shared)
 }
 
@@ -118,6 +121,12 @@ async fn healthz<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
         _ => *pulse = Some((cycle, now)),
     }
     "ok\n".into_response()
+}
+
+/// What people see of the program that runs, as JSON.
+async fn panel_page<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
+    let text = format!("{}\n", shared.source.panel());
+    ([(header::CONTENT_TYPE, "application/json")], text).into_response()
 }
 
 async fn metrics_page<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {

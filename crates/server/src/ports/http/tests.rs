@@ -28,6 +28,9 @@ impl Source for Fake {
     fn task_status(&self) -> TaskStatus {
         TaskStatus::Paused
     }
+    fn panel(&self) -> serde_json::Value {
+        serde_json::json!({"task": "paused"})
+    }
     fn overruns(&self) -> u64 {
         2
     }
@@ -148,4 +151,12 @@ async fn an_idle_connection_does_not_hold_up_the_end() {
         .await
         .unwrap()
         .unwrap();
+}
+
+#[tokio::test]
+async fn the_panel_is_json() {
+    let (address, _shutdown, _port) = port(Arc::default()).await;
+    let page = get_page(address, "/panel").await;
+    assert!(page.contains("content-type: application/json"), "{page}");
+    assert!(page.ends_with("{\"task\":\"paused\"}\n"), "{page}");
 }

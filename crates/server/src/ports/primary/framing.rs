@@ -57,6 +57,8 @@ pub enum ControlPhrase {
     PauseTask,
     /// `resume task`: not seen in any client; the obvious counterpart of the two above.
     ResumeTask,
+    /// `close popup`: our own; answers the newest popup where no pendant is at hand.
+    ClosePopup,
     /// `power on`
     PowerOn,
     /// `power off`
@@ -400,6 +402,7 @@ fn control_phrase(line: &[u8]) -> Option<Frame> {
     let words: Vec<&str> = line.split_whitespace().collect();
     let phrase = match words.as_slice() {
         ["stop", "task"] => ControlPhrase::StopTask,
+        ["close", "popup"] => ControlPhrase::ClosePopup,
         ["pause", "task"] => ControlPhrase::PauseTask,
         ["resume", "task"] => ControlPhrase::ResumeTask,
         ["power", "on"] => ControlPhrase::PowerOn,

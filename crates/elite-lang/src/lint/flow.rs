@@ -1,0 +1,193 @@
+//! What is never reached, and loops that never wait.
+
+use super::visit::{blocks, own_expressions, parts};
+use crate::ast::{Constant, Expr, ExprKind, Stmt, StmtKind};
+use crate::diagnostic::Diagnostic;
+use crate::resolve::KnownNames;
+use crate::source::{SourceFile, Span};
+
+pub(super) fn check(
+    body: &[Stmt],
+    file: &SourceFile,
+    known: &KnownNames,
+    found: &mut Vec<Diagnostic>,
+) {
+    unreachable(body, file, found);
+    for statement in body {
+        if let StmtKind::While { test, body, .. } = &statement.kind {
+            busy_loop(test, body, known, found);
+        }
+        for block in blocks(statement) {
+            check(block, file, known, found);
+        }
+    }
+}
+
+fn unreachable(body: &[Stmt], file: &SourceFile, found: &mut Vec<Diagnostic>) {
+    let Some(last) = body.iter().position(ends) else {
+        return;
+    };
+    let Some(next) = body.get(last + 1) else {
+        return;
+    };
+    // `return; yield` makes a function a generator.
+    let is_marker = matches!(
+        &next.kind,
+        StmtKind::Pass
+            | StmtKind::Expr(Expr {
+                kind: ExprKind::Yield(_) | ExprKind::YieldFrom(_) | ExprKind::Constant(_),
+                ..
+            })
+    );
+    if is_marker {
+        return;
+    }
+    let before = &body[last];
+    let reason = match &before.kind {
+        StmtKind::Return(_) => "after this 'return'",
+        StmtKind::Raise { .. } => "after this 'raise'",
+        StmtKind::Break => "after this 'break'",
+        StmtKind::Continue => "after this 'continue'",
+        StmtKind::While { .. } => "this loop has no way out",
+        _ => "no way leads past this",
+    };
+    let diagnostic = Diagnostic::warning(
+        "unreachable",
+        first_line(next.span, file),
+        "this is never reached",
+    );
+    found.push(diagnostic.with_label(first_line(before.span, file), reason));
+}
+
+/// The part of a span on its first line.
+fn first_line(span: Span, file: &SourceFile) -> Span {
+    let text = file.slice(span);
+    let length = text.find(['\n', '\r']).unwrap_or(text.len());
+    Span::new(span.start as usize, span.start as usize + length)
+}
+
+/// Whether nothing that follows a statement in its block is ever reached.
+fn ends(statement: &Stmt) -> bool {
+    let block_ends = |body: &[Stmt]| body.iter().any(ends);
+    match &statement.kind {
+        StmtKind::Return(_) | StmtKind::Raise { .. } | StmtKind::Break | StmtKind::Continue => true,
+        StmtKind::If { branches, orelse } => {
+            block_ends(orelse) && branches.iter().all(|(_, body)| block_ends(body))
+        }
+        StmtKind::While { test, body, .. } => is_true(test) && !leaves(body, Leave::Break),
+        StmtKind::Try {
+            body,
+            handlers,
+            orelse,
+            finally,
+        } => {
+            let passes = block_ends(body) || block_ends(orelse);
+            block_ends(finally)
+                || passes && handlers.iter().all(|handler| block_ends(&handler.body))
+        }
+        _ => false,
+    }
+}
+
+fn is_true(test: &Expr) -> bool {
+    match &test.kind {
+        ExprKind::Constant(Constant::Bool(flag)) => *flag,
+        ExprKind::Constant(Constant::Int(int)) => *int != 0,
+        _ => false,
+    }
+}
+
+/// Ways out of a loop.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Leave {
+    /// `break` of this very loop.
+    Break,
+    /// That, `return` or `raise`.
+    Any,
+}
+
+/// Whether a loop with this body can be left.
+fn leaves(body: &[Stmt], how: Leave) -> bool {
+    body.iter().any(|statement| match &statement.kind {
+        StmtKind::Break => true,
+        StmtKind::Return(_) | StmtKind::Raise { .. } | StmtKind::Assert { .. } => how == Leave::Any,
+        StmtKind::Function(_) | StmtKind::Class(_) => false,
+        StmtKind::While { body, orelse, .. } | StmtKind::For { body, orelse, .. } => {
+            // A `break` in there leaves that loop only.
+            leaves(orelse, how) || how == Leave::Any && returns(body)
+        }
+        _ => blocks(statement)
+            .into_iter()
+            .any(|block| leaves(block, how)),
+    })
+}
+
+fn returns(body: &[Stmt]) -> bool {
+    body.iter().any(|statement| match &statement.kind {
+        StmtKind::Return(_) | StmtKind::Raise { .. } => true,
+        StmtKind::Function(_) | StmtKind::Class(_) => false,
+        _ => blocks(statement).into_iter().any(returns),
+    })
+}
+
+/// A loop that asks the robot again and again, or goes on for ever, and waits nowhere (manual 1.2.5).
+fn busy_loop(test: &Expr, body: &[Stmt], known: &KnownNames, found: &mut Vec<Diagnostic>) {
+    let mut calls = Calls::default();
+    calls.expression(test, known);
+    calls.block(body, known);
+    let endless = is_true(test) && !leaves(body, Leave::Any);
+    if calls.may_wait || !(endless || calls.asks) {
+        return;
+    }
+    let message = if calls.asks {
+        "this loop asks again and again without waiting in between: it keeps the controller busy"
+    } else {
+        "this loop never ends and never waits: it keeps the controller busy"
+    };
+    let diagnostic = Diagnostic::warning("busy-loop", test.span, message);
+    found.push(diagnostic.with_help("call sleep() or sync() in it"));
+}
+
+/// What the calls in a loop do.
+#[derive(Default)]
+struct Calls {
+    /// One of them waits, or may: what methods and functions of scripts do is not looked into.
+    may_wait: bool,
+    /// One of them is a function of the embedder that returns at once.
+    asks: bool,
+}
+
+impl Calls {
+    fn block(&mut self, body: &[Stmt], known: &KnownNames) {
+        for statement in body {
+            if let StmtKind::Function(_) | StmtKind::Class(_) = statement.kind {
+                continue;
+            }
+            // Iterators and context managers may wait in their methods.
+            if let StmtKind::With { .. } = statement.kind {
+                self.may_wait = true;
+            }
+            own_expressions(statement, &mut |expr| self.expression(expr, known));
+            for block in blocks(statement) {
+                self.block(block, known);
+            }
+        }
+    }
+
+    fn expression(&mut self, expr: &Expr, known: &KnownNames) {
+        match &expr.kind {
+            ExprKind::Yield(_) | ExprKind::YieldFrom(_) => self.may_wait = true,
+            ExprKind::Lambda(_) => return,
+            ExprKind::Call { function, .. } => match &function.kind {
+                ExprKind::Name(name) if known.contains(name) => {
+                    self.may_wait |= known.waits(name);
+                    self.asks = true;
+                }
+                ExprKind::Name(name) if crate::builtins::is_builtin_name(name) => {}
+                _ => self.may_wait = true,
+            },
+            _ => {}
+        }
+        parts(expr, &mut |part| self.expression(part, known));
+    }
+}

@@ -1,0 +1,81 @@
+//! Variables of functions and imports that nothing reads.
+
+use std::collections::HashSet;
+
+use super::collect::{Binding, Scope, ScopeKind, Scopes, collect};
+use crate::ast::{Module, ScopeId};
+use crate::diagnostic::Diagnostic;
+
+/// Functions that read variables by names this pass cannot see.
+const BY_TEXT: &[&str] = &["locals", "vars", "eval", "exec", "globals", "dir"];
+
+/// Warns about variables that are assigned in a function and never read, and about imports that are never used.
+pub fn unused_names(module: &Module) -> Vec<Diagnostic> {
+    let scopes = collect(module);
+    let mut used: HashSet<(u32, &str)> = HashSet::new();
+    for (index, scope) in each(&scopes) {
+        for (name, _) in &scope.uses {
+            if BY_TEXT.contains(&&**name) {
+                return Vec::new();
+            }
+            used.insert((owner(&scopes, index, name), name));
+        }
+    }
+    let mut found = Vec::new();
+    for (index, scope) in each(&scopes) {
+        for info in &scope.names {
+            let Some((span, binding)) = info.binding else {
+                continue;
+            };
+            let elsewhere = info.global.is_some() || info.nonlocal.is_some() || info.parameter;
+            let wanted = match binding {
+                Binding::Import => true,
+                Binding::Variable => scope.kind == ScopeKind::Function,
+            };
+            if !wanted
+                || elsewhere
+                || info.name.starts_with('_')
+                || used.contains(&(index, &*info.name))
+            {
+                continue;
+            }
+            let name = &info.name;
+            found.push(match binding {
+                Binding::Import => {
+                    let text = format!("'{name}' is imported but never used");
+                    Diagnostic::warning("unused-import", span, text)
+                }
+                Binding::Variable => {
+                    let text = format!("the variable '{name}' is assigned but never used");
+                    Diagnostic::warning("unused-variable", span, text)
+                        .with_help(format!("remove it, or call it '_{name}' if that is meant"))
+                }
+            });
+        }
+    }
+    found
+}
+
+fn each(scopes: &Scopes) -> impl Iterator<Item = (u32, &Scope)> {
+    let all = scopes.scopes.iter().enumerate();
+    all.filter_map(|(index, scope)| Some((index as u32, scope.as_ref()?)))
+}
+
+/// The scope whose variable `name` is, seen from scope `from`; the module if no function binds it.
+fn owner(scopes: &Scopes, from: u32, name: &str) -> u32 {
+    let mut at = Some(ScopeId(from));
+    while let Some(id) = at {
+        let Some(scope) = scopes.get(id) else { break };
+        let visible = scope.kind != ScopeKind::Class || id.0 == from;
+        if let (Some(info), true) = (scope.name(name), visible) {
+            if info.global.is_some() {
+                return 0;
+            }
+            if info.bound && info.nonlocal.is_none() {
+                return id.0;
+            }
+        }
+        at = scope.parent;
+    }
+    0
+}

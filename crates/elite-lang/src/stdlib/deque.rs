@@ -1,0 +1,440 @@
+//! `_collections`: the double-ended queue.
+
+use std::cell::{Cell, RefCell};
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+use super::define::{Builder, Entry, instance, with_data};
+use crate::ast::CompareOp;
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::limits::memory;
+use crate::value::iter::NativeIter;
+use crate::value::{Iter, R, Raised, Value, trash};
+
+pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+    let class = module.class(
+        "deque",
+        Some(("iterable? maxlen?", |ev, args| {
+            let made = make(ev, Vec::new(), None)?;
+            init(ev, &made, &args[0], &args[1])?;
+            Ok(made)
+        })),
+        METHODS,
+    );
+    // As in CPython, where the public module claims it.
+    class.set(
+        crate::value::symbol::known::MODULE,
+        Value::str("collections"),
+    );
+    module.property(&class, "maxlen", |ev, args| {
+        with_data(ev, &args[0], |deque: &Rc<Deque>| Ok(deque.maxlen_value()))
+    });
+    Ok(())
+}
+
+/// The data of a deque.
+#[derive(Default)]
+struct Deque {
+    items: RefCell<VecDeque<Value>>,
+    maxlen: Cell<Option<usize>>,
+    /// Counts changes of length, so that iterators notice.
+    generation: Cell<u64>,
+    tracked: Cell<usize>,
+}
+
+impl Deque {
+    fn maxlen_value(&self) -> Value {
+        match self.maxlen.get() {
+            Some(most) => Value::Int(i64::try_from(most).unwrap_or(i64::MAX)),
+            None => Value::None,
+        }
+    }
+
+    fn changed(&self) {
+        self.generation.set(self.generation.get() + 1);
+        let bytes = self.items.borrow().capacity() * size_of::<Value>();
+        memory::retrack(self.tracked.replace(bytes), bytes);
+    }
+
+    /// Adds at one end; what does not fit any more leaves at the other one.
+    fn push(&self, value: Value, left: bool) {
+        let mut dropped = None;
+        {
+            let mut items = self.items.borrow_mut();
+            if left {
+                items.push_front(value);
+            } else {
+                items.push_back(value);
+            }
+            if self.maxlen.get().is_some_and(|most| items.len() > most) {
+                dropped = if left {
+                    items.pop_back()
+                } else {
+                    items.pop_front()
+                };
+            }
+        }
+        self.changed();
+        drop(dropped);
+    }
+
+    fn pop(&self, left: bool) -> Option<Value> {
+        let popped = {
+            let mut items = self.items.borrow_mut();
+            if left {
+                items.pop_front()
+            } else {
+                items.pop_back()
+            }
+        };
+        self.changed();
+        popped
+    }
+
+    fn to_vec(&self) -> Vec<Value> {
+        self.items.borrow().iter().cloned().collect()
+    }
+
+    fn len(&self) -> usize {
+        self.items.borrow().len()
+    }
+}
+
+impl Drop for Deque {
+    fn drop(&mut self) {
+        memory::release(self.tracked.get());
+        let mut items: Vec<Value> = std::mem::take(self.items.get_mut()).into();
+        trash::dismantle(&mut items);
+    }
+}
+
+fn make(ev: &Evaluator<'_>, items: Vec<Value>, maxlen: Option<usize>) -> R {
+    let deque = Deque::default();
+    *deque.items.borrow_mut() = items.into();
+    deque.maxlen.set(maxlen);
+    deque.changed();
+    instance(ev, "_collections.deque", Rc::new(deque))
+}
+
+/// The data behind a receiver.
+fn data(ev: &Evaluator<'_>, receiver: &Value) -> R<Rc<Deque>> {
+    with_data(ev, receiver, |deque: &Rc<Deque>| Ok(deque.clone()))
+}
+
+fn init(ev: &Evaluator<'_>, receiver: &Value, iterable: &Value, maxlen: &Value) -> R<()> {
+    let deque = data(ev, receiver)?;
+    let most = match maxlen.given() {
+        None | Some(Value::None) => None,
+        Some(value) => match usize::try_from(ev.index(value)?) {
+            Ok(most) => Some(most),
+            Err(_) => return Err(ev.value_error("maxlen must be non-negative")),
+        },
+    };
+    deque.maxlen.set(most);
+    let old = std::mem::take(&mut *deque.items.borrow_mut());
+    drop(old);
+    deque.changed();
+    match iterable.given() {
+        Some(iterable) => extend(ev, &deque, iterable, false),
+        None => Ok(()),
+    }
+}
+
+fn extend(ev: &Evaluator<'_>, deque: &Deque, iterable: &Value, left: bool) -> R<()> {
+    // Collected first, so that a deque can extend itself.
+    for item in ev.collect(iterable)? {
+        deque.push(item, left);
+    }
+    ev.check_allocation(deque.tracked.get())
+}
+
+fn position(ev: &Evaluator<'_>, deque: &Deque, index: &Value) -> R<usize> {
+    let (index, length) = (ev.index(index)?, deque.len() as i64);
+    let index = if index < 0 { index + length } else { index };
+    if (0..length).contains(&index) {
+        Ok(index as usize)
+    } else {
+        Err(ev.raise(ExceptionKind::IndexError, "deque index out of range"))
+    }
+}
+
+fn mutated(ev: &Evaluator<'_>) -> Raised {
+    ev.raise(
+        ExceptionKind::RuntimeError,
+        "deque mutated during iteration",
+    )
+}
+
+fn iterator(deque: Rc<Deque>, reversed: bool) -> Value {
+    let (next, generation) = (Cell::new(0), deque.generation.get());
+    Value::Iter(Rc::new(Iter::Native(NativeIter {
+        type_name: if reversed {
+            "_collections._deque_reverse_iterator"
+        } else {
+            "_collections._deque_iterator"
+        },
+        next: Box::new(move |ev| {
+            if deque.generation.get() != generation {
+                return Err(mutated(ev));
+            }
+            let items = deque.items.borrow();
+            let at = next.get();
+            next.set(at + 1);
+            let at = if reversed {
+                items.len().wrapping_sub(at + 1)
+            } else {
+                at
+            };
+            Ok(items.get(at).cloned())
+        }),
+    })))
+}
+
+fn find(ev: &Evaluator<'_>, deque: &Deque, wanted: &Value) -> R<Option<usize>> {
+    let generation = deque.generation.get();
+    for (index, item) in deque.to_vec().iter().enumerate() {
+        if ev.equal(item, wanted)? {
+            return Ok(Some(index));
+        }
+        if deque.generation.get() != generation {
+            return Err(mutated(ev));
+        }
+    }
+    Ok(None)
+}
+
+/// Compares two deques like lists.
+fn compare(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R {
+    let own = data(ev, &args[0])?;
+    let Ok(other) = data(ev, &args[1]) else {
+        return Ok(Value::NotImplemented);
+    };
+    ev.recurse(|| ev.compare(op, &Value::list(own.to_vec()), &Value::list(other.to_vec())))
+}
+
+const METHODS: &[Entry] = &[
+    ("__init__", "iterable? maxlen?", |ev, args| {
+        init(ev, &args[0], &args[1], &args[2]).map(|()| Value::None)
+    }),
+    ("append", "item /", |ev, args| {
+        let deque = data(ev, &args[0])?;
+        deque.push(std::mem::take(&mut args[1]), false);
+        ev.check_allocation(deque.tracked.get())?;
+        Ok(Value::None)
+    }),
+    ("appendleft", "item /", |ev, args| {
+        let deque = data(ev, &args[0])?;
+        deque.push(std::mem::take(&mut args[1]), true);
+        ev.check_allocation(deque.tracked.get())?;
+        Ok(Value::None)
+    }),
+    ("pop", "", |ev, args| pop(ev, &args[0], false)),
+    ("popleft", "", |ev, args| pop(ev, &args[0], true)),
+    ("extend", "iterable /", |ev, args| {
+        extend(ev, &*data(ev, &args[0])?, &args[1], false).map(|()| Value::None)
+    }),
+    ("extendleft", "iterable /", |ev, args| {
+        extend(ev, &*data(ev, &args[0])?, &args[1], true).map(|()| Value::None)
+    }),
+    ("clear", "", |ev, args| {
+        let deque = data(ev, &args[0])?;
+        let old = std::mem::take(&mut *deque.items.borrow_mut());
+        drop(old);
+        deque.changed();
+        Ok(Value::None)
+    }),
+    ("copy", "", |ev, args| {
+        let deque = data(ev, &args[0])?;
+        make(ev, deque.to_vec(), deque.maxlen.get())
+    }),
+    ("__copy__", "", |ev, args| {
+        let deque = data(ev, &args[0])?;
+        make(ev, deque.to_vec(), deque.maxlen.get())
+    }),
+    ("rotate", "n? /", |ev, args| {
+        let steps = args[1].given().map_or(Ok(1), |n| ev.index(n))?;
+        let deque = data(ev, &args[0])?;
+        let length = deque.len() as i64;
+        if length > 0 {
+            deque
+                .items
+                .borrow_mut()
+                .rotate_right(steps.rem_euclid(length) as usize);
+            deque.changed();
+        }
+        Ok(Value::None)
+    }),
+    ("reverse", "", |ev, args| {
+        let deque = data(ev, &args[0])?;
+        deque.items.borrow_mut().make_contiguous().reverse();
+        Ok(Value::None)
+    }),
+    ("count", "item /", |ev, args| {
+        let mut count = 0;
+        for item in data(ev, &args[0])?.to_vec() {
+            count += i64::from(ev.equal(&item, &args[1])?);
+        }
+        Ok(Value::Int(count))
+    }),
+    ("index", "item start? stop? /", |ev, args| {
+        let deque = data(ev, &args[0])?;
+        let length = deque.len() as i64;
+        let bound = |value: &Value, default: i64| match value.given() {
+            None => Ok(default),
+            Some(value) => {
+                let index = ev.clamped_index(value)?;
+                let index = if index < 0 {
+                    index.saturating_add(length)
+                } else {
+                    index
+                };
+                Ok(index.clamp(0, length))
+            }
+        };
+        let (start, stop) = (bound(&args[2], 0)?, bound(&args[3], length)?);
+        for (index, item) in deque.to_vec().iter().enumerate() {
+            if (start..stop).contains(&(index as i64)) && ev.equal(item, &args[1])? {
+                return Ok(Value::Int(index as i64));
+            }
+        }
+        let text = format!("{} is not in deque", ev.repr(&args[1])?);
+        Err(ev.value_error(text))
+    }),
+    ("insert", "index item /", |ev, args| {
+        let deque = data(ev, &args[0])?;
+        if deque.maxlen.get().is_some_and(|most| deque.len() >= most) {
+            return Err(ev.raise(
+                ExceptionKind::IndexError,
+                "deque already at its maximum size",
+            ));
+        }
+        let (index, length) = (ev.clamped_index(&args[1])?, deque.len() as i64);
+        let index = if index < 0 {
+            index.saturating_add(length).max(0)
+        } else {
+            index.min(length)
+        };
+        deque
+            .items
+            .borrow_mut()
+            .insert(index as usize, std::mem::take(&mut args[2]));
+        deque.changed();
+        Ok(Value::None)
+    }),
+    ("remove", "item /", |ev, args| {
+        let deque = data(ev, &args[0])?;
+        match find(ev, &deque, &args[1])? {
+            Some(index) => {
+                let removed = deque.items.borrow_mut().remove(index);
+                deque.changed();
+                drop(removed);
+                Ok(Value::None)
+            }
+            None => {
+                let text = format!("{} is not in deque", ev.repr(&args[1])?);
+                Err(ev.value_error(text))
+            }
+        }
+    }),
+    ("__len__", "", |ev, args| {
+        Ok(Value::Int(data(ev, &args[0])?.len() as i64))
+    }),
+    ("__bool__", "", |ev, args| {
+        Ok(Value::Bool(data(ev, &args[0])?.len() > 0))
+    }),
+    ("__getitem__", "index /", |ev, args| {
+        let deque = data(ev, &args[0])?;
+        let at = position(ev, &deque, &args[1])?;
+        let item = deque.items.borrow().get(at).cloned();
+        Ok(item.unwrap_or_default())
+    }),
+    ("__setitem__", "index value /", |ev, args| {
+        let deque = data(ev, &args[0])?;
+        let at = position(ev, &deque, &args[1])?;
+        let value = std::mem::take(&mut args[2]);
+        let old = deque
+            .items
+            .borrow_mut()
+            .get_mut(at)
+            .map(|place| std::mem::replace(place, value));
+        drop(old);
+        Ok(Value::None)
+    }),
+    ("__delitem__", "index /", |ev, args| {
+        let deque = data(ev, &args[0])?;
+        let at = position(ev, &deque, &args[1])?;
+        let removed = deque.items.borrow_mut().remove(at);
+        deque.changed();
+        drop(removed);
+        Ok(Value::None)
+    }),
+    ("__contains__", "item /", |ev, args| {
+        let deque = data(ev, &args[0])?;
+        Ok(Value::Bool(find(ev, &deque, &args[1])?.is_some()))
+    }),
+    ("__iter__", "", |ev, args| {
+        Ok(iterator(data(ev, &args[0])?, false))
+    }),
+    ("__reversed__", "", |ev, args| {
+        Ok(iterator(data(ev, &args[0])?, true))
+    }),
+    ("__eq__", "other /", |ev, args| {
+        compare(ev, args, CompareOp::Eq)
+    }),
+    ("__lt__", "other /", |ev, args| {
+        compare(ev, args, CompareOp::Lt)
+    }),
+    ("__le__", "other /", |ev, args| {
+        compare(ev, args, CompareOp::Le)
+    }),
+    ("__gt__", "other /", |ev, args| {
+        compare(ev, args, CompareOp::Gt)
+    }),
+    ("__ge__", "other /", |ev, args| {
+        compare(ev, args, CompareOp::Ge)
+    }),
+    ("__add__", "other /", |ev, args| {
+        let (own, other) = (data(ev, &args[0])?, data(ev, &args[1])?);
+        let sum = make(ev, own.to_vec(), own.maxlen.get())?;
+        extend(ev, &*data(ev, &sum)?, &Value::list(other.to_vec()), false)?;
+        Ok(sum)
+    }),
+    ("__iadd__", "other /", |ev, args| {
+        extend(ev, &*data(ev, &args[0])?, &args[1], false)?;
+        Ok(std::mem::take(&mut args[0]))
+    }),
+    ("__mul__", "n /", |ev, args| {
+        let own = data(ev, &args[0])?;
+        let times = ev.clamped_index(&args[1])?.max(0) as usize;
+        let bytes = own
+            .len()
+            .saturating_mul(times)
+            .saturating_mul(size_of::<Value>());
+        ev.check_allocation(bytes)?;
+        let product = make(ev, Vec::new(), own.maxlen.get())?;
+        let deque = data(ev, &product)?;
+        for _ in 0..times {
+            own.to_vec()
+                .into_iter()
+                .for_each(|item| deque.push(item, false));
+        }
+        Ok(product)
+    }),
+    ("__repr__", "", |ev, args| {
+        let deque = data(ev, &args[0])?;
+        let name = ev.core.types.name_of(&args[0]);
+        let items = ev.recurse(|| ev.repr(&Value::list(deque.to_vec())))?;
+        Ok(Value::str(match deque.maxlen.get() {
+            Some(most) => format!("{name}({items}, maxlen={most})"),
+            None => format!("{name}({items})"),
+        }))
+    }),
+];
+
+fn pop(ev: &Evaluator<'_>, receiver: &Value, left: bool) -> R {
+    match data(ev, receiver)?.pop(left) {
+        Some(item) => Ok(item),
+        None => Err(ev.raise(ExceptionKind::IndexError, "pop from an empty deque")),
+    }
+}

@@ -1,0 +1,636 @@
+//! `_json`: reading and writing JSON text.
+//!
+//! Written here rather than on serde_json because Python's module differs from the standard where programs notice: `NaN`
+//! and `Infinity`, integers of any size, Python's float texts, and errors that give line, column and position.
+
+use std::rc::Rc;
+
+use super::define::Builder;
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::format::float;
+use crate::value::int::Int;
+use crate::value::{Dict, R, Raised, Value};
+
+pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+    module.functions(&[
+        ("_read", "text options end? /", read),
+        ("_write", "value options /", write),
+    ]);
+    Ok(())
+}
+
+/// `options` is a tuple: object_hook, parse_float, parse_int, object_pairs_hook, strict, parse_constant, error class.
+fn read(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let Value::Str(text) = ev.plain(&args[0]) else {
+        return Err(ev.type_error("the JSON object must be str"));
+    };
+    let options = ev.collect(&args[1])?;
+    let option = |index: usize| options.get(index).cloned().unwrap_or(Value::None);
+    let mut reader = Reader {
+        ev,
+        text: text.as_str(),
+        bytes: text.as_str().as_bytes(),
+        at: 0,
+        object_hook: option(0),
+        parse_float: option(1),
+        parse_int: option(2),
+        pairs_hook: option(3),
+        strict: ev.truth(&option(4))?,
+        parse_constant: option(5),
+        error: option(6),
+        depth: 0,
+    };
+    if args[2].given().is_some() {
+        // Only one value, from a position on (`raw_decode`).
+        let start = ev.clamped_index(&args[2])?.max(0) as usize;
+        reader.at = text.byte_offset(start.min(text.len()));
+        let value = reader.value()?;
+        let end = text.char_index(reader.at);
+        return Ok(Value::tuple(vec![value, Value::Int(end as i64)]));
+    }
+    reader.blanks();
+    let value = reader.value()?;
+    reader.blanks();
+    if reader.at < reader.bytes.len() {
+        return Err(reader.fail("Extra data", reader.at));
+    }
+    Ok(value)
+}
+
+/// Values nested deeper than this are refused, as CPython does at its recursion limit.
+const DEPTH_MAX: usize = 990;
+
+struct Reader<'r, 'y> {
+    ev: &'r Evaluator<'y>,
+    text: &'r str,
+    bytes: &'r [u8],
+    at: usize,
+    object_hook: Value,
+    parse_float: Value,
+    parse_int: Value,
+    pairs_hook: Value,
+    strict: bool,
+    parse_constant: Value,
+    error: Value,
+    depth: usize,
+}
+
+impl Reader<'_, '_> {
+    /// A `JSONDecodeError`; the script's class makes the message.
+    #[cold]
+    fn fail(&self, message: &str, at: usize) -> Raised {
+        let at = at.min(self.text.len());
+        let before = &self.text[..at];
+        let position = before.chars().count() as i64;
+        let mut args = [
+            Value::str(message),
+            Value::str(self.text),
+            Value::Int(position),
+        ];
+        match self.ev.call(&self.error, &mut args, &[]) {
+            Ok(Value::Instance(exception)) => Raised::Exception(exception),
+            Ok(_) => self.ev.value_error(message),
+            Err(raised) => raised,
+        }
+    }
+
+    fn blanks(&mut self) {
+        while let Some(b' ' | b'\t' | b'\n' | b'\r') = self.bytes.get(self.at) {
+            self.at += 1;
+        }
+    }
+
+    fn value(&mut self) -> R {
+        let start = self.at;
+        match self.bytes.get(self.at) {
+            Some(b'"') => {
+                self.at += 1;
+                self.string().map(Value::str)
+            }
+            Some(b'{' | b'[') => {
+                self.depth += 1;
+                if self.depth > DEPTH_MAX {
+                    return Err(self.ev.recursion_error());
+                }
+                let ev = self.ev;
+                let is_object = self.bytes[self.at] == b'{';
+                self.at += 1;
+                let value = ev.with_stack(crate::eval::coroutine::RESERVE, || {
+                    if is_object {
+                        self.object()
+                    } else {
+                        self.array()
+                    }
+                })?;
+                self.depth -= 1;
+                Ok(value)
+            }
+            Some(b'-' | b'0'..=b'9') => self.number(),
+            _ => match self.word() {
+                Some(value) => Ok(value),
+                None => Err(self.fail("Expecting value", start)),
+            },
+        }
+        .and_then(|value| self.constant(start, value))
+    }
+
+    /// A word at the present position.
+    fn word(&mut self) -> Option<Value> {
+        let words = [
+            ("null", Value::None),
+            ("true", Value::Bool(true)),
+            ("false", Value::Bool(false)),
+            ("NaN", Value::Float(f64::NAN)),
+            ("Infinity", Value::Float(f64::INFINITY)),
+        ];
+        let rest = &self.text[self.at..];
+        let (word, value) = words.into_iter().find(|(word, _)| rest.starts_with(word))?;
+        self.at += word.len();
+        Some(value)
+    }
+
+    /// Lets `parse_constant` replace what JSON does not know.
+    fn constant(&self, start: usize, value: Value) -> R {
+        if self.parse_constant.is_none() {
+            return Ok(value);
+        }
+        match &self.text[start..self.at] {
+            word @ ("NaN" | "Infinity" | "-Infinity") => {
+                self.ev.call1(&self.parse_constant, Value::str(word))
+            }
+            _ => Ok(value),
+        }
+    }
+
+    fn number(&mut self) -> R {
+        let start = self.at;
+        if self.text[start..].starts_with("-Infinity") {
+            self.at += "-Infinity".len();
+            return Ok(Value::Float(f64::NEG_INFINITY));
+        }
+        let digits = |reader: &mut Self| {
+            let from = reader.at;
+            while reader.bytes.get(reader.at).is_some_and(u8::is_ascii_digit) {
+                reader.at += 1;
+            }
+            reader.at > from
+        };
+        if self.bytes[self.at] == b'-' {
+            self.at += 1;
+        }
+        match self.bytes.get(self.at) {
+            Some(b'0') => self.at += 1,
+            Some(b'1'..=b'9') => {
+                digits(self);
+            }
+            _ => {
+                self.at = start;
+                return Err(self.fail("Expecting value", start));
+            }
+        }
+        let mut is_float = false;
+        let whole = self.at;
+        if self.bytes.get(self.at) == Some(&b'.') {
+            self.at += 1;
+            if digits(self) {
+                is_float = true;
+            } else {
+                self.at = whole;
+            }
+        }
+        let mantissa = self.at;
+        if let (Some(b'e' | b'E'), true) = (self.bytes.get(self.at), is_float || self.at == whole) {
+            self.at += 1;
+            if let Some(b'+' | b'-') = self.bytes.get(self.at) {
+                self.at += 1;
+            }
+            if digits(self) {
+                is_float = true;
+            } else {
+                self.at = mantissa;
+            }
+        }
+        let text = &self.text[start..self.at];
+        let hook = if is_float {
+            &self.parse_float
+        } else {
+            &self.parse_int
+        };
+        if !hook.is_none() {
+            return self.ev.call1(hook, Value::str(text));
+        }
+        if is_float {
+            // The text follows the grammar of floats.
+            return Ok(Value::Float(text.parse().unwrap_or(f64::NAN)));
+        }
+        match text.parse() {
+            Ok(small) => Ok(Value::Int(small)),
+            Err(_) => self.ev.call1(
+                &Value::Class(self.ev.core.types.int.clone()),
+                Value::str(text),
+            ),
+        }
+    }
+
+    /// The rest of a string whose opening quote has been read.
+    fn string(&mut self) -> R<String> {
+        let begin = self.at - 1;
+        let mut out = String::new();
+        loop {
+            let from = self.at;
+            while let Some(byte) = self.bytes.get(self.at)
+                && !matches!(byte, b'"' | b'\\')
+                && (*byte >= 0x20 || !self.strict)
+            {
+                self.at += 1;
+            }
+            out.push_str(&self.text[from..self.at]);
+            match self.bytes.get(self.at) {
+                None => return Err(self.fail("Unterminated string starting at", begin)),
+                Some(b'"') => {
+                    self.at += 1;
+                    return Ok(out);
+                }
+                Some(b'\\') => self.escape(begin, &mut out)?,
+                Some(_) => return Err(self.fail("Invalid control character at", self.at)),
+            }
+        }
+    }
+
+    fn escape(&mut self, begin: usize, out: &mut String) -> R<()> {
+        let escaped = self.bytes.get(self.at + 1);
+        let c = match escaped {
+            None => return Err(self.fail("Unterminated string starting at", begin)),
+            Some(b'u') => {
+                self.at += 2;
+                let mut code = self.hex()?;
+                if (0xd800..0xdc00).contains(&code) && self.text[self.at..].starts_with("\\u") {
+                    let back = self.at;
+                    self.at += 2;
+                    let low = self.hex()?;
+                    if (0xdc00..0xe000).contains(&low) {
+                        code = 0x10000 + ((code - 0xd800) << 10) + (low - 0xdc00);
+                    } else {
+                        self.at = back;
+                    }
+                }
+                // A lone surrogate is no character here.
+                out.push(char::from_u32(code).unwrap_or(char::REPLACEMENT_CHARACTER));
+                return Ok(());
+            }
+            Some(b'"') => '"',
+            Some(b'\\') => '\\',
+            Some(b'/') => '/',
+            Some(b'b') => '\u{8}',
+            Some(b'f') => '\u{c}',
+            Some(b'n') => '\n',
+            Some(b'r') => '\r',
+            Some(b't') => '\t',
+            Some(_) => return Err(self.fail("Invalid \\escape", self.at)),
+        };
+        out.push(c);
+        self.at += 2;
+        Ok(())
+    }
+
+    fn hex(&mut self) -> R<u32> {
+        let digits = self.bytes.get(self.at..self.at + 4);
+        let digits = digits.filter(|digits| digits.iter().all(u8::is_ascii_hexdigit));
+        let text = digits.and_then(|digits| std::str::from_utf8(digits).ok());
+        match text.and_then(|text| u32::from_str_radix(text, 16).ok()) {
+            Some(code) => {
+                self.at += 4;
+                Ok(code)
+            }
+            None => Err(self.fail("Invalid \\uXXXX escape", self.at - 1)),
+        }
+    }
+
+    fn array(&mut self) -> R {
+        let mut items = Vec::new();
+        self.blanks();
+        if self.bytes.get(self.at) == Some(&b']') {
+            self.at += 1;
+            return Ok(Value::list(items));
+        }
+        loop {
+            items.push(self.value()?);
+            self.ev.safepoint()?;
+            self.blanks();
+            match self.bytes.get(self.at) {
+                Some(b']') => {
+                    self.at += 1;
+                    return Ok(Value::list(items));
+                }
+                Some(b',') => self.at += 1,
+                _ => return Err(self.fail("Expecting ',' delimiter", self.at)),
+            }
+            self.blanks();
+        }
+    }
+
+    fn object(&mut self) -> R {
+        let mut pairs: Vec<(Value, Value)> = Vec::new();
+        self.blanks();
+        if self.bytes.get(self.at) == Some(&b'}') {
+            self.at += 1;
+            return self.made(pairs);
+        }
+        loop {
+            if self.bytes.get(self.at) != Some(&b'"') {
+                let message = "Expecting property name enclosed in double quotes";
+                return Err(self.fail(message, self.at));
+            }
+            self.at += 1;
+            let key = self.string()?;
+            self.blanks();
+            if self.bytes.get(self.at) != Some(&b':') {
+                return Err(self.fail("Expecting ':' delimiter", self.at));
+            }
+            self.at += 1;
+            self.blanks();
+            pairs.push((Value::str(key), self.value()?));
+            self.ev.safepoint()?;
+            self.blanks();
+            match self.bytes.get(self.at) {
+                Some(b'}') => {
+                    self.at += 1;
+                    return self.made(pairs);
+                }
+                Some(b',') => self.at += 1,
+                _ => return Err(self.fail("Expecting ',' delimiter", self.at)),
+            }
+            self.blanks();
+        }
+    }
+
+    fn made(&self, pairs: Vec<(Value, Value)>) -> R {
+        if !self.pairs_hook.is_none() {
+            let pairs = pairs
+                .into_iter()
+                .map(|(key, value)| Value::tuple(vec![key, value]));
+            return self
+                .ev
+                .call1(&self.pairs_hook, Value::list(pairs.collect()));
+        }
+        let dict = Dict::new();
+        for (key, value) in pairs {
+            self.ev.dict_set(&dict, key, value)?;
+        }
+        let dict = Value::Dict(Rc::new(dict));
+        if self.object_hook.is_none() {
+            Ok(dict)
+        } else {
+            self.ev.call1(&self.object_hook, dict)
+        }
+    }
+}
+
+/// `options` is a tuple: skipkeys, ensure_ascii, check_circular, allow_nan, indent, separators, default, sort_keys.
+fn write(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let options = ev.collect(&args[1])?;
+    let option = |index: usize| options.get(index).cloned().unwrap_or(Value::None);
+    let indent = match option(4) {
+        Value::None => None,
+        Value::Str(text) => Some(text.as_str().to_owned()),
+        count => {
+            let count = ev.index(&count)?.clamp(0, 1000) as usize;
+            Some(" ".repeat(count))
+        }
+    };
+    let separators = match option(5) {
+        Value::None => None,
+        given => Some(ev.collect(&given)?),
+    };
+    let separator =
+        |index: usize, default: &str| match separators.as_ref().and_then(|s| s.get(index)) {
+            Some(Value::Str(text)) => text.as_str().to_owned(),
+            _ => default.to_owned(),
+        };
+    let item = separator(0, if indent.is_some() { "," } else { ", " });
+    let mut writer = Writer {
+        ev,
+        out: String::new(),
+        skip_keys: ev.truth(&option(0))?,
+        ascii: ev.truth(&option(1))?,
+        check_circular: ev.truth(&option(2))?,
+        allow_nan: ev.truth(&option(3))?,
+        indent,
+        item,
+        key: separator(1, ": "),
+        default: option(6),
+        sort_keys: ev.truth(&option(7))?,
+        open: Vec::new(),
+    };
+    writer.value(&args[0])?;
+    Ok(Value::str(writer.out))
+}
+
+struct Writer<'w, 'y> {
+    ev: &'w Evaluator<'y>,
+    out: String,
+    skip_keys: bool,
+    ascii: bool,
+    check_circular: bool,
+    allow_nan: bool,
+    indent: Option<String>,
+    item: String,
+    key: String,
+    default: Value,
+    sort_keys: bool,
+    /// The containers around, outermost first.
+    open: Vec<usize>,
+}
+
+impl Writer<'_, '_> {
+    fn value(&mut self, value: &Value) -> R<()> {
+        let plain = self.ev.plain(value);
+        match &plain {
+            Value::None => self.out.push_str("null"),
+            Value::Bool(true) => self.out.push_str("true"),
+            Value::Bool(false) => self.out.push_str("false"),
+            Value::Str(text) => self.string(text.as_str()),
+            Value::Int(_) | Value::BigInt(_) => {
+                let text = self.ev.natural_repr(&plain)?;
+                self.out.push_str(&text);
+            }
+            Value::Float(float) => {
+                let text = self.float(*float)?;
+                self.out.push_str(&text);
+            }
+            Value::List(_) | Value::Tuple(_) => {
+                let items = plain.as_items().unwrap_or_default();
+                self.within(&plain, |writer| writer.array(&items))?;
+            }
+            Value::Dict(dict) => {
+                let entries = dict.entries();
+                self.within(&plain, |writer| writer.object(entries))?;
+            }
+            other if self.default.is_none() => {
+                let name = self.ev.core.types.name_of(other);
+                let text = format!("Object of type {name} is not JSON serializable");
+                return Err(self.ev.type_error(text));
+            }
+            _ => {
+                let default = self.default.clone();
+                self.within(value, |writer| {
+                    let replacement = writer.ev.call1(&default, value.clone())?;
+                    writer.value(&replacement)
+                })?;
+            }
+        }
+        self.ev.check_allocation(self.out.len())
+    }
+
+    /// Goes one level deeper, into `container`.
+    fn within(&mut self, container: &Value, inner: impl FnOnce(&mut Self) -> R<()>) -> R<()> {
+        let address = container.address().unwrap_or(0);
+        if self.check_circular && self.open.contains(&address) {
+            return Err(self.ev.value_error("Circular reference detected"));
+        }
+        self.open.push(address);
+        let ev = self.ev;
+        let result = ev.recurse(|| inner(self));
+        self.open.pop();
+        result
+    }
+
+    fn float(&self, value: f64) -> R<String> {
+        if value.is_finite() {
+            return Ok(float::repr(value));
+        }
+        if !self.allow_nan {
+            let text = format!(
+                "Out of range float values are not JSON compliant: {}",
+                float::repr(value)
+            );
+            // CPython 3.11 names no value.
+            let text = text.split(": ").next().unwrap_or("").to_owned();
+            return Err(self.ev.value_error(text));
+        }
+        Ok(match value {
+            value if value.is_nan() => "NaN",
+            value if value > 0.0 => "Infinity",
+            _ => "-Infinity",
+        }
+        .to_owned())
+    }
+
+    fn string(&mut self, text: &str) {
+        self.out.push('"');
+        for c in text.chars() {
+            match c {
+                '"' => self.out.push_str("\\\""),
+                '\\' => self.out.push_str("\\\\"),
+                '\n' => self.out.push_str("\\n"),
+                '\r' => self.out.push_str("\\r"),
+                '\t' => self.out.push_str("\\t"),
+                '\u{8}' => self.out.push_str("\\b"),
+                '\u{c}' => self.out.push_str("\\f"),
+                c if (c as u32) < 0x20 || (self.ascii && !(' '..='~').contains(&c)) => {
+                    for unit in c.encode_utf16(&mut [0; 2]) {
+                        self.out.push_str(&format!("\\u{unit:04x}"));
+                    }
+                }
+                c => self.out.push(c),
+            }
+        }
+        self.out.push('"');
+    }
+
+    fn new_line(&mut self, levels: usize) {
+        if let Some(indent) = &self.indent {
+            self.out.push('\n');
+            for _ in 0..levels {
+                self.out.push_str(indent);
+            }
+        }
+    }
+
+    fn array(&mut self, items: &[Value]) -> R<()> {
+        if items.is_empty() {
+            self.out.push_str("[]");
+            return Ok(());
+        }
+        self.out.push('[');
+        let levels = self.open.len();
+        for (index, item) in items.iter().enumerate() {
+            if index > 0 {
+                self.out.push_str(&self.item.clone());
+            }
+            self.new_line(levels);
+            self.value(item)?;
+            self.ev.safepoint()?;
+        }
+        self.new_line(levels - 1);
+        self.out.push(']');
+        Ok(())
+    }
+
+    fn object(&mut self, entries: Vec<(u64, Value, Value)>) -> R<()> {
+        let mut entries: Vec<(Value, Value)> = entries
+            .into_iter()
+            .map(|(_, key, value)| (key, value))
+            .collect();
+        if self.sort_keys {
+            let pairs = entries
+                .into_iter()
+                .map(|(key, value)| Value::tuple(vec![key, value]));
+            // By the keys alone: values need not be comparable.
+            let first =
+                crate::builtins::Builtin::bound(&self.ev.core, "key", "pair /", |ev, args| {
+                    ev.item(&args[0], &Value::Int(0))
+                });
+            let sorted = self.ev.sort(pairs.collect(), Some(&first), false)?;
+            let pair = |value: &Value| {
+                let items = value.as_items().unwrap_or_default();
+                (
+                    items.first().cloned().unwrap_or_default(),
+                    items.get(1).cloned().unwrap_or_default(),
+                )
+            };
+            entries = sorted.iter().map(pair).collect();
+        }
+        let levels = self.open.len();
+        let mut empty = true;
+        self.out.push('{');
+        for (key, value) in entries {
+            let Some(text) = self.key_text(&key)? else {
+                continue;
+            };
+            if !empty {
+                self.out.push_str(&self.item.clone());
+            }
+            empty = false;
+            self.new_line(levels);
+            self.string(&text);
+            self.out.push_str(&self.key.clone());
+            self.value(&value)?;
+            self.ev.safepoint()?;
+        }
+        if !empty {
+            self.new_line(levels - 1);
+        }
+        self.out.push('}');
+        Ok(())
+    }
+
+    /// The text of a key; None if it is to be skipped.
+    fn key_text(&self, key: &Value) -> R<Option<String>> {
+        let plain = self.ev.plain(key);
+        Ok(Some(match &plain {
+            Value::Str(text) => text.as_str().to_owned(),
+            Value::None => "null".to_owned(),
+            Value::Bool(flag) => flag.to_string(),
+            Value::Float(float) => self.float(*float)?,
+            other if Int::of(other).is_some() => self.ev.natural_repr(other)?,
+            _ if self.skip_keys => return Ok(None),
+            other => {
+                let name = self.ev.core.types.name_of(other);
+                let text = format!("keys must be str, int, float, bool or None, not {name}");
+                return Err(self.ev.raise(ExceptionKind::TypeError, text));
+            }
+        }))
+    }
+}

@@ -1,0 +1,94 @@
+"""Heaps in lists: the smallest item is item 0, every item is at most those at 2 i + 1 and 2 i + 2."""
+
+
+def _up(heap, start, position):
+    item = heap[position]
+    while position > start:
+        parent = (position - 1) >> 1
+        if not item < heap[parent]:
+            break
+        heap[position] = heap[parent]
+        position = parent
+    heap[position] = item
+
+
+def _down(heap, position):
+    end = len(heap)
+    start = position
+    item = heap[position]
+    child = 2 * position + 1
+    # To the bottom along the smaller children, then up again: fewer comparisons than stopping on the way.
+    while child < end:
+        right = child + 1
+        if right < end and not heap[child] < heap[right]:
+            child = right
+        heap[position] = heap[child]
+        position = child
+        child = 2 * position + 1
+    heap[position] = item
+    _up(heap, start, position)
+
+
+def heappush(heap, item):
+    heap.append(item)
+    _up(heap, 0, len(heap) - 1)
+
+
+def heappop(heap):
+    if not heap:
+        raise IndexError("index out of range")
+    last = heap.pop()
+    if heap:
+        first = heap[0]
+        heap[0] = last
+        _down(heap, 0)
+        return first
+    return last
+
+
+def heapreplace(heap, item):
+    first = heap[0]
+    heap[0] = item
+    _down(heap, 0)
+    return first
+
+
+def heappushpop(heap, item):
+    if heap and heap[0] < item:
+        item, heap[0] = heap[0], item
+        _down(heap, 0)
+    return item
+
+
+def heapify(x):
+    for i in reversed(range(len(x) // 2)):
+        _down(x, i)
+
+
+def nsmallest(n, iterable, key=None):
+    return sorted(iterable, key=key)[:max(n, 0)]
+
+
+def nlargest(n, iterable, key=None):
+    return sorted(iterable, key=key, reverse=True)[:max(n, 0)]
+
+
+def merge(*iterables, key=None, reverse=False):
+    heads = []
+    for number, iterable in enumerate(iterables):
+        iterator = iter(iterable)
+        for first in iterator:
+            heads.append([first, number, iterator])
+            break
+    value = (lambda head: head[0]) if key is None else (lambda head: key(head[0]))
+    while heads:
+        best = heads[0]
+        for head in heads[1:]:
+            if (value(best) < value(head)) if reverse else (value(head) < value(best)):
+                best = head
+        yield best[0]
+        for following in best[2]:
+            best[0] = following
+            break
+        else:
+            heads.remove(best)

@@ -1,0 +1,64 @@
+"""Values to bytes and back by a format."""
+from _struct import _size, _pack, _unpack
+
+
+class error(Exception):
+    """What went wrong with a format or with data."""
+
+
+def calcsize(format):
+    return _size(format, error)
+
+
+def pack(format, *values):
+    return _pack(format, values, error)
+
+
+def unpack(format, buffer):
+    return _unpack(format, buffer, None, error)
+
+
+def unpack_from(format, buffer, offset=0):
+    return _unpack(format, buffer, offset, error)
+
+
+def pack_into(format, buffer, offset, *values):
+    data = _pack(format, values, error)
+    if offset < 0:
+        offset += len(buffer)
+    if offset < 0 or len(buffer) - offset < len(data):
+        raise error(f"pack_into requires a buffer of at least {offset + len(data)} bytes for packing {len(data)} bytes at offset {offset} (actual buffer size is {len(buffer)})")
+    buffer[offset:offset + len(data)] = data
+
+
+def iter_unpack(format, buffer):
+    size = calcsize(format)
+    if size == 0:
+        raise error("cannot iteratively unpack with a struct of length 0")
+    if len(buffer) % size:
+        raise error(f"iterative unpacking requires a buffer of a multiple of {size} bytes")
+    return (_unpack(format, buffer, offset, error) for offset in range(0, len(buffer), size))
+
+
+class Struct:
+    def __init__(self, format):
+        self.format = format
+        self.size = calcsize(format)
+
+    def pack(self, *values):
+        return _pack(self.format, values, error)
+
+    def unpack(self, buffer):
+        return _unpack(self.format, buffer, None, error)
+
+    def unpack_from(self, buffer, offset=0):
+        return _unpack(self.format, buffer, offset, error)
+
+    def pack_into(self, buffer, offset, *values):
+        pack_into(self.format, buffer, offset, *values)
+
+    def iter_unpack(self, buffer):
+        return iter_unpack(self.format, buffer)
+
+    def __repr__(self):
+        return f"Struct({self.format!r})"

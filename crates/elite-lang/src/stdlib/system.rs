@@ -1,0 +1,80 @@
+//! `_system`: what the host lets programs know and do beyond themselves.
+
+use super::define::Builder;
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::host::Access;
+use crate::value::{R, Value};
+
+pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+    module.functions(&[
+        ("require", "word what /", |ev, args| {
+            let access = access(ev, &args[0])?;
+            let what = ev.str(&args[1])?;
+            require(ev, access, &what).map(|()| Value::None)
+        }),
+        ("environment", "", |ev, _| {
+            require(ev, Access::Environment, "environment variables")?;
+            let entries = ev.core.host.environment();
+            Ok(Value::dict_of(
+                entries
+                    .into_iter()
+                    .map(|(name, value)| (name, Value::str(value))),
+            ))
+        }),
+        ("random_bytes", "count /", |ev, args| {
+            let Ok(count) = usize::try_from(ev.index(&args[0])?) else {
+                return Err(ev.value_error("negative argument not allowed"));
+            };
+            ev.check_allocation(count)?;
+            let bytes = (0..count)
+                .map(|_| ev.core.host.random_u64() as u8)
+                .collect();
+            Ok(Value::Bytes(std::rc::Rc::new(crate::value::Bytes::new(
+                bytes,
+            ))))
+        }),
+        ("modules", "", |ev, _| {
+            Ok(Value::Dict(ev.core.module_table.clone()))
+        }),
+        ("recursion_limit", "", |ev, _| {
+            Ok(Value::Int(i64::from(ev.core.limits.call_depth)))
+        }),
+        ("exception", "", |ev, _| {
+            Ok(ev.handled_exception().map_or(Value::None, Value::Instance))
+        }),
+        ("host_write", "text /", |ev, args| {
+            let text = ev.str(&args[0])?;
+            ev.core
+                .host
+                .print(crate::host::ThreadId(ev.core.thread.get()), &text);
+            Ok(Value::None)
+        }),
+    ]);
+    Ok(())
+}
+
+fn access(ev: &Evaluator<'_>, word: &Value) -> R<Access> {
+    let all = [
+        Access::Files,
+        Access::Processes,
+        Access::Environment,
+        Access::Network,
+    ];
+    let found = all
+        .into_iter()
+        .find(|access| word.as_str() == Some(access.word()));
+    found.ok_or_else(|| ev.value_error("no such permission"))
+}
+
+/// Raises `PermissionError` unless the host permits `access`.
+pub(super) fn require(ev: &Evaluator<'_>, access: Access, what: &str) -> R<()> {
+    if ev.core.host.permits(access) {
+        return Ok(());
+    }
+    let text = format!(
+        "scripts may not use {what}; start the controller with --allow {}",
+        access.word()
+    );
+    Err(ev.raise(ExceptionKind::PermissionError, text))
+}

@@ -1,0 +1,140 @@
+//! Manual chapter 2: interpreter mode as programs see it.
+//!
+//! `interpreter_mode()` executes the statements of port 30020 itself, in the scope of its caller, and waits when there
+//! are none. The queue, and what ports see of it, is `crate::interpreter`'s.
+
+use elite_lang::{ExceptionKind, Raised, Value};
+use motion_api::ThreadNumber;
+
+use super::call::Call;
+use super::declare::{Builtin, Category, Default, Kind, Parameter};
+use crate::interpreter::Next;
+use crate::message::Message;
+use crate::message::{InterpreterEvent, Severity};
+use crate::task::Wait;
+
+/// So many statements are executed before other threads, stop and pause have their turn. A statement that calls or
+/// loops passes safepoints of its own; this is for long runs of those that do not.
+const STATEMENTS_PER_TURN: u32 = 32;
+
+/// The builtins of this chapter.
+pub const BUILTINS: &[Builtin] = &[
+    Builtin {
+        name: "interpreter_mode",
+        section: "2.3",
+        category: Category::Interpreter,
+        summary: "Executes statements from port 30020, in the caller's scope, until end_interpreter(). Main thread only.",
+        params: &[
+            switch(
+                "clearQueueOnEnter",
+                "True: throw away what was queued before; False: execute it",
+            ),
+            switch(
+                "clearOnEnd",
+                "True: injected functions are removed at the end; False: they stay until the program ends",
+            ),
+        ],
+        returns: "nothing; returns after end_interpreter()",
+        waits: true,
+        run: Some(interpreter_mode),
+    },
+    Builtin {
+        name: "end_interpreter",
+        section: "2.4",
+        category: Category::Interpreter,
+        summary: "Leaves interpreter mode once the running statement has ended.",
+        params: &[],
+        returns: "nothing",
+        waits: false,
+        run: Some(end_interpreter),
+    },
+    Builtin {
+        name: "clear_interpreter",
+        section: "2.5",
+        category: Category::Interpreter,
+        summary: "Removes the injected functions.",
+        params: &[],
+        returns: "nothing",
+        waits: false,
+        run: Some(clear_interpreter),
+    },
+];
+
+const fn switch(name: &'static str, meaning: &'static str) -> Parameter {
+    Parameter {
+        name,
+        aliases: &[],
+        kind: Kind::Boolean,
+        default: Default::Boolean(true),
+        unit: "",
+        meaning,
+    }
+}
+
+fn interpreter_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let (clear_queue, clear_on_end) = (call.boolean(0)?, call.boolean(1)?);
+    let interpreter = call.context().interpreter();
+    if call.origin().thread != ThreadNumber(0) {
+        let text = "interpreter_mode() can only be called in the main thread";
+        return Err(call.error(ExceptionKind::RuntimeError, text));
+    }
+    if !interpreter.enter(clear_queue) {
+        let text = "interpreter_mode() cannot be called inside interpreter mode";
+        return Err(call.error(ExceptionKind::RuntimeError, text));
+    }
+    let observer = call.context().observer();
+    observer.interpreter(&InterpreterEvent::Entered);
+    let executed = execute_statements(call);
+    // The mode is over even when a statement failed or the task is being stopped.
+    interpreter.leave();
+    if clear_on_end {
+        clear(call);
+    }
+    observer.interpreter(&InterpreterEvent::Left);
+    executed?;
+    Ok(Value::None)
+}
+
+fn execute_statements(call: &mut Call<'_, '_>) -> Result<(), Raised> {
+    let (interpreter, observer) = (call.context().interpreter(), call.context().observer());
+    let mut executed = 0_u32;
+    loop {
+        match interpreter.next() {
+            Next::End => return Ok(()),
+            Next::Nothing => call.wait(Wait::Statement)?,
+            Next::Statement(id, statement) => {
+                let text = statement.file().text();
+                observer.interpreter(&InterpreterEvent::Executing { id: id.0, text });
+                let result = call.native().run_statement(&statement);
+                interpreter.finish();
+                result?;
+                executed += 1;
+                if executed.is_multiple_of(STATEMENTS_PER_TURN) {
+                    call.wait(Wait::Turn)?;
+                }
+            }
+        }
+    }
+}
+
+fn end_interpreter(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    if !call.context().interpreter().request_end() {
+        let origin = call.origin();
+        let text = "end_interpreter(): interpreter mode is not active, nothing ends";
+        let message = Message::log(Severity::Warning, origin, text);
+        call.context().observer().message(&message);
+    }
+    Ok(Value::None)
+}
+
+fn clear_interpreter(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    clear(call);
+    Ok(Value::None)
+}
+
+fn clear(call: &mut Call<'_, '_>) {
+    call.native().clear_statements();
+    let id = call.context().interpreter().cleared();
+    let event = InterpreterEvent::Cleared { id: id.0 };
+    call.context().observer().interpreter(&event);
+}

@@ -1,0 +1,421 @@
+//! TCP sockets for programs (`import socket`), on the task's own tokio runtime.
+//!
+//! No operation waits. A thread that has to is parked by the language; a small future per wait wakes it when the socket
+//! is ready. The scheduler asks [`Outside`] who waits for the outside world: meanwhile simulated time keeps wall pace.
+
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::io;
+use std::net::{IpAddr, Ipv4Addr, Shutdown, SocketAddr};
+use std::rc::{Rc, Weak};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use elite_lang::{HostSocket, Interest, ThreadId};
+use tokio::net::{TcpListener, TcpSocket, TcpStream};
+use tokio::sync::Notify;
+use tokio::task::AbortHandle;
+
+/// Most sockets a task may have open.
+const SOCKETS_MAX: usize = 32;
+
+/// Threads that wait for the outside world, and those it has woken. Shared with the futures of the waits.
+#[derive(Default)]
+pub(crate) struct Outside {
+    threads: Mutex<Threads>,
+    notify: Notify,
+}
+
+#[derive(Default)]
+struct Threads {
+    waiting: BTreeSet<ThreadId>,
+    woken: Vec<ThreadId>,
+}
+
+impl Outside {
+    fn threads(&self) -> MutexGuard<'_, Threads> {
+        self.threads.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn wake(&self, thread: ThreadId) {
+        let mut threads = self.threads();
+        if threads.waiting.remove(&thread) {
+            threads.woken.push(thread);
+            self.notify.notify_one();
+        }
+    }
+
+    /// Threads woken since the last call.
+    pub fn take_woken(&self) -> Vec<ThreadId> {
+        std::mem::take(&mut self.threads().woken)
+    }
+
+    /// The thread goes on, for whatever reason: it no longer waits.
+    pub fn forget(&self, thread: ThreadId) {
+        self.threads().waiting.remove(&thread);
+    }
+
+    /// Whether any thread waits for the outside world.
+    pub fn is_awaited(&self) -> bool {
+        !self.threads().waiting.is_empty()
+    }
+
+    /// Returns once a thread has been woken.
+    pub async fn woken(&self) {
+        self.notify.notified().await;
+    }
+}
+
+/// The sockets of one task.
+#[derive(Default)]
+pub(crate) struct Sockets {
+    outside: Arc<Outside>,
+    open: RefCell<Vec<Weak<Socket>>>,
+}
+
+impl Sockets {
+    /// Who waits for them.
+    pub fn outside(&self) -> &Arc<Outside> {
+        &self.outside
+    }
+
+    /// A new socket.
+    pub fn open(self: &Rc<Self>) -> io::Result<Rc<dyn HostSocket>> {
+        Ok(self.enter(State::New(TcpSocket::new_v4()?))?)
+    }
+
+    fn enter(self: &Rc<Self>, state: State) -> io::Result<Rc<Socket>> {
+        let mut open = self.open.borrow_mut();
+        open.retain(|socket| socket.upgrade().is_some_and(|socket| !socket.is_closed()));
+        if open.len() >= SOCKETS_MAX {
+            let text = format!("{SOCKETS_MAX} sockets are open already, more are not allowed");
+            return Err(io::Error::other(text));
+        }
+        let socket = Rc::new(Socket {
+            sockets: self.clone(),
+            state: RefCell::new(state),
+            waits: RefCell::default(),
+        });
+        open.push(Rc::downgrade(&socket));
+        Ok(socket)
+    }
+
+    /// The end of the task: what programs left open is closed.
+    pub fn close_all(&self) {
+        let open = std::mem::take(&mut *self.open.borrow_mut());
+        for socket in open.iter().filter_map(Weak::upgrade) {
+            socket.close();
+        }
+    }
+}
+
+/// One socket of a program.
+struct Socket {
+    sockets: Rc<Sockets>,
+    state: RefCell<State>,
+    /// Futures that will wake a thread, one for each.
+    waits: RefCell<Vec<(ThreadId, AbortHandle)>>,
+}
+
+enum State {
+    New(TcpSocket),
+    Connecting(Arc<Mutex<Pending<TcpStream>>>, AbortHandle),
+    Connected(Arc<TcpStream>),
+    Listening(
+        Arc<TcpListener>,
+        Arc<Mutex<Pending<(TcpStream, SocketAddr)>>>,
+    ),
+    Closed,
+}
+
+/// Something that a future is bringing about.
+struct Pending<T> {
+    result: Option<io::Result<T>>,
+    under_way: bool,
+    waiters: Vec<ThreadId>,
+}
+
+impl<T> Default for Pending<T> {
+    fn default() -> Self {
+        Pending {
+            result: None,
+            under_way: false,
+            waiters: Vec::new(),
+        }
+    }
+}
+
+fn lock<T>(pending: &Mutex<Pending<T>>) -> MutexGuard<'_, Pending<T>> {
+    pending.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn settle<T>(pending: &Mutex<Pending<T>>, result: io::Result<T>, outside: &Outside) {
+    let waiters = {
+        let mut pending = lock(pending);
+        pending.result = Some(result);
+        pending.under_way = false;
+        std::mem::take(&mut pending.waiters)
+    };
+    for thread in waiters {
+        outside.wake(thread);
+    }
+}
+
+impl Socket {
+    fn is_closed(&self) -> bool {
+        matches!(*self.state.borrow(), State::Closed)
+    }
+
+    fn stream(&self) -> io::Result<Arc<TcpStream>> {
+        match &*self.state.borrow() {
+            State::Connected(stream) => Ok(stream.clone()),
+            State::Closed => Err(io::Error::from_raw_os_error(EBADF)),
+            _ => Err(io::Error::from_raw_os_error(ENOTCONN)),
+        }
+    }
+}
+
+/// Linux error numbers of conditions that are found here rather than by the system.
+const EBADF: i32 = 9;
+const EINVAL: i32 = 22;
+const EISCONN: i32 = 106;
+const ENOTCONN: i32 = 107;
+
+/// The address of a name of this machine.
+fn own_address(host: &str, port: u16) -> io::Result<SocketAddr> {
+    let ip = match host {
+        "" | "0.0.0.0" => IpAddr::V4(Ipv4Addr::UNSPECIFIED),
+        "localhost" => IpAddr::V4(Ipv4Addr::LOCALHOST),
+        other => other.parse().map_err(|_| {
+            let text = format!("'{other}' is not an address of this machine");
+            io::Error::new(io::ErrorKind::AddrNotAvailable, text)
+        })?,
+    };
+    Ok(SocketAddr::new(ip, port))
+}
+
+impl HostSocket for Socket {
+    fn connect(&self, host: &str, port: u16) -> io::Result<()> {
+        let mut state = self.state.borrow_mut();
+        let bound = match &*state {
+            State::New(socket) => socket.local_addr().is_ok_and(|own| own.port() != 0),
+            State::Closed => return Err(io::Error::from_raw_os_error(EBADF)),
+            // Asked again after a timeout: the first attempt goes on.
+            State::Connecting(..) => return Ok(()),
+            _ => return Err(io::Error::from_raw_os_error(EISCONN)),
+        };
+        let State::New(socket) = std::mem::replace(&mut *state, State::Closed) else {
+            return Err(io::Error::from_raw_os_error(EBADF));
+        };
+        let pending = Arc::new(Mutex::new(Pending::default()));
+        let (slot, outside, host) = (
+            pending.clone(),
+            self.sockets.outside.clone(),
+            host.to_owned(),
+        );
+        let host = if host.is_empty() {
+            "localhost".to_owned()
+        } else {
+            host
+        };
+        let task = tokio::spawn(async move {
+            let result = if bound {
+                connect_from(socket, &host, port).await
+            } else {
+                TcpStream::connect((host.as_str(), port)).await
+            };
+            settle(&slot, result, &outside);
+        });
+        *state = State::Connecting(pending, task.abort_handle());
+        Ok(())
+    }
+
+    fn connected(&self) -> io::Result<()> {
+        let result = match &*self.state.borrow() {
+            State::Connecting(pending, _) => lock(pending).result.take(),
+            State::Connected(_) => return Ok(()),
+            _ => return Err(io::Error::from_raw_os_error(EBADF)),
+        };
+        match result {
+            None => Err(io::ErrorKind::WouldBlock.into()),
+            Some(Ok(stream)) => {
+                *self.state.borrow_mut() = State::Connected(Arc::new(stream));
+                Ok(())
+            }
+            Some(Err(error)) => {
+                *self.state.borrow_mut() = State::New(TcpSocket::new_v4()?);
+                Err(error)
+            }
+        }
+    }
+
+    fn bind(&self, host: &str, port: u16) -> io::Result<()> {
+        match &*self.state.borrow() {
+            State::New(socket) => {
+                socket.set_reuseaddr(true)?;
+                socket.bind(own_address(host, port)?)
+            }
+            State::Closed => Err(io::Error::from_raw_os_error(EBADF)),
+            _ => Err(io::Error::from_raw_os_error(EINVAL)),
+        }
+    }
+
+    fn listen(&self, backlog: u32) -> io::Result<()> {
+        let mut state = self.state.borrow_mut();
+        match std::mem::replace(&mut *state, State::Closed) {
+            State::New(socket) => {
+                if !socket.local_addr().is_ok_and(|own| own.port() != 0) {
+                    socket.bind(own_address("", 0)?)?;
+                }
+                let listener = socket.listen(backlog.max(1))?;
+                *state = State::Listening(Arc::new(listener), Arc::default());
+                Ok(())
+            }
+            other => {
+                let number = if matches!(other, State::Closed) {
+                    EBADF
+                } else {
+                    EINVAL
+                };
+                *state = other;
+                Err(io::Error::from_raw_os_error(number))
+            }
+        }
+    }
+
+    fn accept(&self) -> io::Result<(Rc<dyn HostSocket>, SocketAddr)> {
+        let result = match &*self.state.borrow() {
+            State::Listening(_, pending) => lock(pending).result.take(),
+            State::Closed => return Err(io::Error::from_raw_os_error(EBADF)),
+            _ => return Err(io::Error::from_raw_os_error(EINVAL)),
+        };
+        match result {
+            None => Err(io::ErrorKind::WouldBlock.into()),
+            Some(result) => {
+                let (stream, from) = result?;
+                let socket = self.sockets.enter(State::Connected(Arc::new(stream)))?;
+                Ok((socket, from))
+            }
+        }
+    }
+
+    fn read(&self, buffer: &mut [u8]) -> io::Result<usize> {
+        if buffer.is_empty() {
+            return Ok(0);
+        }
+        self.stream()?.try_read(buffer)
+    }
+
+    fn write(&self, data: &[u8]) -> io::Result<usize> {
+        if data.is_empty() {
+            return Ok(0);
+        }
+        self.stream()?.try_write(data)
+    }
+
+    fn shutdown(&self, how: Shutdown) -> io::Result<()> {
+        let stream = self.stream()?;
+        socket2::SockRef::from(&*stream).shutdown(how)
+    }
+
+    fn close(&self) {
+        let state = self.state.replace(State::Closed);
+        if let State::Connecting(_, task) = &state {
+            task.abort();
+        }
+        // Whoever waits finds it closed.
+        for (thread, wait) in self.waits.take() {
+            wait.abort();
+            self.sockets.outside.wake(thread);
+        }
+    }
+
+    fn set_nodelay(&self, on: bool) -> io::Result<()> {
+        match &*self.state.borrow() {
+            State::Connected(stream) => stream.set_nodelay(on),
+            State::New(socket) => socket.set_nodelay(on),
+            State::Connecting(..) | State::Listening(..) => Ok(()),
+            State::Closed => Err(io::Error::from_raw_os_error(EBADF)),
+        }
+    }
+
+    fn local_address(&self) -> io::Result<SocketAddr> {
+        match &*self.state.borrow() {
+            State::New(socket) => socket.local_addr(),
+            State::Connected(stream) => stream.local_addr(),
+            State::Listening(listener, _) => listener.local_addr(),
+            State::Connecting(..) => Err(io::Error::from_raw_os_error(ENOTCONN)),
+            State::Closed => Err(io::Error::from_raw_os_error(EBADF)),
+        }
+    }
+
+    fn peer_address(&self) -> io::Result<SocketAddr> {
+        self.stream()?.peer_addr()
+    }
+
+    fn watch(&self, thread: ThreadId, interest: Interest) {
+        let outside = self.sockets.outside.clone();
+        outside.threads().waiting.insert(thread);
+        let mut waits = self.waits.borrow_mut();
+        waits.retain(|(other, wait)| {
+            if *other == thread {
+                wait.abort();
+            }
+            *other != thread && !wait.is_finished()
+        });
+        let wait = match &*self.state.borrow() {
+            State::Connected(stream) => {
+                let stream = stream.clone();
+                tokio::spawn(async move {
+                    // An error shows in the operation that follows.
+                    let _ = match interest {
+                        Interest::Write => stream.writable().await,
+                        Interest::Read | Interest::Connect => stream.readable().await,
+                    };
+                    outside.wake(thread);
+                })
+            }
+            State::Connecting(pending, _) => {
+                let mut pending = lock(pending);
+                if pending.result.is_none() {
+                    pending.waiters.push(thread);
+                    return;
+                }
+                tokio::spawn(async move { outside.wake(thread) })
+            }
+            State::Listening(listener, pending) => {
+                let (listener, slot) = (listener.clone(), pending.clone());
+                let mut pending = lock(pending);
+                pending.waiters.push(thread);
+                if pending.under_way {
+                    return;
+                }
+                pending.under_way = true;
+                tokio::spawn(async move {
+                    let result = listener.accept().await;
+                    settle(&slot, result, &outside);
+                });
+                return;
+            }
+            State::New(_) | State::Closed => tokio::spawn(async move { outside.wake(thread) }),
+        };
+        waits.push((thread, wait.abort_handle()));
+    }
+}
+
+impl Drop for Socket {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+/// Connects a socket that has an address of its own.
+async fn connect_from(socket: TcpSocket, host: &str, port: u16) -> io::Result<TcpStream> {
+    let mut addresses = tokio::net::lookup_host((host, port)).await?;
+    match addresses.find(SocketAddr::is_ipv4) {
+        Some(address) => socket.connect(address).await,
+        None => Err(io::Error::new(
+            io::ErrorKind::NotFound,
+            format!("'{host}' has no IPv4 address"),
+        )),
+    }
+}

@@ -1,0 +1,159 @@
+//! What a task tells people while it runs: findings, errors, lines, global variables, and watchdogs that bite.
+
+use elite_lang::{Diagnostic, ScriptError, SourceFile};
+use motion_api::{Origin, Seconds, ThreadNumber};
+
+use super::scheduler::{Task, TaskEnd, Waiting};
+use crate::message::{Message, Severity};
+use crate::panel::{VARIABLE_PERIOD, VariableValue, WatchdogAction};
+use crate::value_text::repr_text;
+
+/// Longest value of the variable monitor, characters.
+const VALUE_CHARS_MAX: usize = 1000;
+
+impl Task {
+    pub(super) fn report_finding(&self, finding: &Diagnostic, file: &SourceFile, secondary: bool) {
+        let place = finding.fields(file);
+        let summary = format!("SyntaxError: {}", finding.message);
+        if secondary {
+            let origin = Origin {
+                program: self.context.program(),
+                line: place.line,
+                ..Origin::default()
+            };
+            return self.warn_of_secondary(origin, &summary);
+        }
+        let picture = elite_lang::render_human(finding, file, false);
+        self.settings.observer.message(&Message::ScriptError {
+            program: self.context.program(),
+            line: place.line,
+            column: place.column,
+            report: format!("{}\n{summary}", picture.trim_end()),
+            summary,
+        });
+    }
+
+    pub(super) fn report_script_error(&self, error: &ScriptError) {
+        self.settings.observer.message(&Message::ScriptError {
+            program: self.context.program(),
+            line: line_of(error),
+            column: error.place().map_or(1, |frame| frame.column),
+            summary: error.headline(),
+            report: elite_lang::render_script_error(error),
+        });
+    }
+
+    pub(super) fn report_secondary_error(&self, number: ThreadNumber, error: &ScriptError) {
+        let origin = Origin {
+            program: self.context.program(),
+            thread: number,
+            line: line_of(error),
+        };
+        self.warn_of_secondary(origin, &error.headline());
+    }
+
+    pub(super) fn warn_of_secondary(&self, origin: Origin, summary: &str) {
+        let message = Message::secondary_exception(origin, summary);
+        self.settings.observer.message(&message);
+    }
+
+    /// Tells the observer where a thread stands, at most once a cycle.
+    pub(super) fn report_line(&mut self, number: ThreadNumber) {
+        let cycle = self.settings.robot.state().cycle;
+        let Some(entry) = self.threads.get_mut(&number) else {
+            return;
+        };
+        let line = entry.script.current_line();
+        let (reported_cycle, reported_line) = entry.line_reported;
+        if line != reported_line && cycle != reported_cycle {
+            entry.line_reported = (cycle, line);
+            self.settings
+                .observer
+                .line_changed(self.context.program(), number, line);
+        }
+    }
+
+    /// Publishes the global variables that have changed; looks at them ten times a second of simulated time, and once
+    /// more at the end of the task.
+    pub(super) fn publish_variables(&mut self, at_the_end: bool) {
+        let state = self.settings.robot.state();
+        if self.global_names.is_empty() || (state.cycle < self.variables_due && !at_the_end) {
+            return;
+        }
+        let step = Seconds::new(state.step_time).unwrap_or_default();
+        let period = Seconds::new(VARIABLE_PERIOD).unwrap_or_default();
+        self.variables_due = state.cycle + period.cycles(step);
+        for name in &self.global_names {
+            let Some(value) = self.interpreter.global(name) else {
+                continue; // declared, not bound yet
+            };
+            let value = VariableValue {
+                type_name: value.type_name().to_string(),
+                value: repr_text(&value, VALUE_CHARS_MAX),
+            };
+            let is_news = self.settings.panel.with_variables(|variables| {
+                (at_the_end || variables.is_due(name, state.time))
+                    && variables.publish(name, &value, state.time)
+            });
+            if is_news {
+                let program = self.context.program();
+                let observer = &self.settings.observer;
+                observer.variable_changed(program, name, &value);
+            }
+        }
+    }
+
+    /// Inputs that are set too rarely (manual 9.5.6). A task that is held is not watched.
+    pub(super) fn look_at_watchdogs(&mut self) {
+        if self.paused {
+            return;
+        }
+        let state = self.settings.robot.state();
+        let panel = &self.settings.panel;
+        let bites = panel.with_watchdogs(|dogs| match dogs.is_empty() {
+            true => Vec::new(),
+            false => dogs.bites(state.time, state.step_time),
+        });
+        for (variable, action) in bites {
+            let (severity, what) = match action {
+                WatchdogAction::Ignore => (Severity::Warning, "nothing is done"),
+                WatchdogAction::Pause => (Severity::Warning, "the program is paused"),
+                WatchdogAction::Stop => (Severity::Error, "the program is stopped"),
+            };
+            let origin = Origin {
+                program: self.context.program(),
+                ..Origin::default()
+            };
+            let text = format!("RTSI watchdog: {variable} is not set often enough, {what}");
+            self.settings
+                .observer
+                .message(&Message::log(severity, origin, text));
+            match action {
+                WatchdogAction::Ignore => {}
+                WatchdogAction::Pause => self.pause(),
+                WatchdogAction::Stop => self.end = Some(TaskEnd::Stopped),
+            }
+        }
+    }
+
+    /// Ends secondary programs that wait too long for a lock.
+    pub(super) fn end_late_secondaries(&mut self) {
+        let now = self.settings.robot.state().time;
+        let late: Vec<ThreadNumber> = self
+            .threads
+            .iter()
+            .filter(|(_, e)| matches!(e.waiting, Some(Waiting::Parked { .. })))
+            .filter(|(_, e)| e.secondary.is_some_and(|bounds| now > bounds.until))
+            .map(|(number, _)| *number)
+            .collect();
+        for number in late {
+            let text = "TimeoutError: a secondary program has to be short, this one was ended after waiting for a second";
+            self.end_secondary(number, text);
+        }
+    }
+}
+
+/// Where the error was raised; line 1 for an error without a place.
+fn line_of(error: &ScriptError) -> u32 {
+    error.place().map_or(1, |frame| frame.line)
+}

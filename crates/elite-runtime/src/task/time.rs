@@ -1,0 +1,180 @@
+//! How a task waits: which waits are over, what makes time pass, and the end of everything that still moves.
+//!
+//! Under the virtual clock the task itself makes cycles pass, as fast as it can; while a thread waits for the outside
+//! world, or the task is held, one each step of wall time. Under the real clock it waits for what comes first.
+
+use std::time::Duration;
+
+use motion_api::{CommandId, CommandKind, MotionMode, RobotMode, ThreadNumber};
+use tokio::time::{Instant, sleep_until};
+
+use super::scheduler::{Task, TaskEnd, Waiting};
+use super::wait::Wait;
+
+/// Longest time to wait for the arm to stand after the end of a program, in simulated seconds.
+const SETTLE_TIME_MAX: f64 = 5.0;
+
+/// Below this joint speed (rad/s) the arm counts as standing.
+const STANDSTILL_SPEED: f64 = 1e-3;
+
+/// A virtual clock that fell behind wall time by more than this does not catch up.
+const LAG_MAX: Duration = Duration::from_millis(100);
+
+impl Task {
+    /// Readies every thread whose wait is over, in the order of their numbers.
+    pub(super) fn end_waits(&mut self) {
+        self.end_waits_that(|_| true);
+    }
+
+    /// The same for what people and other programs end, which needs no cycle to pass. True when there was one.
+    pub(super) fn end_outside_waits(&mut self) -> bool {
+        self.end_waits_that(Wait::is_on_the_outside)
+    }
+
+    fn end_waits_that(&mut self, concerned: impl Fn(Wait) -> bool) -> bool {
+        let over: Vec<ThreadNumber> = self
+            .threads
+            .iter()
+            .filter(|(_, entry)| entry.waiting.is_some_and(|w| self.is_over(w, &concerned)))
+            .map(|(number, _)| *number)
+            .collect();
+        for number in &over {
+            self.end_wait(*number);
+            self.ready.push_back(*number);
+        }
+        !over.is_empty()
+    }
+
+    fn is_over(&self, waiting: Waiting, concerned: impl Fn(Wait) -> bool) -> bool {
+        let robot = &self.settings.robot;
+        let wait = match waiting {
+            Waiting::Token(token) => self.context.wait_of(token),
+            Waiting::Parked { until } => {
+                let over = until.is_some_and(|time| robot.state().time >= time);
+                return over && concerned(Wait::Never);
+            }
+        };
+        concerned(wait)
+            && match wait {
+                Wait::Command(id) => robot.has_ended(id),
+                Wait::Cycle(wanted) => robot.state().cycle >= wanted,
+                Wait::Thread(other) => !self.threads.contains_key(&other),
+                Wait::Turn => true,
+                Wait::Popup(id) => !self.settings.panel.is_popup_open(id),
+                Wait::Statement => self.context.interpreter().has_next(),
+                Wait::Never => false,
+            }
+    }
+
+    /// Forgets what a thread waits for; gives back the wait's entry in the table.
+    pub(super) fn end_wait(&mut self, number: ThreadNumber) -> Option<Wait> {
+        let waiting = self.threads.get_mut(&number)?.waiting.take()?;
+        let Waiting::Token(token) = waiting else {
+            return None;
+        };
+        let wait = self.context.wait_of(token);
+        self.context.end_wait(token);
+        Some(wait)
+    }
+
+    fn waits_for_the_outside(&self) -> bool {
+        if self.host.sockets().outside().is_awaited() {
+            return true;
+        }
+        let mut waiting = self.threads.values().filter_map(|entry| entry.waiting);
+        waiting.any(|waiting| match waiting {
+            Waiting::Token(token) => self.context.wait_of(token).is_on_the_outside(),
+            Waiting::Parked { .. } => false,
+        })
+    }
+
+    /// One virtual cycle, or whatever comes first: a cycle, a control, news from outside.
+    pub(super) async fn let_time_pass(&mut self) {
+        if !self.settings.robot.timeline().is_virtual() || self.waits_for_the_outside() {
+            self.wait_at_wall_pace().await;
+        } else {
+            self.next_tick = None;
+            self.tick();
+        }
+    }
+
+    /// While the task is held: the arm decelerates as time passes, then time keeps wall pace, so that what ports ask of
+    /// the robot is still done.
+    pub(super) async fn hold(&mut self) {
+        let stands = self.settings.robot.state().target_qd.max_abs() == 0.0;
+        if stands {
+            self.wait_at_wall_pace().await;
+        } else {
+            self.let_time_pass().await;
+        }
+    }
+
+    fn tick(&self) {
+        let robot = &self.settings.robot;
+        if robot.timeline().advance() {
+            robot.pump();
+        }
+    }
+
+    async fn wait_at_wall_pace(&mut self) {
+        let robot = self.settings.robot.clone();
+        let news = self.settings.panel.news().clone();
+        let host = self.host.clone();
+        let is_virtual = robot.timeline().is_virtual();
+        let (now, step) = (
+            Instant::now(),
+            Duration::from_secs_f64(robot.state().step_time),
+        );
+        let due = match self.next_tick {
+            Some(due) if now < due + LAG_MAX => due,
+            _ => now + step,
+        };
+        self.next_tick = Some(due);
+        tokio::select! {
+            biased;
+            control = self.controls.recv() => match control {
+                Some(control) => self.take(control),
+                // The supervisor is gone: nobody could stop this task any more.
+                None => self.end = Some(TaskEnd::Stopped),
+            },
+            () = news.notified() => {}
+            () = host.sockets().outside().woken() => {}
+            () = sleep_until(due), if is_virtual => {
+                self.next_tick = Some(due + step);
+                self.tick();
+            }
+            () = robot.progress(), if !is_virtual => {}
+        }
+    }
+
+    /// Ends what still moves, within a bound, until the arm stands.
+    pub(super) async fn settle(&mut self) {
+        let robot = self.settings.robot.clone();
+        let started = robot.state();
+        if started.command_id != CommandId::NONE || started.motion_mode == MotionMode::Conveyor {
+            self.tell_robot(CommandKind::Stop {
+                only: CommandId::NONE,
+            });
+        }
+        if self.paused {
+            self.tell_robot(CommandKind::Resume);
+        }
+        let deadline = started.time + SETTLE_TIME_MAX;
+        // One cycle at least, so that commands the program sent last are taken and recorded.
+        let first = started.cycle + 1;
+        loop {
+            let state = robot.state();
+            let stands =
+                state.target_qd.max_abs() == 0.0 && state.actual_qd.max_abs() < STANDSTILL_SPEED;
+            let powered = state.robot_mode == RobotMode::Running;
+            if state.cycle > first && (!powered || stands) || state.time > deadline {
+                return;
+            }
+            if robot.timeline().advance() {
+                robot.pump();
+            } else {
+                robot.progress().await;
+            }
+        }
+    }
+}
