@@ -152,7 +152,7 @@ impl RobotState {
             step_duration_us: 0.0,
             wakeup_latency_us: 0.0,
             external_torque: JointTorques::ZERO,
-            joint_temperatures: [25.0; 6],
+            joint_temperatures: [32.0; 6],
             controller_temperature: 35.0,
             target_waypoint: RpyPose::default(),
             gravity: [0.0, 0.0, -9.81],

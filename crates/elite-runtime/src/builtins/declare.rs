@@ -265,6 +265,7 @@ impl Kind {
             Self::Checked(what) => what.into(),
             Self::Boolean => "bool".into(),
             Self::Frame => "list[6] float | str".into(),
+            Self::Text => "str".into(),
             Self::Printable | Self::Rest => "any".into(),
             Self::Function => "callable".into(),
             Self::Arguments => "tuple".into(),

@@ -38,7 +38,34 @@ impl Follower {
         let error = position - now.position;
         let slope = self.position_gain / self.speed_gain;
         let approach = braking_speed(error, slope, BRAKING_SHARE * axis.acceleration);
-        let wanted_speed = (speed + approach).clamp(-axis.speed, axis.speed);
+        self.towards(now, speed + approach, axis)
+    }
+
+    /// The same, but no faster than what still allows to stop at `newest`, which moves on with `newest_speed`: the last
+    /// that is known of a stream whose mean is followed.
+    pub fn acceleration_before(
+        &self,
+        now: &ScalarState,
+        (position, speed): (f64, f64),
+        (newest, newest_speed): (f64, f64),
+        axis: &Axis,
+    ) -> f64 {
+        let slope = self.position_gain / self.speed_gain;
+        let braking = BRAKING_SHARE * axis.acceleration;
+        let wanted = speed + braking_speed(position - now.position, slope, braking);
+        let way = newest - now.position;
+        let most = newest_speed + braking_speed(way, slope, braking);
+        let wanted = if way > 0.0 {
+            wanted.min(most)
+        } else {
+            wanted.max(most)
+        };
+        self.towards(now, wanted, axis)
+    }
+
+    /// The acceleration on the way to a speed.
+    fn towards(&self, now: &ScalarState, speed: f64, axis: &Axis) -> f64 {
+        let wanted_speed = speed.clamp(-axis.speed, axis.speed);
         let wanted_acceleration =
             (self.speed_gain / self.acceleration_gain) * (wanted_speed - now.speed);
         let jerk = self.acceleration_gain

@@ -2,6 +2,7 @@
 //!
 //! The points are joined by straight lines, each as long as its `t`; the mean over the look-ahead window smooths them;
 //! a tracking law whose bandwidth follows the gain makes the setpoints, pieces of constant jerk and so a cubic spline.
+//! The arm is never faster than what lets it stop at the newest point, which the mean has not reached yet.
 //! When the stream stops the reference stands at its last point and the arm comes to rest there. Nothing here needs the
 //! points to come evenly: a late one is a reference that stood still for a while.
 
@@ -19,6 +20,9 @@ pub const GAIN_RANGE: (f64, f64) = (100.0, 2000.0);
 
 /// Places of the longest window at the shortest step.
 const WINDOW_MAX: usize = (LOOKAHEAD_RANGE.1 / STEP_RANGE.0) as usize + 1;
+
+/// Cycles over which the speed of the newest points is taken.
+const RECENT: usize = 2;
 
 /// Bandwidth of the tracking law, rad/s, for a gain: a spring of stiffness proportional to the gain. 300 gives 35.
 fn bandwidth(gain: f64) -> f64 {
@@ -104,6 +108,7 @@ impl Servo {
         // The law leads to where the reference is now, so that both ends of the step belong together.
         let back = |cycles: usize| (self.newest + WINDOW_MAX - cycles) % WINDOW_MAX;
         let (newest, oldest) = (self.window[self.newest], self.window[back(self.length)]);
+        let recent = self.window[back(RECENT)];
         let mut mean = [0.0; 6];
         for cycle in 0..self.length {
             for (sum, value) in mean.iter_mut().zip(self.window[back(cycle)]) {
@@ -122,9 +127,13 @@ impl Servo {
             {
                 return ScalarState::at_rest(newest[joint]);
             }
-            let wanted = self
-                .law
-                .acceleration(&now[joint], mean[joint], speed, &arm.able[joint]);
+            let newest_speed = (newest[joint] - recent[joint]) / (RECENT as f64 * step);
+            let wanted = self.law.acceleration_before(
+                &now[joint],
+                (mean[joint], speed),
+                (newest[joint], newest_speed),
+                &arm.able[joint],
+            );
             arm.axes[joint].nearest_safe(&now[joint], wanted, step)
         });
         self.move_reference(time);
