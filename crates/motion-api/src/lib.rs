@@ -11,6 +11,7 @@ pub mod command;
 pub mod event;
 pub mod io;
 pub mod mode;
+pub mod online;
 pub mod registers;
 pub mod ring;
 pub mod snapshot;
@@ -25,6 +26,7 @@ pub use io::{
     ToolPin,
 };
 pub use mode::{MotionMode, RobotMode, SafetyMode};
+pub use online::{EncoderRange, FreedriveFrame, PulseDecoding};
 pub use registers::{RegisterBank, Registers};
 pub use ring::{
     BorderSizes, CommandPort, EventReader, MotionEnd, Record, RecordReader, RingFull, ScriptEnd,

@@ -93,6 +93,24 @@ state! {
         pub step_duration_us: f64,
         /// How late the motion thread woke up, µs; 0 under the virtual clock.
         pub wakeup_latency_us: f64,
+        /// What the joints carry beyond their own motion, as the collision observer sees it.
+        pub external_torque: JointTorques,
+        /// Temperatures of the joints, °C.
+        pub joint_temperatures: [f64; 6],
+        /// Temperature of the mainboard of the control box, °C.
+        pub controller_temperature: f64,
+        /// Where the motion under way leads: TCP pose; the commanded pose when there is none.
+        pub target_waypoint: RpyPose,
+        /// Free-fall acceleration in the base frame, m/s².
+        pub gravity: [f64; 3],
+        /// Counts of the two conveyor encoders, ticks.
+        pub encoder_counts: [f64; 2],
+        /// Ranges of the two encoders as numbers of [`EncoderRange`](crate::EncoderRange).
+        pub encoder_ranges: [u64; 2],
+        /// Collision detection is on.
+        pub collision_detection: bool,
+        /// Its sensitivity, 10 to 100 %.
+        pub collision_sensitivity: u64,
     }
 }
 
@@ -133,6 +151,15 @@ impl RobotState {
             records_lost: 0,
             step_duration_us: 0.0,
             wakeup_latency_us: 0.0,
+            external_torque: JointTorques::ZERO,
+            joint_temperatures: [32.0; 6],
+            controller_temperature: 35.0,
+            target_waypoint: RpyPose::default(),
+            gravity: [0.0, 0.0, -9.81],
+            encoder_counts: [0.0; 2],
+            encoder_ranges: [0; 2],
+            collision_detection: true,
+            collision_sensitivity: 50,
         }
     }
 

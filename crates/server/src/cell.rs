@@ -4,6 +4,7 @@
 //! is refused by name, never ignored. Whether limits suit the arm is checked with the arm. Poses are
 //! `[x, y, z, Rx, Ry, Rz]` in the base frame, m and rad.
 
+mod act;
 mod check;
 pub mod point;
 pub mod schema;
@@ -13,12 +14,16 @@ use std::path::{Path, PathBuf};
 use io_bus::Fieldbus;
 use io_bus::modbus::{DeviceAddress, SignalKind, SignalSpec};
 use io_bus::serial::{Endpoint, SerialLine};
+use kinematics::SafetyBounds;
+use kinematics::safety::SafetySettingError;
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
-use motion::{IoSetup, LimitOverrides, TimedInput, WireSetup};
+use motion::external::Load;
+use motion::modes::encoder::Belt;
+use motion::{InputPair, IoSetup, LimitOverrides, SafetyInputs, TimedInput, WireSetup};
 use thiserror::Error;
 
 use crate::config::line_of;
-use schema::{PointValue, Sensor, SerialPort, Tables};
+use schema::{ActiveLevel, PointValue, SafetyFunction, Sensor, SerialPort, Tables};
 
 /// Why there is no cell. Each is one sentence and ends the program with exit status 2.
 #[derive(Debug, Error)]
@@ -64,6 +69,14 @@ pub enum CellError {
         /// Why.
         reason: String,
     },
+    /// A safety setting that cannot be used.
+    #[error("{}: {source}", path.display())]
+    Safety {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        source: SafetySettingError,
+    },
     /// Tables that this version cannot simulate.
     #[error("{}: {} not available yet; leave {} out", path.display(), list(tables), if tables.len() == 1 { "it" } else { "them" })]
     NotAvailable {
@@ -83,6 +96,7 @@ fn list(tables: &[&str]) -> String {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
     tables: Tables,
+    safety: SafetyBounds,
     text: String,
 }
 
@@ -106,7 +120,15 @@ impl Cell {
     pub fn from_text(text: String, path: &Path) -> Result<Self, CellError> {
         let tables = parse(&text, path)?;
         check_available(&tables, path)?;
-        Ok(Self { tables, text })
+        let safety = act::safety_bounds(&tables).map_err(|source| CellError::Safety {
+            path: path.to_owned(),
+            source,
+        })?;
+        Ok(Self {
+            safety,
+            tables,
+            text,
+        })
     }
 
     /// Every table of the file.
@@ -138,6 +160,25 @@ impl Cell {
             wires: wires.collect(),
             inputs: inputs.collect(),
         }
+    }
+
+    /// `[[safety_input]]`.
+    pub fn safety_inputs(&self) -> SafetyInputs {
+        let mut inputs = SafetyInputs::default();
+        for input in &self.tables.safety_input {
+            let pair = InputPair {
+                pair: input.pair,
+                is_active_low: input.active == ActiveLevel::Low,
+            };
+            let slot = match input.function {
+                SafetyFunction::EmergencyStop => &mut inputs.emergency_stop,
+                SafetyFunction::SafeguardStop => &mut inputs.safeguard_stop,
+                SafetyFunction::SafeguardReset => &mut inputs.safeguard_reset,
+                SafetyFunction::ReducedMode => &mut inputs.reduced_mode,
+            };
+            *slot = Some(pair);
+        }
+        inputs
     }
 
     /// The devices behind `[[serial]]` and the signals of `[[modbus]]`.
@@ -187,6 +228,21 @@ impl Cell {
         Ok(fieldbus)
     }
 
+    /// `[[safety_plane]]` and the tool they hold back.
+    pub const fn safety_bounds(&self) -> &SafetyBounds {
+        &self.safety
+    }
+
+    /// `[[conveyor]]`: what turns the two encoders.
+    pub fn belts(&self) -> [Option<Belt>; 2] {
+        act::belts(&self.tables.conveyor)
+    }
+
+    /// `[[wrench]]`: loads on the tool by time.
+    pub fn loads(&self) -> Vec<Load> {
+        act::loads(&self.tables.wrench)
+    }
+
     /// `[limits]`, for the cycle to check against the model's own.
     pub fn limits(&self) -> LimitOverrides {
         let limits = &self.tables.limits;
@@ -219,11 +275,7 @@ fn parse(text: &str, path: &Path) -> Result<Tables, CellError> {
 fn check_available(tables: &Tables, path: &Path) -> Result<(), CellError> {
     let used = [
         ("[[obstacle]]", !tables.obstacle.is_empty()),
-        ("[tool]", tables.tool.is_some()),
-        ("[[safety_plane]]", !tables.safety_plane.is_empty()),
         ("[sensor]", tables.sensor != Sensor::default()),
-        ("[[wrench]]", !tables.wrench.is_empty()),
-        ("[[conveyor]]", !tables.conveyor.is_empty()),
         ("tcp_force in [limits]", tables.limits.tcp_force.is_some()),
     ];
     let tables: Vec<_> = used

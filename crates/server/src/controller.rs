@@ -125,6 +125,9 @@ impl Controller {
             ..BorderSizes::default()
         };
         let (motion_end, mut script_end) = border(sizes, &first);
+        let registers = script_end.registers.clone();
+        let safety = cycle_config.safety;
+        let model = Arc::new(cycle_config.limited_model()?);
         let cycle = Cycle::new(cycle_config, motion_end)?;
 
         let alarm = RecordingAlarm::default();
@@ -158,7 +161,6 @@ impl Controller {
             })?,
             None => InterpreterLog::default(),
         };
-        let model = Arc::new(loaded.model);
         let feed = Arc::new(Feed::new(model.clone()));
         let log = interpreter_log.clone();
         let announcer = Arc::new(Announcer::new(handle, snapshot, console, log, feed.clone()));
@@ -166,12 +168,8 @@ impl Controller {
 
         let (pump, robot_for_pump) = Pump::start()?;
         let (clock, timeline) = start_clock(config.clock, console, cycle, pump.thread())?;
-        let robot = Arc::new(Robot::new(
-            model,
-            script_end.into(),
-            timeline,
-            announcer.clone(),
-        ));
+        let robot = Robot::new(model, script_end.into(), timeline, announcer.clone());
+        let robot = Arc::new(robot.with_safety_bounds(safety));
         // The pump waits for exactly this; it cannot have ended before.
         let _ = robot_for_pump.send(Arc::clone(&robot));
         let fieldbus = Arc::new(
@@ -192,7 +190,7 @@ impl Controller {
             permissions: permissions(config),
         };
         let supervisor = Supervisor::new(settings);
-        feed.follow(supervisor.watch());
+        feed.follow(supervisor.watch(), registers);
         Ok(Self {
             robot,
             fieldbus,

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use ::kinematics::{JointPositions, RpyPose};
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
-use motion_api::{CommandId, CommandKind, Origin, Outcome};
+use motion_api::{CommandId, CommandKind, FreedriveFrame, Origin, Outcome, Refusal};
 
 use super::declare::{Builtin, Default, Kind, Parameter, Range, alternatives};
 use crate::message::{Message, SCRIPT_ALARM_CODE, Severity};
@@ -444,6 +444,43 @@ impl<'a, 'n> Call<'a, 'n> {
         }
     }
 
+    /// A number inside a range, or the nearest end of the range with a warning, once a task.
+    pub fn clamped(&mut self, index: usize, (min, max): (f64, f64)) -> Result<f64, Raised> {
+        let given = self.number(index)?;
+        if (min..=max).contains(&given) {
+            return Ok(given);
+        }
+        let used = given.clamp(min, max);
+        let place = self.place(index);
+        if self.context.warns_first(&place) {
+            let text = format!("{place} is {given}, allowed are {min} to {max}; {used} is used");
+            let origin = self.origin();
+            self.context
+                .observer()
+                .message(&Message::log(Severity::Warning, origin, text));
+        }
+        Ok(used)
+    }
+
+    /// A frame of the manual: `"base"`, `"tool"` or a pose relative to the base.
+    pub fn frame(&mut self, index: usize) -> Result<FreedriveFrame, Raised> {
+        let Some(value) = self.given(index).cloned() else {
+            return Ok(FreedriveFrame::Base);
+        };
+        match value.as_str().map(str::to_owned).as_deref() {
+            Some("base") => Ok(FreedriveFrame::Base),
+            Some("tool") => Ok(FreedriveFrame::Tool),
+            Some(other) => {
+                let text = format!(
+                    "{} must be \"base\", \"tool\" or a pose, got {other:?}",
+                    self.place(index)
+                );
+                Err(self.error(ExceptionKind::ValueError, text))
+            }
+            None => self.pose(index).map(FreedriveFrame::Pose),
+        }
+    }
+
     /// Suspends the script thread until `wait` is over.
     pub(crate) fn wait(&mut self, wait: Wait) -> Result<(), Raised> {
         let token = self.context.register_wait(wait);
@@ -518,6 +555,10 @@ impl<'a, 'n> Call<'a, 'n> {
             Some(Outcome::Done) | None => Ok(()),
             // The motion was ended by somebody else's stop; the program goes on after the call.
             Some(Outcome::Aborted) => Ok(()),
+            Some(Outcome::Refused(refusal @ Refusal::BadValue { .. })) => {
+                let text = format!("{}(): {refusal}", self.builtin.name);
+                Err(self.error(ExceptionKind::ValueError, text))
+            }
             Some(Outcome::Refused(refusal)) => {
                 let text = format!("{}(): {refusal}", self.builtin.name);
                 Err(self.error(ExceptionKind::RuntimeError, text))

@@ -104,6 +104,25 @@ pub struct Parameter {
     pub meaning: &'static str,
 }
 
+impl Parameter {
+    /// A parameter that must be given and has one name.
+    pub const fn new(
+        name: &'static str,
+        kind: Kind,
+        unit: &'static str,
+        meaning: &'static str,
+    ) -> Self {
+        Self {
+            name,
+            aliases: &[],
+            kind,
+            default: Default::Required,
+            unit,
+            meaning,
+        }
+    }
+}
+
 /// What a parameter accepts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
@@ -137,6 +156,8 @@ pub enum Kind {
     Word(&'static [&'static str]),
     /// A value that the builtin checks itself; the text says what it takes.
     Checked(&'static str),
+    /// A pose relative to the base, `"base"` or `"tool"`.
+    Frame,
     /// Any value, shown with `str()`.
     Printable,
     /// A function.
@@ -212,6 +233,8 @@ pub enum Default {
     Boolean(bool),
     /// This text.
     Text(&'static str),
+    /// As many ones as the parameter has entries.
+    Ones,
     /// As many zeros as the parameter has numbers.
     Zeros,
     /// The empty text.
@@ -241,6 +264,7 @@ impl Kind {
             Self::Word(_) => "str".into(),
             Self::Checked(what) => what.into(),
             Self::Boolean => "bool".into(),
+            Self::Frame => "list[6] float | str".into(),
             Self::Text => "str".into(),
             Self::Printable | Self::Rest => "any".into(),
             Self::Function => "callable".into(),
@@ -309,6 +333,14 @@ impl fmt::Display for Parameter {
             Default::Number(x) => write!(f, "={x}"),
             Default::Integer(n) => write!(f, "={n}"),
             Default::Text(text) => write!(f, "='{text}'"),
+            Default::Ones => {
+                let n = if let Kind::Booleans(Some(n)) = self.kind {
+                    n
+                } else {
+                    6
+                };
+                write!(f, "=[{}]", vec!["1"; n].join(","))
+            }
             Default::None => f.write_str("=None"),
             Default::Boolean(b) => f.write_str(if b { "=True" } else { "=False" }),
             Default::Zeros => {

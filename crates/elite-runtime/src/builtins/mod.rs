@@ -4,6 +4,7 @@
 //! thread until the command has ended; getters read the latest snapshot and never wait.
 
 mod call;
+mod conveyor;
 pub mod declare;
 mod hints;
 mod interpreter;
@@ -17,6 +18,8 @@ mod registers;
 mod rpc;
 mod serial;
 mod socket;
+mod servo;
+mod state;
 mod system;
 mod text;
 mod thread;
@@ -35,6 +38,9 @@ use declare::{Builtin, Default, Kind};
 pub fn all() -> impl Iterator<Item = &'static Builtin> {
     [
         motion::BUILTINS,
+        servo::BUILTINS,
+        state::BUILTINS,
+        conveyor::BUILTINS,
         kinematics::BUILTINS,
         math::BUILTINS,
         io::BUILTINS,

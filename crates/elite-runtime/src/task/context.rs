@@ -54,6 +54,7 @@ pub(crate) struct TaskContext {
     threads: RefCell<Threads>,
     running: Cell<Running>,
     end: Cell<Option<TaskEnd>>,
+    warned: RefCell<BTreeSet<String>>,
 }
 
 /// The thread that is being resumed right now.
@@ -108,6 +109,7 @@ impl TaskContext {
             threads: RefCell::default(),
             running: Cell::default(),
             end: Cell::default(),
+            warned: RefCell::default(),
         })
     }
 
@@ -200,6 +202,11 @@ impl TaskContext {
     /// What [`end_task`](Self::end_task) asked for.
     pub fn take_end(&self) -> Option<TaskEnd> {
         self.end.take()
+    }
+
+    /// True the first time `what` is warned of in this task.
+    pub fn warns_first(&self, what: &str) -> bool {
+        self.warned.borrow_mut().insert(what.to_owned())
     }
 
     pub fn register_wait(&self, wait: Wait) -> WaitToken {

@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use motion_api::{CommandId, CommandKind, RobotMode, ThreadNumber};
+use motion_api::{CommandId, CommandKind, MotionMode, RobotMode, ThreadNumber};
 use tokio::time::{Instant, sleep_until};
 
 use super::scheduler::{Task, TaskEnd, Waiting};
@@ -157,7 +157,7 @@ impl Task {
     pub(super) async fn settle(&mut self) {
         let robot = self.settings.robot.clone();
         let started = robot.state();
-        if started.command_id != CommandId::NONE {
+        if started.command_id != CommandId::NONE || started.motion_mode == MotionMode::Conveyor {
             self.tell_robot(CommandKind::Stop {
                 only: CommandId::NONE,
             });

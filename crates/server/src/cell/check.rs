@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use motion::InputPair;
+
 use super::point::{Direction, Point};
 use super::schema::{Conveyor, ModbusSignal, PointValue, Shape, Size, Tables};
 
@@ -162,7 +164,14 @@ pub(super) fn values(cell: &Tables) -> Checked {
         table.finite("wrench", &load.wrench)?;
     }
     for (index, belt) in cell.conveyor.iter().enumerate() {
-        conveyor(&Table::numbered("conveyor", index), belt)?;
+        let table = Table::numbered("conveyor", index);
+        conveyor(&table, belt)?;
+        if cell.conveyor[..index]
+            .iter()
+            .any(|other| other.encoder == belt.encoder)
+        {
+            return Err(table.wrong("encoder", belt.encoder, "one conveyor turns an encoder"));
+        }
     }
     for (index, wire) in cell.wire.iter().enumerate() {
         let table = Table::numbered("wire", index);
@@ -203,6 +212,22 @@ pub(super) fn values(cell: &Tables) -> Checked {
             }
             (false, PointValue::Level(level)) => {
                 return Err(table.wrong("value", level, format!("{} takes a number", input.set)));
+            }
+        }
+    }
+    for (index, input) in cell.safety_input.iter().enumerate() {
+        let table = Table::numbered("safety_input", index);
+        if input.pair >= InputPair::COUNT {
+            return Err(table.wrong("pair", input.pair, "allowed are 0 to 3"));
+        }
+        for other in &cell.safety_input[..index] {
+            if other.function == input.function {
+                let name = input.function.name();
+                return Err(table.wrong("function", name, "a function has one pair of inputs"));
+            }
+            if other.pair == input.pair {
+                let allowed = format!("this pair asks for {} already", other.function.name());
+                return Err(table.wrong("pair", input.pair, allowed));
             }
         }
     }
