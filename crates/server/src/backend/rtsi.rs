@@ -23,7 +23,12 @@ impl Controller for Backend {
         self.feed.subscribe()
     }
 
-    fn apply(&self, _client: ClientId, changes: &[Change], _written: &[Input]) {
+    fn apply(&self, _client: ClientId, changes: &[Change], written: &[Input]) {
+        let now = self.robot.state().time;
+        for input in written {
+            let panel = self.supervisor.panel();
+            panel.rtsi_input_was_set(&input.name(), now);
+        }
         for change in changes {
             match *change {
                 Change::SpeedFraction(fraction) => {
