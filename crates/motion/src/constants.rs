@@ -114,6 +114,9 @@ pub const SERVO_SETTLED: f64 = 1e-10;
 /// Acceleration with which online modes come to rest when they are stopped, rad/s² of the leading joint or m/s².
 pub const STOP_ACCELERATION: f64 = 5.0;
 
+/// Share of joint speeds, accelerations and jerks that planned motions may use while a conveyor is tracked.
+pub const SHARE_ON_BELT: f64 = 0.6;
+
 /// Strongest gravity that is taken, m/s².
 pub const GRAVITY_MAX: f64 = 30.0;
 

@@ -13,7 +13,7 @@ use rtrb::Consumer;
 use crate::brake::JointBrake;
 use crate::collision::{CollisionDetection, torques_of};
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
-use crate::constants::{RESTING_SPEED, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
+use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
 use crate::external::External;
 use crate::machine::Machine;
 use crate::modes::conveyor::Tracking;
@@ -59,6 +59,8 @@ pub(crate) enum Generator {
 pub struct Cycle {
     pub(crate) model: RobotModel,
     pub(crate) limits: MotionLimits,
+    /// What planned motions may use while a belt uses the rest.
+    pub(crate) limits_on_belt: MotionLimits,
     pub(crate) step: f64,
     pub(crate) gravity: Vector3<f64>,
 
@@ -122,6 +124,7 @@ impl Cycle {
         let actual = plant.stand(&dynamics);
         let is_powered = machine.robot_mode() != RobotMode::PowerOff;
         let mut cycle = Self {
+            limits_on_belt: limits.shared(SHARE_ON_BELT),
             deferred: None,
             tracking: None,
             encoders: config.belts.map(Encoder::new),
@@ -348,6 +351,15 @@ impl Cycle {
             plane: plane as u8,
             depth: depth_m,
         })
+    }
+
+    /// The limits that motions are planned with now.
+    pub(crate) fn planning_limits(&self) -> &MotionLimits {
+        if self.tracking.is_some() {
+            &self.limits_on_belt
+        } else {
+            &self.limits
+        }
     }
 
     /// The speed fraction in effect: 0 while paused.

@@ -40,6 +40,10 @@ pub struct Freedrive {
 }
 
 #[derive(Clone, Copy, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "lives in place for the life of the controller; the cycle must not allocate"
+)]
 enum Motion {
     /// All axes free.
     Joints,

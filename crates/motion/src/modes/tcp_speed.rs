@@ -296,7 +296,14 @@ impl TcpSpeed {
         let rate = (0..6).fold(f64::INFINITY, |least, joint| {
             least.min(arm.axes[joint].acceleration / qd[joint].abs())
         });
-        [linear, angular].map(|part| (BRAKING_SHARE * rate * part).min(BRAKING_MAX).max(1e-3))
+        [linear, angular].map(|part| {
+            // A part that stands can stop at any rate.
+            if part > 0.0 {
+                (BRAKING_SHARE * rate * part).clamp(1e-3, BRAKING_MAX)
+            } else {
+                BRAKING_MAX
+            }
+        })
     }
 
     /// Whether the TCP comes to rest from `next` with every joint within its limits.
