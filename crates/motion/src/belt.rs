@@ -7,7 +7,7 @@ use kinematics::{Pose, RpyPose};
 use motion_api::{CommandId, EncoderRange, PulseDecoding, Refusal, StopReason};
 use nalgebra::{Unit, Vector3};
 
-use crate::constants::SLOWEST;
+use crate::constants::{SHARE_OF_BELT, SHARE_ON_BELT, SLOWEST};
 use crate::cycle::{Cycle, Generator};
 use crate::intake::{Answer, Ending, bad_value};
 use crate::modes::conveyor::{Route, Tracking};
@@ -101,6 +101,19 @@ impl Cycle {
             return Ok(*nominal);
         };
         let belt = self.encoders[tracking.encoder].position();
+        let tcp = (self.target_frames.base_from_flange * self.flange_from_tcp).translation;
+        let unit = tracking.unit_twist(tcp).to_vector();
+        if let Some(rate) = self.target_frames.jacobian(tcp).lu().solve(&unit) {
+            let able = (0..6).fold(f64::INFINITY, |least, joint| {
+                least.min(self.limits.acceleration[joint] / rate[joint].abs())
+            });
+            // While the arm does nothing else the belt may use what motions would need.
+            let share = match self.generator {
+                Generator::Hold => SHARE_OF_BELT + SHARE_ON_BELT,
+                _ => SHARE_OF_BELT,
+            };
+            tracking.limit(share * able);
+        }
         tracking.advance(belt, self.step);
         tracking
             .carry(nominal, &self.commanded, &self.model, &self.flange_from_tcp)
