@@ -29,6 +29,7 @@ use crate::constants::{
     LEAST_TORQUE_SHARE, PEAK_TORQUE_FACTOR, PLANNED_TORQUE_SHARE, STOP_ACCELERATION,
 };
 use crate::scalar::ScalarState;
+use crate::scalar::ramp::natural_speed;
 use crate::setpoint::{Setpoint, elbow_speed};
 use axis::Axis;
 use freedrive::Freedrive;
@@ -37,7 +38,9 @@ use servo::Servo;
 use tcp_speed::{TcpArm, TcpSpeed};
 
 /// Share of the speed limits of TCP and elbow that joint modes use: they turn into new directions without looking ahead.
-const POINT_SHARE: f64 = 0.93;
+/// A stream that throws the arm from one direction into another at the limit can still exceed it by a percent; that is a
+/// protective stop.
+const POINT_SHARE: f64 = 0.9;
 
 /// What an online mode sees of the arm in one cycle.
 pub(crate) struct OnlineArm<'a> {
@@ -120,6 +123,29 @@ impl<'a> OnlineArm<'a> {
     pub(crate) fn point_factor(&self, qd: &JointSpeeds) -> f64 {
         self.points
             .map_or(f64::INFINITY, |points| points.factor(qd))
+    }
+
+    /// `next`, unless TCP or elbow would become too fast even if every acceleration ended as soon as it can: then all
+    /// joints slow down alike.
+    pub(crate) fn guarded(
+        &self,
+        now: &[ScalarState; 6],
+        next: [ScalarState; 6],
+    ) -> [ScalarState; 6] {
+        let coming: [f64; 6] = core::array::from_fn(|joint| {
+            let state = &next[joint];
+            natural_speed(state.speed, state.acceleration, self.axes[joint].jerk)
+        });
+        let factor = self.point_factor(&JointSpeeds(coming));
+        if factor >= 1.0 {
+            return next;
+        }
+        core::array::from_fn(|joint| {
+            let (axis, now) = (&self.axes[joint], &now[joint]);
+            let slower =
+                self.able[joint].towards_speed(now, now.speed * factor * factor, self.step);
+            axis.restrain(now, &slower, self.step).0
+        })
     }
 
     pub(crate) fn tcp(&self) -> TcpArm<'_> {
@@ -277,10 +303,12 @@ impl Online {
         let (setpoint, is_reached) = match &mut self.kind {
             Kind::Servo(servo) => {
                 let next = servo.next(&now, arm, arm.step * fraction);
+                let next = arm.guarded(&now, next);
                 (setpoint(&next), false)
             }
             Kind::JointSpeed(joints) => {
                 let (next, limited) = joints.next(&now, arm, fraction);
+                let next = arm.guarded(&now, next);
                 held = limited;
                 (
                     setpoint(&next),
