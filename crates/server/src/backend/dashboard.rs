@@ -3,6 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use elite_runtime::message::{Message, Observer, Severity};
+use elite_runtime::panel::Popup;
 use elite_runtime::{ProgramText, TaskState};
 use kinematics::{Payload, RpyPose};
 use motion_api::{CommandKind, Origin, RobotState};
@@ -21,7 +22,6 @@ const DEFAULT_CONFIGURATION: &str = "default.configuration";
 pub(super) struct Loaded {
     task: Option<String>,
     configuration: Option<String>,
-    popup: Option<String>,
 }
 
 /// A configuration file: TOML, our own; the vendor's format is not known. What is missing stays as it is.
@@ -80,9 +80,14 @@ impl Dashboard for Backend {
             }
             Order::ShowPopup(text) => {
                 tracing::info!("popup: {text}");
-                locked(&self.loaded).popup = Some(text);
+                self.supervisor.panel().open_popup(Popup {
+                    title: "Popup".to_owned(),
+                    text,
+                    ..Popup::default()
+                });
             }
-            Order::ClosePopup => locked(&self.loaded).popup = None,
+            // Also one that a program waits for: that is how it is answered.
+            Order::ClosePopup => drop(self.supervisor.panel().close_newest_popup()),
             // No dialog is ever open: what it would say is in the log and on port 30001.
             Order::CloseSafetyDialog => {}
             Order::Pause => self.supervisor.pause(),
