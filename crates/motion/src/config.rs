@@ -183,6 +183,16 @@ pub struct MotionLimits {
 }
 
 impl MotionLimits {
+    /// The same ranges with a share of the joint speeds, accelerations and jerks.
+    pub(crate) fn shared(&self, share: f64) -> Self {
+        Self {
+            speed: self.speed.map(|x| x * share),
+            acceleration: self.acceleration.map(|x| x * share),
+            jerk: self.jerk.map(|x| x * share),
+            ..*self
+        }
+    }
+
     /// The arm's limits with these in place of its own.
     pub(crate) fn narrowed(&self, own: &JointLimits) -> JointLimits {
         JointLimits {

@@ -120,6 +120,11 @@ pub const SERVO_SETTLED: f64 = 1e-10;
 /// Acceleration with which online modes come to rest when they are stopped, rad/s² of the leading joint or m/s².
 pub const STOP_ACCELERATION: f64 = 5.0;
 
+/// Share of joint speeds, accelerations and jerks that planned motions may use while a conveyor is tracked.
+pub const SHARE_ON_BELT: f64 = 0.6;
+/// Share of the joint accelerations that changes of the belt's own motion may use.
+pub const SHARE_OF_BELT: f64 = 0.3;
+
 /// Strongest gravity that is taken, m/s².
 pub const GRAVITY_MAX: f64 = 30.0;
 
@@ -145,5 +150,6 @@ const _: () = assert!(SERVO_STEP <= STEP_RANGE.0);
 const _: () = assert!(LINE_INTERVALS.is_multiple_of(LINE_PARTS));
 const _: () = assert!(LINE_PLACES_PER_CYCLE >= 2 * LINE_INTERVALS);
 const _: () = assert!(LINE_PARTS <= crate::scalar::course::MAX_STRETCHES);
+const _: () = assert!(SHARE_ON_BELT + SHARE_OF_BELT < 1.0);
 // A command's own end must fit beside everything it may cause.
 const _: () = assert!(EVENTS_PER_COMMAND > EVENT_RESERVE);

@@ -13,7 +13,7 @@ use rtrb::Consumer;
 use crate::brake::JointBrake;
 use crate::collision::{CollisionDetection, torques_of};
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
-use crate::constants::{RESTING_SPEED, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
+use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
 use crate::external::External;
 use crate::io::Io;
 use crate::machine::Machine;
@@ -61,6 +61,8 @@ pub(crate) enum Generator {
 pub struct Cycle {
     pub(crate) model: RobotModel,
     pub(crate) limits: MotionLimits,
+    /// What planned motions may use while a belt uses the rest.
+    pub(crate) limits_on_belt: MotionLimits,
     pub(crate) step: f64,
     pub(crate) gravity: Vector3<f64>,
 
@@ -125,6 +127,7 @@ impl Cycle {
         let actual = plant.stand(&dynamics);
         let is_powered = machine.robot_mode() != RobotMode::PowerOff;
         let mut cycle = Self {
+            limits_on_belt: limits.shared(SHARE_ON_BELT),
             deferred: None,
             tracking: None,
             encoders: config.belts.map(Encoder::new),
@@ -355,6 +358,15 @@ impl Cycle {
             plane: plane as u8,
             depth: depth_m,
         })
+    }
+
+    /// The limits that motions are planned with now.
+    pub(crate) fn planning_limits(&self) -> &MotionLimits {
+        if self.tracking.is_some() {
+            &self.limits_on_belt
+        } else {
+            &self.limits
+        }
     }
 
     /// A pause or a safeguard stop holds the arm on its path.

@@ -244,7 +244,7 @@ impl Cycle {
         Arm {
             model: &self.model,
             flange_from_tcp: &self.flange_from_tcp,
-            limits: &self.limits,
+            limits: self.planning_limits(),
             dynamics: &self.dynamics,
         }
     }

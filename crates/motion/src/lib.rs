@@ -28,6 +28,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod belt;
 pub mod brake;
 pub mod collision;
 pub mod config;

@@ -303,3 +303,27 @@ fn a_plane_bound_to_inputs_counts_while_both_are_high() {
         Outcome::Refused(Refusal::SafetyPlane { .. })
     ));
 }
+
+#[test]
+fn fast_moves_on_a_belt_keep_the_joint_limits() {
+    let mut bench = Bench::new(with_belt(PlantKind::Ideal, 0.2 * TICKS));
+    let home = bench.now().target_q;
+    bench.do_it(linear([0.0, 1.0, 0.0]));
+    bench.run(150);
+    let mut there = home;
+    there[0] -= 0.6;
+    there[1] -= 0.3;
+    there[3] += 0.5;
+    for target in [there, home, there] {
+        let kind = CommandKind::MoveJ {
+            target,
+            acceleration: 100.0,
+            speed: 10.0,
+            duration: 0.0,
+        };
+        assert_eq!(bench.do_it(kind), Outcome::Done, "{:?}", bench.stops);
+    }
+    bench.do_it(CommandKind::StopConveyorTracking);
+    assert!(bench.stops.is_empty());
+    bench.check_limits();
+}

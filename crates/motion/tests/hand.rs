@@ -2,7 +2,8 @@
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
-    reason = "a test that cannot go on should say where"
+    clippy::needless_range_loop,
+    reason = "a test that cannot go on should say where; joints are counted"
 )]
 #![allow(
     clippy::approx_constant,

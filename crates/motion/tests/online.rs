@@ -3,7 +3,8 @@
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
-    reason = "a test that cannot go on should say where"
+    clippy::needless_range_loop,
+    reason = "a test that cannot go on should say where; joints are counted"
 )]
 #![allow(
     clippy::approx_constant,
@@ -464,4 +465,32 @@ fn the_same_stream_gives_the_same_states() {
     ];
     let (one, two) = (live("cs66", 0.004, &wishes), live("cs66", 0.004, &wishes));
     assert_eq!(one.states, two.states);
+}
+
+#[test]
+fn a_limited_tcp_is_not_too_fast_in_any_online_mode() {
+    let mut config = ideal("cs66");
+    config.limits.tcp_speed = Some(0.3);
+    config.limits.elbow_speed = Some(0.25);
+    let mut bench = Bench::new(config);
+    let home = bench.now().target_q;
+    let mut goal = home;
+    goal[0] += 1.5;
+    goal[1] += 0.5;
+    for _ in 0..800 {
+        bench.do_it(servoj(goal, 0.004));
+    }
+    standing(&mut bench, 2000);
+    assert_eq!(bench.now().target_q, goal);
+    bench.do_it(speedj([-2.0, -1.0, 1.0, 0.0, 0.0, 0.0], 5.0, Some(1.0)));
+    bench.do_it(speedj([1.0, -1.0, -1.0, 2.0, 0.0, 0.0], 8.0, Some(1.0)));
+    bench.do_it(speedl([0.0, 1.0, 0.0, 0.0, 0.0, 0.0], 2.0, Some(1.0)));
+    bench.do_it(CommandKind::StopL { acceleration: 5.0 });
+    assert!(bench.stops.is_empty(), "{:?}", bench.stops);
+    bench.check_limits();
+    let fastest = bench.states.iter().fold(0.0_f64, |most, s| {
+        let v = s.target_tcp_speed;
+        most.max((v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt())
+    });
+    assert!(fastest > 0.25 && fastest <= 0.3 + 1e-6, "{fastest}");
 }

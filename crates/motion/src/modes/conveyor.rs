@@ -51,6 +51,8 @@ pub struct Tracking {
     /// The arm's way: m or rad.
     way: ScalarState,
     axis: Axis,
+    /// Acceleration where the joints allow it, in units of the way.
+    hardest: f64,
     law: Follower,
     is_stopping: bool,
 }
@@ -85,6 +87,7 @@ impl Tracking {
                 acceleration,
                 jerk: acceleration / ACCELERATION_RISE,
             },
+            hardest: acceleration,
             law: Follower::new(BANDWIDTH, step),
             is_stopping: false,
         }
@@ -103,6 +106,30 @@ impl Tracking {
     /// Has come to rest after a stop.
     pub fn has_stopped(&self) -> bool {
         self.is_stopping && self.way.speed == 0.0 && self.way.acceleration == 0.0
+    }
+
+    /// Velocity of the tool at `tcp` (base frame) when its way grows by 1 a second.
+    pub fn unit_twist(&self, tcp: Vector3<f64>) -> Twist {
+        match self.route {
+            Route::Linear(along) => Twist {
+                linear: *along,
+                ..Twist::default()
+            },
+            Route::Circular {
+                center,
+                axis,
+                rotate_tool,
+            } => Twist {
+                linear: axis.cross(&(tcp - center)),
+                angular: if rotate_tool { *axis } else { Vector3::zeros() },
+            },
+        }
+    }
+
+    /// Where the joints can do less, the way changes more slowly: `acceleration` in units of the way.
+    pub fn limit(&mut self, acceleration: f64) {
+        self.axis.acceleration = self.hardest.min(acceleration).max(1e-3);
+        self.axis.jerk = self.axis.acceleration / ACCELERATION_RISE;
     }
 
     /// One step further: the encoder was at `ticks` with `rate` (ticks/s) when the step began.

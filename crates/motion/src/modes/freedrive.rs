@@ -40,6 +40,10 @@ pub struct Freedrive {
 }
 
 #[derive(Clone, Copy, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "lives in place for the life of the controller; the cycle must not allocate"
+)]
 enum Motion {
     /// All axes free.
     Joints,
@@ -89,7 +93,7 @@ impl Freedrive {
             arm.hand.to_vector()
         };
         let states = match &mut self.motion {
-            Motion::Joints => joints_led(arm, from, now, &hand),
+            Motion::Joints => arm.guarded(now, joints_led(arm, from, now, &hand)),
             Motion::Brake(brake) => {
                 let (next, _) = brake.next(now, arm, 1.0);
                 if next.iter().all(|s| s.speed == 0.0 && s.acceleration == 0.0) {

@@ -50,15 +50,9 @@ impl JointSpeed {
         let (axes, able, step) = (&arm.axes, &arm.able, arm.step);
         let mut held = None;
         let mut next = *now;
-        // Where TCP or elbow are too fast, all joints are slowed alike.
-        let slowed = (0..6).fold(fraction, |least, joint| {
-            let wanted = (self.goal[joint] * fraction).abs();
-            if able[joint].speed < axes[joint].speed && wanted > able[joint].speed {
-                least.min(fraction * able[joint].speed / wanted)
-            } else {
-                least
-            }
-        });
+        // Where TCP or elbow would be too fast all joints are slowed alike, and hard if they are too fast already.
+        let slowed = fraction * arm.point_factor(&self.goal.map(|v| v * fraction)).min(1.0);
+        let is_too_fast = arm.point_factor(&JointSpeeds(now.map(|s| s.speed))) < 1.0;
         // One common factor keeps the joints in proportion where one of them can do less.
         let scale = (0..6).fold(1.0_f64, |least, joint| {
             least.min(able[joint].acceleration / self.acceleration[joint])
@@ -76,6 +70,7 @@ impl JointSpeed {
             let gentle = asked(self.acceleration[joint] * scale);
             // Harder where the gentle way would lead out of the range, or where a harder one is under way already.
             let is_enough = !is_ending
+                && !is_too_fast
                 && now[joint].acceleration.abs() <= gentle.acceleration * (1.0 + 1e-9)
                 && gentle.brakes_inside(&now[joint]);
             let asked = if is_enough {

@@ -18,23 +18,29 @@ pub mod servo;
 pub mod tcp_speed;
 
 use kinematics::{
-    Dynamics, JointAccelerations, JointPositions, JointSpeeds, JointTorques, Pose, RobotModel,
-    Wrench,
+    Dynamics, Frames, JointAccelerations, JointPositions, JointSpeeds, JointTorques, Pose,
+    RobotModel, Wrench,
 };
 use motion_api::{CommandId, MotionMode, Origin};
+use nalgebra::Vector3;
 
 use crate::config::MotionLimits;
 use crate::constants::{
-    LEAST_TORQUE_SHARE, PEAK_TORQUE_FACTOR, PLANNED_TORQUE_SHARE, POINT_SPEED_MARGIN,
-    STOP_ACCELERATION,
+    LEAST_TORQUE_SHARE, PEAK_TORQUE_FACTOR, PLANNED_TORQUE_SHARE, STOP_ACCELERATION,
 };
 use crate::scalar::ScalarState;
+use crate::scalar::ramp::natural_speed;
 use crate::setpoint::{Setpoint, elbow_speed};
 use axis::Axis;
 use freedrive::Freedrive;
 use joint_speed::JointSpeed;
 use servo::Servo;
 use tcp_speed::{TcpArm, TcpSpeed};
+
+/// Share of the speed limits of TCP and elbow that joint modes use: they turn into new directions without looking ahead.
+/// A stream that throws the arm from one direction into another at the limit can still exceed it by a percent; that is a
+/// protective stop.
+const POINT_SHARE: f64 = 0.9;
 
 /// What an online mode sees of the arm in one cycle.
 pub(crate) struct OnlineArm<'a> {
@@ -45,6 +51,7 @@ pub(crate) struct OnlineArm<'a> {
     /// The same with what the drives and the limits of TCP and elbow leave here.
     pub(crate) able: [Axis; 6],
     pub(crate) effort: &'a JointTorques,
+    points: Option<Points>,
     /// What acts on the tool from outside: base axes, about the TCP.
     pub(crate) hand: Wrench,
     pub(crate) step: f64,
@@ -76,8 +83,23 @@ impl<'a> OnlineArm<'a> {
         });
         let effort = &model.limits().effort;
         let torque = torque_share(dynamics, effort, &axes, at);
-        let point = point_share(model, flange_from_tcp, limits, &at.qd);
-        let speed = point.map_or(1.0, |share| share(&at.q));
+        let is_limited = limits.tcp_speed.is_finite() || limits.elbow_speed.is_finite();
+        let points = is_limited.then(|| {
+            let frames = model.forward(&at.q);
+            Points {
+                tcp: (frames.base_from_flange * *flange_from_tcp).translation,
+                frames,
+                tcp_speed: limits.tcp_speed,
+                elbow_speed: limits.elbow_speed,
+            }
+        });
+        // The joint speeds in the present direction, as fast as the fastest joint can be.
+        let used = (0..6).fold(1e-6_f64, |most, joint| {
+            most.max(at.qd[joint].abs() / limits.speed[joint])
+        });
+        let speed = points.map_or(1.0, |points| {
+            (points.factor(&at.qd) * used).clamp(1e-3, 1.0)
+        });
         let able = axes.map(|axis| Axis {
             speed: axis.speed * speed,
             acceleration: axis.acceleration * torque,
@@ -89,11 +111,41 @@ impl<'a> OnlineArm<'a> {
             axes,
             able,
             effort,
+            points,
             hand,
             step,
             fraction,
             is_paused,
         }
+    }
+
+    /// The factor on `qd` at which neither TCP nor elbow is too fast here.
+    pub(crate) fn point_factor(&self, qd: &JointSpeeds) -> f64 {
+        self.points
+            .map_or(f64::INFINITY, |points| points.factor(qd))
+    }
+
+    /// `next`, unless TCP or elbow would become too fast even if every acceleration ended as soon as it can: then all
+    /// joints slow down alike.
+    pub(crate) fn guarded(
+        &self,
+        now: &[ScalarState; 6],
+        next: [ScalarState; 6],
+    ) -> [ScalarState; 6] {
+        let coming: [f64; 6] = core::array::from_fn(|joint| {
+            let state = &next[joint];
+            natural_speed(state.speed, state.acceleration, self.axes[joint].jerk)
+        });
+        let factor = self.point_factor(&JointSpeeds(coming));
+        if factor >= 1.0 {
+            return next;
+        }
+        core::array::from_fn(|joint| {
+            let (axis, now) = (&self.axes[joint], &now[joint]);
+            let slower =
+                self.able[joint].towards_speed(now, now.speed * factor * factor, self.step);
+            axis.restrain(now, &slower, self.step).0
+        })
     }
 
     pub(crate) fn tcp(&self) -> TcpArm<'_> {
@@ -102,6 +154,9 @@ impl<'a> OnlineArm<'a> {
             flange_from_tcp: self.flange_from_tcp,
             axes: &self.axes,
             able: &self.able,
+            elbow_speed: self
+                .points
+                .map_or(f64::INFINITY, |points| points.elbow_speed),
         }
     }
 }
@@ -125,31 +180,22 @@ fn torque_share(
     })
 }
 
-/// The share of the joint speeds, in the direction of `qd`, at which neither TCP nor elbow is too fast; `None` when
-/// they are not limited.
-fn point_share<'a>(
-    model: &'a RobotModel,
-    flange_from_tcp: &'a Pose,
-    limits: &'a MotionLimits,
-    qd: &'a JointSpeeds,
-) -> Option<impl Fn(&JointPositions) -> f64 + 'a> {
-    if limits.tcp_speed.is_infinite() && limits.elbow_speed.is_infinite() {
-        return None;
+/// What limits the speeds of TCP and elbow, where anything does.
+#[derive(Clone, Copy)]
+struct Points {
+    frames: Frames,
+    tcp: Vector3<f64>,
+    tcp_speed: f64,
+    elbow_speed: f64,
+}
+
+impl Points {
+    /// The factor on `qd` at which neither TCP nor elbow is too fast; infinite when they do not move.
+    fn factor(&self, qd: &JointSpeeds) -> f64 {
+        let tcp = self.frames.twist(qd, self.tcp).linear.norm();
+        let elbow = elbow_speed(&self.frames, qd);
+        POINT_SHARE * (self.tcp_speed / tcp).min(self.elbow_speed / elbow)
     }
-    Some(move |q: &JointPositions| {
-        let used = (0..6).fold(0.0_f64, |most, joint| {
-            most.max(qd[joint].abs() / limits.speed[joint])
-        });
-        if used < 1e-6 {
-            return 1.0;
-        }
-        let frames = model.forward(q);
-        let tcp = (frames.base_from_flange * *flange_from_tcp).translation;
-        let tcp_speed = frames.twist(qd, tcp).linear.norm() / used;
-        let elbow = elbow_speed(&frames, qd) / used;
-        let share = (limits.tcp_speed / tcp_speed).min(limits.elbow_speed / elbow);
-        (POINT_SPEED_MARGIN * share).clamp(1e-3, 1.0)
-    })
 }
 
 /// When the call of a command ends.
@@ -257,10 +303,12 @@ impl Online {
         let (setpoint, is_reached) = match &mut self.kind {
             Kind::Servo(servo) => {
                 let next = servo.next(&now, arm, arm.step * fraction);
+                let next = arm.guarded(&now, next);
                 (setpoint(&next), false)
             }
             Kind::JointSpeed(joints) => {
                 let (next, limited) = joints.next(&now, arm, fraction);
+                let next = arm.guarded(&now, next);
                 held = limited;
                 (
                     setpoint(&next),

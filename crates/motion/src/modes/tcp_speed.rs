@@ -12,7 +12,7 @@ use super::axis::Axis;
 use crate::constants::ACCELERATION_RISE;
 use crate::scalar::ScalarState;
 use crate::scalar::ramp::ramp;
-use crate::setpoint::Setpoint;
+use crate::setpoint::{Setpoint, elbow_speed};
 
 /// Places of a braking that are looked at.
 const BRAKING_SAMPLES: u32 = 8;
@@ -34,6 +34,8 @@ const BRAKING_MAX: f64 = 10.0;
 const OUT_OF_REACH: u8 = 2;
 /// See [`OUT_OF_REACH`].
 const SINGULAR: u8 = 4;
+/// See [`OUT_OF_REACH`]: the elbow as a point moves with joint 2.
+const ELBOW: u8 = 1;
 
 /// Axes in which the velocity is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +57,8 @@ pub struct TcpArm<'a> {
     pub axes: &'a [Axis; 6],
     /// The same with what the drives leave here.
     pub able: &'a [Axis; 6],
+    /// Largest speed of the elbow, m/s.
+    pub elbow_speed: f64,
 }
 
 /// A TCP velocity to be reached and held.
@@ -245,6 +249,9 @@ impl TcpSpeed {
         let bias = frames.jacobian_rate_times_speeds(&qd, point);
         let driven = change.to_vector() - bias.to_vector();
         let qdd = JointAccelerations(lu.solve(&driven).ok_or(SINGULAR)?.into());
+        if elbow_speed(&frames, &qd) > arm.elbow_speed {
+            return Err(ELBOW);
+        }
         for (joint, number) in (0u8..6).enumerate() {
             let axis = &axes[joint];
             let (v, a) = (qd[joint], qdd[joint]);
@@ -296,7 +303,14 @@ impl TcpSpeed {
         let rate = (0..6).fold(f64::INFINITY, |least, joint| {
             least.min(arm.axes[joint].acceleration / qd[joint].abs())
         });
-        [linear, angular].map(|part| (BRAKING_SHARE * rate * part).min(BRAKING_MAX).max(1e-3))
+        [linear, angular].map(|part| {
+            // A part that stands can stop at any rate.
+            if part > 0.0 {
+                (BRAKING_SHARE * rate * part).clamp(1e-3, BRAKING_MAX)
+            } else {
+                BRAKING_MAX
+            }
+        })
     }
 
     /// Whether the TCP comes to rest from `next` with every joint within its limits.
