@@ -4,13 +4,22 @@
 //! thread until the command has ended; getters read the latest snapshot and never wait.
 
 mod call;
+mod conveyor;
 pub mod declare;
 mod hints;
 mod interpreter;
 mod io;
 mod kinematics;
 mod math;
+mod modbus;
+mod modbus_rtu;
 mod motion;
+mod registers;
+mod rpc;
+mod serial;
+mod servo;
+mod socket;
+mod state;
 mod system;
 mod text;
 mod thread;
@@ -29,9 +38,18 @@ use declare::{Builtin, Default, Kind};
 pub fn all() -> impl Iterator<Item = &'static Builtin> {
     [
         motion::BUILTINS,
+        servo::BUILTINS,
+        state::BUILTINS,
+        conveyor::BUILTINS,
         kinematics::BUILTINS,
         math::BUILTINS,
         io::BUILTINS,
+        registers::BUILTINS,
+        modbus::BUILTINS,
+        socket::BUILTINS,
+        rpc::BUILTINS,
+        serial::BUILTINS,
+        modbus_rtu::BUILTINS,
         interpreter::BUILTINS,
         thread::BUILTINS,
         system::BUILTINS,
