@@ -5,6 +5,7 @@
 //! [`ScriptThread`]). The crate knows nothing of robots, sockets, clocks or async: what a program can reach beyond
 //! itself goes through [`Host`] and [`NativeFunction`].
 
+mod advice;
 mod ast;
 mod builtins;
 mod diagnostic;
@@ -21,6 +22,7 @@ mod native;
 mod ops;
 mod parser;
 mod program;
+mod remote;
 mod resolve;
 mod source;
 mod stack;
@@ -28,6 +30,7 @@ mod statement;
 mod stdlib;
 mod value;
 
+pub use builtins::builtin_names;
 pub use diagnostic::{Diagnostic, DiagnosticFields, Label, Severity, render_human};
 pub use errors::{ExceptionKind, Link, ScriptError, TraceFrame, render_script_error};
 pub use eval::coroutine::Resume;
@@ -37,6 +40,7 @@ pub use limits::Limits;
 pub use lint::{CallArgument, CallHint, CallHook, CallSite, Literal};
 pub use native::{NativeBody, NativeCall, NativeFunction, Param, ParamKind, WaitToken};
 pub use program::{Program, ProgramKind, check, compile};
+pub use remote::AnyMethod;
 pub use resolve::KnownNames;
 pub use source::{Position, SourceFile, Span};
 pub use statement::{Statement, compile_statement};
