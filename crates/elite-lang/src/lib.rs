@@ -44,6 +44,7 @@ pub use remote::AnyMethod;
 pub use resolve::KnownNames;
 pub use source::{Position, SourceFile, Span};
 pub use statement::{Statement, compile_statement};
+pub use stdlib::module_names;
 pub use value::{Raised, Value};
 
 /// What most operations on values return.

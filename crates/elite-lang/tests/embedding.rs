@@ -697,3 +697,11 @@ fn what_reaches_beyond_the_program_is_refused_unless_it_is_permitted() {
         "net",
     );
 }
+
+#[test]
+fn every_module_can_be_imported_and_names_itself() {
+    for name in elite_lang::module_names() {
+        let text = format!("import {name}\nimport sys\nprint(sys.modules['{name}'].__name__)");
+        assert_eq!(run(&text), format!("{name}\n"));
+    }
+}

@@ -5,6 +5,7 @@ use std::rc::{Rc, Weak};
 
 use super::code::Code;
 use super::coroutine::{StackPool, Stopping, ThreadState};
+use super::cycles::Cycles;
 use super::types::Types;
 use crate::host::Host;
 use crate::limits::{Limits, memory};
@@ -71,6 +72,8 @@ pub struct Core {
     pub loading: Cell<u32>,
     /// What statements run by natives have defined.
     pub injected: RefCell<Injected>,
+    /// Possible parts of reference cycles.
+    pub cycles: Cycles,
     next_thread: Cell<u64>,
 }
 
@@ -106,6 +109,7 @@ impl Core {
             texts: RefCell::default(),
             namespaces: RefCell::default(),
             loading: Cell::new(0),
+            cycles: Cycles::default(),
             injected: RefCell::default(),
             next_thread: Cell::new(0),
             symbols,
@@ -205,6 +209,7 @@ impl Core {
     /// Breaks the cycles through globals, modules and classes.
     pub fn dismantle(&self) {
         self.globals.dismantle();
+        self.break_cycles();
         let injected = self.injected.take();
         injected.dismantle();
         let namespaces = std::mem::take(&mut *self.namespaces.borrow_mut());

@@ -7,6 +7,7 @@
 pub mod code;
 pub mod core;
 pub mod coroutine;
+pub mod cycles;
 pub mod expr;
 pub mod generator;
 pub mod run;

@@ -397,6 +397,9 @@ impl Evaluator<'_> {
         name: Symbol,
         new: Value,
     ) -> R<()> {
+        if !instance.noted.get() && new.holds_values() {
+            self.core.note_instance(instance);
+        }
         let class = &instance.class;
         match class.lookup(name) {
             Some(Value::Property(property)) => {

@@ -57,6 +57,7 @@ const MODULES: &[(&str, Content)] = &[
     ("collections", Script(include_str!("lib/collections.py"))),
     ("contextlib", Script(include_str!("lib/contextlib.py"))),
     ("copy", Script(include_str!("lib/copy.py"))),
+    ("datetime", Script(include_str!("lib/datetime.py"))),
     ("functools", Script(include_str!("lib/functools.py"))),
     ("heapq", Script(include_str!("lib/heapq.py"))),
     ("itertools", Script(include_str!("lib/itertools.py"))),

@@ -236,7 +236,11 @@ fn sha512(data: &[u8]) -> [u8; 64] {
 
 /// The round constants: fractions of the cube roots of the first 80 primes.
 fn sha512_constants() -> Vec<u64> {
-    let is_prime = |n: &u32| (2..*n).take_while(|d| d * d <= *n).all(|d| n % d != 0);
+    let is_prime = |n: &u32| {
+        (2..*n)
+            .take_while(|d| d * d <= *n)
+            .all(|d| !n.is_multiple_of(d))
+    };
     (2..)
         .filter(is_prime)
         .take(80)

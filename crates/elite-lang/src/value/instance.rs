@@ -1,7 +1,7 @@
 //! Instances of classes: slots by the layout of their class, and what they extend.
 
 use std::any::Any;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use super::exception::ExceptionState;
@@ -14,6 +14,8 @@ pub struct Instance {
     attrs: RefCell<Attrs>,
     /// What it is beyond its attributes.
     pub payload: Payload,
+    /// The interpreter knows it as a possible part of a cycle.
+    pub noted: Cell<bool>,
 }
 
 /// Where the attributes are.
@@ -46,7 +48,17 @@ impl Instance {
             class,
             attrs,
             payload,
+            noted: Cell::new(false),
         })
+    }
+
+    /// Drops all attributes, to break cycles when an interpreter ends.
+    pub fn dismantle(&self) {
+        let attrs = self.attrs.replace(Attrs::Slots(Vec::new()));
+        match attrs {
+            Attrs::Slots(mut slots) => trash::dismantle(&mut slots),
+            Attrs::Dict(dict) => dict.clear(),
+        }
     }
 
     /// The exception state, if this is an exception.

@@ -21,7 +21,7 @@ pub mod string;
 pub mod symbol;
 pub mod trash;
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use num_bigint::BigInt;
@@ -94,6 +94,8 @@ const _: () = assert!(size_of::<Result<Value, Raised>>() == 16);
 pub struct CellVar {
     /// The current value.
     pub value: RefCell<Value>,
+    /// The interpreter knows it as a possible part of a cycle.
+    pub noted: Cell<bool>,
 }
 
 impl CellVar {
@@ -101,6 +103,7 @@ impl CellVar {
     pub fn new(value: Value) -> Rc<Self> {
         Rc::new(CellVar {
             value: RefCell::new(value),
+            noted: Cell::new(false),
         })
     }
 }
@@ -166,6 +169,24 @@ impl Value {
     #[inline]
     pub fn is_unbound(&self) -> bool {
         matches!(self, Value::Unbound)
+    }
+
+    /// Whether it can hold other values, and so be part of a cycle.
+    #[inline]
+    pub fn holds_values(&self) -> bool {
+        !matches!(
+            self,
+            Value::Unbound
+                | Value::None
+                | Value::Bool(_)
+                | Value::Int(_)
+                | Value::Float(_)
+                | Value::Str(_)
+                | Value::BigInt(_)
+                | Value::Bytes(_)
+                | Value::Class(_)
+                | Value::Module(_)
+        )
     }
 
     /// Whether this is `None`.

@@ -81,8 +81,13 @@ impl SharedTarget {
 }
 
 impl Target for SharedTarget {
-    fn assign(&self, _: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
+    fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
         if let Some(cell) = self.cell(f) {
+            // Globals are taken apart anyway.
+            let is_global = matches!(self.place, Shared::Global(..));
+            if !is_global && !cell.noted.get() && value.holds_values() {
+                ev.core.note_cell(cell);
+            }
             let old = cell.value.replace(value);
             drop(old);
         }
@@ -133,6 +138,9 @@ impl AttributeTarget {
                 .set_attribute(object, self.name, value)
                 .at(ev, f, self.span);
         };
+        if !instance.noted.get() && value.holds_values() {
+            ev.core.note_instance(instance);
+        }
         let version = instance.class.version();
         let mut value = value;
         for entry in &self.cache {

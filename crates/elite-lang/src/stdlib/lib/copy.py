@@ -22,8 +22,11 @@ def copy(x):
     return _rebuilt(x, lambda value: value)
 
 
+_CODE = (type(len), type(lambda: None), type([].append), type(Error("").with_traceback), type(property()))
+
+
 def _is_code(x):
-    return isinstance(x, type) or callable(x) and not hasattr(type(x), "__call__")
+    return isinstance(x, type) or type(x) in _CODE
 
 
 def deepcopy(x, memo=None):

@@ -514,7 +514,7 @@ impl Translator {
     /// The number of a group that is referred to.
     fn reference(&self, name: &str, position: usize) -> Parsed<usize> {
         let index = match name.parse::<usize>() {
-            Ok(number) if number == 0 => return Err(self.error("bad group number", Some(position))),
+            Ok(0) => return Err(self.error("bad group number", Some(position))),
             Ok(number) if number <= self.groups => number,
             Ok(number) => {
                 return Err(self.error(format!("invalid group reference {number}"), Some(position)));

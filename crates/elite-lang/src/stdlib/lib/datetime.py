@@ -1,0 +1,911 @@
+"""Dates, times of day and spans of time. The controller's local time is UTC."""
+from _time import time as _now, _format
+from math import floor as _floor
+
+MINYEAR = 1
+MAXYEAR = 9999
+
+_MONTHS = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"]
+_FULL_MONTHS = ["January", "February", "March", "April", "May", "June", "July", "August", "September", "October",
+                "November", "December"]
+_DAYS = ["Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun"]
+_FULL_DAYS = ["Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday"]
+
+
+def _is_leap(year):
+    return year % 4 == 0 and (year % 100 != 0 or year % 400 == 0)
+
+
+def _days_in_month(year, month):
+    return 29 if month == 2 and _is_leap(year) else (31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31)[month - 1]
+
+
+def _days_before_year(year):
+    year -= 1
+    return year * 365 + year // 4 - year // 100 + year // 400
+
+
+def _days_before_month(year, month):
+    return sum(_days_in_month(year, m) for m in range(1, month))
+
+
+def _to_ordinal(year, month, day):
+    return _days_before_year(year) + _days_before_month(year, month) + day
+
+
+def _from_ordinal(n):
+    year = min(n // 365 + 1, MAXYEAR + 1)
+    while _days_before_year(year) >= n:
+        year -= 1
+    n -= _days_before_year(year)
+    month = 1
+    while n > _days_in_month(year, month):
+        n -= _days_in_month(year, month)
+        month += 1
+    return year, month, n
+
+
+def _check_int(value):
+    if isinstance(value, int):
+        return int(value)
+    if hasattr(type(value), "__index__"):
+        return value.__index__()
+    raise TypeError(f"'{type(value).__name__}' object cannot be interpreted as an integer")
+
+
+def _check_date(year, month, day):
+    year, month, day = _check_int(year), _check_int(month), _check_int(day)
+    if not MINYEAR <= year <= MAXYEAR:
+        raise ValueError(f"year {year} is out of range")
+    if not 1 <= month <= 12:
+        raise ValueError("month must be in 1..12")
+    if not 1 <= day <= _days_in_month(year, month):
+        raise ValueError("day is out of range for month")
+    return year, month, day
+
+
+def _check_time(hour, minute, second, microsecond, fold):
+    for value, most, name in ((hour, 23, "hour"), (minute, 59, "minute"), (second, 59, "second"),
+                              (microsecond, 999999, "microsecond")):
+        if not 0 <= _check_int(value) <= most:
+            raise ValueError(f"{name} must be in 0..{most}")
+    if fold not in (0, 1):
+        raise ValueError("fold must be either 0 or 1")
+
+
+def _check_zone(tz):
+    if tz is not None and not isinstance(tz, tzinfo):
+        raise TypeError(f"tzinfo argument must be None or of a tzinfo subclass, not type '{type(tz).__name__}'")
+
+
+class timedelta:
+    """A span of time: days, seconds and microseconds, the latter two never negative."""
+
+    __slots__ = ("_days", "_seconds", "_microseconds")
+
+    def __init__(self, days=0, seconds=0, microseconds=0, milliseconds=0, minutes=0, hours=0, weeks=0):
+        total = 0
+        rest = 0.0
+        for name, value, factor in (("days", days, 86400000000), ("seconds", seconds, 1000000),
+                                    ("microseconds", microseconds, 1), ("milliseconds", milliseconds, 1000),
+                                    ("minutes", minutes, 60000000), ("hours", hours, 3600000000),
+                                    ("weeks", weeks, 604800000000)):
+            if isinstance(value, int):
+                total += value * factor
+            elif isinstance(value, float):
+                whole = int(value)
+                total += whole * factor
+                rest += (value - whole) * factor
+            else:
+                raise TypeError(f"unsupported type for timedelta {name} component: {type(value).__name__}")
+        nearest = total + round(rest)
+        if abs(rest - int(rest)) == 0.5 and nearest % 2 == 1:
+            nearest += 1 if rest > round(rest) else -1
+        self._set(nearest)
+
+    def _set(self, total):
+        days, rest = divmod(total, 86400000000)
+        if abs(days) > 999999999:
+            raise OverflowError(f"days={days}; must have magnitude <= 999999999")
+        self._days = days
+        self._seconds, self._microseconds = divmod(rest, 1000000)
+
+    days = property(lambda self: self._days)
+    seconds = property(lambda self: self._seconds)
+    microseconds = property(lambda self: self._microseconds)
+
+    def _total(self):
+        return (self._days * 86400 + self._seconds) * 1000000 + self._microseconds
+
+    def total_seconds(self):
+        return self._total() / 10 ** 6
+
+    def __repr__(self):
+        parts = [f"{name}={value}" for name, value in (("days", self._days), ("seconds", self._seconds),
+                                                       ("microseconds", self._microseconds)) if value]
+        return f"datetime.timedelta({', '.join(parts) or '0'})"
+
+    def __str__(self):
+        minutes, seconds = divmod(self._seconds, 60)
+        hours, minutes = divmod(minutes, 60)
+        text = f"{hours}:{minutes:02}:{seconds:02}"
+        if self._days:
+            text = f"{self._days} day{'' if abs(self._days) == 1 else 's'}, {text}"
+        if self._microseconds:
+            text += f".{self._microseconds:06}"
+        return text
+
+    def __add__(self, other):
+        if isinstance(other, timedelta):
+            return _span(self._total() + other._total())
+        return NotImplemented
+
+    __radd__ = __add__
+
+    def __sub__(self, other):
+        if isinstance(other, timedelta):
+            return _span(self._total() - other._total())
+        return NotImplemented
+
+    def __rsub__(self, other):
+        if isinstance(other, timedelta):
+            return other - self
+        return NotImplemented
+
+    def __neg__(self):
+        return _span(-self._total())
+
+    def __pos__(self):
+        return self
+
+    def __abs__(self):
+        return _span(abs(self._total()))
+
+    def __mul__(self, other):
+        if isinstance(other, int):
+            return _span(self._total() * other)
+        if isinstance(other, float):
+            a, b = other.as_integer_ratio()
+            return _span(_rounded_quotient(self._total() * a, b))
+        return NotImplemented
+
+    __rmul__ = __mul__
+
+    def __floordiv__(self, other):
+        if isinstance(other, timedelta):
+            return self._total() // other._total()
+        if isinstance(other, int):
+            return _span(self._total() // other)
+        return NotImplemented
+
+    def __truediv__(self, other):
+        if isinstance(other, timedelta):
+            return self._total() / other._total()
+        if isinstance(other, int):
+            return _span(_rounded_quotient(self._total(), other))
+        if isinstance(other, float):
+            a, b = other.as_integer_ratio()
+            return _span(_rounded_quotient(self._total() * b, a))
+        return NotImplemented
+
+    def __mod__(self, other):
+        if isinstance(other, timedelta):
+            return _span(self._total() % other._total())
+        return NotImplemented
+
+    def __divmod__(self, other):
+        if isinstance(other, timedelta):
+            quotient, rest = divmod(self._total(), other._total())
+            return quotient, _span(rest)
+        return NotImplemented
+
+    def __eq__(self, other):
+        return self._total() == other._total() if isinstance(other, timedelta) else NotImplemented
+
+    def __lt__(self, other):
+        return self._total() < other._total() if isinstance(other, timedelta) else NotImplemented
+
+    def __le__(self, other):
+        return self._total() <= other._total() if isinstance(other, timedelta) else NotImplemented
+
+    def __gt__(self, other):
+        return self._total() > other._total() if isinstance(other, timedelta) else NotImplemented
+
+    def __ge__(self, other):
+        return self._total() >= other._total() if isinstance(other, timedelta) else NotImplemented
+
+    def __hash__(self):
+        return hash((self._days, self._seconds, self._microseconds))
+
+    def __bool__(self):
+        return self._total() != 0
+
+
+def _rounded_quotient(a, b):
+    """The integer nearest to a / b, ties to even."""
+    quotient, rest = divmod(a, b)
+    rest *= 2
+    above = rest > b if b > 0 else rest < b
+    if above or rest == b and quotient % 2 == 1:
+        quotient += 1
+    return quotient
+
+
+def _span(microseconds):
+    made = timedelta()
+    made._set(microseconds)
+    return made
+
+
+timedelta.min = timedelta(-999999999)
+timedelta.max = timedelta(days=999999999, hours=23, minutes=59, seconds=59, microseconds=999999)
+timedelta.resolution = timedelta(microseconds=1)
+
+
+class tzinfo:
+    """What a time zone has to answer."""
+
+    def tzname(self, dt):
+        raise NotImplementedError("tzinfo subclass must override tzname()")
+
+    def utcoffset(self, dt):
+        raise NotImplementedError("tzinfo subclass must override utcoffset()")
+
+    def dst(self, dt):
+        raise NotImplementedError("tzinfo subclass must override dst()")
+
+    def fromutc(self, dt):
+        return dt + dt.utcoffset()
+
+
+class timezone(tzinfo):
+    def __init__(self, offset, name=None):
+        if not isinstance(offset, timedelta):
+            raise TypeError("timezone() argument 1 must be datetime.timedelta, not " + type(offset).__name__)
+        if not timedelta(-1) < offset < timedelta(1):
+            raise ValueError("offset must be a timedelta strictly between -timedelta(hours=24) and "
+                             f"timedelta(hours=24), not {offset!r}.")
+        self._offset = offset
+        self._name = name
+
+    def utcoffset(self, dt):
+        return self._offset
+
+    def dst(self, dt):
+        return None
+
+    def tzname(self, dt):
+        if self._name is not None:
+            return self._name
+        return "UTC" + (_offset_text(self._offset) if self._offset else "")
+
+    def __eq__(self, other):
+        return self._offset == other._offset if isinstance(other, timezone) else NotImplemented
+
+    def __hash__(self):
+        return hash(self._offset)
+
+    def __repr__(self):
+        if self is timezone.utc:
+            return "datetime.timezone.utc"
+        name = "" if self._name is None else f", {self._name!r}"
+        return f"datetime.timezone({self._offset!r}{name})"
+
+    def __str__(self):
+        return self.tzname(None)
+
+
+def _offset_text(offset, separator=":"):
+    total = offset._total() // 1000000
+    sign = "-" if total < 0 else "+"
+    minutes, seconds = divmod(abs(total), 60)
+    hours, minutes = divmod(minutes, 60)
+    text = f"{sign}{hours:02}{separator}{minutes:02}"
+    return f"{text}{separator}{seconds:02}" if seconds else text
+
+
+timezone.utc = timezone(timedelta(0))
+timezone.min = timezone(-timedelta(hours=23, minutes=59))
+timezone.max = timezone(timedelta(hours=23, minutes=59))
+UTC = timezone.utc
+
+
+def _strftime(self, format, fields, microsecond=0):
+    offset, name = self.utcoffset() if hasattr(self, "utcoffset") else None, ""
+    if hasattr(self, "tzname"):
+        name = self.tzname() or ""
+    out, at = "", 0
+    while True:
+        found = format.find("%", at)
+        if found < 0 or found + 1 >= len(format):
+            out += format[at:]
+            break
+        out += format[at:found]
+        code = format[found + 1]
+        if code == "f":
+            out += f"{microsecond:06}"
+        elif code == "z":
+            out += "" if offset is None else _offset_text(offset, "")
+        elif code == "Z":
+            out += name.replace("%", "%%")
+        else:
+            out += "%" + code
+        at = found + 2
+    return _format(out, fields)
+
+
+class date:
+    def __init__(self, year, month=None, day=None):
+        self._year, self._month, self._day = _check_date(year, month, day)
+
+    year = property(lambda self: self._year)
+    month = property(lambda self: self._month)
+    day = property(lambda self: self._day)
+
+    @classmethod
+    def today(cls):
+        return cls.fromtimestamp(_now())
+
+    @classmethod
+    def fromtimestamp(cls, timestamp):
+        return cls.fromordinal(_floor(timestamp / 86400) + 719163)
+
+    @classmethod
+    def fromordinal(cls, n):
+        if n < 1:
+            raise ValueError("ordinal must be >= 1")
+        if n > 3652059:
+            raise ValueError("year is out of range")
+        return cls(*_from_ordinal(n))
+
+    @classmethod
+    def fromisoformat(cls, date_string):
+        if not isinstance(date_string, str):
+            raise TypeError("fromisoformat: argument must be str")
+        fields = _iso_date(date_string)
+        if fields is None:
+            raise ValueError(f"Invalid isoformat string: {date_string!r}")
+        return cls(*fields)
+
+    @classmethod
+    def fromisocalendar(cls, year, week, day):
+        first = _iso_week_one(year)
+        weeks = (_iso_week_one(year + 1) - first) // 7
+        if not 1 <= week <= weeks:
+            raise ValueError(f"Invalid week: {week}")
+        if not 1 <= day <= 7:
+            raise ValueError(f"Invalid weekday: {day} (range is [1, 7])")
+        return cls(*_from_ordinal(first + (week - 1) * 7 + day - 1))
+
+    def toordinal(self):
+        return _to_ordinal(self._year, self._month, self._day)
+
+    def weekday(self):
+        return (self.toordinal() + 6) % 7
+
+    def isoweekday(self):
+        return self.weekday() + 1
+
+    def isocalendar(self):
+        year, today = self._year, self.toordinal()
+        if today >= _iso_week_one(year + 1):
+            year += 1
+        elif today < _iso_week_one(year):
+            year -= 1
+        return IsoCalendarDate((year, (today - _iso_week_one(year)) // 7 + 1, self.isoweekday()))
+
+    def isoformat(self):
+        return f"{self._year:04}-{self._month:02}-{self._day:02}"
+
+    def __str__(self):
+        return self.isoformat()
+
+    def __repr__(self):
+        return f"datetime.date({self._year}, {self._month}, {self._day})"
+
+    def ctime(self):
+        return self.strftime("%a %b %e 00:00:00 %Y")
+
+    def _fields(self):
+        first = _to_ordinal(self._year, 1, 1)
+        return (self._year, self._month, self._day, 0, 0, 0, self.weekday(), self.toordinal() - first + 1, -1)
+
+    def timetuple(self):
+        from time import struct_time
+        return struct_time(self._fields())
+
+    def strftime(self, format):
+        return _strftime(self, format, self._fields())
+
+    def __format__(self, spec):
+        return self.strftime(spec) if spec else str(self)
+
+    def replace(self, year=None, month=None, day=None):
+        return type(self)(self._year if year is None else year, self._month if month is None else month,
+                          self._day if day is None else day)
+
+    def __add__(self, other):
+        if isinstance(other, timedelta):
+            n = self.toordinal() + other.days
+            if not 0 < n <= 3652059:
+                raise OverflowError("date value out of range")
+            return type(self).fromordinal(n)
+        return NotImplemented
+
+    __radd__ = __add__
+
+    def __sub__(self, other):
+        if isinstance(other, timedelta):
+            return self + timedelta(-other.days)
+        if isinstance(other, date):
+            return timedelta(self.toordinal() - other.toordinal())
+        return NotImplemented
+
+    def _key(self):
+        return self._year, self._month, self._day
+
+    def _comparable(self, other):
+        return isinstance(other, date) and not isinstance(other, datetime)
+
+    def __eq__(self, other):
+        return self._key() == other._key() if self._comparable(other) else NotImplemented
+
+    def __lt__(self, other):
+        return self._key() < other._key() if self._comparable(other) else NotImplemented
+
+    def __le__(self, other):
+        return self._key() <= other._key() if self._comparable(other) else NotImplemented
+
+    def __gt__(self, other):
+        return self._key() > other._key() if self._comparable(other) else NotImplemented
+
+    def __ge__(self, other):
+        return self._key() >= other._key() if self._comparable(other) else NotImplemented
+
+    def __hash__(self):
+        return hash(self._key())
+
+
+class IsoCalendarDate(tuple):
+    year = property(lambda self: self[0])
+    week = property(lambda self: self[1])
+    weekday = property(lambda self: self[2])
+
+    def __repr__(self):
+        return f"datetime.IsoCalendarDate(year={self[0]}, week={self[1]}, weekday={self[2]})"
+
+
+def _iso_week_one(year):
+    """The ordinal of the Monday of week 1, which is the week with the year's first Thursday."""
+    first = _to_ordinal(year, 1, 1)
+    weekday = (first + 6) % 7
+    return first - weekday + (7 if weekday > 3 else 0)
+
+
+def _digits(text, count):
+    return int(text) if len(text) == count and text.isdigit() and text.isascii() else None
+
+
+def _iso_date(text):
+    if len(text) == 10 and text[4] == "-" and text[7] == "-":
+        parts = _digits(text[:4], 4), _digits(text[5:7], 2), _digits(text[8:], 2)
+    elif len(text) == 8 and text.isdigit():
+        parts = _digits(text[:4], 4), _digits(text[4:6], 2), _digits(text[6:], 2)
+    else:
+        return None
+    return None if None in parts else parts
+
+
+def _iso_time(text):
+    """Hour, minute, second, microsecond and zone; None if the text is none."""
+    zone = None
+    for i, c in enumerate(text):
+        if c in "+-Z":
+            rest, text = text[i:], text[:i]
+            if rest == "Z":
+                zone = timezone.utc
+            else:
+                offset = _iso_time(rest[1:])
+                if offset is None or offset[4] is not None:
+                    return None
+                span = timedelta(hours=offset[0], minutes=offset[1], seconds=offset[2], microseconds=offset[3])
+                zone = timezone(-span if rest[0] == "-" else span) if span else timezone.utc
+            break
+    fraction = 0
+    for point in ".,":
+        if point in text:
+            text, digits = text.split(point, 1)
+            if not digits.isdigit():
+                return None
+            fraction = int((digits + "000000")[:6])
+    if ":" in text:
+        pieces = text.split(":")
+    else:
+        pieces = [text[i:i + 2] for i in range(0, len(text), 2)]
+    if not 1 <= len(pieces) <= 3:
+        return None
+    values = [_digits(piece, 2) for piece in pieces]
+    if None in values:
+        return None
+    values += [0] * (3 - len(values))
+    return (*values, fraction, zone)
+
+
+class time:
+    def __init__(self, hour=0, minute=0, second=0, microsecond=0, tzinfo=None, *, fold=0):
+        _check_time(hour, minute, second, microsecond, fold)
+        _check_zone(tzinfo)
+        self._hour, self._minute, self._second, self._microsecond = hour, minute, second, microsecond
+        self._tzinfo, self._fold = tzinfo, fold
+
+    hour = property(lambda self: self._hour)
+    minute = property(lambda self: self._minute)
+    second = property(lambda self: self._second)
+    microsecond = property(lambda self: self._microsecond)
+    tzinfo = property(lambda self: self._tzinfo)
+    fold = property(lambda self: self._fold)
+
+    @classmethod
+    def fromisoformat(cls, time_string):
+        if not isinstance(time_string, str):
+            raise TypeError("fromisoformat: argument must be str")
+        fields = _iso_time(time_string.lstrip("T"))
+        if fields is None:
+            raise ValueError(f"Invalid isoformat string: {time_string!r}")
+        return cls(*fields)
+
+    def utcoffset(self):
+        return None if self._tzinfo is None else self._tzinfo.utcoffset(None)
+
+    def tzname(self):
+        return None if self._tzinfo is None else self._tzinfo.tzname(None)
+
+    def dst(self):
+        return None if self._tzinfo is None else self._tzinfo.dst(None)
+
+    def isoformat(self, timespec="auto"):
+        text = _time_text(self._hour, self._minute, self._second, self._microsecond, timespec)
+        offset = self.utcoffset()
+        return text if offset is None else text + _offset_text(offset)
+
+    def __str__(self):
+        return self.isoformat()
+
+    def __repr__(self):
+        text = f"datetime.time({self._hour}, {self._minute}"
+        if self._second or self._microsecond:
+            text += f", {self._second}"
+        if self._microsecond:
+            text += f", {self._microsecond}"
+        if self._tzinfo is not None:
+            text += f", tzinfo={self._tzinfo!r}"
+        return text + ")"
+
+    def strftime(self, format):
+        fields = (1900, 1, 1, self._hour, self._minute, self._second, 0, 1, -1)
+        return _strftime(self, format, fields, self._microsecond)
+
+    def __format__(self, spec):
+        return self.strftime(spec) if spec else str(self)
+
+    def replace(self, hour=None, minute=None, second=None, microsecond=None, tzinfo=True, *, fold=None):
+        return type(self)(self._hour if hour is None else hour, self._minute if minute is None else minute,
+                          self._second if second is None else second,
+                          self._microsecond if microsecond is None else microsecond,
+                          self._tzinfo if tzinfo is True else tzinfo, fold=self._fold if fold is None else fold)
+
+    def _key(self):
+        offset = self.utcoffset()
+        total = ((self._hour * 60 + self._minute) * 60 + self._second) * 1000000 + self._microsecond
+        return total if offset is None else total - offset._total()
+
+    def _compare(self, other):
+        if (self.utcoffset() is None) != (other.utcoffset() is None):
+            raise TypeError("can't compare offset-naive and offset-aware times")
+        return self._key() - other._key()
+
+    def __eq__(self, other):
+        if not isinstance(other, time):
+            return NotImplemented
+        return (self.utcoffset() is None) == (other.utcoffset() is None) and self._key() == other._key()
+
+    def __lt__(self, other):
+        return self._compare(other) < 0 if isinstance(other, time) else NotImplemented
+
+    def __le__(self, other):
+        return self._compare(other) <= 0 if isinstance(other, time) else NotImplemented
+
+    def __gt__(self, other):
+        return self._compare(other) > 0 if isinstance(other, time) else NotImplemented
+
+    def __ge__(self, other):
+        return self._compare(other) >= 0 if isinstance(other, time) else NotImplemented
+
+    def __hash__(self):
+        return hash(self._key())
+
+
+def _time_text(hour, minute, second, microsecond, timespec):
+    if timespec == "auto":
+        timespec = "microseconds" if microsecond else "seconds"
+    forms = {
+        "hours": f"{hour:02}",
+        "minutes": f"{hour:02}:{minute:02}",
+        "seconds": f"{hour:02}:{minute:02}:{second:02}",
+        "milliseconds": f"{hour:02}:{minute:02}:{second:02}.{microsecond // 1000:03}",
+        "microseconds": f"{hour:02}:{minute:02}:{second:02}.{microsecond:06}",
+    }
+    if timespec not in forms:
+        raise ValueError("Unknown timespec value")
+    return forms[timespec]
+
+
+class datetime(date):
+    def __init__(self, year, month=None, day=None, hour=0, minute=0, second=0, microsecond=0, tzinfo=None, *, fold=0):
+        super().__init__(year, month, day)
+        _check_time(hour, minute, second, microsecond, fold)
+        _check_zone(tzinfo)
+        self._hour, self._minute, self._second, self._microsecond = hour, minute, second, microsecond
+        self._tzinfo, self._fold = tzinfo, fold
+
+    hour = property(lambda self: self._hour)
+    minute = property(lambda self: self._minute)
+    second = property(lambda self: self._second)
+    microsecond = property(lambda self: self._microsecond)
+    tzinfo = property(lambda self: self._tzinfo)
+    fold = property(lambda self: self._fold)
+
+    @classmethod
+    def now(cls, tz=None):
+        return cls.fromtimestamp(_now(), tz)
+
+    @classmethod
+    def utcnow(cls):
+        return cls.fromtimestamp(_now())
+
+    @classmethod
+    def today(cls):
+        return cls.fromtimestamp(_now())
+
+    @classmethod
+    def fromtimestamp(cls, timestamp, tz=None):
+        _check_zone(tz)
+        whole = _floor(timestamp)
+        microsecond = round((timestamp - whole) * 1000000)
+        made = cls(1970, 1, 1) + _span(whole * 1000000 + microsecond)
+        if tz is None:
+            return made
+        return tz.fromutc(made.replace(tzinfo=tz))
+
+    @classmethod
+    def utcfromtimestamp(cls, t):
+        return cls.fromtimestamp(t)
+
+    @classmethod
+    def combine(cls, date, time, tzinfo=True):
+        return cls(date.year, date.month, date.day, time.hour, time.minute, time.second, time.microsecond,
+                   time.tzinfo if tzinfo is True else tzinfo, fold=time.fold)
+
+    @classmethod
+    def fromisoformat(cls, date_string):
+        if not isinstance(date_string, str):
+            raise TypeError("fromisoformat: argument must be str")
+        length = 10 if date_string[4:5] == "-" else 8
+        fields = _iso_date(date_string[:length])
+        clock = (0, 0, 0, 0, None)
+        if fields is not None and len(date_string) > length:
+            clock = _iso_time(date_string[length + 1:]) if len(date_string) > length + 1 else None
+        if fields is None or clock is None:
+            raise ValueError(f"Invalid isoformat string: {date_string!r}")
+        return cls(*fields, *clock)
+
+    @classmethod
+    def strptime(cls, date_string, format):
+        return _strptime(cls, date_string, format)
+
+    def timestamp(self):
+        offset = self.utcoffset()
+        since = self._microseconds() - _EPOCH
+        return (since if offset is None else since - offset._total()) / 10 ** 6
+
+    def _microseconds(self):
+        seconds = (self._hour * 60 + self._minute) * 60 + self._second
+        return (self.toordinal() * 86400 + seconds) * 1000000 + self._microsecond
+
+    def utcoffset(self):
+        return None if self._tzinfo is None else self._tzinfo.utcoffset(self)
+
+    def tzname(self):
+        return None if self._tzinfo is None else self._tzinfo.tzname(self)
+
+    def dst(self):
+        return None if self._tzinfo is None else self._tzinfo.dst(self)
+
+    def date(self):
+        return date(self._year, self._month, self._day)
+
+    def time(self):
+        return time(self._hour, self._minute, self._second, self._microsecond, fold=self._fold)
+
+    def timetz(self):
+        return time(self._hour, self._minute, self._second, self._microsecond, self._tzinfo, fold=self._fold)
+
+    def astimezone(self, tz=None):
+        tz = timezone.utc if tz is None else tz
+        offset = self.utcoffset() or timedelta(0)
+        return tz.fromutc((self.replace(tzinfo=None) - offset).replace(tzinfo=tz))
+
+    def replace(self, year=None, month=None, day=None, hour=None, minute=None, second=None, microsecond=None,
+                tzinfo=True, *, fold=None):
+        return type(self)(self._year if year is None else year, self._month if month is None else month,
+                          self._day if day is None else day, self._hour if hour is None else hour,
+                          self._minute if minute is None else minute, self._second if second is None else second,
+                          self._microsecond if microsecond is None else microsecond,
+                          self._tzinfo if tzinfo is True else tzinfo, fold=self._fold if fold is None else fold)
+
+    def _fields(self):
+        fields = date._fields(self)
+        return fields[:3] + (self._hour, self._minute, self._second) + fields[6:]
+
+    def utctimetuple(self):
+        offset = self.utcoffset()
+        return (self if offset is None else self - offset).timetuple()
+
+    def ctime(self):
+        return self.strftime("%a %b %e %H:%M:%S %Y")
+
+    def isoformat(self, sep="T", timespec="auto"):
+        text = _time_text(self._hour, self._minute, self._second, self._microsecond, timespec)
+        offset = self.utcoffset()
+        return date.isoformat(self) + sep + text + ("" if offset is None else _offset_text(offset))
+
+    def __str__(self):
+        return self.isoformat(" ")
+
+    def __repr__(self):
+        values = [self._year, self._month, self._day, self._hour, self._minute, self._second, self._microsecond]
+        while len(values) > 5 and values[-1] == 0:
+            values.pop()
+        zone = "" if self._tzinfo is None else f", tzinfo={self._tzinfo!r}"
+        return f"datetime.datetime({', '.join(map(str, values))}{zone})"
+
+    def strftime(self, format):
+        return _strftime(self, format, self._fields(), self._microsecond)
+
+    def __add__(self, other):
+        if not isinstance(other, timedelta):
+            return NotImplemented
+        days, rest = divmod(self._microseconds() + other._total(), 86400000000)
+        if not 0 < days <= 3652059:
+            raise OverflowError("date value out of range")
+        seconds, microsecond = divmod(rest, 1000000)
+        minutes, second = divmod(seconds, 60)
+        hour, minute = divmod(minutes, 60)
+        return type(self)(*_from_ordinal(days), hour, minute, second, microsecond, self._tzinfo)
+
+    __radd__ = __add__
+
+    def __sub__(self, other):
+        if isinstance(other, timedelta):
+            return self + -other
+        if not isinstance(other, datetime):
+            return NotImplemented
+        mine, theirs = self.utcoffset(), other.utcoffset()
+        difference = self._microseconds() - other._microseconds()
+        if (mine is None) != (theirs is None):
+            raise TypeError("can't subtract offset-naive and offset-aware datetimes")
+        return _span(difference if mine is None else difference - mine._total() + theirs._total())
+
+    def _key(self):
+        offset = self.utcoffset()
+        return self._microseconds() - (0 if offset is None else offset._total())
+
+    def _comparable(self, other):
+        if not isinstance(other, datetime):
+            if isinstance(other, date):
+                raise TypeError(f"can't compare {type(self).__module__}.{type(self).__name__} to "
+                                f"{type(other).__module__}.{type(other).__name__}")
+            return False
+        if (self.utcoffset() is None) != (other.utcoffset() is None):
+            raise TypeError("can't compare offset-naive and offset-aware datetimes")
+        return True
+
+    def __eq__(self, other):
+        if not isinstance(other, datetime):
+            return False if isinstance(other, date) else NotImplemented
+        return (self.utcoffset() is None) == (other.utcoffset() is None) and self._key() == other._key()
+
+    def __hash__(self):
+        return hash(self._key())
+
+
+date.min, date.max, date.resolution = date(1, 1, 1), date(9999, 12, 31), timedelta(days=1)
+time.min, time.max, time.resolution = time(0, 0), time(23, 59, 59, 999999), timedelta.resolution
+datetime.min = datetime(1, 1, 1)
+datetime.max = datetime(9999, 12, 31, 23, 59, 59, 999999)
+datetime.resolution = timedelta.resolution
+_EPOCH = datetime(1970, 1, 1)._microseconds()
+
+_WIDTHS = {"d": 2, "m": 2, "y": 2, "Y": 4, "H": 2, "I": 2, "M": 2, "S": 2, "j": 3, "f": 6, "w": 1, "u": 1}
+_SHORT = {"D": "%m/%d/%y", "T": "%H:%M:%S", "R": "%H:%M", "F": "%Y-%m-%d", "c": "%a %b %d %H:%M:%S %Y",
+          "x": "%m/%d/%y", "X": "%H:%M:%S"}
+
+
+def _strptime(cls, text, format):
+    found = {}
+    for code, pattern in _SHORT.items():
+        format = format.replace("%" + code, pattern)
+    refusal = ValueError(f"time data {text!r} does not match format {format!r}")
+    at = i = 0
+    while i < len(format):
+        c = format[i]
+        i += 1
+        if c.isspace():
+            while at < len(text) and text[at].isspace():
+                at += 1
+            continue
+        if c != "%":
+            if text[at:at + 1].lower() != c.lower():
+                raise refusal
+            at += 1
+            continue
+        code = format[i:i + 1]
+        i += 1
+        if not code:
+            raise ValueError(f"stray %% in format '{format}'")
+        if code == "%":
+            if text[at:at + 1] != "%":
+                raise refusal
+            at += 1
+        elif code in _WIDTHS:
+            end = at
+            while end < len(text) and end - at < _WIDTHS[code] and text[end].isdigit():
+                end += 1
+            if end == at or code == "Y" and end - at != 4:
+                raise refusal
+            digits = text[at:end]
+            found[code] = int((digits + "000000")[:6]) if code == "f" else int(digits)
+            at = end
+        elif code in "bBaAp":
+            names = {"b": _MONTHS, "B": _FULL_MONTHS, "a": _DAYS, "A": _FULL_DAYS, "p": ["AM", "PM"]}[code]
+            for number, name in enumerate(names):
+                if text[at:at + len(name)].lower() == name.lower():
+                    found["m" if code in "bB" else code] = number + (code in "bB")
+                    at += len(name)
+                    break
+            else:
+                raise refusal
+        elif code == "z":
+            end = at
+            while end < len(text) and text[end] in "+-:.0123456789Z":
+                end += 1
+            fields = _iso_time("00" + text[at:end]) if end > at else None
+            if fields is None:
+                raise refusal
+            found["z"] = fields[4]
+            at = end
+        elif code == "Z":
+            for name in ("UTC", "GMT"):
+                if text[at:at + 3].upper() == name:
+                    at += 3
+                    break
+            else:
+                raise refusal
+        else:
+            raise ValueError(f"'{code}' is a bad directive in format '{format}'")
+    if at < len(text):
+        raise ValueError(f"unconverted data remains: {text[at:]}")
+    year = found.get("Y", 1900)
+    if "y" in found:
+        year = found["y"] + (2000 if found["y"] <= 68 else 1900)
+    hour = found.get("H", 0)
+    if "I" in found:
+        hour = found["I"] % 12 + (12 if found.get("p") == 1 else 0)
+    month, day = found.get("m", 1), found.get("d", 1)
+    for value, least, most in ((month, 1, 12), (day, 1, 31), (hour, 0, 23), (found.get("M", 0), 0, 59),
+                               (found.get("S", 0), 0, 61), (found.get("I", 1), 1, 12)):
+        if not least <= value <= most:
+            raise refusal
+    if "j" in found and "m" not in found:
+        year, month, day = _from_ordinal(_to_ordinal(year, 1, 1) + found["j"] - 1)
+    return cls(year, month, day, hour, found.get("M", 0), min(found.get("S", 0), 59), found.get("f", 0), found.get("z"))
