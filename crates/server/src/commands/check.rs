@@ -87,3 +87,36 @@ pub fn read_script(path: &Path) -> Result<String, String> {
         )
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn findings_are_one_json_object_a_line() {
+        let text = "def f():\n    spee = 1\n    movej([0, -90, 0, 0, 0, 0], v=sped)\n    return 1\n    sync()\n";
+        let file = SourceFile::new("pick.script", text);
+        let known = elite_runtime::builtins::known_names();
+        let lines: String = elite_lang::check(file.clone(), &known)
+            .iter()
+            .map(|finding| render(finding, &file, FindingFormat::Json))
+            .collect();
+        let expected = concat!(
+            r#"{"code":"unused-variable","column":5,"end_column":9,"end_line":2,"file":"pick.script","#,
+            r#""help":"remove it, or call it '_spee' if that is meant","line":2,"#,
+            r#""message":"the variable 'spee' is assigned but never used"}"#,
+            "\n",
+            r#"{"code":"degrees","column":11,"end_column":31,"end_line":3,"file":"pick.script","#,
+            r#""help":"turn degrees into radians with d2r()","line":3,"message":"'q' of movej() has an angle of -90: "#,
+            r#"angles are in radians, and 6.2832 is a full turn"}"#,
+            "\n",
+            r#"{"code":"undefined-name","column":35,"end_column":39,"end_line":3,"file":"pick.script","#,
+            r#""help":"did you mean 'spee'","line":3,"message":"the name 'sped' is not defined"}"#,
+            "\n",
+            r#"{"code":"unreachable","column":5,"end_column":11,"end_line":5,"file":"pick.script","help":null,"#,
+            r#""line":5,"message":"this is never reached"}"#,
+            "\n",
+        );
+        assert_eq!(lines, expected);
+    }
+}
