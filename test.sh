@@ -16,5 +16,8 @@ else
     cargo test --quiet --no-fail-fast
 fi
 
+echo "== Field buses, sockets and remote calls against peers from PyPI"
+tests/peers/run.sh
+
 echo "== Python wheel"
 python3 crates/pybind/test.py

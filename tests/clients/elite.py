@@ -10,10 +10,23 @@ import socket
 import struct
 import time
 
+class Client:
+    """Something with a socket that is closed with it."""
+
+    socket = None
+
+    def close(self):
+        if self.socket:
+            self.socket.close()
+
+    def __del__(self):
+        self.close()
+
+
 # --- 29999 -------------------------------------------------------------------------------------------------------------
 
 
-class Dashboard:
+class Dashboard(Client):
     """Port 29999: a line out, one reply in.
 
     A reply is read like the vendor's client does: bytes until the first line feed, and whatever came with them. A reply
@@ -92,9 +105,6 @@ class Dashboard:
             raise AssertionError("stop was refused")
         self.poll("task -s", "Task is stopped")
 
-    def close(self):
-        self.socket.close()
-
 
 # --- 30004 -------------------------------------------------------------------------------------------------------------
 
@@ -136,7 +146,7 @@ class Recipe:
         return self.packing.pack(*flat)
 
 
-class Rtsi:
+class Rtsi(Client):
     """Port 30004. Replies must come within a second; data packages in between are skipped."""
 
     def __init__(self, port, host="127.0.0.1"):
@@ -164,7 +174,7 @@ class Rtsi:
                     packet, self.buffer = self.buffer[:length], self.buffer[length:]
                     return chr(packet[2]), packet[3:]
             left = end - time.monotonic()
-            if left <= 0 or not select.select([self.socket], [], [], left)[0]:
+            if not select.select([self.socket], [], [], max(0.0, left))[0]:
                 return None
             part = self.socket.recv(65536)
             if not part:
@@ -224,8 +234,16 @@ class Rtsi:
             if packet[0] == "M":
                 self.messages.append(packet[1])
 
+    def latest(self):
+        """The next values after everything that has come so far, which is thrown away."""
+        while self.packet(0.0):
+            pass
+        return self.read()
+
     def until(self, holds, seconds=5.0):
         """The first values for which `holds` is true."""
+        while self.packet(0.0):
+            pass  # the past does not count
         end = time.monotonic() + seconds
         while True:
             values = self.read()
@@ -234,16 +252,13 @@ class Rtsi:
             if time.monotonic() > end:
                 raise AssertionError(f"rtsi: never came: {values}")
 
-    def close(self):
-        self.socket.close()
-
 
 # --- 30001 -------------------------------------------------------------------------------------------------------------
 
 STATE_LENGTHS = [(0, 53), (1, 347), (4, 101), (6, 445), (3, 88), (8, 10), (2, 37), (10, 43), (11, 28)]
 
 
-class Primary:
+class Primary(Client):
     """Port 30001: scripts out; states and exceptions in."""
 
     def __init__(self, port, host="127.0.0.1"):
@@ -266,7 +281,7 @@ class Primary:
                     body, self.buffer = self.buffer[5:length], self.buffer[length:]
                     return kind, body
             left = end - time.monotonic()
-            if left <= 0 or not select.select([self.socket], [], [], left)[0]:
+            if not select.select([self.socket], [], [], max(0.0, left))[0]:
                 return None
             part = self.socket.recv(65536)
             if not part:
@@ -316,9 +331,6 @@ class Primary:
             level, data_type = struct.unpack(">iI", message[1][18:26])
             text = message[1][26:].rstrip(b"\0").decode() if data_type == 5 else ""
             return kind, first, second, text
-
-    def close(self):
-        self.socket.close()
 
 
 class State:

@@ -66,6 +66,12 @@ pub enum Message {
 /// Error code of every protective stop; the sub code tells the reason ([`StopReason::code`]). Our numbering.
 pub const PROTECTIVE_STOP_CODE: i32 = 100;
 
+/// Error code of every emergency stop. Our numbering.
+pub const EMERGENCY_STOP_CODE: i32 = 101;
+
+/// Error code of alarms that end a program, such as a wrong I/O type (manual 5.16). Our numbering.
+pub const SCRIPT_ALARM_CODE: i32 = 110;
+
 impl Message {
     /// A log line.
     pub fn log(severity: Severity, origin: Origin, text: impl Into<String>) -> Self {
@@ -85,13 +91,19 @@ impl Message {
         )
     }
 
-    /// The message of a protective stop.
+    /// The message of a protective or an emergency stop.
     pub fn protective_stop(reason: StopReason) -> Self {
         Self::Robot {
-            code: PROTECTIVE_STOP_CODE,
+            code: match reason {
+                StopReason::EmergencyStop => EMERGENCY_STOP_CODE,
+                _ => PROTECTIVE_STOP_CODE,
+            },
             sub_code: i32::try_from(reason.code()).unwrap_or(i32::MAX),
             severity: Severity::Error,
-            text: format!("protective stop: {reason}"),
+            text: match reason {
+                StopReason::EmergencyStop => format!("emergency stop: {reason}"),
+                _ => format!("protective stop: {reason}"),
+            },
         }
     }
 }

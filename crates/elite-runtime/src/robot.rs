@@ -8,8 +8,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use kinematics::{RobotModel, SafetyBounds};
 use motion_api::{
-    Command, CommandId, CommandKind, CommandPort, Event, EventReader, Origin, Outcome, RingFull,
-    RobotState, ScriptEnd, SnapshotCell, StopReason, Timeline,
+    Command, CommandId, CommandKind, CommandPort, DigitalBank, Event, EventReader, IoChange,
+    IoImage, Origin, Outcome, Registers, RingFull, RobotState, ScriptEnd, SnapshotCell, StopReason,
+    Timeline,
 };
 use tokio::sync::Notify;
 
@@ -21,6 +22,7 @@ pub struct Robot {
     safety_bounds: SafetyBounds,
     commands: CommandPort,
     snapshot: Arc<SnapshotCell>,
+    registers: Arc<Registers>,
     timeline: Arc<dyn Timeline>,
     awaited: Mutex<Awaited>,
     inbox: Mutex<Inbox>,
@@ -61,6 +63,7 @@ impl Robot {
             safety_bounds: SafetyBounds::default(),
             commands: end.commands,
             snapshot: end.snapshot,
+            registers: end.registers,
             timeline,
             awaited: Mutex::default(),
             inbox: Mutex::new(Inbox {
@@ -132,21 +135,30 @@ impl Robot {
         })
     }
 
-    /// Level of a standard digital output as the next read must see it: the newest write that still waits for its cycle,
-    /// otherwise the level of the latest cycle.
-    pub fn standard_digital_out(&self, output: u8) -> bool {
+    /// Inputs and outputs as the next read must see them: the image of the latest cycle with every change that still
+    /// waits for its cycle applied, in order.
+    pub fn io(&self) -> IoImage {
         let awaited = self.awaited();
-        let newest = awaited
+        let mut image = self.state().io();
+        for entry in awaited
             .open
             .values()
-            .rev()
-            .find_map(|entry| match entry.command.kind {
-                CommandKind::SetStandardDigitalOut { index, level } if index == output => {
-                    Some(level)
+            .filter(|entry| entry.outcome.is_none())
+        {
+            match entry.command.kind {
+                CommandKind::SetStandardDigitalOut { index, level } if index < 16 => {
+                    image.apply(&IoChange::digital_out(DigitalBank::Standard, index, level));
                 }
-                _ => None,
-            });
-        newest.unwrap_or_else(|| self.state().digital_out & (1 << output) != 0)
+                CommandKind::SetIo(change) => image.apply(&change),
+                _ => {}
+            }
+        }
+        image
+    }
+
+    /// The general purpose registers.
+    pub fn registers(&self) -> &Registers {
+        &self.registers
     }
 
     /// How many protective stops there were so far, and the reason of the last one.
@@ -258,6 +270,8 @@ pub struct ScriptEndWithoutRecords {
     pub events: EventReader,
     /// The latest state.
     pub snapshot: Arc<SnapshotCell>,
+    /// The general purpose registers.
+    pub registers: Arc<Registers>,
 }
 
 impl From<ScriptEnd> for ScriptEndWithoutRecords {
@@ -266,6 +280,7 @@ impl From<ScriptEnd> for ScriptEndWithoutRecords {
             commands: end.commands,
             events: end.events,
             snapshot: end.snapshot,
+            registers: end.registers,
         }
     }
 }

@@ -283,7 +283,7 @@ impl Shared {
             Ok(runtime) => {
                 let (interpreter, status) = (self.interpreter.clone(), self.status.clone());
                 let task = Task::new(self.settings.clone(), interpreter, id, controls, status);
-                runtime.block_on(task.run(program))
+                tokio::task::LocalSet::new().block_on(&runtime, task.run(program))
             }
             Err(error) => {
                 let text = format!("the program could not be started: {error}");

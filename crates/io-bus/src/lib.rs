@@ -1,9 +1,16 @@
-//! Field buses: the controller's own Modbus registers and the server that shows them.
+//! Field buses and other lines to the outside: Modbus both ways, serial lines, script sockets, remote calls.
 //!
-//! Knows no script value and no robot; the runtime reads and writes [`PortImage`] for `read_port_*` and `write_port_*`,
-//! the server hands connections to [`modbus_server::serve`].
+//! Knows no script value and no robot. The runtime reads and writes [`PortImage`] for `read_port_*` and `write_port_*`
+//! and finds signals and serial ports in [`Fieldbus`]; the server hands connections to [`modbus_server::serve`].
 
+mod fieldbus;
+pub mod modbus;
 pub mod modbus_server;
 pub mod port_image;
+pub mod script_socket;
+pub mod serial;
+pub mod xmlrpc;
 
+pub use fieldbus::Fieldbus;
 pub use port_image::{PortError, PortImage};
+pub use script_socket::ScriptSocket;

@@ -18,7 +18,7 @@ async fn server() -> (SocketAddr, Arc<PortImage>) {
     tokio::spawn(async move {
         while let Ok((stream, _)) = listener.accept().await {
             let image = Arc::clone(&shared);
-            tokio::spawn(async move { modbus_server::serve(stream, &image).await });
+            tokio::spawn(async move { modbus_server::serve(stream, &image, None).await });
         }
     });
     (address, image)

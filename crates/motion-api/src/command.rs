@@ -3,7 +3,11 @@
 //! A command is checked for form (numbers finite, ranges of the manual) before it enters the ring; whether the arm can
 //! do it is decided on the other side and comes back as an [`Outcome`](crate::Outcome).
 
-use kinematics::{JointPositions, Payload, RpyPose};
+use kinematics::{JointPositions, JointSpeeds, Payload, RpyPose};
+
+use crate::online::{EncoderRange, FreedriveFrame, PulseDecoding};
+
+use crate::IoChange;
 
 /// Number of a command, in the order in which commands entered the ring, from 1. 0 means "none".
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -89,6 +93,8 @@ pub enum CommandKind {
         /// High or low.
         level: bool,
     },
+    /// Any other input or output, or how it is configured (manual chapter 5).
+    SetIo(IoChange),
     /// The speed slider, 0 to 1.
     SetSpeedFraction(f64),
     /// Arm power on: power off → idle.
@@ -101,6 +107,125 @@ pub enum CommandKind {
     UnlockProtectiveStop,
     /// Clears a safety fault.
     RestartSafetyBoard,
+    /// The emergency stop button of the pendant: the arm brakes and loses its power.
+    EmergencyStop {
+        /// Pressed, or released again.
+        pressed: bool,
+    },
+
+    // Online modes and what belongs to them.
+    /// One point of a stream of joint positions (manual 3.1.6). The call ends after `duration`.
+    ServoJ {
+        /// Where to, rad.
+        target: JointPositions,
+        /// How long this point leads the arm, s.
+        duration: f64,
+        /// Length of the mean filter, s.
+        lookahead: f64,
+        /// Tracking gain, 100 to 2000.
+        gain: f64,
+    },
+    /// Joint speeds, held until the next motion command (manual 3.1.25).
+    SpeedJ {
+        /// rad/s.
+        speeds: JointSpeeds,
+        /// Acceleration of the joint that changes most, rad/s².
+        acceleration: f64,
+        /// When the call ends, s; `None` when the speeds are reached.
+        duration: Option<f64>,
+    },
+    /// A TCP velocity, held until the next motion command (manual 3.1.27).
+    SpeedL {
+        /// Linear m/s, then angular rad/s, base frame.
+        speed: [f64; 6],
+        /// m/s².
+        acceleration: f64,
+        /// rad/s².
+        rotation_acceleration: f64,
+        /// When the call ends, s; `None` when the velocity is reached.
+        duration: Option<f64>,
+    },
+    /// All joints to rest (manual 3.1.26); a planned motion brakes on its path.
+    StopJ {
+        /// rad/s².
+        acceleration: f64,
+    },
+    /// The TCP to rest on its line (manual 3.1.28); a planned motion brakes on its path.
+    StopL {
+        /// m/s².
+        acceleration: f64,
+    },
+    /// Free-fall acceleration in the base frame, m/s² (manual 3.1.16 has the other sign).
+    SetGravity([f64; 3]),
+    /// The arm follows the hand (manual 3.1.41). Ends with [`EndFreedrive`](Self::EndFreedrive) or a stop.
+    Freedrive {
+        /// Which of x, y, z, rx, ry, rz may move.
+        free_axes: [bool; 6],
+        /// Whose axes.
+        frame: FreedriveFrame,
+    },
+    /// Back to position control (manual 3.1.42); nothing to do when freedrive is off.
+    EndFreedrive,
+    /// A wrench that acts on the tool from outside until the next one: N and Nm, base axes, about the TCP.
+    SetExternalWrench([f64; 6]),
+    /// Collision detection on or off (manual 3.1.43).
+    SetCollisionDetection(bool),
+    /// Sensitivity of collision detection, 10 to 100 % (manual 3.1.46).
+    SetCollisionSensitivity(u8),
+    /// Motion goes along with a belt from now on (manual 3.1.30).
+    TrackConveyorLinear {
+        /// Where the belt runs to, base frame; its length does not count.
+        direction: [f64; 3],
+        /// Encoder ticks a metre.
+        ticks_per_meter: f64,
+        /// 0 or 1.
+        encoder: u8,
+    },
+    /// Motion goes along with a turntable from now on (manual 3.1.29).
+    TrackConveyorCircular {
+        /// Centre of the table in the base frame; it turns about its z axis.
+        center: RpyPose,
+        /// Encoder ticks a turn.
+        ticks_per_revolution: f64,
+        /// The tool turns with the table.
+        rotate_tool: bool,
+        /// 0 or 1.
+        encoder: u8,
+    },
+    /// Ends tracking and brings the tool to rest (manual 3.1.31).
+    StopConveyorTracking,
+    /// The count of an encoder comes from the program from now on (manual 3.1.21).
+    EncoderEnableSetTickCount {
+        /// 0 or 1.
+        encoder: u8,
+        /// Range of the counter.
+        range: EncoderRange,
+    },
+    /// The count of an encoder (manual 3.1.23).
+    EncoderSetTickCount {
+        /// 0 or 1.
+        encoder: u8,
+        /// Ticks, inside the range of the encoder.
+        count: f64,
+    },
+    /// The count of an encoder comes from pulses from now on (manual 3.1.32).
+    EncoderEnablePulseDecode {
+        /// 0 or 1.
+        encoder: u8,
+        /// Which edges count.
+        decoding: PulseDecoding,
+        /// Input of channel A: 16 or 17.
+        channel_a: u8,
+        /// Input of channel B, 16 or 17; 0 unless quadrature.
+        channel_b: u8,
+    },
+    /// A simulated digital input, bit of `RobotState::digital_in`.
+    SetDigitalInput {
+        /// 0 to 27.
+        index: u8,
+        /// High or low.
+        level: bool,
+    },
 }
 
 impl CommandKind {
@@ -115,12 +240,32 @@ impl CommandKind {
             Self::SetTcp(_) => "set_tcp",
             Self::SetPayload(_) => "set_payload",
             Self::SetStandardDigitalOut { .. } => "set_standard_digital_out",
+            Self::SetIo(_) => "set_io",
             Self::SetSpeedFraction(_) => "set_speed_fraction",
             Self::PowerOn => "power_on",
             Self::PowerOff => "power_off",
             Self::ReleaseBrakes => "release_brakes",
             Self::UnlockProtectiveStop => "unlock_protective_stop",
             Self::RestartSafetyBoard => "restart_safety_board",
+            Self::EmergencyStop { .. } => "emergency_stop",
+            Self::ServoJ { .. } => "servoj",
+            Self::SpeedJ { .. } => "speedj",
+            Self::SpeedL { .. } => "speedl",
+            Self::StopJ { .. } => "stopj",
+            Self::StopL { .. } => "stopl",
+            Self::SetGravity(_) => "set_gravity",
+            Self::Freedrive { .. } => "freedrive_mode",
+            Self::EndFreedrive => "end_freedrive_mode",
+            Self::SetExternalWrench(_) => "set_external_wrench",
+            Self::SetCollisionDetection(_) => "set_collision_detect_enabled",
+            Self::SetCollisionSensitivity(_) => "set_dyn_collision_force_min_ratio",
+            Self::TrackConveyorLinear { .. } => "track_conveyor_linear",
+            Self::TrackConveyorCircular { .. } => "track_conveyor_circular",
+            Self::StopConveyorTracking => "stop_conveyor_tracking",
+            Self::EncoderEnableSetTickCount { .. } => "encoder_enable_set_tick_count",
+            Self::EncoderSetTickCount { .. } => "encoder_set_tick_count",
+            Self::EncoderEnablePulseDecode { .. } => "encoder_enable_pulse_decode",
+            Self::SetDigitalInput { .. } => "set_digital_input",
         }
     }
 

@@ -108,6 +108,17 @@ pub enum Refusal {
     /// The arm has not come to rest yet.
     #[error("the arm still decelerates; this is possible once it stands")]
     StillMoving,
+    /// The target lies behind a safety plane.
+    #[error("the target lies {depth:.4} m behind safety plane {} of the cell", plane + 1)]
+    SafetyPlane {
+        /// Index of the plane in the cell, from 0.
+        plane: u8,
+        /// How far behind it, m.
+        depth: f64,
+    },
+    /// A conveyor is tracked already.
+    #[error("a conveyor is tracked already; end that first with stop_conveyor_tracking()")]
+    Tracking,
     /// The planner found nothing.
     #[error("no trajectory found for this target (planner error {code})")]
     Planner {
@@ -199,6 +210,32 @@ pub enum StopReason {
         /// Limit, m/s.
         limit: f64,
     },
+    /// Somebody pressed an emergency stop, or an input that means it asked for one.
+    #[error("an emergency stop was asked for; release it, then power on and release the brakes")]
+    EmergencyStop,
+    /// A joint carries more than the motion explains.
+    #[error("collision at joint {}: {torque:.1} Nm from outside (allowed {limit:.1} Nm), as {force:.0} N at the tool would be", joint + 1)]
+    Collision {
+        /// Joint index from 0.
+        joint: u8,
+        /// Torque from outside, Nm.
+        torque: f64,
+        /// Threshold, Nm.
+        limit: f64,
+        /// The force at the TCP that explains the torques of all joints best, N.
+        force: f64,
+    },
+    /// A conveyor carried the TCP out of reach.
+    #[error("the conveyor carries the TCP to where the arm cannot follow")]
+    ConveyorLost,
+    /// TCP or tool were about to cross a safety plane.
+    #[error("the tool was about to cross safety plane {} of the cell: it would come to rest {depth:.4} m behind it", plane + 1)]
+    SafetyPlane {
+        /// Index of the plane in the cell, from 0.
+        plane: u8,
+        /// How far behind it would come to rest, m.
+        depth: f64,
+    },
     /// The controller met a condition it has no rule for; the arm stops. A bug of ours.
     #[error("internal fault {code} in the motion thread; please report it with the recording")]
     Internal {
@@ -216,6 +253,10 @@ impl StopReason {
             Self::TrackingError { .. } => 3,
             Self::TcpSpeed { .. } => 4,
             Self::ElbowSpeed { .. } => 5,
+            Self::EmergencyStop => 20,
+            Self::Collision { .. } => 11,
+            Self::SafetyPlane { .. } => 12,
+            Self::ConveyorLost => 13,
             Self::Internal { .. } => 99,
         }
     }
@@ -242,6 +283,12 @@ pub enum Warning {
         wanted: f64,
         /// Planned, rad/s or m/s.
         planned: f64,
+    },
+    /// An online mode cannot go on as asked.
+    #[error("the arm slows down: joint {} is near the end of its range or turns too fast for the wanted motion", joint + 1)]
+    HeldBack {
+        /// Joint index from 0.
+        joint: u8,
     },
     /// The wanted acceleration is more than the arm can do here.
     #[error(

@@ -9,7 +9,10 @@
 
 pub mod command;
 pub mod event;
+pub mod io;
 pub mod mode;
+pub mod online;
+pub mod registers;
 pub mod ring;
 pub mod snapshot;
 pub mod state;
@@ -18,7 +21,13 @@ mod words;
 
 pub use command::{Command, CommandId, CommandKind, Origin, ProgramId, ThreadNumber};
 pub use event::{Event, Outcome, PathFault, Refusal, StopReason, Warning};
+pub use io::{
+    AnalogDomain, DigitalBank, InputAction, IoChange, IoConfig, IoImage, IoPoint, RunStateChoice,
+    ToolPin,
+};
 pub use mode::{MotionMode, RobotMode, SafetyMode};
+pub use online::{EncoderRange, FreedriveFrame, PulseDecoding};
+pub use registers::{RegisterBank, Registers};
 pub use ring::{
     BorderSizes, CommandPort, EventReader, MotionEnd, Record, RecordReader, RingFull, ScriptEnd,
     border,

@@ -102,6 +102,16 @@ numbered! {
         ProtectiveStop = 5, "protective_stop";
         /// No power or brakes engaged.
         PoweredOff = 6, "powered_off";
+        /// A stream of joint positions.
+        ServoJ = 20, "servoj";
+        /// Joint speeds.
+        SpeedJ = 21, "speedj";
+        /// A TCP velocity.
+        SpeedL = 22, "speedl";
+        /// Led by hand.
+        Freedrive = 23, "freedrive";
+        /// Going along with a conveyor, with no motion of its own.
+        Conveyor = 24, "conveyor";
     } else Idle
 }
 

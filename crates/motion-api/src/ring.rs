@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rtrb::{Consumer, Producer, RingBuffer};
 use thiserror::Error;
 
-use crate::{Command, CommandId, CommandKind, Event, Origin, RobotState, SnapshotCell};
+use crate::{Command, CommandId, CommandKind, Event, Origin, Registers, RobotState, SnapshotCell};
 
 /// One entry of the recording, in the order in which it happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,11 +69,13 @@ pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) 
         None => (None, None),
     };
     let snapshot = Arc::new(SnapshotCell::new(first));
+    let registers = Arc::new(Registers::default());
     let motion = MotionEnd {
         commands: command_out,
         events: event_in,
         records: record_in,
         snapshot: snapshot.clone(),
+        registers: registers.clone(),
     };
     let commands = CommandPort {
         shared: Arc::new(Mutex::new(Sender {
@@ -87,6 +89,7 @@ pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) 
         events: EventReader { ring: event_out },
         records: record_out.map(|ring| RecordReader { ring }),
         snapshot,
+        registers,
     };
     (motion, script)
 }
@@ -101,6 +104,8 @@ pub struct MotionEnd {
     pub records: Option<Producer<Record>>,
     /// Where the latest state goes.
     pub snapshot: Arc<SnapshotCell>,
+    /// The registers that both sides read and write.
+    pub registers: Arc<Registers>,
 }
 
 /// What the script side holds.
@@ -113,6 +118,8 @@ pub struct ScriptEnd {
     pub records: Option<RecordReader>,
     /// The latest state.
     pub snapshot: Arc<SnapshotCell>,
+    /// The registers that both sides read and write.
+    pub registers: Arc<Registers>,
 }
 
 struct Sender {

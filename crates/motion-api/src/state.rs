@@ -3,7 +3,7 @@
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
 
 use crate::words::{Sink, Source, Words};
-use crate::{CommandId, MotionMode, RobotMode, SafetyMode};
+use crate::{CommandId, IoConfig, IoImage, MotionMode, RobotMode, SafetyMode};
 
 macro_rules! state {
     ($(#[$doc:meta])* pub struct $name:ident { $($(#[$fdoc:meta])* pub $field:ident: $type:ty,)+ }) => {
@@ -85,12 +85,32 @@ state! {
         pub analog_in: [f64; 3],
         /// Analog outputs: standard 0, standard 1, tool; A or V by domain.
         pub analog_out: [f64; 3],
+        /// How inputs and outputs are configured.
+        pub io_config: IoConfig,
         /// Records that the recording could not take so far.
         pub records_lost: u64,
         /// Time the cycle before this one took, µs; 0 under the virtual clock.
         pub step_duration_us: f64,
         /// How late the motion thread woke up, µs; 0 under the virtual clock.
         pub wakeup_latency_us: f64,
+        /// What the joints carry beyond their own motion, as the collision observer sees it.
+        pub external_torque: JointTorques,
+        /// Temperatures of the joints, °C.
+        pub joint_temperatures: [f64; 6],
+        /// Temperature of the mainboard of the control box, °C.
+        pub controller_temperature: f64,
+        /// Where the motion under way leads: TCP pose; the commanded pose when there is none.
+        pub target_waypoint: RpyPose,
+        /// Free-fall acceleration in the base frame, m/s².
+        pub gravity: [f64; 3],
+        /// Counts of the two conveyor encoders, ticks.
+        pub encoder_counts: [f64; 2],
+        /// Ranges of the two encoders as numbers of [`EncoderRange`](crate::EncoderRange).
+        pub encoder_ranges: [u64; 2],
+        /// Collision detection is on.
+        pub collision_detection: bool,
+        /// Its sensitivity, 10 to 100 %.
+        pub collision_sensitivity: u64,
     }
 }
 
@@ -127,9 +147,32 @@ impl RobotState {
             digital_out: 0,
             analog_in: [0.0; 3],
             analog_out: [0.0; 3],
+            io_config: IoConfig::default(),
             records_lost: 0,
             step_duration_us: 0.0,
             wakeup_latency_us: 0.0,
+            external_torque: JointTorques::ZERO,
+            joint_temperatures: [32.0; 6],
+            controller_temperature: 35.0,
+            target_waypoint: RpyPose::default(),
+            gravity: [0.0, 0.0, -9.81],
+            encoder_counts: [0.0; 2],
+            encoder_ranges: [0; 2],
+            collision_detection: true,
+            collision_sensitivity: 50,
+        }
+    }
+
+    /// Inputs and outputs as one image.
+    pub fn io(&self) -> IoImage {
+        IoImage {
+            digital_in: self.digital_in as u32,
+            digital_out: self.digital_out as u32,
+            analog_in: self.analog_in,
+            analog_out_ratio: std::array::from_fn(|k| {
+                self.io_config.analog_out[k].ratio(self.analog_out[k])
+            }),
+            config: self.io_config,
         }
     }
 }

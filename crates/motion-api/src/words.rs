@@ -2,7 +2,7 @@
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
 
-use crate::{CommandId, MotionMode, RobotMode, SafetyMode};
+use crate::{CommandId, IoConfig, MotionMode, RobotMode, SafetyMode};
 
 /// Takes words one after the other.
 pub trait Sink {
@@ -77,6 +77,7 @@ macro_rules! words_through {
 words_through! {
     bool as u64: |x| u64::from(*x), |w| w != 0;
     CommandId as u64: |x| x.0, CommandId;
+    IoConfig as u64: |x| x.to_bits(), IoConfig::from_bits;
     RobotMode as u64: |x| i64::from(x.number()) as u64, |w| RobotMode::from_number(w as i32);
     SafetyMode as u64: |x| i64::from(x.number()) as u64, |w| SafetyMode::from_number(w as i32);
     MotionMode as u64: |x| i64::from(x.number()) as u64, |w| MotionMode::from_number(w as i32);

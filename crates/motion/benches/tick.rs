@@ -18,6 +18,7 @@ use motion_api::{BorderSizes, CommandKind, Origin, ScriptEnd, border};
 
 fn main() {
     percentiles();
+    online_percentiles();
     divan::main();
 }
 
@@ -70,6 +71,61 @@ fn percentiles() {
             at(500),
             at(990),
             at(999)
+        );
+    }
+}
+
+/// p50 and p99 of single ticks over 12 s in an online mode, ideal plant: what the modes themselves cost.
+fn online_percentiles() {
+    let q = JointPositions([0.5, -1.2, 1.2, -1.4, -1.3, 0.4]);
+    let modes = [
+        CommandKind::ServoJ {
+            target: q,
+            duration: 1e5,
+            lookahead: 0.2,
+            gain: 300.0,
+        },
+        CommandKind::SpeedJ {
+            speeds: kinematics::JointSpeeds([0.02; 6]),
+            acceleration: 1.0,
+            duration: Some(1e5),
+        },
+        CommandKind::SpeedL {
+            speed: [0.0, 0.01, 0.01, 0.0, 0.0, 0.01],
+            acceleration: 1.0,
+            rotation_acceleration: 1.0,
+            duration: Some(1e5),
+        },
+        CommandKind::Freedrive {
+            free_axes: [false, true, true, false, false, false],
+            frame: motion_api::FreedriveFrame::Base,
+        },
+        CommandKind::TrackConveyorLinear {
+            direction: [0.0, 1.0, 0.0],
+            ticks_per_meter: 1000.0,
+            encoder: 0,
+        },
+    ];
+    for kind in modes {
+        let (mut cycle, mut script) = controller(PlantKind::Ideal, 0.004);
+        let hand = CommandKind::SetExternalWrench([0.0, 2.0, 1.5, 0.0, 0.0, 0.0]);
+        for kind in [hand, kind] {
+            script.commands.send(Origin::default(), kind).expect("room");
+        }
+        let mut times = Vec::with_capacity(3000);
+        while times.len() < 3000 {
+            let begin = std::time::Instant::now();
+            cycle.tick(Timing::default());
+            times.push(begin.elapsed().as_secs_f64() * 1e6);
+            while script.events.next_event().is_some() {}
+        }
+        times.sort_by(f64::total_cmp);
+        let at = |share: usize| times[times.len() * share / 1000];
+        println!(
+            "tick in {}: p50 {:.1} us, p99 {:.1} us",
+            kind.name(),
+            at(500),
+            at(990)
         );
     }
 }

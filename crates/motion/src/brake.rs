@@ -44,6 +44,11 @@ impl JointBrake {
         }
     }
 
+    /// Where the joints come to rest, rad.
+    pub fn end(&self) -> JointPositions {
+        JointPositions(self.profiles.map(|profile| profile.end().position))
+    }
+
     /// True when every joint's target stands and the arm has come to rest as well, or has had its time to.
     pub fn has_settled(&self, arm_rests: bool) -> bool {
         let longest = self.profiles.iter().map(Profile::duration);

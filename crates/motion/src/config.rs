@@ -3,13 +3,17 @@
 use kinematics::dynamics::GRAVITY_UPRIGHT;
 use kinematics::{
     JointAccelerations, JointJerks, JointLimits, JointPositions, JointSpeeds, Payload, Pose,
-    RobotModel, RpyPose,
+    RobotModel, RpyPose, safety::SafetyBounds,
 };
 use motion_api::{RobotMode, RobotState};
 use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::constants::{FASTEST_RISE, STEP_RANGE};
+use crate::external::Load;
+use crate::io::IoSetup;
+use crate::modes::encoder::Belt;
+use crate::safety_inputs::SafetyInputs;
 
 /// Which arm the setpoints move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,6 +65,16 @@ pub struct CycleConfig {
     pub limits: LimitOverrides,
     /// Start with power off and brakes engaged.
     pub powered_off: bool,
+    /// Wires and timed inputs.
+    pub io: IoSetup,
+    /// Inputs that mean something to the safety system.
+    pub safety_inputs: SafetyInputs,
+    /// Safety planes and the tool they hold back.
+    pub safety: SafetyBounds,
+    /// Belts that turn the two encoders.
+    pub belts: [Option<Belt>; 2],
+    /// Loads on the tool by time.
+    pub loads: Vec<Load>,
 }
 
 /// What is wrong with a configuration.
@@ -169,6 +183,16 @@ pub struct MotionLimits {
 }
 
 impl MotionLimits {
+    /// The same ranges with a share of the joint speeds, accelerations and jerks.
+    pub(crate) fn shared(&self, share: f64) -> Self {
+        Self {
+            speed: self.speed.map(|x| x * share),
+            acceleration: self.acceleration.map(|x| x * share),
+            jerk: self.jerk.map(|x| x * share),
+            ..*self
+        }
+    }
+
     /// The arm's limits with these in place of its own.
     pub(crate) fn narrowed(&self, own: &JointLimits) -> JointLimits {
         JointLimits {
@@ -195,6 +219,11 @@ impl CycleConfig {
             plant: PlantKind::default(),
             limits: LimitOverrides::default(),
             powered_off: false,
+            io: IoSetup::default(),
+            safety_inputs: SafetyInputs::default(),
+            safety: SafetyBounds::default(),
+            belts: [None; 2],
+            loads: Vec::new(),
         }
     }
 
@@ -219,8 +248,19 @@ impl CycleConfig {
             tcp_offset: self.tcp,
             payload: self.payload,
             robot_mode: self.robot_mode(),
+            target_waypoint: pose,
+            gravity: self.gravity.into(),
             ..RobotState::at_start(self.home, self.step_time)
         }
+    }
+
+    /// The arm with the limits in force: what planning, and whoever checks positions before it, must use.
+    ///
+    /// # Errors
+    /// As [`resolve`](Self::resolve).
+    pub fn limited_model(&self) -> Result<RobotModel, ConfigError> {
+        let limits = self.resolve()?.narrowed(self.model.limits());
+        Ok(self.model.clone().with_limits(limits))
     }
 
     /// Checks everything and resolves the limits.

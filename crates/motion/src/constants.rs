@@ -20,7 +20,7 @@ pub const WAITING_COMMANDS: usize = 16;
 pub const EVENTS_PER_COMMAND: usize = 8;
 
 /// Room in the event ring that is kept for events no command causes in its own cycle.
-pub const EVENT_RESERVE: usize = 2;
+pub const EVENT_RESERVE: usize = 4;
 
 /// Smallest event ring with which every event always finds room.
 pub const EVENT_RING_MIN: usize = EVENTS_PER_COMMAND + WAITING_COMMANDS + 1 + EVENT_RESERVE;
@@ -47,6 +47,12 @@ pub const LEAST_TORQUE_SHARE: f64 = 0.05;
 pub const SETTLING_TIME: f64 = 0.5;
 /// See [`SETTLING_TIME`].
 pub const RESTING_SPEED: f64 = 1e-3;
+
+/// From power off to idle, and from idle to released brakes, s. Long enough for a client that asks every 100 ms to see
+/// the modes in between; the vendor's own times are longer.
+pub const POWER_ON_TIME: f64 = 0.4;
+/// See [`POWER_ON_TIME`].
+pub const BRAKE_RELEASE_TIME: f64 = 0.3;
 
 /// Difference of actual and target position at which the arm counts as not following, rad. Free motion stays below
 /// 1 mrad; a joint pressing against something reaches this within a few cycles.
@@ -108,6 +114,23 @@ pub const TORQUE_SAMPLES: usize = 32;
 /// Part of the torque left by gravity that speed alone may take up, so that acceleration has the rest.
 pub const TORQUE_SHARE_OF_SPEED: f64 = 0.5;
 
+/// A servo stream counts as settled when position, speed and acceleration are within this of rest, rad a step.
+pub const SERVO_SETTLED: f64 = 1e-10;
+
+/// Acceleration with which online modes come to rest when they are stopped, rad/s² of the leading joint or m/s².
+pub const STOP_ACCELERATION: f64 = 5.0;
+
+/// Share of joint speeds, accelerations and jerks that planned motions may use while a conveyor is tracked.
+pub const SHARE_ON_BELT: f64 = 0.6;
+/// Share of the joint accelerations that changes of the belt's own motion may use.
+pub const SHARE_OF_BELT: f64 = 0.3;
+
+/// Strongest gravity that is taken, m/s².
+pub const GRAVITY_MAX: f64 = 30.0;
+
+/// Strongest wrench from outside that is taken, N and Nm.
+pub const WRENCH_MAX: f64 = 1e5;
+
 /// Numbers of places in `StopReason::Internal`.
 pub mod fault {
     /// The inverse kinematics found nothing on a path that was checked before.
@@ -127,5 +150,6 @@ const _: () = assert!(SERVO_STEP <= STEP_RANGE.0);
 const _: () = assert!(LINE_INTERVALS.is_multiple_of(LINE_PARTS));
 const _: () = assert!(LINE_PLACES_PER_CYCLE >= 2 * LINE_INTERVALS);
 const _: () = assert!(LINE_PARTS <= crate::scalar::course::MAX_STRETCHES);
+const _: () = assert!(SHARE_ON_BELT + SHARE_OF_BELT < 1.0);
 // A command's own end must fit beside everything it may cause.
 const _: () = assert!(EVENTS_PER_COMMAND > EVENT_RESERVE);

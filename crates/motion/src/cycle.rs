@@ -4,21 +4,30 @@
 //! [`Cycle::tick`] decides what time is. Allocates nothing, locks nothing, waits for nothing, logs nothing.
 
 use kinematics::chain::Frames;
-use kinematics::{Dynamics, Payload, Pose, RobotModel, RpyPose};
+use kinematics::safety::{PlaneSwitches, SafetyBounds, SafetyViolation};
+use kinematics::{Dynamics, Payload, Pose, RobotModel, RpyPose, Wrench};
 use motion_api::{Command, CommandId, MotionEnd, Outcome, RobotMode, SafetyMode, StopReason};
 use nalgebra::Vector3;
 use rtrb::Consumer;
 
 use crate::brake::JointBrake;
+use crate::collision::{CollisionDetection, torques_of};
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
-use crate::constants::{RESTING_SPEED, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
+use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
+use crate::external::External;
+use crate::io::Io;
 use crate::machine::Machine;
+use crate::modes::conveyor::Tracking;
+use crate::modes::encoder::Encoder;
+use crate::modes::{Kind, Online, stands};
 use crate::motion::Motion;
 use crate::outbox::Outbox;
 use crate::plan::LinePlanner;
-use crate::plant::{ArmState, Plant};
+use crate::plant::{ArmState, Plant, Push};
 use crate::report::report;
+use crate::safety_inputs::SafetyInputs;
 use crate::setpoint::{LimitedSetpoint, Setpoint, limit};
+use crate::thermal::Thermal;
 use crate::waiting::{Waiting, WaitingFor};
 
 /// What the caller measured about the cycles; zeros under the virtual clock.
@@ -42,6 +51,8 @@ pub(crate) enum Generator {
     Planning(CommandId, LinePlanner),
     /// A motion is under way, or held on its path.
     Path(Motion),
+    /// An online mode makes each setpoint from the one before.
+    Online(Online),
     /// A protective stop brakes the joints.
     Brake(JointBrake),
 }
@@ -50,6 +61,8 @@ pub(crate) enum Generator {
 pub struct Cycle {
     pub(crate) model: RobotModel,
     pub(crate) limits: MotionLimits,
+    /// What planned motions may use while a belt uses the rest.
+    pub(crate) limits_on_belt: MotionLimits,
     pub(crate) step: f64,
     pub(crate) gravity: Vector3<f64>,
 
@@ -58,20 +71,35 @@ pub struct Cycle {
 
     pub(crate) machine: Machine,
     pub(crate) generator: Generator,
+    safety_inputs: SafetyInputs,
     pub(crate) waiting: Waiting,
     pub(crate) is_paused: bool,
     pub(crate) speed_fraction: f64,
-    pub(crate) digital_out: u64,
+    pub(crate) io: Io,
 
     pub(crate) tcp: RpyPose,
     pub(crate) flange_from_tcp: Pose,
     pub(crate) payload: Payload,
     pub(crate) dynamics: Dynamics,
 
+    /// What the generator asks for; the same as `commanded` unless a conveyor is tracked.
     pub(crate) target: Setpoint,
+    /// What the arm gets.
+    pub(crate) commanded: Setpoint,
     pub(crate) target_frames: Frames,
     pub(crate) plant: Plant,
     pub(crate) actual: ArmState,
+
+    /// A planned motion that waits for an online mode to come to rest.
+    pub(crate) deferred: Option<Command>,
+    pub(crate) tracking: Option<Tracking>,
+    pub(crate) encoders: [Encoder; 2],
+    pub(crate) external: External,
+    /// What acts on the tool in this cycle: base axes, about the TCP.
+    pub(crate) hand: Wrench,
+    pub(crate) collision: CollisionDetection,
+    pub(crate) safety: SafetyBounds,
+    pub(crate) thermal: Thermal,
 }
 
 impl Cycle {
@@ -81,6 +109,7 @@ impl Cycle {
     /// [`ConfigError`] names what is wrong with the configuration or the border.
     pub fn new(config: CycleConfig, border: MotionEnd) -> Result<Self, ConfigError> {
         let limits = config.resolve()?;
+        let io = Io::new(&config.io, config.step_time, border.registers.clone());
         let (commands, out) = Outbox::new(border)?;
         let machine = Machine::new(config.robot_mode());
         let model = config
@@ -96,7 +125,18 @@ impl Cycle {
             &config.home,
         )?;
         let actual = plant.stand(&dynamics);
+        let is_powered = machine.robot_mode() != RobotMode::PowerOff;
         let mut cycle = Self {
+            limits_on_belt: limits.shared(SHARE_ON_BELT),
+            deferred: None,
+            tracking: None,
+            encoders: config.belts.map(Encoder::new),
+            external: External::new(config.loads),
+            hand: Wrench::default(),
+            collision: CollisionDetection::default(),
+            safety: config.safety,
+            thermal: Thermal::new(is_powered),
+            commanded: Setpoint::standing(config.home),
             limits,
             step: config.step_time,
             gravity: config.gravity,
@@ -104,10 +144,11 @@ impl Cycle {
             out,
             machine,
             generator: Generator::Hold,
+            safety_inputs: config.safety_inputs,
             waiting: Waiting::default(),
             is_paused: false,
             speed_fraction: 1.0,
-            digital_out: 0,
+            io,
             tcp: config.tcp,
             flange_from_tcp: Pose::from_rpy(&config.tcp),
             payload: config.payload,
@@ -128,9 +169,13 @@ impl Cycle {
     pub fn tick(&mut self, timing: Timing) {
         self.out.cycle += 1;
         self.take_commands();
+        self.io.advance(self.out.cycle as f64 * self.step);
+        self.advance_machine();
+        self.feel_hand();
         let wanted = self.generate();
         let limited = self.limit(wanted);
         self.move_arm(&limited);
+        self.measure();
         self.check_arm();
         self.settle();
         let state = report(self, timing);
@@ -139,14 +184,15 @@ impl Cycle {
 
     /// The generator's setpoint, or why there is none.
     fn generate(&mut self) -> Result<Setpoint, StopReason> {
-        let fraction = if self.is_paused || self.speed_fraction < SLOWEST_FRACTION {
-            0.0
-        } else {
-            self.speed_fraction
-        };
+        let fraction = self.fraction();
+        if matches!(self.generator, Generator::Online(_)) {
+            return Ok(self.generate_online());
+        }
         self.plan_on();
         match &mut self.generator {
-            Generator::Hold | Generator::Planning(..) => Ok(Setpoint::standing(self.target.q)),
+            Generator::Hold | Generator::Planning(..) | Generator::Online(_) => {
+                Ok(Setpoint::standing(self.target.q))
+            }
             Generator::Brake(brake) => Ok(brake.next(self.step)),
             Generator::Path(motion) => motion
                 .next(self.step, fraction, &self.model, &self.target.q)
@@ -160,21 +206,26 @@ impl Cycle {
     fn limit(&mut self, wanted: Result<Setpoint, StopReason>) -> LimitedSetpoint {
         let checked = wanted.and_then(|wanted| {
             if matches!(self.generator, Generator::Brake(_)) {
-                let braking = LimitedSetpoint::while_braking(wanted, &self.target, &self.limits);
+                let braking = LimitedSetpoint::while_braking(wanted, &self.commanded, &self.limits);
                 self.target_frames = self.model.forward(&braking.get().q);
                 return Ok(braking);
             }
+            let nominal = wanted;
+            let wanted = self.carried(&nominal)?;
             let frames = self.model.forward(&wanted.q);
             let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
-            let passed = limit(wanted, &self.target, &frames, tcp, self.step, &self.limits)?;
+            let before = &self.commanded;
+            let passed = limit(wanted, before, &frames, tcp, self.step, &self.limits)?;
+            self.check_planes(&wanted)?;
             self.target_frames = frames;
+            self.target = nominal;
             Ok(passed)
         });
         checked.unwrap_or_else(|reason| {
             let mut brake = self.protective_stop(reason);
             let first = brake.next(self.step);
             self.generator = Generator::Brake(brake);
-            let braking = LimitedSetpoint::while_braking(first, &self.target, &self.limits);
+            let braking = LimitedSetpoint::while_braking(first, &self.commanded, &self.limits);
             self.target_frames = self.model.forward(&braking.get().q);
             braking
         })
@@ -184,7 +235,10 @@ impl Cycle {
     fn move_arm(&mut self, limited: &LimitedSetpoint) {
         if self.is_under_servo() {
             self.actual = self.plant.follow(limited, &self.dynamics, self.step);
-            self.target = *limited.get();
+            self.commanded = *limited.get();
+            if self.tracking.is_none() {
+                self.target = self.commanded;
+            }
         } else {
             self.actual = self.plant.stand(&self.dynamics);
             self.stand_at_actual();
@@ -194,17 +248,17 @@ impl Cycle {
     /// Does the arm follow?
     fn check_arm(&mut self) {
         if !self.actual.is_finite() {
-            self.plant.reset(&self.target.q);
+            self.plant.reset(&self.commanded.q);
             self.actual = self.plant.stand(&self.dynamics);
             self.brake(StopReason::Internal {
                 code: fault::PLANT_DIVERGED,
             });
         }
-        if !self.machine.safety_mode().allows_motion() {
+        if self.machine.stop_reason().is_some() {
             return;
         }
         for (joint, number) in (0u8..6).enumerate() {
-            let error = (self.actual.q[joint] - self.target.q[joint]).abs();
+            let error = (self.actual.q[joint] - self.commanded.q[joint]).abs();
             if error > TRACKING_LIMIT {
                 self.brake(StopReason::TrackingError {
                     joint: number,
@@ -214,11 +268,131 @@ impl Cycle {
                 return;
             }
         }
+        if let Some(reason) = self.collision_found() {
+            self.brake(reason);
+        }
+    }
+
+    /// A collision, unless the hand that leads the arm is what is felt.
+    fn collision_found(&self) -> Option<StopReason> {
+        let is_led = matches!(
+            &self.generator,
+            Generator::Online(online) if matches!(online.kind, Kind::Freedrive(_))
+        );
+        if is_led || !self.is_under_servo() {
+            return None;
+        }
+        let frames = self.model.forward(&self.actual.q);
+        let tcp = frames.base_from_flange * self.flange_from_tcp;
+        let effort = &self.model.limits().effort;
+        self.collision.collision(effort, &frames, &tcp)
+    }
+
+    /// The wrench on the tool in this cycle, and the plant's share of it.
+    fn feel_hand(&mut self) {
+        let frames = self.model.forward(&self.actual.q);
+        let tcp = frames.base_from_flange * self.flange_from_tcp;
+        let time = self.out.cycle as f64 * self.step;
+        self.hand = self.external.at(time, &tcp);
+        self.plant.push(&Push {
+            wrench: self.hand,
+            point: tcp.translation,
+            torque: torques_of(&self.hand, &frames, &tcp),
+        });
+    }
+
+    /// What sensors say at the end of the cycle: encoders, collision observer, temperatures.
+    fn measure(&mut self) {
+        let time = self.out.cycle as f64 * self.step;
+        for encoder in &mut self.encoders {
+            encoder.sample(time, self.io.image.digital_in.into());
+        }
+        if self.is_under_servo() && self.actual.is_finite() {
+            self.collision
+                .observe(&self.actual, &self.dynamics, self.step);
+        } else {
+            self.collision.restart();
+        }
+        let is_powered = self.machine.robot_mode() != RobotMode::PowerOff;
+        let torque = if self.is_under_servo() {
+            self.actual.torque
+        } else {
+            kinematics::JointTorques::ZERO
+        };
+        let effort = &self.model.limits().effort;
+        self.thermal.pass(&torque, effort, is_powered, self.step);
+    }
+
+    /// Which safety planes count now: by mode, and by pairs of configurable inputs (bits 16 to 23) that are both high.
+    pub(crate) fn plane_switches(&self) -> PlaneSwitches {
+        PlaneSwitches {
+            reduced: self.machine.safety_mode() == SafetyMode::Reduced,
+            ci_pairs: core::array::from_fn(|pair| {
+                self.io.image.digital_in >> (16 + 2 * pair) & 3 == 3
+            }),
+        }
+    }
+
+    /// Would the arm, braking from `wanted`, come to rest behind a safety plane, and deeper than it is now?
+    fn check_planes(&self, wanted: &Setpoint) -> Result<(), StopReason> {
+        if self.safety.planes().next().is_none() {
+            return Ok(());
+        }
+        let switches = self.plane_switches();
+        let violation = |q| {
+            let frames = self.model.forward(q);
+            self.safety
+                .plane_violation(&frames, &self.flange_from_tcp, &switches)
+        };
+        let end = JointBrake::new(wanted, &self.limits).end();
+        let Some(SafetyViolation::Plane { plane, depth_m, .. }) = violation(&end) else {
+            return Ok(());
+        };
+        // An arm that stands behind a plane already must be able to come back.
+        if let Some(SafetyViolation::Plane { depth_m: now, .. }) = violation(&self.commanded.q)
+            && depth_m <= now + 1e-9
+        {
+            return Ok(());
+        }
+        Err(StopReason::SafetyPlane {
+            plane: plane as u8,
+            depth: depth_m,
+        })
+    }
+
+    /// The limits that motions are planned with now.
+    pub(crate) fn planning_limits(&self) -> &MotionLimits {
+        if self.tracking.is_some() {
+            &self.limits_on_belt
+        } else {
+            &self.limits
+        }
+    }
+
+    /// A pause or a safeguard stop holds the arm on its path.
+    pub(crate) fn is_held(&self) -> bool {
+        self.is_paused || self.machine.is_safeguarded()
+    }
+
+    /// The speed fraction in effect: 0 while held.
+    pub(crate) fn fraction(&self) -> f64 {
+        if self.is_held() || self.speed_fraction < SLOWEST_FRACTION {
+            0.0
+        } else {
+            self.speed_fraction
+        }
     }
 
     /// Ends what has come to its end in this cycle.
     fn settle(&mut self) {
+        self.settle_tracking();
         match &self.generator {
+            Generator::Online(online) if online.is_over(&self.target) => {
+                if !online.has_ended() {
+                    self.out.ended(online.id, Outcome::Aborted);
+                }
+                self.generator = Generator::Hold;
+            }
             Generator::Path(motion) if motion.is_stopping && motion.is_standing() => {
                 self.out.ended(motion.id, Outcome::Aborted);
                 self.generator = Generator::Hold;
@@ -239,7 +413,7 @@ impl Cycle {
         if !self.is_standing() {
             return;
         }
-        if self.waiting.includes(WaitingFor::PowerOff) {
+        if self.waiting.includes(WaitingFor::PowerOff) || self.machine.is_emergency() {
             self.machine.power_off();
         }
         while let Some(id) = self.waiting.take(|_| true) {
@@ -253,38 +427,77 @@ impl Cycle {
         self.generator = Generator::Brake(brake);
     }
 
+    /// Power and brakes take time; safety inputs are looked at.
+    fn advance_machine(&mut self) {
+        if self.machine.advance(self.step) {
+            self.stand_at_actual();
+        }
+        let lines = self.safety_inputs.lines(self.io.image.digital_in);
+        self.look_for_emergency(|machine| machine.observe(lines));
+    }
+
+    /// Where `begins` says that an emergency stop begins, the joints brake; once they stand the power goes off.
+    pub(crate) fn look_for_emergency(&mut self, begins: impl FnOnce(&mut Machine) -> bool) {
+        let is_held_by_servos = self.is_under_servo();
+        if !begins(&mut self.machine) {
+            return;
+        }
+        let reason = StopReason::EmergencyStop;
+        self.out.stopped(reason);
+        if is_held_by_servos && !matches!(self.generator, Generator::Brake(_)) {
+            let brake = self.brake_from_target(reason);
+            self.generator = Generator::Brake(brake);
+        }
+    }
+
     /// Reports a protective stop, ends the motion with it, and gives the braking from the present target.
     fn protective_stop(&mut self, reason: StopReason) -> JointBrake {
         if self.machine.protective_stop(reason) {
             self.out.stopped(reason);
         }
+        self.brake_from_target(reason)
+    }
+
+    /// Ends the motion with `reason` and gives the braking from the present target.
+    fn brake_from_target(&mut self, reason: StopReason) -> JointBrake {
         let running = self.running();
-        if running != CommandId::NONE {
+        if running != CommandId::NONE && !self.has_call_ended() {
             self.out.ended(running, Outcome::ProtectiveStop(reason));
         }
+        if let Some(deferred) = self.deferred.take() {
+            self.out.ended(deferred.id, Outcome::ProtectiveStop(reason));
+        }
         self.is_paused = false;
-        JointBrake::new(&self.target, &self.limits)
+        self.tracking = None;
+        self.target = self.commanded;
+        JointBrake::new(&self.commanded, &self.limits)
     }
 
     /// The servos hold the arm, not the brakes: those do without power, and at the end of a protective stop.
     pub(crate) fn is_under_servo(&self) -> bool {
         self.machine.is_under_servo()
-            && (self.machine.safety_mode() != SafetyMode::ProtectiveStop
+            && (self.machine.stop_reason().is_none()
                 || matches!(self.generator, Generator::Brake(_)))
     }
 
     /// The target becomes the place where the arm is.
     pub(crate) fn stand_at_actual(&mut self) {
         self.target = Setpoint::standing(self.actual.q);
+        self.commanded = self.target;
+        self.tracking = None;
         self.plant.retarget(&self.target.q);
         self.target_frames = self.model.forward(&self.target.q);
     }
 
     /// True when no setpoint moves: nothing to do, or held on the path.
     pub fn is_standing(&self) -> bool {
+        if self.tracking.as_ref().is_some_and(Tracking::is_stopping) {
+            return false;
+        }
         match &self.generator {
-            Generator::Hold => true,
+            Generator::Hold => self.deferred.is_none(),
             Generator::Path(motion) => motion.is_standing(),
+            Generator::Online(_) => self.is_paused && stands(&self.target),
             Generator::Planning(..) | Generator::Brake(_) => false,
         }
     }
@@ -294,13 +507,18 @@ impl Cycle {
         match &self.generator {
             Generator::Path(motion) => motion.id,
             Generator::Planning(id, _) => *id,
+            Generator::Online(online) => online.id,
             _ => CommandId::NONE,
         }
     }
 
     /// Brings a moving arm to rest on its path, as a stop command would; for the end of the controller.
     pub fn stop_moving(&mut self) {
+        if let Some(deferred) = self.deferred.take() {
+            self.out.ended(deferred.id, Outcome::Aborted);
+        }
         match &mut self.generator {
+            Generator::Online(online) => online.stop(&self.target),
             Generator::Path(motion) => motion.is_stopping = true,
             Generator::Planning(id, _) => {
                 let id = *id;

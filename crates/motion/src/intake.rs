@@ -4,7 +4,10 @@
 //! cycle. The costly part of a plan is not done here but once a cycle in `plan_on`.
 
 use kinematics::{Payload, PayloadError, Pose};
-use motion_api::{Command, CommandId, CommandKind, MotionMode, Outcome, Refusal, StopReason};
+use motion_api::{
+    Command, CommandId, CommandKind, DigitalBank, IoChange, MotionMode, Outcome, Refusal,
+    StopReason,
+};
 
 use crate::constants::{COMMANDS_PER_CYCLE, PAYLOAD_INERTIA_MAX, PAYLOAD_MASS_MAX, TOOL_REACH_MAX};
 use crate::cycle::{Cycle, Generator};
@@ -13,9 +16,9 @@ use crate::plan::{Arm, LinePlanner, Warnings, Wish, plan_movej};
 use crate::waiting::WaitingFor;
 
 /// Whether a command ends at once, and how.
-type Answer = Result<Ending, Refusal>;
+pub(crate) type Answer = Result<Ending, Refusal>;
 
-enum Ending {
+pub(crate) enum Ending {
     Now,
     Later,
 }
@@ -24,14 +27,15 @@ impl Cycle {
     /// Takes commands from the ring.
     pub(crate) fn take_commands(&mut self) {
         for _ in 0..COMMANDS_PER_CYCLE {
-            let under_way = self.waiting.count() + usize::from(self.running() != CommandId::NONE);
+            let under_way = self.waiting.count()
+                + usize::from(self.running() != CommandId::NONE)
+                + usize::from(self.deferred.is_some());
             if self.waiting.is_full() || !self.out.has_room(under_way) {
                 return;
             }
-            let Ok(command) = self.commands.pop() else {
+            let Some(command) = self.next_command() else {
                 return;
             };
-            self.out.taken(&command);
             match self.obey(&command) {
                 Ok(Ending::Now) => self.out.ended(command.id, Outcome::Done),
                 Ok(Ending::Later) => {}
@@ -54,6 +58,7 @@ impl Cycle {
                     duration,
                 };
                 self.check_free()?;
+                self.check_target(&target)?;
                 let planned = plan_movej(&self.target.q, &target, &wish, &self.arm())?;
                 self.begin(command.id, MotionMode::MoveJ, &planned);
                 Ok(Ending::Later)
@@ -70,6 +75,7 @@ impl Cycle {
                     duration,
                 };
                 self.check_free()?;
+                self.check_target_pose(&target)?;
                 let planner = LinePlanner::new(&self.target.q, &target, &wish, &self.arm())?;
                 self.generator = Generator::Planning(command.id, planner);
                 Ok(Ending::Later)
@@ -107,12 +113,12 @@ impl Cycle {
                     let value = f64::from(index);
                     return Err(bad_value("the index of the output", value, "0 to 15"));
                 }
-                let bit = 1u64 << index;
-                self.digital_out = if level {
-                    self.digital_out | bit
-                } else {
-                    self.digital_out & !bit
-                };
+                let bank = DigitalBank::Standard;
+                self.io.apply(&IoChange::digital_out(bank, index, level));
+                Ok(Ending::Now)
+            }
+            CommandKind::SetIo(change) => {
+                self.io.apply(&change);
                 Ok(Ending::Now)
             }
             CommandKind::SetSpeedFraction(fraction) => {
@@ -123,18 +129,19 @@ impl Cycle {
                 Ok(Ending::Now)
             }
             CommandKind::PowerOn => {
-                self.machine.power_on();
+                self.machine.power_on()?;
                 Ok(Ending::Now)
             }
             CommandKind::PowerOff => {
                 self.stop_moving();
+                if let Some(tracking) = &mut self.tracking {
+                    tracking.stop();
+                }
                 self.waiting.add(command.id, WaitingFor::PowerOff);
                 Ok(Ending::Later)
             }
             CommandKind::ReleaseBrakes => {
-                if self.machine.release_brakes()? {
-                    self.stand_at_actual();
-                }
+                self.machine.release_brakes()?;
                 Ok(Ending::Now)
             }
             CommandKind::UnlockProtectiveStop => {
@@ -145,14 +152,87 @@ impl Cycle {
                 Ok(Ending::Now)
             }
             CommandKind::RestartSafetyBoard => {
+                if !self.is_standing() {
+                    return Err(Refusal::StillMoving);
+                }
                 self.machine.restart_safety();
                 Ok(Ending::Now)
             }
+            CommandKind::EmergencyStop { pressed } => {
+                self.look_for_emergency(|machine| machine.press_emergency_stop(pressed));
+                Ok(Ending::Now)
+            }
+            CommandKind::ServoJ {
+                target,
+                duration,
+                lookahead,
+                gain,
+            } => self.servoj(command, &target, duration, lookahead, gain),
+            CommandKind::SpeedJ {
+                speeds,
+                acceleration,
+                duration,
+            } => self.speedj(command, &speeds, acceleration, duration),
+            CommandKind::SpeedL {
+                speed,
+                acceleration,
+                rotation_acceleration,
+                duration,
+            } => self.speedl(
+                command,
+                speed,
+                [acceleration, rotation_acceleration],
+                duration,
+            ),
+            CommandKind::StopJ { acceleration } => self.stopj(command, acceleration),
+            CommandKind::StopL { acceleration } => self.stopl(command, acceleration),
+            CommandKind::SetGravity(gravity) => self.set_gravity(gravity),
+            CommandKind::Freedrive { free_axes, frame } => {
+                self.freedrive(command, free_axes, frame)
+            }
+            CommandKind::EndFreedrive => Ok(self.end_freedrive(command.id)),
+            CommandKind::SetExternalWrench(wrench) => self.set_external_wrench(wrench),
+            CommandKind::SetCollisionDetection(enabled) => {
+                self.collision.is_enabled = enabled;
+                Ok(Ending::Now)
+            }
+            CommandKind::SetCollisionSensitivity(ratio) => {
+                if !self.collision.set_sensitivity(ratio) {
+                    return Err(bad_value("ratio", f64::from(ratio), "10 to 100"));
+                }
+                Ok(Ending::Now)
+            }
+            CommandKind::TrackConveyorLinear {
+                direction,
+                ticks_per_meter,
+                encoder,
+            } => self.track_linear(direction, ticks_per_meter, encoder),
+            CommandKind::TrackConveyorCircular {
+                center,
+                ticks_per_revolution,
+                rotate_tool,
+                encoder,
+            } => self.track_circular(&center, ticks_per_revolution, rotate_tool, encoder),
+            CommandKind::StopConveyorTracking => Ok(self.stop_tracking(command.id)),
+            CommandKind::EncoderEnableSetTickCount { encoder, range } => {
+                self.encoder(encoder)?.take_from_program(range);
+                Ok(Ending::Now)
+            }
+            CommandKind::EncoderSetTickCount { encoder, count } => {
+                self.set_tick_count(encoder, count)
+            }
+            CommandKind::EncoderEnablePulseDecode {
+                encoder,
+                decoding,
+                channel_a,
+                channel_b,
+            } => self.decode_pulses(encoder, decoding, channel_a, channel_b),
+            CommandKind::SetDigitalInput { index, level } => self.set_input(index, level),
         }
     }
 
     /// A motion may begin: the arm is ready and no other motion is under way.
-    fn check_free(&self) -> Result<(), Refusal> {
+    pub(crate) fn check_free(&self) -> Result<(), Refusal> {
         self.machine.check_ready()?;
         match self.running() {
             CommandId::NONE => Ok(()),
@@ -164,7 +244,7 @@ impl Cycle {
         Arm {
             model: &self.model,
             flange_from_tcp: &self.flange_from_tcp,
-            limits: &self.limits,
+            limits: self.planning_limits(),
             dynamics: &self.dynamics,
         }
     }
@@ -192,11 +272,17 @@ impl Cycle {
     }
 
     fn stop(&mut self, id: CommandId, only: CommandId) -> Ending {
-        if only != CommandId::NONE && only != self.running() {
+        let is_deferred = self.deferred.is_some_and(|deferred| deferred.id == only);
+        if only != CommandId::NONE && only != self.running() && !is_deferred {
             return Ending::Now;
         }
         self.is_paused = false;
         self.stop_moving();
+        if only == CommandId::NONE
+            && let Some(tracking) = &mut self.tracking
+        {
+            tracking.stop();
+        }
         self.waiting.add(id, WaitingFor::Stop);
         Ending::Later
     }
@@ -232,6 +318,7 @@ impl Cycle {
         })?;
         self.dynamics = self.model.dynamics(&self.payload, self.gravity);
         self.plant.set_dynamics(&self.dynamics);
+        self.collision.restart();
         Ok(Ending::Now)
     }
 
@@ -245,7 +332,7 @@ impl Cycle {
 }
 
 /// Checks that all `values` are numbers of at most `most` either way.
-fn check_within(
+pub(crate) fn check_within(
     values: &[f64],
     most: f64,
     name: &'static str,
@@ -257,7 +344,7 @@ fn check_within(
     }
 }
 
-fn bad_value(name: &'static str, value: f64, needed: &'static str) -> Refusal {
+pub(crate) fn bad_value(name: &'static str, value: f64, needed: &'static str) -> Refusal {
     Refusal::BadValue {
         name,
         value,

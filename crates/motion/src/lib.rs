@@ -28,24 +28,34 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod belt;
 pub mod brake;
+pub mod collision;
 pub mod config;
 pub mod constants;
 mod cycle;
+pub mod external;
 mod intake;
+pub mod io;
 pub mod machine;
+pub mod modes;
 mod motion;
+mod online;
 mod outbox;
 pub mod path;
 pub mod plan;
 pub mod plant;
 pub mod realtime;
 mod report;
+pub mod safety_inputs;
 pub mod scalar;
 pub mod setpoint;
+pub mod thermal;
 pub mod virtual_time;
 mod waiting;
 
 pub use config::{ConfigError, CycleConfig, LimitOverrides, MotionLimits, PlantKind};
 pub use cycle::{Cycle, Timing};
+pub use io::{IoSetup, TimedInput, WireSetup};
 pub use motion::Plan;
+pub use safety_inputs::{InputPair, SafetyInputs};

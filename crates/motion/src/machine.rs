@@ -1,15 +1,48 @@
-//! The robot as a machine: power, brakes, protective stop. Which request is possible when, and what it leads to.
+//! The robot as a machine: power, brakes, stops. Which request is possible when, and what it leads to.
 //!
-//! Owns the modes and nothing that moves. Transitions take no time: the vendor's boot and brake times are not simulated.
+//! Owns the modes and nothing that moves. Power on and brake release take the time of [`POWER_ON_TIME`] and
+//! [`BRAKE_RELEASE_TIME`]; everything else happens at once.
+//!
+//! | safety mode | what it does | how it ends |
+//! |---|---|---|
+//! | emergency stop (button, or input) | joints brake, then the power goes off | released, then power on and brake release |
+//! | protective stop | joints brake, the brakes hold | unlock |
+//! | safeguard stop (input) | the arm stops on its path and waits there | the input, or the reset input where there is one |
+//! | reduced (input) | reduced limits | the input |
+//!
+//! Where several apply, the first of the table is the mode that is seen.
 
 use motion_api::{Refusal, RobotMode, SafetyMode, StopReason};
+
+use crate::constants::{BRAKE_RELEASE_TIME, POWER_ON_TIME};
+
+/// Levels of the safety functions that inputs are assigned to; true means that the function asks for something.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SafetyLines {
+    /// Emergency stop of the cell.
+    pub emergency_stop: bool,
+    /// Safeguard stop.
+    pub safeguard_stop: bool,
+    /// Reset of a safeguard stop: its rising edge counts. `None`: a safeguard stop ends by itself.
+    pub safeguard_reset: Option<bool>,
+    /// Reduced limits.
+    pub reduced_mode: bool,
+}
 
 /// Modes of the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Machine {
     robot_mode: RobotMode,
-    safety_mode: SafetyMode,
-    stop_reason: Option<StopReason>,
+    /// Seconds until the power is on or the brakes are released; `None` when neither is under way.
+    changing: Option<f64>,
+    /// Brake release was asked for while the power was still being applied.
+    releases_next: bool,
+    protective_stop: Option<StopReason>,
+    /// The emergency stop button of the pendant is pressed.
+    button: bool,
+    lines: SafetyLines,
+    /// A safeguard stop holds until its reset.
+    safeguarded: bool,
 }
 
 impl Machine {
@@ -17,8 +50,17 @@ impl Machine {
     pub const fn new(robot_mode: RobotMode) -> Self {
         Self {
             robot_mode,
-            safety_mode: SafetyMode::Normal,
-            stop_reason: None,
+            changing: None,
+            releases_next: false,
+            protective_stop: None,
+            button: false,
+            lines: SafetyLines {
+                emergency_stop: false,
+                safeguard_stop: false,
+                safeguard_reset: None,
+                reduced_mode: false,
+            },
+            safeguarded: false,
         }
     }
 
@@ -27,14 +69,39 @@ impl Machine {
         self.robot_mode
     }
 
-    /// Safety mode.
+    /// Safety mode: the most serious of what applies.
     pub const fn safety_mode(&self) -> SafetyMode {
-        self.safety_mode
+        if self.button {
+            SafetyMode::RobotEmergencyStop
+        } else if self.lines.emergency_stop {
+            SafetyMode::SystemEmergencyStop
+        } else if self.protective_stop.is_some() {
+            SafetyMode::ProtectiveStop
+        } else if self.safeguarded {
+            SafetyMode::SafeguardStop
+        } else if self.lines.reduced_mode {
+            SafetyMode::Reduced
+        } else {
+            SafetyMode::Normal
+        }
     }
 
-    /// Why the arm is in a protective stop.
+    /// Why the arm is in a protective or an emergency stop.
     pub const fn stop_reason(&self) -> Option<StopReason> {
-        self.stop_reason
+        if self.is_emergency() {
+            return Some(StopReason::EmergencyStop);
+        }
+        self.protective_stop
+    }
+
+    /// True while an emergency stop asks for the power to be off.
+    pub const fn is_emergency(&self) -> bool {
+        self.button || self.lines.emergency_stop
+    }
+
+    /// True while a safeguard stop holds the arm on its path.
+    pub const fn is_safeguarded(&self) -> bool {
+        self.safeguarded
     }
 
     /// True when the servos hold the arm, false when the brakes do.
@@ -42,79 +109,149 @@ impl Machine {
         self.robot_mode == RobotMode::Running
     }
 
-    /// Whether a motion may begin.
+    /// Whether a motion may begin. In a safeguard stop it may, and waits on its path.
     ///
     /// # Errors
     /// [`Refusal::NotReady`] with the modes.
     pub fn check_ready(&self) -> Result<(), Refusal> {
-        if self.is_under_servo() && self.safety_mode.allows_motion() {
+        let safety_mode = self.safety_mode();
+        let may_move = safety_mode.allows_motion() || safety_mode == SafetyMode::SafeguardStop;
+        if self.is_under_servo() && may_move {
             return Ok(());
         }
-        Err(Refusal::NotReady {
+        Err(self.not_ready())
+    }
+
+    fn not_ready(&self) -> Refusal {
+        Refusal::NotReady {
             robot_mode: self.robot_mode,
-            safety_mode: self.safety_mode,
-        })
+            safety_mode: self.safety_mode(),
+        }
+    }
+
+    /// Lets `step` seconds pass. True when the brakes have been released right now.
+    pub fn advance(&mut self, step: f64) -> bool {
+        let Some(left) = &mut self.changing else {
+            return false;
+        };
+        *left -= step;
+        // Half a step of slack: a time of whole cycles must not take one more through rounding.
+        if *left > step / 2.0 {
+            return false;
+        }
+        self.changing = None;
+        if self.robot_mode == RobotMode::PowerOn {
+            self.robot_mode = RobotMode::Idle;
+            if core::mem::take(&mut self.releases_next) {
+                self.changing = Some(BRAKE_RELEASE_TIME);
+            }
+            return false;
+        }
+        self.robot_mode = RobotMode::Running;
+        true
     }
 
     /// Power on the joints; nothing to do when there is power already.
-    pub fn power_on(&mut self) {
-        if self.robot_mode == RobotMode::PowerOff {
-            self.robot_mode = RobotMode::Idle;
+    ///
+    /// # Errors
+    /// [`Refusal::NotReady`] in an emergency stop.
+    pub fn power_on(&mut self) -> Result<(), Refusal> {
+        if self.is_emergency() {
+            return Err(self.not_ready());
         }
+        if self.robot_mode == RobotMode::PowerOff {
+            self.robot_mode = RobotMode::PowerOn;
+            self.changing = Some(POWER_ON_TIME);
+        }
+        Ok(())
     }
 
     /// Power off and brakes engaged. The arm must stand.
     pub fn power_off(&mut self) {
         self.robot_mode = RobotMode::PowerOff;
+        self.changing = None;
+        self.releases_next = false;
     }
 
-    /// Brakes released; true when they were engaged.
+    /// Begins to release the brakes, or will once the power is on; nothing to do when they are released.
     ///
     /// # Errors
-    /// [`Refusal::WrongMode`] without power, [`Refusal::NotReady`] while the safety system does not allow motion.
-    pub fn release_brakes(&mut self) -> Result<bool, Refusal> {
-        match self.robot_mode {
-            RobotMode::Running => Ok(false),
-            RobotMode::Idle if self.safety_mode.allows_motion() => {
-                self.robot_mode = RobotMode::Running;
-                Ok(true)
-            }
-            RobotMode::Idle => Err(Refusal::NotReady {
-                robot_mode: self.robot_mode,
-                safety_mode: self.safety_mode,
-            }),
-            robot_mode => Err(Refusal::WrongMode {
-                robot_mode,
-                needed: RobotMode::Idle,
-            }),
+    /// [`Refusal::WrongMode`] without power, [`Refusal::NotReady`] in an emergency or protective stop.
+    pub fn release_brakes(&mut self) -> Result<(), Refusal> {
+        if self.stop_reason().is_some() {
+            return Err(self.not_ready());
         }
+        match self.robot_mode {
+            RobotMode::Running => {}
+            RobotMode::PowerOn => self.releases_next = true,
+            RobotMode::Idle => {
+                self.changing.get_or_insert(BRAKE_RELEASE_TIME);
+            }
+            robot_mode => {
+                return Err(Refusal::WrongMode {
+                    robot_mode,
+                    needed: RobotMode::Idle,
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Enters a protective stop; true when it is a new one.
     pub fn protective_stop(&mut self, reason: StopReason) -> bool {
-        if self.safety_mode == SafetyMode::ProtectiveStop {
+        if self.protective_stop.is_some() {
             return false;
         }
-        self.safety_mode = SafetyMode::ProtectiveStop;
-        self.stop_reason = Some(reason);
+        self.protective_stop = Some(reason);
+        self.engage_brakes_again();
         true
     }
 
     /// Leaves a protective stop; nothing to do when there is none. The arm must stand.
     pub fn unlock(&mut self) {
-        if self.safety_mode == SafetyMode::ProtectiveStop {
-            self.safety_mode = SafetyMode::Normal;
-            self.stop_reason = None;
-        }
+        self.protective_stop = None;
     }
 
-    /// Clears a fault or violation of the safety system; nothing to do when there is none. As on the real machine the
-    /// power is off afterwards.
+    /// Starts the safety system anew: the power is off afterwards. Emergency stops last as long as what asks for them.
     pub fn restart_safety(&mut self) {
-        if matches!(self.safety_mode, SafetyMode::Fault | SafetyMode::Violation) {
-            self.safety_mode = SafetyMode::Normal;
-            self.stop_reason = None;
-            self.robot_mode = RobotMode::PowerOff;
+        self.protective_stop = None;
+        self.power_off();
+    }
+
+    /// The emergency stop button was pressed or released. True when an emergency stop begins.
+    pub fn press_emergency_stop(&mut self, pressed: bool) -> bool {
+        let begins = pressed && !self.is_emergency();
+        self.button = pressed;
+        if begins {
+            self.engage_brakes_again();
+        }
+        begins
+    }
+
+    /// Looks at the safety inputs. True when an emergency stop begins.
+    pub fn observe(&mut self, lines: SafetyLines) -> bool {
+        let begins = lines.emergency_stop && !self.is_emergency();
+        let is_reset = match (lines.safeguard_reset, self.lines.safeguard_reset) {
+            (None, _) => true,
+            (Some(now), before) => now && before == Some(false),
+        };
+        if lines.safeguard_stop {
+            self.safeguarded = true;
+        } else if is_reset {
+            self.safeguarded = false;
+        }
+        self.lines = lines;
+        if begins {
+            self.engage_brakes_again();
+        }
+        begins
+    }
+
+    /// A stop while the brakes were being released, or were about to be.
+    fn engage_brakes_again(&mut self) {
+        self.releases_next = false;
+        if self.robot_mode == RobotMode::Idle {
+            self.changing = None;
         }
     }
 }
@@ -124,6 +261,12 @@ mod tests {
     use super::*;
 
     const REASON: StopReason = StopReason::Internal { code: 0 };
+    const STEP: f64 = 0.004;
+
+    /// Cycles until the brakes are released; `None` when they never are.
+    fn cycles_until_released(machine: &mut Machine) -> Option<u32> {
+        (1..1000).find(|_| machine.advance(STEP))
+    }
 
     #[test]
     fn power_on_and_brake_release_lead_from_off_to_running() {
@@ -136,12 +279,27 @@ mod tests {
                 ..
             })
         ));
-        machine.power_on();
+        machine.power_on().unwrap();
+        assert_eq!(machine.robot_mode(), RobotMode::PowerOn);
+        assert_eq!(cycles_until_released(&mut machine), None);
         assert_eq!(machine.robot_mode(), RobotMode::Idle);
         assert!(machine.check_ready().is_err());
-        assert_eq!(machine.release_brakes(), Ok(true));
-        assert_eq!(machine.release_brakes(), Ok(false));
+        machine.release_brakes().unwrap();
+        assert_eq!(machine.robot_mode(), RobotMode::Idle);
+        let cycles = (BRAKE_RELEASE_TIME / STEP).round() as u32;
+        assert_eq!(cycles_until_released(&mut machine), Some(cycles));
+        machine.release_brakes().unwrap();
+        assert_eq!(cycles_until_released(&mut machine), None, "once");
         assert_eq!(machine.check_ready(), Ok(()));
+    }
+
+    #[test]
+    fn brakes_asked_for_too_early_are_released_once_there_is_power() {
+        let mut machine = Machine::new(RobotMode::PowerOff);
+        machine.power_on().unwrap();
+        machine.release_brakes().unwrap();
+        let cycles = ((POWER_ON_TIME + BRAKE_RELEASE_TIME) / STEP).round() as u32;
+        assert_eq!(cycles_until_released(&mut machine), Some(cycles));
     }
 
     #[test]
@@ -157,13 +315,105 @@ mod tests {
     }
 
     #[test]
-    fn power_survives_neither_a_power_off_nor_a_protective_stop_the_mode() {
+    fn a_power_off_leaves_a_protective_stop_as_it_is() {
         let mut machine = Machine::new(RobotMode::Running);
         machine.protective_stop(REASON);
         machine.power_off();
-        machine.power_on();
+        machine.power_on().unwrap();
+        cycles_until_released(&mut machine);
         assert!(machine.release_brakes().is_err());
         machine.unlock();
-        assert_eq!(machine.release_brakes(), Ok(true));
+        machine.release_brakes().unwrap();
+        assert!(cycles_until_released(&mut machine).is_some());
+    }
+
+    #[test]
+    fn a_stop_keeps_brakes_engaged_that_were_about_to_be_released() {
+        let stops: [fn(&mut Machine) -> bool; 2] = [
+            |machine| machine.protective_stop(REASON),
+            |machine| machine.press_emergency_stop(true),
+        ];
+        for stop in stops {
+            let mut machine = Machine::new(RobotMode::Idle);
+            machine.release_brakes().unwrap();
+            machine.advance(STEP);
+            assert!(stop(&mut machine));
+            assert_eq!(cycles_until_released(&mut machine), None);
+            assert_eq!(machine.robot_mode(), RobotMode::Idle);
+        }
+    }
+
+    #[test]
+    fn an_emergency_stop_lasts_as_long_as_what_asks_for_it() {
+        let mut machine = Machine::new(RobotMode::Running);
+        let lines = SafetyLines {
+            emergency_stop: true,
+            ..SafetyLines::default()
+        };
+        assert!(machine.observe(lines));
+        assert!(!machine.observe(lines), "it has begun already");
+        assert_eq!(machine.safety_mode(), SafetyMode::SystemEmergencyStop);
+        assert!(!machine.press_emergency_stop(true));
+        assert_eq!(machine.safety_mode(), SafetyMode::RobotEmergencyStop);
+        machine.power_off();
+        machine.restart_safety();
+        assert!(machine.power_on().is_err());
+        machine.press_emergency_stop(false);
+        assert_eq!(machine.safety_mode(), SafetyMode::SystemEmergencyStop);
+        machine.observe(SafetyLines::default());
+        assert_eq!(machine.safety_mode(), SafetyMode::Normal);
+        assert_eq!(machine.power_on(), Ok(()));
+    }
+
+    #[test]
+    fn a_safeguard_stop_ends_by_itself_or_at_the_edge_of_its_reset() {
+        let lines = |safeguard_stop, safeguard_reset| SafetyLines {
+            safeguard_stop,
+            safeguard_reset,
+            ..SafetyLines::default()
+        };
+        let mut machine = Machine::new(RobotMode::Running);
+        machine.observe(lines(true, None));
+        assert_eq!(machine.safety_mode(), SafetyMode::SafeguardStop);
+        assert_eq!(
+            machine.check_ready(),
+            Ok(()),
+            "a motion may begin and waits"
+        );
+        machine.observe(lines(false, None));
+        assert_eq!(machine.safety_mode(), SafetyMode::Normal);
+
+        for (stop, reset, holds) in [
+            (true, true, true),
+            (false, true, true), // high all the time: no edge
+            (false, false, true),
+            (true, true, true), // the stop is still asked for
+            (true, false, true),
+            (false, true, false),
+            (false, false, false),
+        ] {
+            machine.observe(lines(stop, Some(reset)));
+            assert_eq!(machine.is_safeguarded(), holds, "{stop} {reset}");
+        }
+    }
+
+    #[test]
+    fn the_most_serious_mode_is_seen() {
+        let mut machine = Machine::new(RobotMode::Running);
+        let mut lines = SafetyLines {
+            reduced_mode: true,
+            ..SafetyLines::default()
+        };
+        machine.observe(lines);
+        assert_eq!(machine.safety_mode(), SafetyMode::Reduced);
+        lines.safeguard_stop = true;
+        machine.observe(lines);
+        assert_eq!(machine.safety_mode(), SafetyMode::SafeguardStop);
+        machine.protective_stop(REASON);
+        assert_eq!(machine.safety_mode(), SafetyMode::ProtectiveStop);
+        lines.emergency_stop = true;
+        machine.observe(lines);
+        assert_eq!(machine.safety_mode(), SafetyMode::SystemEmergencyStop);
+        assert_eq!(machine.stop_reason(), Some(StopReason::EmergencyStop));
     }
 }

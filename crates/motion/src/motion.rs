@@ -58,6 +58,11 @@ impl Motion {
         self.path.at(model, &s, near)
     }
 
+    /// Where the path ends.
+    pub(crate) fn end(&self) -> JointPositions {
+        self.path.end().q
+    }
+
     /// True when the end of the path is reached.
     pub(crate) fn is_finished(&self) -> bool {
         self.travel.is_finished()

@@ -1,12 +1,13 @@
 //! The state that is published at the end of a cycle, computed from what the cycle holds.
 
+use kinematics::{Pose, RpyPose, Wrench};
 use motion_api::{MotionMode, RobotState, SafetyMode};
 
 use crate::cycle::{Cycle, Generator, Timing};
 
 /// Everything that is known about the robot now.
 pub(crate) fn report(cycle: &Cycle, timing: Timing) -> RobotState {
-    let (target, actual) = (&cycle.target, &cycle.actual);
+    let (target, actual) = (&cycle.commanded, &cycle.actual);
     let target_tcp = cycle.target_frames.base_from_flange * cycle.flange_from_tcp;
     let actual_frames = cycle.model.forward(&actual.q);
     let actual_tcp = actual_frames.base_from_flange * cycle.flange_from_tcp;
@@ -32,8 +33,7 @@ pub(crate) fn report(cycle: &Cycle, timing: Timing) -> RobotState {
         actual_tcp_pose: actual_tcp.to_rpy(),
         target_tcp_speed: target_twist.to_array(),
         actual_tcp_speed: actual_twist.to_array(),
-        // Nothing touches the arm yet: neither obstacles nor external wrenches are simulated.
-        tcp_force: [0.0; 6],
+        tcp_force: tcp_force(cycle, &actual_tcp),
         elbow_position: actual_frames.elbow().into(),
         tcp_offset: cycle.tcp,
         payload: cycle.payload,
@@ -44,13 +44,46 @@ pub(crate) fn report(cycle: &Cycle, timing: Timing) -> RobotState {
         robot_mode: cycle.machine.robot_mode(),
         safety_mode: cycle.machine.safety_mode(),
         stop_code: cycle.stop_code(),
-        digital_in: 0,
-        digital_out: cycle.digital_out,
-        analog_in: [0.0; 3],
-        analog_out: [0.0; 3],
+        digital_in: cycle.io.image.digital_in.into(),
+        digital_out: cycle.io.image.digital_out.into(),
+        analog_in: cycle.io.image.analog_in,
+        analog_out: cycle.io.image.analog_out(),
+        io_config: cycle.io.image.config,
         records_lost: cycle.out.records_lost(),
         step_duration_us: timing.step_duration_us,
         wakeup_latency_us: timing.wakeup_latency_us,
+        external_torque: cycle.collision.external_torque(),
+        joint_temperatures: cycle.thermal.joints,
+        controller_temperature: cycle.thermal.controller,
+        target_waypoint: waypoint(cycle, &target_tcp),
+        gravity: cycle.gravity.into(),
+        encoder_counts: cycle.encoders.map(|encoder| encoder.counts()),
+        encoder_ranges: cycle.encoders.map(|encoder| encoder.range().number()),
+        collision_detection: cycle.collision.is_enabled,
+        collision_sensitivity: u64::from(cycle.collision.sensitivity()),
+    }
+}
+
+/// What acts on the tool, in the TCP frame. Obstacles are not simulated yet: the hand and the loads of the cell.
+fn tcp_force(cycle: &Cycle, base_from_tcp: &Pose) -> [f64; 6] {
+    let hand = &cycle.hand;
+    Wrench {
+        force: base_from_tcp.rotate_back(hand.force),
+        moment: base_from_tcp.rotate_back(hand.moment),
+    }
+    .to_array()
+}
+
+/// Where the motion under way leads; the commanded pose without one.
+fn waypoint(cycle: &Cycle, target_tcp: &Pose) -> RpyPose {
+    let end = match &cycle.generator {
+        Generator::Path(motion) => Some(motion.end()),
+        Generator::Online(online) => online.goal(),
+        _ => None,
+    };
+    match end {
+        Some(q) => cycle.model.tcp_pose(&q, &cycle.flange_from_tcp).to_rpy(),
+        None => target_tcp.to_rpy(),
     }
 }
 
@@ -62,7 +95,10 @@ fn motion_mode(cycle: &Cycle) -> MotionMode {
         return MotionMode::ProtectiveStop;
     }
     match &cycle.generator {
+        Generator::Hold if cycle.tracking.is_some() => MotionMode::Conveyor,
         Generator::Hold => MotionMode::Idle,
+        Generator::Online(online) if online.is_stopping => MotionMode::Stopping,
+        Generator::Online(online) => online.mode,
         Generator::Planning(..) => MotionMode::MoveL,
         Generator::Brake(_) => MotionMode::ProtectiveStop,
         Generator::Path(motion) if motion.is_stopping => MotionMode::Stopping,

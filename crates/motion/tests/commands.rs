@@ -16,7 +16,7 @@ use kinematics::{JointPositions, JointSpeeds, Payload, RpyPose};
 use motion::{ConfigError, Cycle, CycleConfig, Timing};
 use motion_api::{
     BorderSizes, CommandId, CommandKind, Event, MotionMode, Origin, Outcome, Record, Refusal,
-    RobotMode, SafetyMode, border,
+    RobotMode, SafetyMode, StopReason, border,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -187,8 +187,48 @@ fn a_powered_off_controller_runs_after_power_on_and_brake_release() {
         Outcome::Refused(Refusal::WrongMode { .. })
     ));
     bench.do_it(CommandKind::PowerOn);
+    assert_eq!(bench.now().robot_mode, RobotMode::PowerOn);
+    bench.run(100);
     assert_eq!(bench.now().robot_mode, RobotMode::Idle);
     bench.do_it(CommandKind::ReleaseBrakes);
+    bench.run(75);
+    assert_eq!(bench.now().robot_mode, RobotMode::Running);
+    assert_eq!(bench.do_it(movej(far())), Outcome::Done);
+}
+
+#[test]
+fn an_emergency_stop_brakes_the_arm_takes_its_power_and_ends_when_it_is_released() {
+    let mut bench = Bench::new(ideal("cs66"));
+    let motion = bench.send(movej(far()));
+    bench.run(60);
+    assert!(bench.now().target_qd.max_abs() > 0.1);
+    bench.send(CommandKind::EmergencyStop { pressed: true });
+    bench.tick();
+    assert_eq!(bench.now().safety_mode, SafetyMode::RobotEmergencyStop);
+    assert_eq!(
+        bench.now().robot_mode,
+        RobotMode::Running,
+        "the servos brake"
+    );
+    bench.run(300);
+    bench.check_limits();
+    assert_eq!(bench.stops, [StopReason::EmergencyStop]);
+    let outcome = bench.ended.iter().find(|(id, ..)| *id == motion).unwrap().1;
+    assert_eq!(outcome, Outcome::ProtectiveStop(StopReason::EmergencyStop));
+    assert_eq!(bench.now().robot_mode, RobotMode::PowerOff);
+    assert_eq!(bench.now().target_qd.max_abs(), 0.0);
+
+    let refused = bench.do_it(CommandKind::PowerOn);
+    assert!(matches!(
+        refused,
+        Outcome::Refused(Refusal::NotReady { .. })
+    ));
+    bench.do_it(CommandKind::EmergencyStop { pressed: false });
+    assert_eq!(bench.now().safety_mode, SafetyMode::Normal);
+    assert_eq!(bench.now().robot_mode, RobotMode::PowerOff);
+    bench.do_it(CommandKind::PowerOn);
+    bench.do_it(CommandKind::ReleaseBrakes);
+    bench.run(200);
     assert_eq!(bench.now().robot_mode, RobotMode::Running);
     assert_eq!(bench.do_it(movej(far())), Outcome::Done);
 }

@@ -95,6 +95,71 @@ fn ten_thousand_ticks_through_every_mode_allocate_nothing() {
 }
 
 #[test]
+fn ten_thousand_ticks_through_the_online_modes_allocate_nothing() {
+    let mut config = ideal("cs66");
+    config.belts[0] = Some(motion::modes::encoder::Belt {
+        encoder: 0,
+        ticks_per_second: 100.0,
+        start_at: 0.0,
+    });
+    let home = config.home;
+    let (mut cycle, mut script) = controller(config);
+    let stop = CommandKind::Stop {
+        only: CommandId::NONE,
+    };
+    let round = [
+        CommandKind::ServoJ {
+            target: JointPositions([0.3, -1.4, 1.4, -1.6, -1.4, 0.2]),
+            duration: 0.1,
+            lookahead: 0.2,
+            gain: 300.0,
+        },
+        CommandKind::SpeedJ {
+            speeds: kinematics::JointSpeeds([0.2; 6]),
+            acceleration: 2.0,
+            duration: None,
+        },
+        CommandKind::SpeedL {
+            speed: [-0.3, 0.1, 0.1, 0.0, 0.1, 0.0],
+            acceleration: 1.0,
+            rotation_acceleration: 1.0,
+            duration: Some(1.0),
+        },
+        movej(home),
+        stop,
+        CommandKind::StopJ { acceleration: 4.0 },
+        CommandKind::Freedrive {
+            free_axes: [true, true, false, false, false, true],
+            frame: motion_api::FreedriveFrame::Tool,
+        },
+        CommandKind::SetExternalWrench([10.0, -20.0, 5.0, 0.0, 0.0, 1.0]),
+        CommandKind::EndFreedrive,
+        CommandKind::SetExternalWrench([0.0; 6]),
+        CommandKind::TrackConveyorLinear {
+            direction: [0.0, 1.0, 0.0],
+            ticks_per_meter: 1000.0,
+            encoder: 0,
+        },
+        movej(home),
+        CommandKind::StopConveyorTracking,
+        CommandKind::SetGravity([0.0, 0.0, -9.8]),
+        movej(home),
+        CommandKind::UnlockProtectiveStop,
+    ];
+    let mut modes = std::collections::BTreeSet::new();
+    for tick_number in 0..10_000 {
+        if tick_number % 83 == 0 {
+            let kind = round[(tick_number / 83) % round.len()];
+            script.commands.send(Origin::default(), kind).unwrap();
+        }
+        assert_eq!(tick(&mut cycle, &mut script), 0, "tick {tick_number}");
+        modes.insert(script.snapshot.read().motion_mode);
+    }
+    println!("modes seen: {modes:?}");
+    assert!(modes.len() >= 7, "{modes:?}");
+}
+
+#[test]
 fn a_protective_stop_allocates_nothing() {
     // The limit is configured below what a line needs at its own limits, by changing the tool on the way.
     let mut config = ideal("cs66");

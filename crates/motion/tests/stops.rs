@@ -129,6 +129,7 @@ fn a_rigid_arm_comes_back_after_power_off_without_a_jump() {
     bench.run(20);
     bench.do_it(CommandKind::PowerOn);
     bench.do_it(CommandKind::ReleaseBrakes);
+    bench.run(200);
     bench.run(20);
     let to = JointPositions([0.0, -1.5, 1.5, -1.5, -1.5, 0.0]);
     assert_eq!(bench.do_it(movej(to)), Outcome::Done);

@@ -4,7 +4,7 @@
 //! does not compile until it is listed here. Numbers come back bit for bit, so that a recorded command can be run again.
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
-use motion_api::{CommandId, CommandKind};
+use motion_api::{CommandId, CommandKind, EncoderRange, FreedriveFrame, IoChange, PulseDecoding};
 use serde_json::{Map, Value};
 use thiserror::Error;
 
@@ -70,12 +70,32 @@ commands! {
     "set_tcp" => SetTcp(tcp);
     "set_payload" => SetPayload(payload);
     "set_standard_digital_out" => SetStandardDigitalOut { index, level };
+    "set_io" => SetIo(change);
     "set_speed_fraction" => SetSpeedFraction(fraction);
     "power_on" => PowerOn;
     "power_off" => PowerOff;
     "release_brakes" => ReleaseBrakes;
     "unlock_protective_stop" => UnlockProtectiveStop;
     "restart_safety_board" => RestartSafetyBoard;
+    "emergency_stop" => EmergencyStop { pressed };
+    "servoj" => ServoJ { target, duration, lookahead, gain };
+    "speedj" => SpeedJ { speeds, acceleration, duration };
+    "speedl" => SpeedL { speed, acceleration, rotation_acceleration, duration };
+    "stopj" => StopJ { acceleration };
+    "stopl" => StopL { acceleration };
+    "set_gravity" => SetGravity(gravity);
+    "freedrive_mode" => Freedrive { free_axes, frame };
+    "end_freedrive_mode" => EndFreedrive;
+    "set_external_wrench" => SetExternalWrench(wrench);
+    "set_collision_detect_enabled" => SetCollisionDetection(enabled);
+    "set_dyn_collision_force_min_ratio" => SetCollisionSensitivity(ratio);
+    "track_conveyor_linear" => TrackConveyorLinear { direction, ticks_per_meter, encoder };
+    "track_conveyor_circular" => TrackConveyorCircular { center, ticks_per_revolution, rotate_tool, encoder };
+    "stop_conveyor_tracking" => StopConveyorTracking;
+    "encoder_enable_set_tick_count" => EncoderEnableSetTickCount { encoder, range };
+    "encoder_set_tick_count" => EncoderSetTickCount { encoder, count };
+    "encoder_enable_pulse_decode" => EncoderEnablePulseDecode { encoder, decoding, channel_a, channel_b };
+    "set_digital_input" => SetDigitalInput { index, level };
 }
 
 fn read<T: Argument>(
@@ -179,6 +199,66 @@ as_other! {
     CommandId as u64: |x| x.0, CommandId;
 }
 
+impl Argument for IoChange {
+    fn write(&self) -> Value {
+        let (name, numbers) = self.to_parts();
+        let parts = [("what", Value::from(name)), ("numbers", numbers.write())];
+        Value::Object(parts.map(|(k, v)| (k.to_owned(), v)).into_iter().collect())
+    }
+    fn read(value: &Value) -> Option<Self> {
+        let numbers = Argument::read(value.get("numbers")?)?;
+        Self::from_parts(value.get("what")?.as_str()?, numbers)
+    }
+}
+
+impl<T: Argument> Argument for Option<T> {
+    fn write(&self) -> Value {
+        self.as_ref().map_or(Value::Null, Argument::write)
+    }
+    fn read(value: &Value) -> Option<Self> {
+        match value {
+            Value::Null => Some(None),
+            value => T::read(value).map(Some),
+        }
+    }
+}
+
+impl Argument for FreedriveFrame {
+    fn write(&self) -> Value {
+        match self {
+            Self::Base => Value::from("base"),
+            Self::Tool => Value::from("tool"),
+            Self::Pose(pose) => pose.write(),
+        }
+    }
+    fn read(value: &Value) -> Option<Self> {
+        match value.as_str() {
+            Some("base") => Some(Self::Base),
+            Some("tool") => Some(Self::Tool),
+            Some(_) => None,
+            None => Argument::read(value).map(Self::Pose),
+        }
+    }
+}
+
+impl Argument for EncoderRange {
+    fn write(&self) -> Value {
+        self.number().write()
+    }
+    fn read(value: &Value) -> Option<Self> {
+        Self::from_number(u64::read(value)?)
+    }
+}
+
+impl Argument for PulseDecoding {
+    fn write(&self) -> Value {
+        self.number().write()
+    }
+    fn read(value: &Value) -> Option<Self> {
+        Self::from_number(u64::read(value)?)
+    }
+}
+
 impl Argument for Payload {
     fn write(&self) -> Value {
         let Self { mass, cog, inertia } = self;
@@ -234,12 +314,80 @@ mod tests {
                 index: 15,
                 level: true,
             },
+            CommandKind::SetIo(IoChange::AnalogOut { port: 1, ratio: x }),
+            CommandKind::SetIo(IoChange::DigitalIn {
+                mask: 0x0FFF_FFFF,
+                levels: 5,
+            }),
             CommandKind::SetSpeedFraction(x),
             CommandKind::PowerOn,
             CommandKind::PowerOff,
             CommandKind::ReleaseBrakes,
+            CommandKind::EmergencyStop { pressed: true },
             CommandKind::UnlockProtectiveStop,
             CommandKind::RestartSafetyBoard,
+            CommandKind::ServoJ {
+                target,
+                duration: x,
+                lookahead: 0.1,
+                gain: x,
+            },
+            CommandKind::SpeedJ {
+                speeds: JointSpeeds(target.0),
+                acceleration: x,
+                duration: None,
+            },
+            CommandKind::SpeedL {
+                speed: target.0,
+                acceleration: x,
+                rotation_acceleration: -x,
+                duration: Some(x),
+            },
+            CommandKind::StopJ { acceleration: x },
+            CommandKind::StopL { acceleration: x },
+            CommandKind::SetGravity([x, 0.0, -9.81]),
+            CommandKind::Freedrive {
+                free_axes: [true, false, true, false, true, false],
+                frame: FreedriveFrame::Pose(pose),
+            },
+            CommandKind::Freedrive {
+                free_axes: [false; 6],
+                frame: FreedriveFrame::Tool,
+            },
+            CommandKind::EndFreedrive,
+            CommandKind::SetExternalWrench(target.0),
+            CommandKind::SetCollisionDetection(true),
+            CommandKind::SetCollisionSensitivity(30),
+            CommandKind::TrackConveyorLinear {
+                direction: [x, 0.0, 1.0],
+                ticks_per_meter: x,
+                encoder: 1,
+            },
+            CommandKind::TrackConveyorCircular {
+                center: pose,
+                ticks_per_revolution: x,
+                rotate_tool: true,
+                encoder: 0,
+            },
+            CommandKind::StopConveyorTracking,
+            CommandKind::EncoderEnableSetTickCount {
+                encoder: 1,
+                range: EncoderRange::Unsigned24,
+            },
+            CommandKind::EncoderSetTickCount {
+                encoder: 1,
+                count: x,
+            },
+            CommandKind::EncoderEnablePulseDecode {
+                encoder: 0,
+                decoding: PulseDecoding::Rising,
+                channel_a: 16,
+                channel_b: 0,
+            },
+            CommandKind::SetDigitalInput {
+                index: 17,
+                level: true,
+            },
         ]
     }
 

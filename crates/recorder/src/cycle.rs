@@ -5,7 +5,7 @@
 //! description; they make a recording complete, so that a state read back is the state that was recorded.
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
-use motion_api::{CommandId, MotionMode, RobotMode, RobotState, SafetyMode};
+use motion_api::{CommandId, IoConfig, MotionMode, RobotMode, RobotState, SafetyMode};
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::source_code_info::Location;
 use prost_types::{
@@ -149,6 +149,28 @@ message! {
         stop_code: u64 [uint64, "37"],
         /// Cycles that the recording could not take so far.
         records_lost: u64 [uint64, "38"],
+        /// How I/O is configured: bits 0-5 domains, 8-23 tool pins, 24-25 use of tool analog pins, from 32 tool voltage.
+        io_config: u64 [uint64, "39"],
+        /// What the joints carry beyond their own motion, Nm.
+        external_torque: Vec<f64> [double repeated, "40"],
+        /// Temperatures of the joints, °C.
+        joint_temperatures: Vec<f64> [double repeated, "41"],
+        /// Temperature of the control box, °C.
+        controller_temperature: f64 [double, "42"],
+        /// Where the motion under way leads, TCP pose.
+        target_waypoint: Vec<f64> [double repeated, "43"],
+        /// Free-fall acceleration in the base frame, m/s².
+        gravity: Vec<f64> [double repeated, "44"],
+        /// Counts of the conveyor encoders, ticks.
+        encoder_counts: Vec<f64> [double repeated, "45"],
+        /// Range of the counter of encoder 0, number of the manual.
+        encoder_range_0: u64 [uint64, "46"],
+        /// Range of the counter of encoder 1, number of the manual.
+        encoder_range_1: u64 [uint64, "47"],
+        /// Sensitivity of collision detection, %.
+        collision_sensitivity: u64 [uint64, "48"],
+        /// 1 while collision detection is on.
+        collision_detection: u64 [uint64, "49"],
     }
 }
 
@@ -212,9 +234,19 @@ impl Cycle {
             digital_out,
             analog_in,
             analog_out,
+            io_config,
             records_lost,
             step_duration_us,
             wakeup_latency_us,
+            external_torque,
+            joint_temperatures,
+            controller_temperature,
+            target_waypoint,
+            gravity,
+            encoder_counts,
+            encoder_ranges,
+            collision_detection,
+            collision_sensitivity,
         } = *state;
         self.cycle = cycle;
         self.time = time;
@@ -250,6 +282,16 @@ impl Cycle {
         self.target_speed_fraction = target_speed_fraction;
         self.stop_code = stop_code;
         self.records_lost = records_lost;
+        self.io_config = io_config.to_bits();
+        put(&mut self.external_torque, &external_torque.0);
+        put(&mut self.joint_temperatures, &joint_temperatures);
+        self.controller_temperature = controller_temperature;
+        put(&mut self.target_waypoint, &target_waypoint.to_array());
+        put(&mut self.gravity, &gravity);
+        put(&mut self.encoder_counts, &encoder_counts);
+        [self.encoder_range_0, self.encoder_range_1] = encoder_ranges;
+        self.collision_sensitivity = collision_sensitivity;
+        self.collision_detection = u64::from(collision_detection);
     }
 
     /// The state that was recorded.
@@ -297,9 +339,21 @@ impl Cycle {
             digital_out: self.digital_out,
             analog_in: self.take("analog_in", &self.analog_in)?,
             analog_out: self.take("analog_out", &self.analog_out)?,
+            io_config: IoConfig::from_bits(self.io_config),
             records_lost: self.records_lost,
             step_duration_us: self.step_duration_us,
             wakeup_latency_us: self.wakeup_latency_us,
+            external_torque: JointTorques(self.take("external_torque", &self.external_torque)?),
+            joint_temperatures: self.take("joint_temperatures", &self.joint_temperatures)?,
+            controller_temperature: self.controller_temperature,
+            target_waypoint: RpyPose::from_array(
+                self.take("target_waypoint", &self.target_waypoint)?,
+            ),
+            gravity: self.take("gravity", &self.gravity)?,
+            encoder_counts: self.take("encoder_counts", &self.encoder_counts)?,
+            encoder_ranges: [self.encoder_range_0, self.encoder_range_1],
+            collision_detection: self.collision_detection != 0,
+            collision_sensitivity: self.collision_sensitivity,
         })
     }
 

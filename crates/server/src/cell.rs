@@ -4,18 +4,26 @@
 //! is refused by name, never ignored. Whether limits suit the arm is checked with the arm. Poses are
 //! `[x, y, z, Rx, Ry, Rz]` in the base frame, m and rad.
 
+mod act;
 mod check;
 pub mod point;
 pub mod schema;
 
 use std::path::{Path, PathBuf};
 
+use io_bus::Fieldbus;
+use io_bus::modbus::{DeviceAddress, SignalKind, SignalSpec};
+use io_bus::serial::{Endpoint, SerialLine};
+use kinematics::SafetyBounds;
+use kinematics::safety::SafetySettingError;
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
-use motion::LimitOverrides;
+use motion::external::Load;
+use motion::modes::encoder::Belt;
+use motion::{InputPair, IoSetup, LimitOverrides, SafetyInputs, TimedInput, WireSetup};
 use thiserror::Error;
 
 use crate::config::line_of;
-use schema::{Sensor, Tables};
+use schema::{ActiveLevel, PointValue, SafetyFunction, Sensor, SerialPort, Tables};
 
 /// Why there is no cell. Each is one sentence and ends the program with exit status 2.
 #[derive(Debug, Error)]
@@ -53,6 +61,22 @@ pub enum CellError {
         /// What is allowed.
         allowed: String,
     },
+    /// A Modbus signal that cannot be added.
+    #[error("the cell's modbus signal {name:?} cannot be added: {reason}")]
+    Signal {
+        /// Which.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// A safety setting that cannot be used.
+    #[error("{}: {source}", path.display())]
+    Safety {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        source: SafetySettingError,
+    },
     /// Tables that this version cannot simulate.
     #[error("{}: {} not available yet; leave {} out", path.display(), list(tables), if tables.len() == 1 { "it" } else { "them" })]
     NotAvailable {
@@ -72,6 +96,7 @@ fn list(tables: &[&str]) -> String {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
     tables: Tables,
+    safety: SafetyBounds,
     text: String,
 }
 
@@ -95,7 +120,15 @@ impl Cell {
     pub fn from_text(text: String, path: &Path) -> Result<Self, CellError> {
         let tables = parse(&text, path)?;
         check_available(&tables, path)?;
-        Ok(Self { tables, text })
+        let safety = act::safety_bounds(&tables).map_err(|source| CellError::Safety {
+            path: path.to_owned(),
+            source,
+        })?;
+        Ok(Self {
+            safety,
+            tables,
+            text,
+        })
     }
 
     /// Every table of the file.
@@ -106,6 +139,108 @@ impl Cell {
     /// The file as written, for the recording.
     pub fn text(&self) -> &str {
         &self.text
+    }
+
+    /// `[[wire]]` and `[[input]]`.
+    pub fn io(&self) -> IoSetup {
+        let wires = self.tables.wire.iter().map(|wire| WireSetup {
+            from: wire.from.io_point(),
+            to: wire.to.io_point(),
+            delay: wire.delay,
+        });
+        let inputs = self.tables.input.iter().map(|input| TimedInput {
+            at: input.at,
+            to: input.set.io_point(),
+            value: match input.value {
+                PointValue::Level(level) => f64::from(u8::from(level)),
+                PointValue::Number(number) => number,
+            },
+        });
+        IoSetup {
+            wires: wires.collect(),
+            inputs: inputs.collect(),
+        }
+    }
+
+    /// `[[safety_input]]`.
+    pub fn safety_inputs(&self) -> SafetyInputs {
+        let mut inputs = SafetyInputs::default();
+        for input in &self.tables.safety_input {
+            let pair = InputPair {
+                pair: input.pair,
+                is_active_low: input.active == ActiveLevel::Low,
+            };
+            let slot = match input.function {
+                SafetyFunction::EmergencyStop => &mut inputs.emergency_stop,
+                SafetyFunction::SafeguardStop => &mut inputs.safeguard_stop,
+                SafetyFunction::SafeguardReset => &mut inputs.safeguard_reset,
+                SafetyFunction::ReducedMode => &mut inputs.reduced_mode,
+            };
+            *slot = Some(pair);
+        }
+        inputs
+    }
+
+    /// The devices behind `[[serial]]` and the signals of `[[modbus]]`.
+    ///
+    /// # Errors
+    /// [`CellError::Value`] names the signal that cannot be added.
+    pub fn fieldbus(&self) -> Result<Fieldbus, CellError> {
+        let line = |wanted| {
+            let port = self
+                .tables
+                .serial
+                .iter()
+                .find(|serial| serial.port == wanted);
+            SerialLine::new(port.map(|serial| Endpoint::parse(&serial.device)))
+        };
+        let fieldbus = Fieldbus {
+            tool_serial: line(SerialPort::Tool),
+            masterboard_serial: line(SerialPort::Masterboard),
+            ..Fieldbus::default()
+        };
+        for signal in &self.tables.modbus {
+            let spec = SignalSpec {
+                device: DeviceAddress {
+                    host: signal.ip.clone(),
+                    port: signal.port,
+                },
+                slave: match signal.slave_number {
+                    248..=255 => 255,
+                    slave => slave,
+                },
+                address: signal.signal_address,
+                count: signal.registers_count.into(),
+                kind: match signal.signal_type {
+                    0 => SignalKind::DigitalInput,
+                    1 => SignalKind::DigitalOutput,
+                    2 => SignalKind::RegisterInput,
+                    _ => SignalKind::RegisterOutput,
+                },
+                is_sequential: signal.is_sequential,
+            };
+            let added = fieldbus.modbus.add(&signal.signal_name, spec);
+            added.map_err(|error| CellError::Signal {
+                name: signal.signal_name.clone(),
+                reason: error.to_string(),
+            })?;
+        }
+        Ok(fieldbus)
+    }
+
+    /// `[[safety_plane]]` and the tool they hold back.
+    pub const fn safety_bounds(&self) -> &SafetyBounds {
+        &self.safety
+    }
+
+    /// `[[conveyor]]`: what turns the two encoders.
+    pub fn belts(&self) -> [Option<Belt>; 2] {
+        act::belts(&self.tables.conveyor)
+    }
+
+    /// `[[wrench]]`: loads on the tool by time.
+    pub fn loads(&self) -> Vec<Load> {
+        act::loads(&self.tables.wrench)
     }
 
     /// `[limits]`, for the cycle to check against the model's own.
@@ -140,15 +275,7 @@ fn parse(text: &str, path: &Path) -> Result<Tables, CellError> {
 fn check_available(tables: &Tables, path: &Path) -> Result<(), CellError> {
     let used = [
         ("[[obstacle]]", !tables.obstacle.is_empty()),
-        ("[tool]", tables.tool.is_some()),
-        ("[[safety_plane]]", !tables.safety_plane.is_empty()),
         ("[sensor]", tables.sensor != Sensor::default()),
-        ("[[wrench]]", !tables.wrench.is_empty()),
-        ("[[conveyor]]", !tables.conveyor.is_empty()),
-        ("[[wire]]", !tables.wire.is_empty()),
-        ("[[input]]", !tables.input.is_empty()),
-        ("[[serial]]", !tables.serial.is_empty()),
-        ("[[modbus]]", !tables.modbus.is_empty()),
         ("tcp_force in [limits]", tables.limits.tcp_force.is_some()),
     ];
     let tables: Vec<_> = used

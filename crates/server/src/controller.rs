@@ -13,6 +13,7 @@ use std::time::Duration;
 use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::panel::Operator;
 use elite_runtime::{Panel, Permissions, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
+use io_bus::Fieldbus;
 use kinematics::{ModelError, RobotModel};
 use motion::Cycle;
 use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
@@ -86,6 +87,7 @@ pub enum StartError {
 /// A running controller.
 pub struct Controller {
     robot: Arc<Robot>,
+    fieldbus: Arc<Fieldbus>,
     supervisor: Supervisor,
     feed: Arc<Feed>,
     announcer: Arc<Announcer>,
@@ -123,6 +125,9 @@ impl Controller {
             ..BorderSizes::default()
         };
         let (motion_end, mut script_end) = border(sizes, &first);
+        let registers = script_end.registers.clone();
+        let safety = cycle_config.safety;
+        let model = Arc::new(cycle_config.limited_model()?);
         let cycle = Cycle::new(cycle_config, motion_end)?;
 
         let alarm = RecordingAlarm::default();
@@ -156,7 +161,6 @@ impl Controller {
             })?,
             None => InterpreterLog::default(),
         };
-        let model = Arc::new(loaded.model);
         let feed = Arc::new(Feed::new(model.clone()));
         let log = interpreter_log.clone();
         let announcer = Arc::new(Announcer::new(handle, snapshot, console, log, feed.clone()));
@@ -164,18 +168,21 @@ impl Controller {
 
         let (pump, robot_for_pump) = Pump::start()?;
         let (clock, timeline) = start_clock(config.clock, console, cycle, pump.thread())?;
-        let robot = Arc::new(Robot::new(
-            model,
-            script_end.into(),
-            timeline,
-            announcer.clone(),
-        ));
+        let robot = Robot::new(model, script_end.into(), timeline, announcer.clone());
+        let robot = Arc::new(robot.with_safety_bounds(safety));
         // The pump waits for exactly this; it cannot have ended before.
         let _ = robot_for_pump.send(Arc::clone(&robot));
+        let fieldbus = Arc::new(
+            cell.as_ref()
+                .map(Cell::fieldbus)
+                .transpose()?
+                .unwrap_or_default(),
+        );
         let settings = TaskSettings {
             robot: robot.clone(),
             observer: announcer.clone(),
             seed: config.seed,
+            fieldbus: fieldbus.clone(),
             panel: Arc::new(Panel::new(match console {
                 Console::Stdout => Operator::Absent,
                 Console::Log => Operator::Present,
@@ -183,9 +190,10 @@ impl Controller {
             permissions: permissions(config),
         };
         let supervisor = Supervisor::new(settings);
-        feed.follow(supervisor.watch());
+        feed.follow(supervisor.watch(), registers);
         Ok(Self {
             robot,
+            fieldbus,
             supervisor,
             feed,
             announcer,
@@ -200,6 +208,11 @@ impl Controller {
     /// The robot.
     pub fn robot(&self) -> &Arc<Robot> {
         &self.robot
+    }
+
+    /// Modbus devices, serial ports and the values of the controller's own Modbus server.
+    pub fn fieldbus(&self) -> &Arc<Fieldbus> {
+        &self.fieldbus
     }
 
     /// Starts and stops programs.

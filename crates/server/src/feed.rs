@@ -4,11 +4,11 @@
 //! one); waits for nobody. Who listens too slowly loses the oldest cycles.
 
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
 use elite_runtime::{TaskState, TaskStatus as SupervisorStatus};
 use kinematics::{JointSpeeds, RobotModel};
-use motion_api::{RobotState, ThreadNumber};
+use motion_api::{Registers, RobotState, ThreadNumber};
 use tokio::sync::{broadcast, watch};
 
 use crate::ports::description::{Peripherals, TaskStatus};
@@ -23,8 +23,7 @@ pub struct Feed {
     samples: broadcast::Sender<Arc<Sample>>,
     task: OnceLock<watch::Receiver<SupervisorStatus>>,
     script_line: AtomicU32,
-    inputs: Mutex<RegisterBank>,
-    outputs: Mutex<RegisterBank>,
+    registers: OnceLock<Arc<Registers>>,
 }
 
 impl Feed {
@@ -35,15 +34,15 @@ impl Feed {
             samples: broadcast::channel(CYCLES_WAITING_MAX).0,
             task: OnceLock::new(),
             script_line: AtomicU32::new(0),
-            inputs: Mutex::default(),
-            outputs: Mutex::default(),
+            registers: OnceLock::new(),
         }
     }
 
-    /// Samples tell the status of the task from now on. Only the first call counts.
-    pub fn follow(&self, task: watch::Receiver<SupervisorStatus>) {
-        // There is one supervisor; a second receiver of the same status would change nothing.
+    /// Samples tell the status of the task and the registers from now on. Only the first call counts.
+    pub fn follow(&self, task: watch::Receiver<SupervisorStatus>, registers: Arc<Registers>) {
+        // There is one supervisor and one robot; others would tell the same.
         let _ = self.task.set(task);
+        let _ = self.registers.set(registers);
     }
 
     /// Every cycle from now on.
@@ -51,20 +50,10 @@ impl Feed {
         self.samples.subscribe()
     }
 
-    /// Registers that clients write and programs read.
-    pub fn inputs(&self) -> MutexGuard<'_, RegisterBank> {
-        locked(&self.inputs)
-    }
-
     /// What the main task is doing.
     pub fn task_status(&self) -> TaskStatus {
         let state = self.task.get().map(|task| task.borrow().state);
         state.map_or(TaskStatus::Stopped, task_status)
-    }
-
-    /// Settings beside the state.
-    pub fn peripherals(&self) -> Peripherals {
-        Peripherals::default()
     }
 
     /// A script thread stands at another line; the main thread's is the one that clients see.
@@ -90,15 +79,19 @@ impl Feed {
     }
 
     fn sample(&self, state: &RobotState) -> Sample {
+        let bank = |side: fn(&Registers) -> &motion_api::RegisterBank| {
+            let registers = self.registers.get();
+            registers.map_or_else(RegisterBank::default, |r| RegisterBank::of(side(r)))
+        };
         Sample {
             state: *state,
             task: self.task_status(),
             script_line: self.script_line.load(Ordering::Relaxed),
             elbow_velocity: elbow_velocity(&self.model, state),
             raw_wrench: state.tcp_force,
-            inputs: *locked(&self.inputs),
-            outputs: *locked(&self.outputs),
-            peripherals: self.peripherals(),
+            inputs: bank(|registers| &registers.input),
+            outputs: bank(|registers| &registers.output),
+            peripherals: Peripherals::of(state),
         }
     }
 }
@@ -117,11 +110,6 @@ fn elbow_velocity(model: &RobotModel, state: &RobotState) -> [f64; 3] {
     let frames = model.forward(&state.actual_q);
     let moving = JointSpeeds([state.actual_qd[0], state.actual_qd[1], 0.0, 0.0, 0.0, 0.0]);
     frames.twist(&moving, frames.elbow()).linear.into()
-}
-
-/// Every value is valid at every moment, so a poisoned lock is as good as any.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

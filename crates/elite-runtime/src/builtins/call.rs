@@ -2,24 +2,49 @@
 //!
 //! Every message names the function, the argument, what was given and what is allowed.
 
+use std::fmt::Display;
+use std::rc::Rc;
+use std::time::Duration;
+
 use ::kinematics::{JointPositions, RpyPose};
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
-use motion_api::{CommandId, CommandKind, Origin, Outcome};
+use motion_api::{CommandId, CommandKind, FreedriveFrame, Origin, Outcome, Refusal};
 
-use super::declare::{Builtin, Default, Kind, Parameter, Range};
-use crate::task::{TaskContext, Wait};
+use super::declare::{Builtin, Default, Kind, Parameter, Range, alternatives};
+use crate::message::{Message, SCRIPT_ALARM_CODE, Severity};
+use crate::task::{TaskContext, TaskEnd, Wait};
+
+/// Suspends the script thread that `native` belongs to until `future` has its result; other threads go on meanwhile.
+pub(super) fn wait_outside<T: 'static>(
+    context: &TaskContext,
+    native: &NativeCall<'_>,
+    function: &str,
+    future: impl Future<Output = T> + 'static,
+) -> Result<T, Raised> {
+    let outside = context.outside();
+    let job = outside.start(future);
+    let token = context.register_wait(Wait::Outside(job));
+    if let Err(stopping) = native.wait(token) {
+        outside.cancel(job);
+        return Err(stopping);
+    }
+    outside.take(job).ok_or_else(|| {
+        let text = format!("{function}(): the wait ended without a result");
+        native.raise(ExceptionKind::RuntimeError, text)
+    })
+}
 
 /// A call in progress.
 pub struct Call<'a, 'n> {
     builtin: &'static Builtin,
-    context: &'a TaskContext,
+    context: &'a Rc<TaskContext>,
     native: &'a mut NativeCall<'n>,
 }
 
 impl<'a, 'n> Call<'a, 'n> {
     pub(super) fn new(
         builtin: &'static Builtin,
-        context: &'a TaskContext,
+        context: &'a Rc<TaskContext>,
         native: &'a mut NativeCall<'n>,
     ) -> Result<Self, Raised> {
         let mut call = Self {
@@ -40,6 +65,11 @@ impl<'a, 'n> Call<'a, 'n> {
     /// The task the call belongs to.
     pub(crate) fn context(&self) -> &'a TaskContext {
         self.context
+    }
+
+    /// The task, for what outlives the call.
+    pub(crate) fn shared_context(&self) -> Rc<TaskContext> {
+        Rc::clone(self.context)
     }
 
     /// The call of the language, for what goes beyond robot builtins.
@@ -143,9 +173,12 @@ impl<'a, 'n> Call<'a, 'n> {
 
     /// A whole number inside the declared range.
     pub fn integer(&mut self, index: usize) -> Result<i64, Raised> {
-        let Kind::Integer(min, max) = self.parameter(index).kind else {
-            unreachable!("declared as another kind")
-        };
+        let kind = self.parameter(index).kind;
+        if let (None, Default::Integer(default)) =
+            (self.given(index), self.parameter(index).default)
+        {
+            return Ok(default);
+        }
         let value = self.required(index);
         let Some(n) = value.as_i64() else {
             let wanted = match &*value.type_name() {
@@ -154,24 +187,76 @@ impl<'a, 'n> Call<'a, 'n> {
             };
             return Err(self.wrong_type(index, wanted, &value));
         };
-        if n < min || n > max {
-            let place = self.place(index);
-            let text = if max == i64::MAX {
-                format!("{place} must be at least {min}, got {n}")
-            } else {
-                format!("{place} must be {min} to {max}, got {n}")
-            };
-            return Err(self.error(ExceptionKind::ValueError, text));
-        }
-        Ok(n)
+        let allowed = match kind {
+            Kind::Integer(min, max) if n < min || n > max => match max {
+                i64::MAX => format!("at least {min}"),
+                _ => format!("{min} to {max}"),
+            },
+            Kind::OneOf(numbers) if !numbers.contains(&n) => alternatives(numbers),
+            _ => return Ok(n),
+        };
+        Err(self.not_allowed(index, &allowed, n))
+    }
+
+    /// A whole number that fits a byte: the declared range does.
+    pub fn byte(&mut self, index: usize) -> Result<u8, Raised> {
+        let n = self.integer(index)?;
+        u8::try_from(n).map_err(|_| self.not_allowed(index, "0 to 255", n))
+    }
+
+    /// `f(): x must be ALLOWED, got GIVEN`.
+    pub fn not_allowed(&mut self, index: usize, allowed: &str, given: impl Display) -> Raised {
+        let text = format!("{} must be {allowed}, got {given}", self.place(index));
+        self.error(ExceptionKind::ValueError, text)
+    }
+
+    /// `f(): x must be ALLOWED, not TYPE`.
+    pub fn not_this_type(&mut self, index: usize, wanted: &str) -> Raised {
+        let value = self.required(index);
+        self.wrong_type(index, wanted, &value)
     }
 
     /// A text.
     pub fn text(&mut self, index: usize) -> Result<String, Raised> {
+        if let (None, Default::Text(default)) = (self.given(index), self.parameter(index).default) {
+            return Ok(default.to_owned());
+        }
         let value = self.required(index);
         match value.as_str() {
             Some(text) => Ok(text.to_owned()),
             None => Err(self.wrong_type(index, "a string", &value)),
+        }
+    }
+
+    /// One of the declared words, by its place in the list.
+    pub fn word(&mut self, index: usize) -> Result<usize, Raised> {
+        let text = self.text(index)?;
+        let Kind::Word(words) = self.parameter(index).kind else {
+            unreachable!("declared as another kind")
+        };
+        match words.iter().position(|word| *word == text) {
+            Some(place) => Ok(place),
+            None => Err(self.not_allowed(index, &alternatives(words), format_args!("{text:?}"))),
+        }
+    }
+
+    /// Ends the program with an alarm that everybody sees and no script catches. In a secondary program it is an exception.
+    pub fn alarm(&mut self, sub_code: i32, text: &str) -> Raised {
+        let text = format!("{}(): {text}", self.builtin.name);
+        if self.context.is_secondary() {
+            return self.error(ExceptionKind::RuntimeError, text);
+        }
+        self.context.observer().message(&Message::Robot {
+            code: SCRIPT_ALARM_CODE,
+            sub_code,
+            severity: Severity::Error,
+            text: text.clone(),
+        });
+        self.context.end_task(TaskEnd::Failed);
+        // The task is ending; this thread only has to wait until it is unwound.
+        match self.wait(Wait::Never) {
+            Err(stopping) => stopping,
+            Ok(()) => self.error(ExceptionKind::RuntimeError, text),
         }
     }
 
@@ -359,10 +444,84 @@ impl<'a, 'n> Call<'a, 'n> {
         }
     }
 
+    /// A number inside a range, or the nearest end of the range with a warning, once a task.
+    pub fn clamped(&mut self, index: usize, (min, max): (f64, f64)) -> Result<f64, Raised> {
+        let given = self.number(index)?;
+        if (min..=max).contains(&given) {
+            return Ok(given);
+        }
+        let used = given.clamp(min, max);
+        let place = self.place(index);
+        if self.context.warns_first(&place) {
+            let text = format!("{place} is {given}, allowed are {min} to {max}; {used} is used");
+            let origin = self.origin();
+            self.context
+                .observer()
+                .message(&Message::log(Severity::Warning, origin, text));
+        }
+        Ok(used)
+    }
+
+    /// A frame of the manual: `"base"`, `"tool"` or a pose relative to the base.
+    pub fn frame(&mut self, index: usize) -> Result<FreedriveFrame, Raised> {
+        let Some(value) = self.given(index).cloned() else {
+            return Ok(FreedriveFrame::Base);
+        };
+        match value.as_str().map(str::to_owned).as_deref() {
+            Some("base") => Ok(FreedriveFrame::Base),
+            Some("tool") => Ok(FreedriveFrame::Tool),
+            Some(other) => {
+                let text = format!(
+                    "{} must be \"base\", \"tool\" or a pose, got {other:?}",
+                    self.place(index)
+                );
+                Err(self.error(ExceptionKind::ValueError, text))
+            }
+            None => self.pose(index).map(FreedriveFrame::Pose),
+        }
+    }
+
     /// Suspends the script thread until `wait` is over.
     pub(crate) fn wait(&mut self, wait: Wait) -> Result<(), Raised> {
         let token = self.context.register_wait(wait);
         self.native.wait(token)
+    }
+
+    /// Suspends the script thread until `future` has its result; other threads go on meanwhile.
+    pub(crate) fn outside<T: 'static>(
+        &mut self,
+        future: impl Future<Output = T> + 'static,
+    ) -> Result<T, Raised> {
+        wait_outside(self.context, self.native, self.builtin.name, future)
+    }
+
+    /// Refuses what needs the network when scripts may not use it.
+    pub(crate) fn check_net(&mut self) -> Result<(), Raised> {
+        if self.context.permissions().network {
+            return Ok(());
+        }
+        let text = format!(
+            "{}(): scripts may not use the network; start the server with --allow net",
+            self.builtin.name
+        );
+        Err(self.error(ExceptionKind::PermissionError, text))
+    }
+
+    /// A waiting time in seconds: `None`, for ever, when it is 0 or less.
+    pub(crate) fn patience(&mut self, index: usize) -> Result<Option<Duration>, Raised> {
+        let seconds = self.number(index)?;
+        Ok(if seconds > 0.0 {
+            Duration::try_from_secs_f64(seconds).ok()
+        } else {
+            None
+        })
+    }
+
+    /// A line of the log that names the builtin.
+    pub(crate) fn warn(&mut self, text: impl Display) {
+        let (name, origin) = (self.builtin.name, self.origin());
+        let message = Message::log(Severity::Warning, origin, format!("{name}(): {text}"));
+        self.context.observer().message(&message);
     }
 
     /// Sends a command without waiting for its end; waits for room when the ring is full.
@@ -396,6 +555,10 @@ impl<'a, 'n> Call<'a, 'n> {
             Some(Outcome::Done) | None => Ok(()),
             // The motion was ended by somebody else's stop; the program goes on after the call.
             Some(Outcome::Aborted) => Ok(()),
+            Some(Outcome::Refused(refusal @ Refusal::BadValue { .. })) => {
+                let text = format!("{}(): {refusal}", self.builtin.name);
+                Err(self.error(ExceptionKind::ValueError, text))
+            }
             Some(Outcome::Refused(refusal)) => {
                 let text = format!("{}(): {refusal}", self.builtin.name);
                 Err(self.error(ExceptionKind::RuntimeError, text))

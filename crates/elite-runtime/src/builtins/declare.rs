@@ -43,6 +43,18 @@ pub enum Category {
     Force,
     /// Chapter 5.
     Io,
+    /// Chapter 5.37 to 5.45.
+    Register,
+    /// Chapter 6.1.
+    Modbus,
+    /// Chapter 7.1.
+    Socket,
+    /// Chapter 7.2.
+    Rpc,
+    /// Chapter 5.31 to 5.34 and 8.1.
+    Serial,
+    /// Chapter 8.2.
+    ModbusRtu,
     /// Chapter 9.1.
     Thread,
     /// Chapter 9.2, 9.3 and 9.5.
@@ -62,6 +74,12 @@ impl Category {
             Self::Math => "math",
             Self::Force => "force",
             Self::Io => "io",
+            Self::Register => "register",
+            Self::Modbus => "modbus",
+            Self::Socket => "socket",
+            Self::Rpc => "rpc",
+            Self::Serial => "serial",
+            Self::ModbusRtu => "modbus_rtu",
             Self::Thread => "thread",
             Self::System => "system",
             Self::Text => "string",
@@ -84,6 +102,25 @@ pub struct Parameter {
     pub unit: &'static str,
     /// A phrase that says what it is.
     pub meaning: &'static str,
+}
+
+impl Parameter {
+    /// A parameter that must be given and has one name.
+    pub const fn new(
+        name: &'static str,
+        kind: Kind,
+        unit: &'static str,
+        meaning: &'static str,
+    ) -> Self {
+        Self {
+            name,
+            aliases: &[],
+            kind,
+            default: Default::Required,
+            unit,
+            meaning,
+        }
+    }
 }
 
 /// What a parameter accepts.
@@ -109,10 +146,18 @@ pub enum Kind {
     Number(Range),
     /// A whole number in a closed range.
     Integer(i64, i64),
+    /// A whole number out of a list.
+    OneOf(&'static [i64]),
     /// True or False.
     Boolean,
     /// A text.
     Text,
+    /// One of these words.
+    Word(&'static [&'static str]),
+    /// A value that the builtin checks itself; the text says what it takes.
+    Checked(&'static str),
+    /// A pose relative to the base, `"base"` or `"tool"`.
+    Frame,
     /// Any value, shown with `str()`.
     Printable,
     /// A function.
@@ -123,6 +168,20 @@ pub enum Kind {
     ThreadHandle,
     /// Any number of values (`*values`).
     Rest,
+}
+
+/// `0, 12 or 24`.
+pub(super) fn alternatives<T: fmt::Debug>(items: &[T]) -> String {
+    let mut text = String::new();
+    for (k, item) in items.iter().enumerate() {
+        let joint = match items.len() - k {
+            _ if k == 0 => "",
+            1 => " or ",
+            _ => ", ",
+        };
+        text.push_str(&format!("{joint}{item:?}"));
+    }
+    text
 }
 
 /// A range of numbers.
@@ -168,14 +227,18 @@ pub enum Default {
     Required,
     /// This number.
     Number(f64),
+    /// This whole number.
+    Integer(i64),
     /// This truth value.
     Boolean(bool),
+    /// This text.
+    Text(&'static str),
+    /// As many ones as the parameter has entries.
+    Ones,
     /// As many zeros as the parameter has numbers.
     Zeros,
     /// The empty text.
     EmptyText,
-    /// This text.
-    Text(&'static str),
     /// `None`.
     None,
     /// The empty tuple.
@@ -197,8 +260,11 @@ impl Kind {
             Self::List => "list".into(),
             Self::ListOrText => "list | str".into(),
             Self::Number(_) => "float".into(),
-            Self::Integer(..) => "int".into(),
+            Self::Integer(..) | Self::OneOf(_) => "int".into(),
+            Self::Word(_) => "str".into(),
+            Self::Checked(what) => what.into(),
             Self::Boolean => "bool".into(),
+            Self::Frame => "list[6] float | str".into(),
             Self::Text => "str".into(),
             Self::Printable | Self::Rest => "any".into(),
             Self::Function => "callable".into(),
@@ -213,12 +279,47 @@ impl Kind {
             Self::Number(Range::Positive) => Some("> 0".into()),
             Self::Number(Range::NotNegative) => Some(">= 0".into()),
             Self::Integer(i64::MIN, i64::MAX) => None,
+            Self::Booleans(Some(_)) => Some("each 0 or 1".into()),
             Self::Integer(min, i64::MAX) => Some(format!(">= {min}")),
             Self::Number(Range::Between(min, max)) => Some(format!("{min} to {max}")),
             Self::Integer(min, max) => Some(format!("{min} to {max}")),
+            Self::OneOf(numbers) => Some(alternatives(numbers)),
+            Self::Word(words) => Some(alternatives(words)),
             Self::Boolean => Some("True or False".into()),
             _ => None,
         }
+    }
+}
+
+impl Parameter {
+    /// A parameter that must be given.
+    pub const fn required(name: &'static str, kind: Kind, meaning: &'static str) -> Self {
+        Self {
+            name,
+            aliases: &[],
+            kind,
+            default: Default::Required,
+            unit: "",
+            meaning,
+        }
+    }
+
+    /// The same, with a value when it is omitted.
+    pub const fn or(mut self, default: Default) -> Self {
+        self.default = default;
+        self
+    }
+
+    /// The same, in a unit.
+    pub const fn in_unit(mut self, unit: &'static str) -> Self {
+        self.unit = unit;
+        self
+    }
+
+    /// The same, with other spellings.
+    pub const fn also(mut self, aliases: &'static [&'static str]) -> Self {
+        self.aliases = aliases;
+        self
     }
 }
 
@@ -231,7 +332,16 @@ impl fmt::Display for Parameter {
         match self.default {
             Default::Required => Ok(()),
             Default::Number(x) => write!(f, "={x}"),
+            Default::Integer(n) => write!(f, "={n}"),
             Default::Text(text) => write!(f, "='{text}'"),
+            Default::Ones => {
+                let n = if let Kind::Booleans(Some(n)) = self.kind {
+                    n
+                } else {
+                    6
+                };
+                write!(f, "=[{}]", vec!["1"; n].join(","))
+            }
             Default::None => f.write_str("=None"),
             Default::Boolean(b) => f.write_str(if b { "=True" } else { "=False" }),
             Default::Zeros => {
@@ -250,6 +360,34 @@ impl fmt::Display for Parameter {
 }
 
 impl Builtin {
+    /// A builtin that returns at once.
+    pub const fn new(
+        category: Category,
+        section: &'static str,
+        name: &'static str,
+        params: &'static [Parameter],
+        returns: &'static str,
+        summary: &'static str,
+        run: Body,
+    ) -> Self {
+        Self {
+            name,
+            section,
+            category,
+            summary,
+            params,
+            returns,
+            waits: false,
+            run: Some(run),
+        }
+    }
+
+    /// The same, but it may wait.
+    pub const fn waiting(mut self) -> Self {
+        self.waits = true;
+        self
+    }
+
     /// The signature with defaults, as the manual writes it: `movej(q, a=1.396263, …)`.
     pub fn signature(&self) -> String {
         let params: Vec<String> = self.params.iter().map(ToString::to_string).collect();

@@ -4,16 +4,19 @@
 //! it makes them (start a thread, stop a thread): the scheduler does them after the current slice.
 
 use std::cell::{Cell, RefCell};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::{Value, WaitToken};
+use io_bus::{Fieldbus, ScriptSocket};
 use motion_api::{Origin, ProgramId, ThreadNumber};
 use thiserror::Error;
 
-use super::scheduler::TaskSettings;
+use super::host::Permissions;
+use super::outside::Outside;
+use super::scheduler::{TaskEnd, TaskSettings};
 use super::wait::{Wait, WaitTable};
 use crate::interpreter::Interpreter;
 use crate::message::Observer;
@@ -39,6 +42,10 @@ pub(crate) enum TaskRequest {
 pub(crate) struct TaskContext {
     robot: Arc<Robot>,
     observer: Arc<dyn Observer>,
+    fieldbus: Arc<Fieldbus>,
+    permissions: Permissions,
+    outside: Outside,
+    sockets: RefCell<BTreeMap<String, Rc<ScriptSocket>>>,
     panel: Arc<Panel>,
     interpreter: Arc<Interpreter>,
     program: ProgramId,
@@ -46,6 +53,8 @@ pub(crate) struct TaskContext {
     waits: RefCell<WaitTable>,
     threads: RefCell<Threads>,
     running: Cell<Running>,
+    end: Cell<Option<TaskEnd>>,
+    warned: RefCell<BTreeSet<String>>,
 }
 
 /// The thread that is being resumed right now.
@@ -88,6 +97,10 @@ impl TaskContext {
         Rc::new(Self {
             robot: settings.robot.clone(),
             observer: settings.observer.clone(),
+            fieldbus: settings.fieldbus.clone(),
+            permissions: settings.permissions,
+            outside: Outside::default(),
+            sockets: RefCell::default(),
             panel: settings.panel.clone(),
             interpreter,
             program,
@@ -95,6 +108,8 @@ impl TaskContext {
             waits: RefCell::default(),
             threads: RefCell::default(),
             running: Cell::default(),
+            end: Cell::default(),
+            warned: RefCell::default(),
         })
     }
 
@@ -104,6 +119,26 @@ impl TaskContext {
 
     pub fn observer(&self) -> &dyn Observer {
         &*self.observer
+    }
+
+    /// Modbus devices, serial ports and the controller's own Modbus values.
+    pub fn fieldbus(&self) -> &Arc<Fieldbus> {
+        &self.fieldbus
+    }
+
+    /// What scripts may reach.
+    pub fn permissions(&self) -> Permissions {
+        self.permissions
+    }
+
+    /// The waits on the outside world.
+    pub fn outside(&self) -> &Outside {
+        &self.outside
+    }
+
+    /// The script sockets of this task by name.
+    pub fn sockets(&self) -> &RefCell<BTreeMap<String, Rc<ScriptSocket>>> {
+        &self.sockets
     }
 
     pub fn panel(&self) -> &Panel {
@@ -157,6 +192,21 @@ impl TaskContext {
     /// Said by the scheduler before it resumes a thread.
     pub fn enter(&self, number: ThreadNumber, secondary: bool) {
         self.running.set(Running { number, secondary });
+    }
+
+    /// The task ends after the current slice.
+    pub fn end_task(&self, end: TaskEnd) {
+        self.end.set(Some(end));
+    }
+
+    /// What [`end_task`](Self::end_task) asked for.
+    pub fn take_end(&self) -> Option<TaskEnd> {
+        self.end.take()
+    }
+
+    /// True the first time `what` is warned of in this task.
+    pub fn warns_first(&self, what: &str) -> bool {
+        self.warned.borrow_mut().insert(what.to_owned())
     }
 
     pub fn register_wait(&self, wait: Wait) -> WaitToken {

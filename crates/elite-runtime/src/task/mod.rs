@@ -3,12 +3,14 @@
 //! - `context`: what builtins see of their task (robot, waits, threads to start or stop).
 //! - `scheduler`: resumes script threads in a fixed order.
 //! - `time`: which waits are over, and what makes time pass; `report`: what people are told.
+//! - `outside`: futures that builtins wait for.
 //! - `host`: what the language asks of its surroundings (print, clock, random numbers).
 //! - `network`: TCP sockets of programs.
 
 mod context;
 mod host;
 mod network;
+mod outside;
 mod report;
 mod scheduler;
 mod time;

@@ -13,7 +13,8 @@ use elite_lang::{
     Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptError, ScriptThread,
     SourceFile, Step, WaitToken,
 };
-use motion_api::{CommandKind, Origin, ProgramId, StopReason, ThreadNumber};
+use io_bus::Fieldbus;
+use motion_api::{CommandKind, IoChange, Origin, ProgramId, StopReason, ThreadNumber};
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::Instant;
 
@@ -60,6 +61,8 @@ pub struct TaskSettings {
     pub observer: Arc<dyn Observer>,
     /// Seed of the task's random numbers.
     pub seed: u64,
+    /// Modbus devices, serial ports and the controller's own Modbus values; they outlive tasks.
+    pub fieldbus: Arc<Fieldbus>,
     /// Flags, popups and what else outlives a task.
     pub panel: Arc<Panel>,
     /// What programs may reach beyond the robot.
@@ -193,12 +196,14 @@ impl Task {
         let end = match self.start_program(ThreadNumber(0), program) {
             Ok(program) => {
                 self.context.interpreter().task_runs(&program);
+                self.program_runs(true);
                 self.run_threads().await
             }
             Err(()) => TaskEnd::NotCompiled,
         };
         self.publish_variables(true);
         self.stop_all_threads();
+        self.program_runs(false);
         self.settle().await;
         self.settings.robot.timeline().drive(false);
         end
@@ -269,17 +274,21 @@ impl Task {
             if let Some(number) = self.next_ready() {
                 self.run_slice(number);
                 slices = slices.wrapping_add(1);
-                if slices.is_multiple_of(64) {
+                // While somebody waits on the outside world it must be looked at, even if another thread computes.
+                let outside = self.context.outside().is_open();
+                if outside || slices.is_multiple_of(64) {
                     tokio::task::yield_now().await;
                 }
                 // Under the real clock the world goes on while scripts compute.
-                if !self.paused && !self.settings.robot.timeline().is_virtual() {
+                if !self.paused && (outside || !self.settings.robot.timeline().is_virtual()) {
                     self.end_waits();
                 }
                 continue;
             }
             if self.paused {
                 self.hold().await;
+                // A secondary program may wait for a command of its own; the others are ready when the task goes on.
+                self.end_waits();
             } else if !self.end_outside_waits() {
                 self.let_time_pass().await;
                 self.end_waits();
@@ -323,6 +332,7 @@ impl Task {
             Control::Resume if self.paused => {
                 self.paused = false;
                 self.tell_robot(CommandKind::Resume);
+                self.program_runs(true);
                 let now = self.settings.robot.state().time;
                 self.settings.panel.with_watchdogs(|dogs| dogs.restart(now));
                 self.show(TaskState::Running);
@@ -342,6 +352,7 @@ impl Task {
         if !self.paused {
             self.paused = true;
             self.tell_robot(CommandKind::Pause);
+            self.program_runs(false);
             self.show(TaskState::Paused);
         }
     }
@@ -378,6 +389,12 @@ impl Task {
         }
     }
 
+    /// For outputs that follow the run state (manual 5.20 to 5.25). A held program does not run.
+    fn program_runs(&self, runs: bool) {
+        self.tell_robot(CommandKind::SetIo(IoChange::ProgramRunning(runs)));
+        self.settings.fieldbus.program_running(runs);
+    }
+
     fn look_for_protective_stop(&mut self) {
         let (stops, reason) = self.settings.robot.protective_stops();
         if stops != self.stops_at_start
@@ -402,6 +419,9 @@ impl Task {
             Step::Parked { until } => self.suspend(number, Waiting::Parked { until }),
             Step::Done(_) | Step::Stopped => self.thread_ended(number),
             Step::Failed(error) => self.thread_failed(number, &error),
+        }
+        if let Some(end) = self.context.take_end() {
+            self.end.get_or_insert(end);
         }
         self.start_requested_threads();
         self.ready_woken_threads();
@@ -521,6 +541,7 @@ impl Task {
                 self.tell_robot(CommandKind::Stop { only: id });
             }
             Some(Wait::Popup(id)) => drop(self.settings.panel.close_popup(id)),
+            Some(Wait::Outside(job)) => self.context.outside().cancel(job),
             _ => {}
         }
         let Some(entry) = self.threads.get_mut(&number) else {

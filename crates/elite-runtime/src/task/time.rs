@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use motion_api::{CommandId, CommandKind, RobotMode, ThreadNumber};
+use motion_api::{CommandId, CommandKind, MotionMode, RobotMode, ThreadNumber};
 use tokio::time::{Instant, sleep_until};
 
 use super::scheduler::{Task, TaskEnd, Waiting};
@@ -60,6 +60,7 @@ impl Task {
                 Wait::Cycle(wanted) => robot.state().cycle >= wanted,
                 Wait::Thread(other) => !self.threads.contains_key(&other),
                 Wait::Turn => true,
+                Wait::Outside(job) => self.context.outside().is_done(job),
                 Wait::Popup(id) => !self.settings.panel.is_popup_open(id),
                 Wait::Statement => self.context.interpreter().has_next(),
                 Wait::Never => false,
@@ -78,7 +79,11 @@ impl Task {
     }
 
     fn waits_for_the_outside(&self) -> bool {
-        if self.host.sockets().outside().is_awaited() {
+        // Rates and watchdogs of Modbus signals count the same seconds as the program.
+        if self.host.sockets().outside().is_awaited()
+            || self.context.outside().is_open()
+            || self.settings.fieldbus.modbus.has_signals()
+        {
             return true;
         }
         let mut waiting = self.threads.values().filter_map(|entry| entry.waiting);
@@ -119,7 +124,7 @@ impl Task {
     async fn wait_at_wall_pace(&mut self) {
         let robot = self.settings.robot.clone();
         let news = self.settings.panel.news().clone();
-        let host = self.host.clone();
+        let (host, context) = (self.host.clone(), self.context.clone());
         let is_virtual = robot.timeline().is_virtual();
         let (now, step) = (
             Instant::now(),
@@ -139,6 +144,7 @@ impl Task {
             },
             () = news.notified() => {}
             () = host.sockets().outside().woken() => {}
+            () = context.outside().news() => {}
             () = sleep_until(due), if is_virtual => {
                 self.next_tick = Some(due + step);
                 self.tick();
@@ -151,7 +157,7 @@ impl Task {
     pub(super) async fn settle(&mut self) {
         let robot = self.settings.robot.clone();
         let started = robot.state();
-        if started.command_id != CommandId::NONE {
+        if started.command_id != CommandId::NONE || started.motion_mode == MotionMode::Conveyor {
             self.tell_robot(CommandKind::Stop {
                 only: CommandId::NONE,
             });

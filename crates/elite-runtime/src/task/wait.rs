@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::outside::JobId;
 use elite_lang::WaitToken;
 use motion_api::{CommandId, ThreadNumber};
 
@@ -16,6 +17,8 @@ pub(crate) enum Wait {
     Cycle(u64),
     /// The end of a script thread.
     Thread(ThreadNumber),
+    /// The result of a job outside.
+    Outside(JobId),
     /// The next turn: over at once, after the other ready threads.
     Turn,
     /// A popup that somebody has to close.
@@ -29,7 +32,7 @@ pub(crate) enum Wait {
 impl Wait {
     /// True when people or other programs end it: simulated time then keeps wall pace.
     pub const fn is_on_the_outside(self) -> bool {
-        matches!(self, Self::Popup(_) | Self::Statement)
+        matches!(self, Self::Popup(_) | Self::Statement | Self::Outside(_))
     }
 }
 

@@ -15,7 +15,8 @@ use elite_runtime::robot::ScriptEndWithoutRecords;
 use elite_runtime::{Message, Observer, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{JointPositions, RobotModel, RpyPose, SafetyBounds};
 use motion_api::{
-    BorderSizes, Event, MotionEnd, Outcome, ProgramId, RobotState, ThreadNumber, Timeline, border,
+    BorderSizes, CommandKind, Event, MotionEnd, Outcome, ProgramId, RobotState, ThreadNumber,
+    Timeline, border,
 };
 
 /// Which arm, and how it stands.
@@ -64,6 +65,9 @@ impl Timeline for Still {
         state.cycle += 1;
         state.time += state.step_time;
         while let Ok(command) = end.commands.pop() {
+            if let CommandKind::EncoderEnableSetTickCount { encoder, range } = command.kind {
+                state.encoder_ranges[usize::from(encoder)] = range.number();
+            }
             let (id, cycle) = (command.id, state.cycle);
             let outcome = Outcome::Done;
             end.events
@@ -115,6 +119,7 @@ pub fn run(standing: &Standing, text: &str) -> Ran {
         observer: listener.clone(),
         permissions: elite_runtime::Permissions::default(),
         seed: 0,
+        fieldbus: Arc::default(),
         panel: Arc::new(Panel::new(Operator::Absent)),
     });
     let program = ProgramText {

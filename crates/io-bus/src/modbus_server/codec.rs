@@ -6,6 +6,7 @@
 
 use core::ops::Range;
 
+use super::state_map::{self, Controller};
 use crate::port_image::{COILS, PortImage, REGISTERS, Values};
 
 /// Bytes before the request proper: transaction, protocol, length, unit.
@@ -56,8 +57,19 @@ pub fn message_bytes(received: &[u8]) -> Result<Option<usize>, NotModbus> {
 
 /// The reply to one whole message, as long as [`message_bytes`] said.
 pub fn answer(message: &[u8], image: &PortImage) -> Vec<u8> {
+    answer_with(message, image, None)
+}
+
+/// The same, with the map of `controller` from address 1000 on.
+pub fn answer_with(
+    message: &[u8],
+    image: &PortImage,
+    controller: Option<&dyn Controller>,
+) -> Vec<u8> {
     let (header, request) = message.split_at(HEADER_BYTES.min(message.len()));
-    let reply = reply_to(request, image);
+    let reply = controller
+        .and_then(|controller| reply_from_map(request, controller))
+        .unwrap_or_else(|| reply_to(request, image));
     // A reply is never longer than a request proper may be.
     let length = u16::try_from(1 + reply.len()).unwrap_or(u16::MAX);
     let mut out = Vec::with_capacity(HEADER_BYTES + reply.len());
@@ -76,6 +88,7 @@ enum Exception {
     IllegalFunction = 1,
     IllegalAddress = 2,
     IllegalValue = 3,
+    Busy = 6,
 }
 
 fn reply_to(request: &[u8], image: &PortImage) -> Vec<u8> {
@@ -98,17 +111,113 @@ fn reply_to(request: &[u8], image: &PortImage) -> Vec<u8> {
     }
 }
 
+/// The reply to a request that concerns the map; `None` for any other.
+fn reply_from_map(request: &[u8], controller: &dyn Controller) -> Option<Vec<u8>> {
+    let (&function, fields) = request.split_first()?;
+    let (address, rest) = fields.split_first_chunk::<2>()?;
+    let address = u16::from_be_bytes(*address);
+    // Inputs have no other place.
+    if address < state_map::FIRST && !matches!(function, 2 | 4) {
+        return None;
+    }
+    let body = match function {
+        1 | 2 => words(rest).and_then(|[count]| {
+            check_count(count, READ_COILS_MAX)?;
+            let levels = state_map::read_bits(controller, function == 1, address, count)?;
+            Ok(bits_body(&levels))
+        }),
+        3 | 4 => words(rest).and_then(|[count]| {
+            check_count(count, READ_REGISTERS_MAX)?;
+            let values = state_map::read_registers(controller, address, count)?;
+            Ok(registers_body(&values))
+        }),
+        5 => words(rest).and_then(|[level]| match level {
+            0x0000 | 0xFF00 => {
+                write_map_coils(controller, address, &[level != 0]).map(|()| fields.to_vec())
+            }
+            _ => Err(Exception::IllegalValue),
+        }),
+        6 => words(rest).and_then(|[value]| {
+            state_map::write_registers(controller, address, &[value])?;
+            Ok(fields.to_vec())
+        }),
+        15 => map_coils(rest).and_then(|levels| {
+            write_map_coils(controller, address, &levels)?;
+            Ok(fields[..4].to_vec())
+        }),
+        16 => map_registers(rest).and_then(|values| {
+            state_map::write_registers(controller, address, &values)?;
+            Ok(fields[..4].to_vec())
+        }),
+        22 => words(rest).and_then(|[and_mask, or_mask]: [u16; 2]| {
+            let old = state_map::read_registers(controller, address, 1)?[0];
+            let new = old & and_mask | or_mask & !and_mask;
+            state_map::write_registers(controller, address, &[new])?;
+            Ok(fields.to_vec())
+        }),
+        // Reading and writing at once is for the flat registers.
+        23 => Err(Exception::IllegalAddress),
+        _ => Err(Exception::IllegalFunction),
+    };
+    Some(match body {
+        Ok(body) => [&[function][..], &body].concat(),
+        Err(exception) => vec![function | 0x80, exception as u8],
+    })
+}
+
+impl From<state_map::NoSuchAddress> for Exception {
+    fn from(_: state_map::NoSuchAddress) -> Self {
+        Self::IllegalAddress
+    }
+}
+
+fn write_map_coils(
+    controller: &dyn Controller,
+    address: u16,
+    levels: &[bool],
+) -> Result<(), Exception> {
+    match state_map::write_bits(controller, address, levels)? {
+        true => Ok(()),
+        false => Err(Exception::Busy),
+    }
+}
+
+/// The levels after count and byte count.
+fn map_coils(fields: &[u8]) -> Result<Vec<bool>, Exception> {
+    let (head, packed) = fields.split_at_checked(3).ok_or(Exception::IllegalValue)?;
+    let [count] = words(&head[..2])?;
+    check_count(count, WRITE_COILS_MAX)?;
+    let bytes = usize::from(count).div_ceil(8);
+    if usize::from(head[2]) != bytes || packed.len() != bytes {
+        return Err(Exception::IllegalValue);
+    }
+    let level = |k: usize| packed[k / 8] >> (k % 8) & 1 == 1;
+    Ok((0..usize::from(count)).map(level).collect())
+}
+
+/// The values after count and byte count.
+fn map_registers(fields: &[u8]) -> Result<Vec<u16>, Exception> {
+    let (head, data) = fields.split_at_checked(3).ok_or(Exception::IllegalValue)?;
+    let [count] = words(&head[..2])?;
+    check_count(count, WRITE_REGISTERS_MAX)?;
+    register_data(count, head[2], data)
+}
+
 type Body = Result<Vec<u8>, Exception>;
 
 fn read_coils(fields: &[u8], values: &Values) -> Body {
     let [address, count] = words(fields)?;
     let coils = &values.coils[span(address, count, READ_COILS_MAX, COILS)?];
-    let mut body = vec![0; 1 + coils.len().div_ceil(8)];
-    body[0] = (body.len() - 1) as u8; // at most 16 bytes
-    for (index, _) in coils.iter().enumerate().filter(|(_, level)| **level) {
+    Ok(bits_body(coils))
+}
+
+fn bits_body(levels: &[bool]) -> Vec<u8> {
+    let mut body = vec![0; 1 + levels.len().div_ceil(8)];
+    body[0] = (body.len() - 1) as u8; // at most 250 bytes
+    for (index, _) in levels.iter().enumerate().filter(|(_, level)| **level) {
         body[1 + index / 8] |= 1 << (index % 8);
     }
-    Ok(body)
+    body
 }
 
 fn read_registers(fields: &[u8], values: &Values) -> Body {
@@ -243,6 +352,54 @@ mod tests {
         let reply = reply_to(&request, image);
         let reply: Vec<String> = reply.iter().map(|byte| format!("{byte:02x}")).collect();
         reply.join(" ")
+    }
+
+    struct Nothing(motion_api::Registers);
+
+    impl Controller for Nothing {
+        fn state(&self) -> motion_api::RobotState {
+            motion_api::RobotState::at_start(Default::default(), 0.004)
+        }
+        fn registers(&self) -> &motion_api::Registers {
+            &self.0
+        }
+        fn change(&self, _: motion_api::IoChange) -> bool {
+            false
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
+        #[test]
+        fn any_request_to_the_map_is_answered(function in prop_oneof![Just(1_u8), Just(2), Just(3), Just(4), Just(5), Just(6), Just(15), Just(16), Just(22), Just(23), any::<u8>()], address in prop_oneof![1000..1600_u16, any::<u16>()], rest in proptest::collection::vec(prop_oneof![Just(0_u8), Just(1), Just(2), any::<u8>()], 0..12)) {
+            let mut request = vec![function];
+            request.extend(address.to_be_bytes());
+            request.extend(&rest);
+            let mut message = vec![0, 1, 0, 0, 0, (request.len() + 1) as u8, 255];
+            message.extend(&request);
+            let reply = answer_with(&message, &PortImage::default(), Some(&Nothing(Default::default())));
+            prop_assert!(reply.len() >= 9 && reply.len() <= ADU_BYTES_MAX);
+            prop_assert_eq!(reply[7] & 0x7F, function & 0x7F);
+        }
+    }
+
+    #[test]
+    fn the_map_begins_at_1000_and_outputs_that_cannot_be_set_are_busy() {
+        let nothing = Nothing(Default::default());
+        let ask = |request: &[u8]| {
+            let message = [&[0, 1, 0, 0, 0, request.len() as u8 + 1, 255], request].concat();
+            answer_with(&message, &PortImage::default(), Some(&nothing))[7..].to_vec()
+        };
+        assert_eq!(ask(&[3, 0x03, 0xFC, 0, 1]), [3, 2, 0, 7]); // 1020: running
+        assert_eq!(ask(&[4, 0x03, 0xFC, 0, 1]), [4, 2, 0, 7]);
+        assert_eq!(ask(&[4, 0, 0, 0, 1]), [0x84, 2]);
+        assert_eq!(ask(&[5, 0x03, 0xE8, 0xFF, 0]), [0x85, 6]);
+        assert_eq!(
+            ask(&[16, 0x04, 0xB0, 0, 2, 4, 0, 0, 0, 9]),
+            [16, 0x04, 0xB0, 0, 2]
+        );
+        assert_eq!(nothing.0.input.integer(0), 9);
+        assert_eq!(ask(&[3, 0, 0, 0, 1]), [3, 2, 0, 0]); // the flat registers as ever
     }
 
     #[test]

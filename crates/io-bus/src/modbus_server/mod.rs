@@ -3,6 +3,7 @@
 //! Owns the conversation and its time limits. Connections are accepted, counted and ended by the caller.
 
 pub mod codec;
+pub mod state_map;
 
 use std::io;
 use std::time::Duration;
@@ -12,7 +13,8 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::time::timeout;
 
 use crate::port_image::PortImage;
-use codec::{ADU_BYTES_MAX, NotModbus, answer, message_bytes};
+use codec::{ADU_BYTES_MAX, NotModbus, answer_with, message_bytes};
+use state_map::Controller;
 
 /// A client that asks nothing for so long is closed.
 pub const IDLE: Duration = Duration::from_secs(300);
@@ -38,13 +40,14 @@ pub enum Ended {
     Stalled,
 }
 
-/// Answers requests until the client closes.
+/// Answers requests until the client closes; with `controller` also those from address 1000 on.
 ///
 /// # Errors
 /// [`Ended`] says why it ended otherwise.
 pub async fn serve(
     mut stream: impl AsyncRead + AsyncWrite + Unpin,
     image: &PortImage,
+    controller: Option<&dyn Controller>,
 ) -> Result<(), Ended> {
     // Room for one message: what comes after it waits in the socket.
     let mut buffer = [0; ADU_BYTES_MAX];
@@ -53,7 +56,7 @@ pub async fn serve(
         if let Some(length) = message_bytes(&buffer[..filled])?
             && filled >= length
         {
-            let reply = answer(&buffer[..length], image);
+            let reply = answer_with(&buffer[..length], image, controller);
             match timeout(MESSAGE_TIME, stream.write_all(&reply)).await {
                 Ok(written) => written?,
                 Err(_elapsed) => return Err(Ended::Stalled),
@@ -100,7 +103,7 @@ mod tests {
             client.read_exact(&mut replies[..11]).await.unwrap();
             drop(client);
         };
-        let (ended, ()) = tokio::join!(serve(server, &image), talk);
+        let (ended, ()) = tokio::join!(serve(server, &image, None), talk);
         ended.unwrap();
     }
 
@@ -108,12 +111,18 @@ mod tests {
     async fn idle_and_stalled_clients_are_closed() {
         let image = PortImage::default();
         let (_idle, server) = duplex(64);
-        assert!(matches!(serve(server, &image).await, Err(Ended::Idle)));
+        assert!(matches!(
+            serve(server, &image, None).await,
+            Err(Ended::Idle)
+        ));
 
         let (mut half, server) = duplex(64);
         half.write_all(&[0, 1, 0]).await.unwrap();
         let start = tokio::time::Instant::now();
-        assert!(matches!(serve(server, &image).await, Err(Ended::Stalled)));
+        assert!(matches!(
+            serve(server, &image, None).await,
+            Err(Ended::Stalled)
+        ));
         assert_eq!(start.elapsed(), MESSAGE_TIME);
 
         let (mut deaf, server) = duplex(24);
@@ -126,7 +135,7 @@ mod tests {
             std::future::pending::<()>().await;
         };
         tokio::select! {
-            ended = serve(server, &image) => assert!(matches!(ended, Err(Ended::Stalled))),
+            ended = serve(server, &image, None) => assert!(matches!(ended, Err(Ended::Stalled))),
             () = ask => {}
         }
     }
@@ -136,7 +145,7 @@ mod tests {
         let image = PortImage::default();
         let (mut client, server) = duplex(64);
         client.write_all(b"GET / HTTP/1.1\r\n").await.unwrap();
-        let ended = serve(server, &image).await.unwrap_err();
+        let ended = serve(server, &image, None).await.unwrap_err();
         assert_eq!(
             ended.to_string(),
             "not Modbus TCP: protocol number 21536 instead of 0"
@@ -153,7 +162,7 @@ mod tests {
                 let (mut client, server) = duplex(1 << 20);
                 client.write_all(&bytes).await.unwrap();
                 client.shutdown().await.unwrap();
-                let _ = serve(server, &image).await;
+                let _ = serve(server, &image, None).await;
             });
         }
     }

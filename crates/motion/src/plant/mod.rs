@@ -6,7 +6,7 @@ mod ideal;
 mod rigid;
 mod servo;
 
-use kinematics::{Dynamics, JointPositions, JointSpeeds, JointTorques, RobotModel};
+use kinematics::{Dynamics, JointPositions, JointSpeeds, JointTorques, RobotModel, Wrench};
 use nalgebra::Vector3;
 
 use crate::config::{ConfigError, PlantKind};
@@ -23,6 +23,29 @@ pub struct ArmState {
     pub qd: JointSpeeds,
     /// What the joints carry, Nm: the drives' torque, or the brakes' when they are engaged.
     pub torque: JointTorques,
+    /// The mean of `torque` over the cycle, Nm.
+    pub mean_torque: JointTorques,
+}
+
+/// What pushes the tool from outside during a cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct Push {
+    /// Base axes, about `point`.
+    pub wrench: Wrench,
+    /// The TCP in the base frame, m.
+    pub point: Vector3<f64>,
+    /// The joint torques it makes, Nm.
+    pub torque: JointTorques,
+}
+
+impl Default for Push {
+    fn default() -> Self {
+        Self {
+            wrench: Wrench::default(),
+            point: Vector3::zeros(),
+            torque: JointTorques::ZERO,
+        }
+    }
 }
 
 impl ArmState {
@@ -65,6 +88,22 @@ impl Plant {
         match self {
             Self::Ideal(plant) => *plant = IdealPlant::new(*q),
             Self::Rigid(plant) => plant.reset(q),
+        }
+    }
+
+    /// What pushes the tool from now on.
+    pub fn push(&mut self, push: &Push) {
+        match self {
+            Self::Ideal(plant) => plant.push(push),
+            Self::Rigid(plant) => plant.push(push),
+        }
+    }
+
+    /// Gravity has changed; `gravity` is the free-fall acceleration in the base frame, m/s².
+    pub fn set_gravity(&mut self, gravity: &Vector3<f64>) {
+        match self {
+            Self::Ideal(_) => {}
+            Self::Rigid(plant) => plant.set_gravity(gravity),
         }
     }
 

@@ -15,8 +15,8 @@ use rapier3d_f64::dynamics::{
 use rapier3d_f64::math::{Matrix, Pose as RapierPose, Rotation, Vector};
 use rapier3d_f64::pipeline::PhysicsWorld;
 
-use super::ArmState;
 use super::servo::{Interpolation, Servo};
+use super::{ArmState, Push};
 use crate::config::ConfigError;
 use crate::constants::SERVO_STEP;
 use crate::setpoint::{LimitedSetpoint, Setpoint};
@@ -30,6 +30,7 @@ pub struct RigidPlant {
     servo: Servo,
     target: Setpoint,
     state: ArmState,
+    push: Push,
 }
 
 impl RigidPlant {
@@ -87,7 +88,9 @@ impl RigidPlant {
                 q: JointPositions::ZERO,
                 qd: JointSpeeds::ZERO,
                 torque: JointTorques::ZERO,
+                mean_torque: JointTorques::ZERO,
             },
+            push: Push::default(),
         };
         // A step of no time lets the engine see that the base is fixed: until then the multibody floats.
         plant.world.integration_parameters.dt = 0.0;
@@ -125,6 +128,16 @@ impl RigidPlant {
         self.state.qd = JointSpeeds::ZERO;
     }
 
+    /// What pushes the tool from now on.
+    pub fn push(&mut self, push: &Push) {
+        self.push = *push;
+    }
+
+    /// Gravity has changed; the free-fall acceleration in the base frame, m/s².
+    pub fn set_gravity(&mut self, gravity: &Vector3<f64>) {
+        self.world.gravity = vector(gravity);
+    }
+
     /// The masses have changed.
     pub fn set_dynamics(&mut self, dynamics: &Dynamics) {
         for (link, body) in self.links.iter().zip(dynamics.bodies()) {
@@ -140,18 +153,25 @@ impl RigidPlant {
         let servo_steps = (step / SERVO_STEP).round().max(1.0);
         let servo_step = step / servo_steps;
         self.world.integration_parameters.dt = servo_step;
+        let mut mean_torque = JointTorques::ZERO;
         for k in 1..=servo_steps as u32 {
             let next = way.positions(f64::from(k) * servo_step);
-            let torque =
-                self.servo
-                    .torques(dynamics, &self.state.q, &self.state.qd, next, servo_step);
+            let ArmState { q, qd, .. } = self.state;
+            let push = &self.push.torque;
+            let torque = self
+                .servo
+                .torques(dynamics, &q, &qd, next, push, servo_step);
             self.apply(&torque);
             self.world.step();
+            for joint in 0..DOF {
+                mean_torque[joint] += torque[joint] / servo_steps;
+            }
             self.state = ArmState {
                 torque,
                 ..self.read()
             };
         }
+        self.state.mean_torque = mean_torque;
         self.target = *target.get();
         self.state
     }
@@ -166,6 +186,7 @@ impl RigidPlant {
         let q = self.state.q;
         self.rest_at(&q);
         self.state.torque = dynamics.gravity_torques(&self.state.q);
+        self.state.mean_torque = self.state.torque;
         self.state
     }
 
@@ -182,6 +203,12 @@ impl RigidPlant {
                 link.add_torque(vector(&(about[i] - passed_on)), false);
             }
         }
+        if let Some(last) = self.world.bodies.get_mut(self.links[DOF - 1]) {
+            let Push { wrench, point, .. } = &self.push;
+            last.reset_forces(false);
+            last.add_force_at_point(vector(&wrench.force), vector(point), false);
+            last.add_torque(vector(&wrench.moment), false);
+        }
     }
 
     /// Positions and speeds from the engine; torques zero.
@@ -190,6 +217,7 @@ impl RigidPlant {
             q: JointPositions::ZERO,
             qd: JointSpeeds::ZERO,
             torque: JointTorques::ZERO,
+            mean_torque: JointTorques::ZERO,
         };
         if let Some((multibody, _)) = self.world.multibody_joints.get(self.last_joint) {
             // The first link is the fixed base without a degree of freedom.

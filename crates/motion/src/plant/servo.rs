@@ -61,13 +61,15 @@ impl Servo {
         self.before = *q;
     }
 
-    /// The torques for the next `step` seconds, at the end of which the target is `next`.
+    /// The torques for the next `step` seconds, at the end of which the target is `next`. `push` is what the sensor at
+    /// the flange feels, as joint torques: the drives hold against it.
     pub(super) fn torques(
         &mut self,
         dynamics: &Dynamics,
         q: &JointPositions,
         qd: &JointSpeeds,
         next: JointPositions,
+        push: &JointTorques,
         step: f64,
     ) -> JointTorques {
         let (kp, kd) = (SERVO_BANDWIDTH * SERVO_BANDWIDTH, 2.0 * SERVO_BANDWIDTH);
@@ -82,7 +84,7 @@ impl Servo {
         self.now = next;
         let free = dynamics.inverse_dynamics(q, qd, &wanted);
         JointTorques(core::array::from_fn(|joint| {
-            free[joint].clamp(-self.limit[joint], self.limit[joint])
+            (free[joint] - push[joint]).clamp(-self.limit[joint], self.limit[joint])
         }))
     }
 }

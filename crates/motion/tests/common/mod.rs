@@ -93,13 +93,13 @@ impl Bench {
 
     /// Ticks until the command has ended.
     pub fn finish(&mut self, id: CommandId) -> Outcome {
-        for _ in 0..100_000 {
+        for _ in 0..20_000 {
             if let Some(outcome) = self.outcome(id) {
                 return outcome;
             }
             self.tick();
         }
-        panic!("{id:?} does not end");
+        panic!("{id:?} does not end: {:?}", self.now());
     }
 
     pub fn do_it(&mut self, kind: CommandKind) -> Outcome {

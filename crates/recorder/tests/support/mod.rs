@@ -8,8 +8,8 @@ use kinematics::{
     JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RobotModel, RpyPose,
 };
 use motion_api::{
-    BorderSizes, Command, CommandId, CommandKind, MotionEnd, MotionMode, Origin, ProgramId, Record,
-    RobotMode, RobotState, SafetyMode, ScriptEnd, ThreadNumber, border,
+    BorderSizes, Command, CommandId, CommandKind, IoConfig, MotionEnd, MotionMode, Origin,
+    ProgramId, Record, RobotMode, RobotState, SafetyMode, ScriptEnd, ThreadNumber, border,
 };
 use recorder::{Recorder, RecorderConfig, RecorderHandle, Setup};
 
@@ -226,9 +226,19 @@ pub mod any {
             digital_out: io.1,
             analog_in: io.2,
             analog_out: io.3,
+            io_config: IoConfig::from_bits(io.4 & 0x0000_0018_0333_7F3F),
             records_lost: io.5,
             step_duration_us: r.0[2],
             wakeup_latency_us: r.1[9],
+            external_torque: JointTorques(j.1),
+            joint_temperatures: j.2,
+            controller_temperature: r.1[8],
+            target_waypoint: RpyPose::from_array(c.3),
+            gravity: r.0,
+            encoder_counts: [r.1[7], r.1[6]],
+            encoder_ranges: [io.1 % 5, io.0 % 5],
+            collision_detection: io.1 % 2 == 1,
+            collision_sensitivity: io.0 % 101,
         })
     }
 }

@@ -98,6 +98,18 @@ impl Backend {
         }
     }
 
+    /// Tells every client of port 30001 that something it sent was not done.
+    fn refuse(&self, text: String) {
+        tracing::warn!("{text}");
+        let exception = Exception::Script {
+            line: 1,
+            column: 1,
+            text,
+        };
+        self.hub
+            .announce(unix_millis(), Source::Controller, &exception);
+    }
+
     /// Tells every client of port 30001 what a person should know.
     fn announce(&self, message: &Message) {
         let (source, exception) = match message {
@@ -198,7 +210,7 @@ impl primary::Backend for Backend {
     }
 
     fn peripherals(&self) -> Peripherals {
-        self.feed.peripherals()
+        Peripherals::of(&self.robot.state())
     }
 
     fn unix_millis(&self) -> u64 {
@@ -215,20 +227,10 @@ impl primary::Backend for Backend {
             text: submission.program.text,
         };
         if !self.remote.load(Ordering::Relaxed) {
-            let text = format!(
+            self.refuse(format!(
                 "RuntimeError: program \"{}\" was refused: remote control is off",
                 program.name
-            );
-            tracing::warn!(client = %submission.client, "{text}");
-            self.hub.announce(
-                unix_millis(),
-                Source::Controller,
-                &Exception::Script {
-                    line: 1,
-                    column: 1,
-                    text,
-                },
-            );
+            ));
             return;
         }
         // A refusal has been told to everybody by the supervisor.
@@ -237,6 +239,22 @@ impl primary::Backend for Backend {
 
     async fn control(&self, client: ClientId, phrase: ControlPhrase) {
         tracing::info!(%client, ?phrase, "control phrase");
+        let task_only = matches!(
+            phrase,
+            ControlPhrase::StopTask | ControlPhrase::PauseTask | ControlPhrase::ResumeTask
+        );
+        // The same rule as on the dashboard.
+        if task_only && !self.remote.load(Ordering::Relaxed) {
+            let phrase = match phrase {
+                ControlPhrase::StopTask => "stop task",
+                ControlPhrase::PauseTask => "pause task",
+                _ => "resume task",
+            };
+            self.refuse(format!(
+                "RuntimeError: \"{phrase}\" was refused: remote control is off"
+            ));
+            return;
+        }
         match phrase {
             ControlPhrase::StopTask => self.supervisor.stop(),
             ControlPhrase::PauseTask => self.supervisor.pause(),
@@ -383,6 +401,10 @@ fn name_of(program: &Program) -> String {
         .to_owned()
 }
 
+/// Motor current at a joint's nominal torque, A. No public figure exists: the simulator's own choice, so that currents
+/// of all models and joints are alike.
+const NOMINAL_AMPERES: f64 = 12.5;
+
 /// Figures of the arm for the ports.
 fn describe(model: &RobotModel) -> RobotDescription {
     let limits = model.limits();
@@ -396,6 +418,6 @@ fn describe(model: &RobotModel) -> RobotDescription {
         dh_a: dh.map_or([0.0; 6], |t| t.a),
         dh_d: dh.map_or([0.0; 6], |t| t.d),
         dh_alpha: dh.map_or([0.0; 6], |t| t.alpha),
-        ..RobotDescription::cs66()
+        torque_per_ampere: limits.effort.0.map(|nominal| nominal / NOMINAL_AMPERES),
     }
 }

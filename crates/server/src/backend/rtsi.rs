@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use motion_api::CommandKind;
+use motion_api::{CommandKind, DigitalBank, IoChange, RegisterBank};
 use tokio::sync::broadcast;
 
 use super::Backend;
@@ -12,7 +12,7 @@ use crate::ports::ClientId;
 use crate::ports::description::RobotDescription;
 use crate::ports::rtsi::Controller;
 use crate::ports::rtsi::inputs::{Change, Input};
-use crate::ports::rtsi::outputs::{RegisterBank, Sample};
+use crate::ports::rtsi::outputs::Sample;
 
 impl Controller for Backend {
     fn description(&self) -> &RobotDescription {
@@ -23,7 +23,13 @@ impl Controller for Backend {
         self.feed.subscribe()
     }
 
-    fn apply(&self, client: ClientId, changes: &[Change], _written: &[Input]) {
+    fn apply(&self, _client: ClientId, changes: &[Change], written: &[Input]) {
+        let (panel, now) = (self.supervisor.panel(), self.robot.state().time);
+        if panel.has_watchdogs() {
+            for input in written {
+                panel.rtsi_input_was_set(&input.name(), now);
+            }
+        }
         for change in changes {
             match *change {
                 Change::SpeedFraction(fraction) => {
@@ -31,36 +37,58 @@ impl Controller for Backend {
                         .command(CommandKind::SetSpeedFraction(fraction));
                 }
                 Change::StandardDigitalOut { mask, levels } => {
-                    for index in (0..16).filter(|bit| mask >> bit & 1 == 1) {
-                        let level = levels >> index & 1 == 1;
-                        self.supervisor
-                            .command(CommandKind::SetStandardDigitalOut { index, level });
-                    }
+                    self.set_digital(DigitalBank::Standard, mask.into(), levels.into());
                 }
-                Change::ConfigurableDigitalOut { .. }
-                | Change::ToolDigitalOut { .. }
-                | Change::StandardAnalogOut { .. }
-                | Change::ExternalForceTorque(_) => {
-                    tracing::warn!(%client, ?change, "rtsi: not available in this version");
+                Change::ConfigurableDigitalOut { mask, levels } => {
+                    self.set_digital(DigitalBank::Configurable, mask.into(), levels.into());
                 }
-                register => write_register(&mut self.feed.inputs(), register),
+                Change::ToolDigitalOut { mask, levels } => {
+                    self.set_digital(DigitalBank::Tool, mask.into(), levels.into());
+                }
+                Change::StandardAnalogOut {
+                    index,
+                    domain,
+                    ratio,
+                } => {
+                    let port = index;
+                    self.set_io(IoChange::AnalogOutDomain { port, domain });
+                    self.set_io(IoChange::AnalogOut { port, ratio });
+                }
+                Change::ExternalForceTorque(wrench) => {
+                    self.supervisor
+                        .command(CommandKind::SetExternalWrench(wrench));
+                }
+                register => write_register(&self.robot.registers().input, register),
             }
         }
     }
 }
 
+impl Backend {
+    fn set_digital(&self, bank: DigitalBank, mask: u32, levels: u32) {
+        let first = bank.first_bit();
+        self.set_io(IoChange::DigitalOut {
+            mask: mask << first,
+            levels: levels << first,
+        });
+    }
+
+    fn set_io(&self, change: IoChange) {
+        self.supervisor.command(CommandKind::SetIo(change));
+    }
+}
+
 /// One input register, or 32 of the boolean ones.
-fn write_register(bank: &mut RegisterBank, change: Change) {
+fn write_register(bank: &RegisterBank, change: Change) {
     match change {
         Change::InputBits { first, levels } => {
-            let (mask, levels) = (u128::from(u32::MAX), u128::from(levels));
-            bank.bits = bank.bits & !(mask << first) | levels << first;
+            for bit in 0..32 {
+                bank.set_boolean(first + bit, levels >> bit & 1 == 1);
+            }
         }
-        Change::InputBit { index, level } => {
-            bank.bits = bank.bits & !(1 << index) | u128::from(level) << index;
-        }
-        Change::InputInt { index, value } => bank.ints[usize::from(index)] = value,
-        Change::InputDouble { index, value } => bank.doubles[usize::from(index)] = value,
+        Change::InputBit { index, level } => bank.set_boolean(index, level),
+        Change::InputInt { index, value } => bank.set_integer(index, value),
+        Change::InputDouble { index, value } => bank.set_float(index, value),
         // Everything else is no register.
         _ => {}
     }
@@ -72,19 +100,19 @@ mod tests {
 
     #[test]
     fn bits_are_written_where_they_stand_and_nowhere_else() {
-        let mut bank = RegisterBank::default();
+        let bank = RegisterBank::default();
         write_register(
-            &mut bank,
+            &bank,
             Change::InputBit {
                 index: 127,
                 level: true,
             },
         );
         let bits = |first, levels| Change::InputBits { first, levels };
-        write_register(&mut bank, bits(0, u32::MAX));
-        write_register(&mut bank, bits(32, 5));
-        assert_eq!(bank.bits, 1 << 127 | 5 << 32 | u128::from(u32::MAX));
-        write_register(&mut bank, bits(0, 2));
-        assert_eq!(bank.bits, 1 << 127 | 5 << 32 | 2);
+        write_register(&bank, bits(0, u32::MAX));
+        write_register(&bank, bits(32, 5));
+        assert_eq!(bank.booleans(), [5 << 32 | u64::from(u32::MAX), 1 << 63]);
+        write_register(&bank, bits(0, 2));
+        assert_eq!(bank.booleans(), [5 << 32 | 2, 1 << 63]);
     }
 }

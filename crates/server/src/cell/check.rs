@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use motion::InputPair;
+
 use super::point::{Direction, Point};
 use super::schema::{Conveyor, ModbusSignal, PointValue, Shape, Size, Tables};
 
@@ -104,6 +106,9 @@ impl Table {
     }
 }
 
+/// Longest delay of a wire, s: its delay line holds a number a cycle.
+const WIRE_DELAY_MAX: f64 = 600.0;
+
 pub(super) fn values(cell: &Tables) -> Checked {
     for (index, obstacle) in cell.obstacle.iter().enumerate() {
         let table = Table::named("obstacle", &obstacle.name);
@@ -159,7 +164,14 @@ pub(super) fn values(cell: &Tables) -> Checked {
         table.finite("wrench", &load.wrench)?;
     }
     for (index, belt) in cell.conveyor.iter().enumerate() {
-        conveyor(&Table::numbered("conveyor", index), belt)?;
+        let table = Table::numbered("conveyor", index);
+        conveyor(&table, belt)?;
+        if cell.conveyor[..index]
+            .iter()
+            .any(|other| other.encoder == belt.encoder)
+        {
+            return Err(table.wrong("encoder", belt.encoder, "one conveyor turns an encoder"));
+        }
     }
     for (index, wire) in cell.wire.iter().enumerate() {
         let table = Table::numbered("wire", index);
@@ -172,7 +184,17 @@ pub(super) fn values(cell: &Tables) -> Checked {
                 format!("{} can be wired to its own kind only", wire.from),
             ));
         }
-        table.not_negative("delay", &[wire.delay])?;
+        if !(0.0..=WIRE_DELAY_MAX).contains(&wire.delay) {
+            let allowed = format!("allowed are 0 to {WIRE_DELAY_MAX} s");
+            return Err(table.wrong("delay", wire.delay, allowed));
+        }
+        if let Some(other) = cell.wire[..index]
+            .iter()
+            .position(|other| other.to == wire.to)
+        {
+            let allowed = format!("an input takes one wire, this one has wire {}", other + 1);
+            return Err(table.wrong("to", wire.to, allowed));
+        }
     }
     for (index, input) in cell.input.iter().enumerate() {
         let table = Table::numbered("input", index);
@@ -190,6 +212,22 @@ pub(super) fn values(cell: &Tables) -> Checked {
             }
             (false, PointValue::Level(level)) => {
                 return Err(table.wrong("value", level, format!("{} takes a number", input.set)));
+            }
+        }
+    }
+    for (index, input) in cell.safety_input.iter().enumerate() {
+        let table = Table::numbered("safety_input", index);
+        if input.pair >= InputPair::COUNT {
+            return Err(table.wrong("pair", input.pair, "allowed are 0 to 3"));
+        }
+        for other in &cell.safety_input[..index] {
+            if other.function == input.function {
+                let name = input.function.name();
+                return Err(table.wrong("function", name, "a function has one pair of inputs"));
+            }
+            if other.pair == input.pair {
+                let allowed = format!("this pair asks for {} already", other.function.name());
+                return Err(table.wrong("pair", input.pair, allowed));
             }
         }
     }

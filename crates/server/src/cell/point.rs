@@ -3,6 +3,8 @@
 use core::fmt;
 use core::str::FromStr;
 
+use motion_api::io::TOOL_ANALOG;
+use motion_api::{DigitalBank, IoPoint};
 use serde::Deserialize;
 
 /// Whether the robot reads or writes it.
@@ -45,6 +47,23 @@ pub struct Point {
     pub direction: Direction,
     /// Number in the group, from 0.
     pub index: u8,
+}
+
+impl Point {
+    /// The point as the cycle knows it.
+    pub const fn io_point(self) -> IoPoint {
+        let index = self.index;
+        match self.group {
+            Group::StandardDigital => IoPoint::Digital(DigitalBank::Standard.bit(index)),
+            Group::ConfigurableDigital => IoPoint::Digital(DigitalBank::Configurable.bit(index)),
+            Group::ToolDigital => IoPoint::Digital(DigitalBank::Tool.bit(index)),
+            Group::StandardAnalog => IoPoint::Analog(index),
+            Group::ToolAnalog => IoPoint::Analog(TOOL_ANALOG),
+            Group::BooleanRegister => IoPoint::BooleanRegister(index),
+            Group::IntegerRegister => IoPoint::IntegerRegister(index),
+            Group::FloatRegister => IoPoint::FloatRegister(index),
+        }
+    }
 }
 
 impl Group {

@@ -29,6 +29,8 @@ pub struct Tables {
     pub wire: Vec<Wire>,
     /// Inputs that change by themselves.
     pub input: Vec<Input>,
+    /// Inputs that mean something to the safety system.
+    pub safety_input: Vec<SafetyInput>,
     /// Devices on the serial ports.
     pub serial: Vec<Serial>,
     /// Modbus signals to add at start.
@@ -263,6 +265,56 @@ pub struct Input {
     pub set: Point,
     /// To what.
     pub value: PointValue,
+}
+
+/// What a pair of configurable inputs asks the safety system for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SafetyFunction {
+    /// Brake, then power off.
+    EmergencyStop,
+    /// Stop on the path and wait there.
+    SafeguardStop,
+    /// The edge that ends a safeguard stop; without such a pair it ends by itself.
+    SafeguardReset,
+    /// Reduced limits.
+    ReducedMode,
+}
+
+impl SafetyFunction {
+    /// The word in the file.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::EmergencyStop => "emergency_stop",
+            Self::SafeguardStop => "safeguard_stop",
+            Self::SafeguardReset => "safeguard_reset",
+            Self::ReducedMode => "reduced_mode",
+        }
+    }
+}
+
+/// The level that asks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ActiveLevel {
+    /// Either input of the pair low: a broken wire asks too.
+    #[default]
+    Low,
+    /// Either input of the pair high.
+    High,
+}
+
+/// `[[safety_input]]`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SafetyInput {
+    /// What it asks for.
+    pub function: SafetyFunction,
+    /// Which pair of configurable inputs, 0 to 3: pair n is inputs 2n and 2n + 1.
+    pub pair: u8,
+    /// The level that asks.
+    #[serde(default)]
+    pub active: ActiveLevel,
 }
 
 /// Which serial port.

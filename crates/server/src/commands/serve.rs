@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use io_bus::PortImage;
 use thiserror::Error;
 use tokio::net::TcpListener;
 use tokio::runtime::Runtime;
@@ -131,7 +130,7 @@ async fn serve_ports(
         token.clone(),
     ));
 
-    let image = Arc::new(PortImage::default());
+    let image = controller.fieldbus().port_image.clone();
     let mut services = tokio::task::JoinSet::new();
     let mut bound = Vec::new();
     let meters: Vec<PortMeter> = listeners
@@ -157,7 +156,10 @@ async fn serve_ports(
             }
             "interpreter" => services.spawn(interpreter::serve(listener, backend, meter, token)),
             "http" => services.spawn(http::serve(listener, backend, meters.clone(), meter, token)),
-            "modbus" => services.spawn(modbus::serve(listener, image.clone(), meter, token)),
+            "modbus" => {
+                let robot = controller.robot().clone();
+                services.spawn(modbus::serve(listener, image.clone(), robot, meter, token))
+            }
             "rtsi" => services.spawn(rtsi::serve(listener, backend, meter, token)),
             "dashboard" => services.spawn(dashboard::serve(listener, backend, meter, token)),
             other => unreachable!("{other} is no entry of PortSettings::list"),

@@ -6,12 +6,8 @@ use motion_api::{RobotMode, RobotState};
 
 use crate::ports::description::RobotDescription;
 
-/// Temperature of the joints, °C.
-pub const JOINT_CELSIUS: f64 = 32.0;
 /// Temperature of the tool, °C.
 pub const TOOL_CELSIUS: f64 = 30.0;
-/// Temperature of the masterboard, °C.
-pub const BOARD_CELSIUS: f64 = 35.0;
 
 const SUPPLY_VOLTS: f64 = 48.0;
 /// What the control box draws when the arm stands, A.

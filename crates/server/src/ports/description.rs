@@ -4,6 +4,8 @@
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
+use motion_api::{MotionMode, RobotState};
+
 /// Figures of the arm, constant while the server runs. Joints base first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotDescription {
@@ -52,17 +54,9 @@ impl RobotDescription {
     }
 }
 
-/// Whether an analog value is a current or a voltage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum AnalogDomain {
-    /// 4 to 20 mA.
-    Current = 0,
-    /// 0 to 10 V.
-    #[default]
-    Voltage = 1,
-}
+pub use motion_api::AnalogDomain;
 
-/// Settings of the controller that are no part of the motion state.
+/// Settings of the controller beside the motion state.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Peripherals {
     /// Domains of standard analog input 0, 1 and the tool's.
@@ -71,12 +65,30 @@ pub struct Peripherals {
     pub analog_out_domains: [AnalogDomain; 3],
     /// Supply voltage of the tool connector: 0, 12 or 24 V.
     pub tool_voltage: u8,
+    /// How the digital pins of the tool drive their lines: 0 push/pull, 1 PNP, 2 NPN.
+    pub tool_pin_modes: [u8; 4],
     /// The serial port of the tool, if it is configured.
     pub tool_serial: Option<ToolSerial>,
     /// The arm can be led by hand.
     pub freedrive: bool,
     /// Collisions with obstacles are watched for.
     pub collision_detection: bool,
+}
+
+impl Peripherals {
+    /// What the snapshot knows of them; the rest is as at start.
+    pub fn of(state: &RobotState) -> Self {
+        let io = &state.io_config;
+        Self {
+            analog_in_domains: io.analog_in,
+            analog_out_domains: io.analog_out,
+            tool_voltage: io.tool_voltage,
+            tool_pin_modes: io.tool_pins.map(|pin| pin.mode),
+            freedrive: state.motion_mode == MotionMode::Freedrive,
+            collision_detection: state.collision_detection,
+            ..Self::default()
+        }
+    }
 }
 
 /// How the serial port of the tool is configured.

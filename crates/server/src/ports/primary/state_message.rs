@@ -7,8 +7,7 @@ use motion_api::{RobotState, SafetyMode};
 
 use super::codec::{ROBOT_STATE, Writer};
 use crate::ports::derived::{
-    BOARD_CELSIUS, JOINT_CELSIUS, TOOL_CELSIUS, is_powered, joint_current, joint_mode,
-    robot_current, supply_voltage,
+    TOOL_CELSIUS, is_powered, joint_current, joint_mode, robot_current, supply_voltage,
 };
 use crate::ports::description::{AnalogDomain, Peripherals, RobotDescription, TaskStatus};
 
@@ -89,7 +88,7 @@ fn joint_data(out: &mut Writer, inputs: &StateInputs<'_>) {
         out.u32(0);
         out.f32(joint_current(inputs.state, inputs.robot, joint));
         out.f32(supply_voltage(state.robot_mode));
-        out.f32(JOINT_CELSIUS);
+        out.f32(state.joint_temperatures[joint]);
         out.f32(torque);
         out.u8(joint_mode(state.robot_mode));
         out.u32(0);
@@ -127,7 +126,7 @@ fn masterboard_data(out: &mut Writer, inputs: &StateInputs<'_>) {
     out.f64s(&state.analog_in);
     domains(out, peripherals.analog_out_domains);
     out.f64s(&state.analog_out);
-    out.f32(BOARD_CELSIUS);
+    out.f32(state.controller_temperature);
     out.f32(supply_voltage(state.robot_mode));
     out.f32(robot_current(state, inputs.robot));
     out.f32(0.0); // current of the I/O

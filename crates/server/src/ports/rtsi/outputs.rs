@@ -6,8 +6,7 @@ use motion_api::{RobotMode, RobotState, SafetyMode};
 
 use super::codec::{Kind, Value};
 use crate::ports::derived::{
-    JOINT_CELSIUS, TOOL_CELSIUS, is_powered, joint_current, joint_mode, robot_current,
-    supply_voltage,
+    TOOL_CELSIUS, is_powered, joint_current, joint_mode, robot_current, supply_voltage,
 };
 use crate::ports::description::{AnalogDomain, Peripherals, RobotDescription, TaskStatus};
 
@@ -28,6 +27,18 @@ impl Default for RegisterBank {
             bits: 0,
             ints: [0; 48],
             doubles: [0.0; 48],
+        }
+    }
+}
+
+impl RegisterBank {
+    /// The registers as they are now.
+    pub fn of(registers: &motion_api::RegisterBank) -> Self {
+        let [low, high] = registers.booleans();
+        Self {
+            bits: u128::from(high) << 64 | u128::from(low),
+            ints: core::array::from_fn(|n| registers.integer(n as u8)),
+            doubles: core::array::from_fn(|n| registers.float(n as u8)),
         }
     }
 }
@@ -171,7 +182,7 @@ static NAMED: &[Named] = named! {
     ft_raw_wrench: Vector6 = |s: &Source<'_>| s.sample.raw_wrench;
     actual_digital_input_bits: U32 = |s: &Source<'_>| s.state.digital_in as u32;
     actual_digital_output_bits: U32 = |s: &Source<'_>| s.state.digital_out as u32;
-    joint_temperatures: Vector6 = |_: &Source<'_>| [JOINT_CELSIUS; 6];
+    joint_temperatures: Vector6 = |s: &Source<'_>| s.state.joint_temperatures;
     robot_mode: I32 = |s: &Source<'_>| s.state.robot_mode.number();
     joint_mode: Vector6I32 = |s: &Source<'_>| [i32::from(joint_mode(s.state.robot_mode)); 6];
     safety_status: I32 = |s: &Source<'_>| s.state.safety_mode.number();
@@ -200,10 +211,10 @@ static NAMED: &[Named] = named! {
     tool_output_current: F64 = |_: &Source<'_>| 0.0;
     tool_temperature: F64 = |_: &Source<'_>| TOOL_CELSIUS;
     tool_digital_mode: U8 = |_: &Source<'_>| 0;
-    tool_digital0_mode: U8 = |_: &Source<'_>| 0;
-    tool_digital1_mode: U8 = |_: &Source<'_>| 0;
-    tool_digital2_mode: U8 = |_: &Source<'_>| 0;
-    tool_digital3_mode: U8 = |_: &Source<'_>| 0;
+    tool_digital0_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[0];
+    tool_digital1_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[1];
+    tool_digital2_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[2];
+    tool_digital3_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[3];
     output_bit_registers0_to_31: U32 = |s: &Source<'_>| s.sample.outputs.bits as u32;
     output_bit_registers32_to_63: U32 = |s: &Source<'_>| (s.sample.outputs.bits >> 32) as u32;
     input_bit_registers0_to_31: U32 = |s: &Source<'_>| s.sample.inputs.bits as u32;

@@ -42,6 +42,7 @@ fn peripherals() -> Peripherals {
             AnalogDomain::Voltage,
         ],
         tool_voltage: 24,
+        tool_pin_modes: [0; 4],
         tool_serial: Some(ToolSerial {
             baud_rate: 115_200,
             parity: 2,

@@ -1,0 +1,258 @@
+//! Manual 3.1.21 to 3.1.24 and 3.1.29 to 3.1.32: conveyor encoders and tracking.
+
+use elite_lang::{ExceptionKind, Raised, Value};
+use motion_api::{CommandKind, EncoderRange, PulseDecoding};
+
+use super::call::Call;
+use super::declare::{Builtin, Category, Default, Kind, Parameter, Range};
+
+/// The builtins of these sections.
+pub const BUILTINS: &[Builtin] = &[
+    Builtin {
+        name: "encoder_enable_set_tick_count",
+        section: "3.1.21",
+        category: Category::Motion,
+        summary: "Prepares an encoder whose count the program gives.",
+        params: &[
+            ENCODER,
+            Parameter::new(
+                "range_id",
+                Kind::Integer(0, 4),
+                "",
+                "counter: 0 signed 32 bit, 1 to 4 unsigned 8, 16, 24, 32 bit",
+            ),
+        ],
+        returns: "nothing",
+        waits: false,
+        run: Some(encoder_enable_set_tick_count),
+    },
+    Builtin {
+        name: "encoder_get_tick_count",
+        section: "3.1.22",
+        category: Category::Motion,
+        summary: "Count of a conveyor encoder.",
+        params: &[ENCODER],
+        returns: "float, ticks",
+        waits: false,
+        run: Some(encoder_get_tick_count),
+    },
+    Builtin {
+        name: "encoder_set_tick_count",
+        section: "3.1.23",
+        category: Category::Motion,
+        summary: "Gives the count of an encoder prepared with encoder_enable_set_tick_count().",
+        params: &[
+            ENCODER,
+            Parameter::new(
+                "count",
+                Kind::Number(Range::Any),
+                "ticks",
+                "count, inside the range of the encoder",
+            ),
+        ],
+        returns: "nothing",
+        waits: false,
+        run: Some(encoder_set_tick_count),
+    },
+    Builtin {
+        name: "encoder_unwind_delta_tick_count",
+        section: "3.1.24",
+        category: Category::Motion,
+        summary: "A difference of two counts without the wrap of the counter.",
+        params: &[
+            ENCODER,
+            Parameter::new(
+                "delta_tick_count",
+                Kind::Number(Range::Any),
+                "ticks",
+                "difference of two counts",
+            ),
+        ],
+        returns: "float, ticks, within half a range of zero",
+        waits: false,
+        run: Some(encoder_unwind_delta_tick_count),
+    },
+    Builtin {
+        name: "track_conveyor_circular",
+        section: "3.1.29",
+        category: Category::Motion,
+        summary: "Superimposes the motion of a turntable on what the arm does from now on.",
+        params: &[
+            Parameter::new(
+                "center",
+                Kind::Pose,
+                "m, rad",
+                "centre of the table in the base frame; it turns about its z axis",
+            ),
+            Parameter::new(
+                "ticks_per_revolution",
+                Kind::Number(Range::Any),
+                "ticks",
+                "encoder ticks a turn, negative when they count against it",
+            ),
+            Parameter::new(
+                "rotate_tool",
+                Kind::Boolean,
+                "",
+                "the tool turns with the table",
+            )
+            .or(Default::Boolean(false)),
+            ENCODER.or(Default::Integer(0)),
+        ],
+        returns: "nothing",
+        waits: false,
+        run: Some(track_conveyor_circular),
+    },
+    Builtin {
+        name: "track_conveyor_linear",
+        section: "3.1.30",
+        category: Category::Motion,
+        summary: "Superimposes the motion of a belt on what the arm does from now on.",
+        params: &[
+            Parameter::new(
+                "direction",
+                Kind::Pose,
+                "",
+                "where the belt runs to in the base frame: the first three numbers, of any length",
+            ),
+            Parameter::new(
+                "ticks_per_meter",
+                Kind::Number(Range::Any),
+                "ticks/m",
+                "encoder ticks a metre, negative when they count against the direction",
+            ),
+            ENCODER.or(Default::Integer(0)),
+        ],
+        returns: "nothing",
+        waits: false,
+        run: Some(track_conveyor_linear),
+    },
+    Builtin {
+        name: "stop_conveyor_tracking",
+        section: "3.1.31",
+        category: Category::Motion,
+        summary: "Ends tracking and brings the tool to rest.",
+        params: &[],
+        returns: "nothing; returns when the arm stands",
+        waits: true,
+        run: Some(stop_conveyor_tracking),
+    },
+    Builtin {
+        name: "encoder_enable_pulse_decode",
+        section: "3.1.32",
+        category: Category::Motion,
+        summary: "Counts pulses of an incremental encoder on the high-speed inputs.",
+        params: &[
+            ENCODER,
+            Parameter::new(
+                "decoder_type",
+                Kind::Integer(1, 4),
+                "",
+                "1 quadrature, 2 both edges, 3 rising edges, 4 falling edges",
+            ),
+            Parameter::new("A", Kind::Integer(16, 17), "", "input of channel A"),
+            Parameter::new(
+                "B",
+                Kind::Integer(0, 17),
+                "",
+                "input of channel B: 16 or 17 in quadrature mode, otherwise 0",
+            ),
+        ],
+        returns: "nothing",
+        waits: false,
+        run: Some(encoder_enable_pulse_decode),
+    },
+];
+
+const ENCODER: Parameter = Parameter::new("encoder_index", Kind::Integer(0, 1), "", "encoder");
+
+fn encoder(call: &mut Call<'_, '_>, index: usize) -> Result<u8, Raised> {
+    // Declared as 0 to 1.
+    call.integer(index).map(|n| n as u8)
+}
+
+fn encoder_enable_set_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let encoder = encoder(call, 0)?;
+    let range = EncoderRange::from_number(call.integer(1)? as u64).unwrap_or_default();
+    call.perform(CommandKind::EncoderEnableSetTickCount { encoder, range })?;
+    Ok(Value::None)
+}
+
+fn encoder_get_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let encoder = usize::from(encoder(call, 0)?);
+    let state = call.context().robot().state();
+    Ok(Value::Float(state.encoder_counts[encoder]))
+}
+
+fn encoder_set_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let encoder = encoder(call, 0)?;
+    let count = call.number(1)?;
+    call.perform(CommandKind::EncoderSetTickCount { encoder, count })?;
+    Ok(Value::None)
+}
+
+fn encoder_unwind_delta_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let encoder = usize::from(encoder(call, 0)?);
+    let delta = call.number(1)?;
+    let number = call.context().robot().state().encoder_ranges[encoder];
+    let range = EncoderRange::from_number(number).unwrap_or_default();
+    Ok(Value::Float(range.unwound(delta)))
+}
+
+/// Ticks a unit of the belt's way: any number but 0.
+fn ticks(call: &mut Call<'_, '_>, index: usize, name: &str) -> Result<f64, Raised> {
+    let ticks = call.number(index)?;
+    if ticks != 0.0 {
+        return Ok(ticks);
+    }
+    let text = format!("{name} must be a number other than 0, got {ticks}");
+    Err(call.error(ExceptionKind::ValueError, text))
+}
+
+fn track_conveyor_circular(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let kind = CommandKind::TrackConveyorCircular {
+        center: call.pose(0)?,
+        ticks_per_revolution: ticks(call, 1, "track_conveyor_circular(): ticks_per_revolution")?,
+        rotate_tool: call.boolean(2)?,
+        encoder: encoder(call, 3)?,
+    };
+    call.perform(kind)?;
+    Ok(Value::None)
+}
+
+fn track_conveyor_linear(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let kind = CommandKind::TrackConveyorLinear {
+        direction: call.pose(0)?.xyz,
+        ticks_per_meter: ticks(call, 1, "track_conveyor_linear(): ticks_per_meter")?,
+        encoder: encoder(call, 2)?,
+    };
+    call.perform(kind)?;
+    Ok(Value::None)
+}
+
+fn stop_conveyor_tracking(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    call.perform(CommandKind::StopConveyorTracking)?;
+    Ok(Value::None)
+}
+
+fn encoder_enable_pulse_decode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let encoder = encoder(call, 0)?;
+    // Declared as 1 to 4.
+    let decoding =
+        PulseDecoding::from_number(call.integer(1)? as u64).unwrap_or(PulseDecoding::Quadrature);
+    let (channel_a, channel_b) = (call.integer(2)? as u8, call.integer(3)? as u8);
+    let two = decoding == PulseDecoding::Quadrature;
+    if two && (channel_b < 16 || channel_b == channel_a) {
+        let text = format!(
+            "encoder_enable_pulse_decode(): B must be the other one of 16 and 17 in quadrature mode, got {channel_b}"
+        );
+        return Err(call.error(ExceptionKind::ValueError, text));
+    }
+    call.perform(CommandKind::EncoderEnablePulseDecode {
+        encoder,
+        decoding,
+        channel_a,
+        channel_b,
+    })?;
+    Ok(Value::None)
+}

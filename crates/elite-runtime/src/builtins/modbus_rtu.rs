@@ -1,0 +1,418 @@
+//! Manual 8.2: Modbus RTU as master on the serial ports.
+//!
+//! A read that fails gives an empty list, a write that fails 0 or False, both with a line in the log that says why;
+//! arguments outside their range raise.
+
+use std::sync::Arc;
+
+use elite_lang::{Raised, Value};
+use io_bus::modbus::pdu::{Reply, Request, Table};
+
+use super::call::Call;
+use super::declare::{Builtin, Category::ModbusRtu, Default, Kind, Parameter, Range};
+use super::serial::{OLD_PORT, Port, check_not_daemon};
+
+const SLAVE: Parameter = Parameter::required("slave", Kind::Integer(1, 247), "the device");
+const ADDR: Parameter =
+    Parameter::required("addr", Kind::Integer(0, 65535), "first address").also(&["address"]);
+const ADDRESS: Parameter =
+    Parameter::required("address", Kind::Integer(0, 65535), "first address").also(&["addr"]);
+const LEN: Parameter =
+    Parameter::required("len", Kind::Integer(1, 125), "how many").also(&["read_count"]);
+const OLD_LEN: Parameter = Parameter::required("len", Kind::Integer(1, 125), "how many");
+const READ_COUNT: Parameter =
+    Parameter::required("read_count", Kind::Integer(1, 125), "how many").also(&["len"]);
+const PATIENCE: &str = "0 or less waits for ever";
+const TIME_OUT_5: Parameter = Parameter::required("time_out", Kind::Number(Range::Any), PATIENCE)
+    .also(&["timeout"])
+    .or(Default::Number(5.0))
+    .in_unit("s");
+const TIMEOUT_5: Parameter = Parameter::required("timeout", Kind::Number(Range::Any), PATIENCE)
+    .also(&["time_out"])
+    .or(Default::Number(5.0))
+    .in_unit("s");
+const TIMEOUT_3: Parameter = TIMEOUT_5.or(Default::Number(3.0));
+const BIT: Parameter = Parameter::required(
+    "data",
+    Kind::Checked("bool or int, alone or as a list of one"),
+    "0 low, otherwise high",
+);
+const BITS_TO_WRITE: Parameter = Parameter::required(
+    "data",
+    Kind::Checked("bool, int or list"),
+    "levels: 0 low, otherwise high; at most 1968",
+);
+const REGISTER: Parameter = Parameter::required(
+    "data",
+    Kind::Checked("int, alone or as a list of one"),
+    "0 to 65535",
+);
+const REGISTERS_TO_WRITE: Parameter = Parameter::required(
+    "data",
+    Kind::Checked("int or list[int]"),
+    "0 to 65535 each; at most 123",
+);
+
+/// The builtins of this chapter.
+pub const BUILTINS: &[Builtin] = &[
+    Builtin::new(
+        ModbusRtu,
+        "8.2.1",
+        "tool_modbus_read_bits",
+        &[SLAVE, ADDR, LEN, TIME_OUT_5],
+        "list[int], empty when it fails",
+        "Reads bits of a Modbus RTU device at the tool (function 1).",
+        |call| read(call, Port::Tool, Table::Coils),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "8.2.2",
+        "tool_modbus_read_input_bits",
+        &[SLAVE, ADDR, LEN, TIMEOUT_5],
+        "list[int], empty when it fails",
+        "Reads inputs of a Modbus RTU device at the tool (function 2).",
+        |call| read(call, Port::Tool, Table::DiscreteInputs),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "8.2.3",
+        "tool_modbus_read_registers",
+        &[SLAVE, ADDR, LEN, TIME_OUT_5],
+        "list[int], empty when it fails",
+        "Reads registers of a Modbus RTU device at the tool (function 3).",
+        |call| read(call, Port::Tool, Table::HoldingRegisters),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "8.2.4",
+        "tool_modbus_read_input_registers",
+        &[SLAVE, ADDR, LEN, TIMEOUT_5],
+        "list[int], empty when it fails",
+        "Reads input registers of a Modbus RTU device at the tool (function 4).",
+        |call| read(call, Port::Tool, Table::InputRegisters),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "8.2.5",
+        "tool_modbus_write_single_bit",
+        &[SLAVE, ADDR, BIT, TIMEOUT_5],
+        "int, 1 when written, 0 when it fails",
+        "Writes one bit of a Modbus RTU device at the tool (function 5).",
+        |call| write_coil(call, Port::Tool, As::Int),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "8.2.6",
+        "tool_modbus_write_bits",
+        &[SLAVE, ADDR, BITS_TO_WRITE, TIMEOUT_5],
+        "bool, True when written",
+        "Writes bits of a Modbus RTU device at the tool (function 15).",
+        |call| write_coils(call, Port::Tool, As::Bool),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "8.2.7",
+        "tool_modbus_write_single_register",
+        &[SLAVE, ADDR, REGISTER, TIMEOUT_5],
+        "int, 1 when written, 0 when it fails",
+        "Writes one register of a Modbus RTU device at the tool (function 6).",
+        |call| write_register(call, Port::Tool, As::Int),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "8.2.8",
+        "tool_modbus_write_registers",
+        &[SLAVE, ADDRESS, REGISTERS_TO_WRITE, TIMEOUT_5],
+        "bool, True when written",
+        "Writes registers of a Modbus RTU device at the tool (function 16).",
+        |call| write_registers(call, Port::Tool, As::Bool),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "8.2.9",
+        "masterboard_modbus_rtu_read_bits",
+        &[SLAVE, ADDRESS, READ_COUNT, TIMEOUT_3],
+        "list[int], empty when it fails",
+        "Reads bits of a Modbus RTU device at the control box (function 1).",
+        |call| read(call, Port::Masterboard, Table::Coils),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "8.2.10",
+        "masterboard_modbus_rtu_read_input_bits",
+        &[SLAVE, ADDRESS, READ_COUNT, TIMEOUT_3],
+        "list[int], empty when it fails",
+        "Reads inputs of a Modbus RTU device at the control box (function 2).",
+        |call| read(call, Port::Masterboard, Table::DiscreteInputs),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "8.2.11",
+        "masterboard_modbus_rtu_read_registers",
+        &[SLAVE, ADDRESS, READ_COUNT, TIMEOUT_3],
+        "list[int], empty when it fails",
+        "Reads registers of a Modbus RTU device at the control box (function 3).",
+        |call| read(call, Port::Masterboard, Table::HoldingRegisters),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "8.2.12",
+        "masterboard_modbus_rtu_read_input_registers",
+        &[SLAVE, ADDRESS, READ_COUNT, TIMEOUT_3],
+        "list[int], empty when it fails",
+        "Reads input registers of a Modbus RTU device at the control box (function 4).",
+        |call| read(call, Port::Masterboard, Table::InputRegisters),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "8.2.13",
+        "masterboard_modbus_rtu_write_single_bit",
+        &[SLAVE, ADDRESS, BIT, TIMEOUT_3],
+        "int, 1 when written, 0 when it fails",
+        "Writes one bit of a Modbus RTU device at the control box (function 5).",
+        |call| write_coil(call, Port::Masterboard, As::Int),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "8.2.14",
+        "masterboard_modbus_rtu_write_bits",
+        &[SLAVE, ADDRESS, BITS_TO_WRITE, TIMEOUT_3],
+        "int, 1 when written, 0 when it fails",
+        "Writes bits of a Modbus RTU device at the control box (function 15).",
+        |call| write_coils(call, Port::Masterboard, As::Int),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "8.2.15",
+        "masterboard_modbus_rtu_write_single_register",
+        &[SLAVE, ADDRESS, REGISTER, TIMEOUT_3],
+        "int, 1 when written, 0 when it fails",
+        "Writes one register of a Modbus RTU device at the control box (function 6).",
+        |call| write_register(call, Port::Masterboard, As::Int),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "8.2.16",
+        "masterboard_modbus_rtu_write_registers",
+        &[SLAVE, ADDRESS, REGISTERS_TO_WRITE, TIMEOUT_3],
+        "int, 1 when written, 0 when it fails",
+        "Writes registers of a Modbus RTU device at the control box (function 16).",
+        |call| write_registers(call, Port::Masterboard, As::Int),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "2.14.5",
+        "serial_modbus_read_bits",
+        &[SLAVE, ADDRESS, OLD_LEN, TIMEOUT_5, OLD_PORT],
+        "list[int], empty when it fails",
+        "Reads bits of a Modbus RTU device at the control box (function 1).",
+        |call| read(call, Port::Masterboard, Table::Coils),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "2.14.5",
+        "serial_modbus_read_input_bits",
+        &[SLAVE, ADDRESS, OLD_LEN, TIMEOUT_5, OLD_PORT],
+        "list[int], empty when it fails",
+        "Reads inputs of a Modbus RTU device at the control box (function 2).",
+        |call| read(call, Port::Masterboard, Table::DiscreteInputs),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "2.14.5",
+        "serial_modbus_read_registers",
+        &[SLAVE, ADDRESS, OLD_LEN, TIMEOUT_5, OLD_PORT],
+        "list[int], empty when it fails",
+        "Reads registers of a Modbus RTU device at the control box (function 3).",
+        |call| read(call, Port::Masterboard, Table::HoldingRegisters),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "2.14.5",
+        "serial_modbus_read_input_registers",
+        &[SLAVE, ADDRESS, OLD_LEN, TIMEOUT_5, OLD_PORT],
+        "list[int], empty when it fails",
+        "Reads input registers of a Modbus RTU device at the control box (function 4).",
+        |call| read(call, Port::Masterboard, Table::InputRegisters),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "2.14.5",
+        "serial_modbus_write_single_bit",
+        &[SLAVE, ADDRESS, BIT, TIMEOUT_5, OLD_PORT],
+        "int, 1 when written, 0 when it fails",
+        "Writes one bit of a Modbus RTU device at the control box (function 5).",
+        |call| write_coil(call, Port::Masterboard, As::Int),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "2.14.5",
+        "serial_modbus_write_bits",
+        &[SLAVE, ADDRESS, BITS_TO_WRITE, TIMEOUT_5, OLD_PORT],
+        "int, 1 when written, 0 when it fails",
+        "Writes bits of a Modbus RTU device at the control box (function 15).",
+        |call| write_coils(call, Port::Masterboard, As::Int),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "2.14.5",
+        "serial_modbus_write_single_register",
+        &[SLAVE, ADDRESS, REGISTER, TIMEOUT_5, OLD_PORT],
+        "int, 1 when written, 0 when it fails",
+        "Writes one register of a Modbus RTU device at the control box (function 6).",
+        |call| write_register(call, Port::Masterboard, As::Int),
+    )
+    .waiting(),
+    Builtin::new(
+        ModbusRtu,
+        "2.14.5",
+        "serial_modbus_write_registers",
+        &[SLAVE, ADDRESS, REGISTERS_TO_WRITE, TIMEOUT_5, OLD_PORT],
+        "int, 1 when written, 0 when it fails",
+        "Writes registers of a Modbus RTU device at the control box (function 16).",
+        |call| write_registers(call, Port::Masterboard, As::Int),
+    )
+    .waiting(),
+];
+
+/// The type of a write's result.
+#[derive(Clone, Copy)]
+enum As {
+    Int,
+    Bool,
+}
+
+/// One request; `None` when it failed, which has been logged.
+fn ask(call: &mut Call<'_, '_>, port: Port, request: Request) -> Result<Option<Reply>, Raised> {
+    let (slave, patience) = (call.byte(0)?, call.patience(3)?);
+    if matches!(call.given(4), Some(value) if !matches!(value, Value::Unbound)) {
+        call.word(4)?;
+    }
+    check_not_daemon(call, port)?;
+    let fieldbus = Arc::clone(call.context().fieldbus());
+    let job = async move { port.line(&fieldbus).request(slave, request, patience).await };
+    match call.outside(job)? {
+        Ok(reply) => Ok(Some(reply)),
+        Err(error) => {
+            call.warn(error);
+            Ok(None)
+        }
+    }
+}
+
+/// An address; its range is 16 bits.
+fn address(call: &mut Call<'_, '_>) -> Result<u16, Raised> {
+    Ok(u16::try_from(call.integer(1)?).unwrap_or_default())
+}
+
+fn read(call: &mut Call<'_, '_>, port: Port, table: Table) -> Result<Value, Raised> {
+    let request = Request::Read {
+        table,
+        address: address(call)?,
+        count: call.byte(2)?.into(),
+    };
+    let values = match ask(call, port, request)? {
+        Some(Reply::Values(values)) => values,
+        _ => Vec::new(),
+    };
+    Ok(Value::list(
+        values
+            .into_iter()
+            .map(|word| Value::Int(word.into()))
+            .collect(),
+    ))
+}
+
+fn write(
+    call: &mut Call<'_, '_>,
+    port: Port,
+    request: Request,
+    result: As,
+) -> Result<Value, Raised> {
+    let written = ask(call, port, request)?.is_some();
+    Ok(match result {
+        As::Int => Value::Int(written.into()),
+        As::Bool => Value::Bool(written),
+    })
+}
+
+/// The values to write, 1 to `most` of them, alone or as a list, each converted by `convert`.
+fn data<T>(
+    call: &mut Call<'_, '_>,
+    most: usize,
+    what: &str,
+    convert: impl Fn(&Value) -> Option<T>,
+) -> Result<Vec<T>, Raised> {
+    let value = call.required(2);
+    let items = value.as_items().unwrap_or_else(|| vec![value.clone()]);
+    let allowed = format!("{what}, 1 to {most} of them");
+    if items.is_empty() || items.len() > most {
+        return Err(call.not_allowed(2, &allowed, format!("{} values", items.len())));
+    }
+    let converted: Option<Vec<T>> = items.iter().map(convert).collect();
+    match converted {
+        Some(converted) => Ok(converted),
+        None => {
+            let shown: String = call.native().repr(&value)?.chars().take(60).collect();
+            Err(call.not_allowed(2, &allowed, shown))
+        }
+    }
+}
+
+const LEVELS: &str = "True, False or an integer";
+const WORDS: &str = "an integer from 0 to 65535";
+
+fn level(value: &Value) -> Option<bool> {
+    value.as_i64().map(|number| number != 0)
+}
+
+fn word(value: &Value) -> Option<u16> {
+    value.as_i64().and_then(|number| u16::try_from(number).ok())
+}
+
+fn write_coil(call: &mut Call<'_, '_>, port: Port, result: As) -> Result<Value, Raised> {
+    let levels = data(call, 1, LEVELS, level)?;
+    let request = Request::WriteCoil(address(call)?, levels == [true]);
+    write(call, port, request, result)
+}
+
+fn write_coils(call: &mut Call<'_, '_>, port: Port, result: As) -> Result<Value, Raised> {
+    let levels = data(call, 1968, LEVELS, level)?;
+    let request = Request::WriteCoils(address(call)?, levels);
+    write(call, port, request, result)
+}
+
+fn write_register(call: &mut Call<'_, '_>, port: Port, result: As) -> Result<Value, Raised> {
+    let words = data(call, 1, WORDS, word)?;
+    let request =
+        Request::WriteRegister(address(call)?, words.first().copied().unwrap_or_default());
+    write(call, port, request, result)
+}
+
+fn write_registers(call: &mut Call<'_, '_>, port: Port, result: As) -> Result<Value, Raised> {
+    let words = data(call, 123, WORDS, word)?;
+    let request = Request::WriteRegisters(address(call)?, words);
+    write(call, port, request, result)
+}

@@ -1,0 +1,168 @@
+//! Manual 5.37 to 5.45: general purpose registers. A write is seen by the next read, whoever reads.
+
+use elite_lang::{Raised, Value};
+
+use super::call::Call;
+use super::declare::{Builtin, Category::Register, Kind, Parameter, Range};
+
+const BIT: Parameter =
+    Parameter::required("address", Kind::Integer(0, 127), "number of the register");
+const NUMBER: Parameter =
+    Parameter::required("address", Kind::Integer(0, 47), "number of the register");
+const LEVEL: Parameter = Parameter::required("value", Kind::Boolean, "what to store");
+const INTEGER: Parameter = Parameter::required(
+    "value",
+    Kind::Integer(i32::MIN as i64, i32::MAX as i64),
+    "what to store",
+);
+const FLOAT: Parameter = Parameter::required("value", Kind::Number(Range::Any), "what to store");
+
+/// The builtins of this chapter.
+pub const BUILTINS: &[Builtin] = &[
+    Builtin::new(
+        Register,
+        "5.37",
+        "read_input_boolean_register",
+        &[BIT],
+        "bool",
+        "Value of a boolean input register.",
+        |call| {
+            let n = call.byte(0)?;
+            Ok(Value::Bool(
+                call.context().robot().registers().input.boolean(n),
+            ))
+        },
+    ),
+    Builtin::new(
+        Register,
+        "5.38",
+        "read_input_float_register",
+        &[NUMBER],
+        "float",
+        "Value of a float input register.",
+        |call| {
+            let n = call.byte(0)?;
+            Ok(Value::Float(
+                call.context().robot().registers().input.float(n),
+            ))
+        },
+    ),
+    Builtin::new(
+        Register,
+        "5.39",
+        "read_input_integer_register",
+        &[NUMBER],
+        "int",
+        "Value of an integer input register.",
+        |call| {
+            let n = call.byte(0)?;
+            Ok(integer(call.context().robot().registers().input.integer(n)))
+        },
+    ),
+    Builtin::new(
+        Register,
+        "5.40",
+        "read_output_boolean_register",
+        &[BIT],
+        "bool",
+        "Value of a boolean output register.",
+        |call| {
+            let n = call.byte(0)?;
+            Ok(Value::Bool(
+                call.context().robot().registers().output.boolean(n),
+            ))
+        },
+    ),
+    Builtin::new(
+        Register,
+        "5.41",
+        "read_output_float_register",
+        &[NUMBER],
+        "float",
+        "Value of a float output register.",
+        |call| {
+            let n = call.byte(0)?;
+            Ok(Value::Float(
+                call.context().robot().registers().output.float(n),
+            ))
+        },
+    ),
+    Builtin::new(
+        Register,
+        "5.42",
+        "read_output_integer_register",
+        &[NUMBER],
+        "int",
+        "Value of an integer output register.",
+        |call| {
+            let n = call.byte(0)?;
+            Ok(integer(
+                call.context().robot().registers().output.integer(n),
+            ))
+        },
+    ),
+    Builtin::new(
+        Register,
+        "5.43",
+        "write_output_boolean_register",
+        &[BIT, LEVEL],
+        "nothing",
+        "Stores a truth value in an output register.",
+        write_boolean,
+    ),
+    Builtin::new(
+        Register,
+        "5.44",
+        "write_output_float_register",
+        &[NUMBER, FLOAT],
+        "nothing",
+        "Stores a number in an output register.",
+        write_float,
+    ),
+    Builtin::new(
+        Register,
+        "5.45",
+        "write_output_integer_register",
+        &[NUMBER, INTEGER],
+        "nothing",
+        "Stores a 32-bit integer in an output register.",
+        write_integer,
+    ),
+];
+
+fn integer(value: i32) -> Value {
+    Value::Int(value.into())
+}
+
+fn write_boolean(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let (n, level) = (call.byte(0)?, call.boolean(1)?);
+    call.context()
+        .robot()
+        .registers()
+        .output
+        .set_boolean(n, level);
+    Ok(Value::None)
+}
+
+fn write_float(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let (n, value) = (call.byte(0)?, call.number(1)?);
+    call.context()
+        .robot()
+        .registers()
+        .output
+        .set_float(n, value);
+    Ok(Value::None)
+}
+
+fn write_integer(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let n = call.byte(0)?;
+    let value = call.integer(1)?;
+    // The declared range is that of the register.
+    let value = i32::try_from(value).unwrap_or_default();
+    call.context()
+        .robot()
+        .registers()
+        .output
+        .set_integer(n, value);
+    Ok(Value::None)
+}

@@ -1,0 +1,126 @@
+//! Manual 7.2: remote calls. A handle answers to any method name; the call waits for the answer, at most 10 s.
+
+use std::rc::Rc;
+
+use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
+use io_bus::xmlrpc::codec::DEPTH_MAX;
+use io_bus::xmlrpc::{RpcClient, RpcValue, Url};
+
+use super::call::Call;
+use super::declare::{Builtin, Category::Rpc, Kind, Parameter};
+
+const TYPE: Parameter = Parameter::required("type", Kind::Word(&["xmlrpc"]), "protocol");
+const URL: Parameter = Parameter::required(
+    "url",
+    Kind::Text,
+    "\"ip:port\", which means the path /RPC2, or \"http://ip:port/path\"",
+);
+
+/// The builtins of this chapter.
+pub const BUILTINS: &[Builtin] = &[Builtin::new(
+    Rpc,
+    "7.2.1",
+    "rpc_factory",
+    &[TYPE, URL],
+    "a handle; calling any of its methods calls the server's",
+    "Makes a handle for remote calls; connects at the first call.",
+    rpc_factory,
+)];
+
+fn rpc_factory(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    call.word(0)?;
+    let text = call.text(1)?;
+    let url: Url = match text.parse() {
+        Ok(url) => url,
+        Err(error) => {
+            return Err(call.error(
+                ExceptionKind::ValueError,
+                format!("rpc_factory(): url {error}"),
+            ));
+        }
+    };
+    call.check_net()?;
+    let client = Rc::new(RpcClient::new(url));
+    let context = call.shared_context();
+    let remote = move |native: &mut NativeCall<'_>, method: &str, args: &[Value]| {
+        let arguments = args.iter().map(|value| to_rpc(native, method, value, 0));
+        let arguments: Vec<RpcValue> = arguments.collect::<Result<_, _>>()?;
+        let (client, name) = (Rc::clone(&client), method.to_owned());
+        let job = async move { client.call(&name, &arguments).await };
+        match super::call::wait_outside(&context, native, method, job)? {
+            Ok(value) => Ok(from_rpc(value)),
+            Err(error) => {
+                Err(native.raise(ExceptionKind::RuntimeError, format!("{method}(): {error}")))
+            }
+        }
+    };
+    Ok(call.native().object_with_any_method("rpc", Rc::new(remote)))
+}
+
+fn to_rpc(
+    native: &mut NativeCall<'_>,
+    method: &str,
+    value: &Value,
+    depth: usize,
+) -> Result<RpcValue, Raised> {
+    if depth > DEPTH_MAX {
+        let text = format!("{method}(): an argument is nested deeper than {DEPTH_MAX}");
+        return Err(native.raise(ExceptionKind::ValueError, text));
+    }
+    let simple = match value {
+        Value::None => Some(RpcValue::Nil),
+        Value::Bool(level) => Some(RpcValue::Bool(*level)),
+        Value::Int(n) => Some(RpcValue::Int(*n)),
+        Value::Float(x) => Some(RpcValue::Double(*x)),
+        other => match (other.as_str(), other.as_bytes()) {
+            (Some(text), _) => Some(RpcValue::Text(text.to_owned())),
+            (_, Some(bytes)) => Some(RpcValue::Bytes(bytes)),
+            _ => None,
+        },
+    };
+    if let Some(simple) = simple {
+        return Ok(simple);
+    }
+    if let Some(items) = value.as_items() {
+        let items = items
+            .iter()
+            .map(|item| to_rpc(native, method, item, depth + 1));
+        return Ok(RpcValue::Array(items.collect::<Result<_, _>>()?));
+    }
+    if let Some(entries) = value.as_entries() {
+        let mut members = Vec::new();
+        for (key, value) in entries {
+            let Some(name) = key.as_str().map(str::to_owned) else {
+                let text = format!(
+                    "{method}(): the keys of a dictionary must be texts, not {}",
+                    key.type_name()
+                );
+                return Err(native.raise(ExceptionKind::TypeError, text));
+            };
+            members.push((name, to_rpc(native, method, &value, depth + 1)?));
+        }
+        return Ok(RpcValue::Struct(members));
+    }
+    let text = format!(
+        "{method}(): {} cannot be sent; allowed are None, bool, int, float, str, bytes, list, tuple and dict",
+        value.type_name()
+    );
+    Err(native.raise(ExceptionKind::TypeError, text))
+}
+
+fn from_rpc(value: RpcValue) -> Value {
+    match value {
+        RpcValue::Nil => Value::None,
+        RpcValue::Bool(level) => Value::Bool(level),
+        RpcValue::Int(n) => Value::Int(n),
+        RpcValue::Double(x) => Value::Float(x),
+        RpcValue::Text(text) => Value::str(text),
+        RpcValue::Bytes(bytes) => Value::bytes(bytes),
+        RpcValue::Array(items) => Value::list(items.into_iter().map(from_rpc).collect()),
+        RpcValue::Struct(members) => Value::dict_of(
+            members
+                .into_iter()
+                .map(|(name, value)| (name, from_rpc(value))),
+        ),
+    }
+}

@@ -1,0 +1,262 @@
+//! Manual 3.1: what the arm does and carries, gravity, freedrive and collision detection.
+
+use ::kinematics::Pose;
+use elite_lang::{Raised, Value};
+use motion_api::{CommandKind, RobotState};
+
+use super::call::Call;
+use super::declare::{Builtin, Category, Default, Kind, Parameter};
+
+/// A builtin without parameters that reads the latest state.
+macro_rules! getter {
+    ($name:literal, $section:literal, $summary:literal, $returns:literal, $read:expr $(,)?) => {
+        Builtin {
+            name: $name,
+            section: $section,
+            category: Category::Motion,
+            summary: $summary,
+            params: &[],
+            returns: $returns,
+            waits: false,
+            run: Some(|call| {
+                let read: fn(&RobotState) -> Value = $read;
+                Ok(read(&call.context().robot().state()))
+            }),
+        }
+    };
+}
+
+/// The builtins of these sections; the getters that moves are usually seen with are in `motion`.
+pub const BUILTINS: &[Builtin] = &[
+    getter!(
+        "get_actual_joint_speeds",
+        "3.1.5",
+        "Measured joint speeds.",
+        "list[6] float, rad/s",
+        |state| { Value::list_of_f64(&state.actual_qd.0) }
+    ),
+    getter!(
+        "get_actual_tcp_speed",
+        "3.1.8",
+        "Measured TCP velocity in the base frame: linear, then angular.",
+        "list[6] float, m/s and rad/s",
+        |state| { Value::list_of_f64(&state.actual_tcp_speed) }
+    ),
+    getter!(
+        "get_controller_temperature",
+        "3.1.9",
+        "Temperature of the control box.",
+        "float, °C",
+        |state| { Value::Float(state.controller_temperature) }
+    ),
+    getter!(
+        "get_joint_temperatures",
+        "3.1.10",
+        "Temperatures of the joints.",
+        "list[6] float, °C",
+        |state| { Value::list_of_f64(&state.joint_temperatures) }
+    ),
+    getter!(
+        "get_joint_torques",
+        "3.1.11",
+        "Joint torques less what the arm needs for its own motion: about 0 while nothing touches it.",
+        "list[6] float, Nm",
+        |state| Value::list_of_f64(&state.external_torque.0.map(|torque| -torque)),
+    ),
+    getter!(
+        "get_target_joint_speeds",
+        "3.1.13",
+        "Commanded joint speeds.",
+        "list[6] float, rad/s",
+        |state| { Value::list_of_f64(&state.target_qd.0) }
+    ),
+    getter!(
+        "get_target_tcp_pose",
+        "3.1.14",
+        "Commanded TCP pose in the base frame.",
+        "list[6] float, m and rad",
+        |state| { Value::list_of_f64(&state.target_tcp_pose.to_array()) }
+    ),
+    getter!(
+        "get_target_tcp_speed",
+        "3.1.15",
+        "Commanded TCP velocity in the base frame: linear, then angular.",
+        "list[6] float, m/s and rad/s",
+        |state| { Value::list_of_f64(&state.target_tcp_speed) }
+    ),
+    Builtin {
+        name: "set_gravity",
+        section: "3.1.16",
+        category: Category::Motion,
+        summary: "Sets the acceleration that the mounted arm feels: away from the centre of the earth.",
+        params: &[Parameter::new(
+            "d",
+            Kind::Numbers(3),
+            "m/s^2",
+            "in the base frame; [0, 0, 9.82] for an upright arm",
+        )],
+        returns: "nothing",
+        waits: false,
+        run: Some(set_gravity),
+    },
+    getter!(
+        "get_target_payload_cog",
+        "3.1.18",
+        "Centre of gravity of the active payload in the flange frame.",
+        "list[3] float, m",
+        |state| Value::list_of_f64(state.payload.cog.as_slice()),
+    ),
+    getter!(
+        "get_target_payload_mass",
+        "3.1.19",
+        "Mass of the active payload.",
+        "float, kg",
+        |state| Value::Float(state.payload.mass),
+    ),
+    getter!(
+        "get_target_waypoint",
+        "3.1.34",
+        "TCP pose that the motion under way leads to; the commanded pose without one.",
+        "list[6] float, m and rad",
+        |state| Value::list_of_f64(&state.target_waypoint.to_array()),
+    ),
+    getter!(
+        "get_tcp_offset",
+        "3.1.36",
+        "Active TCP relative to the flange.",
+        "list[6] float, m and rad",
+        |state| Value::list_of_f64(&state.tcp_offset.to_array()),
+    ),
+    Builtin {
+        name: "get_actual_tool_flange_pose",
+        section: "3.1.33",
+        category: Category::Motion,
+        summary: "Measured pose of the tool flange in the base frame.",
+        params: &[],
+        returns: "list[6] float, m and rad",
+        waits: false,
+        run: Some(get_actual_tool_flange_pose),
+    },
+    Builtin {
+        name: "freedrive_mode",
+        section: "3.1.41",
+        category: Category::Motion,
+        summary: "Lets the arm be led by hand along and about the free axes.",
+        params: &[
+            Parameter::new(
+                "freeAxes",
+                Kind::Booleans(Some(6)),
+                "",
+                "1 for every one of x, y, z, rx, ry, rz that may move",
+            )
+            .or(Default::Ones),
+            Parameter::new(
+                "frame",
+                Kind::Frame,
+                "m, rad",
+                "whose axes: a pose relative to the base, \"base\" or \"tool\"",
+            )
+            .or(Default::Zeros),
+        ],
+        returns: "nothing",
+        waits: false,
+        run: Some(freedrive_mode),
+    },
+    Builtin {
+        name: "end_freedrive_mode",
+        section: "3.1.42",
+        category: Category::Motion,
+        summary: "Back to position control; the end of the task does it too.",
+        params: &[],
+        returns: "nothing; returns when the arm stands",
+        waits: false,
+        run: Some(end_freedrive_mode),
+    },
+    Builtin {
+        name: "set_collision_detect_enabled",
+        section: "3.1.43",
+        category: Category::Motion,
+        summary: "Switches collision detection on or off.",
+        params: &[Parameter::new(
+            "enabled",
+            Kind::Boolean,
+            "",
+            "True switches it on",
+        )],
+        returns: "nothing",
+        waits: false,
+        run: Some(set_collision_detect_enabled),
+    },
+    getter!(
+        "is_collision_detect_enabled",
+        "3.1.44",
+        "Whether collision detection is on.",
+        "bool",
+        |state| Value::Bool(state.collision_detection),
+    ),
+    getter!(
+        "get_dyn_collision_force_min_ratio",
+        "3.1.45",
+        "Sensitivity of collision detection.",
+        "int, %",
+        |state| Value::Int(state.collision_sensitivity as i64),
+    ),
+    Builtin {
+        name: "set_dyn_collision_force_min_ratio",
+        section: "3.1.46",
+        category: Category::Motion,
+        summary: "Sets the sensitivity of collision detection; 100 is the most sensitive.",
+        params: &[Parameter::new(
+            "ratio",
+            Kind::Integer(10, 100),
+            "%",
+            "sensitivity",
+        )],
+        returns: "nothing",
+        waits: false,
+        run: Some(set_dyn_collision_force_min_ratio),
+    },
+];
+
+fn set_gravity(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    // The manual gives what the arm feels, the dynamics want free fall: the opposite.
+    let felt: [f64; 3] = call.numbers(0)?;
+    call.perform(CommandKind::SetGravity(felt.map(|x| 0.0 - x)))?;
+    Ok(Value::None)
+}
+
+fn get_actual_tool_flange_pose(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let robot = call.context().robot();
+    let q = robot.state().actual_q;
+    let pose = robot.model().tcp_pose(&q, &Pose::IDENTITY);
+    Ok(Value::list_of_f64(&pose.to_rpy().to_array()))
+}
+
+fn freedrive_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let mut free_axes = [true; 6];
+    if call.given(0).is_some() {
+        for (free, given) in free_axes.iter_mut().zip(call.booleans(0)?) {
+            *free = given;
+        }
+    }
+    let frame = call.frame(1)?;
+    call.perform(CommandKind::Freedrive { free_axes, frame })?;
+    Ok(Value::None)
+}
+
+fn end_freedrive_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    call.perform(CommandKind::EndFreedrive)?;
+    Ok(Value::None)
+}
+
+fn set_collision_detect_enabled(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let enabled = call.boolean(0)?;
+    call.perform(CommandKind::SetCollisionDetection(enabled))?;
+    Ok(Value::None)
+}
+
+fn set_dyn_collision_force_min_ratio(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let ratio = call.integer(0)? as u8;
+    call.perform(CommandKind::SetCollisionSensitivity(ratio))?;
+    Ok(Value::None)
+}

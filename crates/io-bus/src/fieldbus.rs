@@ -1,0 +1,28 @@
+//! Everything outside that belongs to the controller and outlives programs: Modbus signals, serial ports, and the
+//! controller's own Modbus values.
+
+use std::sync::Arc;
+
+use crate::modbus::ModbusClient;
+use crate::port_image::PortImage;
+use crate::serial::SerialLine;
+
+/// The field buses of one controller. The default has no serial devices.
+#[derive(Default)]
+pub struct Fieldbus {
+    /// Signals of Modbus devices.
+    pub modbus: ModbusClient,
+    /// Coils and registers that the controller's own Modbus server shows.
+    pub port_image: Arc<PortImage>,
+    /// RS-485 at the tool connector.
+    pub tool_serial: SerialLine,
+    /// RS-485 in the control box.
+    pub masterboard_serial: SerialLine,
+}
+
+impl Fieldbus {
+    /// A program runs, or none does: outputs of Modbus devices may depend on it.
+    pub fn program_running(&self, running: bool) {
+        self.modbus.program_running(running);
+    }
+}

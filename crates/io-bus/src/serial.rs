@@ -1,0 +1,590 @@
+//! A serial port of the controller (manual 5.31 to 5.34, chapter 8): RS-485 bytes or Modbus RTU over a device, a pty or TCP.
+//!
+//! Owns the open line, its settings and the bytes nobody has read yet. A line outlives programs, so it is driven by a
+//! thread of its own; functions that wait can be dropped at any time and leave the line usable.
+
+use std::io;
+use std::sync::{Arc, Mutex as SyncMutex, MutexGuard, OnceLock, PoisonError};
+use std::time::Duration;
+
+use thiserror::Error;
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::runtime::Handle;
+use tokio::sync::{Mutex, Notify};
+use tokio::task::JoinHandle;
+use tokio::time::{Instant, sleep, timeout, timeout_at};
+use tokio_serial::{DataBits, Parity, SerialPortBuilderExt, StopBits};
+
+use crate::modbus::pdu::{PduError, Reply, Request};
+use crate::modbus::rtu;
+
+/// How long connecting to a TCP line and writing may take.
+const CONNECT_TIME: Duration = Duration::from_secs(2);
+const WRITE_TIME: Duration = Duration::from_secs(2);
+/// Bytes kept for the next read.
+const UNREAD_BYTES_MAX: usize = 64 << 10;
+/// After so long a silence an answer that has begun is not completed any more.
+const SILENCE: Duration = Duration::from_millis(250);
+
+/// Where a port leads, from the cell file's `[[serial]]`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Endpoint {
+    /// Path of a device or of a pty.
+    Path(String),
+    /// `host:port`.
+    Tcp(String),
+}
+
+impl Endpoint {
+    /// `tcp:host:port`, or a path.
+    pub fn parse(text: &str) -> Self {
+        match text.strip_prefix("tcp:") {
+            Some(address) => Self::Tcp(address.to_owned()),
+            None => Self::Path(text.to_owned()),
+        }
+    }
+}
+
+/// What the line is used for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SerialMode {
+    /// Nothing.
+    #[default]
+    Closed,
+    /// Bytes.
+    Raw,
+    /// Modbus RTU as master.
+    Rtu,
+}
+
+/// How the line is set. Ranges are checked by the builtins, which know the port's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SerialSettings {
+    /// Baud.
+    pub baud_rate: u32,
+    /// 0 none, 1 odd, 2 even.
+    pub parity: u8,
+    /// 1 or 2.
+    pub stop_bits: u8,
+    /// 7 or 8; 8 for Modbus RTU.
+    pub data_bits: u8,
+    /// Modbus RTU instead of bytes.
+    pub modbus_rtu: bool,
+    /// A plug-in and not scripts use the port (manual 5.32, usage 1).
+    pub for_daemon: bool,
+}
+
+/// Why a line did not do what was asked.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SerialError {
+    /// No device stands behind the port.
+    #[error("no device is connected to this port; name one with [[serial]] in the cell file")]
+    NoDevice,
+    /// The port is not open, or open for something else.
+    #[error("the port is {}, this needs {}", describe(*.found), describe(*.needed))]
+    Mode {
+        /// What it is.
+        found: SerialMode,
+        /// What is needed.
+        needed: SerialMode,
+    },
+    /// The device cannot be opened, or broke.
+    #[error("the line failed: {0}")]
+    Line(#[from] io::Error),
+    /// No answer.
+    #[error("no answer within the timeout")]
+    NoAnswer,
+    /// Bytes came, but no frame with a good checksum.
+    #[error("the answer is damaged ({0} bytes without a frame whose checksum fits)")]
+    Damaged(usize),
+    /// The device refused.
+    #[error(transparent)]
+    Refused(#[from] PduError),
+    /// The operating system gave no thread.
+    #[error("cannot start the thread of the serial ports: {0}")]
+    NoThread(io::Error),
+    /// The line was closed meanwhile.
+    #[error("the line was closed meanwhile")]
+    Ended,
+}
+
+const fn describe(mode: SerialMode) -> &'static str {
+    match mode {
+        SerialMode::Closed => "closed",
+        SerialMode::Raw => "in RS-485 mode",
+        SerialMode::Rtu => "in Modbus RTU mode",
+    }
+}
+
+trait Transport: AsyncRead + AsyncWrite + Unpin + Send {}
+impl<T: AsyncRead + AsyncWrite + Unpin + Send> Transport for T {}
+
+/// One serial port.
+#[derive(Default)]
+pub struct SerialLine {
+    endpoint: Option<Endpoint>,
+    settings: SyncMutex<Option<SerialSettings>>,
+    line: Arc<Mutex<Line>>,
+    driver: OnceLock<Driver>,
+}
+
+#[derive(Default)]
+struct Line {
+    transport: Option<Box<dyn Transport>>,
+    unread: Vec<u8>,
+}
+
+struct Driver {
+    handle: Handle,
+    ending: Arc<Notify>,
+}
+
+impl Drop for Driver {
+    fn drop(&mut self) {
+        self.ending.notify_one();
+    }
+}
+
+/// Ends the work on the driver's thread when nobody waits for it any more.
+struct Work<T>(JoinHandle<T>);
+
+impl<T> Drop for Work<T> {
+    fn drop(&mut self) {
+        self.0.abort();
+    }
+}
+
+impl SerialLine {
+    /// A port that leads to `endpoint`.
+    pub fn new(endpoint: Option<Endpoint>) -> Self {
+        Self {
+            endpoint,
+            ..Self::default()
+        }
+    }
+
+    /// The settings while the port is open.
+    pub fn settings(&self) -> Option<SerialSettings> {
+        *self.lock_settings()
+    }
+
+    /// What the port is used for.
+    pub fn mode(&self) -> SerialMode {
+        match self.settings() {
+            None => SerialMode::Closed,
+            Some(SerialSettings {
+                modbus_rtu: true, ..
+            }) => SerialMode::Rtu,
+            Some(_) => SerialMode::Raw,
+        }
+    }
+
+    /// Opens the port anew with these settings, or closes it. A port for a plug-in is not opened here.
+    ///
+    /// # Errors
+    /// [`SerialError::NoDevice`], [`SerialError::Line`]; the port is closed then.
+    pub async fn configure(&self, settings: Option<SerialSettings>) -> Result<(), SerialError> {
+        *self.lock_settings() = None;
+        let line = self.line.clone();
+        let endpoint = self.endpoint.clone();
+        self.drive(async move {
+            let mut line = line.lock().await;
+            *line = Line::default();
+            if let Some(settings) = settings.filter(|settings| !settings.for_daemon) {
+                let endpoint = endpoint.ok_or(SerialError::NoDevice)?;
+                line.transport = Some(open(&endpoint, &settings).await?);
+            }
+            Ok(())
+        })
+        .await?;
+        *self.lock_settings() = settings;
+        Ok(())
+    }
+
+    /// Up to `count` bytes; fewer when the time is over or the line broke. `patience` `None` waits for ever.
+    ///
+    /// # Errors
+    /// [`SerialError::Mode`], [`SerialError::Line`]
+    pub async fn read(
+        &self,
+        count: usize,
+        patience: Option<Duration>,
+    ) -> Result<Vec<u8>, SerialError> {
+        let settings = self.need(SerialMode::Raw)?;
+        let (line, endpoint) = (self.line.clone(), self.endpoint.clone());
+        self.drive(async move {
+            let deadline = patience.and_then(|time| Instant::now().checked_add(time));
+            let mut line = within(deadline, line.lock())
+                .await
+                .ok_or(SerialError::NoAnswer)?;
+            while line.unread.len() < count {
+                let mut chunk = [0; 1024];
+                let read = within(
+                    deadline,
+                    line.receive(endpoint.as_ref(), &settings, &mut chunk),
+                );
+                match read.await {
+                    Some(Ok(received)) => line.unread.extend_from_slice(&chunk[..received]),
+                    Some(Err(_)) if !line.unread.is_empty() => break,
+                    Some(Err(error)) => return Err(error),
+                    None => break,
+                }
+            }
+            let count = count.min(line.unread.len());
+            Ok(line.unread.drain(..count).collect())
+        })
+        .await
+    }
+
+    /// Sends bytes; how many went.
+    ///
+    /// # Errors
+    /// [`SerialError::Mode`], [`SerialError::Line`]
+    pub async fn write(&self, bytes: Vec<u8>) -> Result<usize, SerialError> {
+        let settings = self.need(SerialMode::Raw)?;
+        let (line, endpoint) = (self.line.clone(), self.endpoint.clone());
+        self.drive(async move {
+            let mut line = line.lock().await;
+            line.send(endpoint.as_ref(), &settings, &bytes).await?;
+            Ok(bytes.len())
+        })
+        .await
+    }
+
+    /// Drops what was received and not read.
+    ///
+    /// # Errors
+    /// [`SerialError::Line`]
+    pub async fn flush(&self) -> Result<(), SerialError> {
+        let line = self.line.clone();
+        self.drive(async move {
+            line.lock().await.drain().await;
+            Ok(())
+        })
+        .await
+    }
+
+    /// One Modbus request and its answer. `patience` `None` waits for ever for the answer to begin.
+    ///
+    /// # Errors
+    /// [`SerialError`]: the mode, the line, no answer, a damaged one, or a refusal of the device.
+    pub async fn request(
+        &self,
+        slave: u8,
+        request: Request,
+        patience: Option<Duration>,
+    ) -> Result<Reply, SerialError> {
+        let settings = self.need(SerialMode::Rtu)?;
+        let (line, endpoint) = (self.line.clone(), self.endpoint.clone());
+        self.drive(async move {
+            let mut line = line.lock().await;
+            // What is still on its way belongs to an earlier request. 3.5 characters of silence begin a frame.
+            line.drain().await;
+            sleep(silence(settings.baud_rate)).await;
+            let frame = rtu::encode(slave, &request);
+            line.send(endpoint.as_ref(), &settings, &frame).await?;
+            let deadline = patience.and_then(|time| Instant::now().checked_add(time));
+            let mut received = Vec::new();
+            loop {
+                let mut chunk = [0; rtu::FRAME_BYTES_MAX];
+                let until = match received.is_empty() {
+                    true => deadline,
+                    false => Some(Instant::now() + SILENCE),
+                };
+                let read = within(
+                    until,
+                    line.receive(endpoint.as_ref(), &settings, &mut chunk),
+                );
+                match read.await {
+                    Some(Ok(count)) => received.extend_from_slice(&chunk[..count]),
+                    Some(Err(error)) => return Err(error),
+                    None if received.is_empty() => return Err(SerialError::NoAnswer),
+                    None => return Err(SerialError::Damaged(received.len())),
+                }
+                if let Some(reply) = rtu::find_reply(&received, slave, &request) {
+                    return Ok(request.decode(reply)?);
+                }
+                if received.len() > 16 * rtu::FRAME_BYTES_MAX {
+                    return Err(SerialError::Damaged(received.len()));
+                }
+            }
+        })
+        .await
+    }
+
+    fn need(&self, needed: SerialMode) -> Result<SerialSettings, SerialError> {
+        let settings = self.settings();
+        let found = self.mode();
+        settings
+            .filter(|_| found == needed)
+            .ok_or(SerialError::Mode { found, needed })
+    }
+
+    fn lock_settings(&self) -> MutexGuard<'_, Option<SerialSettings>> {
+        self.settings.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Does the work on the thread that the line belongs to: a program's own runtime ends with the program.
+    async fn drive<T: Send + 'static>(
+        &self,
+        work: impl Future<Output = Result<T, SerialError>> + Send + 'static,
+    ) -> Result<T, SerialError> {
+        let driver = match self.driver.get() {
+            Some(driver) => driver,
+            None => {
+                let started = start_driver().map_err(SerialError::NoThread)?;
+                self.driver.get_or_init(|| started)
+            }
+        };
+        let mut work = Work(driver.handle.spawn(work));
+        (&mut work.0).await.unwrap_or(Err(SerialError::Ended))
+    }
+}
+
+impl Line {
+    /// Waits for bytes. A line that has broken is opened again at the next call.
+    async fn receive(
+        &mut self,
+        endpoint: Option<&Endpoint>,
+        settings: &SerialSettings,
+        chunk: &mut [u8],
+    ) -> Result<usize, SerialError> {
+        let transport = self.transport(endpoint, settings).await?;
+        let room = chunk.len().min(UNREAD_BYTES_MAX);
+        match transport.read(&mut chunk[..room]).await {
+            Ok(count @ 1..) => Ok(count),
+            ended => {
+                self.transport = None;
+                ended?;
+                Err(io::Error::from(io::ErrorKind::UnexpectedEof).into())
+            }
+        }
+    }
+
+    async fn send(
+        &mut self,
+        endpoint: Option<&Endpoint>,
+        settings: &SerialSettings,
+        bytes: &[u8],
+    ) -> Result<(), SerialError> {
+        let transport = self.transport(endpoint, settings).await?;
+        let sending = async {
+            transport.write_all(bytes).await?;
+            transport.flush().await
+        };
+        let sent = timeout(WRITE_TIME, sending).await;
+        if let Ok(Ok(())) = sent {
+            return Ok(());
+        }
+        self.transport = None;
+        match sent {
+            Ok(Err(error)) => Err(error.into()),
+            _ => Err(io::Error::from(io::ErrorKind::TimedOut).into()),
+        }
+    }
+
+    async fn transport(
+        &mut self,
+        endpoint: Option<&Endpoint>,
+        settings: &SerialSettings,
+    ) -> Result<&mut Box<dyn Transport>, SerialError> {
+        if self.transport.is_none() {
+            let endpoint = endpoint.ok_or(SerialError::NoDevice)?;
+            self.transport = Some(open(endpoint, settings).await?);
+        }
+        self.transport.as_mut().ok_or(SerialError::NoDevice)
+    }
+
+    /// Drops what has been received.
+    async fn drain(&mut self) {
+        self.unread.clear();
+        let Some(transport) = &mut self.transport else {
+            return;
+        };
+        let mut chunk = [0; 1024];
+        // Bounded: a peer that never stops sending must not hold a request up for ever.
+        for _ in 0..64 {
+            match timeout(Duration::ZERO, transport.read(&mut chunk)).await {
+                Ok(Ok(1..)) => {}
+                Ok(_) => {
+                    self.transport = None;
+                    return;
+                }
+                Err(_elapsed) => return,
+            }
+        }
+    }
+}
+
+async fn open(
+    endpoint: &Endpoint,
+    settings: &SerialSettings,
+) -> Result<Box<dyn Transport>, SerialError> {
+    match endpoint {
+        Endpoint::Tcp(address) => {
+            let stream = timeout(CONNECT_TIME, TcpStream::connect(address.as_str()))
+                .await
+                .map_err(|_| io::Error::from(io::ErrorKind::TimedOut))??;
+            // Frames are small; a system that refuses this only makes them slower.
+            let _ = stream.set_nodelay(true);
+            Ok(Box::new(stream))
+        }
+        Endpoint::Path(path) => {
+            let stream = tokio_serial::new(path, settings.baud_rate)
+                .parity(match settings.parity {
+                    1 => Parity::Odd,
+                    2 => Parity::Even,
+                    _ => Parity::None,
+                })
+                .stop_bits(match settings.stop_bits {
+                    2 => StopBits::Two,
+                    _ => StopBits::One,
+                })
+                .data_bits(match settings.data_bits {
+                    7 => DataBits::Seven,
+                    _ => DataBits::Eight,
+                })
+                .open_native_async()
+                .map_err(io::Error::from)?;
+            Ok(Box::new(stream))
+        }
+    }
+}
+
+/// 3.5 characters of 11 bits, at least 1.75 ms (MODBUS over Serial Line V1.02, 2.5.1.1).
+fn silence(baud_rate: u32) -> Duration {
+    Duration::from_secs_f64((38.5 / f64::from(baud_rate.max(1))).max(0.00175))
+}
+
+async fn within<T>(deadline: Option<Instant>, future: impl Future<Output = T>) -> Option<T> {
+    match deadline {
+        Some(deadline) => timeout_at(deadline, future).await.ok(),
+        None => Some(future.await),
+    }
+}
+
+fn start_driver() -> io::Result<Driver> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()?;
+    let handle = runtime.handle().clone();
+    let ending = Arc::new(Notify::new());
+    let told = ending.clone();
+    std::thread::Builder::new()
+        .name("serial".to_owned())
+        .spawn(move || runtime.block_on(told.notified()))?;
+    Ok(Driver { handle, ending })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::modbus::pdu::Table;
+    use serialport::{SerialPort, TTYPort};
+    use std::io::{Read, Write};
+    use tokio::net::TcpListener;
+
+    const PATIENCE: Option<Duration> = Some(Duration::from_millis(300));
+
+    fn settings(modbus_rtu: bool) -> SerialSettings {
+        SerialSettings {
+            baud_rate: 115_200,
+            parity: 0,
+            stop_bits: 1,
+            data_bits: 8,
+            modbus_rtu,
+            for_daemon: false,
+        }
+    }
+
+    #[tokio::test]
+    async fn bytes_go_through_a_pty_both_ways() {
+        let (mut master, slave) = TTYPort::pair().unwrap();
+        let line = SerialLine::new(Some(Endpoint::parse(&slave.name().unwrap())));
+        line.configure(Some(settings(false))).await.unwrap();
+        assert_eq!(line.mode(), SerialMode::Raw);
+        assert_eq!(line.write(b"hello".to_vec()).await.unwrap(), 5);
+        let mut received = [0; 5];
+        master.read_exact(&mut received).unwrap();
+        assert_eq!(&received, b"hello");
+        master.write_all(&[1, 2, 3, 255]).unwrap();
+        assert_eq!(line.read(3, PATIENCE).await.unwrap(), [1, 2, 3]);
+        assert_eq!(line.read(3, PATIENCE).await.unwrap(), [255]);
+        assert_eq!(
+            line.read(1, Some(Duration::from_millis(20))).await.unwrap(),
+            [0; 0]
+        );
+        line.configure(None).await.unwrap();
+        assert!(matches!(
+            line.read(1, PATIENCE).await,
+            Err(SerialError::Mode { .. })
+        ));
+    }
+
+    /// A device that answers each request with the next of `answers`.
+    async fn device(answers: Vec<Vec<u8>>) -> SerialLine {
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let address = format!("tcp:{}", listener.local_addr().unwrap());
+        tokio::spawn(async move {
+            let (mut stream, _) = listener.accept().await.unwrap();
+            for answer in answers {
+                let mut request = [0; 8];
+                stream.read_exact(&mut request).await.unwrap();
+                stream.write_all(&answer).await.unwrap();
+            }
+            stream.read_exact(&mut [0; 999]).await.unwrap_or_default();
+        });
+        let line = SerialLine::new(Some(Endpoint::parse(&address)));
+        line.configure(Some(settings(true))).await.unwrap();
+        line
+    }
+
+    fn frame(body: &[u8]) -> Vec<u8> {
+        [body, &rtu::crc(body).to_le_bytes()].concat()
+    }
+
+    #[tokio::test]
+    async fn answers_damaged_answers_refusals_and_silence_are_told_apart() {
+        let good = frame(&[7, 3, 2, 0x12, 0x34]);
+        let mut damaged = good.clone();
+        damaged[3] ^= 1;
+        let noisy = [vec![0, 255, 7, 3], good.clone()].concat();
+        let line = device(vec![good, damaged, frame(&[7, 0x83, 2]), noisy, vec![]]).await;
+        let mut answers = Vec::new();
+        for _ in 0..5 {
+            let request = Request::Read {
+                table: Table::HoldingRegisters,
+                address: 0,
+                count: 1,
+            };
+            answers.push(match line.request(7, request, PATIENCE).await {
+                Ok(Reply::Values(values)) => format!("{values:?}"),
+                Ok(Reply::Done) => "done".to_owned(),
+                Err(error) => error.to_string(),
+            });
+        }
+        assert_eq!(
+            answers,
+            [
+                "[4660]",
+                "the answer is damaged (7 bytes without a frame whose checksum fits)",
+                "the device answered with exception 2",
+                "[4660]",
+                "no answer within the timeout",
+            ]
+        );
+    }
+
+    #[tokio::test]
+    async fn a_port_without_a_device_says_so() {
+        let line = SerialLine::default();
+        let error = line.configure(Some(settings(false))).await.unwrap_err();
+        assert!(matches!(error, SerialError::NoDevice), "{error}");
+        assert_eq!(line.mode(), SerialMode::Closed);
+        let line = SerialLine::new(Some(Endpoint::parse("/dev/no-such-line")));
+        let error = line.configure(Some(settings(false))).await.unwrap_err();
+        assert!(matches!(error, SerialError::Line(_)), "{error}");
+    }
+}

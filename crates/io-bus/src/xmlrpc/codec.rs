@@ -1,0 +1,353 @@
+//! XML-RPC values and messages as text (xmlrpc.com/spec, with the common extensions `nil` and `i8`). Pure.
+
+use std::fmt::Write as _;
+
+use quick_xml::Reader;
+use quick_xml::escape::{escape, resolve_predefined_entity};
+use quick_xml::events::Event;
+use thiserror::Error;
+
+/// Deepest nesting of values taken or given.
+pub const DEPTH_MAX: usize = 64;
+
+/// A value.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RpcValue {
+    /// No value.
+    Nil,
+    /// A truth value.
+    Bool(bool),
+    /// An integer; `int` where 32 bits hold it, otherwise `i8`.
+    Int(i64),
+    /// A number.
+    Double(f64),
+    /// A text.
+    Text(String),
+    /// Bytes, base64 on the line.
+    Bytes(Vec<u8>),
+    /// Values in order.
+    Array(Vec<RpcValue>),
+    /// Values by name, in the order sent.
+    Struct(Vec<(String, RpcValue)>),
+}
+
+/// The server's own error.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("fault {code}: {text}")]
+pub struct Fault {
+    /// Its number.
+    pub code: i64,
+    /// Its sentence.
+    pub text: String,
+}
+
+/// An answer that is none.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("the answer is no XML-RPC: {0}")]
+pub struct NotXmlRpc(String);
+
+/// The body of a call.
+pub fn encode_call(method: &str, arguments: &[RpcValue]) -> String {
+    let mut out = String::from("<?xml version=\"1.0\"?><methodCall><methodName>");
+    out.push_str(&escape(method));
+    out.push_str("</methodName><params>");
+    for argument in arguments {
+        out.push_str("<param>");
+        put(&mut out, argument);
+        out.push_str("</param>");
+    }
+    out.push_str("</params></methodCall>");
+    out
+}
+
+fn put(out: &mut String, value: &RpcValue) {
+    out.push_str("<value>");
+    // Writing into a String cannot fail.
+    let _ = match value {
+        RpcValue::Nil => write!(out, "<nil/>"),
+        RpcValue::Bool(level) => write!(out, "<boolean>{}</boolean>", u8::from(*level)),
+        RpcValue::Int(n) if i32::try_from(*n).is_ok() => write!(out, "<int>{n}</int>"),
+        RpcValue::Int(n) => write!(out, "<i8>{n}</i8>"),
+        RpcValue::Double(x) => write!(out, "<double>{x:?}</double>"),
+        RpcValue::Text(text) => write!(out, "<string>{}</string>", escape(text.as_str())),
+        RpcValue::Bytes(bytes) => write!(out, "<base64>{}</base64>", base64(bytes)),
+        RpcValue::Array(items) => {
+            out.push_str("<array><data>");
+            items.iter().for_each(|item| put(out, item));
+            write!(out, "</data></array>")
+        }
+        RpcValue::Struct(members) => {
+            out.push_str("<struct>");
+            for (name, value) in members {
+                let _ = write!(out, "<member><name>{}</name>", escape(name.as_str()));
+                put(out, value);
+                out.push_str("</member>");
+            }
+            write!(out, "</struct>")
+        }
+    };
+    out.push_str("</value>");
+}
+
+/// The result in the body of an answer, or the server's fault.
+///
+/// # Errors
+/// [`NotXmlRpc`] says what is wrong.
+pub fn decode_response(text: &str) -> Result<Result<RpcValue, Fault>, NotXmlRpc> {
+    let mut tree = read_tree(text)?;
+    let wrong = |what: &str| NotXmlRpc(what.to_owned());
+    if tree.name != "methodResponse" {
+        return Err(NotXmlRpc(format!("it is a <{}>", tree.name)));
+    }
+    let child = tree.children.pop().ok_or_else(|| wrong("it is empty"))?;
+    match child.name.as_str() {
+        "params" => {
+            let value = child.child("param").and_then(|param| param.child("value"));
+            // An answer without a value: the method returns nothing.
+            Ok(Ok(value.map_or(Ok(RpcValue::Nil), value_of)?))
+        }
+        "fault" => {
+            let value = child
+                .child("value")
+                .ok_or_else(|| wrong("a fault without a value"))?;
+            let RpcValue::Struct(members) = value_of(value)? else {
+                return Err(wrong("a fault that is no struct"));
+            };
+            let member = |wanted: &str| members.iter().find(|(name, _)| name == wanted);
+            let code = match member("faultCode") {
+                Some((_, RpcValue::Int(code))) => *code,
+                _ => 0,
+            };
+            let text = match member("faultString") {
+                Some((_, RpcValue::Text(text))) => text.clone(),
+                _ => String::new(),
+            };
+            Ok(Err(Fault { code, text }))
+        }
+        other => Err(NotXmlRpc(format!("<{other}> in the place of <params>"))),
+    }
+}
+
+/// An element with its text and its children.
+#[derive(Default)]
+struct Element {
+    name: String,
+    text: String,
+    children: Vec<Element>,
+}
+
+impl Element {
+    fn child(&self, name: &str) -> Option<&Element> {
+        self.children.iter().find(|child| child.name == name)
+    }
+}
+
+fn read_tree(text: &str) -> Result<Element, NotXmlRpc> {
+    let broken = |error: &dyn std::fmt::Display| NotXmlRpc(error.to_string());
+    let mut reader = Reader::from_str(text);
+    // Elements from the outermost to the one that is open.
+    let mut open: Vec<Element> = vec![Element::default()];
+    loop {
+        let event = reader.read_event().map_err(|error| broken(&error))?;
+        let named = |name: &[u8]| Element {
+            name: String::from_utf8_lossy(name).into_owned(),
+            ..Element::default()
+        };
+        // A value is at most five elements deep in another.
+        if open.len() > 5 * DEPTH_MAX {
+            return Err(NotXmlRpc(format!(
+                "values are nested deeper than {DEPTH_MAX}"
+            )));
+        }
+        let closed = match event {
+            Event::Start(start) => {
+                open.push(named(start.local_name().as_ref()));
+                None
+            }
+            Event::Empty(empty) => Some(named(empty.local_name().as_ref())),
+            // The reader has made sure that it closes the element that is open.
+            Event::End(_) if open.len() > 1 => open.pop(),
+            Event::Text(part) => {
+                let part = part.xml10_content().map_err(|error| broken(&error))?;
+                append(&mut open, &part);
+                None
+            }
+            Event::CData(part) => {
+                let part = part.xml10_content().map_err(|error| broken(&error))?;
+                append(&mut open, &part);
+                None
+            }
+            Event::GeneralRef(reference) => {
+                let name = reference.decode().map_err(|error| broken(&error))?;
+                let character = reference
+                    .resolve_char_ref()
+                    .map_err(|error| broken(&error))?;
+                match (character, resolve_predefined_entity(&name)) {
+                    (Some(character), _) => append(&mut open, character.encode_utf8(&mut [0; 4])),
+                    (None, Some(known)) => append(&mut open, known),
+                    (None, None) => return Err(NotXmlRpc(format!("unknown entity &{name};"))),
+                }
+                None
+            }
+            Event::Eof => break,
+            _ => None,
+        };
+        if let (Some(closed), Some(parent)) = (closed, open.last_mut()) {
+            parent.children.push(closed);
+        }
+    }
+    match open.as_mut_slice() {
+        [root] => root
+            .children
+            .pop()
+            .ok_or_else(|| NotXmlRpc("there is no element".to_owned())),
+        _ => Err(NotXmlRpc("it ends in the middle".to_owned())),
+    }
+}
+
+fn append(open: &mut [Element], text: &str) {
+    if let Some(element) = open.last_mut() {
+        element.text.push_str(text);
+    }
+}
+
+fn value_of(value: &Element) -> Result<RpcValue, NotXmlRpc> {
+    let Some(inner) = value.children.first() else {
+        // Without a type it is a text.
+        return Ok(RpcValue::Text(value.text.clone()));
+    };
+    let (name, text) = (inner.name.as_str(), inner.text.as_str());
+    let wrong = || NotXmlRpc(format!("<{name}> with {text:?}"));
+    Ok(match name {
+        "nil" => RpcValue::Nil,
+        "boolean" => match text.trim() {
+            "1" | "true" => RpcValue::Bool(true),
+            "0" | "false" => RpcValue::Bool(false),
+            _ => return Err(wrong()),
+        },
+        "int" | "i1" | "i2" | "i4" | "i8" => {
+            RpcValue::Int(text.trim().parse().map_err(|_| wrong())?)
+        }
+        "double" | "float" => RpcValue::Double(text.trim().parse().map_err(|_| wrong())?),
+        // A time of day comes as its text; scripts have no type for it.
+        "string" | "dateTime.iso8601" => RpcValue::Text(inner.text.clone()),
+        "base64" => RpcValue::Bytes(from_base64(text).ok_or_else(wrong)?),
+        "array" => {
+            let items = inner.child("data").map_or(&[][..], |data| &data.children);
+            RpcValue::Array(items.iter().map(value_of).collect::<Result<_, _>>()?)
+        }
+        "struct" => {
+            let member = |member: &Element| {
+                let name = member.child("name").map(|name| name.text.clone());
+                let value = member.child("value").map(value_of).transpose()?;
+                name.zip(value)
+                    .ok_or_else(|| NotXmlRpc("a member without name or value".to_owned()))
+            };
+            RpcValue::Struct(
+                inner
+                    .children
+                    .iter()
+                    .map(member)
+                    .collect::<Result<_, _>>()?,
+            )
+        }
+        _ => return Err(NotXmlRpc(format!("unknown type <{name}>"))),
+    })
+}
+
+const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+fn base64(bytes: &[u8]) -> String {
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let bits = chunk.iter().enumerate().fold(0_u32, |bits, (k, byte)| {
+            bits | u32::from(*byte) << (16 - 8 * k)
+        });
+        for k in 0..4 {
+            let digit = DIGITS[(bits >> (18 - 6 * k) & 63) as usize];
+            out.push(if k <= chunk.len() { digit as char } else { '=' });
+        }
+    }
+    out
+}
+
+fn from_base64(text: &str) -> Option<Vec<u8>> {
+    let mut out = Vec::with_capacity(text.len() / 4 * 3);
+    let (mut bits, mut count) = (0_u32, 0);
+    for byte in text
+        .bytes()
+        .filter(|byte| !byte.is_ascii_whitespace() && *byte != b'=')
+    {
+        let digit = DIGITS.iter().position(|digit| *digit == byte)? as u32;
+        bits = bits << 6 | digit;
+        count += 6;
+        if count >= 8 {
+            count -= 8;
+            out.push((bits >> count & 0xFF) as u8);
+        }
+    }
+    Some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn values() -> impl Strategy<Value = RpcValue> {
+        let leaf = prop_oneof![
+            Just(RpcValue::Nil),
+            any::<bool>().prop_map(RpcValue::Bool),
+            any::<i64>().prop_map(RpcValue::Int),
+            proptest::num::f64::NORMAL.prop_map(RpcValue::Double),
+            "[ -~äß€]{0,20}".prop_map(RpcValue::Text),
+            proptest::collection::vec(any::<u8>(), 0..20).prop_map(RpcValue::Bytes),
+        ];
+        leaf.prop_recursive(4, 32, 5, |inner| {
+            prop_oneof![
+                proptest::collection::vec(inner.clone(), 0..5).prop_map(RpcValue::Array),
+                proptest::collection::vec(("[a-z<&]{1,5}", inner), 0..5).prop_map(RpcValue::Struct),
+            ]
+        })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
+        #[test]
+        fn every_value_comes_back(value in values()) {
+            let call = encode_call("m", std::slice::from_ref(&value));
+            let (_, params) = call.split_once("<params>").unwrap();
+            let answer = format!("<methodResponse><params>{}", params.replace("methodCall", "methodResponse"));
+            prop_assert_eq!(decode_response(&answer), Ok(Ok(value)));
+        }
+
+        #[test]
+        fn any_text_is_an_answer_or_an_error(text in "[<>/a-z&;#0-9 ]{0,80}") {
+            let _ = decode_response(&text);
+            let _ = decode_response(&format!("<methodResponse><params><param><value>{text}</value></param></params></methodResponse>"));
+        }
+    }
+
+    #[test]
+    fn faults_and_bare_texts_are_understood() {
+        let fault = "<?xml version='1.0'?>\n<methodResponse>\n<fault>\n<value><struct>\n<member>\n<name>faultCode</name>\n\
+            <value><int>4</int></value>\n</member>\n<member>\n<name>faultString</name>\n<value><string>too many &lt;x&gt;</string></value>\n\
+            </member>\n</struct></value>\n</fault>\n</methodResponse>\n";
+        let wanted = Fault {
+            code: 4,
+            text: "too many <x>".to_owned(),
+        };
+        assert_eq!(decode_response(fault), Ok(Err(wanted)));
+        let bare = "<methodResponse><params><param><value>a &#228;</value></param></params></methodResponse>";
+        assert_eq!(
+            decode_response(bare),
+            Ok(Ok(RpcValue::Text("a ä".to_owned())))
+        );
+        let deep = "<value><array><data>".repeat(1000);
+        assert!(decode_response(&format!("<methodResponse>{deep}")).is_err());
+        assert_eq!(
+            decode_response("<html></html>").unwrap_err().to_string(),
+            "the answer is no XML-RPC: it is a <html>"
+        );
+    }
+}

@@ -1,0 +1,125 @@
+//! General purpose registers (manual 5.37 to 5.45): memory shared by scripts, ports, field buses and the motion thread.
+//!
+//! A write is seen by the next read, whoever reads; nobody waits for a cycle and nobody locks. Values outlive programs.
+//! Each register is one atomic, so two writers of different registers never undo each other.
+
+use std::sync::atomic::{AtomicI32, AtomicU64, Ordering};
+
+/// Boolean registers in each direction.
+pub const BOOLEAN_REGISTERS: u8 = 128;
+/// Integer registers in each direction.
+pub const INTEGER_REGISTERS: u8 = 48;
+/// Float registers in each direction.
+pub const FLOAT_REGISTERS: u8 = 48;
+
+/// All registers of one controller.
+#[derive(Debug, Default)]
+pub struct Registers {
+    /// Written from outside, read by scripts.
+    pub input: RegisterBank,
+    /// Written by scripts, read from outside.
+    pub output: RegisterBank,
+}
+
+/// The registers of one direction. All low and zero at first. Numbers beyond the last are read as zero and not written.
+#[derive(Debug)]
+pub struct RegisterBank {
+    booleans: [AtomicU64; 2],
+    integers: [AtomicI32; INTEGER_REGISTERS as usize],
+    floats: [AtomicU64; FLOAT_REGISTERS as usize],
+}
+
+impl Default for RegisterBank {
+    fn default() -> Self {
+        Self {
+            booleans: Default::default(),
+            integers: std::array::from_fn(|_| AtomicI32::new(0)),
+            floats: std::array::from_fn(|_| AtomicU64::new(0)),
+        }
+    }
+}
+
+impl RegisterBank {
+    /// Boolean register `n`.
+    pub fn boolean(&self, n: u8) -> bool {
+        let word = self.booleans.get(usize::from(n / 64));
+        word.is_some_and(|word| word.load(Ordering::Relaxed) >> (n % 64) & 1 == 1)
+    }
+
+    /// Sets boolean register `n`.
+    pub fn set_boolean(&self, n: u8, level: bool) {
+        let Some(word) = self.booleans.get(usize::from(n / 64)) else {
+            return;
+        };
+        if level {
+            word.fetch_or(1 << (n % 64), Ordering::Relaxed);
+        } else {
+            word.fetch_and(!(1 << (n % 64)), Ordering::Relaxed);
+        }
+    }
+
+    /// Boolean registers 0-63 and 64-127 as bits.
+    pub fn booleans(&self) -> [u64; 2] {
+        [0, 1].map(|k: usize| self.booleans[k].load(Ordering::Relaxed))
+    }
+
+    /// Integer register `n`.
+    pub fn integer(&self, n: u8) -> i32 {
+        let cell = self.integers.get(usize::from(n));
+        cell.map_or(0, |cell| cell.load(Ordering::Relaxed))
+    }
+
+    /// Sets integer register `n`.
+    pub fn set_integer(&self, n: u8, value: i32) {
+        if let Some(cell) = self.integers.get(usize::from(n)) {
+            cell.store(value, Ordering::Relaxed);
+        }
+    }
+
+    /// Float register `n`.
+    pub fn float(&self, n: u8) -> f64 {
+        let cell = self.floats.get(usize::from(n));
+        cell.map_or(0.0, |cell| f64::from_bits(cell.load(Ordering::Relaxed)))
+    }
+
+    /// Sets float register `n`.
+    pub fn set_float(&self, n: u8, value: f64) {
+        if let Some(cell) = self.floats.get(usize::from(n)) {
+            cell.store(value.to_bits(), Ordering::Relaxed);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_register_holds_its_own_value() {
+        let bank = RegisterBank::default();
+        for n in 0..BOOLEAN_REGISTERS {
+            bank.set_boolean(n, n % 3 == 0);
+        }
+        for n in 0..INTEGER_REGISTERS {
+            bank.set_integer(n, -i32::from(n));
+            bank.set_float(n, f64::from(n) / 8.0);
+        }
+        assert!((0..BOOLEAN_REGISTERS).all(|n| bank.boolean(n) == (n % 3 == 0)));
+        assert!((0..INTEGER_REGISTERS).all(|n| bank.integer(n) == -i32::from(n)));
+        assert!((0..FLOAT_REGISTERS).all(|n| bank.float(n) == f64::from(n) / 8.0));
+        assert_eq!(bank.booleans()[0] & 0b1111, 0b1001);
+    }
+
+    #[test]
+    fn registers_beyond_the_last_do_not_exist() {
+        let bank = RegisterBank::default();
+        bank.set_boolean(128, true);
+        bank.set_integer(48, 1);
+        bank.set_float(255, 1.0);
+        assert_eq!(
+            (bank.boolean(128), bank.integer(48), bank.float(255)),
+            (false, 0, 0.0)
+        );
+        assert_eq!(bank.booleans(), [0, 0]);
+    }
+}

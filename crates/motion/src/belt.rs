@@ -1,0 +1,184 @@
+//! Commands of conveyor tracking and its encoders, and the belt's share of a setpoint.
+//!
+//! Owns when tracking begins and ends; how it moves the arm is in `modes::conveyor`, what encoders count in
+//! `modes::encoder`.
+
+use kinematics::{Pose, RpyPose};
+use motion_api::{CommandId, EncoderRange, PulseDecoding, Refusal, StopReason};
+use nalgebra::{Unit, Vector3};
+
+use crate::constants::{SHARE_OF_BELT, SHARE_ON_BELT, SLOWEST};
+use crate::cycle::{Cycle, Generator};
+use crate::intake::{Answer, Ending, bad_value};
+use crate::modes::conveyor::{Route, Tracking};
+use crate::modes::encoder::Encoder;
+use crate::setpoint::Setpoint;
+use crate::waiting::WaitingFor;
+
+impl Cycle {
+    pub(crate) fn track_linear(
+        &mut self,
+        direction: [f64; 3],
+        ticks_per_meter: f64,
+        encoder: u8,
+    ) -> Answer {
+        let along = Unit::try_new(Vector3::from(direction), 1e-9);
+        let Some(along) = along.filter(|unit| unit.iter().all(|x| x.is_finite())) else {
+            let length = Vector3::from(direction).norm();
+            return Err(bad_value("the length of direction", length, "more than 0"));
+        };
+        self.track(
+            Route::Linear(along),
+            encoder,
+            "ticks_per_meter",
+            ticks_per_meter,
+            1.0,
+        )
+    }
+
+    pub(crate) fn track_circular(
+        &mut self,
+        center: &RpyPose,
+        ticks_per_revolution: f64,
+        rotate_tool: bool,
+        encoder: u8,
+    ) -> Answer {
+        if !center.is_finite() {
+            return Err(bad_value("center", f64::NAN, "a pose of finite numbers"));
+        }
+        let center = Pose::from_rpy(center);
+        let route = Route::Circular {
+            center: center.translation,
+            axis: Unit::new_normalize(center.rotation * Vector3::z()),
+            rotate_tool,
+        };
+        let name = "ticks_per_revolution";
+        self.track(
+            route,
+            encoder,
+            name,
+            ticks_per_revolution,
+            core::f64::consts::TAU,
+        )
+    }
+
+    fn track(
+        &mut self,
+        route: Route,
+        encoder: u8,
+        name: &'static str,
+        ticks: f64,
+        unit: f64,
+    ) -> Answer {
+        self.machine.check_ready()?;
+        if self.tracking.is_some() {
+            return Err(Refusal::Tracking);
+        }
+        if !(ticks.is_finite() && ticks.abs() >= SLOWEST) {
+            return Err(bad_value(name, ticks, "a finite number other than 0"));
+        }
+        let (start, _) = self.encoder(encoder)?.position();
+        let tcp = (self.target_frames.base_from_flange * self.flange_from_tcp).translation;
+        let encoder = usize::from(encoder);
+        let tracking = Tracking::new(route, encoder, unit / ticks, start, tcp, self.step);
+        self.tracking = Some(tracking);
+        Ok(Ending::Now)
+    }
+
+    pub(crate) fn stop_tracking(&mut self, id: CommandId) -> Ending {
+        let Some(tracking) = &mut self.tracking else {
+            return Ending::Now;
+        };
+        tracking.stop();
+        self.stop_moving();
+        self.waiting.add(id, WaitingFor::Stop);
+        Ending::Later
+    }
+
+    /// The generator's setpoint carried along with the conveyor.
+    pub(crate) fn carried(&mut self, nominal: &Setpoint) -> Result<Setpoint, StopReason> {
+        let Some(tracking) = &mut self.tracking else {
+            return Ok(*nominal);
+        };
+        let belt = self.encoders[tracking.encoder].position();
+        let tcp = (self.target_frames.base_from_flange * self.flange_from_tcp).translation;
+        let unit = tracking.unit_twist(tcp).to_vector();
+        if let Some(rate) = self.target_frames.jacobian(tcp).lu().solve(&unit) {
+            let able = (0..6).fold(f64::INFINITY, |least, joint| {
+                least.min(self.limits.acceleration[joint] / rate[joint].abs())
+            });
+            // While the arm does nothing else the belt may use what motions would need.
+            let share = match self.generator {
+                Generator::Hold => SHARE_OF_BELT + SHARE_ON_BELT,
+                _ => SHARE_OF_BELT,
+            };
+            tracking.limit(share * able);
+        }
+        tracking.advance(belt, self.step);
+        tracking
+            .carry(nominal, &self.commanded, &self.model, &self.flange_from_tcp)
+            .ok_or(StopReason::ConveyorLost)
+    }
+
+    /// Ends tracking once it has come to rest: from then on the generator starts where the arm is.
+    pub(crate) fn settle_tracking(&mut self) {
+        let has_stopped = self.tracking.as_ref().is_some_and(Tracking::has_stopped);
+        if has_stopped && matches!(self.generator, Generator::Hold) {
+            self.tracking = None;
+            self.commanded = Setpoint::standing(self.commanded.q);
+            self.target = self.commanded;
+        }
+    }
+
+    pub(crate) fn encoder(&mut self, number: u8) -> Result<&mut Encoder, Refusal> {
+        self.encoders
+            .get_mut(usize::from(number))
+            .ok_or_else(|| bad_value("encoder_index", f64::from(number), "0 or 1"))
+    }
+
+    pub(crate) fn set_tick_count(&mut self, encoder: u8, count: f64) -> Answer {
+        let encoder = self.encoder(encoder)?;
+        if !encoder.is_from_program() {
+            let needed = "set after encoder_enable_set_tick_count() for this encoder";
+            return Err(bad_value("the tick count", count, needed));
+        }
+        let (min, max) = encoder.range().bounds();
+        if !(min..=max).contains(&count) {
+            return Err(bad_value(
+                "the tick count",
+                count,
+                match encoder.range() {
+                    EncoderRange::Signed32 => "-2147483648 to 2147483647",
+                    EncoderRange::Unsigned8 => "0 to 255",
+                    EncoderRange::Unsigned16 => "0 to 65535",
+                    EncoderRange::Unsigned24 => "0 to 16777215",
+                    EncoderRange::Unsigned32 => "0 to 4294967295",
+                },
+            ));
+        }
+        encoder.set(count);
+        Ok(Ending::Now)
+    }
+
+    pub(crate) fn decode_pulses(
+        &mut self,
+        encoder: u8,
+        decoding: PulseDecoding,
+        channel_a: u8,
+        channel_b: u8,
+    ) -> Answer {
+        let inputs = self.io.image.digital_in.into();
+        let is_fast = |channel: u8| (16..=17).contains(&channel);
+        if !is_fast(channel_a) {
+            return Err(bad_value("A", f64::from(channel_a), "16 or 17"));
+        }
+        let two = decoding == PulseDecoding::Quadrature;
+        if two && (!is_fast(channel_b) || channel_a == channel_b) {
+            let needed = "the other one of 16 and 17 in quadrature mode";
+            return Err(bad_value("B", f64::from(channel_b), needed));
+        }
+        self.encoder(encoder)?
+            .take_pulses(decoding, channel_a, channel_b, inputs);
+        Ok(Ending::Now)
+    }
+}

@@ -1,0 +1,146 @@
+//! Collision detection: what the joints carry beyond their own motion.
+//!
+//! Generalised-momentum observer (De Luca, Albu-Schäffer, Haddadin, Hirzinger, IROS 2006): with p = M qd, the residual
+//! r = K (p - ∫ (tau + C^T qd - g + r) dt) follows the torque from outside with the time constant 1/K, without
+//! accelerations. C^T qd = dM/dt qd - C qd, so mass matrix and bias torques are enough. Discretised by the trapezoidal
+//! rule over a cycle, with the mean torque of the drives.
+
+use kinematics::{Dynamics, Frames, JointTorques, Pose};
+use motion_api::StopReason;
+use nalgebra::{Matrix6, Vector6};
+
+use crate::plant::ArmState;
+
+/// 1/K, s.
+const TIME_CONSTANT: f64 = 0.02;
+/// Threshold as share of a joint's nominal torque at the least (10 %) and the highest (100 %) sensitivity. Our choice.
+const THRESHOLDS: (f64, f64) = (0.6, 0.1);
+
+/// Sensitivity after start, %.
+pub const DEFAULT_SENSITIVITY: u8 = 50;
+/// Least and highest sensitivity, % (manual 3.1.46).
+pub const SENSITIVITY_RANGE: (u8, u8) = (10, 100);
+
+/// The observer and its switch.
+#[derive(Clone, Copy, Debug)]
+pub struct CollisionDetection {
+    /// Whether a collision stops the arm.
+    pub is_enabled: bool,
+    sensitivity: u8,
+    residual: Vector6<f64>,
+    integral: Vector6<f64>,
+    before: Option<Before>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Before {
+    mass: Matrix6<f64>,
+    bias: Vector6<f64>,
+    qd: Vector6<f64>,
+}
+
+impl Default for CollisionDetection {
+    fn default() -> Self {
+        Self {
+            is_enabled: true,
+            sensitivity: DEFAULT_SENSITIVITY,
+            residual: Vector6::zeros(),
+            integral: Vector6::zeros(),
+            before: None,
+        }
+    }
+}
+
+impl CollisionDetection {
+    /// Sensitivity, %.
+    pub fn sensitivity(&self) -> u8 {
+        self.sensitivity
+    }
+
+    /// Sets the sensitivity, %; `false` when it is out of range.
+    pub fn set_sensitivity(&mut self, percent: u8) -> bool {
+        let is_allowed = (SENSITIVITY_RANGE.0..=SENSITIVITY_RANGE.1).contains(&percent);
+        if is_allowed {
+            self.sensitivity = percent;
+        }
+        is_allowed
+    }
+
+    /// Forgets the past: the arm was moved by brakes, or its masses have changed.
+    pub fn restart(&mut self) {
+        self.before = None;
+        self.residual = Vector6::zeros();
+    }
+
+    /// The end of a cycle of `step` seconds.
+    pub fn observe(&mut self, arm: &ArmState, dynamics: &Dynamics, step: f64) {
+        let mass = dynamics.mass_matrix(&arm.q);
+        let bias = dynamics.bias_torques(&arm.q, &arm.qd).to_vector();
+        let qd = arm.qd.to_vector();
+        if let Some(before) = self.before {
+            let turned = (mass - before.mass) * (qd + before.qd) / (2.0 * step);
+            let own = arm.mean_torque.to_vector() + turned - (bias + before.bias) / 2.0;
+            // r after the step appears on both sides: solved for it.
+            let k = 1.0 / TIME_CONSTANT;
+            let left = mass * qd - self.integral - step * own;
+            self.residual = left * k / (1.0 + k * step);
+            self.integral += step * (own + self.residual);
+        } else {
+            self.integral = mass * qd;
+        }
+        self.before = Some(Before { mass, bias, qd });
+    }
+
+    /// Torques from outside, Nm.
+    pub fn external_torque(&self) -> JointTorques {
+        JointTorques(self.residual.into())
+    }
+
+    /// The joint that carries most over its threshold, as the reason of a stop. `frames` and `base_from_tcp` say where the
+    /// arm is, `effort` the nominal torques.
+    pub fn collision(
+        &self,
+        effort: &JointTorques,
+        frames: &Frames,
+        base_from_tcp: &Pose,
+    ) -> Option<StopReason> {
+        if !self.is_enabled {
+            return None;
+        }
+        let (least, highest) = SENSITIVITY_RANGE;
+        let share = f64::from(self.sensitivity - least) / f64::from(highest - least);
+        let threshold = THRESHOLDS.0 + (THRESHOLDS.1 - THRESHOLDS.0) * share;
+        let over = |joint: usize| self.residual[joint].abs() / (effort[joint] * threshold);
+        let hit = (0..6).max_by(|a, b| over(*a).total_cmp(&over(*b)))?;
+        if over(hit) <= 1.0 {
+            return None;
+        }
+        Some(StopReason::Collision {
+            joint: hit as u8,
+            torque: self.residual[hit],
+            limit: effort[hit] * threshold,
+            force: self.force(frames, base_from_tcp),
+        })
+    }
+
+    /// Size of the force at the TCP that explains the torques best: least squares of tau = J^T F.
+    fn force(&self, frames: &Frames, base_from_tcp: &Pose) -> f64 {
+        let jacobian = frames.jacobian(base_from_tcp.translation);
+        let rows = jacobian.fixed_rows::<3>(0);
+        let square = rows * rows.transpose();
+        square
+            .lu()
+            .solve(&(rows * self.residual))
+            .map_or(0.0, |force| force.norm())
+    }
+}
+
+/// Joint torques of a wrench on the tool (base axes, about the TCP): J^T F.
+pub fn torques_of(
+    wrench: &kinematics::Wrench,
+    frames: &Frames,
+    base_from_tcp: &Pose,
+) -> JointTorques {
+    let jacobian = frames.jacobian(base_from_tcp.translation);
+    JointTorques((jacobian.transpose() * wrench.to_vector()).into())
+}

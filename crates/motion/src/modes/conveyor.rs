@@ -1,0 +1,232 @@
+//! Conveyor tracking: motion of the arm superimposed on the motion of a belt or a turntable (manual 3.1.29 to 3.1.31).
+//!
+//! The belt's way since the `track_*` call moves and turns the TCP pose that the generator asks for. The arm's own copy of
+//! that way catches up with the belt under acceleration and jerk limits and then follows it without an error at constant
+//! speed; when tracking stops it comes to rest the same way. Moves during tracking are planned as if the belt stood.
+
+use kinematics::{JointAccelerations, JointSpeeds, Pose, RobotModel, Twist};
+use nalgebra::{Rotation3, Unit, Vector3};
+
+use super::axis::Axis;
+use super::follower::Follower;
+use crate::constants::ACCELERATION_RISE;
+use crate::scalar::ScalarState;
+use crate::setpoint::Setpoint;
+
+/// Acceleration with which the tool catches up with a belt, m/s².
+const CATCH_UP: f64 = 2.5;
+/// Fastest catching up, m/s.
+const SPEED_MAX: f64 = 3.0;
+/// Bandwidth of catching up, rad/s.
+const BANDWIDTH: f64 = 40.0;
+/// Nearer to the centre of a turntable than this its angle counts as if the tool were here, m.
+const RADIUS_MIN: f64 = 0.1;
+
+/// The way of the belt in space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Route {
+    /// Along a unit vector of the base frame.
+    Linear(Unit<Vector3<f64>>),
+    /// About an axis through a point of the base frame.
+    Circular {
+        /// A point on the axis.
+        center: Vector3<f64>,
+        /// The axis.
+        axis: Unit<Vector3<f64>>,
+        /// The tool turns with the table.
+        rotate_tool: bool,
+    },
+}
+
+/// Tracking under way.
+#[derive(Clone, Copy, Debug)]
+pub struct Tracking {
+    route: Route,
+    /// Encoder, 0 or 1.
+    pub encoder: usize,
+    /// m or rad a tick.
+    per_tick: f64,
+    /// Ticks of the encoder when tracking began.
+    start: f64,
+    /// The arm's way: m or rad.
+    way: ScalarState,
+    axis: Axis,
+    /// Acceleration where the joints allow it, in units of the way.
+    hardest: f64,
+    law: Follower,
+    is_stopping: bool,
+}
+
+impl Tracking {
+    /// From rest, with the tool at `tcp` in the base frame and the encoder at `start` ticks.
+    pub fn new(
+        route: Route,
+        encoder: usize,
+        per_tick: f64,
+        start: f64,
+        tcp: Vector3<f64>,
+        step: f64,
+    ) -> Self {
+        let lever = match route {
+            Route::Linear(_) => 1.0,
+            Route::Circular { center, axis, .. } => {
+                (tcp - center).cross(&axis).norm().max(RADIUS_MIN)
+            }
+        };
+        let acceleration = CATCH_UP / lever;
+        Self {
+            route,
+            encoder,
+            per_tick,
+            start,
+            way: ScalarState::default(),
+            axis: Axis {
+                min: f64::NEG_INFINITY,
+                max: f64::INFINITY,
+                speed: SPEED_MAX / lever,
+                acceleration,
+                jerk: acceleration / ACCELERATION_RISE,
+            },
+            hardest: acceleration,
+            law: Follower::new(BANDWIDTH, step),
+            is_stopping: false,
+        }
+    }
+
+    /// Comes to rest wherever the belt goes.
+    pub fn stop(&mut self) {
+        self.is_stopping = true;
+    }
+
+    /// Coming to rest, and not there yet.
+    pub fn is_stopping(&self) -> bool {
+        self.is_stopping
+    }
+
+    /// Has come to rest after a stop.
+    pub fn has_stopped(&self) -> bool {
+        self.is_stopping && self.way.speed == 0.0 && self.way.acceleration == 0.0
+    }
+
+    /// Velocity of the tool at `tcp` (base frame) when its way grows by 1 a second.
+    pub fn unit_twist(&self, tcp: Vector3<f64>) -> Twist {
+        match self.route {
+            Route::Linear(along) => Twist {
+                linear: *along,
+                ..Twist::default()
+            },
+            Route::Circular {
+                center,
+                axis,
+                rotate_tool,
+            } => Twist {
+                linear: axis.cross(&(tcp - center)),
+                angular: if rotate_tool { *axis } else { Vector3::zeros() },
+            },
+        }
+    }
+
+    /// Where the joints can do less, the way changes more slowly: `acceleration` in units of the way.
+    pub fn limit(&mut self, acceleration: f64) {
+        self.axis.acceleration = self.hardest.min(acceleration).max(1e-3);
+        self.axis.jerk = self.axis.acceleration / ACCELERATION_RISE;
+    }
+
+    /// One step further: the encoder was at `ticks` with `rate` (ticks/s) when the step began.
+    pub fn advance(&mut self, (ticks, rate): (f64, f64), step: f64) {
+        if self.is_stopping {
+            self.way = self.axis.towards_speed(&self.way, 0.0, step);
+            return;
+        }
+        let (position, speed) = ((ticks - self.start) * self.per_tick, rate * self.per_tick);
+        let wanted = self
+            .law
+            .acceleration(&self.way, position, speed, &self.axis);
+        self.way = self.axis.nearest_safe(&self.way, wanted, step);
+    }
+
+    /// The joints for the generator's setpoint carried along; `None` when the arm cannot be there.
+    pub fn carry(
+        &self,
+        nominal: &Setpoint,
+        before: &Setpoint,
+        model: &RobotModel,
+        flange_from_tcp: &Pose,
+    ) -> Option<Setpoint> {
+        let frames = model.forward(&nominal.q);
+        let pose = frames.base_from_flange * *flange_from_tcp;
+        let speed = frames.twist(&nominal.qd, pose.translation);
+        let bias = frames.jacobian_rate_times_speeds(&nominal.qd, pose.translation);
+        let driven = frames.twist(&JointSpeeds(nominal.qdd.0), pose.translation);
+        let change = Twist {
+            linear: driven.linear + bias.linear,
+            angular: driven.angular + bias.angular,
+        };
+        let (pose, speed, change) = self.carried(&pose, &speed, &change);
+
+        let q = model.inverse_nearest(&pose, flange_from_tcp, &before.q)?;
+        let frames = model.forward(&q);
+        let lu = frames.jacobian(pose.translation).lu();
+        let qd = JointSpeeds(lu.solve(&speed.to_vector())?.into());
+        let bias = frames.jacobian_rate_times_speeds(&qd, pose.translation);
+        let driven = change.to_vector() - bias.to_vector();
+        let qdd = JointAccelerations(lu.solve(&driven)?.into());
+        Some(Setpoint { q, qd, qdd })
+    }
+
+    /// Pose, velocity and acceleration of the TCP in a frame that moves along with the arm's way.
+    fn carried(&self, pose: &Pose, speed: &Twist, change: &Twist) -> (Pose, Twist, Twist) {
+        let way = &self.way;
+        match self.route {
+            Route::Linear(along) => (
+                Pose::new(pose.rotation, pose.translation + *along * way.position),
+                Twist {
+                    linear: speed.linear + *along * way.speed,
+                    ..*speed
+                },
+                Twist {
+                    linear: change.linear + *along * way.acceleration,
+                    ..*change
+                },
+            ),
+            Route::Circular {
+                center,
+                axis,
+                rotate_tool,
+            } => {
+                let turn = Rotation3::from_axis_angle(&axis, way.position);
+                let (omega, alpha) = (*axis * way.speed, *axis * way.acceleration);
+                let lever = turn * (pose.translation - center);
+                let own = turn * speed.linear;
+                let linear = own + omega.cross(&lever);
+                let linear_change = turn * change.linear
+                    + 2.0 * omega.cross(&own)
+                    + alpha.cross(&lever)
+                    + omega.cross(&omega.cross(&lever));
+                let at = center + lever;
+                if !rotate_tool {
+                    return (
+                        Pose::new(pose.rotation, at),
+                        Twist { linear, ..*speed },
+                        Twist {
+                            linear: linear_change,
+                            ..*change
+                        },
+                    );
+                }
+                let own = turn * speed.angular;
+                (
+                    Pose::new(turn * pose.rotation, at),
+                    Twist {
+                        linear,
+                        angular: own + omega,
+                    },
+                    Twist {
+                        linear: linear_change,
+                        angular: turn * change.angular + omega.cross(&own) + alpha,
+                    },
+                )
+            }
+        }
+    }
+}

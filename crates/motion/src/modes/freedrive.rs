@@ -1,0 +1,190 @@
+//! freedrive: the arm gives way to the hand (manual 3.1.41).
+//!
+//! Admittance: a virtual mass with damping follows the wrench from outside, M dv/dt + D v = F. With all axes free the law
+//! acts on the joints (torques J^T F), which knows no singular position; with locked axes it acts on the free components
+//! of the TCP's velocity, and the locked ones stay exactly zero. Gravity and payload are carried by the servo. The
+//! figures are our choice: 10 N move the hand at 0.1 m/s after about 0.1 s.
+
+use kinematics::{JointSpeeds, Pose};
+use motion_api::FreedriveFrame;
+use nalgebra::{Rotation3, Vector6};
+
+use super::OnlineArm;
+use super::axis::Axis;
+use super::joint_speed::JointSpeed;
+use super::tcp_speed::{Axes, TcpSpeed, components};
+use crate::constants::{ACCELERATION_RISE, STOP_ACCELERATION};
+use crate::scalar::ScalarState;
+use crate::setpoint::Setpoint;
+
+/// Damping, N s/m and Nm s/rad.
+const DAMPING: [f64; 2] = [100.0, 5.0];
+/// Damping of a joint per Nm of its nominal torque, s/rad.
+const JOINT_DAMPING: f64 = 0.2;
+/// Mass over damping, s.
+const TIME_CONSTANT: f64 = 0.1;
+/// Wrenches below move nothing, N and Nm: a resting hand, noise.
+const DEAD_BAND: [f64; 2] = [1.0, 0.1];
+/// Fastest the hand can lead, m/s and rad/s.
+const SPEED_MAX: [f64; 2] = [0.75, 1.5];
+/// Hardest acceleration, m/s² and rad/s².
+const ACCELERATION_MAX: [f64; 2] = [5.0, 10.0];
+
+/// The arm led by hand.
+#[derive(Clone, Copy, Debug)]
+pub struct Freedrive {
+    free: [bool; 6],
+    axes: Axes,
+    motion: Motion,
+    is_stopping: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "lives in place for the life of the controller; the cycle must not allocate"
+)]
+enum Motion {
+    /// All axes free.
+    Joints,
+    /// Some locked.
+    Tcp(TcpSpeed),
+    /// The line could not be kept; the arm comes to rest and goes on from there.
+    Brake(JointSpeed),
+}
+
+impl Freedrive {
+    /// From the setpoint `from`, which stands or was led by hand.
+    pub(crate) fn new(
+        arm: &OnlineArm,
+        from: &Setpoint,
+        free: [bool; 6],
+        frame: FreedriveFrame,
+    ) -> Self {
+        let axes = axes(frame);
+        let motion = if free == [true; 6] {
+            Motion::Joints
+        } else {
+            Motion::Tcp(TcpSpeed::new(&arm.tcp(), from, axes))
+        };
+        Self {
+            free,
+            axes,
+            motion,
+            is_stopping: false,
+        }
+    }
+
+    /// Comes to rest, whatever the hand does.
+    pub(crate) fn stop(&mut self) {
+        self.is_stopping = true;
+    }
+
+    /// The setpoint one step later.
+    pub(crate) fn next(
+        &mut self,
+        arm: &OnlineArm,
+        from: &Setpoint,
+        now: &[ScalarState; 6],
+    ) -> Setpoint {
+        let hand = if self.is_stopping || arm.fraction == 0.0 {
+            Vector6::zeros()
+        } else {
+            arm.hand.to_vector()
+        };
+        let states = match &mut self.motion {
+            Motion::Joints => arm.guarded(now, joints_led(arm, from, now, &hand)),
+            Motion::Brake(brake) => {
+                let (next, _) = brake.next(now, arm, 1.0);
+                if next.iter().all(|s| s.speed == 0.0 && s.acceleration == 0.0) {
+                    let here = super::setpoint(&next);
+                    self.motion = Motion::Tcp(TcpSpeed::new(&arm.tcp(), &here, self.axes));
+                }
+                next
+            }
+            Motion::Tcp(tcp) => {
+                lead(tcp, &hand, &self.free);
+                match tcp.next(&arm.tcp(), from, arm.step, 1.0) {
+                    Some((next, _)) => return next,
+                    None => {
+                        let brake = JointSpeed::new(now, &JointSpeeds::ZERO, STOP_ACCELERATION);
+                        let (next, _) = brake.next(now, arm, 1.0);
+                        self.motion = Motion::Brake(brake);
+                        next
+                    }
+                }
+            }
+        };
+        super::setpoint(&states)
+    }
+}
+
+/// The axes of a frame of the manual.
+fn axes(frame: FreedriveFrame) -> Axes {
+    match frame {
+        FreedriveFrame::Base => Axes::Fixed(Rotation3::identity()),
+        FreedriveFrame::Tool => Axes::Tool,
+        FreedriveFrame::Pose(pose) => Axes::Fixed(Pose::from_rpy(&pose).rotation),
+    }
+}
+
+/// Aims the TCP at the speed that the hand leads to in the end, as fast as the virtual mass lets it.
+fn lead(tcp: &mut TcpSpeed, hand: &Vector6<f64>, free: &[bool; 6]) {
+    let hand = components(tcp, hand);
+    let velocity = tcp.velocity();
+    let mut goal = [0.0; 6];
+    let mut acceleration = [0.0; 2];
+    for part in 0..2 {
+        let range = 3 * part..3 * part + 3;
+        for k in range.clone() {
+            goal[k] = if free[k] {
+                without_band(hand[k], DEAD_BAND[part]) / DAMPING[part]
+            } else {
+                0.0
+            };
+        }
+        let norm = |v: &[f64; 6]| v[range.clone()].iter().map(|x| x * x).sum::<f64>().sqrt();
+        let speed = norm(&goal);
+        if speed > SPEED_MAX[part] {
+            goal[range.clone()]
+                .iter_mut()
+                .for_each(|x| *x *= SPEED_MAX[part] / speed);
+        }
+        let gap: [f64; 6] = core::array::from_fn(|k| goal[k] - velocity[k]);
+        acceleration[part] = (norm(&gap) / TIME_CONSTANT).clamp(0.05, ACCELERATION_MAX[part]);
+    }
+    tcp.aim(goal, acceleration[0], acceleration[1]);
+}
+
+/// All axes free: each joint follows its torque.
+fn joints_led(
+    arm: &OnlineArm,
+    from: &Setpoint,
+    now: &[ScalarState; 6],
+    hand: &Vector6<f64>,
+) -> [ScalarState; 6] {
+    let frames = arm.model.forward(&from.q);
+    let tcp = (frames.base_from_flange * *arm.flange_from_tcp).translation;
+    let torque = frames.jacobian(tcp).transpose() * hand;
+    core::array::from_fn(|joint| {
+        let (axis, able) = (&arm.axes[joint], &arm.able[joint]);
+        let effort = arm.effort[joint];
+        let led = without_band(torque[joint], 0.005 * effort) / (JOINT_DAMPING * effort);
+        let goal = led.clamp(-0.5 * able.speed, 0.5 * able.speed);
+        let goal = axis.slowed_before_ends(now[joint].position, goal);
+        let acceleration =
+            ((goal - now[joint].speed).abs() / TIME_CONSTANT).clamp(0.05, able.acceleration);
+        let soft = Axis {
+            acceleration,
+            jerk: axis.jerk.min(able.acceleration / ACCELERATION_RISE),
+            ..*axis
+        };
+        let wanted = soft.towards_speed(&now[joint], goal, arm.step);
+        axis.restrain(&now[joint], &wanted, arm.step).0
+    })
+}
+
+/// `x` with the part within ±`band` removed, continuous.
+fn without_band(x: f64, band: f64) -> f64 {
+    (x.abs() - band).max(0.0).copysign(x)
+}

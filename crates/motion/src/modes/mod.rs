@@ -1,0 +1,386 @@
+//! Online modes: setpoints made cycle by cycle from what is asked now, with no path planned ahead.
+//!
+//! - [`axis`]: which next states of a joint leave a way to rest; every mode goes through it.
+//! - [`servo`]: a stream of joint positions; [`follower`] is its tracking law.
+//! - [`joint_speed`], [`tcp_speed`]: speeds of the joints and of the TCP, and coming to rest from them.
+//! - [`freedrive`]: speeds that follow the hand.
+//! - [`conveyor`], [`encoder`]: the belt frame that planned motions are superimposed on.
+//!
+//! Owns what the modes have in common: whose call it is, when it ends, and how a mode ends. Knows no ring and no events.
+
+pub mod axis;
+pub mod conveyor;
+pub mod encoder;
+pub mod follower;
+pub mod freedrive;
+pub mod joint_speed;
+pub mod servo;
+pub mod tcp_speed;
+
+use kinematics::{
+    Dynamics, Frames, JointAccelerations, JointPositions, JointSpeeds, JointTorques, Pose,
+    RobotModel, Wrench,
+};
+use motion_api::{CommandId, MotionMode, Origin};
+use nalgebra::Vector3;
+
+use crate::config::MotionLimits;
+use crate::constants::{
+    LEAST_TORQUE_SHARE, PEAK_TORQUE_FACTOR, PLANNED_TORQUE_SHARE, STOP_ACCELERATION,
+};
+use crate::scalar::ScalarState;
+use crate::scalar::ramp::natural_speed;
+use crate::setpoint::{Setpoint, elbow_speed};
+use axis::Axis;
+use freedrive::Freedrive;
+use joint_speed::JointSpeed;
+use servo::Servo;
+use tcp_speed::{TcpArm, TcpSpeed};
+
+/// Share of the speed limits of TCP and elbow that joint modes use: they turn into new directions without looking ahead.
+/// A stream that throws the arm from one direction into another at the limit can still exceed it by a percent; that is a
+/// protective stop.
+const POINT_SHARE: f64 = 0.9;
+
+/// What an online mode sees of the arm in one cycle.
+pub(crate) struct OnlineArm<'a> {
+    pub(crate) model: &'a RobotModel,
+    pub(crate) flange_from_tcp: &'a Pose,
+    /// Hard limits of the joints.
+    pub(crate) axes: [Axis; 6],
+    /// The same with what the drives and the limits of TCP and elbow leave here.
+    pub(crate) able: [Axis; 6],
+    pub(crate) effort: &'a JointTorques,
+    points: Option<Points>,
+    /// What acts on the tool from outside: base axes, about the TCP.
+    pub(crate) hand: Wrench,
+    pub(crate) step: f64,
+    /// Speed fraction; 0 while paused.
+    pub(crate) fraction: f64,
+    pub(crate) is_paused: bool,
+}
+
+impl<'a> OnlineArm<'a> {
+    /// Looks at the arm where the setpoint `at` is.
+    #[allow(clippy::too_many_arguments, reason = "one struct built in one place")]
+    pub(crate) fn new(
+        model: &'a RobotModel,
+        flange_from_tcp: &'a Pose,
+        limits: &MotionLimits,
+        dynamics: &Dynamics,
+        at: &Setpoint,
+        hand: Wrench,
+        step: f64,
+        (fraction, is_paused): (f64, bool),
+    ) -> Self {
+        let axes: [Axis; 6] = core::array::from_fn(|joint| Axis {
+            min: limits.position_min[joint],
+            max: limits.position_max[joint],
+            // Within a step the speed may be higher than at its ends by that.
+            speed: limits.speed[joint] - limits.jerk[joint] * step * step / 8.0,
+            acceleration: limits.acceleration[joint],
+            jerk: limits.jerk[joint],
+        });
+        let effort = &model.limits().effort;
+        let torque = torque_share(dynamics, effort, &axes, at);
+        let is_limited = limits.tcp_speed.is_finite() || limits.elbow_speed.is_finite();
+        let points = is_limited.then(|| {
+            let frames = model.forward(&at.q);
+            Points {
+                tcp: (frames.base_from_flange * *flange_from_tcp).translation,
+                frames,
+                tcp_speed: limits.tcp_speed,
+                elbow_speed: limits.elbow_speed,
+            }
+        });
+        // The joint speeds in the present direction, as fast as the fastest joint can be.
+        let used = (0..6).fold(1e-6_f64, |most, joint| {
+            most.max(at.qd[joint].abs() / limits.speed[joint])
+        });
+        let speed = points.map_or(1.0, |points| {
+            (points.factor(&at.qd) * used).clamp(1e-3, 1.0)
+        });
+        let able = axes.map(|axis| Axis {
+            speed: axis.speed * speed,
+            acceleration: axis.acceleration * torque,
+            ..axis
+        });
+        Self {
+            model,
+            flange_from_tcp,
+            axes,
+            able,
+            effort,
+            points,
+            hand,
+            step,
+            fraction,
+            is_paused,
+        }
+    }
+
+    /// The factor on `qd` at which neither TCP nor elbow is too fast here.
+    pub(crate) fn point_factor(&self, qd: &JointSpeeds) -> f64 {
+        self.points
+            .map_or(f64::INFINITY, |points| points.factor(qd))
+    }
+
+    /// `next`, unless TCP or elbow would become too fast even if every acceleration ended as soon as it can: then all
+    /// joints slow down alike.
+    pub(crate) fn guarded(
+        &self,
+        now: &[ScalarState; 6],
+        next: [ScalarState; 6],
+    ) -> [ScalarState; 6] {
+        let coming: [f64; 6] = core::array::from_fn(|joint| {
+            let state = &next[joint];
+            natural_speed(state.speed, state.acceleration, self.axes[joint].jerk)
+        });
+        let factor = self.point_factor(&JointSpeeds(coming));
+        if factor >= 1.0 {
+            return next;
+        }
+        core::array::from_fn(|joint| {
+            let (axis, now) = (&self.axes[joint], &now[joint]);
+            let slower =
+                self.able[joint].towards_speed(now, now.speed * factor * factor, self.step);
+            axis.restrain(now, &slower, self.step).0
+        })
+    }
+
+    pub(crate) fn tcp(&self) -> TcpArm<'_> {
+        TcpArm {
+            model: self.model,
+            flange_from_tcp: self.flange_from_tcp,
+            axes: &self.axes,
+            able: &self.able,
+            elbow_speed: self
+                .points
+                .map_or(f64::INFINITY, |points| points.elbow_speed),
+        }
+    }
+}
+
+/// The share of every joint's acceleration at which the drives can accelerate all of them at once, whatever the signs.
+fn torque_share(
+    dynamics: &Dynamics,
+    effort: &JointTorques,
+    axes: &[Axis; 6],
+    at: &Setpoint,
+) -> f64 {
+    let mass = dynamics.mass_matrix(&at.q);
+    let bias = dynamics.bias_torques(&at.q, &at.qd);
+    (0..6).fold(1.0_f64, |least, joint| {
+        let planned = effort[joint] * PEAK_TORQUE_FACTOR * PLANNED_TORQUE_SHARE;
+        let room = (planned - bias[joint].abs()).max(effort[joint] * LEAST_TORQUE_SHARE);
+        let asked: f64 = (0..6)
+            .map(|other| mass[(joint, other)].abs() * axes[other].acceleration)
+            .sum();
+        least.min(room / asked)
+    })
+}
+
+/// What limits the speeds of TCP and elbow, where anything does.
+#[derive(Clone, Copy)]
+struct Points {
+    frames: Frames,
+    tcp: Vector3<f64>,
+    tcp_speed: f64,
+    elbow_speed: f64,
+}
+
+impl Points {
+    /// The factor on `qd` at which neither TCP nor elbow is too fast; infinite when they do not move.
+    fn factor(&self, qd: &JointSpeeds) -> f64 {
+        let tcp = self.frames.twist(qd, self.tcp).linear.norm();
+        let elbow = elbow_speed(&self.frames, qd);
+        POINT_SHARE * (self.tcp_speed / tcp).min(self.elbow_speed / elbow)
+    }
+}
+
+/// When the call of a command ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum CallEnd {
+    /// After that many seconds.
+    After(f64),
+    /// When what was asked is reached.
+    Reached,
+    /// It has.
+    Over,
+}
+
+/// How the setpoints are made.
+#[derive(Clone, Copy, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "lives in place for the life of the controller; the cycle must not allocate"
+)]
+pub(crate) enum Kind {
+    Servo(Servo),
+    JointSpeed(JointSpeed),
+    TcpSpeed(TcpSpeed),
+    Freedrive(Freedrive),
+}
+
+/// An online mode under way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Online {
+    pub(crate) id: CommandId,
+    pub(crate) origin: Origin,
+    pub(crate) mode: MotionMode,
+    pub(crate) call: CallEnd,
+    pub(crate) kind: Kind,
+    /// A stop was asked for; the mode ends where the arm comes to rest.
+    pub(crate) is_stopping: bool,
+    /// It was said that the arm is held back.
+    pub(crate) is_warned: bool,
+}
+
+/// One cycle of an online mode.
+pub(crate) struct OnlineStep {
+    pub(crate) setpoint: Setpoint,
+    /// The joint that holds the motion back, to be told once.
+    pub(crate) held: Option<u8>,
+    /// The call has ended in this cycle.
+    pub(crate) has_ended: bool,
+}
+
+impl Online {
+    /// The call has ended; the mode goes on by itself.
+    pub(crate) fn has_ended(&self) -> bool {
+        self.call == CallEnd::Over
+    }
+
+    /// The hand leads the arm and has not been told to let go.
+    pub(crate) fn is_led_by_hand(&self) -> bool {
+        matches!(self.kind, Kind::Freedrive(_)) && !self.is_stopping
+    }
+
+    /// The joint positions it leads to, where it leads to any.
+    pub(crate) fn goal(&self) -> Option<JointPositions> {
+        match &self.kind {
+            Kind::Servo(servo) => Some(*servo.goal()),
+            _ => None,
+        }
+    }
+
+    /// Brings the arm to rest, along its line where it is on one.
+    pub(crate) fn stop(&mut self, from: &Setpoint) {
+        self.is_stopping = true;
+        match &mut self.kind {
+            Kind::TcpSpeed(tcp) => tcp.aim([0.0; 6], STOP_ACCELERATION, STOP_ACCELERATION),
+            Kind::Freedrive(freedrive) => freedrive.stop(),
+            Kind::Servo(_) | Kind::JointSpeed(_) => {
+                let now = states(from);
+                let acceleration = STOP_ACCELERATION;
+                self.kind =
+                    Kind::JointSpeed(JointSpeed::new(&now, &JointSpeeds::ZERO, acceleration));
+            }
+        }
+    }
+
+    /// Whether the mode keeps the arm in motion although nothing moves now.
+    fn may_move_on(&self, target: &Setpoint) -> bool {
+        match &self.kind {
+            _ if self.is_stopping => false,
+            Kind::Freedrive(_) => true,
+            Kind::Servo(servo) => !servo.has_arrived(&target.q),
+            Kind::JointSpeed(joints) => joints.goal().max_abs() > 0.0,
+            Kind::TcpSpeed(tcp) => tcp.has_goal(),
+        }
+    }
+
+    /// Whether the mode is over when the arm stands.
+    pub(crate) fn is_over(&self, target: &Setpoint) -> bool {
+        (self.is_stopping || self.has_ended()) && stands(target) && !self.may_move_on(target)
+    }
+
+    /// The setpoint one step after `from`.
+    pub(crate) fn next(&mut self, arm: &OnlineArm, from: &Setpoint) -> OnlineStep {
+        let now = states(from);
+        let mut held = None;
+        let fraction = if self.is_stopping { 1.0 } else { arm.fraction };
+        let (setpoint, is_reached) = match &mut self.kind {
+            Kind::Servo(servo) => {
+                let next = servo.next(&now, arm, arm.step * fraction);
+                let next = arm.guarded(&now, next);
+                (setpoint(&next), false)
+            }
+            Kind::JointSpeed(joints) => {
+                let (next, limited) = joints.next(&now, arm, fraction);
+                let next = arm.guarded(&now, next);
+                held = limited;
+                (
+                    setpoint(&next),
+                    joints.is_reached(&next, fraction) && fraction > 0.0,
+                )
+            }
+            Kind::TcpSpeed(tcp) => match tcp.next(&arm.tcp(), from, arm.step, fraction) {
+                Some((next, limited)) => {
+                    held = limited;
+                    (next, tcp.is_reached(fraction) && fraction > 0.0)
+                }
+                None => {
+                    // The line cannot be kept: the joints brake one by one, and the arm stays where that leads.
+                    held = Some(0);
+                    let brake = JointSpeed::new(&now, &JointSpeeds::ZERO, STOP_ACCELERATION);
+                    let (next, _) = brake.next(&now, arm, 1.0);
+                    self.kind = Kind::JointSpeed(brake);
+                    (setpoint(&next), false)
+                }
+            },
+            Kind::Freedrive(freedrive) => (freedrive.next(arm, from, &now), false),
+        };
+        let held = held.filter(|_| !self.is_warned && !self.is_stopping);
+        self.is_warned |= held.is_some();
+        OnlineStep {
+            setpoint,
+            held,
+            has_ended: self.clock(arm, is_reached),
+        }
+    }
+
+    /// Whether the call ends in this cycle.
+    fn clock(&mut self, arm: &OnlineArm, is_reached: bool) -> bool {
+        let ends = match &mut self.call {
+            CallEnd::Over => false,
+            CallEnd::Reached => is_reached,
+            CallEnd::After(left) => {
+                // A servoj lasts as long as its reference is under way, which the speed fraction stretches.
+                let time = match self.kind {
+                    _ if arm.is_paused => 0.0,
+                    Kind::Servo(_) => arm.step * arm.fraction,
+                    _ => arm.step,
+                };
+                *left -= time;
+                *left < 0.5e-6
+            }
+        };
+        if ends {
+            self.call = CallEnd::Over;
+        }
+        ends
+    }
+}
+
+/// The joints of a setpoint as scalar states.
+pub(crate) fn states(setpoint: &Setpoint) -> [ScalarState; 6] {
+    core::array::from_fn(|joint| ScalarState {
+        position: setpoint.q[joint],
+        speed: setpoint.qd[joint],
+        acceleration: setpoint.qdd[joint],
+    })
+}
+
+fn setpoint(states: &[ScalarState; 6]) -> Setpoint {
+    Setpoint {
+        q: JointPositions(states.map(|s| s.position)),
+        qd: JointSpeeds(states.map(|s| s.speed)),
+        qdd: JointAccelerations(states.map(|s| s.acceleration)),
+    }
+}
+
+/// Nothing moves.
+pub(crate) fn stands(setpoint: &Setpoint) -> bool {
+    setpoint.qd.max_abs() == 0.0 && setpoint.qdd.max_abs() == 0.0
+}

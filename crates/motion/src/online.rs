@@ -1,0 +1,423 @@
+//! Commands of the online modes: who may begin one, what replaces what, and what each of them sets.
+//!
+//! The rule: only one motion at a time moves the arm. A servo or speed command takes over from the one before of the same
+//! thread without a stop, or from one whose call has returned; a planned motion that follows an online mode waits for the
+//! arm to come to rest; everything else is refused. The modes themselves are in `modes`.
+
+use kinematics::safety::SafetyViolation;
+use kinematics::{JointPositions, JointSpeeds, Pose, RpyPose, Wrench};
+use motion_api::{
+    Command, CommandId, FreedriveFrame, IoChange, MotionMode, Origin, Outcome, Refusal, Warning,
+};
+use nalgebra::Vector3;
+
+use crate::constants::{GRAVITY_MAX, LIMIT_SLACK, LONGEST, SLOWEST, WRENCH_MAX};
+use crate::cycle::{Cycle, Generator};
+use crate::intake::{Answer, Ending, bad_value, check_within};
+use crate::modes::freedrive::Freedrive;
+use crate::modes::joint_speed::JointSpeed;
+use crate::modes::servo::{GAIN_RANGE, LOOKAHEAD_RANGE, Servo};
+use crate::modes::tcp_speed::{Axes, TcpSpeed};
+use crate::modes::{CallEnd, Kind, Online, OnlineArm, stands, states};
+use crate::setpoint::Setpoint;
+use crate::waiting::WaitingFor;
+
+impl Cycle {
+    /// The next command to obey: a motion that waited for the arm to come to rest, or the next of the ring.
+    pub(crate) fn next_command(&mut self) -> Option<Command> {
+        if matches!(self.generator, Generator::Hold)
+            && let Some(command) = self.deferred.take()
+        {
+            return Some(command);
+        }
+        loop {
+            let command = self.commands.pop().ok()?;
+            self.out.taken(&command);
+            let Generator::Online(online) = &mut self.generator else {
+                return Some(command);
+            };
+            if !command.kind.is_motion() || !online.has_ended() || online.is_led_by_hand() {
+                return Some(command);
+            }
+            if let Some(deferred) = self.deferred {
+                let running = deferred.id;
+                let busy = Outcome::Refused(Refusal::Busy { running });
+                self.out.ended(command.id, busy);
+                return None;
+            }
+            online.stop(&self.target);
+            self.deferred = Some(command);
+        }
+    }
+
+    /// The next setpoint of the online mode, with what there is to say about it.
+    pub(crate) fn generate_online(&mut self) -> Setpoint {
+        let from = self.target;
+        let arm = self.online_arm();
+        let Generator::Online(mut online) = self.generator else {
+            return from;
+        };
+        let step = online.next(&arm, &from);
+        if let Some(joint) = step.held {
+            self.out.warned(online.id, Warning::HeldBack { joint });
+        }
+        if step.has_ended {
+            self.out.ended(online.id, Outcome::Done);
+        }
+        self.generator = Generator::Online(online);
+        step.setpoint
+    }
+
+    fn online_arm(&self) -> OnlineArm<'_> {
+        OnlineArm::new(
+            &self.model,
+            &self.flange_from_tcp,
+            &self.limits,
+            &self.dynamics,
+            &self.target,
+            self.hand,
+            self.step,
+            (self.fraction(), self.is_held()),
+        )
+    }
+
+    /// True when the command that moves the arm has returned to its caller.
+    pub(crate) fn has_call_ended(&self) -> bool {
+        matches!(&self.generator, Generator::Online(online) if online.has_ended())
+    }
+
+    /// A servo or speed command may begin.
+    fn check_online(&self, origin: Origin) -> Result<(), Refusal> {
+        self.machine.check_ready()?;
+        if let Some(deferred) = self.deferred {
+            let running = deferred.id;
+            return Err(Refusal::Busy { running });
+        }
+        let caller = |origin: Origin| (origin.program, origin.thread);
+        match &self.generator {
+            Generator::Hold => Ok(()),
+            Generator::Online(online)
+                if online.is_stopping
+                    || !online.is_led_by_hand()
+                        && (online.has_ended() || caller(online.origin) == caller(origin)) =>
+            {
+                Ok(())
+            }
+            _ => Err(Refusal::Busy {
+                running: self.running(),
+            }),
+        }
+    }
+
+    fn begin_online(&mut self, command: &Command, mode: MotionMode, call: CallEnd, kind: Kind) {
+        if let Generator::Online(before) = &self.generator
+            && !before.has_ended()
+        {
+            self.out.ended(before.id, Outcome::Aborted);
+        }
+        self.generator = Generator::Online(Online {
+            id: command.id,
+            origin: command.origin,
+            mode,
+            call,
+            kind,
+            is_stopping: false,
+            is_warned: false,
+        });
+    }
+
+    pub(crate) fn servoj(
+        &mut self,
+        command: &Command,
+        target: &JointPositions,
+        duration: f64,
+        lookahead: f64,
+        gain: f64,
+    ) -> Answer {
+        self.check_online(command.origin)?;
+        self.check_target(target)?;
+        check_duration(duration)?;
+        let within = |x: f64, (min, max): (f64, f64)| (min..=max).contains(&x);
+        if !within(lookahead, LOOKAHEAD_RANGE) {
+            return Err(bad_value("lookahead_time", lookahead, "0.03 to 0.2 s"));
+        }
+        if !within(gain, GAIN_RANGE) {
+            return Err(bad_value("gain", gain, "100 to 2000"));
+        }
+        let mut servo = match &self.generator {
+            Generator::Online(Online {
+                kind: Kind::Servo(servo),
+                ..
+            }) => *servo,
+            _ => Servo::new(&self.target.q, self.step),
+        };
+        // Up to rounding a target may lie outside of its range.
+        let inside = JointPositions(core::array::from_fn(|joint| {
+            let (min, max) = (
+                self.limits.position_min[joint],
+                self.limits.position_max[joint],
+            );
+            target[joint].clamp(min, max)
+        }));
+        servo.lead(&inside, duration, lookahead, gain, self.step);
+        let call = CallEnd::After(duration);
+        self.begin_online(command, MotionMode::ServoJ, call, Kind::Servo(servo));
+        Ok(Ending::Later)
+    }
+
+    pub(crate) fn speedj(
+        &mut self,
+        command: &Command,
+        speeds: &JointSpeeds,
+        acceleration: f64,
+        duration: Option<f64>,
+    ) -> Answer {
+        self.check_online(command.origin)?;
+        check_speeds(&speeds.0)?;
+        check_acceleration(acceleration)?;
+        let call = call_end(duration)?;
+        let kind = Kind::JointSpeed(JointSpeed::new(&states(&self.target), speeds, acceleration));
+        self.begin_online(command, MotionMode::SpeedJ, call, kind);
+        Ok(Ending::Later)
+    }
+
+    pub(crate) fn speedl(
+        &mut self,
+        command: &Command,
+        speed: [f64; 6],
+        [acceleration, rotation_acceleration]: [f64; 2],
+        duration: Option<f64>,
+    ) -> Answer {
+        self.check_online(command.origin)?;
+        check_speeds(&speed)?;
+        check_acceleration(acceleration)?;
+        check_acceleration(rotation_acceleration)?;
+        let call = call_end(duration)?;
+        let mut tcp = self.tcp_mode();
+        let linear = Vector3::new(speed[0], speed[1], speed[2]).norm();
+        let slower = (self.limits.tcp_speed / linear).min(1.0);
+        tcp.aim(
+            speed.map(|x| x * slower),
+            acceleration,
+            rotation_acceleration,
+        );
+        self.begin_online(command, MotionMode::SpeedL, call, Kind::TcpSpeed(tcp));
+        Ok(Ending::Later)
+    }
+
+    /// The TCP mode that runs, with axes of the base, or one from the present motion.
+    fn tcp_mode(&self) -> TcpSpeed {
+        let axes = Axes::Fixed(nalgebra::Rotation3::identity());
+        match &self.generator {
+            Generator::Online(Online {
+                kind: Kind::TcpSpeed(tcp),
+                ..
+            }) => *tcp,
+            _ => TcpSpeed::new(&self.online_arm().tcp(), &self.target, axes),
+        }
+    }
+
+    pub(crate) fn stopj(&mut self, command: &Command, acceleration: f64) -> Answer {
+        check_acceleration(acceleration)?;
+        let kind = |cycle: &Self| {
+            let now = states(&cycle.target);
+            Kind::JointSpeed(JointSpeed::new(&now, &JointSpeeds::ZERO, acceleration))
+        };
+        Ok(self.come_to_rest(command, kind))
+    }
+
+    pub(crate) fn stopl(&mut self, command: &Command, acceleration: f64) -> Answer {
+        check_acceleration(acceleration)?;
+        let kind = |cycle: &Self| {
+            let mut tcp = cycle.tcp_mode();
+            tcp.aim([0.0; 6], acceleration, acceleration);
+            Kind::TcpSpeed(tcp)
+        };
+        Ok(self.come_to_rest(command, kind))
+    }
+
+    /// Ends what moves the arm: an online mode by `kind`, a planned motion on its path.
+    fn come_to_rest(&mut self, command: &Command, kind: impl Fn(&Self) -> Kind) -> Ending {
+        match &self.generator {
+            Generator::Hold => Ending::Now,
+            Generator::Online(_) => {
+                if let Some(deferred) = self.deferred.take() {
+                    self.out.ended(deferred.id, Outcome::Aborted);
+                }
+                let kind = kind(self);
+                self.is_paused = false;
+                self.begin_online(command, MotionMode::Stopping, CallEnd::Reached, kind);
+                // Also at a speed fraction of 0 the arm must come to rest.
+                if let Generator::Online(online) = &mut self.generator {
+                    online.is_stopping = true;
+                }
+                Ending::Later
+            }
+            Generator::Path(_) | Generator::Planning(..) | Generator::Brake(_) => {
+                self.is_paused = false;
+                self.stop_moving();
+                self.waiting.add(command.id, WaitingFor::Stop);
+                Ending::Later
+            }
+        }
+    }
+
+    pub(crate) fn freedrive(
+        &mut self,
+        command: &Command,
+        free_axes: [bool; 6],
+        frame: FreedriveFrame,
+    ) -> Answer {
+        self.machine.check_ready()?;
+        match &self.generator {
+            Generator::Hold if self.deferred.is_none() => {}
+            Generator::Online(online) if online.is_led_by_hand() => {}
+            Generator::Online(online) if online.has_ended() && stands(&self.target) => {}
+            _ => {
+                return Err(Refusal::Busy {
+                    running: self.running(),
+                });
+            }
+        }
+        if let FreedriveFrame::Pose(pose) = frame
+            && !pose.is_finite()
+        {
+            return Err(bad_value("frame", f64::NAN, "a pose of finite numbers"));
+        }
+        let freedrive = Freedrive::new(&self.online_arm(), &self.target, free_axes, frame);
+        let kind = Kind::Freedrive(freedrive);
+        self.begin_online(command, MotionMode::Freedrive, CallEnd::Over, kind);
+        Ok(Ending::Now)
+    }
+
+    pub(crate) fn end_freedrive(&mut self, id: CommandId) -> Ending {
+        match &mut self.generator {
+            Generator::Online(online) if online.is_led_by_hand() => {
+                online.stop(&self.target);
+                self.waiting.add(id, WaitingFor::Stop);
+                Ending::Later
+            }
+            _ => Ending::Now,
+        }
+    }
+
+    pub(crate) fn set_gravity(&mut self, gravity: [f64; 3]) -> Answer {
+        check_within(
+            &gravity,
+            GRAVITY_MAX,
+            "a component of gravity",
+            "at most 30 m/s²",
+        )?;
+        self.gravity = gravity.into();
+        self.dynamics = self.model.dynamics(&self.payload, self.gravity);
+        self.plant.set_gravity(&self.gravity);
+        self.collision.restart();
+        Ok(Ending::Now)
+    }
+
+    pub(crate) fn set_external_wrench(&mut self, wrench: [f64; 6]) -> Answer {
+        check_within(
+            &wrench,
+            WRENCH_MAX,
+            "a component of the external wrench",
+            "at most 100000 N or Nm",
+        )?;
+        self.external.set = Wrench::from_array(wrench);
+        Ok(Ending::Now)
+    }
+
+    pub(crate) fn set_input(&mut self, index: u8, level: bool) -> Answer {
+        if index > 27 {
+            return Err(bad_value(
+                "the index of the input",
+                f64::from(index),
+                "0 to 27",
+            ));
+        }
+        let mask = 1 << index;
+        let levels = if level { mask } else { 0 };
+        self.io.apply(&IoChange::DigitalIn { mask, levels });
+        Ok(Ending::Now)
+    }
+
+    /// A target must lie inside the joint ranges and before the safety planes.
+    pub(crate) fn check_target(&self, q: &JointPositions) -> Result<(), Refusal> {
+        for (joint, number) in (0u8..6).enumerate() {
+            let (min, max) = (
+                self.limits.position_min[joint],
+                self.limits.position_max[joint],
+            );
+            if !(q[joint] >= min - LIMIT_SLACK && q[joint] <= max + LIMIT_SLACK) {
+                return Err(Refusal::JointLimit {
+                    joint: number,
+                    value: q[joint],
+                    min,
+                    max,
+                });
+            }
+        }
+        let frames = self.model.forward(q);
+        match self
+            .safety
+            .plane_violation(&frames, &self.flange_from_tcp, &self.plane_switches())
+        {
+            Some(SafetyViolation::Plane { plane, depth_m, .. }) => Err(Refusal::SafetyPlane {
+                plane: plane as u8,
+                depth: depth_m,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// The same for a TCP pose that can be reached; whether it can is found by the planner.
+    pub(crate) fn check_target_pose(&self, pose: &RpyPose) -> Result<(), Refusal> {
+        if self.safety.planes().next().is_none() || !pose.is_finite() {
+            return Ok(());
+        }
+        let base_from_tcp = Pose::from_rpy(pose);
+        let near = &self.target.q;
+        match self
+            .model
+            .inverse_nearest(&base_from_tcp, &self.flange_from_tcp, near)
+        {
+            Some(q) => self.check_target(&q),
+            None => Ok(()),
+        }
+    }
+}
+
+fn call_end(duration: Option<f64>) -> Result<CallEnd, Refusal> {
+    match duration {
+        None => Ok(CallEnd::Reached),
+        Some(duration) => check_duration(duration).map(|()| CallEnd::After(duration)),
+    }
+}
+
+fn check_duration(duration: f64) -> Result<(), Refusal> {
+    if duration > 0.0 && duration <= LONGEST {
+        return Ok(());
+    }
+    Err(bad_value(
+        "t",
+        duration,
+        "more than 0 and at most 1000000 s",
+    ))
+}
+
+fn check_acceleration(acceleration: f64) -> Result<(), Refusal> {
+    if acceleration >= SLOWEST && acceleration.is_finite() {
+        return Ok(());
+    }
+    Err(bad_value(
+        "a",
+        acceleration,
+        "a number of at least 0.000001",
+    ))
+}
+
+fn check_speeds(speeds: &[f64; 6]) -> Result<(), Refusal> {
+    match speeds.iter().find(|x| !(-1000.0..=1000.0).contains(*x)) {
+        None => Ok(()),
+        Some(&bad) => Err(bad_value("a speed", bad, "at most 1000")),
+    }
+}

@@ -1,0 +1,246 @@
+"""External control end to end: headless start, the three sockets, every mode, stop and restart, and what goes wrong."""
+
+import math
+import statistics
+import threading
+import time
+import unittest
+
+from elite import Dashboard, Primary, Rtsi
+from external_control import FREEDRIVE, POSE, SERVOJ_QUEUE, SPEEDJ, SPEEDL, TRAJECTORY, Driver
+from server import Server
+
+HOME = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0]
+
+
+def watch(server, names, frequency=250):
+    rtsi = Rtsi(server.ports["rtsi"])
+    rtsi.set_up_outputs(names, frequency)
+    rtsi.start()
+    return rtsi
+
+
+def follow_sine(server, driver, amplitude=0.2, frequency=1.0, seconds=3.0, lookahead=0.1):
+    """Leads joint 1 along a sine at 250 Hz; the delay (s) at which the arm fits best, and the error (rad) left then."""
+    rtsi = watch(server, ["timestamp", "actual_joint_positions"])
+    seen = []
+    running = True
+
+    def read():
+        while running:
+            seen.append((time.monotonic(), rtsi.read()["actual_joint_positions"][0]))
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    start = time.monotonic() + 0.05
+
+    def wanted(t):
+        # Begins and goes on without a jump of speed.
+        ramp = min(1.0, max(0.0, t) / 0.5)
+        return amplitude * ramp**2 * (3 - 2 * ramp) * math.sin(2 * math.pi * frequency * t)
+
+    cycle = 0
+    while True:
+        t = cycle * 0.004
+        if t > seconds:
+            break
+        time.sleep(max(0.0, start + t - time.monotonic()))
+        driver.servoj([wanted(t)] + HOME[1:])
+        cycle += 1
+    running = False
+    reader.join()
+    rtsi.close()
+    settled = [(t - start, q) for t, q in seen if 1.0 < t - start < seconds]
+
+    def error(delay):
+        return math.sqrt(statistics.fmean((q - wanted(t - delay)) ** 2 for t, q in settled))
+
+    delay = min((d * 0.001 for d in range(0, 400)), key=error)
+    return delay, error(delay)
+
+
+class Flow(unittest.TestCase):
+    def test_the_program_starts_without_power_and_leads_the_arm_once_it_has_it(self):
+        with Server("--powered-off") as server:
+            driver = Driver(server.ports["primary"])
+            driver.wait_connected()
+            dashboard = Dashboard(server.ports["dashboard"])
+            dashboard.power_on()
+            dashboard.brake_release()
+            driver.idle()
+            delay, error = follow_sine(server, driver)
+            print(f"\nservoj: 1 Hz sine of 0.2 rad through the reverse socket: delay {delay * 1e3:.0f} ms, "
+                  f"error at that delay {error * 1e3:.2f} mrad rms")
+            self.assertLess(delay, 0.2)
+            self.assertLess(error, 0.02)
+            self.assertTrue(driver.stop())
+
+    def test_speeds_poses_and_queued_points(self):
+        with Server() as server:
+            driver = Driver(server.ports["primary"])
+            driver.wait_connected()
+            rtsi = watch(server, ["actual_joint_speeds", "actual_TCP_speed", "actual_TCP_pose", "actual_joint_positions"])
+            driver.write(SPEEDJ, [0.2, 0, 0, 0, 0, 0], 1000)
+            rtsi.until(lambda v: abs(v["actual_joint_speeds"][0] - 0.2) < 1e-3)
+            driver.idle()
+            rtsi.until(lambda v: max(map(abs, v["actual_joint_speeds"])) < 1e-3)
+            driver.write(SPEEDL, [0, 0, 0.05, 0, 0, 0], 1000)
+            rtsi.until(lambda v: abs(v["actual_TCP_speed"][2] - 0.05) < 1e-3)
+            driver.idle()
+            here = rtsi.until(lambda v: max(map(abs, v["actual_joint_speeds"])) < 1e-3)
+            pose = list(here["actual_TCP_pose"])
+            pose[2] -= 0.01
+            end = time.monotonic() + 1.5
+            while time.monotonic() < end:
+                driver.write(POSE, pose)
+                time.sleep(0.004)
+            after = rtsi.until(lambda v: abs(v["actual_TCP_pose"][2] - pose[2]) < 1e-3)
+            driver.idle()
+            q = list(rtsi.until(lambda v: max(map(abs, v["actual_joint_speeds"])) < 1e-3)["actual_joint_positions"])
+            for _ in range(100):
+                q[5] += 0.001
+                driver.write(SERVOJ_QUEUE, q)
+                time.sleep(0.004)
+            rtsi.until(lambda v: abs(v["actual_joint_positions"][5] - q[5]) < 2e-3)
+            self.assertTrue(driver.stop())
+            del after
+
+    def test_trajectories_end_with_a_result_and_can_be_cancelled(self):
+        with Server() as server:
+            driver = Driver(server.ports["primary"])
+            driver.wait_connected()
+            rtsi = watch(server, ["actual_joint_positions", "actual_joint_speeds"])
+            first = [0.2, -1.4, 1.4, -1.5, -1.5, 0.1]
+            second = [0.4, -1.5, 1.5, -1.5, -1.5, 0.0]
+            self.assertEqual(driver.run_trajectory([(first, 0.8, 0.0, False), (second, 0.8, 0.0, False)]), 0)
+            q = rtsi.until(lambda v: max(map(abs, v["actual_joint_speeds"])) < 1e-3)["actual_joint_positions"]
+            for actual, wanted in zip(q, second):
+                self.assertAlmostEqual(actual, wanted, places=3)
+            driver.action(TRAJECTORY, 1, 1)
+            driver.point(first, 5.0)
+            end = time.monotonic() + 0.5
+            while time.monotonic() < end:
+                driver.action(TRAJECTORY, 0)
+                time.sleep(0.05)
+            driver.action(TRAJECTORY, -1, timeout_ms=0)
+            end = time.monotonic() + 5
+            while (result := driver.result()) is None:
+                self.assertLess(time.monotonic(), end)
+                time.sleep(0.01)
+            self.assertEqual(result, 1)
+            self.assertTrue(driver.stop())
+
+    def test_a_blended_trajectory_does_not_stop_in_between(self):
+        with Server() as server:
+            driver = Driver(server.ports["primary"])
+            driver.wait_connected()
+            rtsi = watch(server, ["actual_joint_positions", "actual_joint_speeds"])
+            way = [([0.1 * k, -1.5708 + 0.05 * (k % 2), 1.5708, -1.5708, -1.5708, 0.0], 0.5, 0.02, False) for k in range(1, 6)]
+            slowest = []
+            running = True
+
+            def read():
+                while running:
+                    values = rtsi.read()
+                    if 0.08 < values["actual_joint_positions"][0] < 0.42:
+                        slowest.append(max(map(abs, values["actual_joint_speeds"])))
+
+            reader = threading.Thread(target=read)
+            reader.start()
+            try:
+                self.assertEqual(driver.run_trajectory(way), 0)
+            finally:
+                running = False
+                reader.join()
+            self.assertGreater(min(slowest), 0.02)
+            self.assertTrue(driver.stop())
+
+    def test_script_commands_act_beside_the_motion(self):
+        with Server() as server:
+            driver = Driver(server.ports["primary"])
+            driver.wait_connected()
+            rtsi = watch(server, ["payload_mass", "payload_cog", "tool_output_voltage"])
+            driver.script_command(1, [1.5, 0.01, 0.02, 0.03])
+            values = rtsi.until(lambda v: v["payload_mass"] == 1.5)
+            self.assertEqual(values["payload_cog"], (0.01, 0.02, 0.03))
+            driver.script_command(2, [24])
+            rtsi.until(lambda v: v["tool_output_voltage"] == 24)
+            self.assertTrue(driver.stop())
+
+    def test_freedrive_is_entered_and_left(self):
+        with Server() as server:
+            driver = Driver(server.ports["primary"])
+            driver.wait_connected()
+            driver.action(FREEDRIVE, 1, timeout_ms=0)
+            primary = Primary(server.ports["primary"])
+            primary.until(lambda s: s.parts[8][5] == 1, 5)
+            driver.action(FREEDRIVE, -1, timeout_ms=0)
+            primary.until(lambda s: s.parts[8][5] == 0, 5)
+            self.assertTrue(driver.stop())
+
+
+class Restarts(unittest.TestCase):
+    CYCLES = 100
+
+    def test_a_hundred_drivers_in_a_row_each_connect_at_once_and_stop(self):
+        with Server() as server:
+            connects, stops, before = [], [], None
+            for cycle in range(self.CYCLES):
+                start = time.monotonic()
+                driver = Driver(server.ports["primary"])
+                driver.wait_connected(10)
+                connects.append(time.monotonic() - start)
+                driver.idle()
+                time.sleep(0.05)
+                start = time.monotonic()
+                self.assertTrue(driver.stop(), f"cycle {cycle}")
+                stops.append(time.monotonic() - start)
+                driver.close()
+                if cycle == 20:  # caches are filled by then
+                    before = server.rss_kib()
+            growth = server.rss_kib() - before
+            print(f"\n{self.CYCLES} drivers: connected after {statistics.median(connects) * 1e3:.0f} ms "
+                  f"(at most {max(connects) * 1e3:.0f}), stopped after {statistics.median(stops) * 1e3:.0f} ms "
+                  f"(at most {max(stops) * 1e3:.0f}), memory grew by {growth} KiB in the last {self.CYCLES - 21}")
+            self.assertLess(growth, 4096)
+
+    def test_the_program_sent_twice_within_milliseconds_runs_once(self):
+        with Server() as server:
+            driver = Driver(server.ports["primary"])
+            driver.send_script()
+            driver.wait_connected()
+            driver.idle()
+            time.sleep(1.0)  # the second one was refused, or has replaced the first; nothing starts later
+            self.assertTrue(driver.stop())
+            time.sleep(2.5)
+            Primary(server.ports["primary"]).until(lambda s: not s.running, 1)
+
+    def test_a_program_that_hears_nothing_in_time_ends_by_itself(self):
+        with Server() as server:
+            driver = Driver(server.ports["primary"])
+            driver.wait_connected()
+            driver.servoj(HOME, timeout_ms=100)
+            primary = Primary(server.ports["primary"])
+            primary.until(lambda s: not s.running, 5)
+
+    def test_a_pc_that_dies_does_not_leave_the_program_hanging(self):
+        with Server() as server:
+            driver = Driver(server.ports["primary"])
+            driver.wait_connected()
+            driver.idle()  # wait for ever
+            time.sleep(0.1)
+            driver.close()
+            Primary(server.ports["primary"]).until(lambda s: not s.running, 5)
+
+    def test_a_pose_out_of_reach_ends_the_program_with_an_exception(self):
+        with Server() as server:
+            driver = Driver(server.ports["primary"])
+            driver.wait_connected()
+            primary = Primary(server.ports["primary"])
+            driver.write(POSE, [5.0, 0, 0, 0, 0, 0])
+            self.assertEqual(primary.exception()[0], 10)
+            primary.until(lambda s: not s.running, 5)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,401 @@
+"""Port 30004: every variable of the table, set by the plant, a script or a client, and read back through a socket."""
+
+import math
+import time
+import unittest
+
+from elite import Dashboard, Primary, Rtsi
+from server import Server
+
+# Name, type, and how the value is checked: a number, a tuple, or a function of the value. What changes with the motion is
+# checked in a test of its own.
+CELL = """
+[[input]]
+at = 0
+set = "standard_digital_in[3]"
+value = true
+[[input]]
+at = 0
+set = "configurable_digital_in[1]"
+value = true
+[[input]]
+at = 0
+set = "tool_digital_in[2]"
+value = true
+[[input]]
+at = 0
+set = "standard_analog_in[0]"
+value = 2.5
+[[input]]
+at = 0
+set = "standard_analog_in[1]"
+value = 0.012
+[[input]]
+at = 0
+set = "tool_analog_in"
+value = 3.5
+"""
+
+# The script sets what a script can set and then waits in its last line but one.
+SCRIPT = """def table():
+  set_payload(1.25, [0.01, 0.02, 0.03])
+  set_standard_digital_out(2, True)
+  set_configurable_digital_out(7, True)
+  set_tool_digital_io_config(0, 2, True, True)
+  set_tool_digital_io_config(1, 1, True, True)
+  set_tool_digital_io_config(2, 0, True, False)
+  set_tool_digital(1, True)
+  set_standard_analog_output_domain(0, 0)
+  set_standard_analog_out(0, 0.5)
+  set_standard_analog_out(1, 0.25)
+  set_tool_analog_output_domain(1)
+  set_tool_voltage(24)
+  write_output_boolean_register(0, True)
+  write_output_boolean_register(33, True)
+  write_output_boolean_register(64, True)
+  write_output_boolean_register(127, True)
+  write_output_integer_register(0, -7)
+  write_output_integer_register(47, 2147483647)
+  write_output_float_register(0, 1.5)
+  write_output_float_register(47, -2.5)
+  write_output_boolean_register(1, True)
+  sleep(1000)
+end
+"""
+WAITING_LINE = 23
+
+
+def near(*wanted):
+    return lambda v: all(abs(a - b) < 1e-9 for a, b in zip(v if isinstance(v, tuple) else (v,), wanted))
+
+
+def between(low, high):
+    return lambda v: all(low <= x <= high for x in (v if isinstance(v, tuple) else (v,)))
+
+
+HOME = (0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0)
+
+
+def at_home(v):
+    return all(abs(a - b) < 1e-4 for a, b in zip(v, HOME))
+
+
+def still(v):
+    return all(abs(x) < 1e-4 for x in v)
+
+
+OUTPUTS = [
+    ("timestamp", "DOUBLE", between(0.001, 100)),
+    ("payload_mass", "DOUBLE", near(1.25)),
+    ("payload_cog", "VECTOR3D", near(0.01, 0.02, 0.03)),
+    ("script_control_line", "UINT32", WAITING_LINE),
+    ("target_joint_positions", "VECTOR6D", at_home),
+    ("target_joint_speeds", "VECTOR6D", still),
+    ("actual_joint_torques", "VECTOR6D", lambda v: 5 < abs(v[1]) < 200),
+    ("actual_joint_positions", "VECTOR6D", at_home),
+    ("actual_joint_speeds", "VECTOR6D", still),
+    ("actual_joint_current", "VECTOR6D", lambda v: 0.1 < abs(v[1]) < 50),
+    ("actual_TCP_pose", "VECTOR6D", lambda v: 0.3 < math.dist(v[:3], (0, 0, 0)) < 1.2),
+    ("actual_TCP_speed", "VECTOR6D", still),
+    ("actual_TCP_force", "VECTOR6D", between(-100, 100)),
+    ("target_TCP_pose", "VECTOR6D", lambda v: 0.3 < math.dist(v[:3], (0, 0, 0)) < 1.2),
+    ("target_TCP_speed", "VECTOR6D", still),
+    ("actual_digital_input_bits", "UINT32", 1 << 3 | 1 << 17 | 1 << 26),
+    ("actual_digital_output_bits", "UINT32", 1 << 2 | 1 << 23 | 1 << 25),
+    ("joint_temperatures", "VECTOR6D", between(15, 60)),
+    ("robot_mode", "INT32", 7),
+    ("joint_mode", "VECTOR6INT32", (253,) * 6),
+    ("safety_status", "INT32", 1),
+    ("speed_scaling", "DOUBLE", near(1.0)),
+    ("target_speed_fraction", "DOUBLE", near(1.0)),
+    ("actual_robot_voltage", "DOUBLE", near(48.0)),
+    ("actual_robot_current", "DOUBLE", between(0.1, 100)),
+    ("runtime_state", "UINT32", 1),
+    ("elbow_position", "VECTOR3D", lambda v: 0.2 < math.dist(v, (0, 0, 0)) < 1.0),
+    ("robot_status_bits", "UINT32", 0b011),
+    ("safety_status_bits", "UINT32", 1),
+    ("analog_io_types", "UINT32", 0b1011),
+    ("standard_analog_input0", "DOUBLE", near(2.5)),
+    ("standard_analog_input1", "DOUBLE", near(0.012)),
+    ("standard_analog_output0", "DOUBLE", near(0.012)),
+    ("standard_analog_output1", "DOUBLE", near(2.5)),
+    ("io_current", "DOUBLE", between(0, 10)),
+    ("tool_mode", "UINT32", 253),
+    ("tool_analog_input_types", "UINT32", 1),
+    ("tool_analog_output_types", "UINT32", 1),
+    ("tool_analog_input", "DOUBLE", near(3.5)),
+    ("tool_analog_output", "DOUBLE", near(0.0)),
+    ("tool_output_voltage", "DOUBLE", near(24.0)),
+    ("tool_output_current", "DOUBLE", between(0, 10)),
+    ("tool_temperature", "DOUBLE", between(15, 60)),
+    ("tool_digital_mode", "UINT8", 0),
+    ("tool_digital0_mode", "UINT8", 2),
+    ("tool_digital1_mode", "UINT8", 1),
+    ("tool_digital2_mode", "UINT8", 0),
+    ("tool_digital3_mode", "UINT8", 1),
+    ("output_bit_registers0_to_31", "UINT32", 0b11),
+    ("output_bit_registers32_to_63", "UINT32", 0b10),
+    ("input_bit_registers0_to_31", "UINT32", 0x80000001),
+    ("input_bit_registers32_to_63", "UINT32", 0x12345678),
+    ("elbow_velocity", "VECTOR3D", still),
+    ("output_bit_register64", "BOOL", True),
+    ("output_bit_register65", "BOOL", False),
+    ("output_bit_register127", "BOOL", True),
+    ("output_int_register0", "INT32", -7),
+    ("output_int_register47", "INT32", 2147483647),
+    ("output_double_register0", "DOUBLE", near(1.5)),
+    ("output_double_register47", "DOUBLE", near(-2.5)),
+    ("input_bit_register64", "BOOL", True),
+    ("input_bit_register127", "BOOL", True),
+    ("input_int_register0", "INT32", -1),
+    ("input_int_register47", "INT32", 47),
+    ("input_double_register0", "DOUBLE", near(0.125)),
+    ("input_double_register47", "DOUBLE", near(-47.5)),
+    ("safety_mode", "INT32", 1),
+    ("actual_joint_voltage", "VECTOR6D", near(*(48.0,) * 6)),
+    ("actual_current", "VECTOR6D", lambda v: 0.1 < abs(v[1]) < 50),
+    ("ft_raw_wrench", "VECTOR6D", between(-100, 100)),
+]
+
+# What the vendor's examples subscribe to: 52 names.
+VENDOR_OUTPUTS = [name for name, _, _ in OUTPUTS[:52]]
+
+VENDOR_INPUTS = [
+    ("speed_slider_mask", "UINT32"),
+    ("speed_slider_fraction", "DOUBLE"),
+    ("standard_digital_output_mask", "UINT16"),
+    ("standard_digital_output", "UINT16"),
+    ("configurable_digital_output_mask", "UINT8"),
+    ("configurable_digital_output", "UINT8"),
+    ("tool_digital_output_mask", "UINT8"),
+    ("tool_digital_output", "UINT8"),
+    ("standard_analog_output_mask", "UINT8"),
+    ("standard_analog_output_type", "UINT8"),
+    ("standard_analog_output_0", "DOUBLE"),
+    ("standard_analog_output_1", "DOUBLE"),
+    ("external_force_torque", "VECTOR6D"),
+    ("input_bit_registers0_to_31", "UINT32"),
+    ("input_bit_registers32_to_63", "UINT32"),
+]
+
+
+def zeros(recipe):
+    return {n: (0.0,) * 6 if t == "VECTOR6D" else 0 for n, t in zip(recipe.names, recipe.types)}
+
+
+class Table(unittest.TestCase):
+    def test_every_output_has_its_type_and_its_value(self):
+        with Server("--step-ms", "4", cell=CELL) as server:
+            rtsi = Rtsi(server.ports["rtsi"])
+            inputs = rtsi.set_up_inputs(
+                [
+                    "input_bit_registers0_to_31",
+                    "input_bit_registers32_to_63",
+                    "input_bit_register64",
+                    "input_bit_register127",
+                    "input_int_register0",
+                    "input_int_register47",
+                    "input_double_register0",
+                    "input_double_register47",
+                ]
+            )
+            rtsi.write(
+                inputs,
+                {
+                    "input_bit_registers0_to_31": 0x80000001,
+                    "input_bit_registers32_to_63": 0x12345678,
+                    "input_bit_register64": True,
+                    "input_bit_register127": True,
+                    "input_int_register0": -1,
+                    "input_int_register47": 47,
+                    "input_double_register0": 0.125,
+                    "input_double_register47": -47.5,
+                },
+            )
+            primary = Primary(server.ports["primary"])
+            primary.send_script(SCRIPT)
+            names = [name for name, _, _ in OUTPUTS]
+            recipe = rtsi.set_up_outputs(names)
+            for (name, kind, _), given in zip(OUTPUTS, recipe.types):
+                self.assertEqual(given, kind, name)
+            rtsi.start()
+            values = rtsi.until(lambda v: v["script_control_line"] == WAITING_LINE)
+            values = rtsi.read()
+            for name, _, wanted in OUTPUTS:
+                with self.subTest(name=name):
+                    value = values[name]
+                    good = wanted(value) if callable(wanted) else value == wanted
+                    self.assertTrue(good, f"{name} is {value}")
+
+    def test_what_moves_is_the_derivative_of_where_it_is(self):
+        with Server() as server:
+            rtsi = Rtsi(server.ports["rtsi"])
+            pairs = [
+                ("actual_joint_positions", "actual_joint_speeds"),
+                ("target_joint_positions", "target_joint_speeds"),
+                ("elbow_position", "elbow_velocity"),
+            ]
+            rtsi.set_up_outputs([name for pair in pairs for name in pair] + ["timestamp", "runtime_state"])
+            rtsi.start()
+            primary = Primary(server.ports["primary"])
+            primary.send_script("def m():\n movej([0.8,-1.2,1.2,-1.2,-1.4,0.3])\nend")
+            rtsi.until(lambda v: v["target_joint_speeds"][0] > 0.1)
+            before, here, after = rtsi.read(), rtsi.read(), rtsi.read()
+            span = after["timestamp"] - before["timestamp"]
+            self.assertAlmostEqual(span, 0.008)
+            for position, speed in pairs:
+                for axis, value in enumerate(here[speed]):
+                    slope = (after[position][axis] - before[position][axis]) / span
+                    self.assertAlmostEqual(value, slope, delta=2e-3, msg=f"{speed}[{axis}]")
+
+    def test_every_input_of_the_vendors_recipe_acts_where_its_mask_says(self):
+        with Server() as server:
+            rtsi = Rtsi(server.ports["rtsi"])
+            inputs = rtsi.set_up_inputs([name for name, _ in VENDOR_INPUTS])
+            self.assertEqual(inputs.types, [kind for _, kind in VENDOR_INPUTS])
+            rtsi.set_up_outputs(VENDOR_OUTPUTS)
+            rtsi.start()
+            before = rtsi.read()
+            values = zeros(inputs)
+            rtsi.write(inputs, values)  # nothing is masked in: nothing changes
+            for _ in range(5):
+                after = rtsi.read()
+            for name in ["target_speed_fraction", "actual_digital_output_bits", "standard_analog_output0", "analog_io_types"]:
+                self.assertEqual(before[name], after[name], name)
+
+            values.update(
+                speed_slider_mask=1,
+                speed_slider_fraction=0.5,
+                standard_digital_output_mask=0x8001,
+                standard_digital_output=0xFFFF,
+                configurable_digital_output_mask=0x81,
+                configurable_digital_output=0x80,
+                tool_digital_output_mask=0x3,
+                tool_digital_output=0x2,
+                standard_analog_output_mask=0b11,
+                standard_analog_output_type=0b10,
+                standard_analog_output_0=0.5,
+                standard_analog_output_1=0.5,
+                input_bit_registers0_to_31=5,
+                input_bit_registers32_to_63=6,
+            )
+            rtsi.write(inputs, values)
+            wanted = {
+                "target_speed_fraction": 0.5,
+                "actual_digital_output_bits": 0x8001 | 0x80 << 16 | 0x2 << 24,
+                "standard_analog_output0": 0.012,
+                "standard_analog_output1": 5.0,
+                "analog_io_types": 0b1011,
+                "input_bit_registers0_to_31": 5,
+                "input_bit_registers32_to_63": 6,
+            }
+            after = rtsi.until(lambda v: v["target_speed_fraction"] == 0.5)
+            for name, value in wanted.items():
+                self.assertAlmostEqual(after[name], value, places=9, msg=name)
+
+    def test_a_script_reads_what_a_client_wrote(self):
+        with Server() as server:
+            rtsi = Rtsi(server.ports["rtsi"])
+            names = ["input_int_register5", "input_double_register6", "input_bit_register70"]
+            inputs = rtsi.set_up_inputs(names)
+            rtsi.set_up_outputs(["output_int_register5", "output_double_register6", "output_bit_register70"])
+            rtsi.start()
+            Primary(server.ports["primary"]).send_script(
+                "def echo():\n while True:\n"
+                "  write_output_integer_register(5, read_input_integer_register(5))\n"
+                "  write_output_float_register(6, read_input_float_register(6))\n"
+                "  write_output_boolean_register(70, read_input_boolean_register(70))\n"
+                "  sync()\n end\nend"
+            )
+            rtsi.write(inputs, dict(zip(names, [-123456, 0.1, True])))
+            rtsi.until(
+                lambda v: v["output_int_register5"] == -123456
+                and v["output_double_register6"] == 0.1
+                and v["output_bit_register70"]
+            )
+
+
+class Watchdog(unittest.TestCase):
+    def test_a_program_that_hears_from_its_client_too_rarely_is_held_or_ended(self):
+        for action, state in [("pause", 2), ("stop", 3)]:
+            with self.subTest(action=action), Server() as server:
+                rtsi = Rtsi(server.ports["rtsi"])
+                inputs = rtsi.set_up_inputs(["input_int_register0"])
+                rtsi.set_up_outputs(["runtime_state"])
+                rtsi.start()
+                Primary(server.ports["primary"]).send_script(
+                    f"def w():\n  rtsi_set_watchdog('input_int_register0', 10, '{action}')\n"
+                    "  while True:\n    sync()\n  end\nend"
+                )
+                rtsi.until(lambda v: v["runtime_state"] == 1)
+                end = time.monotonic() + 0.6
+                while time.monotonic() < end:
+                    rtsi.write(inputs, {"input_int_register0": 1})
+                    self.assertEqual(rtsi.latest()["runtime_state"], 1)
+                    time.sleep(0.03)
+                start = time.monotonic()
+                rtsi.until(lambda v: v["runtime_state"] == state)
+                self.assertLess(time.monotonic() - start, 0.5)
+
+
+class Sessions(unittest.TestCase):
+    def test_names_that_do_not_exist_or_are_taken_are_said(self):
+        with Server() as server:
+            rtsi = Rtsi(server.ports["rtsi"])
+            with self.assertRaisesRegex(LookupError, "NOT_FOUND"):
+                rtsi.set_up_outputs(["timestamp", "speed_slider_mask"])
+            first = Rtsi(server.ports["rtsi"])
+            first.set_up_inputs(["speed_slider_mask"])
+            second = Rtsi(server.ports["rtsi"])
+            with self.assertRaisesRegex(LookupError, "IN_USE"):
+                second.set_up_inputs(["speed_slider_mask"])
+
+    def test_six_reconnects_within_a_second_each_get_their_inputs(self):
+        with Server() as server:
+            for _ in range(6):
+                rtsi = Rtsi(server.ports["rtsi"])
+                rtsi.set_up_inputs([name for name, _ in VENDOR_INPUTS])
+                rtsi.set_up_outputs(VENDOR_OUTPUTS)
+                rtsi.start()
+                rtsi.read()
+                rtsi.close()
+
+    def test_an_input_written_while_paused_is_there_after_the_next_start(self):
+        with Server() as server:
+            rtsi = Rtsi(server.ports["rtsi"])
+            rtsi.set_up_outputs(["target_speed_fraction"], 125)
+            rtsi.start()
+            rtsi.read()
+            rtsi.pause()
+            inputs = rtsi.set_up_inputs(["speed_slider_mask", "speed_slider_fraction"])
+            rtsi.write(inputs, {"speed_slider_mask": 1, "speed_slider_fraction": 0.25})
+            rtsi.start()
+            self.assertEqual(rtsi.until(lambda v: True)["target_speed_fraction"], 0.25)
+
+    def test_data_flows_in_every_mode_and_every_client_has_its_own_rate(self):
+        with Server("--powered-off") as server:
+            fast, slow = Rtsi(server.ports["rtsi"]), Rtsi(server.ports["rtsi"])
+            fast.set_up_outputs(["timestamp", "robot_mode"], 250)
+            slow.set_up_outputs(["timestamp", "robot_mode"], 50)
+            fast.start()
+            slow.start()
+            dashboard = Dashboard(server.ports["dashboard"])
+            modes = []
+            dashboard.expect("robotControl -on", "Powering on")
+            dashboard.expect("brakeRelease", "Brake")
+            end = time.monotonic() + 1.2
+            while time.monotonic() < end:
+                values = fast.read()
+                if values["robot_mode"] not in modes:
+                    modes.append(values["robot_mode"])
+            self.assertEqual(modes[-3:], [4, 5, 7], "power on, idle, running")
+            times = [slow.read()["timestamp"] for _ in range(20)]
+            for earlier, later in zip(times, times[1:]):
+                self.assertAlmostEqual(later - earlier, 0.02, places=6)
+            dashboard.power_off()
+            fast.until(lambda v: v["robot_mode"] == 3)
+            self.assertEqual(slow.until(lambda v: v["robot_mode"] == 3)["robot_mode"], 3)
+
+
+if __name__ == "__main__":
+    unittest.main()

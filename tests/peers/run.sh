@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# Field buses, sockets and remote calls against peers from PyPI, in a virtual environment under target/.
+# ELITESERVER names the binary; without it the debug build is used, and built first.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+target="${CARGO_TARGET_DIR:-target}"
+venv="$target/peers-venv"
+if [ ! -x "$venv/bin/python" ]; then
+    python3 -m venv "$venv"
+fi
+"$venv/bin/pip" install --quiet --disable-pip-version-check "pymodbus==3.8.6" "pyserial==3.5"
+if [ -z "${ELITESERVER:-}" ]; then
+    cargo build --quiet --package server
+    ELITESERVER="$(cd "$target" && pwd)/debug/eliteserver"
+fi
+export ELITESERVER
+exec "$venv/bin/python" -m unittest discover --start-directory tests/peers "$@"

@@ -1,0 +1,36 @@
+//! The clients that stand in for the vendor's SDK, its ROS 2 driver and dashboard users, against the real server.
+//!
+//! They are written in Python from the protocol pages, see `tests/clients`; this starts them with the binary under test.
+
+use std::path::Path;
+use std::process::Command;
+
+fn run(tests: &str) {
+    let runner = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/clients/run.py");
+    let output = Command::new("python3")
+        .arg(runner)
+        .arg(tests)
+        .env("ELITESERVER", env!("CARGO_BIN_EXE_eliteserver"))
+        .output()
+        .unwrap_or_else(|error| panic!("these tests need python3 on the path: {error}"));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+#[test]
+fn rtsi_clients_get_and_set_every_variable() {
+    run("test_rtsi");
+}
+
+#[test]
+fn dashboard_users_power_the_arm_and_play_tasks() {
+    run("test_dashboard");
+}
+
+#[test]
+fn external_control_leads_the_arm_through_its_sockets() {
+    run("test_external_control");
+}
