@@ -47,9 +47,9 @@ impl Evaluator<'_> {
             .map(|c| u8::try_from(c as u32).unwrap_or(b'?'))
             .collect();
         Ok(match format {
-            Value::ByteArray(_) => Value::ByteArray(std::rc::Rc::new(crate::value::ByteArray {
-                data: data.into(),
-            })),
+            Value::ByteArray(_) => {
+                Value::ByteArray(std::rc::Rc::new(crate::value::ByteArray::new(data)))
+            }
             _ => Value::Bytes(std::rc::Rc::new(Bytes::new(data))),
         })
     }

@@ -302,9 +302,7 @@ impl Evaluator<'_> {
             Value::ByteArray(bytes) => {
                 let data = bytes.data.borrow();
                 let bounds = self.bounds(slice, data.len())?;
-                Value::ByteArray(Rc::new(crate::value::ByteArray {
-                    data: pick(&data, bounds).into(),
-                }))
+                Value::ByteArray(Rc::new(crate::value::ByteArray::new(pick(&data, bounds))))
             }
             Value::Range(range) => {
                 let bounds = self.bounds(slice, range.len() as usize)?;
@@ -385,7 +383,9 @@ impl Evaluator<'_> {
                         None => self.collect_bytes(&item)?,
                     };
                     let bounds = self.bounds(slice, bytes.data.borrow().len())?;
-                    return self.replace_slice(&mut bytes.data.borrow_mut(), bounds, new);
+                    let done = self.replace_slice(&mut bytes.data.borrow_mut(), bounds, new);
+                    bytes.account();
+                    return done;
                 }
                 let at = self.sequence_index(index, "bytearray")?;
                 let byte = self.byte(&item)?;

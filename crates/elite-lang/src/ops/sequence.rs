@@ -54,7 +54,7 @@ impl Evaluator<'_> {
             (Value::ByteArray(a), _) => match self.bytes_like(b) {
                 Some(b) => {
                     let data = [&a.data.borrow()[..], &b].concat();
-                    Value::ByteArray(Rc::new(ByteArray { data: data.into() }))
+                    Value::ByteArray(Rc::new(ByteArray::new(data)))
                 }
                 None => return Ok(None),
             },
@@ -118,9 +118,7 @@ impl Evaluator<'_> {
             Value::ByteArray(bytes) => {
                 let data = bytes.data.borrow();
                 let count = self.repetitions(count, data.len())?;
-                Value::ByteArray(Rc::new(ByteArray {
-                    data: data.repeat(count).into(),
-                }))
+                Value::ByteArray(Rc::new(ByteArray::new(data.repeat(count))))
             }
             _ => return Ok(None),
         }))
@@ -199,7 +197,9 @@ impl Evaluator<'_> {
                 let Some(more) = self.bytes_like(b) else {
                     return Ok(None);
                 };
+                self.check_allocation(bytes.data.borrow().len() + more.len())?;
                 bytes.data.borrow_mut().extend(more);
+                bytes.account();
             }
             (BinaryOp::BitOr, Value::Dict(dict)) => self.dict_update_from(dict, b)?,
             (

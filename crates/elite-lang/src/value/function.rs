@@ -68,6 +68,19 @@ pub struct Property {
     pub doc: Value,
 }
 
+impl Drop for Property {
+    fn drop(&mut self) {
+        for part in [
+            &mut self.get,
+            &mut self.set,
+            &mut self.delete,
+            &mut self.doc,
+        ] {
+            trash::dismantle_one(part);
+        }
+    }
+}
+
 /// A `super()` object: looks attributes up in the classes after `class`.
 pub struct Super {
     /// Lookup starts after this class.
@@ -76,4 +89,10 @@ pub struct Super {
     pub receiver: Value,
     /// The class whose resolution order is followed.
     pub receiver_class: Rc<Class>,
+}
+
+impl Drop for Super {
+    fn drop(&mut self) {
+        trash::dismantle_one(&mut self.receiver);
+    }
 }

@@ -57,3 +57,11 @@ pub struct Slice {
     pub stop: Value,
     pub step: Value,
 }
+
+impl Drop for Slice {
+    fn drop(&mut self) {
+        for part in [&mut self.start, &mut self.stop, &mut self.step] {
+            super::trash::dismantle_one(part);
+        }
+    }
+}

@@ -87,3 +87,32 @@ pub fn read_script(path: &Path) -> Result<String, String> {
         )
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn findings_are_one_json_object_a_line() {
+        let text = "def f():\n    spee = 1\n    movej([0, -90, 0, 0, 0, 0], v=sped)\n    return 1\n    sync()\n";
+        let file = SourceFile::new("pick.script", text);
+        let known = elite_runtime::builtins::known_names();
+        let found: Vec<(String, u64)> = elite_lang::check(file.clone(), &known)
+            .iter()
+            .map(|finding| {
+                let line = render(finding, &file, FindingFormat::Json);
+                let object: serde_json::Value = serde_json::from_str(line.trim_end())
+                    .unwrap_or_else(|error| panic!("{line}: {error}"));
+                let code = object["code"].as_str().unwrap_or_default().to_owned();
+                (code, object["line"].as_u64().unwrap_or_default())
+            })
+            .collect();
+        let expected = [
+            ("unused-variable", 2),
+            ("degrees", 3),
+            ("undefined-name", 3),
+            ("unreachable", 5),
+        ];
+        assert_eq!(found, expected.map(|(code, line)| (code.to_owned(), line)));
+    }
+}

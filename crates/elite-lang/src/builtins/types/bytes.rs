@@ -46,7 +46,7 @@ pub(super) fn install(core: &Rc<Core>) {
 }
 
 fn bytearray(data: Vec<u8>) -> Value {
-    Value::ByteArray(Rc::new(ByteArray { data: data.into() }))
+    Value::ByteArray(Rc::new(ByteArray::new(data)))
 }
 
 fn data(ev: &Evaluator<'_>, args: &[Value], type_name: &str) -> R<Vec<u8>> {
@@ -253,7 +253,9 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
         &[
             ("append", "item /", |ev, args| {
                 let byte = ev.byte(&args[1])?;
-                mutable(ev, &args[0])?.data.borrow_mut().push(byte);
+                let bytes = mutable(ev, &args[0])?;
+                bytes.data.borrow_mut().push(byte);
+                bytes.account();
                 Ok(Value::None)
             }),
             ("extend", "iterable /", |ev, args| {
@@ -265,7 +267,10 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                     }
                     None => ev.collect_bytes(&args[1])?,
                 };
-                mutable(ev, &args[0])?.data.borrow_mut().extend(more);
+                let bytes = mutable(ev, &args[0])?;
+                ev.check_allocation(bytes.data.borrow().len() + more.len())?;
+                bytes.data.borrow_mut().extend(more);
+                bytes.account();
                 Ok(Value::None)
             }),
             ("insert", "index item /", |ev, args| {
@@ -274,6 +279,7 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 let length = bytes.data.borrow().len();
                 let index = super::clamp_start(ev, &args[1], length, 0)?.min(length);
                 bytes.data.borrow_mut().insert(index, byte);
+                bytes.account();
                 Ok(Value::None)
             }),
             ("pop", "index? /", |ev, args| {
@@ -320,7 +326,9 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
             }),
             ("__init__", "source? encoding? errors?", |ev, args| {
                 let data = data(ev, &args[1..], "bytearray")?;
-                *mutable(ev, &args[0])?.data.borrow_mut() = data;
+                let bytes = mutable(ev, &args[0])?;
+                *bytes.data.borrow_mut() = data;
+                bytes.account();
                 Ok(Value::None)
             }),
         ],

@@ -69,10 +69,10 @@ pub(super) fn install(core: &Rc<Core>) {
         });
     }
     constructor(core, &types.staticmethod, "function /", |_, args| {
-        Ok(Value::StaticMethod(Rc::new(std::mem::take(&mut args[0]))))
+        Ok(Value::StaticMethod(unwrapped(&args[0])))
     });
     constructor(core, &types.classmethod, "function /", |_, args| {
-        Ok(Value::ClassMethod(Rc::new(std::mem::take(&mut args[0]))))
+        Ok(Value::ClassMethod(unwrapped(&args[0])))
     });
     constructor(
         core,
@@ -89,6 +89,14 @@ pub(super) fn install(core: &Rc<Core>) {
             )),
         },
     );
+}
+
+/// The function behind a static or class method: wrapped twice it is wrapped once, so these never nest.
+fn unwrapped(function: &Value) -> Rc<Value> {
+    match function {
+        Value::StaticMethod(inner) | Value::ClassMethod(inner) => inner.clone(),
+        plain => Rc::new(plain.clone()),
+    }
 }
 
 /// A copy of a property with one part replaced.
