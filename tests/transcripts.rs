@@ -77,6 +77,30 @@ fn every_transcript_is_what_the_server_does() {
     assert!(failures.is_empty(), "{}", failures.join("\n\n"));
 }
 
+#[test]
+fn global_variables_are_recorded_when_they_change_ten_times_a_second_at_most() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = "def main():\n  global n, name\n  name = 'part'\n  n = 0\n  while n < 250:\n    n = n + 1\n    sync()\nend\n";
+    let options = ["--plant", "ideal", "--record", "out.mcap"];
+    let output = common::run_script(folder.path(), program, &options);
+    assert!(output.status.success(), "{output:?}");
+    let recording = common::read_recording(&folder.path().join("out.mcap"));
+    let variables = &recording.json["/variables"];
+    let of =
+        |name: &str| -> Vec<&Value> { variables.iter().filter(|v| v["name"] == name).collect() };
+    assert_eq!(of("name").len(), 1, "it never changes");
+    assert_eq!(of("name")[0]["value"], "'part'");
+    let numbers = of("n");
+    // A second of simulated time, and the value at the end.
+    assert!((10..=12).contains(&numbers.len()), "{numbers:?}");
+    assert!(
+        numbers
+            .iter()
+            .all(|v| v["type"] == "int" && v["program_id"] == 1)
+    );
+    assert_eq!(numbers.last().unwrap()["value"], "250");
+}
+
 /// Plays one file; the difference, if there is one.
 fn play(file: &Path) -> Result<(), String> {
     let text = fs::read_to_string(file).unwrap();

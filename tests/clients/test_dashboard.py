@@ -99,6 +99,20 @@ class Commands(unittest.TestCase):
             self.assertEqual((kind, line), (10, 2), text)
             dashboard.poll("task -s", "Task is stopped")
 
+    def test_popups_and_variables_are_those_of_the_running_task(self):
+        program = "def v():\n  global count\n  count = 3\n  popup('go on?', blocking=True)\n  while True:\n    sleep(0.05)\n  end\nend\n"
+        with Server(tasks={"v.task": program}) as server:
+            dashboard = Dashboard(server.ports["dashboard"])
+            self.assertRegex(dashboard.ask("variable -get count"), "Error|undefined")
+            dashboard.load("v.task")
+            dashboard.play()
+            dashboard.poll("variable -get count", "3", seconds=5)
+            dashboard.ask("variable -set count [1, 2]")
+            dashboard.ask("popup -c")
+            dashboard.poll("variable -get count", "[1, 2]", seconds=5)
+            self.assertRegex(dashboard.ask("variable -set count (("), "no value")
+            dashboard.stop()
+
     def test_configurations(self):
         with Server(tasks=TASKS) as server:
             dashboard = Dashboard(server.ports["dashboard"])

@@ -315,6 +315,29 @@ class Table(unittest.TestCase):
             )
 
 
+class Watchdog(unittest.TestCase):
+    def test_a_program_that_hears_from_its_client_too_rarely_is_held_or_ended(self):
+        for action, state in [("pause", 2), ("stop", 3)]:
+            with self.subTest(action=action), Server() as server:
+                rtsi = Rtsi(server.ports["rtsi"])
+                inputs = rtsi.set_up_inputs(["input_int_register0"])
+                rtsi.set_up_outputs(["runtime_state"])
+                rtsi.start()
+                Primary(server.ports["primary"]).send_script(
+                    f"def w():\n  rtsi_set_watchdog('input_int_register0', 10, '{action}')\n"
+                    "  while True:\n    sync()\n  end\nend"
+                )
+                rtsi.until(lambda v: v["runtime_state"] == 1)
+                end = time.monotonic() + 0.6
+                while time.monotonic() < end:
+                    rtsi.write(inputs, {"input_int_register0": 1})
+                    self.assertEqual(rtsi.latest()["runtime_state"], 1)
+                    time.sleep(0.03)
+                start = time.monotonic()
+                rtsi.until(lambda v: v["runtime_state"] == state)
+                self.assertLess(time.monotonic() - start, 0.5)
+
+
 class Sessions(unittest.TestCase):
     def test_names_that_do_not_exist_or_are_taken_are_said(self):
         with Server() as server:

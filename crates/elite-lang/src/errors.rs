@@ -153,6 +153,8 @@ pub struct ScriptError {
     pub message: String,
     /// The call stack, outermost first.
     pub traceback: Vec<TraceFrame>,
+    /// Advice for the person who wrote the program: a name that was probably meant, how a function is called.
+    pub help: Option<String>,
     /// The exception this one was raised from, or while handling which it was raised.
     pub previous: Option<(Link, Box<ScriptError>)>,
 }
@@ -226,6 +228,9 @@ fn render_into(error: &ScriptError, out: &mut String) {
         }
     }
     let _ = writeln!(out, "{}", error.headline());
+    if let Some(help) = &error.help {
+        let _ = writeln!(out, "help: {help}");
+    }
 }
 
 fn render_frame(frame: &TraceFrame, out: &mut String) {
@@ -295,6 +300,7 @@ impl Evaluator<'_> {
             exception: self.exception_name(exception),
             message,
             traceback,
+            help: self.advice(exception),
             previous,
         }
     }

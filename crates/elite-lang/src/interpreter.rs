@@ -83,6 +83,7 @@ impl Interpreter {
                 exception: "TypeError".to_owned(),
                 message: format!("'{name}' object is not callable"),
                 traceback: Vec::new(),
+                help: None,
                 previous: None,
             }));
         }
@@ -291,6 +292,7 @@ fn no_stack() -> ScriptError {
         exception: "MemoryError".to_owned(),
         message,
         traceback: Vec::new(),
+        help: None,
         previous: None,
     }
 }

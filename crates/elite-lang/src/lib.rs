@@ -5,6 +5,7 @@
 //! [`ScriptThread`]). The crate knows nothing of robots, sockets, clocks or async: what a program can reach beyond
 //! itself goes through [`Host`] and [`NativeFunction`].
 
+mod advice;
 mod ast;
 mod builtins;
 mod diagnostic;
@@ -29,6 +30,7 @@ mod statement;
 mod stdlib;
 mod value;
 
+pub use builtins::builtin_names;
 pub use diagnostic::{Diagnostic, DiagnosticFields, Label, Severity, render_human};
 pub use errors::{ExceptionKind, Link, ScriptError, TraceFrame, render_script_error};
 pub use eval::coroutine::Resume;

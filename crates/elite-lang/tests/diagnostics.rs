@@ -319,3 +319,44 @@ fn a_deep_call_stack_is_shortened() {
     assert!(report.lines().count() < 100);
     assert!(report.ends_with("RecursionError: maximum recursion depth exceeded\n"));
 }
+
+#[test]
+fn reports_advise_on_names_and_calls() {
+    use elite_lang::{NativeFunction, Param, Value};
+    let movej = NativeFunction {
+        name: "movej",
+        params: vec![
+            Param::required("q"),
+            Param::optional("a"),
+            Param::optional("v"),
+        ],
+        call: std::rc::Rc::new(|_| Ok(Value::None)),
+    };
+    let cases = [
+        "speed = 1\nprint(sped)",
+        "def f(count): return cuont\nf(1)",
+        "x = [1]\nx.apend(2)",
+        "class Arm:\n    def __init__(self): self.position = 1\n    def move(self): pass\nArm().postion",
+        "class Arm:\n    def move(self): pass\nArm().moev()",
+        "prnt('a')",
+        "movj([0])",
+        "def f(a, b=2, *, c, d=[1, 2, 3], **k): pass\nf()",
+        "def f(a, b=2): pass\nf(1, 2, 3)",
+        "def f(a, /, b, *rest): pass\nf(1, c=2)",
+        "def f(text='a rather long default value'): pass\nf(1, 2)",
+        "movej()",
+        "movej([0], 1, 2, 3)",
+        "movej([0], speed=1)",
+        "class A:\n    def __init__(self, x): pass\nA()",
+        "nothing_like_anything",
+        "'abc'.uper()",
+        "{}.itmes()",
+        "None.foo",
+        "len()",
+    ];
+    let shown: Vec<String> = cases
+        .iter()
+        .map(|case| Task::with(vec![movej.clone()], Default::default()).run(case))
+        .collect();
+    insta::assert_snapshot!(shown.join("\n"));
+}

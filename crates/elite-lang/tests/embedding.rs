@@ -237,7 +237,7 @@ fn natives_get_their_arguments_by_position_name_and_alias() {
         "Some(1) Some(2.0) Some([3, 4])",
     ];
     assert_eq!(*seen.borrow(), expected);
-    let error = |text: &str| task.run(text).lines().last().unwrap_or("").to_owned();
+    let error = |text: &str| support::last_but_help(&task.run(text));
     assert_eq!(
         error("f()"),
         "TypeError: f() missing required argument 'a' (pos 1)"

@@ -188,3 +188,13 @@ fn large_texts_are_checked_in_time() {
         survive(&text, false);
     }
 }
+
+#[test]
+fn a_regular_expression_that_steps_back_without_end_is_an_error() {
+    let text = "import re\ntry:\n    re.match(r'(?=(a+)+$)(\\w+)\\1b', 'a' * 40 + '!')\n    print('matched')\nexcept RuntimeError as e:\n    print('bounded')\n\
+                print(re.search('(a+)+b', 'a' * 5000), re.search('(x+x+)+y', 'x' * 5000))\n";
+    let printed = support::run(text);
+    assert!(printed.ends_with("None None\n"), "{printed}");
+    let refused = "import re\nfor p in ('(' * 500 + ')' * 500, 'a{100000}{100000}', '((a{1000}){1000}){1000}', 'a' * 2_000_000, '(?:a{50000}){50000}'):\n    try:\n        re.compile(p)\n        print('compiled')\n    except (re.error, ValueError) as e:\n        print('refused')\n";
+    assert_eq!(support::run(refused), "refused\n".repeat(5));
+}

@@ -102,6 +102,11 @@ impl Panel {
         locked(&self.popups).is_open(id)
     }
 
+    /// True when RTSI inputs are watched.
+    pub fn has_watchdogs(&self) -> bool {
+        !locked(&self.watchdogs).is_empty()
+    }
+
     /// An RTSI client has set an input variable at the simulated time `now`, s: its watchdog starts anew.
     pub fn rtsi_input_was_set(&self, variable: &str, now: f64) {
         locked(&self.watchdogs).was_set(variable, now);

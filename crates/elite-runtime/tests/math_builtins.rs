@@ -266,7 +266,7 @@ const HIGH: &str = "[0.4, -0.2, 0.3, 3.14159, 0, 0]";
 fn safety_limits_are_joint_ranges_reach_and_planes() {
     let free = Standing::default();
     for (call, wanted) in [
-        (format!("{LOW}"), "True"),
+        (LOW.to_owned(), "True"),
         ("[3, 0, 0, 0, 0, 0]".into(), "False"),
         ("q=[0, 0, 3.1, 0, 0, 0]".into(), "True"),
         ("q=[0, 0, 3.2, 0, 0, 0]".into(), "False"),

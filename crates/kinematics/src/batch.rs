@@ -265,6 +265,9 @@ mod tests {
     use core::f64::consts::FRAC_PI_2;
     use proptest::prelude::*;
 
+    type Many = fn(Operand<'_>, Operand<'_>, &mut [[f64; 6]]);
+    type One = fn(&RpyPose, &RpyPose) -> RpyPose;
+
     fn rows(count: usize) -> impl Strategy<Value = Vec<[f64; 6]>> {
         let angle = prop_oneof![4 => -7.0..7.0, 1 => Just(FRAC_PI_2), 1 => Just(-FRAC_PI_2), 1 => Just(0.0)];
         let pose = (
@@ -284,7 +287,7 @@ mod tests {
         ) {
             let mut out = vec![[0.0; 6]; a.len()];
             let pose = |row: &[f64; 6]| RpyPose::from_array(*row);
-            let pairs: [(fn(Operand<'_>, Operand<'_>, &mut [[f64; 6]]), fn(&RpyPose, &RpyPose) -> RpyPose); 3] =
+            let pairs: [(Many, One); 3] =
                 [(pose_trans, one::pose_trans), (pose_add, one::pose_add), (pose_sub, one::pose_sub)];
             for (many, one) in pairs {
                 many(Operand::Each(&a), Operand::Each(&b), &mut out);

@@ -165,6 +165,19 @@ impl RobotModel {
             .nearest(&self.chain, &self.limits, &base_from_flange, near)
     }
 
+    /// The inverse solution for the next place of a path that was at `near`: as [`Self::inverse_nearest`], in some 10 µs
+    /// at most for any arm. For an arm without closed form other branches are not searched; a path cannot jump to one.
+    pub fn inverse_following(
+        &self,
+        base_from_tcp: &Pose,
+        flange_from_tcp: &Pose,
+        near: &JointPositions,
+    ) -> Option<JointPositions> {
+        let base_from_flange = *base_from_tcp * flange_from_tcp.inverse();
+        self.ik
+            .following(&self.chain, &self.limits, &base_from_flange, near)
+    }
+
     /// The arm's dynamics with a payload, and the free-fall acceleration in the base frame in m/s²
     /// ([`crate::dynamics::GRAVITY_UPRIGHT`] for an upright base).
     pub fn dynamics(&self, payload: &Payload, gravity: Vector3<f64>) -> Dynamics {

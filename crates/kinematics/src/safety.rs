@@ -332,7 +332,7 @@ impl SafetyBounds {
                 ),
             ];
             for (part, height) in heights {
-                if let Some(height) = height.filter(|h| !(*h >= 0.0)) {
+                if let Some(height) = height.filter(|h| *h < 0.0 || h.is_nan()) {
                     return Some(SafetyViolation::Plane {
                         plane: number,
                         part,

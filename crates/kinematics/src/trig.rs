@@ -36,7 +36,7 @@ pub fn sin_cos<const N: usize>(angles: &[f64; N]) -> ([f64; N], [f64; N]) {
     if !in_range {
         // Also reached for NaN and infinity, which come out as NaN.
         for i in 0..N {
-            if !(angles[i].abs() <= RANGE) {
+            if angles[i].abs() > RANGE || angles[i].is_nan() {
                 (sines[i], cosines[i]) = angles[i].sin_cos();
             }
         }
@@ -78,7 +78,7 @@ fn angle_of(y: f64, x: f64) -> f64 {
     let z = t * t;
     let w = z * z;
     let even = z
-        * (3.333_333_333_333_293_2e-1
+        * (3.333_333_333_333_293e-1
             + w * (1.428_571_427_250_346_6e-1
                 + w * (9.090_887_133_436_507e-2
                     + w * (6.661_073_137_387_531e-2

@@ -166,6 +166,24 @@ fn a_pose_out_of_reach_is_given_up_in_bounded_time() {
 }
 
 #[test]
+fn following_a_line_stays_on_it_without_a_search() {
+    for arm in [spherical_wrist(), general(), turned_last_axis()] {
+        let start = JointPositions([0.3, -0.4, -0.5, 0.4, 0.8, 0.2]);
+        // Towards the base, so that the arm never has to stretch.
+        let (mut q, mut pose) = (start, arm.flange_pose(&start));
+        for _ in 0..50 {
+            pose.translation *= 0.998;
+            let next = arm.inverse_following(&pose, &Pose::IDENTITY, &q).unwrap();
+            assert!(next.distance_squared(&q) < 0.01, "{next:?} after {q:?}");
+            assert!((arm.flange_pose(&next).translation - pose.translation).norm() < 1e-10);
+            q = next;
+        }
+        let outside = Pose::from_translation(0.0, 0.0, 2.0);
+        assert_eq!(arm.inverse_following(&outside, &Pose::IDENTITY, &q), None);
+    }
+}
+
+#[test]
 fn the_same_question_has_the_same_answer() {
     let arm = spherical_wrist();
     let pose = arm.flange_pose(&positions(&arm, 42));

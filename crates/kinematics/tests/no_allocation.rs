@@ -2,7 +2,8 @@
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc, violation_count};
 use kinematics::{
-    GRAVITY_UPRIGHT, JointAccelerations, JointPositions, JointSpeeds, Payload, Pose, RobotModel,
+    GRAVITY_UPRIGHT, JointAccelerations, JointPositions, JointSpeeds, Payload, PlaneMode,
+    PlaneSwitches, Pose, RobotModel, SafetyBounds, SafetyPlane,
 };
 use std::hint::black_box;
 
@@ -18,6 +19,9 @@ fn the_calls_of_a_control_cycle_do_not_allocate() {
     let tcp = Pose::from_translation(0.0, 0.02, 0.1);
     let (qd, qdd) = (JointSpeeds([0.3; 6]), JointAccelerations([1.0; 6]));
     let payload = Payload::new(2.0, [0.0, 0.0, 0.05], [0.0; 6]).unwrap();
+    let plane = SafetyPlane::new([0.0, 0.0, 0.2], [0.0, 0.0, 1.0], PlaneMode::Both, None).unwrap();
+    let bounds = SafetyBounds::default().with_plane(plane).unwrap();
+    let switches = PlaneSwitches::default();
     assert_no_alloc(|| {
         for step in 0..200 {
             let q = JointPositions(
@@ -27,6 +31,7 @@ fn the_calls_of_a_control_cycle_do_not_allocate() {
             black_box(arm.inverse_all(&pose, &tcp));
             black_box(arm.inverse_nearest(&pose, &tcp, &q));
             black_box(iterated.inverse_nearest(&pose, &tcp, &q));
+            black_box(bounds.violation_at_pose(&arm, &pose, &tcp, &q, &switches));
             let frames = arm.forward(&q);
             black_box(frames.jacobian(pose.translation));
             black_box(frames.jacobian_rate_times_speeds(&qd, pose.translation));

@@ -39,15 +39,15 @@ fn pose_of_two<'py>(
 /// A function of two poses that gives a number.
 fn number_of_two<'py>(
     py: Python<'py>,
-    p_from: Given<'_, 'py>,
-    p_to: Given<'_, 'py>,
+    (first_name, first): (&str, Given<'_, 'py>),
+    (second_name, second): (&str, Given<'_, 'py>),
     f: fn(&RpyPose, &RpyPose) -> f64,
 ) -> Reply<'py> {
     let (a, b) = (
-        Rows::<6>::read("p_from", p_from)?,
-        Rows::<6>::read("p_to", p_to)?,
+        Rows::<6>::read(first_name, first)?,
+        Rows::<6>::read(second_name, second)?,
     );
-    let batch = common_batch(&[("p_from", a.batch()), ("p_to", b.batch())])?;
+    let batch = common_batch(&[(first_name, a.batch()), (second_name, b.batch())])?;
     compute(py, batch, |i| f(&pose(a.at(i)), &pose(b.at(i)))).into_number(py)
 }
 
@@ -65,6 +65,34 @@ fn pose(row: &[f64; 6]) -> RpyPose {
     RpyPose::from_array(*row)
 }
 
+/// A function of every number of an array, or of one number.
+fn elementwise<'py>(
+    py: Python<'py>,
+    (name, given): (&str, Given<'_, 'py>),
+    f: impl Fn(f64) -> f64,
+) -> Reply<'py> {
+    let Numbers { values, shape } = Numbers::read(name, given)?;
+    let values: Vec<f64> = values.into_iter().map(f).collect();
+    match (shape.as_slice(), values.as_slice()) {
+        ([], [value]) => Ok(pyo3::types::PyFloat::new(py, *value).into_any()),
+        _ => reshaped(PyArray1::from_vec(py, values), shape),
+    }
+}
+
+/// A function of the module: `how` is one of the functions above, which gets the arguments with their names.
+macro_rules! function {
+    ($(#[$doc:meta])* $name:ident($($argument:ident),+) = $how:ident($($with:path),+)) => {
+        $(#[$doc])*
+        #[pyfunction]
+        pub(crate) fn $name<'py>(
+            py: Python<'py>,
+            $($argument: Given<'_, 'py>),+
+        ) -> Reply<'py> {
+            $how(py, $((stringify!($argument), $argument)),+, $($with),+)
+        }
+    };
+}
+
 /// Names of the built-in arms, smallest first.
 ///
 /// >>> elitescript.models()
@@ -74,47 +102,30 @@ pub(crate) fn models(py: Python<'_>) -> PyResult<Bound<'_, PyTuple>> {
     PyTuple::new(py, RobotModel::names().collect::<Vec<_>>())
 }
 
-/// Positions added, rotations chained R1 R2 (manual 3.2.26).
-///
-/// Unlike `pose_trans`, the position of `p_2` is not turned by `p_1`.
-///
-/// p_1, p_2: poses, (6,) or (N, 6), m and rad. Returns the same shape.
-#[pyfunction]
-pub(crate) fn pose_add<'py>(
-    py: Python<'py>,
-    p_1: Given<'_, 'py>,
-    p_2: Given<'_, 'py>,
-) -> Reply<'py> {
-    pose_of_two(py, ("p_1", p_1), ("p_2", p_2), m::pose_add, batch::pose_add)
+function! {
+    /// Positions added, rotations chained R1 R2 (manual 3.2.26).
+    ///
+    /// Unlike `pose_trans`, the position of `p_2` is not turned by `p_1`.
+    ///
+    /// p_1, p_2: poses, (6,) or (N, 6), m and rad. Returns the same shape.
+    pose_add(p_1, p_2) = pose_of_two(m::pose_add, batch::pose_add)
 }
 
-/// Positions subtracted, rotation from `p_from` to `p_to`: inverse(R_from) R_to (manual 3.2.29).
-///
-/// p_to, p_from: poses, (6,) or (N, 6), m and rad. Returns the same shape.
-#[pyfunction]
-pub(crate) fn pose_sub<'py>(
-    py: Python<'py>,
-    p_to: Given<'_, 'py>,
-    p_from: Given<'_, 'py>,
-) -> Reply<'py> {
-    let (to, from) = (("p_to", p_to), ("p_from", p_from));
-    pose_of_two(py, to, from, m::pose_sub, batch::pose_sub)
+function! {
+    /// Positions subtracted, rotation from `p_from` to `p_to`: inverse(R_from) R_to (manual 3.2.29).
+    ///
+    /// p_to, p_from: poses, (6,) or (N, 6), m and rad. Returns the same shape.
+    pose_sub(p_to, p_from) = pose_of_two(m::pose_sub, batch::pose_sub)
 }
 
-/// A pose given in the frame of `p_from`, expressed in the frame `p_from` is given in (manual 3.2.30).
-///
-/// p_from, p_from_to: poses, (6,) or (N, 6), m and rad. Returns the same shape.
-///
-/// >>> elitescript.pose_trans([0.1, 0, 0, 0, 0, 0], [0, 0.2, 0, 0, 0, 0])
-/// array([0.1, 0.2, 0. , 0. , 0. , 0. ])
-#[pyfunction]
-pub(crate) fn pose_trans<'py>(
-    py: Python<'py>,
-    p_from: Given<'_, 'py>,
-    p_from_to: Given<'_, 'py>,
-) -> Reply<'py> {
-    let (frame, inside) = (("p_from", p_from), ("p_from_to", p_from_to));
-    pose_of_two(py, frame, inside, m::pose_trans, batch::pose_trans)
+function! {
+    /// A pose given in the frame of `p_from`, expressed in the frame `p_from` is given in (manual 3.2.30).
+    ///
+    /// p_from, p_from_to: poses, (6,) or (N, 6), m and rad. Returns the same shape.
+    ///
+    /// >>> elitescript.pose_trans([0.1, 0, 0, 0, 0, 0], [0, 0.2, 0, 0, 0, 0])
+    /// array([0.1, 0.2, 0. , 0. , 0. , 0. ])
+    pose_trans(p_from, p_from_to) = pose_of_two(m::pose_trans, batch::pose_trans)
 }
 
 /// The inverse transform of a pose (manual 3.2.28).
@@ -129,30 +140,20 @@ pub(crate) fn pose_inv<'py>(py: Python<'py>, p_from: Given<'_, 'py>) -> Reply<'p
     .into_array(py)
 }
 
-/// Euclidean length of the difference of the six numbers (manual 3.2.27).
-///
-/// Metres and radians are mixed and angles are not wrapped: odd, but it is what the manual's example prints.
-///
-/// p_from, p_to: poses, (6,) or (N, 6). Returns a float, or (N,).
-#[pyfunction]
-pub(crate) fn pose_dist<'py>(
-    py: Python<'py>,
-    p_from: Given<'_, 'py>,
-    p_to: Given<'_, 'py>,
-) -> Reply<'py> {
-    number_of_two(py, p_from, p_to, m::pose_dist)
+function! {
+    /// Euclidean length of the difference of the six numbers (manual 3.2.27).
+    ///
+    /// Metres and radians are mixed and angles are not wrapped: odd, but it is what the manual's example prints.
+    ///
+    /// p_from, p_to: poses, (6,) or (N, 6). Returns a float, or (N,).
+    pose_dist(p_from, p_to) = number_of_two(m::pose_dist)
 }
 
-/// Distance of two positions in m; the rotations do not count (manual 3.2.25).
-///
-/// p_from, p_to: poses, (6,) or (N, 6). Returns a float, or (N,).
-#[pyfunction]
-pub(crate) fn point_dist<'py>(
-    py: Python<'py>,
-    p_from: Given<'_, 'py>,
-    p_to: Given<'_, 'py>,
-) -> Reply<'py> {
-    number_of_two(py, p_from, p_to, m::point_dist)
+function! {
+    /// Distance of two positions in m; the rotations do not count (manual 3.2.25).
+    ///
+    /// p_from, p_to: poses, (6,) or (N, 6). Returns a float, or (N,).
+    point_dist(p_from, p_to) = number_of_two(m::point_dist)
 }
 
 /// Between two poses: straight line for the position, shortest turn for the rotation (manual 3.2.33).
@@ -193,20 +194,18 @@ pub(crate) fn interpolate_pose<'py>(
     .into_array(py)
 }
 
-/// Rotation vector (axis times angle) to roll, pitch, yaw (manual 3.2.31).
-///
-/// rotation_vector: (3,) or (N, 3), rad. Returns the same shape.
-#[pyfunction]
-pub(crate) fn rotvec2rpy<'py>(py: Python<'py>, rotation_vector: Given<'_, 'py>) -> Reply<'py> {
-    of_three(py, ("rotation_vector", rotation_vector), m::rotvec2rpy)
+function! {
+    /// Rotation vector (axis times angle) to roll, pitch, yaw (manual 3.2.31).
+    ///
+    /// rotation_vector: (3,) or (N, 3), rad. Returns the same shape.
+    rotvec2rpy(rotation_vector) = of_three(m::rotvec2rpy)
 }
 
-/// Roll, pitch, yaw to rotation vector (axis times angle, angle in [0, pi]) (manual 3.2.32).
-///
-/// rpy_vector: (3,) or (N, 3), rad. Returns the same shape.
-#[pyfunction]
-pub(crate) fn rpy2rotvec<'py>(py: Python<'py>, rpy_vector: Given<'_, 'py>) -> Reply<'py> {
-    of_three(py, ("rpy_vector", rpy_vector), m::rpy2rotvec)
+function! {
+    /// Roll, pitch, yaw to rotation vector (axis times angle, angle in [0, pi]) (manual 3.2.32).
+    ///
+    /// rpy_vector: (3,) or (N, 3), rad. Returns the same shape.
+    rpy2rotvec(rpy_vector) = of_three(m::rpy2rotvec)
 }
 
 /// A wrench through the transform as it stands: F' = R F, M' = R M + t x F' (manual 4.8).
@@ -270,31 +269,14 @@ pub(crate) fn normalize<'py>(py: Python<'py>, v: Given<'_, 'py>) -> Reply<'py> {
     reshaped(PyArray1::from_vec(py, values), shape)
 }
 
-/// A function of every number of an array, or of one number.
-fn elementwise<'py>(
-    py: Python<'py>,
-    name: &str,
-    given: Given<'_, 'py>,
-    f: impl Fn(f64) -> f64,
-) -> Reply<'py> {
-    let Numbers { values, shape } = Numbers::read(name, given)?;
-    let values: Vec<f64> = values.into_iter().map(f).collect();
-    match (shape.as_slice(), values.as_slice()) {
-        ([], [value]) => Ok(pyo3::types::PyFloat::new(py, *value).into_any()),
-        _ => reshaped(PyArray1::from_vec(py, values), shape),
-    }
+function! {
+    /// Degrees to radians (manual 3.2.16). d: number or array of any shape. Returns the same shape.
+    d2r(d) = elementwise(m::d2r)
 }
 
-/// Degrees to radians (manual 3.2.16). d: number or array of any shape. Returns the same shape.
-#[pyfunction]
-pub(crate) fn d2r<'py>(py: Python<'py>, d: Given<'_, 'py>) -> Reply<'py> {
-    elementwise(py, "d", d, m::d2r)
-}
-
-/// Radians to degrees (manual 3.2.17). r: number or array of any shape. Returns the same shape.
-#[pyfunction]
-pub(crate) fn r2d<'py>(py: Python<'py>, r: Given<'_, 'py>) -> Reply<'py> {
-    elementwise(py, "r", r, m::r2d)
+function! {
+    /// Radians to degrees (manual 3.2.17). r: number or array of any shape. Returns the same shape.
+    r2d(r) = elementwise(m::r2d)
 }
 
 /// Logarithm of f to base b; the base comes first, unlike math.log (manual 3.2.20).

@@ -19,7 +19,9 @@ fn file() -> &'static [u8] {
     FILE.get_or_init(|| {
         let out = Shared::default();
         let (mut motion, _script, recorder, handle) = start(out.clone(), config());
-        handle.program_started(0.0, motion_api::ProgramId(1), "a.script", "pass\n");
+        let program = motion_api::ProgramId(1);
+        handle.program_started(0.0, program, "a.script", "global x\nx = 1\n");
+        handle.variable(0.0, program, "x", "int", "1");
         push(&mut motion, command(1, 1, movej(0.5)));
         for cycle in 1..=CYCLES {
             let mut state = state(cycle);
@@ -228,7 +230,7 @@ fn a_topic_that_is_not_there_is_an_error_that_names_those_there_are() {
     assert_eq!(
         error.to_string(),
         "there is no topic /cycles in the recording; it has /command, /cycle, /io, /joint_states, /log, /scene, \
-         /script, /tcp, /tf"
+         /script, /tcp, /tf, /variables"
     );
 }
 

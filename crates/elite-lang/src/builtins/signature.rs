@@ -82,6 +82,20 @@ impl Signature {
         }
     }
 
+    /// How a function with this signature is called, for people.
+    pub fn shown(&self, name: &str, symbols: &Symbols) -> String {
+        let last = self.params.len().saturating_sub(1);
+        let parts = self.params.iter().enumerate().map(|(index, param)| {
+            let text = symbols.name(param.name);
+            match param.optional {
+                true if self.var_args && index == last => format!("*{text}"),
+                true => format!("{text}=…"),
+                false => text.to_string(),
+            }
+        });
+        format!("{name}({})", parts.collect::<Vec<_>>().join(", "))
+    }
+
     /// Number of parameters, so of bound arguments.
     pub fn len(&self) -> usize {
         self.params.len()
@@ -102,6 +116,17 @@ impl Signature {
 impl Evaluator<'_> {
     /// Binds arguments to the parameters of a builtin, in `bound`, which has a place for each.
     pub fn bind_builtin(
+        &self,
+        builtin: &Builtin,
+        args: &mut [Value],
+        keywords: &[(Symbol, Value)],
+        bound: &mut [Value],
+    ) -> R<()> {
+        self.bind_arguments(builtin, args, keywords, bound)
+            .map_err(|raised| self.with_native_signature(raised, builtin))
+    }
+
+    fn bind_arguments(
         &self,
         builtin: &Builtin,
         args: &mut [Value],

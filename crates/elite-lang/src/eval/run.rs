@@ -104,13 +104,17 @@ impl Evaluator<'_> {
                 Some(index) => {
                     let slot = &mut slots[params.positional_only + index];
                     if !slot.is_unbound() {
-                        return Err(self.multiple_values(&function.code, *name));
+                        let error = self.multiple_values(&function.code, *name);
+                        return Err(self.with_signature(error, function));
                     }
                     *slot = value.clone();
                 }
                 None => match &mut more {
                     Some(dict) => dict.set_interned(self.core.symbols.value(*name), value.clone()),
-                    None => return Err(self.unexpected_keyword(function, *name, keywords)),
+                    None => {
+                        let error = self.unexpected_keyword(function, *name, keywords);
+                        return Err(self.with_signature(error, function));
+                    }
                 },
             }
         }
@@ -118,7 +122,8 @@ impl Evaluator<'_> {
             slots[slot] = Value::Dict(Rc::new(dict));
         }
         if args.len() > given && params.star.is_none() {
-            return Err(self.too_many_arguments(function, args.len(), slots));
+            let error = self.too_many_arguments(function, args.len(), slots);
+            return Err(self.with_signature(error, function));
         }
         self.fill_defaults(function, slots)
     }
@@ -136,7 +141,10 @@ impl Evaluator<'_> {
                     .and_then(|index| defaults.get(index))
                 {
                     Some(default) => *slot = default.clone(),
-                    None => return Err(self.missing_arguments(function, slots)),
+                    None => {
+                        let error = self.missing_arguments(function, slots);
+                        return Err(self.with_signature(error, function));
+                    }
                 }
             }
         }
@@ -150,7 +158,8 @@ impl Evaluator<'_> {
             .iter()
             .any(Value::is_unbound)
         {
-            return Err(self.missing_keyword_arguments(function, slots));
+            let error = self.missing_keyword_arguments(function, slots);
+            return Err(self.with_signature(error, function));
         }
         Ok(())
     }

@@ -143,8 +143,10 @@ impl Parser<'_> {
         let kind = if self.kind() == T::DoubleStar {
             self.dict_items(Vec::new())?
         } else {
+            let in_brackets = self.kind() == T::LeftParen;
             let first = self.star_or_named()?;
             if self.kind() == T::Colon
+                && !in_brackets
                 && let ExprKind::Starred(_) | ExprKind::Named { .. } = first.kind
             {
                 return self.unexpected("',' or '}'");

@@ -10,6 +10,7 @@ mod deque;
 mod json;
 mod math;
 mod random;
+mod regex;
 mod socket;
 mod system;
 mod thread;
@@ -45,6 +46,7 @@ const MODULES: &[(&str, Content)] = &[
     ("_collections", Native(deque::fill)),
     ("_json", Native(json::fill)),
     ("_random", Native(random::fill)),
+    ("_re", Native(regex::fill)),
     ("_socket", Native(socket::fill)),
     ("_system", Native(system::fill)),
     ("_struct", Native(binary::fill)),
@@ -65,6 +67,7 @@ const MODULES: &[(&str, Content)] = &[
     ("os.path", Script(include_str!("lib/os_path.py"))),
     ("queue", Script(include_str!("lib/queue.py"))),
     ("random", Script(include_str!("lib/random.py"))),
+    ("re", Script(include_str!("lib/re.py"))),
     ("signal", Script(include_str!("lib/signal.py"))),
     ("socket", Script(include_str!("lib/socket.py"))),
     ("statistics", Script(include_str!("lib/statistics.py"))),

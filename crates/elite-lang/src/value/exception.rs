@@ -19,6 +19,8 @@ pub struct ExceptionState {
     pub context: RefCell<Value>,
     /// `raise … from …` has been used.
     pub suppress_context: Cell<bool>,
+    /// How the function is to be called whose call raised it.
+    pub signature: RefCell<Option<Box<str>>>,
     traceback: RefCell<Vec<Trace>>,
 }
 

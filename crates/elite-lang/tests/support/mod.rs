@@ -175,5 +175,12 @@ pub fn run(text: &str) -> String {
 
 /// The last line a program leaves: of its output, or `Type: message`.
 pub fn last_line(text: &str) -> String {
-    run(text).trim_end().lines().last().unwrap_or("").to_owned()
+    last_but_help(&run(text))
+}
+
+/// The last line of an output that is no advice.
+pub fn last_but_help(output: &str) -> String {
+    let mut lines = output.trim_end().lines();
+    let last = lines.rfind(|line| !line.starts_with("help: "));
+    last.unwrap_or("").to_owned()
 }

@@ -279,6 +279,7 @@ impl Kind {
             Self::Number(Range::Positive) => Some("> 0".into()),
             Self::Number(Range::NotNegative) => Some(">= 0".into()),
             Self::Integer(i64::MIN, i64::MAX) => None,
+            Self::Booleans(Some(_)) => Some("each 0 or 1".into()),
             Self::Integer(min, i64::MAX) => Some(format!(">= {min}")),
             Self::Number(Range::Between(min, max)) => Some(format!("{min} to {max}")),
             Self::Integer(min, max) => Some(format!("{min} to {max}")),

@@ -88,6 +88,7 @@ pub const BUILTINS: &[Builtin] = &[
             },
             Parameter {
                 name: "q",
+                aliases: &[],
                 meaning: "joint positions instead of p, by name",
                 ..QNEAR
             },

@@ -85,3 +85,66 @@ fn param(parameter: &declare::Parameter) -> Param {
         },
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the manual prints for chapters 2 and 9 and `sync` of chapter 1, blanks around `=` left out. `str_sub` is
+    /// printed without the default that its text describes.
+    const MANUAL: &[(&str, &str)] = &[
+        ("1.2.5", "sync()"),
+        (
+            "2.3",
+            "interpreter_mode(clearQueueOnEnter=True, clearOnEnd=True)",
+        ),
+        ("2.4", "end_interpreter()"),
+        ("2.5", "clear_interpreter()"),
+        ("9.1.1", "start_thread(function, args=(), detach_mode=True)"),
+        ("9.1.2", "join_thread(thread_id)"),
+        ("9.1.3", "stop_thread(thread_id)"),
+        ("9.2.1", "pause()"),
+        ("9.2.2", "halt()"),
+        ("9.3.1", "textmsg(s1, s2='')"),
+        (
+            "9.3.2",
+            "popup(s, title='Popup', warning=False, error=False, blocking=False)",
+        ),
+        ("9.4.1", "str_at(src, index)"),
+        ("9.4.2", "str_cat(object1, object2)"),
+        ("9.4.3", "str_empty(str)"),
+        ("9.4.4", "str_find(src, target, start_from=0)"),
+        ("9.4.5", "str_len(str)"),
+        ("9.4.6", "str_sub(src, index, len=None)"),
+        ("9.4.7", "to_num(str)"),
+        ("9.4.8", "to_str(val)"),
+        ("9.5.1", "sleep(t)"),
+        ("9.5.2", "set_flag(n, b)"),
+        ("9.5.3", "get_flag(n)"),
+        ("9.5.4", "get_steptime()"),
+        ("9.5.5", "controller_timestamp()"),
+        ("9.5.6", "rtsi_set_watchdog(variable, frequency, action)"),
+        ("9.5.7", "powerdown()"),
+    ];
+
+    #[test]
+    fn every_function_of_chapters_2_and_9_is_there_as_the_manual_writes_it() {
+        for (section, signature) in MANUAL {
+            let name = signature.split('(').next().unwrap();
+            let builtin = all()
+                .find(|builtin| builtin.name == name)
+                .unwrap_or_else(|| panic!("{name} is missing"));
+            assert_eq!(builtin.section, *section, "{name}");
+            assert_eq!(builtin.signature(), *signature);
+        }
+    }
+
+    #[test]
+    fn every_function_has_one_declaration() {
+        let mut names: Vec<&str> = all().map(|builtin| builtin.name).collect();
+        let count = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), count);
+    }
+}

@@ -198,8 +198,9 @@ fn bounded(call: &mut Call<'_, '_>, text: String) -> Result<Value, Raised> {
     let chars = text.chars().count();
     if chars > CHARS_MAX {
         let name = call.name();
-        let message =
-            format!("{name}(): the result would have {chars} characters, {CHARS_MAX} are allowed");
+        let message = format!(
+            "{name}(): the result is longer than {CHARS_MAX} characters: it would have {chars}"
+        );
         return Err(call.error(ExceptionKind::ValueError, message));
     }
     Ok(Value::str(text))
@@ -257,7 +258,7 @@ fn to_num(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         }
         Err(NotANumber::TooLarge) => {
             let shown: String = text.trim().chars().take(60).collect();
-            let message = format!("to_num(): the number {shown} is too large");
+            let message = format!("to_num(): number too large: {shown}");
             Err(call.error(ExceptionKind::OverflowError, message))
         }
     }

@@ -118,7 +118,7 @@ struct Socket {
 
 enum State {
     New(TcpSocket),
-    Connecting(Arc<Mutex<Pending<TcpStream>>>, AbortHandle),
+    Connecting(Arc<Mutex<Pending<TcpStream>>>),
     Connected(Arc<TcpStream>),
     Listening(
         Arc<TcpListener>,
@@ -130,7 +130,8 @@ enum State {
 /// Something that a future is bringing about.
 struct Pending<T> {
     result: Option<io::Result<T>>,
-    under_way: bool,
+    /// The future, while it is at work.
+    under_way: Option<AbortHandle>,
     waiters: Vec<ThreadId>,
 }
 
@@ -138,7 +139,7 @@ impl<T> Default for Pending<T> {
     fn default() -> Self {
         Pending {
             result: None,
-            under_way: false,
+            under_way: None,
             waiters: Vec::new(),
         }
     }
@@ -152,12 +153,21 @@ fn settle<T>(pending: &Mutex<Pending<T>>, result: io::Result<T>, outside: &Outsi
     let waiters = {
         let mut pending = lock(pending);
         pending.result = Some(result);
-        pending.under_way = false;
+        pending.under_way = None;
         std::mem::take(&mut pending.waiters)
     };
     for thread in waiters {
         outside.wake(thread);
     }
+}
+
+/// Ends the future, and says who waited for it.
+fn give_up<T>(pending: &Mutex<Pending<T>>) -> Vec<ThreadId> {
+    let mut pending = lock(pending);
+    if let Some(future) = pending.under_way.take() {
+        future.abort();
+    }
+    std::mem::take(&mut pending.waiters)
 }
 
 impl Socket {
@@ -225,13 +235,14 @@ impl HostSocket for Socket {
             };
             settle(&slot, result, &outside);
         });
-        *state = State::Connecting(pending, task.abort_handle());
+        lock(&pending).under_way = Some(task.abort_handle());
+        *state = State::Connecting(pending);
         Ok(())
     }
 
     fn connected(&self) -> io::Result<()> {
         let result = match &*self.state.borrow() {
-            State::Connecting(pending, _) => lock(pending).result.take(),
+            State::Connecting(pending) => lock(pending).result.take(),
             State::Connected(_) => return Ok(()),
             _ => return Err(io::Error::from_raw_os_error(EBADF)),
         };
@@ -319,10 +330,15 @@ impl HostSocket for Socket {
 
     fn close(&self) {
         let state = self.state.replace(State::Closed);
-        if let State::Connecting(_, task) = &state {
-            task.abort();
-        }
         // Whoever waits finds it closed.
+        let waiters = match &state {
+            State::Connecting(pending) => give_up(pending),
+            State::Listening(_, pending) => give_up(pending),
+            State::New(_) | State::Connected(_) | State::Closed => Vec::new(),
+        };
+        for thread in waiters {
+            self.sockets.outside.wake(thread);
+        }
         for (thread, wait) in self.waits.take() {
             wait.abort();
             self.sockets.outside.wake(thread);
@@ -374,7 +390,7 @@ impl HostSocket for Socket {
                     outside.wake(thread);
                 })
             }
-            State::Connecting(pending, _) => {
+            State::Connecting(pending) => {
                 let mut pending = lock(pending);
                 if pending.result.is_none() {
                     pending.waiters.push(thread);
@@ -386,14 +402,13 @@ impl HostSocket for Socket {
                 let (listener, slot) = (listener.clone(), pending.clone());
                 let mut pending = lock(pending);
                 pending.waiters.push(thread);
-                if pending.under_way {
-                    return;
+                if pending.under_way.is_none() {
+                    let accepting = tokio::spawn(async move {
+                        let result = listener.accept().await;
+                        settle(&slot, result, &outside);
+                    });
+                    pending.under_way = Some(accepting.abort_handle());
                 }
-                pending.under_way = true;
-                tokio::spawn(async move {
-                    let result = listener.accept().await;
-                    settle(&slot, result, &outside);
-                });
                 return;
             }
             State::New(_) | State::Closed => tokio::spawn(async move { outside.wake(thread) }),

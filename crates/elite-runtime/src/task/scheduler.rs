@@ -287,6 +287,8 @@ impl Task {
             }
             if self.paused {
                 self.hold().await;
+                // A secondary program may wait for a command of its own; the others are ready when the task goes on.
+                self.end_waits();
             } else if !self.end_outside_waits() {
                 self.let_time_pass().await;
                 self.end_waits();

@@ -285,9 +285,8 @@ struct Elbows {
 /// Sine and cosine of an arc cosine that takes a cosine just beyond ±1 for ±1; `None` further out and for NaN.
 #[inline]
 fn border_sine(cosine: f64) -> Option<(f64, f64)> {
-    if !(cosine.abs() <= 1.0 + BORDER) {
-        return None;
-    }
-    let cosine = cosine.clamp(-1.0, 1.0);
-    Some((((1.0 - cosine) * (1.0 + cosine)).sqrt(), cosine))
+    (cosine.abs() <= 1.0 + BORDER).then(|| {
+        let cosine = cosine.clamp(-1.0, 1.0);
+        (((1.0 - cosine) * (1.0 + cosine)).sqrt(), cosine)
+    })
 }

@@ -95,6 +95,37 @@ impl IkMethod {
         }
     }
 
+    /// The solution that damped steps from `near` lead to, inside the limits; `None` for the closed form, which needs
+    /// none.
+    fn iterated(
+        &self,
+        chain: &Chain,
+        limits: &JointLimits,
+        base_from_flange: &Pose,
+        near: &JointPositions,
+    ) -> Option<JointPositions> {
+        if matches!(self, Self::ClosedForm(_)) {
+            return None;
+        }
+        let q = iterative::refine(chain, base_from_flange, near)?;
+        turned_towards(&q.map(wrap_angle), near, limits)
+    }
+
+    /// The solution for the next place of a path that was at `near`: as [`Self::nearest`], but an iterated arm is not
+    /// searched for other branches, so it takes some 10 µs at most.
+    pub fn following(
+        &self,
+        chain: &Chain,
+        limits: &JointLimits,
+        base_from_flange: &Pose,
+        near: &JointPositions,
+    ) -> Option<JointPositions> {
+        match self {
+            Self::ClosedForm(_) => self.nearest(chain, limits, base_from_flange, near),
+            _ => self.iterated(chain, limits, base_from_flange, near),
+        }
+    }
+
     /// The solution nearest to `near` within the position limits, `None` if there is none.
     ///
     /// Every joint is first moved by whole turns towards `near` inside its limits; then the smallest Euclidean distance
@@ -107,7 +138,12 @@ impl IkMethod {
         base_from_flange: &Pose,
         near: &JointPositions,
     ) -> Option<JointPositions> {
-        let mut best: Option<(f64, JointPositions)> = None;
+        // Following a path, the next solution is right here: no need to look at every branch.
+        let beside = self.iterated(chain, limits, base_from_flange, near);
+        if let Some(q) = beside.filter(|q| q.distance_squared(near) < ON_THE_PATH) {
+            return Some(q);
+        }
+        let mut best = beside.map(|q| (q.distance_squared(near), q));
         let consider = |best: &mut Option<(f64, JointPositions)>, q: &JointPositions| {
             if let Some(q) = turned_towards(q, near, limits) {
                 let distance = q.distance_squared(near);
@@ -116,15 +152,6 @@ impl IkMethod {
                 }
             }
         };
-        if !matches!(self, Self::ClosedForm(_))
-            && let Some(q) = iterative::refine(chain, base_from_flange, near)
-        {
-            consider(&mut best, &q.map(wrap_angle));
-            // Following a path, the next solution is right here: no need to look at every branch.
-            if let Some((_, q)) = best.filter(|(distance, _)| *distance < ON_THE_PATH) {
-                return Some(q);
-            }
-        }
         if *self == Self::Iterative {
             // Every solution found, not the first eight: an arm of any shape has up to sixteen.
             iterative::search(chain, base_from_flange, |q| consider(&mut best, &q));

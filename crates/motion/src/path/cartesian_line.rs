@@ -107,7 +107,7 @@ impl CartesianLine {
         s: f64,
         near: &JointPositions,
     ) -> Option<JointPositions> {
-        model.inverse_nearest(&self.pose(s), &self.flange_from_tcp, near)
+        model.inverse_following(&self.pose(s), &self.flange_from_tcp, near)
     }
 
     /// The derivatives at joint positions `q` that lie on the line at s; `None` where the Jacobian is singular.

@@ -2,7 +2,9 @@
 
 use std::sync::atomic::Ordering;
 
+use elite_lang::SourceFile;
 use elite_runtime::message::{Message, Observer, Severity};
+use elite_runtime::panel::Popup;
 use elite_runtime::{ProgramText, TaskState};
 use kinematics::{Payload, RpyPose};
 use motion_api::{CommandKind, Origin, RobotState};
@@ -21,7 +23,6 @@ const DEFAULT_CONFIGURATION: &str = "default.configuration";
 pub(super) struct Loaded {
     task: Option<String>,
     configuration: Option<String>,
-    popup: Option<String>,
 }
 
 /// A configuration file: TOML, our own; the vendor's format is not known. What is missing stays as it is.
@@ -80,9 +81,14 @@ impl Dashboard for Backend {
             }
             Order::ShowPopup(text) => {
                 tracing::info!("popup: {text}");
-                locked(&self.loaded).popup = Some(text);
+                self.supervisor.panel().open_popup(Popup {
+                    title: "Popup".to_owned(),
+                    text,
+                    ..Popup::default()
+                });
             }
-            Order::ClosePopup => locked(&self.loaded).popup = None,
+            // Also one that a program waits for: that is how it is answered.
+            Order::ClosePopup => drop(self.supervisor.panel().close_newest_popup()),
             // No dialog is ever open: what it would say is in the log and on port 30001.
             Order::CloseSafetyDialog => {}
             Order::Pause => self.supervisor.pause(),
@@ -141,11 +147,32 @@ impl Dashboard for Backend {
     }
 
     async fn variable(&self, name: &str) -> Result<String, String> {
-        Err(format!("variable {name} is undefined"))
+        let variables = self.supervisor.panel().variables();
+        let found = variables.into_iter().find(|(known, _)| known == name);
+        found
+            .map(|(_, variable)| variable.value)
+            .ok_or_else(|| format!("variable {name} is undefined"))
     }
 
-    async fn set_variable(&self, name: &str, _: &str) -> Result<(), String> {
-        Err(format!("variable {name} is undefined"))
+    /// A secondary program beside the task: it shares its globals.
+    async fn set_variable(&self, name: &str, value: &str) -> Result<(), String> {
+        let known = self.variable(name).await.is_ok();
+        if !known || self.supervisor.status().state == TaskState::Stopped {
+            return Err(format!("variable {name} is undefined"));
+        }
+        let text = format!("sec set_variable():\n global {name}\n {name} = {value}\nend\n");
+        let source = SourceFile::new("value", text.as_str());
+        if elite_lang::compile(source, &self.known).is_err() {
+            return Err(format!("{value} is no value"));
+        }
+        let program = ProgramText {
+            name: "set_variable".to_owned(),
+            text,
+        };
+        match self.supervisor.submit(program).await {
+            Ok(_) => Ok(()),
+            Err(error) => Err(error.to_string()),
+        }
     }
 }
 

@@ -23,7 +23,13 @@ impl Controller for Backend {
         self.feed.subscribe()
     }
 
-    fn apply(&self, _client: ClientId, changes: &[Change], _written: &[Input]) {
+    fn apply(&self, _client: ClientId, changes: &[Change], written: &[Input]) {
+        let (panel, now) = (self.supervisor.panel(), self.robot.state().time);
+        if panel.has_watchdogs() {
+            for input in written {
+                panel.rtsi_input_was_set(&input.name(), now);
+            }
+        }
         for change in changes {
             match *change {
                 Change::SpeedFraction(fraction) => {

@@ -56,6 +56,8 @@ impl Evaluator<'_> {
     /// Text of bytes in an encoding. `errors` is `strict`, `ignore`, `replace` or `backslashreplace`.
     pub fn decode(&self, data: &[u8], encoding: &Value, errors: &Value) -> R {
         let (codec, errors) = (self.codec(encoding)?, self.handler(errors)?);
+        // What does not fit becomes up to four characters a byte.
+        self.check_allocation(data.len().saturating_mul(4))?;
         let mut out = String::with_capacity(data.len());
         let mut at = 0;
         let mut codec = codec;
@@ -115,6 +117,11 @@ impl Evaluator<'_> {
     /// Bytes of text in an encoding. `errors` is as for `decode`, or `xmlcharrefreplace`.
     pub fn encode(&self, text: &Str, encoding: &Value, errors: &Value) -> R<Vec<u8>> {
         let (codec, errors) = (self.codec(encoding)?, self.handler(errors)?);
+        // Up to ten bytes stand for a character that does not fit.
+        self.check_allocation(
+            text.len()
+                .saturating_mul(if errors == "strict" { 4 } else { 10 }),
+        )?;
         let limit = match codec {
             Codec::Utf8 => return Ok(text.as_str().as_bytes().to_vec()),
             Codec::Wide {

@@ -1,0 +1,825 @@
+//! `_re`: regular expressions of Python on fancy-regex.
+//!
+//! `translate` turns Python's syntax into that of the crate and finds the errors Python reports. Patterns without
+//! look-around and back-references run in linear time; the others backtrack within a bound ([`BACKTRACK_MAX`]), beyond
+//! which `RuntimeError` is raised instead of running on. Differences: look-behind, `\d` and the like follow Unicode as
+//! regex-syntax has it; a group in a repetition that was not entered in its last round keeps its earlier text.
+
+mod translate;
+
+use std::cell::OnceCell;
+use std::rc::Rc;
+
+use fancy_regex::{BytesMode, Captures, Input, Regex, RegexBuilder, RegexInput};
+
+use super::define::{Builder, Entry, instance, with_data};
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::value::iter::NativeIter;
+use crate::value::{Bytes, Dict, Iter, R, Raised, Value};
+
+use translate::{Translated, flag, translate};
+
+/// Steps back that one search may take.
+const BACKTRACK_MAX: usize = 500_000;
+/// Bytes of a compiled expression.
+const SIZE_MAX: usize = 4 << 20;
+
+pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+    module.functions(&[("_compile", "pattern flags error /", compile)]);
+    let pattern = module.class("Pattern", None, PATTERN);
+    module.property(&pattern, "pattern", |ev, args| {
+        with_pattern(ev, args, |p| Ok(p.source.clone()))
+    });
+    module.property(&pattern, "flags", |ev, args| {
+        with_pattern(ev, args, |p| Ok(Value::Int(i64::from(p.parsed.flags))))
+    });
+    module.property(&pattern, "groups", |ev, args| {
+        with_pattern(ev, args, |p| Ok(Value::Int(p.parsed.groups as i64)))
+    });
+    module.property(&pattern, "groupindex", |ev, args| {
+        with_pattern(ev, args, |p| {
+            let names = p.parsed.names.iter();
+            Ok(Value::dict_of(names.map(|(name, index)| {
+                (name.clone(), Value::Int(*index as i64))
+            })))
+        })
+    });
+    let found = module.class("Match", None, MATCH);
+    module.property(&found, "string", |ev, args| {
+        with_match(ev, args, |m| Ok(m.text.value()))
+    });
+    module.property(&found, "re", |ev, args| {
+        with_match(ev, args, |m| Ok(m.pattern.clone()))
+    });
+    module.property(&found, "pos", |ev, args| {
+        with_match(ev, args, |m| Ok(m.text.index(m.range.0)))
+    });
+    module.property(&found, "endpos", |ev, args| {
+        with_match(ev, args, |m| Ok(m.text.index(m.range.1)))
+    });
+    module.property(&found, "lastindex", |ev, args| {
+        with_match(ev, args, |m| {
+            Ok(m.last_index()
+                .map_or(Value::None, |index| Value::Int(index as i64)))
+        })
+    });
+    module.property(&found, "lastgroup", |ev, args| {
+        with_match(ev, args, |m| {
+            let last = m.last_index();
+            let name = m
+                .compiled
+                .parsed
+                .names
+                .iter()
+                .find(|(_, index)| Some(*index) == last);
+            Ok(name.map_or(Value::None, |(name, _)| Value::str(&**name)))
+        })
+    });
+    for class in [&pattern, &found] {
+        class.set(crate::value::symbol::known::MODULE, Value::str("re"));
+    }
+    Ok(())
+}
+
+/// A compiled pattern.
+struct Pattern {
+    source: Value,
+    parsed: Translated,
+    is_bytes: bool,
+    search: Regex,
+    /// The same, but matching no empty text.
+    not_empty: OnceCell<Option<Regex>>,
+    /// The same, up to the end of the text.
+    full: OnceCell<Option<Regex>>,
+}
+
+fn build(pattern: &str, is_bytes: bool, not_empty: bool) -> Result<Regex, String> {
+    let mut builder = RegexBuilder::new(pattern);
+    builder
+        .backtrack_limit(BACKTRACK_MAX)
+        .delegate_size_limit(SIZE_MAX)
+        .delegate_dfa_size_limit(SIZE_MAX)
+        .find_not_empty(not_empty);
+    if is_bytes {
+        builder.bytes_mode(BytesMode::Ascii);
+    }
+    builder.build().map_err(|error| error.to_string())
+}
+
+fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let source = ev.plain(&args[0]);
+    let (text, is_bytes) = match &source {
+        Value::Str(text) => (text.as_str().to_owned(), false),
+        other => match ev.bytes_like(other) {
+            // Byte by byte, as the characters of the same numbers.
+            Some(data) => (data.iter().map(|byte| char::from(*byte)).collect(), true),
+            None => return Err(ev.type_error("first argument must be string or compiled pattern")),
+        },
+    };
+    let flags = ev.clamped_index(&args[1])?.clamp(0, i64::from(u32::MAX)) as u32;
+    if text.len() > 1 << 20 {
+        return Err(ev.value_error("the regular expression is longer than 1 MiB"));
+    }
+    let parsed = match translate(&text, flags, is_bytes) {
+        Ok(parsed) => parsed,
+        Err(error) => {
+            return Err(pattern_error(
+                ev,
+                &args[2],
+                &source,
+                &error.message,
+                error.position,
+            ));
+        }
+    };
+    let search = match build(&parsed.pattern, is_bytes, false) {
+        Ok(search) => search,
+        Err(message) => {
+            let message = if message.contains("look-behind") || message.contains("Look-behind") {
+                "look-behind requires fixed-width pattern".to_owned()
+            } else {
+                format!("not supported: {message}")
+            };
+            return Err(pattern_error(ev, &args[2], &source, &message, None));
+        }
+    };
+    let pattern = Pattern {
+        source,
+        parsed,
+        is_bytes,
+        search,
+        not_empty: OnceCell::new(),
+        full: OnceCell::new(),
+    };
+    instance(ev, "_re.Pattern", Rc::new(pattern))
+}
+
+#[cold]
+fn pattern_error(
+    ev: &Evaluator<'_>,
+    class: &Value,
+    source: &Value,
+    message: &str,
+    position: Option<usize>,
+) -> Raised {
+    let position = position.map_or(Value::None, |position| Value::Int(position as i64));
+    match ev.call(
+        class,
+        &mut [Value::str(message), source.clone(), position],
+        &[],
+    ) {
+        Ok(Value::Instance(exception)) => Raised::Exception(exception),
+        Ok(_) => ev.value_error(message),
+        Err(raised) => raised,
+    }
+}
+
+/// The text that is searched.
+#[derive(Clone)]
+enum Text {
+    Str(Rc<crate::value::Str>, Value),
+    Bytes(Rc<[u8]>, Value),
+}
+
+impl Text {
+    fn of(ev: &Evaluator<'_>, pattern: &Pattern, value: &Value) -> R<Text> {
+        match (ev.plain(value), pattern.is_bytes) {
+            (Value::Str(text), false) => Ok(Text::Str(text, value.clone())),
+            (Value::Str(_), true) => {
+                Err(ev.type_error("cannot use a bytes pattern on a string-like object"))
+            }
+            (other, is_bytes) => match ev.bytes_like(&other) {
+                Some(data) if is_bytes => Ok(Text::Bytes(data.into(), value.clone())),
+                Some(_) => Err(ev.type_error("cannot use a string pattern on a bytes-like object")),
+                None => {
+                    let name = ev.core.types.name_of(&other);
+                    Err(ev.type_error(format!(
+                        "expected string or bytes-like object, got '{name}'"
+                    )))
+                }
+            },
+        }
+    }
+
+    fn value(&self) -> Value {
+        match self {
+            Text::Str(_, value) | Text::Bytes(_, value) => value.clone(),
+        }
+    }
+
+    fn len(&self) -> usize {
+        match self {
+            Text::Str(text, _) => text.as_str().len(),
+            Text::Bytes(data, _) => data.len(),
+        }
+    }
+
+    /// The byte offset of a position that the program gives.
+    fn offset(&self, index: i64) -> usize {
+        let index = usize::try_from(index).unwrap_or(0);
+        match self {
+            Text::Str(text, _) => text.byte_offset(index.min(text.len())),
+            Text::Bytes(data, _) => index.min(data.len()),
+        }
+    }
+
+    /// The position of a byte offset, as programs count.
+    fn index(&self, offset: usize) -> Value {
+        Value::Int(match self {
+            Text::Str(text, _) => text.char_index(offset) as i64,
+            Text::Bytes(..) => offset as i64,
+        })
+    }
+
+    fn slice(&self, (start, end): (usize, usize)) -> Value {
+        match self {
+            Text::Str(text, _) => Value::str(&text.as_str()[start..end]),
+            Text::Bytes(data, _) => Value::Bytes(Rc::new(Bytes::new(data[start..end].to_vec()))),
+        }
+    }
+
+    /// The end of the character at an offset.
+    fn after(&self, offset: usize) -> usize {
+        match self {
+            Text::Str(text, _) => {
+                let c = text.as_str()[offset..].chars().next();
+                offset + c.map_or(1, char::len_utf8)
+            }
+            Text::Bytes(..) => offset + 1,
+        }
+    }
+}
+
+type Spans = Vec<Option<(usize, usize)>>;
+
+/// How a pattern is to match.
+#[derive(Clone, Copy, PartialEq)]
+enum Mode {
+    Search,
+    Match,
+    Full,
+}
+
+fn spans<'t, S: Input<Match<'t>: Span> + ?Sized + 't>(
+    captures: &Captures<'t, S>,
+    groups: usize,
+) -> Spans {
+    (0..=groups)
+        .map(|group| captures.get(group).map(|found| found.span()))
+        .collect()
+}
+
+/// Matches of both kinds of text.
+trait Span {
+    fn span(&self) -> (usize, usize);
+}
+
+impl Span for fancy_regex::Match<'_> {
+    fn span(&self) -> (usize, usize) {
+        (self.start(), self.end())
+    }
+}
+
+impl Span for fancy_regex::MatchBytes<'_> {
+    fn span(&self) -> (usize, usize) {
+        (self.start(), self.end())
+    }
+}
+
+impl Pattern {
+    /// The groups of the next match in `range`, the whole first.
+    fn find(
+        &self,
+        ev: &Evaluator<'_>,
+        text: &Text,
+        range: (usize, usize),
+        mode: Mode,
+        advance: bool,
+    ) -> R<Option<Spans>> {
+        if range.0 > range.1 {
+            return Ok(None);
+        }
+        if advance {
+            // Right here only something that is not empty; further on anything.
+            let not_empty = self
+                .not_empty
+                .get_or_init(|| build(&self.parsed.pattern, self.is_bytes, true).ok());
+            if let Some(regex) = not_empty
+                && let Some(found) = self.run(ev, regex, text, range, true)?
+                && found
+                    .first()
+                    .is_some_and(|whole| whole.is_some_and(|(start, end)| end > start))
+            {
+                return Ok(Some(found));
+            }
+            if mode != Mode::Search || range.0 >= range.1 {
+                return Ok(None);
+            }
+            return self.find(ev, text, (text.after(range.0), range.1), mode, false);
+        }
+        match mode {
+            Mode::Search => self.run(ev, &self.search, text, range, false),
+            Mode::Match => self.run(ev, &self.search, text, range, true),
+            Mode::Full => {
+                let full = self.full.get_or_init(|| {
+                    build(
+                        &format!("(?:{})\\z", self.parsed.pattern),
+                        self.is_bytes,
+                        false,
+                    )
+                    .ok()
+                });
+                match full {
+                    Some(regex) => self.run(ev, regex, text, range, true),
+                    None => Ok(None),
+                }
+            }
+        }
+    }
+
+    fn run(
+        &self,
+        ev: &Evaluator<'_>,
+        regex: &Regex,
+        text: &Text,
+        (start, end): (usize, usize),
+        anchored: bool,
+    ) -> R<Option<Spans>> {
+        ev.safepoint()?;
+        let groups = self.parsed.groups;
+        // Python lets the text end at `endpos`, but begin where it begins.
+        let found = match text {
+            Text::Str(text, _) => {
+                let input = RegexInput::new(&text.as_str()[..end])
+                    .from_pos(start)
+                    .anchored(anchored);
+                regex
+                    .captures_input(input)
+                    .map(|found| found.map(|found| spans(&found, groups)))
+            }
+            Text::Bytes(data, _) => {
+                let input = RegexInput::new(&data[..end])
+                    .from_pos(start)
+                    .anchored(anchored);
+                regex
+                    .captures_input(input)
+                    .map(|found| found.map(|found| spans(&found, groups)))
+            }
+        };
+        match found {
+            Ok(found) => {
+                let at_start = |found: &Spans| {
+                    found
+                        .first()
+                        .is_some_and(|whole| whole.is_some_and(|whole| whole.0 == start))
+                };
+                Ok(found.filter(|found| !anchored || at_start(found)))
+            }
+            Err(_) => {
+                let text = format!(
+                    "the regular expression takes more than {BACKTRACK_MAX} steps back on this text"
+                );
+                Err(ev.raise(ExceptionKind::RuntimeError, text))
+            }
+        }
+    }
+}
+
+/// Goes through all matches in a text.
+struct Scanner {
+    pattern: Rc<Pattern>,
+    text: Text,
+    at: usize,
+    end: usize,
+    /// The last match was empty: the next one here must not be.
+    advance: bool,
+}
+
+impl Scanner {
+    fn next(&mut self, ev: &Evaluator<'_>) -> R<Option<Spans>> {
+        let found = self.pattern.find(
+            ev,
+            &self.text,
+            (self.at, self.end),
+            Mode::Search,
+            self.advance,
+        )?;
+        match found
+            .as_ref()
+            .and_then(|found| found.first().copied().flatten())
+        {
+            Some((start, end)) => {
+                self.at = end;
+                self.advance = start == end;
+            }
+            None => self.at = self.end + 1,
+        }
+        Ok(found)
+    }
+}
+
+/// What was found.
+struct Match {
+    pattern: Value,
+    compiled: Rc<Pattern>,
+    text: Text,
+    range: (usize, usize),
+    spans: Spans,
+}
+
+impl Match {
+    fn last_index(&self) -> Option<usize> {
+        // The group that ended last; of those that ended together the outermost, which is the first.
+        let closed = self.spans.iter().enumerate().skip(1);
+        let closed = closed.filter_map(|(index, span)| span.map(|(_, end)| (end, index)));
+        closed
+            .fold(
+                None,
+                |last: Option<(usize, usize)>, (end, index)| match last {
+                    Some((most, _)) if end <= most => last,
+                    _ => Some((end, index)),
+                },
+            )
+            .map(|(_, index)| index)
+    }
+
+    fn group(&self, ev: &Evaluator<'_>, key: &Value) -> R<usize> {
+        let index = match ev.plain(key) {
+            Value::Str(name) => {
+                let names = &self.compiled.parsed.names;
+                names
+                    .iter()
+                    .find(|(known, _)| known == name.as_str())
+                    .map(|(_, index)| *index)
+            }
+            other => usize::try_from(ev.index(&other)?)
+                .ok()
+                .filter(|index| *index < self.spans.len()),
+        };
+        index.ok_or_else(|| ev.raise(ExceptionKind::IndexError, "no such group"))
+    }
+
+    fn text_of(&self, group: usize, default: &Value) -> Value {
+        match self.spans.get(group).copied().flatten() {
+            Some(span) => self.text.slice(span),
+            None => default.clone(),
+        }
+    }
+}
+
+fn with_pattern(ev: &Evaluator<'_>, args: &[Value], act: impl FnOnce(&Rc<Pattern>) -> R) -> R {
+    with_data(ev, &args[0], |pattern: &Rc<Pattern>| act(pattern))
+}
+
+fn with_match(ev: &Evaluator<'_>, args: &[Value], act: impl FnOnce(&Match) -> R) -> R {
+    with_data(ev, &args[0], act)
+}
+
+fn make_match(
+    ev: &Evaluator<'_>,
+    pattern: &Value,
+    compiled: &Rc<Pattern>,
+    text: &Text,
+    range: (usize, usize),
+    spans: Spans,
+) -> R {
+    let found = Match {
+        pattern: pattern.clone(),
+        compiled: compiled.clone(),
+        text: text.clone(),
+        range,
+        spans,
+    };
+    instance(ev, "_re.Match", found)
+}
+
+fn range(ev: &Evaluator<'_>, text: &Text, pos: &Value, endpos: &Value) -> R<(usize, usize)> {
+    let start = pos.given().map_or(Ok(0), |pos| ev.clamped_index(pos))?;
+    let end = match endpos.given() {
+        Some(end) => text.offset(ev.clamped_index(end)?),
+        None => text.len(),
+    };
+    Ok((text.offset(start), end))
+}
+
+fn one(ev: &Evaluator<'_>, args: &[Value], mode: Mode) -> R {
+    with_pattern(ev, args, |pattern| {
+        let text = Text::of(ev, pattern, &args[1])?;
+        let range = range(ev, &text, &args[2], &args[3])?;
+        match pattern.find(ev, &text, range, mode, false)? {
+            Some(spans) => make_match(ev, &args[0], pattern, &text, range, spans),
+            None => Ok(Value::None),
+        }
+    })
+}
+
+fn scanner(
+    ev: &Evaluator<'_>,
+    pattern: &Rc<Pattern>,
+    text: &Value,
+    pos: &Value,
+    endpos: &Value,
+) -> R<Scanner> {
+    let text = Text::of(ev, pattern, text)?;
+    let (at, end) = range(ev, &text, pos, endpos)?;
+    Ok(Scanner {
+        pattern: pattern.clone(),
+        text,
+        at,
+        end,
+        advance: false,
+    })
+}
+
+const PATTERN: &[Entry] = &[
+    ("search", "string pos? endpos?", |ev, args| {
+        one(ev, args, Mode::Search)
+    }),
+    ("match", "string pos? endpos?", |ev, args| {
+        one(ev, args, Mode::Match)
+    }),
+    ("fullmatch", "string pos? endpos?", |ev, args| {
+        one(ev, args, Mode::Full)
+    }),
+    ("findall", "string pos? endpos?", |ev, args| {
+        with_pattern(ev, args, |pattern| {
+            let mut scanner = scanner(ev, pattern, &args[1], &args[2], &args[3])?;
+            let empty = scanner.text.slice((0, 0));
+            let mut found = Vec::new();
+            while let Some(spans) = scanner.next(ev)? {
+                let text = |span: &Option<(usize, usize)>| {
+                    span.map_or(empty.clone(), |span| scanner.text.slice(span))
+                };
+                found.push(match spans.len() {
+                    1 => text(&spans[0]),
+                    2 => text(&spans[1]),
+                    _ => Value::tuple(spans[1..].iter().map(text).collect()),
+                });
+                ev.check_allocation(found.len() * size_of::<Value>())?;
+            }
+            Ok(Value::list(found))
+        })
+    }),
+    ("finditer", "string pos? endpos?", |ev, args| {
+        with_pattern(ev, args, |pattern| {
+            let scanner = scanner(ev, pattern, &args[1], &args[2], &args[3])?;
+            let range = (scanner.at, scanner.end);
+            let (receiver, scanner) = (args[0].clone(), std::cell::RefCell::new(scanner));
+            let next = move |ev: &Evaluator<'_>| {
+                // A search may let another thread run; that one must not step the same iterator.
+                let Ok(mut stepped) = scanner.try_borrow_mut() else {
+                    return Err(ev.value_error("iterator already executing"));
+                };
+                let found = stepped.next(ev)?;
+                drop(stepped);
+                let scanner = scanner.borrow();
+                let make = |spans| {
+                    make_match(ev, &receiver, &scanner.pattern, &scanner.text, range, spans)
+                };
+                found.map(make).transpose()
+            };
+            Ok(Value::Iter(Rc::new(Iter::Native(NativeIter {
+                type_name: "callable_iterator",
+                next: Box::new(next),
+            }))))
+        })
+    }),
+    ("split", "string maxsplit?", |ev, args| {
+        let most = args[2]
+            .given()
+            .map_or(Ok(0), |most| ev.clamped_index(most))?;
+        with_pattern(ev, args, |pattern| {
+            let mut scanner = scanner(ev, pattern, &args[1], &Value::Unbound, &Value::Unbound)?;
+            let (mut parts, mut from, mut count) = (Vec::new(), 0, 0);
+            while most == 0 || count < most {
+                let Some(spans) = scanner.next(ev)? else {
+                    break;
+                };
+                let (start, end) = spans[0].unwrap_or_default();
+                parts.push(scanner.text.slice((from, start)));
+                parts.extend(
+                    spans[1..]
+                        .iter()
+                        .map(|span| span.map_or(Value::None, |span| scanner.text.slice(span))),
+                );
+                from = end;
+                count += 1;
+            }
+            parts.push(scanner.text.slice((from, scanner.text.len())));
+            Ok(Value::list(parts))
+        })
+    }),
+    // `repl` is a function, or a list of texts and group numbers made from a template.
+    ("_subn", "repl string count", |ev, args| {
+        let most = ev.clamped_index(&args[3])?;
+        with_pattern(ev, args, |pattern| substitute(ev, pattern, args, most))
+    }),
+    ("sub", "repl string count?", |ev, args| {
+        let pair = with_template(ev, args)?;
+        ev.item(&pair, &Value::Int(0))
+    }),
+    ("subn", "repl string count?", with_template),
+    ("__repr__", "", |ev, args| {
+        with_pattern(ev, args, |pattern| {
+            let source: String = ev.repr(&pattern.source)?.chars().take(200).collect();
+            let own = pattern.parsed.flags & !if pattern.is_bytes { 0 } else { flag::UNICODE };
+            let names = [
+                (flag::IGNORECASE, "re.IGNORECASE"),
+                (flag::LOCALE, "re.LOCALE"),
+                (flag::MULTILINE, "re.MULTILINE"),
+                (flag::DOTALL, "re.DOTALL"),
+                (flag::VERBOSE, "re.VERBOSE"),
+                (flag::ASCII, "re.ASCII"),
+            ];
+            let set: Vec<&str> = names
+                .iter()
+                .filter(|(bit, _)| own & bit != 0)
+                .map(|(_, name)| *name)
+                .collect();
+            let flags = if set.is_empty() {
+                String::new()
+            } else {
+                format!(", {}", set.join("|"))
+            };
+            Ok(Value::str(format!("re.compile({source}{flags})")))
+        })
+    }),
+    ("__eq__", "other /", |ev, args| {
+        let same = args[0].is(&args[1])
+            || with_data(ev, &args[0], |a: &Rc<Pattern>| {
+                let other = with_data(ev, &args[1], |b: &Rc<Pattern>| Ok(b.clone()));
+                Ok(other.is_ok_and(|b| {
+                    a.parsed.flags == b.parsed.flags
+                        && ev.equal(&a.source, &b.source).unwrap_or(false)
+                }))
+            })?;
+        Ok(Value::Bool(same))
+    }),
+    ("__hash__", "", |ev, args| {
+        with_pattern(ev, args, |pattern| {
+            ev.hash(&pattern.source).map(|hash| Value::Int(hash as i64))
+        })
+    }),
+    ("__copy__", "", |_, args| Ok(args[0].clone())),
+    ("__deepcopy__", "memo /", |_, args| Ok(args[0].clone())),
+];
+
+/// `subn` as the script module has it, which understands templates.
+fn with_template(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let module = ev.import("re")?;
+    let subn = ev.attribute(&module, ev.core.symbols.intern("_subn"))?;
+    let count = args[3].given().cloned().unwrap_or(Value::Int(0));
+    ev.call(
+        &subn,
+        &mut [args[0].clone(), args[1].clone(), args[2].clone(), count],
+        &[],
+    )
+}
+
+fn substitute(ev: &Evaluator<'_>, pattern: &Rc<Pattern>, args: &[Value], most: i64) -> R {
+    let mut scanner = scanner(ev, pattern, &args[2], &Value::Unbound, &Value::Unbound)?;
+    let template = args[1].as_items();
+    let mut out: Vec<u8> = Vec::new();
+    let push = |out: &mut Vec<u8>, value: &Value| match ev.plain(value) {
+        Value::Str(text) if !pattern.is_bytes => {
+            out.extend_from_slice(text.as_str().as_bytes());
+            Ok(())
+        }
+        other => match ev.bytes_like(&other) {
+            Some(data) if pattern.is_bytes => {
+                out.extend(data);
+                Ok(())
+            }
+            _ => {
+                let name = ev.core.types.name_of(&other);
+                let wanted = if pattern.is_bytes {
+                    "a bytes-like object"
+                } else {
+                    "str instance"
+                };
+                Err(ev.type_error(format!("sequence item 1: expected {wanted}, {name} found")))
+            }
+        },
+    };
+    let copy = |out: &mut Vec<u8>, text: &Text, (start, end): (usize, usize)| match text {
+        Text::Str(text, _) => out.extend_from_slice(&text.as_str().as_bytes()[start..end]),
+        Text::Bytes(data, _) => out.extend_from_slice(&data[start..end]),
+    };
+    let (mut from, mut count) = (0, 0);
+    while most <= 0 || count < most {
+        let Some(spans) = scanner.next(ev)? else {
+            break;
+        };
+        let (start, end) = spans[0].unwrap_or_default();
+        copy(&mut out, &scanner.text, (from, start));
+        from = end;
+        count += 1;
+        match &template {
+            Some(parts) => {
+                for part in parts {
+                    match part {
+                        Value::Int(group) => {
+                            if let Some(span) = spans.get(*group as usize).copied().flatten() {
+                                copy(&mut out, &scanner.text, span);
+                            }
+                        }
+                        text => push(&mut out, text)?,
+                    }
+                }
+            }
+            None => {
+                let range = (0, scanner.text.len());
+                let found = make_match(ev, &args[0], pattern, &scanner.text, range, spans)?;
+                let text = ev.call1(&args[1], found)?;
+                if !text.is_none() {
+                    push(&mut out, &text)?;
+                }
+            }
+        }
+        ev.check_allocation(out.len())?;
+    }
+    copy(&mut out, &scanner.text, (from, scanner.text.len()));
+    let result = if pattern.is_bytes {
+        Value::Bytes(Rc::new(Bytes::new(out)))
+    } else {
+        // Made of whole strings only.
+        Value::str(String::from_utf8_lossy(&out).into_owned())
+    };
+    Ok(Value::tuple(vec![result, Value::Int(count)]))
+}
+
+fn side(ev: &Evaluator<'_>, args: &[Value], pick: fn((usize, usize)) -> usize) -> R {
+    let zero = Value::Int(0);
+    with_match(ev, args, |found| {
+        let group = found.group(ev, args[1].given().unwrap_or(&zero))?;
+        Ok(found.spans[group].map_or(Value::Int(-1), |span| found.text.index(pick(span))))
+    })
+}
+
+const MATCH: &[Entry] = &[
+    ("group", "*groups", |ev, args| {
+        with_match(ev, args, |found| {
+            let wanted = args[1].as_items().unwrap_or_default();
+            let text = |key: &Value| Ok(found.text_of(found.group(ev, key)?, &Value::None));
+            match &wanted[..] {
+                [] => Ok(found.text_of(0, &Value::None)),
+                [key] => text(key),
+                keys => Ok(Value::tuple(keys.iter().map(text).collect::<R<_>>()?)),
+            }
+        })
+    }),
+    ("__getitem__", "group /", |ev, args| {
+        with_match(ev, args, |found| {
+            Ok(found.text_of(found.group(ev, &args[1])?, &Value::None))
+        })
+    }),
+    ("groups", "default?", |ev, args| {
+        let default = args[1].given().cloned().unwrap_or(Value::None);
+        with_match(ev, args, |found| {
+            Ok(Value::tuple(
+                (1..found.spans.len())
+                    .map(|group| found.text_of(group, &default))
+                    .collect(),
+            ))
+        })
+    }),
+    ("groupdict", "default?", |ev, args| {
+        let default = args[1].given().cloned().unwrap_or(Value::None);
+        with_match(ev, args, |found| {
+            let dict = Dict::new();
+            for (name, index) in &found.compiled.parsed.names {
+                dict.set_str(name, found.text_of(*index, &default));
+            }
+            Ok(Value::Dict(Rc::new(dict)))
+        })
+    }),
+    ("start", "group? /", |ev, args| {
+        side(ev, args, |span| span.0)
+    }),
+    ("end", "group? /", |ev, args| side(ev, args, |span| span.1)),
+    ("span", "group? /", |ev, args| {
+        Ok(Value::tuple(vec![
+            side(ev, args, |span| span.0)?,
+            side(ev, args, |span| span.1)?,
+        ]))
+    }),
+    ("__bool__", "", |_, _| Ok(Value::Bool(true))),
+    ("__repr__", "", |ev, args| {
+        with_match(ev, args, |found| {
+            let (start, end) = found.spans[0].unwrap_or_default();
+            let (start, end) = (
+                ev.str(&found.text.index(start))?,
+                ev.str(&found.text.index(end))?,
+            );
+            let text: String = ev
+                .repr(&found.text_of(0, &Value::None))?
+                .chars()
+                .take(50)
+                .collect();
+            Ok(Value::str(format!(
+                "<re.Match object; span=({start}, {end}), match={text}>"
+            )))
+        })
+    }),
+];

@@ -1,0 +1,132 @@
+//! `docs/LANGUAGE.md` tells what the interpreter has: its tables are made here and compared with the file.
+//! `UPDATE_DOCS=1 cargo test -p elite-lang --test language_doc` writes them.
+
+#![allow(clippy::unwrap_used)] // a test: a missing file should stop it
+
+mod support;
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use elite_lang::{ExceptionKind, Limits, builtin_names};
+use support::run;
+
+/// Types whose methods are listed.
+const TYPES: &[&str] = &[
+    "int",
+    "float",
+    "complex",
+    "bool",
+    "str",
+    "bytes",
+    "bytearray",
+    "list",
+    "tuple",
+    "dict",
+    "set",
+    "frozenset",
+    "range",
+    "slice",
+    "property",
+    "object",
+];
+
+fn limits() -> String {
+    let limits = Limits::default();
+    let mut out = String::new();
+    let mut row = |name: &str, value: String| writeln!(out, "| {name} | {value} |").unwrap();
+    row("nesting of blocks and brackets", "200".to_owned());
+    row("nesting of an expression", "1000".to_owned());
+    row(
+        "calls within calls, on any thread and in generators",
+        limits.call_depth.to_string(),
+    );
+    row(
+        "memory of a task",
+        format!("{} MiB", limits.memory_bytes >> 20),
+    );
+    row(
+        "decimal digits of an integer read or written",
+        limits.int_digits.to_string(),
+    );
+    row(
+        "bits of the result of an integer operation",
+        limits.int_bits.to_string(),
+    );
+    out
+}
+
+fn tables() -> String {
+    let exceptions: Vec<&str> = ExceptionKind::ALL.iter().map(|kind| kind.name()).collect();
+    let (types, functions): (Vec<&str>, Vec<&str>) = builtin_names()
+        .filter(|name| !exceptions.contains(name) && !name.starts_with("__") && *name != "IOError")
+        .partition(|name| TYPES.contains(name));
+    let mut out = format!(
+        "Functions: {}.\n\nTypes: {}.\n\n",
+        code(&functions),
+        code(&types)
+    );
+    out.push_str("| type | methods | special methods |\n|---|---|---|\n");
+    for name in TYPES {
+        let listed = run(&format!(
+            "print(' '.join(n for n in dir({name}) if not n.startswith('_')))\n\
+             print(' '.join(n for n in dir({name}) if n.startswith('__')))"
+        ));
+        let mut lines = listed.lines();
+        let mut cell = || {
+            code(
+                &lines
+                    .next()
+                    .unwrap_or("")
+                    .split(' ')
+                    .filter(|n| !n.is_empty())
+                    .collect::<Vec<_>>(),
+            )
+        };
+        writeln!(out, "| `{name}` | {} | {} |", cell(), cell()).unwrap();
+    }
+    out.push_str("\nExceptions, each below the one it is derived from:\n\n```text\n");
+    exception_tree(ExceptionKind::BaseException, 0, &mut out);
+    out.push_str("```\n");
+    out
+}
+
+fn exception_tree(kind: ExceptionKind, depth: usize, out: &mut String) {
+    writeln!(out, "{}{}", "  ".repeat(depth), kind.name()).unwrap();
+    for child in ExceptionKind::ALL
+        .iter()
+        .filter(|child| child.parent() == Some(kind))
+    {
+        exception_tree(*child, depth + 1, out);
+    }
+}
+
+fn code(names: &[&str]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    quoted.join(", ")
+}
+
+fn replaced(text: &str, mark: &str, content: &str) -> String {
+    let (start, end) = (
+        format!("<!-- {mark} -->\n"),
+        format!("<!-- end of {mark} -->"),
+    );
+    let (before, rest) = text.split_once(&start).unwrap();
+    let (_, after) = rest.split_once(&end).unwrap();
+    format!("{before}{start}{content}{end}{after}")
+}
+
+#[test]
+fn the_tables_of_the_language_page_are_up_to_date() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/LANGUAGE.md");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let wanted = replaced(&replaced(&text, "limits", &limits()), "tables", &tables());
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        std::fs::write(&path, &wanted).unwrap();
+        return;
+    }
+    assert!(
+        text == wanted,
+        "docs/LANGUAGE.md is out of date; write it anew with UPDATE_DOCS=1 cargo test -p elite-lang --test language_doc"
+    );
+}
