@@ -170,6 +170,7 @@ impl Cycle {
         self.out.cycle += 1;
         self.take_commands();
         self.io.advance(self.out.cycle as f64 * self.step);
+        self.follow_input_actions();
         self.advance_machine();
         self.feel_hand();
         let wanted = self.generate();

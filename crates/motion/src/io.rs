@@ -49,6 +49,8 @@ pub(crate) struct Io {
     boolean_registers: [RunStateChoice; 128],
     freedrive_inputs: u32,
     freedrive_registers: [u64; 2],
+    /// Freedrive is on because of such an input.
+    pub(crate) leads_by_hand: bool,
     program_running: bool,
     wires: Box<[Wire]>,
     timed: Box<[TimedInput]>,
@@ -83,6 +85,7 @@ impl Io {
             boolean_registers: [RunStateChoice::Keep; 128],
             freedrive_inputs: 0,
             freedrive_registers: [0; 2],
+            leads_by_hand: false,
             program_running: false,
             wires: setup.wires.iter().map(wire).collect(),
             timed: timed.into(),
@@ -163,10 +166,6 @@ impl Io {
     }
 
     /// True while an input or boolean register with the action "freedrive" is high (manual 5.27).
-    #[cfg_attr(
-        not(test),
-        expect(dead_code, reason = "asked by the freedrive generator")
-    )]
     pub(crate) fn wants_freedrive(&self) -> bool {
         let [low, high] = self.registers.input.booleans();
         self.image.digital_in & self.freedrive_inputs != 0

@@ -7,7 +7,8 @@
 use kinematics::safety::SafetyViolation;
 use kinematics::{JointPositions, JointSpeeds, Pose, RpyPose, Wrench};
 use motion_api::{
-    Command, CommandId, FreedriveFrame, IoChange, MotionMode, Origin, Outcome, Refusal, Warning,
+    Command, CommandId, CommandKind, FreedriveFrame, IoChange, MotionMode, Origin, Outcome,
+    Refusal, Warning,
 };
 use nalgebra::Vector3;
 
@@ -288,6 +289,34 @@ impl Cycle {
         let kind = Kind::Freedrive(freedrive);
         self.begin_online(command, MotionMode::Freedrive, CallEnd::Over, kind);
         Ok(Ending::Now)
+    }
+
+    /// Freedrive begins while an input with that action is high and the arm stands, and ends when no such input is high
+    /// any more (manual 5.27). No command stands behind it.
+    pub(crate) fn follow_input_actions(&mut self) {
+        let is_led =
+            matches!(&self.generator, Generator::Online(online) if online.is_led_by_hand());
+        self.io.leads_by_hand &= is_led;
+        match (self.io.wants_freedrive(), self.io.leads_by_hand) {
+            // A program that leads by hand already goes on doing so.
+            (true, false) if !is_led => {
+                let command = Command {
+                    id: CommandId::NONE,
+                    origin: Origin::default(),
+                    kind: CommandKind::EndFreedrive,
+                };
+                // Refused while the arm is busy or not ready: asked again in the next cycle.
+                let begun = self.freedrive(&command, [true; 6], FreedriveFrame::Base);
+                self.io.leads_by_hand = begun.is_ok();
+            }
+            (false, true) => {
+                if let Generator::Online(online) = &mut self.generator {
+                    online.stop(&self.target);
+                }
+                self.io.leads_by_hand = false;
+            }
+            _ => {}
+        }
     }
 
     pub(crate) fn end_freedrive(&mut self, id: CommandId) -> Ending {

@@ -16,7 +16,7 @@ const CHAPTERS: [(&str, Category, &str, &str); 7] = [
         "Inputs and outputs",
         Category::Io,
         "wires of a cell file; pymodbus as client of the controller's own server",
-        "Applied once a cycle. The input action \"freedrive\" is noted by the cycle; see the release notes for what reacts to it.",
+        "Applied once a cycle. While an input with the action \"freedrive\" is high and no motion runs, the arm can be led by hand.",
     ),
     (
         "Registers",

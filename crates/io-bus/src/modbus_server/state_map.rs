@@ -417,7 +417,7 @@ mod tests {
         fn state(&self) -> RobotState {
             let mut state = RobotState::at_start(Default::default(), 0.004);
             state.digital_out = self.0.lock().unwrap().digital_out.into();
-            state.actual_q.0[5] = -1.5708;
+            state.actual_q.0[5] = -1.571;
             state.analog_in[1] = 2.5;
             state
         }
