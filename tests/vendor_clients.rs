@@ -34,3 +34,8 @@ fn dashboard_users_power_the_arm_and_play_tasks() {
 fn external_control_leads_the_arm_through_its_sockets() {
     run("test_external_control");
 }
+
+#[test]
+fn primary_clients_see_live_states_and_send_programs() {
+    run("test_primary");
+}

@@ -119,7 +119,10 @@ class Driver:
         """The result of the trajectory, once it has ended."""
         if not select.select([self.trajectory.connection], [], [], 0)[0]:
             return None
-        return struct.unpack(">i", self.trajectory.connection.recv(4))[0]
+        reply = self.trajectory.connection.recv(4)
+        if len(reply) != 4:
+            raise ConnectionError("the program has closed the trajectory socket")
+        return struct.unpack(">i", reply)[0]
 
     def run_trajectory(self, points, seconds=20):
         """Start packet, then the points with a no-op after each, then no-ops until the result is there."""

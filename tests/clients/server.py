@@ -61,7 +61,8 @@ class Server:
 
         url = f"http://127.0.0.1:{self.ports['http']}/metrics"
         page = urllib.request.urlopen(url, timeout=5).read().decode()
-        return sum(float(line.rsplit(" ", 1)[1]) for line in page.splitlines() if line.startswith(name))
+        lines = [line for line in page.splitlines() if name in line and not line.startswith("#")]
+        return sum(float(line.rsplit(" ", 1)[1]) for line in lines)
 
     def __enter__(self):
         return self

@@ -1,0 +1,132 @@
+"""Port 30001: the state stream part by part with live values, exceptions to everybody, control phrases, quick and dead clients."""
+
+import socket
+import struct
+import time
+import unittest
+
+from elite import Dashboard, Primary, Rtsi
+from server import Server
+
+TURN = "def turn():\n  movej([{q},-1.5708,1.5708,-1.5708,-1.5708,0])\nend"
+
+
+def fields(state, part, layout, start=5):
+    return struct.unpack_from(">" + layout, state.parts[part], start)
+
+
+class States(unittest.TestCase):
+    def test_every_part_has_live_values(self):
+        cell = '[[input]]\nat = 0\nset = "standard_digital_in[5]"\nvalue = true\n'
+        with Server("--tcp", "0,0,0.1,0,0,0", cell=cell) as server:
+            primary = Primary(server.ports["primary"])
+            first = primary.until(lambda s: s.digital_in != 0)
+            self.assertEqual(first.tcp_offset, (0, 0, 0.1, 0, 0, 0))
+            self.assertEqual(first.robot_type, 6206)
+            self.assertEqual(first.digital_in, 1 << 5)
+            primary.send_script(
+                "def s():\n  set_standard_digital_out(4, True)\n  set_tool_voltage(12)\n"
+                "  set_standard_analog_output_domain(0, 0)\n  set_standard_analog_out(0, 1.0)\n"
+                "  movej([0.5,-1.3,1.3,-1.4,-1.4,0.2])\n  sleep(1)\nend"
+            )
+            moving = primary.until(lambda s: s.running and abs(s.actual_q[0]) > 0.05)
+            stamps = [fields(s, 0, "Q")[0] for s in (first, moving)]
+            self.assertGreater(stamps[1], stamps[0])
+            state = primary.until(lambda s: abs(s.actual_q[0] - 0.5) < 1e-3)
+            self.assertEqual(state.digital_out, 1 << 4)
+            self.assertEqual(fields(state, 3, "3B", 40)[0], 0, "output 0 is a current")
+            self.assertAlmostEqual(fields(state, 3, "d", 43)[0], 0.020)
+            self.assertEqual(fields(state, 2, "B", 27)[0], 12)
+            self.assertEqual(state.joint_mode, [253] * 6)
+            torques = [fields(state, 1, "f", 5 + 57 * j + 48)[0] for j in range(6)]
+            currents = [fields(state, 1, "f", 5 + 57 * j + 36)[0] for j in range(6)]
+            self.assertGreater(abs(torques[1]), 5)
+            self.assertGreater(abs(currents[1]), 0.1)
+            elbow = fields(state, 10, "3d", 11)
+            rtsi = Rtsi(server.ports["rtsi"])
+            rtsi.set_up_outputs(["actual_TCP_pose", "elbow_position", "actual_joint_torques"])
+            rtsi.start()
+            values = rtsi.latest()
+            for ours, theirs in [(state.tcp_pose, values["actual_TCP_pose"]), (elbow, values["elbow_position"])]:
+                for a, b in zip(ours, theirs):
+                    self.assertAlmostEqual(a, b, places=3)
+            self.assertAlmostEqual(torques[1], values["actual_joint_torques"][1], delta=0.5)
+            self.assertEqual(first.dh, state.dh, "bit for bit")
+
+    def test_ten_states_a_second_reach_every_client_however_slow_the_others_are(self):
+        with Server() as server:
+            sleeping = [Primary(server.ports["primary"]) for _ in range(5)]  # never read
+            watching = Primary(server.ports["primary"])
+            watching.state()
+            start = time.monotonic()
+            for _ in range(10):
+                watching.state()
+            self.assertAlmostEqual(time.monotonic() - start, 1.0, delta=0.25)
+            del sleeping
+
+    def test_ten_connections_dropped_without_goodbye_disturb_nobody(self):
+        with Server() as server:
+            watching = Primary(server.ports["primary"])
+            for _ in range(10):
+                quick = Primary(server.ports["primary"])
+                quick.state()
+                linger = struct.pack("ii", 1, 0)
+                quick.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)  # a reset, no end of stream
+                quick.close()
+            watching.state()
+            dying = Primary(server.ports["primary"])
+            dying.send_script(TURN.format(q=0.5))
+            watching.until(lambda s: s.running)
+            dying.close()
+            watching.until(lambda s: not s.running and abs(s.actual_q[0] - 0.5) < 1e-3)
+
+
+class Programs(unittest.TestCase):
+    def test_a_syntax_error_is_told_to_everybody_within_a_second(self):
+        with Server() as server:
+            sender, other = Primary(server.ports["primary"]), Primary(server.ports["primary"])
+            other.state()
+            start = time.monotonic()
+            sender.send_script("def b():\n  x = = 1\nend")
+            for client in (sender, other):
+                kind, line, column, text = client.exception()
+                self.assertEqual((kind, line), (10, 2))
+                self.assertGreater(column, 1)
+                self.assertIn("SyntaxError", text)
+            self.assertLess(time.monotonic() - start, 1)
+            sender.state()
+
+    def test_control_phrases(self):
+        with Server("--powered-off") as server:
+            primary = Primary(server.ports["primary"])
+            primary.send_script("power on")
+            primary.until(lambda s: s.robot_mode == 5)
+            primary.send_script("set robotmode run")
+            primary.until(lambda s: s.robot_mode == 7)
+            primary.send_script("set speed 0.50")
+            primary.until(lambda s: s.speed_fraction == 0.5)
+            primary.send_script(TURN.format(q=2.0))
+            primary.until(lambda s: s.running)
+            primary.send_script("pause task")
+            primary.until(lambda s: s.paused)
+            primary.send_script("resume task")
+            primary.until(lambda s: s.running and not s.paused)
+            primary.send_script("stop task")
+            primary.until(lambda s: not s.running)
+            primary.send_script("power off")
+            primary.until(lambda s: s.robot_mode == 3 and not s.power_on)
+
+    def test_a_protective_stop_is_unlocked_and_the_same_on_every_port(self):
+        blow = "[[wrench]]\nat = 2\nduration = 0.1\nwrench = [400, 0, 0, 0, 0, 0]\nframe = 'base'\n"
+        with Server(cell=blow) as server:
+            primary = Primary(server.ports["primary"])
+            dashboard = Dashboard(server.ports["dashboard"])
+            primary.until(lambda s: s.protective, 10)
+            self.assertEqual(dashboard.ask("safety -s"), "Safety status: PROTECTIVE_STOP\r\n")
+            primary.send_script("set unlock protective stop")
+            primary.until(lambda s: not s.protective, 5)
+            self.assertEqual(dashboard.ask("safety -s"), "Safety status: NORMAL\r\n")
+
+
+if __name__ == "__main__":
+    unittest.main()
