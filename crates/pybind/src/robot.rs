@@ -8,7 +8,7 @@ use crate::arguments::{Given, Reply, Rows, common_batch, number, single};
 use crate::results::{Computed, compute, detached, reshaped};
 use kinematics::{
     Dynamics, GRAVITY_UPRIGHT, JointAccelerations, JointPositions, JointSpeeds, MAX_SOLUTIONS,
-    Payload, Pose, RobotModel, RpyPose,
+    Payload, PlaneMode, PlaneSwitches, Pose, RobotModel, RpyPose, SafetyBounds, SafetyPlane,
 };
 use nalgebra::{Matrix6, Vector3};
 use numpy::PyArray1;
@@ -91,6 +91,23 @@ fn read_payload(given: Given<'_, '_>) -> PyResult<Payload> {
     .map_err(|e| PyValueError::new_err(e.to_string()))
 }
 
+/// Safety planes as rows of a point and a direction to the allowed side.
+fn read_planes(given: Option<Given<'_, '_>>) -> PyResult<SafetyBounds> {
+    let Some(given) = given else {
+        return Ok(SafetyBounds::default());
+    };
+    let rows = Rows::<6>::read("planes", given)?;
+    let planes = (0..rows.batch().unwrap_or(1)).map(|i| rows.at(i));
+    planes
+        .enumerate()
+        .try_fold(SafetyBounds::default(), |bounds, (i, row)| {
+            let [x, y, z, nx, ny, nz] = *row;
+            SafetyPlane::new([x, y, z], [nx, ny, nz], PlaneMode::Both, None)
+                .and_then(|plane| bounds.with_plane(plane))
+                .map_err(|error| PyValueError::new_err(format!("planes, row {i}: {error}")))
+        })
+}
+
 /// The tool of a call, as transforms from the TCP to the flange: one for all rows, or one a row.
 struct Tool {
     poses: Vec<Pose>,
@@ -127,14 +144,15 @@ impl Robot {
         Ok((rows, tool, batch))
     }
 
-    /// Nearest solutions for a pose argument; the batch size and a function from row to solution.
-    fn nearest(
+    /// `f` of the solution nearest to qnear and the tool, row by row.
+    fn nearest<T: Send>(
         &self,
         py: Python<'_>,
         p: Given<'_, '_>,
         qnear: Option<Given<'_, '_>>,
         tcp: Option<Given<'_, '_>>,
-    ) -> PyResult<Computed<Option<JointPositions>>> {
+        f: impl Fn(Option<JointPositions>, &Pose) -> T + Send + Sync,
+    ) -> PyResult<Computed<T>> {
         let (p, near, tcp) = (
             Rows::<6>::read("p", p)?,
             Rows::<6>::read_or("qnear", qnear, HOME)?,
@@ -146,8 +164,9 @@ impl Robot {
             ("tcp", tcp.batch),
         ])?;
         Ok(compute(py, batch, |i| {
-            self.model
-                .inverse_nearest(&pose(p.at(i)), tcp.at(i), &JointPositions(*near.at(i)))
+            let near = JointPositions(*near.at(i));
+            let found = self.model.inverse_nearest(&pose(p.at(i)), tcp.at(i), &near);
+            f(found, tcp.at(i))
         }))
     }
 }
@@ -284,7 +303,7 @@ impl Robot {
         qnear: Option<Given<'_, 'py>>,
         tcp: Option<Given<'_, 'py>>,
     ) -> Reply<'py> {
-        match self.nearest(py, p, qnear, tcp)? {
+        match self.nearest(py, p, qnear, tcp, |q, _| q)? {
             Computed::One(Some(q)) => Computed::One(q.0).into_array(py),
             Computed::One(None) => Err(NoSolutionError::new_err(format!(
                 "no joint positions of the {} inside the limits reach the pose p = {}",
@@ -307,11 +326,8 @@ impl Robot {
         qnear: Option<Given<'_, 'py>>,
         tcp: Option<Given<'_, 'py>>,
     ) -> Reply<'py> {
-        match self.nearest(py, p, qnear, tcp)? {
-            Computed::One(q) => Computed::One(q.is_some()),
-            Computed::Many(rows) => Computed::Many(rows.iter().map(Option::is_some).collect()),
-        }
-        .into_number(py)
+        self.nearest(py, p, qnear, tcp, |q, _| q.is_some())?
+            .into_number(py)
     }
 
     /// Every solution for a TCP pose, each joint in [-pi, pi), ordered by shoulder, wrist, elbow as in manual 3.2.3.
@@ -438,11 +454,17 @@ impl Robot {
 
     /// Whether a TCP pose can be reached inside the joint limits, or joint positions lie inside them (manual 3.1.35).
     ///
-    /// Give p, or q by name. The controller also looks at its safety planes; there are none here.
+    /// Give p, or q by name. The TCP must also be on the allowed side of all `planes`; the controller takes those of its
+    /// cell file, and looks at the shape of the tool too.
     ///
-    /// p: (6,) or (N, 6), m and rad; with it qnear and tcp as in get_inverse_kin. q: (6,) or (N, 6), rad.
+    /// p: (6,) or (N, 6), m and rad; with it qnear and tcp as in get_inverse_kin. q: (6,) or (N, 6), rad; with it tcp.
+    /// planes: up to eight rows [x, y, z, nx, ny, nz], a point in m and a direction to the allowed side, base frame.
     /// Returns a bool, or (N,).
-    #[pyo3(signature = (p=None, qnear=None, tcp=None, *, q=None))]
+    ///
+    /// >>> table = [0, 0, 0.1, 0, 0, 1]
+    /// >>> elitescript.Robot("cs66").is_within_safety_limits([-0.5, -0.2, 0.05, 3.14, 0, 0], planes=table)
+    /// False
+    #[pyo3(signature = (p=None, qnear=None, tcp=None, *, q=None, planes=None))]
     fn is_within_safety_limits<'py>(
         &self,
         py: Python<'py>,
@@ -450,22 +472,32 @@ impl Robot {
         qnear: Option<Given<'_, 'py>>,
         tcp: Option<Given<'_, 'py>>,
         q: Option<Given<'_, 'py>>,
+        planes: Option<Given<'_, 'py>>,
     ) -> Reply<'py> {
+        let bounds = read_planes(planes)?;
+        let allowed = |q: &JointPositions, tool: &Pose| {
+            let switches = PlaneSwitches::default();
+            bounds
+                .violation_at(&self.model, q, tool, &switches)
+                .is_none()
+        };
         match (p, q) {
-            (Some(p), None) => self.get_inverse_kin_has_solution(py, p, qnear, tcp),
-            (None, Some(q)) => {
-                if qnear.is_some() || tcp.is_some() {
-                    return Err(PyValueError::new_err("qnear and tcp go with p, not with q"));
-                }
-                let q = Rows::<6>::read("q", q)?;
-                compute(py, q.batch(), |i| {
-                    self.model.limits().contains(&JointPositions(*q.at(i)))
-                })
-                .into_number(py)
+            (Some(p), None) => self.nearest(py, p, qnear, tcp, |q, tool| {
+                q.is_some_and(|q| allowed(&q, tool))
+            })?,
+            (None, Some(_)) if qnear.is_some() => {
+                return Err(PyValueError::new_err("qnear goes with p, not with q"));
             }
-            (None, None) => Err(PyValueError::new_err("either p or q must be given")),
-            (Some(_), Some(_)) => Err(PyValueError::new_err("p and q must not both be given")),
+            (None, Some(q)) => {
+                let (q, tcp, batch) = self.with_tool("q", q, tcp)?;
+                compute(py, batch, |i| allowed(&JointPositions(*q.at(i)), tcp.at(i)))
+            }
+            (None, None) => return Err(PyValueError::new_err("either p or q must be given")),
+            (Some(_), Some(_)) => {
+                return Err(PyValueError::new_err("p and q must not both be given"));
+            }
         }
+        .into_number(py)
     }
 
     fn __repr__(&self) -> String {

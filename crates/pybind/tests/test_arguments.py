@@ -101,7 +101,10 @@ def test_one_row_goes_with_a_batch():
         (lambda: elitescript.Robot(gravity=[0, 0]), ["gravity", "(3,)"]),
         (lambda: ROBOT.is_within_safety_limits(), ["p or q"]),
         (lambda: ROBOT.is_within_safety_limits(P, q=Q), ["both"]),
-        (lambda: ROBOT.is_within_safety_limits(q=Q, tcp=P), ["tcp"]),
+        (lambda: ROBOT.is_within_safety_limits(q=Q, qnear=Q), ["qnear"]),
+        (lambda: ROBOT.is_within_safety_limits(q=Q, planes=[0, 0, 1]), ["planes", "(6,)"]),
+        (lambda: ROBOT.is_within_safety_limits(q=Q, planes=[[0] * 5 + [1], [0] * 6]), ["planes, row 1", "normal"]),
+        (lambda: ROBOT.is_within_safety_limits(q=Q, planes=[[0] * 5 + [1]] * 9), ["planes, row 8", "8 safety planes"]),
     ],
 )
 def test_errors_name_the_argument_and_what_was_given(call, words):
@@ -134,6 +137,20 @@ def test_safety_limits():
     beyond = np.array([Q, Q])
     beyond[1, 2] = 3.2
     assert ROBOT.is_within_safety_limits(q=beyond).tolist() == [True, False]
+
+
+def test_safety_planes_hold_back_the_tcp():
+    x, y, z = P[:3]
+    below, above = [x, y, z - 0.01, 0, 0, 2], [x, y, z + 0.01, 0, 0, 0.5]
+    for given in [{"p": P}, {"q": Q}]:
+        assert ROBOT.is_within_safety_limits(**given, planes=below) is True
+        assert ROBOT.is_within_safety_limits(**given, planes=[below, above]) is False
+        assert ROBOT.is_within_safety_limits(**given, planes=np.zeros((0, 6))) is True
+    # The tool of the call is what must stay above.
+    tcps = [[0, 0, 0, 0, 0, 0], [0.02, 0, 0, 0, 0, 0], [-0.02, 0, 0, 0, 0, 0], [0, 0.02, 0, 0, 0, 0], [0, -0.02, 0, 0, 0, 0]]
+    heights = ROBOT.get_forward_kin(Q, tcp=tcps)[:, 2]
+    allowed = ROBOT.is_within_safety_limits(q=Q, tcp=tcps, planes=below)
+    assert allowed.tolist() == (heights >= z - 0.01).tolist() and len(set(allowed.tolist())) == 2
 
 
 def test_folded_arms_are_nearer_to_themselves():

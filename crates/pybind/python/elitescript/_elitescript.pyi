@@ -108,5 +108,6 @@ class Robot:
         tcp: Optional[ArrayLike] = None,
         *,
         q: Optional[ArrayLike] = None,
+        planes: Optional[ArrayLike] = None,
     ) -> _BoolOrArray: ...
     def __reduce__(self) -> Tuple[type[Robot], Tuple[str, Sequence[float], _Payload, Sequence[float]]]: ...
