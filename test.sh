@@ -16,6 +16,10 @@ else
     cargo test --quiet --no-fail-fast
 fi
 
+echo "== The border between threads, every interleaving"
+target="${CARGO_TARGET_DIR:-target}"
+CARGO_TARGET_DIR="$target/loom" RUSTFLAGS="--cfg elite_loom" cargo test --quiet --package motion-api --lib
+
 echo "== Field buses, sockets and remote calls against peers from PyPI"
 tests/peers/run.sh
 
