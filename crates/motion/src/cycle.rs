@@ -4,7 +4,7 @@
 //! [`Cycle::tick`] decides what time is. Allocates nothing, locks nothing, waits for nothing, logs nothing.
 
 use kinematics::chain::Frames;
-use kinematics::{Dynamics, Payload, Pose, RobotModel, RpyPose};
+use kinematics::{Dynamics, JointPositions, Payload, Pose, RobotModel, RpyPose};
 use motion_api::{Command, CommandId, MotionEnd, Outcome, RobotMode, SafetyMode, StopReason};
 use nalgebra::Vector3;
 use rtrb::Consumer;
@@ -15,10 +15,10 @@ use crate::constants::{RESTING_SPEED, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
 use crate::machine::Machine;
 use crate::motion::Motion;
 use crate::outbox::Outbox;
-use crate::plan::LinePlanner;
 use crate::plant::{ArmState, Plant};
 use crate::report::report;
 use crate::setpoint::{LimitedSetpoint, Setpoint, limit};
+use crate::upcoming::Upcoming;
 use crate::waiting::{Waiting, WaitingFor};
 
 /// What the caller measured about the cycles; zeros under the virtual clock.
@@ -38,8 +38,6 @@ pub struct Timing {
 pub(crate) enum Generator {
     /// The arm stands at the target.
     Hold,
-    /// The arm stands while a Cartesian motion is being planned.
-    Planning(CommandId, LinePlanner),
     /// A motion is under way, or held on its path.
     Path(Motion),
     /// A protective stop brakes the joints.
@@ -58,6 +56,8 @@ pub struct Cycle {
 
     pub(crate) machine: Machine,
     pub(crate) generator: Generator,
+    /// The next motion, until it begins.
+    pub(crate) upcoming: Option<Upcoming>,
     pub(crate) waiting: Waiting,
     pub(crate) is_paused: bool,
     pub(crate) speed_fraction: f64,
@@ -104,6 +104,7 @@ impl Cycle {
             out,
             machine,
             generator: Generator::Hold,
+            upcoming: None,
             waiting: Waiting::default(),
             is_paused: false,
             speed_fraction: 1.0,
@@ -146,7 +147,7 @@ impl Cycle {
         };
         self.plan_on();
         match &mut self.generator {
-            Generator::Hold | Generator::Planning(..) => Ok(Setpoint::standing(self.target.q)),
+            Generator::Hold => Ok(Setpoint::standing(self.target.q)),
             Generator::Brake(brake) => Ok(brake.next(self.step)),
             Generator::Path(motion) => motion
                 .next(self.step, fraction, &self.model, &self.target.q)
@@ -220,12 +221,24 @@ impl Cycle {
     fn settle(&mut self) {
         match &self.generator {
             Generator::Path(motion) if motion.is_stopping && motion.is_standing() => {
-                self.out.ended(motion.id, Outcome::Aborted);
+                if !motion.is_handed_over {
+                    self.out.ended(motion.id, Outcome::Aborted);
+                }
                 self.generator = Generator::Hold;
             }
             Generator::Path(motion) if motion.is_finished() => {
-                self.out.ended(motion.id, Outcome::Done);
+                if !motion.is_handed_over {
+                    self.out.ended(motion.id, Outcome::Done);
+                }
                 self.generator = Generator::Hold;
+            }
+            Generator::Path(motion)
+                if motion.is_in_zone() && !motion.is_stopping && !motion.is_handed_over =>
+            {
+                self.out.ended(motion.id, Outcome::Done);
+                if let Generator::Path(motion) = &mut self.generator {
+                    motion.is_handed_over = true;
+                }
             }
             Generator::Brake(brake)
                 if brake.has_settled(self.actual.qd.max_abs() < RESTING_SPEED) =>
@@ -263,6 +276,7 @@ impl Cycle {
             self.out.ended(running, Outcome::ProtectiveStop(reason));
         }
         self.is_paused = false;
+        self.upcoming = None;
         JointBrake::new(&self.target, &self.limits)
     }
 
@@ -283,31 +297,36 @@ impl Cycle {
     /// True when no setpoint moves: nothing to do, or held on the path.
     pub fn is_standing(&self) -> bool {
         match &self.generator {
-            Generator::Hold => true,
+            Generator::Hold => self.upcoming.is_none(),
             Generator::Path(motion) => motion.is_standing(),
-            Generator::Planning(..) | Generator::Brake(_) => false,
+            Generator::Brake(_) => false,
         }
     }
 
-    /// The motion command that is under way.
+    /// The motion command that has not ended yet. One that ended by entering its blend zone is none, though the arm moves.
     pub(crate) fn running(&self) -> CommandId {
-        match &self.generator {
-            Generator::Path(motion) => motion.id,
-            Generator::Planning(id, _) => *id,
+        match (&self.upcoming, &self.generator) {
+            (Some(upcoming), _) => upcoming.id,
+            (None, Generator::Path(motion)) if !motion.is_handed_over => motion.id,
             _ => CommandId::NONE,
+        }
+    }
+
+    /// Where the next motion begins: where the arm stands, or the waypoint in whose blend zone it is.
+    pub(crate) fn next_start(&self) -> JointPositions {
+        match &self.generator {
+            Generator::Path(motion) => motion.end(),
+            _ => self.target.q,
         }
     }
 
     /// Brings a moving arm to rest on its path, as a stop command would; for the end of the controller.
     pub fn stop_moving(&mut self) {
-        match &mut self.generator {
-            Generator::Path(motion) => motion.is_stopping = true,
-            Generator::Planning(id, _) => {
-                let id = *id;
-                self.out.ended(id, Outcome::Aborted);
-                self.generator = Generator::Hold;
-            }
-            Generator::Hold | Generator::Brake(_) => {}
+        if let Some(upcoming) = self.upcoming.take() {
+            self.out.ended(upcoming.id, Outcome::Aborted);
+        }
+        if let Generator::Path(motion) = &mut self.generator {
+            motion.is_stopping = true;
         }
     }
 

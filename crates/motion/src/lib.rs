@@ -14,7 +14,7 @@
 //! let mut cycle = Cycle::new(config, motion_end)?;
 //!
 //! let target = JointPositions([0.2, -1.5, 1.6, -1.6, -1.5, 0.0]);
-//! let movej = CommandKind::MoveJ { target, acceleration: 1.4, speed: 1.0, duration: 0.0 };
+//! let movej = CommandKind::MoveJ { target, acceleration: 1.4, speed: 1.0, duration: 0.0, radius: 0.0 };
 //! script_end.commands.send(Origin::default(), movej)?;
 //! let ended = loop {
 //!     cycle.tick(Timing::default());
@@ -43,9 +43,9 @@ pub mod realtime;
 mod report;
 pub mod scalar;
 pub mod setpoint;
+mod upcoming;
 pub mod virtual_time;
 mod waiting;
 
 pub use config::{ConfigError, CycleConfig, LimitOverrides, MotionLimits, PlantKind};
 pub use cycle::{Cycle, Timing};
-pub use motion::Plan;

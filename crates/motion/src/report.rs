@@ -62,8 +62,9 @@ fn motion_mode(cycle: &Cycle) -> MotionMode {
         return MotionMode::ProtectiveStop;
     }
     match &cycle.generator {
-        Generator::Hold => MotionMode::Idle,
-        Generator::Planning(..) => MotionMode::MoveL,
+        Generator::Hold => cycle
+            .upcoming
+            .map_or(MotionMode::Idle, |upcoming| upcoming.mode),
         Generator::Brake(_) => MotionMode::ProtectiveStop,
         Generator::Path(motion) if motion.is_stopping => MotionMode::Stopping,
         Generator::Path(motion) if cycle.is_paused && motion.is_standing() => MotionMode::Paused,

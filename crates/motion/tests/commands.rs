@@ -464,6 +464,7 @@ fn wild_command() -> impl Strategy<Value = CommandKind> {
                     acceleration,
                     speed,
                     duration,
+                    radius: 0.0,
                 }
             }
         ),
@@ -474,6 +475,7 @@ fn wild_command() -> impl Strategy<Value = CommandKind> {
                     acceleration,
                     speed,
                     duration,
+                    radius: 0.0,
                 }
             }
         ),

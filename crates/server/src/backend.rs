@@ -236,7 +236,7 @@ impl interpreter::Interpreter for Backend {
         if command == Command::Abort
             && matches!(
                 self.robot.state().motion_mode,
-                MotionMode::MoveJ | MotionMode::MoveL
+                MotionMode::MoveJ | MotionMode::MoveL | MotionMode::MoveC | MotionMode::MoveMl
             )
         {
             self.supervisor.command(CommandKind::Stop {
