@@ -94,6 +94,10 @@ impl Cycle {
             let running = deferred.id;
             return Err(Refusal::Busy { running });
         }
+        if let Some(upcoming) = &self.upcoming {
+            let running = upcoming.id;
+            return Err(Refusal::Busy { running });
+        }
         let caller = |origin: Origin| (origin.program, origin.thread);
         match &self.generator {
             Generator::Hold => Ok(()),
@@ -240,7 +244,11 @@ impl Cycle {
     /// Ends what moves the arm: an online mode by `kind`, a planned motion on its path.
     fn come_to_rest(&mut self, command: &Command, kind: impl Fn(&Self) -> Kind) -> Ending {
         match &self.generator {
-            Generator::Hold => Ending::Now,
+            Generator::Hold => {
+                // A motion whose plan is not finished has not moved the arm yet.
+                self.stop_moving();
+                Ending::Now
+            }
             Generator::Online(_) => {
                 if let Some(deferred) = self.deferred.take() {
                     self.out.ended(deferred.id, Outcome::Aborted);
@@ -254,7 +262,7 @@ impl Cycle {
                 }
                 Ending::Later
             }
-            Generator::Path(_) | Generator::Planning(..) | Generator::Brake(_) => {
+            Generator::Path(_) | Generator::Brake(_) => {
                 self.is_paused = false;
                 self.stop_moving();
                 self.waiting.add(command.id, WaitingFor::Stop);
@@ -271,7 +279,7 @@ impl Cycle {
     ) -> Answer {
         self.machine.check_ready()?;
         match &self.generator {
-            Generator::Hold if self.deferred.is_none() => {}
+            Generator::Hold if self.deferred.is_none() && self.upcoming.is_none() => {}
             Generator::Online(online) if online.is_led_by_hand() => {}
             Generator::Online(online) if online.has_ended() && stands(&self.target) => {}
             _ => {

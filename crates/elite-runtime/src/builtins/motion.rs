@@ -212,6 +212,7 @@ fn movej(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         acceleration: call.number(1)?,
         speed: call.number(2)?,
         duration: call.number(3)?,
+        radius: 0.0,
     };
     refuse_blend(call)?;
     call.perform(kind)?;
@@ -224,6 +225,7 @@ fn movel(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         acceleration: call.number(1)?,
         speed: call.number(2)?,
         duration: call.number(3)?,
+        radius: 0.0,
     };
     refuse_blend(call)?;
     call.perform(kind)?;
