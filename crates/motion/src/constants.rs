@@ -105,6 +105,11 @@ pub const STRAIGHT_ARC: f64 = 1e-6;
 /// rest of the zone is time for the successor to arrive.
 pub const ZONE_STOPPING_SHARE: f64 = 0.8;
 
+/// Share of the speed at which a curve through the whole zone could turn straight back: a motion whose successor is not known
+/// yet enters the zone no faster, so that the sharpest turn finds it slow enough. The curve begins a cycle or two into the
+/// zone and is then a little shorter.
+pub const ZONE_TURNING_SHARE: f64 = 0.9;
+
 /// Places at which the beginning of a blend zone is searched before it is narrowed down.
 pub const ZONE_PLACES: usize = 16;
 

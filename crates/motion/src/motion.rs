@@ -31,7 +31,10 @@ impl Motion {
     pub(crate) fn new(id: CommandId, mode: MotionMode, leg: &Leg) -> Option<Self> {
         let mut course = leg.course;
         if leg.radius > 0.0 {
-            let list = leg.course.list().with_zone(leg.zone, ZONE_STOPPING_SHARE);
+            let list = leg
+                .course
+                .list()
+                .with_zone(leg.zone, ZONE_STOPPING_SHARE, leg.zone_speed);
             course = Course::new(list.as_slice())?.stretched_to(leg.duration);
         }
         Some(Self {

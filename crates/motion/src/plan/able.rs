@@ -60,6 +60,13 @@ impl PartBounds {
     }
 }
 
+/// The speed of s at which a joint's second and third derivatives with respect to s take up their shares of its limits.
+pub fn speed_for_bend(second: f64, third: f64, joint: usize, limits: &MotionLimits) -> f64 {
+    (ACCELERATION_SHARE_OF_SPEED * limits.acceleration[joint] / second)
+        .sqrt()
+        .min((JERK_SHARE_OF_SPEED * limits.jerk[joint] / third).cbrt())
+}
+
 /// A part with the limits of the arm: what it bears at most, per wanted speed, see [`Able::at`].
 #[derive(Clone, Copy, Debug)]
 pub struct Able {
@@ -79,8 +86,7 @@ impl Able {
             let (d1, d2, d3) = (part.first[joint], part.second[joint], part.third[joint]);
             speed = speed
                 .min(limits.speed[joint] / d1)
-                .min((ACCELERATION_SHARE_OF_SPEED * limits.acceleration[joint] / d2).sqrt())
-                .min((JERK_SHARE_OF_SPEED * limits.jerk[joint] / d3).cbrt());
+                .min(speed_for_bend(d2, d3, joint, limits));
         }
         Self {
             bounds: *part,

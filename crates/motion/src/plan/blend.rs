@@ -122,7 +122,7 @@ impl Corner {
         if exit > next.zone {
             let length = next.path.length();
             exit = length * exit / (exit + length - next.zone);
-            next.shorten(exit, arm.model, warnings);
+            next.shorten(exit, arm, warnings);
         }
         let after = next.distance(arm.model, exit, End::First);
         let rate = (exit / after) / (before / radius);
@@ -166,7 +166,7 @@ impl Corner {
         let begin = lead + self.curve.length();
         let zone = begin + (next.zone - self.exit) / self.rate;
         if next.radius > 0.0 {
-            list = list.with_zone(zone, ZONE_STOPPING_SHARE);
+            list = list.with_zone(zone, ZONE_STOPPING_SHARE, next.zone_speed / self.rate);
         }
         let travel = Travel::joining(Course::moving(&list)?, self.now, first.drive)?;
         let chain = Chain::of_three([

@@ -8,8 +8,10 @@ use kinematics::{Pose, RobotModel};
 use motion_api::Warning;
 use nalgebra::Vector3;
 
+use super::able::speed_for_bend;
 use super::{Arm, Warnings, Wish};
-use crate::constants::{ROTATION_LENGTH, ZONE_PLACES};
+use crate::config::MotionLimits;
+use crate::constants::{ROTATION_LENGTH, ZONE_PLACES, ZONE_TURNING_SHARE};
 use crate::path::Path;
 use crate::scalar::Course;
 
@@ -38,6 +40,8 @@ pub struct Leg {
     pub radius: f64,
     /// The path's s where the blend zone begins; the end without a radius.
     pub zone: f64,
+    /// Speed of s at which the zone may be entered while the next leg is not known.
+    pub zone_speed: f64,
     /// The TCP whose distance counts.
     pub flange_from_tcp: Pose,
 }
@@ -57,13 +61,14 @@ impl Leg {
             duration: wish.duration,
             radius: wish.radius,
             zone: path.length(),
+            zone_speed: f64::INFINITY,
             flange_from_tcp: *arm.flange_from_tcp,
         };
         if wish.radius > 0.0 && leg.path.length() > 0.0 {
             let length = path.length();
             match leg.place(arm.model, wish.radius, End::Last) {
-                Some(before) => leg.zone = length - before,
-                None => leg.shorten(length / 2.0, arm.model, warnings),
+                Some(before) => leg.begin_zone(length - before, arm),
+                None => leg.shorten(length / 2.0, arm, warnings),
             }
         } else {
             leg.radius = 0.0;
@@ -72,13 +77,23 @@ impl Leg {
     }
 
     /// Moves the beginning of the zone to `zone`, nearer to the end.
-    pub fn shorten(&mut self, zone: f64, model: &RobotModel, warnings: &mut Warnings) {
-        self.zone = zone;
+    pub fn shorten(&mut self, zone: f64, arm: &Arm, warnings: &mut Warnings) {
         let wanted = self.radius;
-        self.radius = self.distance(model, zone, End::Last);
+        self.begin_zone(zone, arm);
+        self.radius = self.distance(arm.model, zone, End::Last);
         warnings.add(Warning::RadiusShortened {
             wanted,
             planned: self.radius,
+        });
+    }
+
+    fn begin_zone(&mut self, zone: f64, arm: &Arm) {
+        self.zone = zone;
+        let end = self.path.end().q;
+        let place = self.path.point(arm.model, zone, &end);
+        self.zone_speed = place.map_or(f64::INFINITY, |place| {
+            let room = self.path.length() - zone;
+            ZONE_TURNING_SHARE * turning_speed(&place.first, room, arm.limits)
         });
     }
 
@@ -145,6 +160,21 @@ impl Leg {
         // Not outside the radius by a rounding.
         Some(near)
     }
+}
+
+/// The speed of s at which a curve of twice the length `room` can lead back the way it came, where the joints go `rates`
+/// per s: f s - 2 f s³/L² + f s⁴/L³ for each joint, with second and third derivatives of at most 3 f/L and 12 f/L².
+fn turning_speed(rates: &[f64; 6], room: f64, limits: &MotionLimits) -> f64 {
+    let length = 2.0 * room;
+    (0..6).fold(f64::INFINITY, |least, joint| {
+        let rate = rates[joint].abs();
+        least.min(speed_for_bend(
+            3.0 * rate / length,
+            12.0 * rate / (length * length),
+            joint,
+            limits,
+        ))
+    })
 }
 
 /// One end of a leg.

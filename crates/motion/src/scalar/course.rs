@@ -121,9 +121,10 @@ impl Stretches {
         }
     }
 
-    /// The same stretches, done from the place `zone` on no faster than it is possible to stop within `share` of the rest.
+    /// The same stretches, done from the place `zone` on no faster than `fastest`, and than it is possible to stop within
+    /// `share` of the rest.
     #[must_use]
-    pub fn with_zone(&self, zone: f64, share: f64) -> Self {
+    pub fn with_zone(&self, zone: f64, share: f64, fastest: f64) -> Self {
         let length: f64 = self.as_slice().iter().map(|s| s.length).sum();
         let mut begin = 0.0;
         let (mut acceleration, mut jerk) = (f64::INFINITY, f64::INFINITY);
@@ -136,7 +137,7 @@ impl Stretches {
             }
         }
         let room = share * (length - zone);
-        let speed = fastest_stop(room, acceleration, jerk);
+        let speed = fastest_stop(room, acceleration, jerk).min(fastest);
         let mut slowed = Self::NONE;
         let mut begin = 0.0;
         for stretch in self.as_slice() {
