@@ -13,7 +13,7 @@ mod common;
 
 use common::{Bench, MODELS, ideal, movej};
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
-use motion_api::{CommandId, CommandKind, Outcome, Refusal, RobotState, Warning};
+use motion_api::{CommandId, CommandKind, FreedriveFrame, Outcome, Refusal, RobotState, Warning};
 use nalgebra::Vector3;
 
 fn tcp(state: &RobotState) -> Vector3<f64> {
@@ -322,6 +322,95 @@ fn a_stop_in_the_blend_ends_the_next_motion_where_it_rests() {
         only: CommandId::NONE,
     });
     assert_eq!(bench.outcome(id), Some(Outcome::Aborted));
+    assert!(bench.cycle.is_standing());
+    bench.check_limits();
+}
+
+const STOPJ: CommandKind = CommandKind::StopJ { acceleration: 4.0 };
+const STOPL: CommandKind = CommandKind::StopL { acceleration: 4.0 };
+const STOP: CommandKind = CommandKind::Stop {
+    only: CommandId::NONE,
+};
+
+fn servoj(target: JointPositions) -> CommandKind {
+    CommandKind::ServoJ {
+        target,
+        duration: 0.1,
+        lookahead: 0.1,
+        gain: 300.0,
+    }
+}
+
+#[test]
+fn any_stop_ends_a_motion_that_has_not_begun() {
+    for stop in [STOPJ, STOPL, STOP] {
+        let mut bench = Bench::new(ideal("cs66"));
+        let start = bench.now().target_q;
+        let corner = moved(&bench.now().target_tcp_pose, [0.0, 0.2, 0.0]);
+        // Both are taken in one cycle: the plan is made later.
+        let id = bench.send(line(corner, 0.25, 0.0));
+        assert_eq!(bench.do_it(stop), Outcome::Done);
+        assert_eq!(bench.outcome(id), Some(Outcome::Aborted), "{stop:?}");
+        bench.run(50);
+        assert_eq!(bench.now().target_q, start, "{stop:?}");
+        assert!(bench.cycle.is_standing());
+    }
+}
+
+#[test]
+fn any_stop_in_the_zone_ends_the_motion_that_is_to_follow() {
+    for stop in [STOPJ, STOPL, STOP] {
+        let mut bench = Bench::new(ideal("cs66"));
+        let corner = moved(&bench.now().target_tcp_pose, [0.0, 0.2, 0.0]);
+        bench.do_it(line(corner, 0.25, 0.05));
+        let id = bench.send(line(moved(&corner, [-0.2, 0.0, 0.0]), 0.25, 0.0));
+        assert_eq!(bench.do_it(stop), Outcome::Done);
+        assert_eq!(bench.outcome(id), Some(Outcome::Aborted), "{stop:?}");
+        assert!(bench.cycle.is_standing());
+        let away = (tcp(&bench.now()) - Vector3::from(corner.xyz)).norm();
+        assert!(away > 1e-3 && away < 0.05, "{away}");
+        bench.check_limits();
+    }
+}
+
+#[test]
+fn online_modes_are_refused_while_a_motion_is_to_follow() {
+    let freedrive = CommandKind::Freedrive {
+        free_axes: [true; 6],
+        frame: FreedriveFrame::Base,
+    };
+    for radius in [0.0, 0.05] {
+        let mut bench = Bench::new(ideal("cs66"));
+        let corner = moved(&bench.now().target_tcp_pose, [0.0, 0.2, 0.0]);
+        if radius > 0.0 {
+            bench.do_it(line(corner, 0.25, radius));
+        }
+        let id = bench.send(line(moved(&corner, [-0.1, 0.0, 0.0]), 0.25, 0.0));
+        for kind in [servoj(bench.now().target_q), freedrive] {
+            let busy = Outcome::Refused(Refusal::Busy { running: id });
+            assert_eq!(bench.do_it(kind), busy, "{kind:?} {radius}");
+        }
+        assert_eq!(bench.finish(id), Outcome::Done);
+    }
+}
+
+#[test]
+fn an_online_mode_after_a_blend_radius_begins_at_the_waypoint() {
+    let mut bench = Bench::new(ideal("cs66"));
+    let corner = moved(&bench.now().target_tcp_pose, [0.0, 0.2, 0.0]);
+    bench.do_it(line(corner, 0.25, 0.05));
+    let id = bench.send(servoj(bench.now().target_q));
+    let late = bench.send(line(corner, 0.25, 0.0));
+    let busy = Outcome::Refused(Refusal::Busy { running: id });
+    assert_eq!(bench.finish(late), busy);
+    assert_eq!(bench.finish(id), Outcome::Done);
+    let nearest = bench
+        .states
+        .iter()
+        .map(|s| (tcp(s) - Vector3::from(corner.xyz)).norm())
+        .fold(f64::INFINITY, f64::min);
+    assert!(nearest < 1e-9, "{nearest:e}");
+    bench.run(300);
     assert!(bench.cycle.is_standing());
     bench.check_limits();
 }

@@ -49,7 +49,12 @@ pub const BUILTINS: &[Builtin] = &[
                 "m, rad",
                 "TCP pose on the arc; only its position counts",
             ),
-            Parameter::new("pose_to", Kind::Pose, "m, rad", "target TCP pose in the base frame"),
+            Parameter::new(
+                "pose_to",
+                Kind::Pose,
+                "m, rad",
+                "target TCP pose in the base frame",
+            ),
             acceleration("m/s^2", 1.2, "TCP acceleration"),
             speed("m/s", 0.25, "TCP speed"),
             BLEND_RADIUS,
@@ -216,7 +221,8 @@ const BLEND_RADIUS: Parameter = Parameter {
     meaning: "blend radius; 0 stops at the target",
 };
 
-const RETURNS: &str = "nothing; returns when the target is reached or, with r > 0, its blend zone is entered";
+const RETURNS: &str =
+    "nothing; returns when the target is reached or, with r > 0, its blend zone is entered";
 
 const fn getter(
     name: &'static str,
