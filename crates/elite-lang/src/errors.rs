@@ -227,10 +227,11 @@ fn render_into(error: &ScriptError, out: &mut String) {
             render_frame(frame, out);
         }
     }
-    let _ = writeln!(out, "{}", error.headline());
+    // Advice comes first: tools read the last line, which is always `Type: message`.
     if let Some(help) = &error.help {
-        let _ = writeln!(out, "help: {help}");
+        let _ = writeln!(out, "  help: {help}");
     }
+    let _ = writeln!(out, "{}", error.headline());
 }
 
 fn render_frame(frame: &TraceFrame, out: &mut String) {

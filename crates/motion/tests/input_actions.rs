@@ -1,4 +1,5 @@
 //! Inputs that set something off (manual 5.27 to 5.30).
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
 

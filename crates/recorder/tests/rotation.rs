@@ -31,7 +31,7 @@ fn in_parts(rotation: Rotation, cycles: u64) -> (tempfile::TempDir, Vec<PathBuf>
         .unwrap()
         .map(|entry| entry.unwrap().path())
         .collect();
-    files.sort_by_key(|path| part(path));
+    files.sort_by_key(part);
     (folder, files)
 }
 

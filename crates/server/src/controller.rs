@@ -188,6 +188,7 @@ impl Controller {
                 Console::Log => Operator::Present,
             })),
             permissions: permissions(config),
+            task_folder: absolute(&config.task_dir),
         };
         let supervisor = Supervisor::new(settings);
         feed.follow(supervisor.watch(), registers);
@@ -467,6 +468,13 @@ impl RecordingAlarm {
             }
         })
     }
+}
+
+/// Programs are told a path that means the same wherever it is used. A current folder that is gone leaves it as given.
+fn absolute(path: &Path) -> Arc<Path> {
+    std::path::absolute(path)
+        .unwrap_or_else(|_| path.to_owned())
+        .into()
 }
 
 /// What `--allow` lets programs reach.

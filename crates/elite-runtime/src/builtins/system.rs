@@ -114,6 +114,13 @@ pub const BUILTINS: &[Builtin] = &[
         ..system(get_steptime)
     },
     Builtin {
+        name: "get_task_path",
+        section: "5.36",
+        summary: "The folder in which tasks are kept.",
+        returns: "str",
+        ..system(get_task_path)
+    },
+    Builtin {
         name: "controller_timestamp",
         section: "9.5.5",
         summary: "The controller's clock; under the virtual clock simulated time since 2026-01-01T00:00:00Z.",
@@ -228,6 +235,10 @@ fn powerdown(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 
 fn get_steptime(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::Float(call.context().robot().state().step_time))
+}
+
+fn get_task_path(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    Ok(Value::str(call.context().task_folder().to_string_lossy()))
 }
 
 fn controller_timestamp(call: &mut Call<'_, '_>) -> Result<Value, Raised> {

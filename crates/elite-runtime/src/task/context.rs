@@ -5,6 +5,7 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -44,6 +45,7 @@ pub(crate) struct TaskContext {
     observer: Arc<dyn Observer>,
     fieldbus: Arc<Fieldbus>,
     permissions: Permissions,
+    task_folder: Arc<Path>,
     outside: Outside,
     sockets: RefCell<BTreeMap<String, Rc<ScriptSocket>>>,
     panel: Arc<Panel>,
@@ -99,6 +101,7 @@ impl TaskContext {
             observer: settings.observer.clone(),
             fieldbus: settings.fieldbus.clone(),
             permissions: settings.permissions,
+            task_folder: settings.task_folder.clone(),
             outside: Outside::default(),
             sockets: RefCell::default(),
             panel: settings.panel.clone(),
@@ -126,7 +129,12 @@ impl TaskContext {
         &self.fieldbus
     }
 
-    /// What scripts may reach.
+    /// Where tasks are kept.
+    pub fn task_folder(&self) -> &Path {
+        &self.task_folder
+    }
+
+    /// What the program may reach beyond the robot.
     pub fn permissions(&self) -> Permissions {
         self.permissions
     }

@@ -6,6 +6,7 @@
 //! runtime. What passes time is in `time`, what is told to people in `report`.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -67,6 +68,8 @@ pub struct TaskSettings {
     pub panel: Arc<Panel>,
     /// What programs may reach beyond the robot.
     pub permissions: Permissions,
+    /// Where tasks are kept.
+    pub task_folder: Arc<Path>,
 }
 
 /// What others ask of a running task.

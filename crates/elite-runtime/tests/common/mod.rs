@@ -118,6 +118,7 @@ pub fn run(standing: &Standing, text: &str) -> Ran {
         robot: Arc::new(robot),
         observer: listener.clone(),
         permissions: elite_runtime::Permissions::default(),
+        task_folder: std::path::Path::new("/tasks").into(),
         seed: 0,
         fieldbus: Arc::default(),
         panel: Arc::new(Panel::new(Operator::Absent)),
