@@ -15,6 +15,8 @@ use common::{Bench, MODELS, ideal, movej};
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
 use motion_api::{CommandId, CommandKind, FreedriveFrame, Outcome, Refusal, RobotState, Warning};
 use nalgebra::Vector3;
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 fn tcp(state: &RobotState) -> Vector3<f64> {
     Vector3::from(state.target_tcp_pose.xyz)
@@ -324,6 +326,44 @@ fn a_stop_in_the_blend_ends_the_next_motion_where_it_rests() {
     assert_eq!(bench.outcome(id), Some(Outcome::Aborted));
     assert!(bench.cycle.is_standing());
     bench.check_limits();
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, rng_seed: RngSeed::Fixed(6), ..ProptestConfig::default() })]
+
+    /// Whatever follows whatever, at any speed and radius and with any delay: every limit is kept in every cycle, nothing
+    /// stops the arm, and the end is exact.
+    #[test]
+    fn any_chain_keeps_the_limits_and_arrives(
+        legs in prop::collection::vec(
+            (0..3usize, prop::array::uniform3(-0.08..0.08f64), 0.02..0.8f64, 0.0..0.06f64, 0..12usize),
+            2..8,
+        ),
+        model in 0..MODELS.len(),
+    ) {
+        let mut bench = Bench::new(ideal(MODELS[model]));
+        bench.do_it(movej(JointPositions([0.3, -1.4, 1.7, -1.8, -1.5, 0.2])));
+        let centre = bench.now().target_tcp_pose;
+        let q = bench.now().target_q;
+        for (kind, by, speed, radius, wait) in legs {
+            let target = moved(&centre, by);
+            let kind = match kind {
+                0 => {
+                    let turned = JointPositions(std::array::from_fn(|k| q[k] + 3.0 * by[k % 3]));
+                    joint(turned, radius)
+                }
+                1 => line(target, speed, radius),
+                _ => arc(moved(&centre, [by[1], by[2], by[0]]), target, radius),
+            };
+            // Some cannot be reached or make no arc: refused, and the arm stops where it was going.
+            bench.do_it(kind);
+            bench.run(wait);
+        }
+        prop_assert_eq!(bench.do_it(line(centre, 0.25, 0.0)), Outcome::Done);
+        prop_assert!((tcp(&bench.now()) - Vector3::from(centre.xyz)).norm() < 1e-9);
+        prop_assert!(bench.stops.is_empty(), "{:?}", bench.stops);
+        bench.check_limits();
+    }
 }
 
 const STOPJ: CommandKind = CommandKind::StopJ { acceleration: 4.0 };
