@@ -76,7 +76,7 @@ def blends():
         now = get_target_tcp_pose()
         return norm([now[0] - pose[0], now[1] - pose[1], now[2] - pose[2]])
     def is_in_zone(pose, r):
-        return 0.5 * r < away(pose) <= r and norm(get_target_joint_speeds()) > 0.001
+        return 0.1 * r < away(pose) <= r and norm(get_target_joint_speeds()) > 0.001
     movel(at(0, 0.1, 0), r=0.05)
     set_standard_digital_out(1, True)
     print(is_in_zone(at(0, 0.1, 0), 0.05))
