@@ -118,10 +118,10 @@ fn wrong_arguments_name_the_argument_what_was_given_and_what_is_allowed() {
         &["TypeError", "t must be a number", "str"],
     );
     expect(
-        "movej([0]*6, r=0.05)",
+        "movej([0]*6, r=-0.05)",
         &[],
         1,
-        &["NotImplementedError", "0.05", "blending"],
+        &["ValueError", "r must be a number >= 0", "-0.05"],
     );
 }
 

@@ -63,6 +63,40 @@ end
 }
 
 #[test]
+fn a_blended_motion_returns_in_its_zone_and_the_last_one_at_its_target() {
+    let out = printed(
+        r#"
+def blends():
+    q = [0.3, -1.4, 1.7, -1.8, -1.5, 0.2]
+    movej(q)
+    p = get_target_tcp_pose()
+    def at(dx, dy, dz):
+        return [p[0] + dx, p[1] + dy, p[2] + dz, p[3], p[4], p[5]]
+    def away(pose):
+        now = get_target_tcp_pose()
+        return norm([now[0] - pose[0], now[1] - pose[1], now[2] - pose[2]])
+    def is_in_zone(pose, r):
+        return 0.1 * r < away(pose) <= r and norm(get_target_joint_speeds()) > 0.001
+    movel(at(0, 0.1, 0), r=0.05)
+    set_standard_digital_out(1, True)
+    print(is_in_zone(at(0, 0.1, 0), 0.05))
+    movec(at(-0.05, 0.13, 0), at(-0.1, 0.1, 0), v=0.1, r=0.03)
+    print(is_in_zone(at(-0.1, 0.1, 0), 0.03))
+    movej(q, r=0.02)
+    print(is_in_zone(p, 0.02), get_standard_digital_out(1))
+    movel(at(0, 0, 0.1))
+    print(away(at(0, 0, 0.1)) < 1e-9 and norm(get_target_joint_speeds()) == 0)
+    movel(p, r=0.05)
+    sleep(1)
+    print(away(p) < 1e-9)
+end
+"#,
+        "",
+    );
+    assert_eq!(out, "True\nTrue\nTrue True\nTrue\nTrue\n");
+}
+
+#[test]
 fn bad_arguments_of_the_modes_are_value_errors() {
     for call in [
         "speedj([0,0,0],1,1)",

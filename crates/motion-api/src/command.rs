@@ -61,6 +61,9 @@ pub enum CommandKind {
         speed: f64,
         /// Duration in seconds; 0 plans from speed and acceleration instead.
         duration: f64,
+        /// Blend radius, m: the command ends when the TCP comes this near to the target, and the next motion may follow
+        /// without a stop. 0 stops at the target.
+        radius: f64,
     },
     /// A straight line of the TCP with rotation about one fixed axis (manual 3.1.3).
     MoveL {
@@ -72,6 +75,25 @@ pub enum CommandKind {
         speed: f64,
         /// Duration in seconds; 0 plans from speed and acceleration instead.
         duration: f64,
+        /// Blend radius, m: the command ends when the TCP comes this near to the target, and the next motion may follow
+        /// without a stop. 0 stops at the target.
+        radius: f64,
+    },
+    /// A circular arc of the TCP (manual 3.1.2).
+    MoveC {
+        /// A pose whose position lies on the arc; its orientation is not used.
+        via: RpyPose,
+        /// Where to: TCP pose in the base frame.
+        target: RpyPose,
+        /// TCP acceleration, m/s².
+        acceleration: f64,
+        /// TCP speed, m/s.
+        speed: f64,
+        /// Blend radius, m, as of `MoveL`.
+        radius: f64,
+        /// The tool keeps its angle to the arc, and the target's orientation is not used; otherwise it turns to the
+        /// target's about one axis.
+        fixed: bool,
     },
     /// Decelerates on the path and ends the running motion as aborted. A robot at rest stays at rest.
     Stop {
@@ -234,6 +256,7 @@ impl CommandKind {
         match self {
             Self::MoveJ { .. } => "movej",
             Self::MoveL { .. } => "movel",
+            Self::MoveC { .. } => "movec",
             Self::Stop { .. } => "stop",
             Self::Pause => "pause",
             Self::Resume => "resume",
@@ -271,6 +294,9 @@ impl CommandKind {
 
     /// True for commands that move the arm and so exclude one another.
     pub const fn is_motion(&self) -> bool {
-        matches!(self, Self::MoveJ { .. } | Self::MoveL { .. })
+        matches!(
+            self,
+            Self::MoveJ { .. } | Self::MoveL { .. } | Self::MoveC { .. }
+        )
     }
 }

@@ -95,6 +95,11 @@ pub enum Refusal {
         /// What is wrong there.
         fault: PathFault,
     },
+    /// Three points that make no circular arc.
+    #[error(
+        "start, via point and target make no circular arc: two of them coincide, or they lie on a straight line"
+    )]
+    NoArc,
     /// A number of the command cannot be used.
     #[error("{name} is {value}; it must be {needed}")]
     BadValue {
@@ -290,6 +295,21 @@ pub enum Warning {
         /// Joint index from 0.
         joint: u8,
     },
+    /// The blend radius is more than the legs have room for.
+    #[error(
+        "a blend radius of {wanted:.4} m is more than there is room for here, it is shortened to {planned:.4} m"
+    )]
+    RadiusShortened {
+        /// Asked for, m.
+        wanted: f64,
+        /// Planned, m.
+        planned: f64,
+    },
+    /// The motion could not go over into the next one without a stop.
+    #[error(
+        "the motion stopped at its end instead of blending: the next one came too late or turns too sharply for the speed"
+    )]
+    NotBlended,
     /// The wanted acceleration is more than the arm can do here.
     #[error(
         "an acceleration of {wanted:.4} is more than the joints can do here, it is limited to {planned:.4}"

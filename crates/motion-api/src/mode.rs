@@ -102,6 +102,10 @@ numbered! {
         ProtectiveStop = 5, "protective_stop";
         /// No power or brakes engaged.
         PoweredOff = 6, "powered_off";
+        /// Circular arc of the TCP.
+        MoveC = 7, "movec";
+        /// Points at equal times from a file.
+        MoveMl = 8, "moveml";
         /// A stream of joint positions.
         ServoJ = 20, "servoj";
         /// Joint speeds.

@@ -12,7 +12,7 @@
 
 use divan::Bencher;
 use kinematics::{JointPositions, RobotModel};
-use motion::plan::{Arm, LinePlanner, Wish, plan_movej};
+use motion::plan::{Arm, CartesianPlanner, Wish, plan_movej};
 use motion::{Cycle, CycleConfig, PlantKind, Timing};
 use motion_api::{BorderSizes, CommandKind, Origin, ScriptEnd, border};
 
@@ -44,6 +44,7 @@ fn go(script: &ScriptEnd, way: f64) {
         acceleration: 1.396263,
         speed: 1.047197,
         duration: 0.0,
+        radius: 0.0,
     };
     script.commands.send(Origin::default(), kind).expect("room");
 }
@@ -164,6 +165,7 @@ fn movej_planning(bencher: Bencher) {
         speed: 1.0,
         acceleration: 1.4,
         duration: 0.0,
+        radius: 0.0,
     };
     let target = JointPositions([0.5, -1.0, 1.0, -1.0, -1.0, 0.3]);
     bencher.bench_local(|| plan_movej(&config.home, divan::black_box(&target), &wish, &arm));
@@ -183,13 +185,15 @@ fn movel_planning(bencher: Bencher) {
         speed: 0.25,
         acceleration: 1.2,
         duration: 0.0,
+        radius: 0.0,
     };
     let mut target = config.model.flange_pose(&config.home).to_rpy();
     target.xyz[1] += 0.3;
     target.rpy[2] += 0.3;
     bencher.bench_local(|| {
-        let mut planner = LinePlanner::new(&config.home, divan::black_box(&target), &wish, &arm)
-            .expect("a line that can be followed");
+        let mut planner =
+            CartesianPlanner::line(&config.home, divan::black_box(&target), &wish, &arm)
+                .expect("a line that can be followed");
         planner.work(&arm)
     });
 }
@@ -213,6 +217,7 @@ fn tick_on_a_line(bencher: Bencher) {
                 acceleration: 1.2,
                 speed: 0.25,
                 duration: 0.0,
+                radius: 0.0,
             };
             script.commands.send(Origin::default(), kind).expect("room");
         }

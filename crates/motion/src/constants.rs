@@ -98,6 +98,30 @@ pub const LINE_PLACES_PER_CYCLE: usize = 128;
 /// Parts of a Cartesian line with limits of their own.
 pub const LINE_PARTS: usize = 32;
 
+/// Three points make no arc when the sine of their angle is below this: the radius would be a million times their distance.
+pub const STRAIGHT_ARC: f64 = 1e-6;
+
+/// Share of a blend zone in which a motion whose successor is not known yet could stop: it enters the zone no faster. The
+/// rest of the zone is time for the successor to arrive.
+pub const ZONE_STOPPING_SHARE: f64 = 0.8;
+
+/// Share of the speed at which a curve through the whole zone could turn straight back: a motion whose successor is not known
+/// yet enters the zone no faster, so that the sharpest turn finds it slow enough. The curve begins a cycle or two into the
+/// zone and is then a little shorter.
+pub const ZONE_TURNING_SHARE: f64 = 0.9;
+
+/// Places at which the beginning of a blend zone is searched before it is narrowed down.
+pub const ZONE_PLACES: usize = 16;
+
+/// Parts of a blend with limits of their own, and the intervals in which each is looked at.
+pub const BLEND_PARTS: usize = 8;
+/// See [`BLEND_PARTS`].
+pub const BLEND_INTERVALS_PER_PART: usize = 3;
+
+/// Where a blend begins: at these shares of the way that is left to the waypoint. One is tried in a cycle, until one can
+/// be done at the speed that the arm has.
+pub const BLEND_ENTRIES: [f64; 6] = [0.97, 0.85, 0.7, 0.55, 0.4, 0.25];
+
 /// A joint that would turn by more than this on a metre of the line counts as singular, rad/m: at the joint's full speed
 /// the TCP would crawl at 3 mm/s.
 pub const SINGULAR_TURN_PER_M: f64 = 1000.0;

@@ -5,7 +5,7 @@
 
 use kinematics::chain::Frames;
 use kinematics::safety::{PlaneSwitches, SafetyBounds, SafetyViolation};
-use kinematics::{Dynamics, Payload, Pose, RobotModel, RpyPose, Wrench};
+use kinematics::{Dynamics, JointPositions, Payload, Pose, RobotModel, RpyPose, Wrench};
 use motion_api::{Command, CommandId, MotionEnd, Outcome, RobotMode, SafetyMode, StopReason};
 use nalgebra::Vector3;
 use rtrb::Consumer;
@@ -22,12 +22,12 @@ use crate::modes::encoder::Encoder;
 use crate::modes::{Kind, Online, stands};
 use crate::motion::Motion;
 use crate::outbox::Outbox;
-use crate::plan::LinePlanner;
 use crate::plant::{ArmState, Plant, Push};
 use crate::report::report;
 use crate::safety_inputs::SafetyInputs;
 use crate::setpoint::{LimitedSetpoint, Setpoint, limit};
 use crate::thermal::Thermal;
+use crate::upcoming::Upcoming;
 use crate::waiting::{Waiting, WaitingFor};
 
 /// What the caller measured about the cycles; zeros under the virtual clock.
@@ -47,8 +47,6 @@ pub struct Timing {
 pub(crate) enum Generator {
     /// The arm stands at the target.
     Hold,
-    /// The arm stands while a Cartesian motion is being planned.
-    Planning(CommandId, LinePlanner),
     /// A motion is under way, or held on its path.
     Path(Motion),
     /// An online mode makes each setpoint from the one before.
@@ -72,6 +70,8 @@ pub struct Cycle {
     pub(crate) machine: Machine,
     pub(crate) generator: Generator,
     safety_inputs: SafetyInputs,
+    /// The next motion, until it begins.
+    pub(crate) upcoming: Option<Upcoming>,
     pub(crate) waiting: Waiting,
     pub(crate) is_paused: bool,
     pub(crate) speed_fraction: f64,
@@ -145,6 +145,7 @@ impl Cycle {
             machine,
             generator: Generator::Hold,
             safety_inputs: config.safety_inputs,
+            upcoming: None,
             waiting: Waiting::default(),
             is_paused: false,
             speed_fraction: 1.0,
@@ -191,9 +192,7 @@ impl Cycle {
         }
         self.plan_on();
         match &mut self.generator {
-            Generator::Hold | Generator::Planning(..) | Generator::Online(_) => {
-                Ok(Setpoint::standing(self.target.q))
-            }
+            Generator::Hold | Generator::Online(_) => Ok(Setpoint::standing(self.target.q)),
             Generator::Brake(brake) => Ok(brake.next(self.step)),
             Generator::Path(motion) => motion
                 .next(self.step, fraction, &self.model, &self.target.q)
@@ -395,12 +394,24 @@ impl Cycle {
                 self.generator = Generator::Hold;
             }
             Generator::Path(motion) if motion.is_stopping && motion.is_standing() => {
-                self.out.ended(motion.id, Outcome::Aborted);
+                if !motion.is_handed_over {
+                    self.out.ended(motion.id, Outcome::Aborted);
+                }
                 self.generator = Generator::Hold;
             }
             Generator::Path(motion) if motion.is_finished() => {
-                self.out.ended(motion.id, Outcome::Done);
+                if !motion.is_handed_over {
+                    self.out.ended(motion.id, Outcome::Done);
+                }
                 self.generator = Generator::Hold;
+            }
+            Generator::Path(motion)
+                if motion.is_in_zone() && !motion.is_stopping && !motion.is_handed_over =>
+            {
+                self.out.ended(motion.id, Outcome::Done);
+                if let Generator::Path(motion) = &mut self.generator {
+                    motion.is_handed_over = true;
+                }
             }
             Generator::Brake(brake)
                 if brake.has_settled(self.actual.qd.max_abs() < RESTING_SPEED) =>
@@ -469,6 +480,7 @@ impl Cycle {
             self.out.ended(deferred.id, Outcome::ProtectiveStop(reason));
         }
         self.is_paused = false;
+        self.upcoming = None;
         self.tracking = None;
         self.target = self.commanded;
         JointBrake::new(&self.commanded, &self.limits)
@@ -496,20 +508,28 @@ impl Cycle {
             return false;
         }
         match &self.generator {
-            Generator::Hold => self.deferred.is_none(),
+            Generator::Hold => self.upcoming.is_none() && self.deferred.is_none(),
             Generator::Path(motion) => motion.is_standing(),
             Generator::Online(_) => self.is_paused && stands(&self.target),
-            Generator::Planning(..) | Generator::Brake(_) => false,
+            Generator::Brake(_) => false,
         }
     }
 
-    /// The motion command that is under way.
+    /// The motion command that has not ended yet. One that ended by entering its blend zone is none, though the arm moves.
     pub(crate) fn running(&self) -> CommandId {
-        match &self.generator {
-            Generator::Path(motion) => motion.id,
-            Generator::Planning(id, _) => *id,
-            Generator::Online(online) => online.id,
+        match (&self.upcoming, &self.generator) {
+            (Some(upcoming), _) => upcoming.id,
+            (None, Generator::Path(motion)) if !motion.is_handed_over => motion.id,
+            (None, Generator::Online(online)) => online.id,
             _ => CommandId::NONE,
+        }
+    }
+
+    /// Where the next motion begins: where the arm stands, or the waypoint in whose blend zone it is.
+    pub(crate) fn next_start(&self) -> JointPositions {
+        match &self.generator {
+            Generator::Path(motion) => motion.end(),
+            _ => self.target.q,
         }
     }
 
@@ -518,14 +538,12 @@ impl Cycle {
         if let Some(deferred) = self.deferred.take() {
             self.out.ended(deferred.id, Outcome::Aborted);
         }
+        if let Some(upcoming) = self.upcoming.take() {
+            self.out.ended(upcoming.id, Outcome::Aborted);
+        }
         match &mut self.generator {
             Generator::Online(online) => online.stop(&self.target),
             Generator::Path(motion) => motion.is_stopping = true,
-            Generator::Planning(id, _) => {
-                let id = *id;
-                self.out.ended(id, Outcome::Aborted);
-                self.generator = Generator::Hold;
-            }
             Generator::Hold | Generator::Brake(_) => {}
         }
     }

@@ -11,8 +11,9 @@ use motion_api::{
 
 use crate::constants::{COMMANDS_PER_CYCLE, PAYLOAD_INERTIA_MAX, PAYLOAD_MASS_MAX, TOOL_REACH_MAX};
 use crate::cycle::{Cycle, Generator};
-use crate::motion::{Motion, Plan};
-use crate::plan::{Arm, LinePlanner, Warnings, Wish, plan_movej};
+use crate::path::ArcOrientation;
+use crate::plan::{Arm, CartesianPlanner, Wish, plan_movej};
+use crate::upcoming::Planned;
 use crate::waiting::WaitingFor;
 
 /// Whether a command ends at once, and how.
@@ -51,16 +52,19 @@ impl Cycle {
                 acceleration,
                 speed,
                 duration,
+                radius,
             } => {
                 let wish = Wish {
                     speed,
                     acceleration,
                     duration,
+                    radius,
                 };
                 self.check_free()?;
                 self.check_target(&target)?;
-                let planned = plan_movej(&self.target.q, &target, &wish, &self.arm())?;
-                self.begin(command.id, MotionMode::MoveJ, &planned);
+                let start = self.next_start();
+                let (leg, warnings) = plan_movej(&start, &target, &wish, &self.arm())?;
+                self.follow_with(command.id, MotionMode::MoveJ, Planned::Ready(leg, warnings));
                 Ok(Ending::Later)
             }
             CommandKind::MoveL {
@@ -68,16 +72,48 @@ impl Cycle {
                 acceleration,
                 speed,
                 duration,
+                radius,
             } => {
                 let wish = Wish {
                     speed,
                     acceleration,
                     duration,
+                    radius,
                 };
                 self.check_free()?;
                 self.check_target_pose(&target)?;
-                let planner = LinePlanner::new(&self.target.q, &target, &wish, &self.arm())?;
-                self.generator = Generator::Planning(command.id, planner);
+                let start = self.next_start();
+                let planner = CartesianPlanner::line(&start, &target, &wish, &self.arm())?;
+                self.follow_with(command.id, MotionMode::MoveL, Planned::Partly(planner));
+                Ok(Ending::Later)
+            }
+            CommandKind::MoveC {
+                via,
+                target,
+                acceleration,
+                speed,
+                radius,
+                fixed,
+            } => {
+                let wish = Wish {
+                    speed,
+                    acceleration,
+                    duration: 0.0,
+                    radius,
+                };
+                self.check_free()?;
+                self.check_target_pose(&via)?;
+                self.check_target_pose(&target)?;
+                let start = self.next_start();
+                let orientation = if fixed {
+                    ArcOrientation::WithTheArc
+                } else {
+                    ArcOrientation::ToTheTarget
+                };
+                let poses = (&via, &target);
+                let planner =
+                    CartesianPlanner::arc(&start, poses, orientation, &wish, &self.arm())?;
+                self.follow_with(command.id, MotionMode::MoveC, Planned::Partly(planner));
                 Ok(Ending::Later)
             }
             CommandKind::Stop { only } => Ok(self.stop(command.id, only)),
@@ -234,40 +270,24 @@ impl Cycle {
     /// A motion may begin: the arm is ready and no other motion is under way.
     pub(crate) fn check_free(&self) -> Result<(), Refusal> {
         self.machine.check_ready()?;
+        if let Generator::Path(motion) = &self.generator
+            && motion.is_handed_over
+            && motion.is_stopping
+        {
+            return Err(Refusal::StillMoving);
+        }
         match self.running() {
             CommandId::NONE => Ok(()),
             running => Err(Refusal::Busy { running }),
         }
     }
 
-    fn arm(&self) -> Arm<'_> {
+    pub(crate) fn arm(&self) -> Arm<'_> {
         Arm {
             model: &self.model,
             flange_from_tcp: &self.flange_from_tcp,
             limits: self.planning_limits(),
             dynamics: &self.dynamics,
-        }
-    }
-
-    fn begin(&mut self, id: CommandId, mode: MotionMode, (plan, warnings): &(Plan, Warnings)) {
-        for warning in warnings.iter() {
-            self.out.warned(id, warning);
-        }
-        self.generator = Generator::Path(Motion::new(id, mode, plan));
-    }
-
-    /// Goes on with a plan that takes more than one cycle; starts the motion when it is ready.
-    pub(crate) fn plan_on(&mut self) {
-        let Generator::Planning(id, mut planner) = self.generator else {
-            return;
-        };
-        match planner.work(&self.arm()) {
-            Ok(None) => self.generator = Generator::Planning(id, planner),
-            Ok(Some(planned)) => self.begin(id, MotionMode::MoveL, &planned),
-            Err(refusal) => {
-                self.out.ended(id, Outcome::Refused(refusal));
-                self.generator = Generator::Hold;
-            }
         }
     }
 

@@ -14,7 +14,7 @@
 //! let mut cycle = Cycle::new(config, motion_end)?;
 //!
 //! let target = JointPositions([0.2, -1.5, 1.6, -1.6, -1.5, 0.0]);
-//! let movej = CommandKind::MoveJ { target, acceleration: 1.4, speed: 1.0, duration: 0.0 };
+//! let movej = CommandKind::MoveJ { target, acceleration: 1.4, speed: 1.0, duration: 0.0, radius: 0.0 };
 //! script_end.commands.send(Origin::default(), movej)?;
 //! let ended = loop {
 //!     cycle.tick(Timing::default());
@@ -51,11 +51,11 @@ pub mod safety_inputs;
 pub mod scalar;
 pub mod setpoint;
 pub mod thermal;
+mod upcoming;
 pub mod virtual_time;
 mod waiting;
 
 pub use config::{ConfigError, CycleConfig, LimitOverrides, MotionLimits, PlantKind};
 pub use cycle::{Cycle, Timing};
 pub use io::{IoSetup, TimedInput, WireSetup};
-pub use motion::Plan;
 pub use safety_inputs::{InputPair, SafetyInputs};

@@ -1,41 +1,81 @@
-//! One motion under way: a path, the travel along it, and the command it belongs to.
+//! One motion under way: a chain of paths, the travel along it, and the command it belongs to.
 
 use kinematics::{JointPositions, RobotModel};
 use motion_api::{CommandId, MotionMode};
 
-use crate::path::Path;
+use crate::constants::ZONE_STOPPING_SHARE;
+use crate::path::Chain;
+use crate::plan::{Joined, Leg, UnderWay};
 use crate::scalar::{Course, Drive, Travel};
 use crate::setpoint::Setpoint;
-
-/// A planned motion, ready to be started.
-#[derive(Clone, Copy, Debug)]
-pub struct Plan {
-    /// Where.
-    pub path: Path,
-    /// How fast.
-    pub course: Course,
-}
 
 /// A motion under way.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Motion {
     pub(crate) id: CommandId,
     pub(crate) mode: MotionMode,
-    path: Path,
+    chain: Chain,
     travel: Travel,
+    /// The last leg of the chain.
+    leg: Leg,
+    /// The chain's s where the blend zone of the last leg begins.
+    zone: f64,
     /// A stop was asked for; the motion ends where it comes to rest.
     pub(crate) is_stopping: bool,
+    /// The command has ended because the blend zone was entered; another motion may follow.
+    pub(crate) is_handed_over: bool,
 }
 
 impl Motion {
-    pub(crate) fn new(id: CommandId, mode: MotionMode, plan: &Plan) -> Self {
-        Self {
+    /// From rest along one leg. `None` when there is no course, which `leg` has shown to exist.
+    pub(crate) fn new(id: CommandId, mode: MotionMode, leg: &Leg) -> Option<Self> {
+        let mut course = leg.course;
+        if leg.radius > 0.0 {
+            let list = leg
+                .course
+                .list()
+                .with_zone(leg.zone, ZONE_STOPPING_SHARE, leg.zone_speed);
+            course = Course::new(list.as_slice())?.stretched_to(leg.duration);
+        }
+        Some(Self {
             id,
             mode,
-            path: plan.path,
-            travel: Travel::new(plan.course, Drive::Halt),
+            chain: Chain::of_one(leg.path),
+            travel: Travel::new(course, Drive::Halt),
+            leg: *leg,
+            zone: leg.zone,
             is_stopping: false,
-        }
+            is_handed_over: false,
+        })
+    }
+
+    /// Goes over into another leg for the command `id`.
+    pub(crate) fn go_over(&mut self, id: CommandId, mode: MotionMode, joined: &Joined) {
+        *self = Self {
+            id,
+            mode,
+            chain: joined.chain,
+            travel: joined.travel,
+            leg: joined.leg,
+            zone: joined.zone,
+            is_stopping: false,
+            is_handed_over: false,
+        };
+    }
+
+    /// The motion as the planner of a blend sees it; `None` while it is held or stopped, or not on its last leg.
+    pub(crate) fn under_way(&self, q: JointPositions) -> Option<UnderWay<'_>> {
+        let now = self.travel.state();
+        let drive = self.travel.wanted();
+        let is_going = matches!(drive, Drive::Go(_)) && !self.is_stopping && !self.is_finished();
+        (is_going && self.chain.is_in_last(now.position)).then_some(UnderWay {
+            leg: &self.leg,
+            piece: self.chain.last(),
+            course: self.travel.course(),
+            now,
+            q,
+            drive,
+        })
     }
 
     /// The setpoint one cycle later, at a fraction of the planned speed; 0 brakes. `None` when the path is lost.
@@ -53,14 +93,19 @@ impl Motion {
         });
         let s = self.travel.advance(step);
         if self.travel.is_finished() {
-            return Some(self.path.end());
+            return Some(self.chain.end());
         }
-        self.path.at(model, &s, near)
+        self.chain.at(model, &s, near)
     }
 
-    /// Where the path ends.
+    /// Where the joints will be at the end.
     pub(crate) fn end(&self) -> JointPositions {
-        self.path.end().q
+        self.chain.end().q
+    }
+
+    /// True when the blend zone has been entered and a successor may come.
+    pub(crate) fn is_in_zone(&self) -> bool {
+        self.leg.radius > 0.0 && self.travel.state().position >= self.zone
     }
 
     /// True when the end of the path is reached.

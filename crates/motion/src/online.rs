@@ -2,7 +2,7 @@
 //!
 //! The rule: only one motion at a time moves the arm. A servo or speed command takes over from the one before of the same
 //! thread without a stop, or from one whose call has returned; a planned motion that follows an online mode waits for the
-//! arm to come to rest; everything else is refused. The modes themselves are in `modes`.
+//! arm to come to rest, and so does an online mode that follows a motion with a blend radius; everything else is refused. The modes themselves are in `modes`.
 
 use kinematics::safety::SafetyViolation;
 use kinematics::{JointPositions, JointSpeeds, Pose, RpyPose, Wrench};
@@ -34,10 +34,7 @@ impl Cycle {
         loop {
             let command = self.commands.pop().ok()?;
             self.out.taken(&command);
-            let Generator::Online(online) = &mut self.generator else {
-                return Some(command);
-            };
-            if !command.kind.is_motion() || !online.has_ended() || online.is_led_by_hand() {
+            if !self.must_wait(&command.kind) {
                 return Some(command);
             }
             if let Some(deferred) = self.deferred {
@@ -46,8 +43,30 @@ impl Cycle {
                 self.out.ended(command.id, busy);
                 return None;
             }
-            online.stop(&self.target);
+            if let Generator::Online(online) = &mut self.generator {
+                online.stop(&self.target);
+            }
             self.deferred = Some(command);
+        }
+    }
+
+    /// Must the arm come to rest first? A planned motion waits for the end of an online mode whose call has returned, an
+    /// online mode for the end of a motion whose call has returned because its blend zone was entered.
+    fn must_wait(&self, kind: &CommandKind) -> bool {
+        match &self.generator {
+            Generator::Online(online) => {
+                kind.is_motion() && online.has_ended() && !online.is_led_by_hand()
+            }
+            Generator::Path(motion) if motion.is_handed_over && self.upcoming.is_none() => {
+                matches!(
+                    kind,
+                    CommandKind::ServoJ { .. }
+                        | CommandKind::SpeedJ { .. }
+                        | CommandKind::SpeedL { .. }
+                        | CommandKind::Freedrive { .. }
+                ) || (kind.is_motion() && self.deferred.is_some())
+            }
+            _ => false,
         }
     }
 
@@ -92,6 +111,10 @@ impl Cycle {
         self.machine.check_ready()?;
         if let Some(deferred) = self.deferred {
             let running = deferred.id;
+            return Err(Refusal::Busy { running });
+        }
+        if let Some(upcoming) = &self.upcoming {
+            let running = upcoming.id;
             return Err(Refusal::Busy { running });
         }
         let caller = |origin: Origin| (origin.program, origin.thread);
@@ -240,7 +263,11 @@ impl Cycle {
     /// Ends what moves the arm: an online mode by `kind`, a planned motion on its path.
     fn come_to_rest(&mut self, command: &Command, kind: impl Fn(&Self) -> Kind) -> Ending {
         match &self.generator {
-            Generator::Hold => Ending::Now,
+            Generator::Hold => {
+                // A motion whose plan is not finished has not moved the arm yet.
+                self.stop_moving();
+                Ending::Now
+            }
             Generator::Online(_) => {
                 if let Some(deferred) = self.deferred.take() {
                     self.out.ended(deferred.id, Outcome::Aborted);
@@ -254,7 +281,7 @@ impl Cycle {
                 }
                 Ending::Later
             }
-            Generator::Path(_) | Generator::Planning(..) | Generator::Brake(_) => {
+            Generator::Path(_) | Generator::Brake(_) => {
                 self.is_paused = false;
                 self.stop_moving();
                 self.waiting.add(command.id, WaitingFor::Stop);
@@ -271,7 +298,7 @@ impl Cycle {
     ) -> Answer {
         self.machine.check_ready()?;
         match &self.generator {
-            Generator::Hold if self.deferred.is_none() => {}
+            Generator::Hold if self.deferred.is_none() && self.upcoming.is_none() => {}
             Generator::Online(online) if online.is_led_by_hand() => {}
             Generator::Online(online) if online.has_ended() && stands(&self.target) => {}
             _ => {

@@ -95,11 +95,13 @@ fn motion_mode(cycle: &Cycle) -> MotionMode {
         return MotionMode::ProtectiveStop;
     }
     match &cycle.generator {
-        Generator::Hold if cycle.tracking.is_some() => MotionMode::Conveyor,
-        Generator::Hold => MotionMode::Idle,
+        Generator::Hold => match (&cycle.upcoming, &cycle.tracking) {
+            (Some(upcoming), _) => upcoming.mode,
+            (None, Some(_)) => MotionMode::Conveyor,
+            (None, None) => MotionMode::Idle,
+        },
         Generator::Online(online) if online.is_stopping => MotionMode::Stopping,
         Generator::Online(online) => online.mode,
-        Generator::Planning(..) => MotionMode::MoveL,
         Generator::Brake(_) => MotionMode::ProtectiveStop,
         Generator::Path(motion) if motion.is_stopping => MotionMode::Stopping,
         Generator::Path(motion) if cycle.is_paused && motion.is_standing() => MotionMode::Paused,

@@ -504,6 +504,7 @@ fn wild_command() -> impl Strategy<Value = CommandKind> {
                     acceleration,
                     speed,
                     duration,
+                    radius: 0.0,
                 }
             }
         ),
@@ -514,6 +515,7 @@ fn wild_command() -> impl Strategy<Value = CommandKind> {
                     acceleration,
                     speed,
                     duration,
+                    radius: 0.0,
                 }
             }
         ),

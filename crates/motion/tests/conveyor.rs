@@ -320,6 +320,7 @@ fn fast_moves_on_a_belt_keep_the_joint_limits() {
             acceleration: 100.0,
             speed: 10.0,
             duration: 0.0,
+            radius: 0.0,
         };
         assert_eq!(bench.do_it(kind), Outcome::Done, "{:?}", bench.stops);
     }

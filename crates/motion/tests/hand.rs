@@ -287,6 +287,7 @@ fn motion_with_the_rated_payload_is_no_collision_at_the_highest_sensitivity() {
                 acceleration: 10.0,
                 speed: 3.0,
                 duration: 0.0,
+                radius: 0.0,
             };
             assert_eq!(
                 bench.do_it(kind),

@@ -100,6 +100,7 @@ fn more_than_the_joints_can_do_is_limited_with_warnings() {
         acceleration: 100.0,
         speed: 100.0,
         duration: 0.0,
+        radius: 0.0,
     });
     assert_eq!(bench.finish(id), Outcome::Done);
     let limits = bench.limits;
@@ -159,6 +160,7 @@ fn numbers_that_cannot_be_used_are_refused_by_name() {
             acceleration: a,
             speed: v,
             duration: t,
+            radius: 0.0,
         });
         assert!(
             matches!(outcome, Outcome::Refused(Refusal::BadValue { name, .. }) if name == expected),
@@ -225,7 +227,7 @@ proptest! {
         for q in targets {
             let to = JointPositions(q);
             let from = bench.now();
-            let kind = CommandKind::MoveJ { target: to, acceleration: a, speed: v, duration: 0.0 };
+            let kind = CommandKind::MoveJ { target: to, acceleration: a, speed: v, duration: 0.0, radius: 0.0 };
             prop_assert_eq!(bench.do_it(kind), Outcome::Done);
             prop_assert_eq!(bench.now().target_q, to);
 

@@ -156,6 +156,7 @@ fn durations_of_lines_are_met_or_stretched() {
         acceleration: 1.2,
         speed: 0.25,
         duration,
+        radius: 0.0,
     };
     let kind = line(&bench, 0.2, 2.0);
     bench.do_it(kind);
@@ -296,6 +297,7 @@ fn near_a_singularity_the_line_slows_down_and_is_kept() {
         acceleration: 1.2,
         speed: 1.0,
         duration: 0.0,
+        radius: 0.0,
     });
     let outcome = bench.finish(id);
     assert_eq!(outcome, Outcome::Done, "{outcome:?} {:?}", bench.stops);
@@ -400,7 +402,7 @@ proptest! {
         let mut bench = Bench::new(config);
         bench.model = MODELS[model];
         let to = relative(&bench, offset, turn);
-        let kind = CommandKind::MoveL { target: to, acceleration: a, speed: v, duration: if timed { 0.5 } else { 0.0 } };
+        let kind = CommandKind::MoveL { target: to, acceleration: a, speed: v, duration: if timed { 0.5 } else { 0.0 }, radius: 0.0 };
         match bench.do_it(kind) {
             Outcome::Done => {
                 let (off, twisted) = deviation(&bench, 0, &Pose::IDENTITY);

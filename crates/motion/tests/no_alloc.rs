@@ -160,6 +160,69 @@ fn ten_thousand_ticks_through_the_online_modes_allocate_nothing() {
 }
 
 #[test]
+fn four_thousand_ticks_of_blends_and_arcs_allocate_nothing() {
+    let (mut cycle, mut script) = controller(ideal("cs66"));
+    let home = ideal("cs66").home;
+    let pose = ideal("cs66").model.flange_pose(&home).to_rpy();
+    let at = |x: f64, y: f64| RpyPose {
+        xyz: [pose.xyz[0] + x, pose.xyz[1] + y, pose.xyz[2]],
+        ..pose
+    };
+    let (acceleration, duration) = (1.2, 0.0);
+    let line = |target, speed, radius| CommandKind::MoveL {
+        target,
+        acceleration,
+        speed,
+        duration,
+        radius,
+    };
+    let joint = CommandKind::MoveJ {
+        target: home,
+        acceleration,
+        speed: 1.0,
+        duration,
+        radius: 0.05,
+    };
+    let arc = CommandKind::MoveC {
+        via: at(-0.05, 0.15),
+        target: at(-0.1, 0.1),
+        acceleration,
+        speed: 0.25,
+        radius: 0.03,
+        fixed: false,
+    };
+    let round = [
+        line(at(0.0, 0.1), 0.25, 0.05),
+        arc,
+        line(at(-0.1, 0.0), 0.1, 0.01),
+        joint,
+    ];
+    let mut sent = 0;
+    let mut is_free = true;
+    let mut modes = std::collections::BTreeSet::new();
+    for tick_number in 0..4000 {
+        if is_free {
+            script
+                .commands
+                .send(Origin::default(), round[sent % round.len()])
+                .unwrap();
+            sent += 1;
+            is_free = false;
+        }
+        let before = violation_count();
+        assert_no_alloc(|| cycle.tick(Timing::default()));
+        assert_eq!(violation_count(), before, "tick {tick_number}");
+        while let Some(event) = script.events.next_event() {
+            is_free |= matches!(event, motion_api::Event::Ended { .. });
+        }
+        while script.records.as_mut().unwrap().next_record().is_some() {}
+        modes.insert(script.snapshot.read().motion_mode);
+    }
+    assert!(sent > 2 * round.len(), "{sent}");
+    assert!(modes.len() >= 3, "{modes:?}");
+}
+
+#[test]
 fn a_protective_stop_allocates_nothing() {
     // The limit is configured below what a line needs at its own limits, by changing the tool on the way.
     let mut config = ideal("cs66");

@@ -160,6 +160,7 @@ fn the_hardest_motions_asked_for_are_slowed_to_what_the_drives_can_do() {
                 acceleration: 1000.0,
                 speed: 1000.0,
                 duration: 0.0,
+                radius: 0.0,
             });
             assert_eq!(outcome, Outcome::Done, "{model} {:?}", bench.stops);
         }

@@ -9,6 +9,7 @@
     reason = "joint angles and speeds as people type them"
 )]
 
+use motion::scalar::course::MAX_STRETCHES;
 use motion::scalar::{Course, Drive, Profile, ScalarLimits, ScalarState, Stretch, Travel};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -265,5 +266,5 @@ fn unusable_stretches_are_not_planned() {
     };
     assert!(Course::of_one(1.0, bad).is_none());
     assert!(Course::of_one(f64::INFINITY, fast()).is_none());
-    assert!(Course::new(&[Stretch::new(0.1, fast()); 65]).is_none());
+    assert!(Course::new(&[Stretch::new(0.1, fast()); MAX_STRETCHES + 1]).is_none());
 }

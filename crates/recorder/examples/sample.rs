@@ -123,6 +123,7 @@ impl Arm {
                     acceleration: 1.4,
                     speed: 1.05,
                     duration: 0.0,
+                    radius: 0.0,
                 },
             },
         }

@@ -62,8 +62,9 @@ macro_rules! commands {
 }
 
 commands! {
-    "movej" => MoveJ { target, acceleration, speed, duration };
-    "movel" => MoveL { target, acceleration, speed, duration };
+    "movej" => MoveJ { target, acceleration, speed, duration, radius };
+    "movel" => MoveL { target, acceleration, speed, duration, radius };
+    "movec" => MoveC { via, target, acceleration, speed, radius, fixed };
     "stop" => Stop { only };
     "pause" => Pause;
     "resume" => Resume;
@@ -298,12 +299,14 @@ mod tests {
                 acceleration: x,
                 speed: x,
                 duration: 0.0,
+                radius: 0.0,
             },
             CommandKind::MoveL {
                 target: pose,
                 acceleration: x,
                 speed: x,
                 duration: x,
+                radius: 0.0,
             },
             CommandKind::Stop { only: CommandId(7) },
             CommandKind::Pause,

@@ -62,6 +62,7 @@ fn record_with(name: &str, setup: Setup, config: CycleConfig) -> PathBuf {
                 acceleration: 1.4,
                 speed: 1.05,
                 duration: 0.0,
+                radius: 0.0,
             };
             script.commands.send(origin, kind).unwrap();
         }

@@ -33,9 +33,43 @@ pub const BUILTINS: &[Builtin] = &[
             DURATION,
             BLEND_RADIUS,
         ],
-        returns: "nothing; returns when the target is reached",
+        returns: RETURNS,
         waits: true,
         run: Some(movej),
+    },
+    Builtin {
+        name: "movec",
+        section: "3.1.2",
+        category: Category::Motion,
+        summary: "Moves the TCP along a circular arc through a pose in between.",
+        params: &[
+            Parameter::new(
+                "pose_via",
+                Kind::Pose,
+                "m, rad",
+                "TCP pose on the arc; only its position counts",
+            ),
+            Parameter::new(
+                "pose_to",
+                Kind::Pose,
+                "m, rad",
+                "target TCP pose in the base frame",
+            ),
+            acceleration("m/s^2", 1.2, "TCP acceleration"),
+            speed("m/s", 0.25, "TCP speed"),
+            BLEND_RADIUS,
+            Parameter {
+                name: "mode",
+                aliases: &[],
+                kind: Kind::Integer(i64::MIN, i64::MAX),
+                default: Default::Integer(0),
+                unit: "",
+                meaning: "0: the tool keeps its orientation to the arc; otherwise it turns evenly to that of the target",
+            },
+        ],
+        returns: RETURNS,
+        waits: true,
+        run: Some(movec),
     },
     Builtin {
         name: "movel",
@@ -56,7 +90,7 @@ pub const BUILTINS: &[Builtin] = &[
             DURATION,
             BLEND_RADIUS,
         ],
-        returns: "nothing; returns when the target is reached",
+        returns: RETURNS,
         waits: true,
         run: Some(movel),
     },
@@ -184,8 +218,11 @@ const BLEND_RADIUS: Parameter = Parameter {
     kind: Kind::Number(Range::NotNegative),
     default: Default::Number(0.0),
     unit: "m",
-    meaning: "blend radius",
+    meaning: "blend radius; 0 stops at the target",
 };
+
+const RETURNS: &str =
+    "nothing; returns when the target is reached or, with r > 0, its blend zone is entered";
 
 const fn getter(
     name: &'static str,
@@ -212,8 +249,8 @@ fn movej(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         acceleration: call.number(1)?,
         speed: call.number(2)?,
         duration: call.number(3)?,
+        radius: call.number(4)?,
     };
-    refuse_blend(call)?;
     call.perform(kind)?;
     Ok(Value::None)
 }
@@ -224,21 +261,23 @@ fn movel(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         acceleration: call.number(1)?,
         speed: call.number(2)?,
         duration: call.number(3)?,
+        radius: call.number(4)?,
     };
-    refuse_blend(call)?;
     call.perform(kind)?;
     Ok(Value::None)
 }
 
-fn refuse_blend(call: &mut Call<'_, '_>) -> Result<(), Raised> {
-    let radius = call.number(4)?;
-    if radius == 0.0 {
-        return Ok(());
-    }
-    let text = format!(
-        "r = {radius} m: blending is not available in this version; use r = 0, the arm stops at the target"
-    );
-    Err(call.error(ExceptionKind::NotImplementedError, text))
+fn movec(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let kind = CommandKind::MoveC {
+        via: call.pose(0)?,
+        target: call.pose(1)?,
+        acceleration: call.number(2)?,
+        speed: call.number(3)?,
+        radius: call.number(4)?,
+        fixed: call.integer(5)? == 0,
+    };
+    call.perform(kind)?;
+    Ok(Value::None)
 }
 
 fn set_tcp(call: &mut Call<'_, '_>) -> Result<Value, Raised> {

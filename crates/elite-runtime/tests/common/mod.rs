@@ -49,10 +49,12 @@ pub struct Ran {
     pub log: Vec<String>,
     /// `Type: message` of the uncaught exception.
     pub error: String,
+    /// What the arm was told.
+    pub commands: Vec<CommandKind>,
 }
 
 /// Time that passes when it is asked to.
-struct Still(Mutex<(MotionEnd, RobotState)>);
+struct Still(Mutex<(MotionEnd, RobotState, Vec<CommandKind>)>);
 
 impl Timeline for Still {
     fn is_virtual(&self) -> bool {
@@ -61,10 +63,11 @@ impl Timeline for Still {
 
     fn advance(&self) -> bool {
         let mut still = self.0.lock().unwrap();
-        let (end, state) = &mut *still;
+        let (end, state, commands) = &mut *still;
         state.cycle += 1;
         state.time += state.step_time;
         while let Ok(command) = end.commands.pop() {
+            commands.push(command.kind);
             if let CommandKind::EncoderEnableSetTickCount { encoder, range } = command.kind {
                 state.encoder_ranges[usize::from(encoder)] = range.number();
             }
@@ -110,9 +113,9 @@ pub fn run(standing: &Standing, text: &str) -> Ran {
     };
     let (motion, script) = border(sizes, &state);
     let listener = Arc::new(Listener::default());
-    let timeline = Arc::new(Still(Mutex::new((motion, state))));
+    let timeline = Arc::new(Still(Mutex::new((motion, state, Vec::new()))));
     let end = ScriptEndWithoutRecords::from(script);
-    let robot = Robot::new(model, end, timeline, listener.clone())
+    let robot = Robot::new(model, end, timeline.clone(), listener.clone())
         .with_safety_bounds(standing.safety_bounds);
     let supervisor = Supervisor::new(TaskSettings {
         robot: Arc::new(robot),
@@ -136,10 +139,12 @@ pub fn run(standing: &Standing, text: &str) -> Ran {
         supervisor.ended().await.unwrap()
     });
     let (printed, log, error) = std::mem::take(&mut *listener.0.lock().unwrap());
+    let commands = std::mem::take(&mut timeline.0.lock().unwrap().2);
     Ran {
         end,
         printed,
         log,
         error,
+        commands,
     }
 }

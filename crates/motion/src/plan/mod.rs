@@ -2,13 +2,19 @@
 //!
 //! Planning runs inside the cycle that takes the command, and the next ones if it is much: bounded work, no allocation.
 
+mod able;
+mod blend;
+mod cartesian;
+mod leg;
 mod movej;
-mod movel;
 mod survey;
 mod torque;
 
+pub use able::{Able, PartBounds};
+pub use blend::{Joined, Junction, UnderWay};
+pub use cartesian::CartesianPlanner;
+pub use leg::{End, Leg};
 pub use movej::plan_movej;
-pub use movel::LinePlanner;
 
 use kinematics::{Dynamics, Pose, RobotModel};
 use motion_api::{Refusal, Warning};
@@ -18,7 +24,7 @@ use crate::constants::{ACCELERATION_RISE, LONGEST, SLOWEST};
 use crate::scalar::ScalarLimits;
 
 /// Most warnings of one plan.
-const MAX_WARNINGS: usize = 3;
+const MAX_WARNINGS: usize = 4;
 
 /// The warnings of one plan.
 #[derive(Clone, Copy, Debug, Default)]
@@ -62,6 +68,8 @@ pub struct Wish {
     pub acceleration: f64,
     /// Duration, s; 0 when speed and acceleration count.
     pub duration: f64,
+    /// Blend radius, m; 0 stops at the end.
+    pub radius: f64,
 }
 
 impl Wish {
@@ -79,6 +87,9 @@ impl Wish {
         };
         if !(0.0..=LONGEST).contains(&self.duration) {
             return bad("t", self.duration, "0 or a number of seconds up to 1000000");
+        }
+        if !(self.radius >= 0.0 && self.radius.is_finite()) {
+            return bad("r", self.radius, "a number of at least 0");
         }
         if self.duration > 0.0 {
             return Ok(());

@@ -3,13 +3,13 @@
 use kinematics::JointPositions;
 use motion_api::{Refusal, Warning};
 
+use super::leg::{Leg, NO_COURSE, with_duration};
 use super::torque::TorqueBounds;
 use super::{Arm, Warnings, Wish};
 use crate::config::MotionLimits;
 use crate::constants::{
     LIMIT_SLACK, POINT_SPEED_MARGIN, POINT_SPEED_SAMPLES, TORQUE_SAMPLES, TORQUE_SHARE_OF_SPEED,
 };
-use crate::motion::Plan;
 use crate::path::{JointLine, Path};
 use crate::scalar::{Course, ScalarLimits};
 use crate::setpoint::elbow_speed;
@@ -26,7 +26,7 @@ pub fn plan_movej(
     target: &JointPositions,
     wish: &Wish,
     arm: &Arm,
-) -> Result<(Plan, Warnings), Refusal> {
+) -> Result<(Leg, Warnings), Refusal> {
     wish.check()?;
     check_range(target, arm.limits)?;
     let line = JointLine::new(*start, *target);
@@ -69,22 +69,11 @@ pub fn plan_movej(
         Course::of_one(line.length(), chosen).ok_or(Refusal::Planner { code: NO_COURSE })?;
     let course = with_duration(course, wish.duration, &mut warnings);
     let path = Path::Joint(line);
-    Ok((Plan { path, course }, warnings))
+    let leg = Leg::new(path, course, wish, arm, &mut warnings);
+    Ok((leg, warnings))
 }
 
-/// Planner error: the course along the path could not be planned.
-pub(super) const NO_COURSE: u32 = 1;
-
-/// The course in the wanted duration, or as fast as it is with a warning when that is longer.
-pub(super) fn with_duration(course: Course, wanted: f64, warnings: &mut Warnings) -> Course {
-    let planned = course.duration();
-    if wanted > 0.0 && planned > wanted * (1.0 + 1e-9) {
-        warnings.add(Warning::DurationStretched { wanted, planned });
-    }
-    course.stretched_to(wanted)
-}
-
-fn check_range(target: &JointPositions, limits: &MotionLimits) -> Result<(), Refusal> {
+pub(super) fn check_range(target: &JointPositions, limits: &MotionLimits) -> Result<(), Refusal> {
     for (joint, number) in (0u8..6).enumerate() {
         let (value, min, max) = (
             target[joint],

@@ -8,36 +8,21 @@ use kinematics::{JointPositions, JointSpeeds, RobotModel};
 use motion_api::{PathFault, Refusal};
 
 use super::Arm;
-use super::torque::TorqueBounds;
+use super::able::PartBounds;
 use crate::config::MotionLimits;
 use crate::constants::{
     LINE_INTERVALS, LINE_PARTS, LINE_PLACES_MAX, LINE_REFINEMENTS, SINGULAR_TURN_PER_M,
 };
-use crate::path::{CartesianLine, LinePoint};
+use crate::path::{CartesianPath, PathPoint};
 use crate::setpoint::elbow_speed;
-
-/// Largest absolute derivatives of each joint with respect to s in one part of the line.
-#[derive(Clone, Copy, Debug)]
-pub struct PartBounds {
-    /// rad/m.
-    pub first: [f64; 6],
-    /// rad/m².
-    pub second: [f64; 6],
-    /// rad/m³.
-    pub third: [f64; 6],
-    /// Distance the elbow goes per s.
-    pub elbow: f64,
-    /// What is asked of the drives.
-    pub torque: TorqueBounds,
-}
 
 /// A walk along a line.
 #[derive(Clone, Copy, Debug)]
 pub struct Survey {
-    line: CartesianLine,
+    line: CartesianPath,
     parts: [PartBounds; LINE_PARTS],
     /// The place up to which the line is known.
-    left: LinePoint,
+    left: PathPoint,
     /// Ends of the intervals that were halved, as numbers of smallest steps; the nearest is last.
     ahead: [u32; LINE_REFINEMENTS + 1],
     ahead_count: usize,
@@ -55,7 +40,7 @@ impl Survey {
     /// # Errors
     /// The arm stands in a singular position.
     pub fn new(
-        line: CartesianLine,
+        line: CartesianPath,
         q: JointPositions,
         model: &RobotModel,
     ) -> Result<Self, Refusal> {
@@ -75,7 +60,7 @@ impl Survey {
     }
 
     /// The line, with the joint positions at its end once the walk is done.
-    pub fn line(&self) -> CartesianLine {
+    pub fn line(&self) -> CartesianPath {
         self.line.ending_at(self.left.q)
     }
 
@@ -142,7 +127,7 @@ impl Survey {
         true
     }
 
-    fn accept(&mut self, step: u32, right: LinePoint, arm: &Arm) {
+    fn accept(&mut self, step: u32, right: PathPoint, arm: &Arm) {
         let part = (self.left_step as usize * LINE_PARTS / STEPS as usize).min(LINE_PARTS - 1);
         let elbow = self.elbow_per_s(&right, arm);
         if let Some(bounds) = self.parts.get_mut(part) {
@@ -154,7 +139,7 @@ impl Survey {
     }
 
     /// How far the elbow goes per s at a place; 0 when nobody asks.
-    fn elbow_per_s(&self, point: &LinePoint, arm: &Arm) -> f64 {
+    fn elbow_per_s(&self, point: &PathPoint, arm: &Arm) -> f64 {
         if arm.limits.elbow_speed.is_infinite() {
             return 0.0;
         }
@@ -212,7 +197,7 @@ impl Survey {
 }
 
 /// The singular position after the place `s`: the joint that turns most on the next interval, and how far.
-fn singularity(line: &CartesianLine, s: f64, q: &JointPositions, model: &RobotModel) -> PathFault {
+fn singularity(line: &CartesianPath, s: f64, q: &JointPositions, model: &RobotModel) -> PathFault {
     let beyond = (s + line.length() / LINE_INTERVALS as f64).min(line.length());
     let Some(there) = line.positions(model, beyond, q) else {
         return PathFault::OutOfReach;
@@ -247,7 +232,7 @@ fn free_limits(limits: &MotionLimits) -> MotionLimits {
 }
 
 /// True when the joints between two places are well described by what is known at both.
-fn is_smooth(left: &LinePoint, right: &LinePoint) -> bool {
+fn is_smooth(left: &PathPoint, right: &PathPoint) -> bool {
     let way = right.s - left.s;
     (0..6).all(|joint| {
         let (a, b) = (left.first[joint], right.first[joint]);
@@ -260,32 +245,4 @@ fn is_smooth(left: &LinePoint, right: &LinePoint) -> bool {
             // A joint that hardly turns may change its mind; one that turns fast must do so evenly.
             && change <= 0.25 * a.abs().max(b.abs()) + 0.25
     })
-}
-
-impl PartBounds {
-    const NONE: Self = Self {
-        first: [0.0; 6],
-        second: [0.0; 6],
-        third: [0.0; 6],
-        elbow: 0.0,
-        torque: TorqueBounds::NONE,
-    };
-
-    /// Takes in what happens between two places.
-    fn cover(&mut self, left: &LinePoint, right: &LinePoint, elbow: f64, arm: &Arm) {
-        let way = right.s - left.s;
-        for joint in 0..6 {
-            let third = (right.second[joint] - left.second[joint]).abs() / way;
-            let second = left.second[joint].abs().max(right.second[joint].abs());
-            // In between, the first derivative can exceed both ends by a parabola's height.
-            let first =
-                left.first[joint].abs().max(right.first[joint].abs()) + third * way * way / 8.0;
-            self.first[joint] = self.first[joint].max(first);
-            self.second[joint] = self.second[joint].max(second);
-            self.third[joint] = self.third[joint].max(third);
-        }
-        self.elbow = self.elbow.max(elbow);
-        self.torque
-            .cover(&right.q, &right.first, &right.second, arm);
-    }
 }

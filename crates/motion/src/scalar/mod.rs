@@ -13,7 +13,7 @@ pub mod profile;
 pub mod ramp;
 pub mod travel;
 
-pub use course::{Course, Stretch};
+pub use course::{Course, Stretch, Stretches};
 pub use profile::Profile;
 pub use travel::{Drive, Travel};
 

@@ -53,9 +53,34 @@ impl Travel {
         }
     }
 
+    /// Under way already, in the state `now` at the beginning of `course`; its position is not used. `None` when the first
+    /// stretch cannot be done from there: too fast for what follows.
+    pub fn joining(course: Course, now: ScalarState, drive: Drive) -> Option<Self> {
+        let mut travel = Self::new(course, drive);
+        let first = travel.current().copied()?;
+        let start = ScalarState {
+            position: 0.0,
+            ..now
+        };
+        let profile = travel.plan(&first, start)?;
+        // A way with a lower exit speed than planned for is one; braking that does not end in time is none.
+        if profile.end().position < first.length
+            || profile.end().speed > first.exit_speed * (1.0 + 1e-9)
+        {
+            return None;
+        }
+        travel.follow(profile);
+        Some(travel)
+    }
+
     /// Changes what is wanted; takes effect in the next [`advance`](Self::advance).
     pub fn drive(&mut self, drive: Drive) {
         self.wanted = drive;
+    }
+
+    /// What is wanted of the motion.
+    pub fn wanted(&self) -> Drive {
+        self.wanted
     }
 
     /// The course.
@@ -142,7 +167,7 @@ impl Travel {
             Some(profile) => self.follow(profile),
             None => {
                 // At the full limits of the stretch there is always a way on: the course was planned with them.
-                self.profile = at_full_limits(&stretch, start, self.course.pace());
+                self.profile = at_full_limits(&stretch, start);
                 self.planned = None;
             }
         }
@@ -174,8 +199,7 @@ impl Travel {
         match self.wanted {
             Drive::Halt => plan_halt(stretch, now, left),
             Drive::Go(fraction) => {
-                let fraction = fraction * self.course.pace();
-                let limits = stretch.limits.slowed(fraction);
+                let limits = stretch.paced().slowed(fraction);
                 let exit = stretch.exit_speed * fraction;
                 plan_go(stretch, now, exit, &limits)
                     .or_else(|| plan_slower(stretch, now, left, exit, &limits))
@@ -259,9 +283,9 @@ fn plan_slower(
 }
 
 /// The way through a stretch that is always there when it is entered at or below its planned entry speed.
-fn at_full_limits(stretch: &Stretch, start: ScalarState, pace: f64) -> Profile {
+fn at_full_limits(stretch: &Stretch, start: ScalarState) -> Profile {
     let limits = (stretch.limits.acceleration, stretch.limits.jerk);
-    let wanted = stretch.exit_speed * pace;
+    let wanted = stretch.exit_speed;
     let exit = if wanted < start.speed {
         exit_speed(
             (start.speed, 0.0),

@@ -157,6 +157,7 @@ pub fn movej(target: JointPositions) -> CommandKind {
         acceleration: 1.396263,
         speed: 1.047197,
         duration: 0.0,
+        radius: 0.0,
     }
 }
 
@@ -166,6 +167,7 @@ pub fn movej_in(target: JointPositions, duration: f64) -> CommandKind {
         acceleration: 1.396263,
         speed: 1.047197,
         duration,
+        radius: 0.0,
     }
 }
 
@@ -175,5 +177,6 @@ pub fn movel(target: RpyPose) -> CommandKind {
         acceleration: 1.2,
         speed: 0.25,
         duration: 0.0,
+        radius: 0.0,
     }
 }

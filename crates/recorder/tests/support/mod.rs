@@ -62,6 +62,7 @@ pub fn movej(x: f64) -> CommandKind {
         acceleration: 1.4,
         speed: 1.05,
         duration: 0.0,
+        radius: 0.0,
     }
 }
 

@@ -1,73 +1,93 @@
-//! movel: a straight line of the TCP, as fast as it is asked to go and the joints are able to at each place.
+//! movel and movec: a line or an arc of the TCP, as fast as it is asked to go and the joints are able to at each place.
 //!
-//! The line is surveyed first, over several cycles if need be; then each part of it gets the limits of s under which no
-//! joint exceeds its own, and no drive its torque (see `torque`): with q' q'' q''' the derivatives of a joint with respect to s and V, A, J the limits of s
-//!     |q'| V <= speed,  |q''| V² + |q'| A <= acceleration,  |q'''| V³ + 3 |q''| V A + |q'| J <= jerk.
+//! The way is surveyed first, over several cycles if need be; then each part of it gets limits of its own (see `able`).
 
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{Refusal, Warning};
 
-use super::movej::{NO_COURSE, with_duration};
-use super::survey::{PartBounds, Survey};
+use super::able::Able;
+use super::leg::{Leg, NO_COURSE, with_duration};
+use super::survey::Survey;
 use super::{Arm, Warnings, Wish};
-use crate::config::MotionLimits;
-use crate::constants::{
-    LINE_PARTS, LINE_PLACES_PER_CYCLE, POINT_SPEED_MARGIN, TORQUE_SHARE_OF_SPEED,
-};
-use crate::motion::Plan;
-use crate::path::{CartesianLine, Path};
+use crate::constants::{LINE_PARTS, LINE_PLACES_PER_CYCLE};
+use crate::path::{ArcOrientation, CartesianPath, Path};
 use crate::scalar::{Course, ScalarLimits, Stretch};
-
-/// Parts of the joints' limits kept for each term of the sums above, so that none uses up the others' share.
-const ACCELERATION_SHARE_OF_SPEED: f64 = 0.5;
-const JERK_SHARE_OF_SPEED: f64 = 0.25;
-const JERK_SHARE_OF_ACCELERATION: f64 = 0.4;
 
 /// A part whose limits are within this factor of what is wanted counts as unlimited.
 const SAME: f64 = 1.0 - 1e-9;
 
-/// A movel that is being planned.
+/// A movel or movec that is being planned.
 #[derive(Clone, Copy, Debug)]
-pub struct LinePlanner {
+pub struct CartesianPlanner {
     survey: Option<Survey>,
-    line: CartesianLine,
+    path: CartesianPath,
     wish: Wish,
 }
 
-impl LinePlanner {
+impl CartesianPlanner {
     /// Begins to plan a movel (manual 3.1.3) from rest at `start` to the TCP pose `target`.
     ///
     /// Speed and acceleration of `wish` are the TCP's, m/s and m/s²; where the rotation is the larger part of the motion
-    /// they are those of s, see [`CartesianLine`].
+    /// they are those of s, see [`CartesianPath`].
     ///
     /// # Errors
     /// A number that cannot be used, or an arm in a singular position.
-    pub fn new(
+    pub fn line(
         start: &JointPositions,
         target: &RpyPose,
         wish: &Wish,
         arm: &Arm,
     ) -> Result<Self, Refusal> {
         wish.check()?;
-        if let Some(value) = target.to_array().into_iter().find(|x| !x.is_finite()) {
-            return Err(Refusal::BadValue {
-                name: "a component of the pose",
-                value,
-                needed: "a finite number",
-            });
-        }
+        check_finite(target)?;
         let flange_from_tcp = *arm.flange_from_tcp;
         let base_from_tcp = arm.model.tcp_pose(start, &flange_from_tcp);
         let end = Pose::from_rpy(target);
-        let line = CartesianLine::new(base_from_tcp, end, flange_from_tcp, *start);
-        let survey = if line.length() > 0.0 {
-            Some(Survey::new(line, *start, arm.model)?)
+        let line = CartesianPath::line(base_from_tcp, end, flange_from_tcp, *start);
+        Self::new(line, start, wish, arm)
+    }
+
+    /// Begins to plan a movec (manual 3.1.2) from rest at `start` through the position of `via` to the TCP pose `target`.
+    ///
+    /// # Errors
+    /// As [`line`](Self::line), and [`Refusal::NoArc`] when the three positions do not make an arc.
+    pub fn arc(
+        start: &JointPositions,
+        (via, target): (&RpyPose, &RpyPose),
+        orientation: ArcOrientation,
+        wish: &Wish,
+        arm: &Arm,
+    ) -> Result<Self, Refusal> {
+        wish.check()?;
+        check_finite(via)?;
+        check_finite(target)?;
+        let flange_from_tcp = *arm.flange_from_tcp;
+        let base_from_tcp = arm.model.tcp_pose(start, &flange_from_tcp);
+        let arc = CartesianPath::arc(
+            base_from_tcp,
+            Pose::from_rpy(via).translation,
+            Pose::from_rpy(target),
+            orientation,
+            flange_from_tcp,
+            *start,
+        );
+        Self::new(arc.map_err(|_| Refusal::NoArc)?, start, wish, arm)
+    }
+
+    fn new(
+        path: CartesianPath,
+        start: &JointPositions,
+        wish: &Wish,
+        arm: &Arm,
+    ) -> Result<Self, Refusal> {
+        let survey = if path.length() > 0.0 {
+            Some(Survey::new(path, *start, arm.model)?)
         } else {
             None
         };
         Ok(Self {
             survey,
-            line,
+            path,
             wish: *wish,
         })
     }
@@ -76,7 +96,7 @@ impl LinePlanner {
     ///
     /// # Errors
     /// Where and why the line cannot be followed.
-    pub fn work(&mut self, arm: &Arm) -> Result<Option<(Plan, Warnings)>, Refusal> {
+    pub fn work(&mut self, arm: &Arm) -> Result<Option<(Leg, Warnings)>, Refusal> {
         let mut warnings = Warnings::default();
         let (line, course) = match &mut self.survey {
             None => {
@@ -85,14 +105,17 @@ impl LinePlanner {
                     acceleration: 1.0,
                     jerk: 1.0,
                 };
-                (self.line, Course::of_one(0.0, any))
+                (self.path, Course::of_one(0.0, any))
             }
             Some(survey) => {
                 if !survey.walk(LINE_PLACES_PER_CYCLE, arm)? {
                     return Ok(None);
                 }
                 let line = survey.line();
-                let parts = survey.parts().map(|part| able(&part, &line, arm.limits));
+                let tcp_per_s = line.tcp_distance_per_s();
+                let parts = survey
+                    .parts()
+                    .map(|part| Able::of(&part, tcp_per_s, arm.limits));
                 let course = course(&line, &parts, &self.wish);
                 warn(&parts, &line, &self.wish, &mut warnings);
                 (line, course)
@@ -101,76 +124,13 @@ impl LinePlanner {
         let course = course.ok_or(Refusal::Planner { code: NO_COURSE })?;
         let course = with_duration(course, self.wish.duration, &mut warnings);
         let path = Path::Cartesian(line);
-        Ok(Some((Plan { path, course }, warnings)))
-    }
-}
-
-/// What a part of the line bears at most, per wanted speed: see [`Able::at`].
-#[derive(Clone, Copy, Debug)]
-struct Able {
-    bounds: PartBounds,
-    limits: MotionLimits,
-    /// Largest speed of s.
-    speed: f64,
-}
-
-fn able(part: &PartBounds, line: &CartesianLine, limits: &MotionLimits) -> Able {
-    let mut speed = (limits.tcp_speed / line.tcp_distance_per_s())
-        .min(POINT_SPEED_MARGIN * limits.elbow_speed / part.elbow)
-        .min(part.torque.speed_limit(TORQUE_SHARE_OF_SPEED));
-    for joint in 0..6 {
-        let (d1, d2, d3) = (part.first[joint], part.second[joint], part.third[joint]);
-        speed = speed
-            .min(limits.speed[joint] / d1)
-            .min((ACCELERATION_SHARE_OF_SPEED * limits.acceleration[joint] / d2).sqrt())
-            .min((JERK_SHARE_OF_SPEED * limits.jerk[joint] / d3).cbrt());
-    }
-    Able {
-        bounds: *part,
-        limits: *limits,
-        speed,
-    }
-}
-
-impl Able {
-    /// The limits of s for a wish.
-    fn at(&self, wish: &Wish) -> ScalarLimits {
-        let speed = if wish.duration > 0.0 {
-            self.speed
-        } else {
-            self.speed.min(wish.speed)
-        };
-        let mut acceleration = self.bounds.torque.acceleration_limit(speed);
-        for joint in 0..6 {
-            let (d1, d2) = (self.bounds.first[joint], self.bounds.second[joint]);
-            let left = self.limits.acceleration[joint] - d2 * speed * speed;
-            acceleration = acceleration
-                .min(left / d1)
-                .min(JERK_SHARE_OF_ACCELERATION * self.limits.jerk[joint] / (3.0 * d2 * speed));
-        }
-        let wanted = wish.within(&ScalarLimits {
-            speed,
-            acceleration,
-            jerk: f64::INFINITY,
-        });
-        let mut jerk = wanted.jerk;
-        for joint in 0..6 {
-            let (d1, d2, d3) = (
-                self.bounds.first[joint],
-                self.bounds.second[joint],
-                self.bounds.third[joint],
-            );
-            let left = self.limits.jerk[joint]
-                - d3 * speed * speed * speed
-                - 3.0 * d2 * speed * wanted.acceleration;
-            jerk = jerk.min(left / d1);
-        }
-        ScalarLimits { jerk, ..wanted }
+        let leg = Leg::new(path, course, &self.wish, arm, &mut warnings);
+        Ok(Some((leg, warnings)))
     }
 }
 
 /// The course along the line: the same limits all the way, or, if that is faster, limits of their own for each part.
-fn course(line: &CartesianLine, parts: &[Able; LINE_PARTS], wish: &Wish) -> Option<Course> {
+fn course(line: &CartesianPath, parts: &[Able; LINE_PARTS], wish: &Wish) -> Option<Course> {
     let limits = parts.map(|part| part.at(wish));
     let least = limits
         .iter()
@@ -207,7 +167,7 @@ fn course(line: &CartesianLine, parts: &[Able; LINE_PARTS], wish: &Wish) -> Opti
 }
 
 /// Warns when the line is slower than asked for.
-fn warn(parts: &[Able; LINE_PARTS], line: &CartesianLine, wish: &Wish, warnings: &mut Warnings) {
+fn warn(parts: &[Able; LINE_PARTS], line: &CartesianPath, wish: &Wish, warnings: &mut Warnings) {
     if wish.duration > 0.0 {
         return;
     }
@@ -234,5 +194,16 @@ fn warn(parts: &[Able; LINE_PARTS], line: &CartesianLine, wish: &Wish, warnings:
             wanted: wish.acceleration,
             planned: acceleration,
         });
+    }
+}
+
+fn check_finite(pose: &RpyPose) -> Result<(), Refusal> {
+    match pose.to_array().into_iter().find(|x| !x.is_finite()) {
+        None => Ok(()),
+        Some(value) => Err(Refusal::BadValue {
+            name: "a component of the pose",
+            value,
+            needed: "a finite number",
+        }),
     }
 }

@@ -1,0 +1,280 @@
+//! A way of the TCP: a straight line or a circular arc, with rotation about one fixed axis.
+//!
+//! s is the distance along the way in metres; where the rotation is the larger part, one radian counts as
+//! [`ROTATION_LENGTH`] metres of it. With x the TCP's twist per s and J the Jacobian at the TCP (dashes: derivatives with
+//! respect to s): q' = J⁻¹ x, q'' = J⁻¹ (x' - J' q'). x' is zero on a line and points to the centre on an arc.
+
+use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation};
+use kinematics::{JointAccelerations, JointPositions, JointSpeeds, Pose, RobotModel, Twist};
+use nalgebra::{Vector3, Vector6};
+
+use super::PathPoint;
+use crate::constants::{NO_MOTION, ROTATION_LENGTH, STRAIGHT_ARC};
+use crate::scalar::ScalarState;
+use crate::setpoint::Setpoint;
+
+/// From one TCP pose to another.
+#[derive(Clone, Copy, Debug)]
+pub struct CartesianPath {
+    start: Pose,
+    end: Pose,
+    end_q: JointPositions,
+    flange_from_tcp: Pose,
+    shape: Shape,
+    /// Rotation per s, rad/m, base axes.
+    about: Vector3<f64>,
+    length: f64,
+}
+
+/// What the TCP's position does.
+#[derive(Clone, Copy, Debug)]
+enum Shape {
+    /// Displacement per s, no unit (metres per metre), base axes.
+    Line { along: Vector3<f64> },
+    /// Turning about an axis of length 1 through `centre`, rad/m.
+    Arc {
+        centre: Vector3<f64>,
+        axis: Vector3<f64>,
+        turn_per_s: f64,
+        radius: f64,
+    },
+}
+
+/// Three points that do not make a circular arc.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NoArc;
+
+/// How the tool turns on an arc (manual 3.1.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ArcOrientation {
+    /// Fixed to the direction of motion: the tool turns with the arc; the orientation of the target is not used.
+    WithTheArc,
+    /// From the orientation at the start to that of the target, about one axis.
+    ToTheTarget,
+}
+
+impl CartesianPath {
+    /// The line from `start` to `end`, both TCP poses in the base frame; of length 0 when they are the same.
+    ///
+    /// Where the arm ends is known once the way has been followed: see [`ending_at`](Self::ending_at).
+    pub fn line(start: Pose, end: Pose, flange_from_tcp: Pose, start_q: JointPositions) -> Self {
+        let way = end.translation - start.translation;
+        let turn = rotvec_from_rotation(&(end.rotation * start.rotation.inverse()));
+        let (length, per_s) = length_and_inverse(way.norm(), turn.norm());
+        Self {
+            start,
+            end,
+            end_q: start_q,
+            flange_from_tcp,
+            shape: Shape::Line { along: way * per_s },
+            about: turn * per_s,
+            length,
+        }
+    }
+
+    /// The arc from `start` through the point `via` to the position of `end`, less than a whole turn.
+    ///
+    /// # Errors
+    /// [`NoArc`] when the three points coincide or lie on a line, to one part in a million.
+    pub fn arc(
+        start: Pose,
+        via: Vector3<f64>,
+        mut end: Pose,
+        orientation: ArcOrientation,
+        flange_from_tcp: Pose,
+        start_q: JointPositions,
+    ) -> Result<Self, NoArc> {
+        let (to_via, to_end) = (via - start.translation, end.translation - start.translation);
+        let normal = to_via.cross(&to_end);
+        let sides = to_via.norm() * to_end.norm() * (to_end - to_via).norm();
+        // sin of an angle of the triangle = 2 area / (product of two sides).
+        let flat = normal.norm() <= STRAIGHT_ARC * to_via.norm() * to_end.norm();
+        if flat || normal.norm() <= STRAIGHT_ARC * to_end.norm_squared() || sides < NO_MOTION {
+            return Err(NoArc);
+        }
+        // Circumcentre of a triangle with one corner at the origin.
+        let centre_from_start = (to_via.norm_squared() * to_end.cross(&normal)
+            - to_end.norm_squared() * to_via.cross(&normal))
+            / (2.0 * normal.norm_squared());
+        let centre = start.translation + centre_from_start;
+        let radius = centre_from_start.norm();
+        let axis = normal / normal.norm();
+        // The way start, via, end goes about the normal of the triangle in the positive sense.
+        let (from, to) = (start.translation - centre, end.translation - centre);
+        let angle = from
+            .cross(&to)
+            .dot(&axis)
+            .atan2(from.dot(&to))
+            .rem_euclid(core::f64::consts::TAU);
+        let turn = match orientation {
+            ArcOrientation::WithTheArc => axis * angle,
+            ArcOrientation::ToTheTarget => {
+                rotvec_from_rotation(&(end.rotation * start.rotation.inverse()))
+            }
+        };
+        if orientation == ArcOrientation::WithTheArc {
+            end.rotation = rotation_from_rotvec(turn) * start.rotation;
+        }
+        let (length, per_s) = length_and_inverse(
+            radius * angle,
+            match orientation {
+                // It turns with the arc: the distance alone counts.
+                ArcOrientation::WithTheArc => 0.0,
+                ArcOrientation::ToTheTarget => turn.norm(),
+            },
+        );
+        if !(length > NO_MOTION && length.is_finite()) {
+            return Err(NoArc);
+        }
+        Ok(Self {
+            start,
+            end,
+            end_q: start_q,
+            flange_from_tcp,
+            shape: Shape::Arc {
+                centre,
+                axis,
+                turn_per_s: angle * per_s,
+                radius,
+            },
+            about: turn * per_s,
+            length,
+        })
+    }
+
+    /// The way with the joint positions at its end.
+    #[must_use]
+    pub fn ending_at(self, end_q: JointPositions) -> Self {
+        Self { end_q, ..self }
+    }
+
+    /// How long it is, m.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// How far the TCP goes per s: 1 unless the rotation is the larger part.
+    pub fn tcp_distance_per_s(&self) -> f64 {
+        match self.shape {
+            Shape::Line { along } => along.norm(),
+            Shape::Arc {
+                turn_per_s, radius, ..
+            } => turn_per_s * radius,
+        }
+    }
+
+    /// Joint positions at the end.
+    pub fn end(&self) -> JointPositions {
+        self.end_q
+    }
+
+    /// TCP pose at s; exactly the end pose at the end.
+    pub fn pose(&self, s: f64) -> Pose {
+        if s >= self.length {
+            return self.end;
+        }
+        let position = match self.shape {
+            Shape::Line { along } => self.start.translation + along * s,
+            Shape::Arc {
+                centre,
+                axis,
+                turn_per_s,
+                ..
+            } => {
+                let from = self.start.translation - centre;
+                centre + rotation_from_rotvec(axis * (turn_per_s * s)) * from
+            }
+        };
+        Pose::new(
+            rotation_from_rotvec(self.about * s) * self.start.rotation,
+            position,
+        )
+    }
+
+    /// The TCP relative to the flange, as it was when the way was planned.
+    pub fn flange_from_tcp(&self) -> &Pose {
+        &self.flange_from_tcp
+    }
+
+    /// Joint positions at s, nearest to `near`; `None` when the pose cannot be reached.
+    pub fn positions(
+        &self,
+        model: &RobotModel,
+        s: f64,
+        near: &JointPositions,
+    ) -> Option<JointPositions> {
+        model.inverse_following(&self.pose(s), &self.flange_from_tcp, near)
+    }
+
+    /// The derivatives at joint positions `q` that lie on the way at s; `None` where the Jacobian is singular.
+    pub fn point(&self, model: &RobotModel, s: f64, q: JointPositions) -> Option<PathPoint> {
+        let frames = model.forward(&q);
+        let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
+        let jacobian = frames.jacobian(tcp).lu();
+        let (linear, bend) = match self.shape {
+            Shape::Line { along } => (along, Vector3::zeros()),
+            Shape::Arc {
+                centre,
+                axis,
+                turn_per_s,
+                ..
+            } => {
+                let from = tcp - centre;
+                let across = axis * turn_per_s;
+                (across.cross(&from), across.cross(&across.cross(&from)))
+            }
+        };
+        let twist = Twist {
+            linear,
+            angular: self.about,
+        };
+        let first: [f64; 6] = jacobian.solve(&stacked(&twist))?.into();
+        let bias = frames.jacobian_rate_times_speeds(&JointSpeeds(first), tcp);
+        let change = Twist {
+            linear: bend,
+            angular: Vector3::zeros(),
+        };
+        let second: [f64; 6] = jacobian.solve(&(stacked(&change) - stacked(&bias)))?.into();
+        let is_finite = first.iter().chain(&second).all(|x| x.is_finite());
+        is_finite.then_some(PathPoint {
+            s,
+            q,
+            first,
+            second,
+        })
+    }
+
+    /// The setpoint at a state of s, in the branch of solutions that `near` belongs to.
+    pub fn at(
+        &self,
+        model: &RobotModel,
+        s: &ScalarState,
+        near: &JointPositions,
+    ) -> Option<Setpoint> {
+        let q = self.positions(model, s.position, near)?;
+        let point = self.point(model, s.position, q)?;
+        let (v, a) = (s.speed, s.acceleration);
+        Some(Setpoint {
+            q,
+            qd: JointSpeeds(point.first.map(|d| d * v)),
+            qdd: JointAccelerations(core::array::from_fn(|joint| {
+                point.second[joint] * v * v + point.first[joint] * a
+            })),
+        })
+    }
+}
+
+/// Length of a way in metres of s, and its inverse; both 0 where nothing moves.
+fn length_and_inverse(way: f64, turn: f64) -> (f64, f64) {
+    let length = way.max(turn * ROTATION_LENGTH);
+    if length > NO_MOTION {
+        (length, 1.0 / length)
+    } else {
+        (0.0, 0.0)
+    }
+}
+
+fn stacked(twist: &Twist) -> Vector6<f64> {
+    let (l, a) = (twist.linear, twist.angular);
+    Vector6::new(l.x, l.y, l.z, a.x, a.y, a.z)
+}

@@ -1,0 +1,95 @@
+//! A blend in joint space: for each joint the polynomial of degree five that takes over position and first two
+//! derivatives at both ends.
+//!
+//! Between two lines that meet at an angle, entered and left at equal distances with a length of twice that, the six
+//! Bézier points of the curve lie on the two lines short of the corner: the curve cuts the corner inside the triangle and
+//! its derivative is nowhere longer than on the lines (Farin, *Curves and Surfaces for CAGD*, 2002, 4.1: convex hull).
+
+use kinematics::{JointAccelerations, JointPositions, JointSpeeds};
+
+use super::PathPoint;
+use crate::scalar::ScalarState;
+use crate::setpoint::Setpoint;
+
+/// Six polynomials over 0..length.
+#[derive(Clone, Copy, Debug)]
+pub struct JointQuintic {
+    /// Coefficients of powers 0 to 5 of s, by joint.
+    coefficients: [[f64; 6]; 6],
+    length: f64,
+}
+
+/// Positions and all derivatives that are not zero everywhere, by joint.
+#[derive(Clone, Copy, Debug)]
+pub struct QuinticPoint {
+    /// rad.
+    pub q: [f64; 6],
+    /// dq/ds.
+    pub first: [f64; 6],
+    /// d²q/ds².
+    pub second: [f64; 6],
+    /// d³q/ds³.
+    pub third: [f64; 6],
+    /// d⁴q/ds⁴.
+    pub fourth: [f64; 6],
+}
+
+impl JointQuintic {
+    /// From `start` to `end`, whose derivatives are with respect to the s of this curve; their own `s` is not used.
+    pub fn between(start: &PathPoint, end: &PathPoint, length: f64) -> Self {
+        let l = length;
+        let coefficients = core::array::from_fn(|joint| {
+            let (p0, p1) = (start.q[joint], end.q[joint]);
+            // Derivatives with respect to s / length.
+            let (v0, v1) = (start.first[joint] * l, end.first[joint] * l);
+            let (a0, a1) = (start.second[joint] * l * l, end.second[joint] * l * l);
+            let way = p1 - p0;
+            [
+                p0,
+                v0 / l,
+                a0 / 2.0 / (l * l),
+                (10.0 * way - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1) / (l * l * l),
+                (-15.0 * way + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1) / (l * l * l * l),
+                (6.0 * way - 3.0 * (v0 + v1) - 0.5 * (a0 - a1)) / (l * l * l * l * l),
+            ]
+        });
+        Self {
+            coefficients,
+            length,
+        }
+    }
+
+    /// Length in s.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// Positions and derivatives at s.
+    pub fn point(&self, s: f64) -> QuinticPoint {
+        let by_joint = |f: fn(&[f64; 6], f64) -> f64| self.coefficients.map(|c| f(&c, s));
+        QuinticPoint {
+            q: by_joint(|c, s| c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))),
+            first: by_joint(|c, s| {
+                c[1] + s * (2.0 * c[2] + s * (3.0 * c[3] + s * (4.0 * c[4] + s * 5.0 * c[5])))
+            }),
+            second: by_joint(|c, s| {
+                2.0 * c[2] + s * (6.0 * c[3] + s * (12.0 * c[4] + s * 20.0 * c[5]))
+            }),
+            third: by_joint(|c, s| 6.0 * c[3] + s * (24.0 * c[4] + s * 60.0 * c[5])),
+            fourth: by_joint(|c, s| 24.0 * c[4] + s * 120.0 * c[5]),
+        }
+    }
+
+    /// The setpoint at a state of s.
+    pub fn at(&self, s: &ScalarState) -> Setpoint {
+        let point = self.point(s.position);
+        let (v, a) = (s.speed, s.acceleration);
+        Setpoint {
+            q: JointPositions(point.q),
+            qd: JointSpeeds(point.first.map(|d| d * v)),
+            qdd: JointAccelerations(core::array::from_fn(|joint| {
+                point.second[joint] * v * v + point.first[joint] * a
+            })),
+        }
+    }
+}

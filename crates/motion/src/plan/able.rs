@@ -1,0 +1,132 @@
+//! What a part of a path bears: the limits of s under which no joint exceeds its own, and no drive its torque.
+//!
+//! With q' q'' q''' the derivatives of a joint with respect to s and V, A, J the limits of s
+//!     |q'| V <= speed,  |q''| V² + |q'| A <= acceleration,  |q'''| V³ + 3 |q''| V A + |q'| J <= jerk.
+//! TCP and elbow stay within their speeds too. Torques: see `torque`.
+
+use super::torque::TorqueBounds;
+use super::{Arm, Wish};
+use crate::config::MotionLimits;
+use crate::constants::{POINT_SPEED_MARGIN, TORQUE_SHARE_OF_SPEED};
+use crate::path::PathPoint;
+use crate::scalar::ScalarLimits;
+
+/// Parts of the joints' limits kept for each term of the sums above, so that none uses up the others' share.
+const ACCELERATION_SHARE_OF_SPEED: f64 = 0.5;
+const JERK_SHARE_OF_SPEED: f64 = 0.25;
+const JERK_SHARE_OF_ACCELERATION: f64 = 0.4;
+
+/// Largest absolute derivatives of each joint with respect to s in one part of a path.
+#[derive(Clone, Copy, Debug)]
+pub struct PartBounds {
+    /// rad per s.
+    pub first: [f64; 6],
+    /// rad per s².
+    pub second: [f64; 6],
+    /// rad per s³.
+    pub third: [f64; 6],
+    /// Distance the elbow goes per s.
+    pub elbow: f64,
+    /// What is asked of the drives.
+    pub torque: TorqueBounds,
+}
+
+impl PartBounds {
+    /// No place looked at yet.
+    pub const NONE: Self = Self {
+        first: [0.0; 6],
+        second: [0.0; 6],
+        third: [0.0; 6],
+        elbow: 0.0,
+        torque: TorqueBounds::NONE,
+    };
+
+    /// Takes in what happens between two places.
+    pub fn cover(&mut self, left: &PathPoint, right: &PathPoint, elbow: f64, arm: &Arm) {
+        let way = right.s - left.s;
+        for joint in 0..6 {
+            let third = (right.second[joint] - left.second[joint]).abs() / way;
+            let second = left.second[joint].abs().max(right.second[joint].abs());
+            // In between, the first derivative can exceed both ends by a parabola's height.
+            let first =
+                left.first[joint].abs().max(right.first[joint].abs()) + third * way * way / 8.0;
+            self.first[joint] = self.first[joint].max(first);
+            self.second[joint] = self.second[joint].max(second);
+            self.third[joint] = self.third[joint].max(third);
+        }
+        self.elbow = self.elbow.max(elbow);
+        self.torque
+            .cover(&right.q, &right.first, &right.second, arm);
+    }
+}
+
+/// The speed of s at which a joint's second and third derivatives with respect to s take up their shares of its limits.
+pub fn speed_for_bend(second: f64, third: f64, joint: usize, limits: &MotionLimits) -> f64 {
+    (ACCELERATION_SHARE_OF_SPEED * limits.acceleration[joint] / second)
+        .sqrt()
+        .min((JERK_SHARE_OF_SPEED * limits.jerk[joint] / third).cbrt())
+}
+
+/// A part with the limits of the arm: what it bears at most, per wanted speed, see [`Able::at`].
+#[derive(Clone, Copy, Debug)]
+pub struct Able {
+    bounds: PartBounds,
+    limits: MotionLimits,
+    /// Largest speed of s.
+    speed: f64,
+}
+
+impl Able {
+    /// Of a part in which the TCP goes at most `tcp_per_s` metres per s.
+    pub fn of(part: &PartBounds, tcp_per_s: f64, limits: &MotionLimits) -> Self {
+        let mut speed = (limits.tcp_speed / tcp_per_s)
+            .min(POINT_SPEED_MARGIN * limits.elbow_speed / part.elbow)
+            .min(part.torque.speed_limit(TORQUE_SHARE_OF_SPEED));
+        for joint in 0..6 {
+            let (d1, d2, d3) = (part.first[joint], part.second[joint], part.third[joint]);
+            speed = speed
+                .min(limits.speed[joint] / d1)
+                .min(speed_for_bend(d2, d3, joint, limits));
+        }
+        Self {
+            bounds: *part,
+            limits: *limits,
+            speed,
+        }
+    }
+
+    /// The limits of s for a wish.
+    pub fn at(&self, wish: &Wish) -> ScalarLimits {
+        let speed = if wish.duration > 0.0 {
+            self.speed
+        } else {
+            self.speed.min(wish.speed)
+        };
+        let mut acceleration = self.bounds.torque.acceleration_limit(speed);
+        for joint in 0..6 {
+            let (d1, d2) = (self.bounds.first[joint], self.bounds.second[joint]);
+            let left = self.limits.acceleration[joint] - d2 * speed * speed;
+            acceleration = acceleration
+                .min(left / d1)
+                .min(JERK_SHARE_OF_ACCELERATION * self.limits.jerk[joint] / (3.0 * d2 * speed));
+        }
+        let wanted = wish.within(&ScalarLimits {
+            speed,
+            acceleration,
+            jerk: f64::INFINITY,
+        });
+        let mut jerk = wanted.jerk;
+        for joint in 0..6 {
+            let (d1, d2, d3) = (
+                self.bounds.first[joint],
+                self.bounds.second[joint],
+                self.bounds.third[joint],
+            );
+            let left = self.limits.jerk[joint]
+                - d3 * speed * speed * speed
+                - 3.0 * d2 * speed * wanted.acceleration;
+            jerk = jerk.min(left / d1);
+        }
+        ScalarLimits { jerk, ..wanted }
+    }
+}
