@@ -91,6 +91,16 @@ builtin_types! {
     bool = "bool", Bool;
 }
 
+/// `ExceptionGroup`, the only builtin type with two bases.
+fn exception_group(known: &[Rc<Class>]) -> Rc<Class> {
+    let bases = [ExceptionKind::BaseExceptionGroup, ExceptionKind::Exception]
+        .map(|kind| known[kind as usize].clone());
+    let mut ancestors = bases.to_vec();
+    ancestors.extend(bases[1].ancestors().iter().cloned());
+    let name = ExceptionKind::ExceptionGroup.name();
+    Class::new(name, Base::Exception, bases.into(), ancestors, false)
+}
+
 impl Types {
     /// The types, without their methods.
     pub fn new(_symbols: &Symbols) -> Self {
@@ -106,6 +116,10 @@ impl Types {
                 .parent()
                 .map_or(&object, |parent| &exceptions[parent as usize])
                 .clone();
+            if *kind == ExceptionKind::ExceptionGroup {
+                exceptions.push(exception_group(&exceptions));
+                continue;
+            }
             exceptions.push(derive(kind.name(), Base::Exception, &parent));
         }
         let mut types = Types::make(object.clone(), exceptions, |name, base| {

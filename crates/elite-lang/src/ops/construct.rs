@@ -105,6 +105,9 @@ impl Evaluator<'_> {
     pub fn allocate(&self, class: &Rc<Class>, args: &[Value], keywords: &[(Symbol, Value)]) -> R {
         let payload = match class.base {
             Base::Object => Payload::None,
+            Base::Exception if self.is_group_class(class) => {
+                return self.new_group(class, args).map(Value::Instance);
+            }
             Base::Exception => Payload::Exception(Box::new(ExceptionState::with_args(
                 Value::tuple(args.to_vec()),
             ))),
@@ -170,6 +173,9 @@ impl Evaluator<'_> {
             }
             attributes.push((*name, value.clone()));
         }
+        if self.is_group_class(class) {
+            return self.new_group(class, &args).map(Value::Instance);
+        }
         let (class, args) = match os_error_kind(&args) {
             Some(kind) if Rc::ptr_eq(class, self.core.types.exception(ExceptionKind::OSError)) => {
                 (self.core.types.exception(kind), args)
@@ -233,6 +239,13 @@ impl Evaluator<'_> {
                 value.clone()
             }
         };
+        if let Some(group) = state.group.get() {
+            match &*self.core.symbols.name(name) {
+                "message" => return Some(group.message.clone()),
+                "exceptions" => return Some(group.exceptions.clone()),
+                _ => {}
+            }
+        }
         Some(match name {
             known::ARGS => state.args(),
             known::CAUSE => or_none(&state.cause.borrow()),
@@ -327,6 +340,11 @@ impl Evaluator<'_> {
                 new.clone()
             };
         };
+        if state.group.get().is_some()
+            && matches!(&*self.core.symbols.name(name), "message" | "exceptions")
+        {
+            return Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"));
+        }
         match name {
             known::ARGS => state.set_args(Value::tuple(self.collect(new)?)),
             known::CAUSE | known::CONTEXT if !self.is_exception_or_none(new) => {

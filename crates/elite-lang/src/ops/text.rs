@@ -45,6 +45,9 @@ impl Evaluator<'_> {
             return self.str(value);
         };
         if let Some(state) = instance.exception() {
+            if let Some(group) = state.group.get() {
+                return self.group_text(group);
+            }
             return match state.plain_message() {
                 Some(message) => Ok(message),
                 None => self.exception_str(instance, &state.args()),

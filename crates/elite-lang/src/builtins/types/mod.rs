@@ -6,6 +6,7 @@ mod dict;
 mod dunder;
 mod exception;
 mod function;
+pub mod group;
 mod iterators;
 mod list;
 mod number;
@@ -33,6 +34,7 @@ pub fn install(core: &Rc<Core>) {
     function::install(core);
     iterators::install(core);
     exception::install(core);
+    group::install(core);
     dunder::install(core);
 }
 

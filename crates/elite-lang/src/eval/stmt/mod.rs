@@ -4,6 +4,7 @@ pub mod assign;
 pub mod control;
 pub mod define;
 pub mod handle;
+pub mod handle_star;
 pub mod import;
 pub mod loops;
 pub mod simple;
