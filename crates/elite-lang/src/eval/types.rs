@@ -169,7 +169,7 @@ impl Types {
             Value::Function(_) => &self.function,
             Value::BoundMethod(_) => &self.method,
             Value::Builtin(_) => &self.builtin,
-            Value::Class(_) => &self.type_,
+            Value::Class(class) => class.metaclass().unwrap_or(&self.type_),
             Value::Module(_) => &self.module,
             Value::Iter(iter) => self.of_iterator(iter),
             Value::Generator(_) => &self.generator,

@@ -246,7 +246,11 @@ impl Evaluator<'_> {
 
 /// Whether operators look for methods in the class first.
 pub fn has_methods(value: &Value) -> bool {
-    matches!(value, Value::Instance(_))
+    match value {
+        Value::Instance(_) => true,
+        Value::Class(class) => class.metaclass().is_some(),
+        _ => false,
+    }
 }
 
 fn is_sequence(value: &Value) -> bool {

@@ -54,7 +54,7 @@ impl Evaluator<'_> {
                 let mut all = vec![Value::Class(class.clone())];
                 all.extend_from_slice(args);
                 let object = self.call(new, &mut all, keywords)?;
-                let is_instance = matches!(&object, Value::Instance(instance) if instance.class.is_subclass_of(class));
+                let is_instance = self.core.types.of(&object).is_subclass_of(class);
                 if !is_instance {
                     return Ok(object);
                 }
@@ -105,6 +105,7 @@ impl Evaluator<'_> {
     pub fn allocate(&self, class: &Rc<Class>, args: &[Value], keywords: &[(Symbol, Value)]) -> R {
         let payload = match class.base {
             Base::Object => Payload::None,
+            Base::Type => return self.new_class(class, args, keywords),
             Base::Exception if self.is_group_class(class) => {
                 return self.new_group(class, args).map(Value::Instance);
             }

@@ -7,6 +7,7 @@ pub mod handle;
 pub mod handle_star;
 pub mod import;
 pub mod loops;
+pub mod metaclass;
 pub mod simple;
 pub mod target;
 pub mod with;
