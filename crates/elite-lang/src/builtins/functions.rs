@@ -226,10 +226,11 @@ impl Evaluator<'_> {
                 }
                 Ok(false)
             }
-            _ => {
-                Err(self
-                    .type_error("isinstance() arg 2 must be a type, a tuple of types, or a union"))
-            }
+            other => match self.union_types(other) {
+                Some(types) => self.is_instance(value, &types),
+                None => Err(self
+                    .type_error("isinstance() arg 2 must be a type, a tuple of types, or a union")),
+            },
         }
     }
 
@@ -254,8 +255,12 @@ impl Evaluator<'_> {
                 }
                 Ok(false)
             }
-            _ => Err(self
-                .type_error("issubclass() arg 2 must be a class, a tuple of classes, or a union")),
+            other => match self.union_types(other) {
+                Some(types) => self.is_subclass(class, &types),
+                None => Err(self.type_error(
+                    "issubclass() arg 2 must be a class, a tuple of classes, or a union",
+                )),
+            },
         }
     }
 }

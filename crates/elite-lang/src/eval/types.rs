@@ -88,6 +88,7 @@ builtin_types! {
     cell = "cell", Native;
     traceback = "traceback", Native;
     code = "code", Native;
+    union = "UnionType", Native;
     bool = "bool", Bool;
 }
 

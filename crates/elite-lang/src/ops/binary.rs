@@ -59,6 +59,11 @@ impl Evaluator<'_> {
         } else if let Some(value) = self.builtin_binary(op, a, b)? {
             return Ok(value);
         }
+        if op == BinaryOp::BitOr
+            && let Some(union) = self.union(a, b)?
+        {
+            return Ok(union);
+        }
         Err(self.unsupported(op, a, b, text(op)))
     }
 

@@ -14,6 +14,7 @@ mod object;
 mod set;
 mod string;
 mod string_methods;
+pub mod union;
 
 use std::rc::Rc;
 
@@ -36,6 +37,7 @@ pub fn install(core: &Rc<Core>) {
     exception::install(core);
     group::install(core);
     dunder::install(core);
+    union::install(core);
 }
 
 /// The name of a builtin type, which lives as long as the program.
