@@ -463,10 +463,11 @@ pub struct WithItem {
     pub target: Option<Expr>,
 }
 
-/// An `except` clause.
+/// An `except` clause; `star` for `except*`, which all clauses of a `try` are or none.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs)]
 pub struct Handler {
+    pub star: bool,
     pub exception: Option<Expr>,
     pub name: Option<Ident>,
     pub body: Vec<Stmt>,

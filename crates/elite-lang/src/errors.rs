@@ -42,10 +42,10 @@ macro_rules! exceptions {
 
 exceptions! {
     Exception: BaseException, GeneratorExit: BaseException, KeyboardInterrupt: BaseException,
-    SystemExit: BaseException,
+    SystemExit: BaseException, BaseExceptionGroup: BaseException,
     ArithmeticError: Exception, FloatingPointError: ArithmeticError, OverflowError: ArithmeticError,
     ZeroDivisionError: ArithmeticError, AssertionError: Exception, AttributeError: Exception,
-    BufferError: Exception, EOFError: Exception, ImportError: Exception, ModuleNotFoundError: ImportError,
+    BufferError: Exception, EOFError: Exception, ExceptionGroup: Exception, ImportError: Exception, ModuleNotFoundError: ImportError,
     LookupError: Exception, IndexError: LookupError, KeyError: LookupError, MemoryError: Exception,
     NameError: Exception, UnboundLocalError: NameError, OSError: Exception, BlockingIOError: OSError,
     ChildProcessError: OSError, ConnectionError: OSError, BrokenPipeError: ConnectionError,

@@ -16,6 +16,8 @@ use ruff_python_parser::{Mode, ParseOptions, parse_unchecked};
 const OF_THE_SURROUNDINGS: &[&str] = &[
     "outside a function",
     "outside a loop",
+    "cannot appear in an except* block",
+    "on the same 'try'",
     "cannot use a starred expression here",
     "a starred expression cannot stand here",
     "a starred target must be in a list or tuple",

@@ -140,7 +140,9 @@ fn errors_in_statements() {
         "  x = 1",
         "if a:\n    b\n  c\n",
         "x = 1\n    y = 2\n",
-        "try: pass\nexcept* A: pass",
+        "try: pass\nexcept*: pass",
+        "try: pass\nexcept* A: pass\nexcept B: pass",
+        "def f():\n    try: pass\n    except* A: return 1",
     ]));
 }
 

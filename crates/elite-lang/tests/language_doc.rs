@@ -8,7 +8,7 @@ mod support;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use elite_lang::{ExceptionKind, Limits, builtin_names};
+use elite_lang::{ExceptionKind, Limits, builtin_names, module_names};
 use support::run;
 
 /// Types whose methods are listed.
@@ -84,6 +84,17 @@ fn tables() -> String {
             )
         };
         writeln!(out, "| `{name}` | {} | {} |", cell(), cell()).unwrap();
+    }
+    out.push_str("\n| module | names |\n|---|---|\n");
+    for name in module_names() {
+        // What a module itself imports is not its own.
+        let listed = run(&format!(
+            "import sys\nimport {name} as module\n\
+             print(' '.join(n for n in dir(module) if not n.startswith('_') and n != 'annotations'\n\
+             \x20   and (type(getattr(module, n)) != type(sys) or n == 'path')))"
+        ));
+        let names: Vec<&str> = listed.split_whitespace().collect();
+        writeln!(out, "| `{name}` | {} |", code(&names)).unwrap();
     }
     out.push_str("\nExceptions, each below the one it is derived from:\n\n```text\n");
     exception_tree(ExceptionKind::BaseException, 0, &mut out);

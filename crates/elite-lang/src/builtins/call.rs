@@ -54,7 +54,16 @@ impl Evaluator<'_> {
             Value::BoundMethod(method) => with_first(method.receiver.clone(), args, |all| {
                 self.call_from(&method.function, all, keywords, caller)
             }),
-            Value::Class(class) => self.instantiate(class, args, keywords, caller),
+            Value::Class(class) => match class.meta_method(known::CALL) {
+                Some(function) => {
+                    let metaclass = self.core.types.of(callee);
+                    let method = self.bind_attribute(&function, callee, metaclass)?;
+                    self.with_stack(crate::eval::coroutine::RESERVE, || {
+                        self.call_from(&method, args, keywords, caller)
+                    })
+                }
+                None => self.instantiate(class, args, keywords, caller),
+            },
             Value::StaticMethod(function) => self.call_from(function, args, keywords, caller),
             Value::Instance(instance) => match instance.class.lookup(known::CALL) {
                 Some(function) => {

@@ -204,7 +204,20 @@ impl Evaluator<'_> {
     /// Python's `isinstance(value, classes)`.
     pub fn is_instance(&self, value: &Value, classes: &Value) -> R<bool> {
         match classes {
-            Value::Class(class) => Ok(self.core.types.of(value).is_subclass_of(class)),
+            Value::Class(class) => {
+                if !Rc::ptr_eq(self.core.types.of(value), class)
+                    && class
+                        .meta_method(self.core.symbols.intern("__instancecheck__"))
+                        .is_some()
+                {
+                    let name = self.core.symbols.intern("__instancecheck__");
+                    return match self.special(classes, name, &mut [value.clone()])? {
+                        Some(answer) => self.truth(&answer),
+                        None => Ok(false),
+                    };
+                }
+                Ok(self.core.types.of(value).is_subclass_of(class))
+            }
             Value::Tuple(tuple) => {
                 for class in tuple.items() {
                     if self.is_instance(value, class)? {
@@ -213,16 +226,27 @@ impl Evaluator<'_> {
                 }
                 Ok(false)
             }
-            _ => {
-                Err(self
-                    .type_error("isinstance() arg 2 must be a type, a tuple of types, or a union"))
-            }
+            other => match self.union_types(other) {
+                Some(types) => self.is_instance(value, &types),
+                None => Err(self
+                    .type_error("isinstance() arg 2 must be a type, a tuple of types, or a union")),
+            },
         }
     }
 
     fn is_subclass(&self, class: &Rc<Class>, classes: &Value) -> R<bool> {
         match classes {
-            Value::Class(other) => Ok(class.is_subclass_of(other)),
+            Value::Class(other) => {
+                let name = self.core.symbols.intern("__subclasscheck__");
+                if other.meta_method(name).is_some() {
+                    let class = Value::Class(class.clone());
+                    return match self.special(classes, name, &mut [class])? {
+                        Some(answer) => self.truth(&answer),
+                        None => Ok(false),
+                    };
+                }
+                Ok(class.is_subclass_of(other))
+            }
             Value::Tuple(tuple) => {
                 for other in tuple.items() {
                     if self.is_subclass(class, other)? {
@@ -231,8 +255,12 @@ impl Evaluator<'_> {
                 }
                 Ok(false)
             }
-            _ => Err(self
-                .type_error("issubclass() arg 2 must be a class, a tuple of classes, or a union")),
+            other => match self.union_types(other) {
+                Some(types) => self.is_subclass(class, &types),
+                None => Err(self.type_error(
+                    "issubclass() arg 2 must be a class, a tuple of classes, or a union",
+                )),
+            },
         }
     }
 }

@@ -47,7 +47,7 @@ impl Evaluator<'_> {
             }
             _ => Err(ev.type_error("__lt__() takes one argument")),
         });
-        let class = self.make_class("K", &[], vec![(known::LT, less)], &[])?;
+        let class = self.make_class("K", &[], vec![(known::LT, less)])?;
         Ok(Builtin::closure("cmp_to_key", move |_, args| {
             let value = args.positional.first().cloned().unwrap_or(Value::None);
             let payload = Payload::Value(std::cell::RefCell::new(value));

@@ -88,7 +88,18 @@ builtin_types! {
     cell = "cell", Native;
     traceback = "traceback", Native;
     code = "code", Native;
+    union = "UnionType", Native;
     bool = "bool", Bool;
+}
+
+/// `ExceptionGroup`, the only builtin type with two bases.
+fn exception_group(known: &[Rc<Class>]) -> Rc<Class> {
+    let bases = [ExceptionKind::BaseExceptionGroup, ExceptionKind::Exception]
+        .map(|kind| known[kind as usize].clone());
+    let mut ancestors = bases.to_vec();
+    ancestors.extend(bases[1].ancestors().iter().cloned());
+    let name = ExceptionKind::ExceptionGroup.name();
+    Class::new(name, Base::Exception, bases.into(), ancestors, false)
 }
 
 impl Types {
@@ -106,6 +117,10 @@ impl Types {
                 .parent()
                 .map_or(&object, |parent| &exceptions[parent as usize])
                 .clone();
+            if *kind == ExceptionKind::ExceptionGroup {
+                exceptions.push(exception_group(&exceptions));
+                continue;
+            }
             exceptions.push(derive(kind.name(), Base::Exception, &parent));
         }
         let mut types = Types::make(object.clone(), exceptions, |name, base| {
@@ -155,7 +170,7 @@ impl Types {
             Value::Function(_) => &self.function,
             Value::BoundMethod(_) => &self.method,
             Value::Builtin(_) => &self.builtin,
-            Value::Class(_) => &self.type_,
+            Value::Class(class) => class.metaclass().unwrap_or(&self.type_),
             Value::Module(_) => &self.module,
             Value::Iter(iter) => self.of_iterator(iter),
             Value::Generator(_) => &self.generator,

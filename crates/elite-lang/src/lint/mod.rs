@@ -3,7 +3,7 @@
 
 mod calls;
 mod flow;
-mod visit;
+pub mod visit;
 
 use crate::ast::Module;
 use crate::diagnostic::Diagnostic;

@@ -11,6 +11,7 @@ use crate::eval::stmt::assign::{
 };
 use crate::eval::stmt::control::{Break, Continue, If, Return, ReturnNone};
 use crate::eval::stmt::handle::{Finally, Handler, Try};
+use crate::eval::stmt::handle_star::TryStar;
 use crate::eval::stmt::import::{Import, ImportFrom, ImportStar};
 use crate::eval::stmt::loops::{For, While};
 use crate::eval::stmt::simple::{Assert, Delete, ExprStatement, Print, Raise};
@@ -238,15 +239,25 @@ impl Lower<'_> {
         let protected = if handlers.is_empty() {
             body
         } else {
+            let star = handlers.iter().any(|handler| handler.star);
             let handlers = handlers
                 .iter()
                 .map(|handler| self.handler(handler))
                 .collect();
-            let node: Node = Box::new(Try {
-                body,
-                handlers,
-                orelse: self.block(orelse),
-            });
+            let orelse = self.block(orelse);
+            let node: Node = if star {
+                Box::new(TryStar {
+                    body,
+                    handlers,
+                    orelse,
+                })
+            } else {
+                Box::new(Try {
+                    body,
+                    handlers,
+                    orelse,
+                })
+            };
             if finally.is_empty() {
                 return node;
             }

@@ -239,7 +239,7 @@ impl Evaluator<'_> {
             known::NAME | known::QUALNAME if class.own_attrs().get(name).is_none() => {
                 return Ok(Some(Value::str(&*class.name())));
             }
-            known::CLASS => return Ok(Some(Value::Class(self.core.types.type_.clone()))),
+            known::CLASS => return Ok(Some(Value::Class(self.core.types.of(value).clone()))),
             known::BASES => {
                 return Ok(Some(Value::tuple(
                     class.bases().iter().cloned().map(Value::Class).collect(),
@@ -267,6 +267,13 @@ impl Evaluator<'_> {
             }
             _ => {}
         }
+        let metaclass = self.core.types.of(value).clone();
+        let of_metaclass = class.meta_method(name);
+        if let Some(found) = &of_metaclass
+            && self.is_data_descriptor(found)
+        {
+            return self.bind_attribute(found, value, &metaclass).map(Some);
+        }
         if let Some(found) = class.lookup(name) {
             return Ok(Some(match &found {
                 Value::StaticMethod(function) => (**function).clone(),
@@ -280,10 +287,15 @@ impl Evaluator<'_> {
                 _ => found,
             }));
         }
-        match self.core.types.type_.lookup(name) {
-            Some(found) => self
-                .bind_attribute(&found, value, &self.core.types.type_)
-                .map(Some),
+        match metaclass.lookup(name) {
+            Some(_) if matches!(name, known::DOC | known::MODULE) => Ok(Some(Value::None)),
+            Some(found) => self.bind_attribute(&found, value, &metaclass).map(Some),
+            None if class.meta_method(known::GETATTR).is_some()
+                && self.core.types.natural.lookup(name).is_none() =>
+            {
+                let text = self.core.symbols.value(name);
+                self.special(value, known::GETATTR, &mut [text])
+            }
             None => Ok(match name {
                 known::DOC => Some(Value::None),
                 known::ANNOTATIONS if class.is_script => {
@@ -350,14 +362,13 @@ impl Evaluator<'_> {
                 self.plain_set_attribute(value, instance, name, new)
             }
             Value::Class(class) if class.is_script => {
-                if name == known::NAME
-                    && let Value::Str(text) = &new
-                {
-                    class.set_name(text.as_str());
-                    return Ok(());
+                if class.meta_method(known::SETATTR).is_some() {
+                    let text = self.core.symbols.value(name);
+                    return self
+                        .special(value, known::SETATTR, &mut [text, new])
+                        .map(|_| ());
                 }
-                class.set(name, new);
-                Ok(())
+                self.plain_set_class_attribute(value, class, name, new)
             }
             Value::Class(class) => {
                 let (name, class) = (self.core.symbols.name(name), class.name());
@@ -372,6 +383,46 @@ impl Evaluator<'_> {
             Value::Function(function) => self.set_function_attribute(function, name, new),
             _ => Err(self.cannot_set(value, name)),
         }
+    }
+
+    /// Python's `type.__setattr__`.
+    pub fn plain_set_class_attribute(
+        &self,
+        value: &Value,
+        class: &Rc<Class>,
+        name: Symbol,
+        new: Value,
+    ) -> R<()> {
+        match class.meta_method(name) {
+            Some(Value::Property(property)) => {
+                if property.set.is_none() {
+                    let (name, class) =
+                        (self.core.symbols.name(name), self.core.types.name_of(value));
+                    let message = format!("property '{name}' of '{class}' object has no setter");
+                    return Err(self.raise(ExceptionKind::AttributeError, message));
+                }
+                return self
+                    .call(&property.set, &mut [value.clone(), new], &[])
+                    .map(|_| ());
+            }
+            Some(Value::Instance(descriptor)) => {
+                if let Some(set) = descriptor.class.lookup(known::SET) {
+                    let descriptor = Value::Instance(descriptor);
+                    return self
+                        .call_method_value(&set, &descriptor, &mut [value.clone(), new])
+                        .map(|_| ());
+                }
+            }
+            _ => {}
+        }
+        if name == known::NAME
+            && let Value::Str(text) = &new
+        {
+            class.set_name(text.as_str());
+            return Ok(());
+        }
+        class.set(name, new);
+        Ok(())
     }
 
     #[cold]

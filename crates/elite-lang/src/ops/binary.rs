@@ -59,6 +59,11 @@ impl Evaluator<'_> {
         } else if let Some(value) = self.builtin_binary(op, a, b)? {
             return Ok(value);
         }
+        if op == BinaryOp::BitOr
+            && let Some(union) = self.union(a, b)?
+        {
+            return Ok(union);
+        }
         Err(self.unsupported(op, a, b, text(op)))
     }
 
@@ -246,7 +251,11 @@ impl Evaluator<'_> {
 
 /// Whether operators look for methods in the class first.
 pub fn has_methods(value: &Value) -> bool {
-    matches!(value, Value::Instance(_))
+    match value {
+        Value::Instance(_) => true,
+        Value::Class(class) => class.metaclass().is_some(),
+        _ => false,
+    }
 }
 
 fn is_sequence(value: &Value) -> bool {

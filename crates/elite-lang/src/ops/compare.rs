@@ -101,7 +101,7 @@ impl Evaluator<'_> {
         if let Some(result) = fast(op, a, b) {
             return Ok(Value::Bool(result));
         }
-        if matches!(a, Value::Instance(_)) || matches!(b, Value::Instance(_)) {
+        if super::binary::has_methods(a) || super::binary::has_methods(b) {
             return self.compare_by_methods(op, a, b);
         }
         match self.builtin_compare(op, a, b)? {
@@ -336,6 +336,12 @@ impl Evaluator<'_> {
                     let name = instance.class.name();
                     return Err(self.type_error(format!("'{name}' object is not a container")));
                 }
+                match self.special(container, known::CONTAINS, &mut [item.clone()])? {
+                    Some(result) => self.truth(&result),
+                    None => self.contains_by_iteration(container, item),
+                }
+            }
+            Value::Class(class) if class.metaclass().is_some() => {
                 match self.special(container, known::CONTAINS, &mut [item.clone()])? {
                     Some(result) => self.truth(&result),
                     None => self.contains_by_iteration(container, item),

@@ -54,7 +54,7 @@ impl Evaluator<'_> {
                 let mut all = vec![Value::Class(class.clone())];
                 all.extend_from_slice(args);
                 let object = self.call(new, &mut all, keywords)?;
-                let is_instance = matches!(&object, Value::Instance(instance) if instance.class.is_subclass_of(class));
+                let is_instance = self.core.types.of(&object).is_subclass_of(class);
                 if !is_instance {
                     return Ok(object);
                 }
@@ -105,6 +105,10 @@ impl Evaluator<'_> {
     pub fn allocate(&self, class: &Rc<Class>, args: &[Value], keywords: &[(Symbol, Value)]) -> R {
         let payload = match class.base {
             Base::Object => Payload::None,
+            Base::Type => return self.new_class(class, args, keywords),
+            Base::Exception if self.is_group_class(class) => {
+                return self.new_group(class, args).map(Value::Instance);
+            }
             Base::Exception => Payload::Exception(Box::new(ExceptionState::with_args(
                 Value::tuple(args.to_vec()),
             ))),
@@ -170,6 +174,9 @@ impl Evaluator<'_> {
             }
             attributes.push((*name, value.clone()));
         }
+        if self.is_group_class(class) {
+            return self.new_group(class, &args).map(Value::Instance);
+        }
         let (class, args) = match os_error_kind(&args) {
             Some(kind) if Rc::ptr_eq(class, self.core.types.exception(ExceptionKind::OSError)) => {
                 (self.core.types.exception(kind), args)
@@ -233,6 +240,13 @@ impl Evaluator<'_> {
                 value.clone()
             }
         };
+        if let Some(group) = state.group.get() {
+            match &*self.core.symbols.name(name) {
+                "message" => return Some(group.message.clone()),
+                "exceptions" => return Some(group.exceptions.clone()),
+                _ => {}
+            }
+        }
         Some(match name {
             known::ARGS => state.args(),
             known::CAUSE => or_none(&state.cause.borrow()),
@@ -327,6 +341,11 @@ impl Evaluator<'_> {
                 new.clone()
             };
         };
+        if state.group.get().is_some()
+            && matches!(&*self.core.symbols.name(name), "message" | "exceptions")
+        {
+            return Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"));
+        }
         match name {
             known::ARGS => state.set_args(Value::tuple(self.collect(new)?)),
             known::CAUSE | known::CONTEXT if !self.is_exception_or_none(new) => {

@@ -239,6 +239,9 @@ impl Evaluator<'_> {
                 Some(method) => self.call_method_value(&method, value, &mut [index.clone()]),
                 None => Err(self.not_subscriptable(value)),
             },
+            Value::Class(class) if class.meta_method(known::GETITEM).is_some() => self
+                .special(value, known::GETITEM, &mut [index.clone()])?
+                .ok_or_else(|| self.not_subscriptable(value)),
             Value::Class(class) => match class.lookup(known::CLASS_GETITEM) {
                 Some(method) => {
                     let bound = self.bind_attribute(&method, value, class)?;

@@ -50,6 +50,12 @@ impl Evaluator<'_> {
             },
             Value::Iter(_) | Value::Generator(_) => return Ok(value.clone()),
             Value::Instance(instance) => return self.instance_iter(value, instance),
+            Value::Class(class) if class.metaclass().is_some() => {
+                return match self.special(value, known::ITER, &mut [])? {
+                    Some(iterator) => Ok(iterator),
+                    None => Err(self.not_iterable(value)),
+                };
+            }
             _ => return Err(self.not_iterable(value)),
         };
         Ok(Value::Iter(Rc::new(iter)))

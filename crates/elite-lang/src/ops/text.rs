@@ -15,6 +15,12 @@ impl Evaluator<'_> {
             Value::Str(text) => Ok(text.as_str().to_owned()),
             Value::Int(int) => Ok(int.to_string()),
             Value::Instance(instance) => self.instance_str(value, instance),
+            Value::Class(class) if class.meta_method(known::STR).is_some() => {
+                match self.special(value, known::STR, &mut [])? {
+                    Some(text) => self.expect_text(&text, "__str__"),
+                    None => self.repr(value),
+                }
+            }
             _ => self.repr(value),
         }
     }
@@ -45,6 +51,9 @@ impl Evaluator<'_> {
             return self.str(value);
         };
         if let Some(state) = instance.exception() {
+            if let Some(group) = state.group.get() {
+                return self.group_text(group);
+            }
             return match state.plain_message() {
                 Some(message) => Ok(message),
                 None => self.exception_str(instance, &state.args()),
@@ -191,6 +200,12 @@ impl Evaluator<'_> {
             Value::Instance(instance) => {
                 let text = self.recurse(|| self.instance_repr(value, instance))?;
                 out.push_str(&text);
+            }
+            Value::Class(class) if class.meta_method(known::REPR).is_some() => {
+                let text = self.recurse(|| self.special(value, known::REPR, &mut []))?;
+                if let Some(text) = text {
+                    out.push_str(&self.expect_text(&text, "__repr__")?);
+                }
             }
             other => out.push_str(&self.object_repr(other)?),
         }

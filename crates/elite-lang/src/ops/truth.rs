@@ -46,7 +46,7 @@ impl Evaluator<'_> {
             Value::Bytes(bytes) => bytes.data().len(),
             Value::ByteArray(bytes) => bytes.data.borrow().len(),
             Value::Range(range) => range.len() as usize,
-            Value::Instance(_) => {
+            value if super::binary::has_methods(value) => {
                 let Some(length) = self.special(value, known::LEN, &mut [])? else {
                     return Err(self.no_len(value));
                 };

@@ -4,6 +4,7 @@ use super::{Context, Parse, Parser};
 use crate::ast::{ClassDef, Expr, ExprKind, FunctionDef, Handler, Stmt, StmtKind, WithItem};
 use crate::diagnostic::Diagnostic;
 use crate::lexer::TokenKind as T;
+use crate::lint::visit::blocks;
 
 /// Items of one `with`: each is a level of nesting.
 const WITH_ITEMS_MAX: usize = 50;
@@ -176,6 +177,13 @@ impl Parser<'_> {
         let mut handlers: Vec<Handler> = Vec::new();
         while self.kind() == T::Except {
             let handler = self.handler()?;
+            if handlers
+                .first()
+                .is_some_and(|first| first.star != handler.star)
+            {
+                let message = "cannot have both 'except' and 'except*' on the same 'try'";
+                self.report(Diagnostic::error("syntax", handler.span, message));
+            }
             if let Some(bare) = handlers.iter().find(|earlier| earlier.exception.is_none()) {
                 let message = "a bare 'except:' must be the last one";
                 self.report(Diagnostic::error("syntax", bare.span, message));
@@ -205,9 +213,7 @@ impl Parser<'_> {
 
     fn handler(&mut self) -> Parse<Handler> {
         let start = self.bump().span;
-        if self.kind() == T::Star {
-            return self.not_supported(start.to(self.token().span), "'except*'");
-        }
+        let star = self.eat(T::Star);
         let mut exception = None;
         let mut name = None;
         if self.kind() != T::Colon {
@@ -222,15 +228,49 @@ impl Parser<'_> {
             if self.eat(T::As).is_some() {
                 name = Some(self.ident()?);
             }
+        } else if let Some(star) = star {
+            let message = "'except*' needs the types it takes";
+            return self.fail(start.to(star.span), message);
         }
         let span = self.span_from(start);
         let body = self.block("'except'")?;
+        if star.is_some() {
+            self.check_no_leaving(&body, false);
+        }
         Ok(Handler {
+            star: star.is_some(),
             exception,
             name,
             body,
             span,
         })
+    }
+
+    /// Reports what would leave the body of an `except*`: the exceptions that remain could not be raised any more.
+    fn check_no_leaving(&mut self, body: &[Stmt], in_loop: bool) {
+        for statement in body {
+            let leaves = match &statement.kind {
+                StmtKind::Return(_) => true,
+                StmtKind::Break | StmtKind::Continue => !in_loop,
+                _ => false,
+            };
+            if leaves {
+                let message = "'break', 'continue' and 'return' cannot appear in an except* block";
+                self.report(Diagnostic::error("syntax", statement.span, message));
+            }
+            match &statement.kind {
+                StmtKind::Function(_) | StmtKind::Class(_) => {}
+                StmtKind::While { body, orelse, .. } | StmtKind::For { body, orelse, .. } => {
+                    self.check_no_leaving(body, true);
+                    self.check_no_leaving(orelse, in_loop);
+                }
+                _ => {
+                    for block in blocks(statement) {
+                        self.check_no_leaving(block, in_loop);
+                    }
+                }
+            }
+        }
     }
 
     fn with_statement(&mut self) -> Parse<StmtKind> {

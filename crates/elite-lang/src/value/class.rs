@@ -3,7 +3,7 @@
 //! Owns attribute lookup along the method resolution order and the version numbers that make inline caches safe:
 //! a version names one state of one class, and changes whenever a cached answer could.
 
-use std::cell::{Cell, Ref, RefCell};
+use std::cell::{Cell, OnceCell, Ref, RefCell};
 use std::collections::HashMap;
 use std::rc::{Rc, Weak};
 
@@ -96,6 +96,8 @@ pub struct Class {
     layout: RefCell<Layout>,
     /// The only attributes instances may have (`__slots__`), those of the ancestors aside.
     slots: RefCell<Option<Box<[Symbol]>>>,
+    /// Its own class, if that is not `type`.
+    metaclass: OnceCell<Rc<Class>>,
     /// A `class` statement made it; only such classes can be changed.
     pub is_script: bool,
     /// Makes instances without going through `__new__` and `__init__` of scripts.
@@ -146,6 +148,7 @@ impl Class {
             subclasses: RefCell::default(),
             layout: RefCell::default(),
             slots: RefCell::default(),
+            metaclass: OnceCell::new(),
             is_script,
             constructor: RefCell::default(),
         });
@@ -163,6 +166,24 @@ impl Class {
     /// Changes `__name__`.
     pub fn set_name(&self, name: &str) {
         *self.name.borrow_mut() = name.into();
+    }
+
+    /// Its own class, if that is not `type`.
+    #[inline]
+    pub fn metaclass(&self) -> Option<&Rc<Class>> {
+        self.metaclass.get()
+    }
+
+    /// Sets the class of a class, once, when it is made.
+    pub fn set_metaclass(&self, metaclass: Rc<Class>) {
+        let set = self.metaclass.set(metaclass);
+        debug_assert!(set.is_ok(), "a class changes its metaclass");
+    }
+
+    /// An attribute that a script has given the metaclass; what `type` itself has does not count.
+    pub fn meta_method(&self, name: Symbol) -> Option<Value> {
+        let found = self.metaclass()?.lookup(name)?;
+        (!matches!(found, Value::Builtin(_))).then_some(found)
     }
 
     /// `__bases__`.

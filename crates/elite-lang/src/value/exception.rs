@@ -1,6 +1,6 @@
 //! What makes an instance an exception: arguments, cause and context, where it passed through.
 
-use std::cell::{Cell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::rc::Rc;
 
 use super::{Instance, Value};
@@ -22,6 +22,16 @@ pub struct ExceptionState {
     /// How the function is to be called whose call raised it.
     pub signature: RefCell<Option<Box<str>>>,
     traceback: RefCell<Vec<Trace>>,
+    /// What an exception group consists of.
+    pub group: OnceCell<Group>,
+}
+
+/// The parts of an exception group.
+pub struct Group {
+    /// `message`, a string.
+    pub message: Value,
+    /// `exceptions`, a tuple of exceptions.
+    pub exceptions: Value,
 }
 
 /// One place an exception passed through, innermost first in the list.
@@ -92,6 +102,27 @@ impl ExceptionState {
         self.traceback.borrow().clone()
     }
 
+    /// Takes over where another exception passed through.
+    pub fn set_traceback(&self, traceback: Vec<Trace>) {
+        *self.traceback.borrow_mut() = traceback;
+    }
+
+    /// The exceptions of a group; none if this is no group.
+    pub fn members(&self) -> Vec<Rc<Instance>> {
+        let Some(Group {
+            exceptions: Value::Tuple(tuple),
+            ..
+        }) = self.group.get()
+        else {
+            return Vec::new();
+        };
+        let members = tuple.items().iter().filter_map(|item| match item {
+            Value::Instance(instance) => Some(instance.clone()),
+            _ => None,
+        });
+        members.collect()
+    }
+
     /// Sets `__context__`, unless that would make a circle.
     pub fn set_context(&self, own: &Rc<Instance>, context: &Rc<Instance>) {
         if Rc::ptr_eq(own, context) || !self.context.borrow().is_unbound() {
@@ -116,9 +147,9 @@ impl ExceptionState {
 
     /// Takes out everything it refers to.
     pub fn take_values(&mut self) -> Vec<Value> {
-        [&mut self.args, &mut self.cause, &mut self.context]
-            .map(RefCell::get_mut)
-            .map(std::mem::take)
-            .into()
+        let places = [&mut self.args, &mut self.cause, &mut self.context];
+        let mut values = Vec::from(places.map(RefCell::get_mut).map(std::mem::take));
+        values.extend(self.group.take().map(|group| group.exceptions));
+        values
     }
 }

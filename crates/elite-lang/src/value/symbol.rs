@@ -56,7 +56,7 @@ FGET = "fget", FSET = "fset", FDEL = "fdel", DIR = "__dir__", KEY = "key", SEP =
 KEYS = "keys", METACLASS = "metaclass", STRICT = "strict",
 NOTES = "__notes__", THROW = "throw", SEND = "send",
 BYTES = "__bytes__", SLOTS = "__slots__", THISCLASS = "__thisclass__", KWDEFAULTS = "__kwdefaults__",
-CLOSE = "close", MAIN = "__main__", }
+CLASSCELL = "__classcell__", CLOSE = "close", MAIN = "__main__", }
 
 /// The table of names of one interpreter.
 pub struct Symbols {

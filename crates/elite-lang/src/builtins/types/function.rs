@@ -59,7 +59,7 @@ pub(super) fn install(core: &Rc<Core>) {
             Ok(Value::BoundMethod(Rc::new(method)))
         })],
     );
-    for class in [&types.function, &types.method, &types.builtin, &types.type_] {
+    for class in [&types.function, &types.method, &types.builtin] {
         super::raw_method(core, class, "__call__", |ev, args| {
             let (keywords, mut caller) = (args.keywords, args.caller.take());
             match args.positional.split_first_mut() {

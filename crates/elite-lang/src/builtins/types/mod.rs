@@ -6,6 +6,7 @@ mod dict;
 mod dunder;
 mod exception;
 mod function;
+pub mod group;
 mod iterators;
 mod list;
 mod number;
@@ -13,6 +14,7 @@ mod object;
 mod set;
 mod string;
 mod string_methods;
+pub mod union;
 
 use std::rc::Rc;
 
@@ -33,7 +35,9 @@ pub fn install(core: &Rc<Core>) {
     function::install(core);
     iterators::install(core);
     exception::install(core);
+    group::install(core);
     dunder::install(core);
+    union::install(core);
 }
 
 /// The name of a builtin type, which lives as long as the program.

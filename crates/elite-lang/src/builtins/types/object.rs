@@ -38,6 +38,47 @@ pub(super) fn install(core: &Rc<Core>) {
             }),
         ],
     );
+    raw_method(core, &types.type_, "__call__", |ev, args| {
+        let Some((class, rest)) = args.positional.split_first_mut() else {
+            return Err(ev.type_error("descriptor '__call__' of 'type' object needs an argument"));
+        };
+        match class {
+            Value::Class(class) => ev.instantiate(&class.clone(), rest, args.keywords, None),
+            other => Err(wrong_receiver(ev, "type", other)),
+        }
+    });
+    methods(
+        core,
+        &types.type_,
+        &[
+            ("__instancecheck__", "instance /", |ev, args| {
+                match &args[0] {
+                    Value::Class(class) => Ok(Value::Bool(
+                        ev.core.types.of(&args[1]).is_subclass_of(class),
+                    )),
+                    other => Err(wrong_receiver(ev, "type", other)),
+                }
+            }),
+            ("__subclasscheck__", "subclass /", |ev, args| {
+                match (&args[0], &args[1]) {
+                    (Value::Class(class), Value::Class(other)) => {
+                        Ok(Value::Bool(other.is_subclass_of(class)))
+                    }
+                    (Value::Class(_), _) => {
+                        Err(ev.type_error("issubclass() arg 1 must be a class"))
+                    }
+                    (other, _) => Err(wrong_receiver(ev, "type", other)),
+                }
+            }),
+        ],
+    );
+    let prepare = crate::builtins::Builtin::raw("__prepare__", |_, _| {
+        Ok(Value::Dict(Rc::new(crate::value::Dict::new())))
+    });
+    types.type_.set(
+        core.symbols.intern("__prepare__"),
+        Value::StaticMethod(Rc::new(prepare)),
+    );
     install_natural(core);
 }
 
@@ -126,6 +167,9 @@ fn install_natural(core: &Rc<Core>) {
                     Value::Instance(instance) => ev
                         .plain_set_attribute(&args[0], instance, name, args[2].clone())
                         .map(|()| Value::None),
+                    Value::Class(class) if class.is_script => ev
+                        .plain_set_class_attribute(&args[0], class, name, args[2].clone())
+                        .map(|()| Value::None),
                     other => ev
                         .set_attribute(other, name, args[2].clone())
                         .map(|()| Value::None),
@@ -169,31 +213,7 @@ fn name_of(ev: &Evaluator<'_>, name: &Value) -> R<Symbol> {
 fn type_of(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     match &*args.positional {
         [value] => Ok(Value::Class(ev.core.types.of(value).clone())),
-        [Value::Str(name), Value::Tuple(bases), Value::Dict(dict)] => {
-            let attrs: Vec<(Symbol, Value)> = dict
-                .entries()
-                .into_iter()
-                .filter_map(|(_, key, value)| match key {
-                    Value::Str(text) => Some((ev.core.symbols.intern(text.as_str()), value)),
-                    _ => None,
-                })
-                .collect();
-            let class = ev.make_class(name.as_str(), bases.items(), attrs, args.keywords)?;
-            ev.finish_class(&class, args.keywords)?;
-            Ok(Value::Class(class))
-        }
-        [name, bases, dict] => {
-            let wrong = match (name, bases) {
-                (Value::Str(_), Value::Tuple(_)) => (3, "dict", dict),
-                (Value::Str(_), _) => (2, "tuple", bases),
-                _ => (1, "str", name),
-            };
-            let name = ev.core.types.name_of(wrong.2);
-            Err(ev.type_error(format!(
-                "type.__new__() argument {} must be {}, not {name}",
-                wrong.0, wrong.1
-            )))
-        }
+        [_, _, _] => ev.new_class(&ev.core.types.type_, args.positional, args.keywords),
         _ => Err(ev.type_error("type() takes 1 or 3 arguments")),
     }
 }

@@ -82,8 +82,7 @@ impl Statement for DefineClass {
             &mut keywords
         ));
         let function = Function::plain(self.code.clone(), closure(&self.closure, f));
-        let class = attempt!(self.build(ev, f, &function, &bases, &keywords));
-        let mut value = Value::Class(class);
+        let mut value = attempt!(self.build(ev, f, &function, &bases, &keywords));
         for (decorator, span) in decorators.iter().rev() {
             value = attempt!(ev.call1(decorator, value).at(ev, f, *span));
         }
@@ -99,32 +98,59 @@ impl DefineClass {
         function: &Rc<Function>,
         bases: &[Value],
         keywords: &[(Symbol, Value)],
-    ) -> R<Rc<Class>> {
+    ) -> R {
+        let metaclass = ev.metaclass_of(bases, keywords).at(ev, f, self.span)?;
+        let keywords: &[_] = &keywords
+            .iter()
+            .filter(|(name, _)| *name != known::METACLASS)
+            .cloned()
+            .collect::<Vec<_>>();
+        let prepared = match &metaclass {
+            Some(metaclass) => ev
+                .prepared_names(metaclass, &self.code.name, bases, keywords)
+                .at(ev, f, self.span)?,
+            None => Vec::new(),
+        };
         with_slots(self.code.slots, |slots| {
+            for (name, value) in &prepared {
+                let names = &self.code.slot_names[..self.names];
+                if let Some(slot) = names.iter().position(|other| other == name) {
+                    slots[slot] = value.clone();
+                }
+            }
             ev.run(function, slots).at(ev, f, self.span)?;
             let names = self.code.slot_names[..self.names]
                 .iter()
                 .zip(slots[..self.names].iter());
-            let mut attrs = vec![(known::QUALNAME, Value::str(&*self.code.qualname))];
+            let mut attrs = prepared;
+            attrs.retain(|(name, _)| !self.code.slot_names[..self.names].contains(name));
             attrs.push((known::MODULE, self.module.clone()));
-            attrs.push((
-                known::DOC,
-                self.code.doc.as_deref().map_or(Value::None, Value::str),
-            ));
+            attrs.push((known::QUALNAME, Value::str(&*self.code.qualname)));
+            match self.code.doc.as_deref() {
+                Some(doc) => attrs.push((known::DOC, Value::str(doc))),
+                None if metaclass.is_none() => attrs.push((known::DOC, Value::None)),
+                None => {}
+            }
             // Names the body shares with functions of it cannot be seen there, so none of them is a cell.
             attrs.extend(
                 names
                     .filter(|(_, value)| !value.is_unbound())
                     .map(|(name, value)| (*name, value.clone())),
             );
+            if let Some(metaclass) = &metaclass {
+                let cell = self.class_cell.map(|slot| slots[slot as usize].clone());
+                return ev
+                    .call_metaclass(metaclass, &self.code.name, bases, attrs, cell, keywords)
+                    .at(ev, f, self.span);
+            }
             let class = ev
-                .make_class(&self.code.name, bases, attrs, keywords)
+                .make_class(&self.code.name, bases, attrs)
                 .at(ev, f, self.span)?;
             if let Some(Value::Cell(cell)) = self.class_cell.map(|slot| &slots[slot as usize]) {
                 *cell.value.borrow_mut() = Value::Class(class.clone());
             }
             ev.finish_class(&class, keywords).at(ev, f, self.span)?;
-            Ok(class)
+            Ok(Value::Class(class))
         })
     }
 }
@@ -136,15 +162,7 @@ impl Evaluator<'_> {
         name: &str,
         bases: &[Value],
         attrs: Vec<(Symbol, Value)>,
-        keywords: &[(Symbol, Value)],
     ) -> R<Rc<Class>> {
-        if let Some((_, metaclass)) = keywords.iter().find(|(name, _)| *name == known::METACLASS) {
-            let plain = matches!(metaclass, Value::Class(class) if Rc::ptr_eq(class, &self.core.types.type_));
-            if !plain {
-                let kind = crate::errors::ExceptionKind::NotImplementedError;
-                return Err(self.raise(kind, "metaclasses are not supported"));
-            }
-        }
         let mut parents: Vec<Rc<Class>> = Vec::new();
         for base in bases {
             let Value::Class(class) = base else {
@@ -246,17 +264,10 @@ impl Evaluator<'_> {
             .iter()
             .find_map(|parent| parent.own_attrs().get(known::INIT_SUBCLASS).cloned())
         {
-            let keywords: Vec<_> = keywords
-                .iter()
-                .filter(|(name, _)| *name != known::METACLASS)
-                .cloned()
-                .collect();
             if let Value::ClassMethod(function) = hook {
-                self.call(&function, &mut [Value::Class(class.clone())], &keywords)?;
+                self.call(&function, &mut [Value::Class(class.clone())], keywords)?;
             }
-        } else if let Some((name, _)) = keywords.iter().find(|(name, _)| *name != known::METACLASS)
-        {
-            let _ = name;
+        } else if !keywords.is_empty() {
             return Err(self.type_error(format!(
                 "{}.__init_subclass__() takes no keyword arguments",
                 class.name()
@@ -329,7 +340,6 @@ fn is_final(name: &str) -> bool {
             | "dict_values"
             | "dict_items"
             | "iterator"
-            | "type"
             | "module"
             | "map"
             | "filter"

@@ -82,7 +82,8 @@ impl Try {
 }
 
 impl Handler {
-    fn run(&self, exception: &Rc<Instance>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+    /// Runs the clause for an exception it takes.
+    pub fn run(&self, exception: &Rc<Instance>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let Some(name) = &self.name else {
             return self.body.exec(ev, f);
         };

@@ -1,0 +1,163 @@
+//! Metaclasses: which one a `class` statement uses, its `__prepare__`, and `type.__new__`.
+
+use std::rc::Rc;
+
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::value::class::Base;
+use crate::value::symbol::known;
+use crate::value::{Class, Dict, R, Symbol, Value};
+
+const CONFLICT: &str = "metaclass conflict: the metaclass of a derived class must be a (non-strict) subclass of the \
+    metaclasses of all its bases";
+
+impl Evaluator<'_> {
+    /// What makes a class with these bases and keywords; None for `type`, which needs no call.
+    pub fn metaclass_of(&self, bases: &[Value], keywords: &[(Symbol, Value)]) -> R<Option<Value>> {
+        let given = keywords.iter().find(|(name, _)| *name == known::METACLASS);
+        let given = match given.map(|(_, value)| value) {
+            Some(Value::Class(class)) if class.base == Base::Type => class.clone(),
+            // Anything that can be called may stand there.
+            Some(other) => return Ok(Some(other.clone())),
+            None => self.core.types.type_.clone(),
+        };
+        let winner = self.most_derived(given, bases)?;
+        let plain = Rc::ptr_eq(&winner, &self.core.types.type_);
+        Ok((!plain).then_some(Value::Class(winner)))
+    }
+
+    /// The most derived of a metaclass and those of the bases.
+    fn most_derived(&self, mut winner: Rc<Class>, bases: &[Value]) -> R<Rc<Class>> {
+        for base in bases {
+            let Value::Class(_) = base else { continue };
+            let other = self.core.types.of(base);
+            if other.is_subclass_of(&winner) {
+                winner = other.clone();
+            } else if !winner.is_subclass_of(other) {
+                return Err(self.type_error(CONFLICT));
+            }
+        }
+        Ok(winner)
+    }
+
+    /// The names that `__prepare__` of the metaclass puts into the body before it runs.
+    pub fn prepared_names(
+        &self,
+        metaclass: &Value,
+        name: &str,
+        bases: &[Value],
+        keywords: &[(Symbol, Value)],
+    ) -> R<Vec<(Symbol, Value)>> {
+        let prepare = self.core.symbols.intern("__prepare__");
+        let Some(prepare) = self.attribute_or_none(metaclass, prepare)? else {
+            return Ok(Vec::new());
+        };
+        let mut args = [Value::str(name), Value::tuple(bases.to_vec())];
+        match self.call(&prepare, &mut args, keywords)? {
+            Value::Dict(dict) => Ok(self.named(&dict)),
+            other => {
+                let (owner, found) = (self.label(metaclass), self.core.types.name_of(&other));
+                if matches!(&other, Value::Instance(_)) {
+                    let text = format!(
+                        "{owner}.__prepare__() returned a '{found}': only a plain dict is supported"
+                    );
+                    return Err(self.raise(ExceptionKind::NotImplementedError, text));
+                }
+                Err(self.type_error(format!(
+                    "{owner}.__prepare__() must return a mapping, not {found}"
+                )))
+            }
+        }
+    }
+
+    fn label(&self, metaclass: &Value) -> Rc<str> {
+        match metaclass {
+            Value::Class(class) => class.name(),
+            _ => "<metaclass>".into(),
+        }
+    }
+
+    fn named(&self, dict: &Dict) -> Vec<(Symbol, Value)> {
+        let entries = dict.entries().into_iter();
+        let named = entries.filter_map(|(_, key, value)| match self.plain(&key) {
+            Value::Str(text) => Some((self.core.symbols.intern(text.as_str()), value)),
+            _ => None,
+        });
+        named.collect()
+    }
+
+    /// Calls a metaclass with what the body of a class has made. `cell` holds `__class__` for its methods; the
+    /// class is put into it by `type.__new__`.
+    pub fn call_metaclass(
+        &self,
+        metaclass: &Value,
+        name: &str,
+        bases: &[Value],
+        attrs: Vec<(Symbol, Value)>,
+        cell: Option<Value>,
+        keywords: &[(Symbol, Value)],
+    ) -> R {
+        let dict = Dict::new();
+        for (name, value) in attrs {
+            dict.set_interned(self.core.symbols.value(name), value);
+        }
+        if let Some(cell) = cell {
+            dict.set_interned(self.core.symbols.value(known::CLASSCELL), cell);
+        }
+        let mut args = [
+            Value::str(name),
+            Value::tuple(bases.to_vec()),
+            Value::Dict(Rc::new(dict)),
+        ];
+        self.call(metaclass, &mut args, keywords)
+    }
+
+    /// `type.__new__(metaclass, name, bases, dict)`
+    pub fn new_class(
+        &self,
+        metaclass: &Rc<Class>,
+        args: &[Value],
+        keywords: &[(Symbol, Value)],
+    ) -> R {
+        let [name, bases, dict] = args else {
+            return Err(self.type_error(format!(
+                "type.__new__() takes exactly 3 arguments ({} given)",
+                args.len()
+            )));
+        };
+        let wrong = |number: u8, wanted: &str, found: &Value| {
+            let found = self.core.types.name_of(found);
+            let text = format!("type.__new__() argument {number} must be {wanted}, not {found}");
+            self.type_error(text)
+        };
+        let Value::Str(name) = self.plain(name) else {
+            return Err(wrong(1, "str", name));
+        };
+        let Value::Tuple(bases) = self.plain(bases) else {
+            return Err(wrong(2, "tuple", bases));
+        };
+        let Value::Dict(dict) = self.plain(dict) else {
+            return Err(wrong(3, "dict", dict));
+        };
+        let winner = self.most_derived(metaclass.clone(), bases.items())?;
+        if !Rc::ptr_eq(&winner, metaclass)
+            && let Some(Value::StaticMethod(new)) = winner.lookup(known::NEW)
+        {
+            let mut all = vec![Value::Class(winner)];
+            all.extend_from_slice(args);
+            return self.call(&new, &mut all, keywords);
+        }
+        let mut attrs = self.named(&dict);
+        let cell = attrs.iter().position(|(name, _)| *name == known::CLASSCELL);
+        let cell = cell.map(|index| attrs.remove(index).1);
+        let class = self.make_class(name.as_str(), bases.items(), attrs)?;
+        if !Rc::ptr_eq(&winner, &self.core.types.type_) {
+            class.set_metaclass(winner);
+        }
+        if let Some(Value::Cell(cell)) = cell {
+            *cell.value.borrow_mut() = Value::Class(class.clone());
+        }
+        self.finish_class(&class, keywords)?;
+        Ok(Value::Class(class))
+    }
+}
