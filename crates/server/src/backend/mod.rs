@@ -334,10 +334,7 @@ impl interpreter::Interpreter for Backend {
 
 /// The motions that `abort` ends (manual 2.6).
 const fn moves_by_plan(mode: MotionMode) -> bool {
-    matches!(
-        mode,
-        MotionMode::MoveJ | MotionMode::MoveL | MotionMode::MoveC | MotionMode::MoveMl
-    )
+    matches!(mode, MotionMode::MoveJ | MotionMode::MoveL)
 }
 
 impl http::Source for Backend {
