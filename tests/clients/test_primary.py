@@ -123,6 +123,7 @@ class Programs(unittest.TestCase):
             dashboard = Dashboard(server.ports["dashboard"])
             primary.until(lambda s: s.protective, 10)
             self.assertEqual(dashboard.ask("safety -s"), "Safety status: PROTECTIVE_STOP\r\n")
+            time.sleep(0.5)  # the blow is over, the arm stands and the brakes hold it: before that nothing is unlocked
             primary.send_script("set unlock protective stop")
             primary.until(lambda s: not s.protective, 5)
             self.assertEqual(dashboard.ask("safety -s"), "Safety status: NORMAL\r\n")
