@@ -390,8 +390,11 @@ class Sessions(unittest.TestCase):
                     modes.append(values["robot_mode"])
             self.assertEqual(modes[-3:], [4, 5, 7], "power on, idle, running")
             times = [slow.read()["timestamp"] for _ in range(20)]
-            for earlier, later in zip(times, times[1:]):
-                self.assertAlmostEqual(later - earlier, 0.02, places=6)
+            # Every fifth cycle. On a machine that is busy the server may see that cycle late and send a later one instead; the
+            # next package is on the beat again, so no error adds up.
+            steps = [round((later - earlier) / 0.004) for earlier, later in zip(times, times[1:])]
+            self.assertEqual(sorted(steps)[len(steps) // 2], 5, steps)
+            self.assertAlmostEqual(sum(steps), 5 * len(steps), delta=4, msg=f"{steps}")
             dashboard.power_off()
             fast.until(lambda v: v["robot_mode"] == 3)
             self.assertEqual(slow.until(lambda v: v["robot_mode"] == 3)["robot_mode"], 3)
