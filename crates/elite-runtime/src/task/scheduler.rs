@@ -207,7 +207,7 @@ impl Task {
         self.publish_variables(true);
         self.stop_all_threads();
         self.program_runs(false);
-        self.settle().await;
+        self.settle(&end).await;
         self.settings.robot.timeline().drive(false);
         end
     }

@@ -153,11 +153,16 @@ impl Task {
         }
     }
 
-    /// Ends what still moves, within a bound, until the arm stands.
-    pub(super) async fn settle(&mut self) {
+    /// Ends what still moves, within a bound, until the arm stands. A motion that has returned in its blend zone goes on to
+    /// its waypoint if the program ran to its end, and is stopped like any other if it was cut off.
+    pub(super) async fn settle(&mut self, end: &TaskEnd) {
         let robot = self.settings.robot.clone();
         let started = robot.state();
-        if started.command_id != CommandId::NONE || started.motion_mode == MotionMode::Conveyor {
+        let is_cut_off = *end != TaskEnd::Finished && started.target_qd.max_abs() > 0.0;
+        if started.command_id != CommandId::NONE
+            || started.motion_mode == MotionMode::Conveyor
+            || is_cut_off
+        {
             self.tell_robot(CommandKind::Stop {
                 only: CommandId::NONE,
             });
