@@ -3,7 +3,7 @@
 //! Half of them are anywhere inside the joint ranges, half close to a singularity (straight or folded elbow, parallel
 //! wrist axes, wrist over the shoulder) at a distance of 1e-6 to 1e-2, rad or m. The long run, with its figures:
 //!
-//!     cargo test --release -p kinematics --test accuracy -- --ignored --nocapture
+//!     CONFIGURATIONS=1000000 cargo test --release -p kinematics --test accuracy -- --nocapture
 
 #![allow(
     clippy::unwrap_used,
@@ -164,11 +164,6 @@ fn examine_all(count: usize) {
 
 #[test]
 fn no_solution_is_lost_and_every_solution_reaches_its_pose() {
-    examine_all(20_000);
-}
-
-#[test]
-#[ignore = "takes a minute; with --release and --nocapture it prints the figures of docs/BENCHMARKS.md"]
-fn no_solution_is_lost_in_a_million_configurations() {
-    examine_all(1_000_000);
+    let count = std::env::var("CONFIGURATIONS").map_or(20_000, |count| count.parse().unwrap());
+    examine_all(count);
 }
