@@ -196,6 +196,11 @@ impl RecordReader {
         self.ring.pop().ok()
     }
 
+    /// How many records wait.
+    pub fn waiting(&self) -> usize {
+        self.ring.slots()
+    }
+
     /// True when the writer is gone and nothing is left.
     pub fn is_finished(&self) -> bool {
         self.ring.is_abandoned() && self.ring.is_empty()

@@ -137,6 +137,7 @@ impl Controller {
                     path: path.clone(),
                     setup,
                     model: loaded.model.clone(),
+                    obstacles: cell.as_ref().map(Cell::drawn).unwrap_or_default(),
                     rotation: recording_files::rotation(config),
                     notes_wait: config.clock == ClockChoice::Virtual,
                     on_failure: alarm.clone().into_callback(),
