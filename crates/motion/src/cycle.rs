@@ -301,6 +301,12 @@ impl Cycle {
         });
     }
 
+    /// What the force sensor says the environment applies to the tool, payload compensated: base axes, about the TCP.
+    /// Freedrive and force mode follow this reading.
+    pub(crate) fn felt(&self) -> Wrench {
+        self.hand
+    }
+
     /// What sensors say at the end of the cycle: encoders, collision observer, temperatures.
     fn measure(&mut self) {
         let time = self.out.cycle as f64 * self.step;

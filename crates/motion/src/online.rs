@@ -95,7 +95,7 @@ impl Cycle {
             &self.limits,
             &self.dynamics,
             &self.target,
-            self.hand,
+            self.felt(),
             self.step,
             (self.fraction(), self.is_held()),
         )
