@@ -14,6 +14,7 @@ use tokio::sync::broadcast;
 
 use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
+use crate::ports::foxglove::LogLine;
 use crate::replay::script;
 
 /// How many messages a port may be behind before it misses some.
@@ -31,6 +32,7 @@ pub enum Console {
 /// Tells everybody.
 pub struct Announcer {
     ports: broadcast::Sender<Message>,
+    log_lines: broadcast::Sender<LogLine>,
     recording: RecorderHandle,
     snapshot: Arc<SnapshotCell>,
     console: Console,
@@ -50,6 +52,7 @@ impl Announcer {
     ) -> Self {
         Self {
             ports: broadcast::channel(BACKLOG).0,
+            log_lines: broadcast::channel(BACKLOG).0,
             recording,
             snapshot,
             console,
@@ -62,6 +65,11 @@ impl Announcer {
     /// Follows the messages from now on.
     pub fn subscribe(&self) -> broadcast::Receiver<Message> {
         self.ports.subscribe()
+    }
+
+    /// Follows what `/log` of the recording gets, from now on.
+    pub fn subscribe_log(&self) -> broadcast::Receiver<LogLine> {
+        self.log_lines.subscribe()
     }
 
     fn time(&self) -> f64 {
@@ -82,7 +90,17 @@ impl Announcer {
             Severity::Warning => LogLevel::Warning,
             Severity::Error => LogLevel::Error,
         };
-        self.recording.log(self.time(), level, source, text);
+        let time = self.time();
+        self.recording.log(time, level, source, text);
+        if self.log_lines.receiver_count() > 0 {
+            // That the last listener has gone in between is fine.
+            let _ = self.log_lines.send(LogLine {
+                time,
+                level,
+                source: source.to_owned(),
+                text: text.to_owned(),
+            });
+        }
     }
 
     fn log(&self, severity: Severity, program: ProgramId, text: &str) {

@@ -19,7 +19,7 @@ use motion::Cycle;
 use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
 use motion::virtual_time::{IdlePacer, VirtualTimeline};
 use motion_api::{BorderSizes, Origin, SnapshotCell, Timeline, border};
-use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Setup};
+use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Setup, Viewer};
 use thiserror::Error;
 use tokio_util::sync::CancellationToken;
 
@@ -96,6 +96,7 @@ pub struct Controller {
     pump: Pump,
     recorder: Option<Recorder>,
     recording_path: Option<PathBuf>,
+    viewer: Viewer,
 }
 
 enum Clock {
@@ -130,6 +131,8 @@ impl Controller {
         let model = Arc::new(cycle_config.limited_model()?);
         let cycle = Cycle::new(cycle_config, motion_end)?;
 
+        let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
+        let viewer = Viewer::new(loaded.model.clone(), obstacles.clone(), setup.epoch_ns);
         let alarm = RecordingAlarm::default();
         let (recorder, handle) = match (&path, script_end.records.take()) {
             (Some(path), Some(records)) => {
@@ -137,7 +140,7 @@ impl Controller {
                     path: path.clone(),
                     setup,
                     model: loaded.model.clone(),
-                    obstacles: cell.as_ref().map(Cell::drawn).unwrap_or_default(),
+                    obstacles,
                     rotation: recording_files::rotation(config),
                     notes_wait: config.clock == ClockChoice::Virtual,
                     on_failure: alarm.clone().into_callback(),
@@ -204,6 +207,7 @@ impl Controller {
             pump,
             recorder,
             recording_path: path,
+            viewer,
         })
     }
 
@@ -240,6 +244,11 @@ impl Controller {
     /// The file that is being recorded.
     pub fn recording_path(&self) -> Option<&Path> {
         self.recording_path.as_deref()
+    }
+
+    /// Makes what viewers show of the arm and its cell.
+    pub fn viewer(&self) -> Viewer {
+        self.viewer.clone()
     }
 
     /// How well the motion thread meets its deadlines; all zeros under the virtual clock.
