@@ -143,6 +143,12 @@ impl CommandPort {
         self.send_with(origin, kind, |_| ())
     }
 
+    /// How many commands wait for the motion thread.
+    pub fn waiting(&self) -> usize {
+        let sender = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
+        sender.capacity.saturating_sub(sender.ring.slots())
+    }
+
     /// As [`send`](Self::send); `before` learns the number before the motion thread can see the command, so that a
     /// completion can never arrive unexpected.
     ///

@@ -35,6 +35,7 @@ pub mod config;
 pub mod constants;
 mod cycle;
 pub mod external;
+pub mod histogram;
 mod intake;
 pub mod io;
 pub mod machine;

@@ -193,7 +193,7 @@ impl Worker {
         };
         self.writer = Err(source);
         self.shared.failed.store(true, Ordering::Release);
-        tracing::error!("{error}; recording has stopped, the robot goes on");
+        // Said once, by whoever asked to be told.
         if let Some(report) = self.on_failure.take() {
             report(&error);
         }

@@ -4,9 +4,13 @@
 
 use std::collections::BTreeMap;
 use std::io::Write;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use elite_runtime::message::{InterpreterEvent, Message, Observer, Severity};
+use elite_runtime::message::{
+    EMERGENCY_STOP_CODE, InterpreterEvent, Message, Observer, PROTECTIVE_STOP_CODE,
+    RECORDING_ALARM_CODE, Severity,
+};
 use elite_runtime::panel::VariableValue;
 use motion_api::{ProgramId, RobotState, SnapshotCell, ThreadNumber};
 use recorder::{LogLevel, RecorderHandle};
@@ -19,6 +23,9 @@ use crate::replay::script;
 
 /// How many messages a port may be behind before it misses some.
 const BACKLOG: usize = 1024;
+
+/// Kinds of errors that are counted.
+pub const ERROR_KINDS: [&str; 5] = ["script", "stop", "alarm", "recording", "other"];
 
 /// Where the `print` of programs goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +45,7 @@ pub struct Announcer {
     console: Console,
     feed: Arc<Feed>,
     names: Mutex<BTreeMap<ProgramId, String>>,
+    errors: [AtomicU64; ERROR_KINDS.len()],
     interpreter_log: InterpreterLog,
 }
 
@@ -58,6 +66,7 @@ impl Announcer {
             console,
             feed,
             names: Mutex::default(),
+            errors: Default::default(),
             interpreter_log,
         }
     }
@@ -65,6 +74,28 @@ impl Announcer {
     /// Follows the messages from now on.
     pub fn subscribe(&self) -> broadcast::Receiver<Message> {
         self.ports.subscribe()
+    }
+
+    /// How many errors of each kind there were.
+    pub fn errors(&self) -> [(&'static str, u64); ERROR_KINDS.len()] {
+        core::array::from_fn(|i| (ERROR_KINDS[i], self.errors[i].load(Ordering::Relaxed)))
+    }
+
+    fn count(&self, message: &Message) {
+        let kind = match message {
+            Message::ScriptError { .. } => 0,
+            Message::Robot { severity, code, .. } if *severity == Severity::Error => match *code {
+                PROTECTIVE_STOP_CODE | EMERGENCY_STOP_CODE => 1,
+                RECORDING_ALARM_CODE => 3,
+                _ => 2,
+            },
+            Message::Log {
+                severity: Severity::Error,
+                ..
+            } => 4,
+            _ => return,
+        };
+        self.errors[kind].fetch_add(1, Ordering::Relaxed);
     }
 
     /// Follows what `/log` of the recording gets, from now on.
@@ -116,6 +147,7 @@ impl Announcer {
 
 impl Observer for Announcer {
     fn message(&self, message: &Message) {
+        self.count(message);
         match message {
             Message::Print { origin, text } if self.console == Console::Stdout => {
                 // Nothing sensible is left to do when standard output is gone.

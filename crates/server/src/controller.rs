@@ -10,7 +10,7 @@ use std::sync::{OnceLock, Weak, mpsc};
 use std::thread::{self, JoinHandle, Thread};
 use std::time::Duration;
 
-use elite_runtime::message::{Message, Observer, Severity};
+use elite_runtime::message::{Message, Observer, RECORDING_ALARM_CODE, Severity};
 use elite_runtime::panel::Operator;
 use elite_runtime::{Panel, Permissions, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use io_bus::Fieldbus;
@@ -18,8 +18,10 @@ use kinematics::{ModelError, RobotModel};
 use motion::Cycle;
 use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
 use motion::virtual_time::{IdlePacer, VirtualTimeline};
-use motion_api::{BorderSizes, Origin, SnapshotCell, Timeline, border};
-use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Setup, Viewer};
+use motion_api::{BorderSizes, SnapshotCell, Timeline, border};
+use recorder::{
+    RecordError, Recorder, RecorderConfig, RecorderHandle, RecorderMeter, Setup, Viewer,
+};
 use thiserror::Error;
 use tokio_util::sync::CancellationToken;
 
@@ -259,6 +261,11 @@ impl Controller {
         }
     }
 
+    /// Figures of the recording, if there is one.
+    pub fn recorder_meter(&self) -> Option<RecorderMeter> {
+        self.recorder.as_ref().map(Recorder::meter)
+    }
+
     /// Runs a program and waits for its end; SIGINT and SIGTERM stop it. `None`: it was refused.
     ///
     /// # Errors
@@ -472,7 +479,12 @@ impl RecordingAlarm {
             let text = format!("recording stopped, the robot goes on: {error}");
             match self.0.get().and_then(Weak::upgrade) {
                 Some(announcer) => {
-                    announcer.message(&Message::log(Severity::Error, Origin::default(), text));
+                    announcer.message(&Message::Robot {
+                        code: RECORDING_ALARM_CODE,
+                        sub_code: 0,
+                        severity: Severity::Error,
+                        text,
+                    });
                 }
                 None => tracing::error!("{text}"),
             }
