@@ -11,6 +11,7 @@ mod interpreter;
 mod io;
 mod kinematics;
 mod math;
+mod micro_line;
 mod modbus;
 mod modbus_rtu;
 mod motion;
@@ -38,6 +39,7 @@ use declare::{Builtin, Default, Kind};
 pub fn all() -> impl Iterator<Item = &'static Builtin> {
     [
         motion::BUILTINS,
+        micro_line::BUILTINS,
         servo::BUILTINS,
         state::BUILTINS,
         conveyor::BUILTINS,
