@@ -54,6 +54,11 @@ pub const POWER_ON_TIME: f64 = 0.4;
 /// See [`POWER_ON_TIME`].
 pub const BRAKE_RELEASE_TIME: f64 = 0.3;
 
+/// Time constant with which the servo takes what the force sensor feels of obstacles into its torques, s. The arm gives way
+/// to an impact as a spring and comes back to its target like this. Passive against any stiffness: what is fed forward
+/// lags behind what pushes.
+pub const TOUCH_FILTER: f64 = 0.01;
+
 /// Difference of actual and target position at which the arm counts as not following, rad. Free motion stays below
 /// 1 mrad; a joint pressing against something reaches this within a few cycles.
 pub const TRACKING_LIMIT: f64 = 0.05;
