@@ -128,7 +128,7 @@ impl Cycle {
             &config.gravity,
             &config.home,
         )?;
-        let contacts = Contacts::new(config.surroundings, &model);
+        let contacts = Contacts::new(config.surroundings, &model, &config.home);
         let flange_from_tcp = Pose::from_rpy(&config.tcp);
         plant.push(&Push {
             flange_from_tcp,
@@ -338,7 +338,7 @@ impl Cycle {
             self.collision
                 .observe(&self.actual, &self.dynamics, self.step);
         } else {
-            self.collision.restart();
+            self.collision.stand();
         }
         let is_powered = self.machine.robot_mode() != RobotMode::PowerOff;
         let torque = if self.is_under_servo() {

@@ -8,7 +8,7 @@
 use kinematics::{DOF, Frames, JointSpeeds, JointTorques, Wrench};
 use nalgebra::{Cholesky, Const, Matrix3x6, Matrix6x3, Vector3, Vector6};
 
-use super::{Obstacle, Part, TOUCHES_MAX, Touches};
+use super::{Obstacle, Part, TOUCHES_MAX, Touch, Touches};
 
 /// Stiffness of an obstacle without one, N/m: 100 N press it in by a micrometre.
 pub const HARD: f64 = 1e8;
@@ -115,43 +115,35 @@ pub(crate) fn solve(
             normal: along,
             tangential: compliance.trace() - along,
             depth,
-            stiffness: obstacle.stiffness.unwrap_or(HARD),
-            // Damping begins with the touch, not with the step in which it will come.
-            damping: if touch.place.depth > 0.0 {
-                obstacle.damping
-            } else {
-                0.0
-            },
+            stiffness: 0.0,
+            damping: 0.0,
             friction: obstacle.friction,
         });
     }
-    for (k, row) in rows.iter_mut().enumerate().take(touches.len()) {
-        let Some(row) = row else { continue };
-        let pair = |t: &super::Touch| (t.part, t.obstacle);
-        let (mut sum, mut most) = (0.0_f64, 0.0_f64);
-        for (other, depth) in touches.iter().zip(&depths) {
-            if pair(other) == pair(&touches[k]) {
-                sum += depth.max(0.0);
-                most = most.max(*depth);
+    let mut forces = ContactForces::NONE;
+    // Shared by the depths that would be reached without contact, then by those that are.
+    for _ in 0..2 {
+        share(touches, obstacles, &depths, &mut rows);
+        for _ in 0..ROUNDS {
+            let mut change = 0.0_f64;
+            for (k, touch) in touches.iter().enumerate() {
+                let Some(row) = &rows[k] else { continue };
+                let next = row.next(&touch.place.normal, &forces.forces[k], &speeds, step);
+                let more = next - forces.forces[k];
+                speeds += row.effect * more;
+                forces.forces[k] = next;
+                change = change.max(more.amax());
+            }
+            if change < SETTLED || answer.is_none() {
+                break;
             }
         }
-        // `depths[k]` is part of the sum and positive.
-        row.stiffness *= most / sum;
-        row.damping *= most / sum;
-    }
-    let mut forces = ContactForces::NONE;
-    for _ in 0..ROUNDS {
-        let mut change = 0.0_f64;
+        if answer.is_none() || touches.len() == 1 {
+            break;
+        }
         for (k, touch) in touches.iter().enumerate() {
             let Some(row) = &rows[k] else { continue };
-            let next = row.next(&touch.place.normal, &forces.forces[k], &speeds, step);
-            let more = next - forces.forces[k];
-            speeds += row.effect * more;
-            forces.forces[k] = next;
-            change = change.max(more.amax());
-        }
-        if change < SETTLED || answer.is_none() {
-            break;
+            depths[k] = row.depth - step * touch.place.normal.dot(&(row.jacobian * speeds));
         }
     }
     let (mut all, mut tool) = (Vector6::zeros(), Vector6::zeros());
@@ -169,6 +161,39 @@ pub(crate) fn solve(
     forces.torque = JointTorques(all.into());
     forces.tool_torque = JointTorques(tool.into());
     forces
+}
+
+/// Shares the stiffness and damping of an obstacle among the places where one part touches it, in proportion to `depths`.
+fn share(
+    touches: &[Touch],
+    obstacles: &[Obstacle],
+    depths: &[f64; TOUCHES_MAX],
+    rows: &mut [Option<Row>; TOUCHES_MAX],
+) {
+    for (k, touch) in touches.iter().enumerate() {
+        let Some(row) = &mut rows[k] else { continue };
+        let (mut sum, mut most) = (0.0_f64, 0.0_f64);
+        for (other, depth) in touches.iter().zip(depths) {
+            if (other.part, other.obstacle) == (touch.part, touch.obstacle) {
+                sum += depth.max(0.0);
+                most = most.max(*depth);
+            }
+        }
+        if most <= 0.0 {
+            // Pushed out altogether: as it was shared before.
+            continue;
+        }
+        // The place's own share of the force is depth / sum of k times the greatest depth.
+        let share = if depths[k] > 0.0 { most / sum } else { 0.0 };
+        let obstacle = &obstacles[touch.obstacle];
+        row.stiffness = obstacle.stiffness.unwrap_or(HARD) * share;
+        // Damping begins with the touch, not with the step in which it will come.
+        row.damping = if touch.place.depth > 0.0 {
+            obstacle.damping * share
+        } else {
+            0.0
+        };
+    }
 }
 
 impl Row {

@@ -50,6 +50,35 @@ pub struct Surroundings {
     pub tool: Option<Solid>,
 }
 
+impl Surroundings {
+    /// The links (1 to 6) that stand in an obstacle when the arm is at `home`, with the index of the obstacle. They never
+    /// touch it: a table drawn through the foot of the arm must not throw the arm out.
+    pub fn standing_in(&self, model: &RobotModel, home: &JointPositions) -> Vec<(usize, usize)> {
+        let frames = model.forward(home);
+        let mut pairs = Vec::new();
+        for (number, obstacle) in self.obstacles.iter().enumerate() {
+            for link in 1..=DOF {
+                let mut is_inside = false;
+                for capsule in model.collision().placed(link, &frames) {
+                    solid::capsule(&capsule, &obstacle.solid, 0.0, &mut |place| {
+                        is_inside |= !is_beyond_flange(link, &place, &frames);
+                    });
+                }
+                if is_inside {
+                    pairs.push((link, number));
+                }
+            }
+        }
+        pairs
+    }
+}
+
+/// The last link ends at the flange; its capsule is rounder than that.
+fn is_beyond_flange(link: usize, place: &Place, frames: &Frames) -> bool {
+    let flange = &frames.base_from_flange;
+    link == DOF && flange.rotate_back(place.point - flange.translation).z > 0.0
+}
+
 /// A part of the arm that touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
@@ -132,11 +161,19 @@ pub(crate) struct Contacts {
     tool: Option<Solid>,
     links: CollisionModel,
     chain: Chain,
+    /// Links and obstacles that never touch.
+    apart: Vec<(usize, usize)>,
 }
 
 impl Contacts {
-    pub(crate) fn new(surroundings: Surroundings, model: &RobotModel) -> Self {
+    /// `home` is where the arm stands at the start.
+    pub(crate) fn new(
+        surroundings: Surroundings,
+        model: &RobotModel,
+        home: &JointPositions,
+    ) -> Self {
         Self {
+            apart: surroundings.standing_in(model, home),
             obstacles: surroundings.obstacles,
             tool: surroundings.tool,
             links: model.collision().clone(),
@@ -170,16 +207,10 @@ impl Contacts {
         let mut touches = Touches::new();
         let base_from_flange = &frames.base_from_flange;
         for (number, obstacle) in self.obstacles.iter().enumerate() {
-            for link in 1..=DOF {
+            for link in (1..=DOF).filter(|link| !self.apart.contains(&(*link, number))) {
                 for capsule in self.links.placed(link, frames) {
                     solid::capsule(&capsule, &obstacle.solid, MARGIN, &mut |place| {
-                        // The last link ends at the flange; its capsule is rounder than that.
-                        let is_beyond = link == DOF
-                            && base_from_flange
-                                .rotate_back(place.point - base_from_flange.translation)
-                                .z
-                                > 0.0;
-                        if !is_beyond {
+                        if !is_beyond_flange(link, &place, frames) {
                             touches.push(Touch {
                                 part: Part::Link(link - 1),
                                 obstacle: number,

@@ -18,7 +18,7 @@ use rapier3d_f64::pipeline::PhysicsWorld;
 use super::servo::{Interpolation, Servo};
 use super::{ArmState, Push};
 use crate::config::ConfigError;
-use crate::constants::{SERVO_STEP, TOUCH_FILTER};
+use crate::constants::{SERVO_STEP, TOUCH_FILTER, TOUCH_SHARE};
 use crate::contact::law::{self, Answer, ContactForces};
 use crate::contact::{Contacts, Touches};
 use crate::setpoint::{LimitedSetpoint, Setpoint};
@@ -33,7 +33,7 @@ pub struct RigidPlant {
     target: Setpoint,
     state: ArmState,
     push: Push,
-    /// What the servo knows of obstacles at the tool: the sensor's reading, smoothed, Nm.
+    /// What the servo knows of obstacles at the tool, Nm: a share of the sensor's reading, smoothed.
     felt: JointTorques,
 }
 
@@ -183,7 +183,8 @@ impl RigidPlant {
                 contact.moment += pressing.tool.moment / servo_steps;
                 let share = servo_step / (TOUCH_FILTER + servo_step);
                 for joint in 0..DOF {
-                    self.felt[joint] += share * (pressing.tool_torque[joint] - self.felt[joint]);
+                    let known = TOUCH_SHARE * pressing.tool_torque[joint];
+                    self.felt[joint] += share * (known - self.felt[joint]);
                 }
             }
             self.world.step();
@@ -215,7 +216,7 @@ impl RigidPlant {
         let standing = JointSpeeds::ZERO;
         let pressing = contacts.pressed(&self.state.q, &standing, &self.push.flange_from_tcp);
         self.state.contact = pressing.tool;
-        self.felt = pressing.tool_torque;
+        self.felt = pressing.tool_torque.map(|torque| TOUCH_SHARE * torque);
         self.state
     }
 
