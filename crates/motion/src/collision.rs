@@ -16,6 +16,9 @@ const TIME_CONSTANT: f64 = 0.02;
 /// Threshold as share of a joint's nominal torque at the least (10 %) and the highest (100 %) sensitivity. Our choice.
 const THRESHOLDS: (f64, f64) = (0.6, 0.1);
 
+/// When the servos have taken over from the brakes, what presses after this time (five time constants) pressed before, s.
+const TAKEOVER: f64 = 0.1;
+
 /// Sensitivity after start, %.
 pub const DEFAULT_SENSITIVITY: u8 = 50;
 /// Least and highest sensitivity, % (manual 3.1.46).
@@ -30,6 +33,11 @@ pub struct CollisionDetection {
     residual: Vector6<f64>,
     integral: Vector6<f64>,
     before: Option<Before>,
+    /// Time since the servos took over from the brakes, s, up to [`TAKEOVER`].
+    since_takeover: f64,
+    /// What pressed already when they did, Nm; never grows. An arm that was stopped by an obstacle stands against it, and
+    /// must be able to leave.
+    accepted: Vector6<f64>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +55,8 @@ impl Default for CollisionDetection {
             residual: Vector6::zeros(),
             integral: Vector6::zeros(),
             before: None,
+            since_takeover: TAKEOVER,
+            accepted: Vector6::zeros(),
         }
     }
 }
@@ -66,10 +76,17 @@ impl CollisionDetection {
         is_allowed
     }
 
-    /// Forgets the past: the arm was moved by brakes, or its masses have changed.
+    /// Forgets the past: the masses have changed.
     pub fn restart(&mut self) {
         self.before = None;
         self.residual = Vector6::zeros();
+    }
+
+    /// The brakes hold the arm, whatever presses.
+    pub fn stand(&mut self) {
+        self.restart();
+        self.since_takeover = 0.0;
+        self.accepted = Vector6::zeros();
     }
 
     /// The end of a cycle of `step` seconds.
@@ -89,6 +106,14 @@ impl CollisionDetection {
             self.integral = mass * qd;
         }
         self.before = Some(Before { mass, bias, qd });
+        if self.since_takeover < TAKEOVER {
+            self.since_takeover += step;
+            self.accepted = self.residual;
+        } else {
+            self.accepted = self.accepted.zip_map(&self.residual, |accepted, now| {
+                accepted.clamp(now.min(0.0), now.max(0.0))
+            });
+        }
     }
 
     /// Torques from outside, Nm.
@@ -110,7 +135,9 @@ impl CollisionDetection {
         let (least, highest) = SENSITIVITY_RANGE;
         let share = f64::from(self.sensitivity - least) / f64::from(highest - least);
         let threshold = THRESHOLDS.0 + (THRESHOLDS.1 - THRESHOLDS.0) * share;
-        let over = |joint: usize| self.residual[joint].abs() / (effort[joint] * threshold);
+        let over = |joint: usize| {
+            (self.residual[joint] - self.accepted[joint]).abs() / (effort[joint] * threshold)
+        };
         let hit = (0..6).max_by(|a, b| over(*a).total_cmp(&over(*b)))?;
         if over(hit) <= 1.0 {
             return None;
