@@ -14,6 +14,7 @@ pub mod feed;
 pub mod log_dir;
 pub mod logging;
 pub mod options;
+pub mod plot;
 pub mod ports;
 pub mod ready_file;
 mod recording_files;
