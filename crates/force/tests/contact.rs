@@ -43,7 +43,7 @@ fn run(setup: &Setup) -> Run {
     let mut forces = vec![0.0_f64; setup.delay + 1];
     let mut log = Vec::new();
     let mut fastest = 0.0_f64;
-    for _ in 0..(6.0 / STEP) as usize {
+    for _ in 0..(12.0 / STEP) as usize {
         let applied = forces[forces.len() - 1 - setup.delay];
         let aim = law.aim(
             &Reading {

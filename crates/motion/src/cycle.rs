@@ -15,6 +15,7 @@ use crate::collision::{CollisionDetection, torques_of};
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
 use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
 use crate::external::External;
+use crate::force_mode::ForceMode;
 use crate::io::Io;
 use crate::machine::Machine;
 use crate::modes::conveyor::Tracking;
@@ -82,7 +83,7 @@ pub struct Cycle {
     pub(crate) payload: Payload,
     pub(crate) dynamics: Dynamics,
 
-    /// What the generator asks for; the same as `commanded` unless a conveyor is tracked.
+    /// What the generator asks for; the same as `commanded` unless a conveyor is tracked or force mode is on.
     pub(crate) target: Setpoint,
     /// What the arm gets.
     pub(crate) commanded: Setpoint,
@@ -97,6 +98,7 @@ pub struct Cycle {
     pub(crate) external: External,
     /// What acts on the tool in this cycle: base axes, about the TCP.
     pub(crate) hand: Wrench,
+    pub(crate) force: ForceMode,
     pub(crate) collision: CollisionDetection,
     pub(crate) safety: SafetyBounds,
     pub(crate) thermal: Thermal,
@@ -133,6 +135,7 @@ impl Cycle {
             encoders: config.belts.map(Encoder::new),
             external: External::new(config.loads),
             hand: Wrench::default(),
+            force: ForceMode::new()?,
             collision: CollisionDetection::default(),
             safety: config.safety,
             thermal: Thermal::new(is_powered),
@@ -212,6 +215,7 @@ impl Cycle {
             }
             let nominal = wanted;
             let wanted = self.carried(&nominal)?;
+            let wanted = self.pressed(&wanted)?;
             let frames = self.model.forward(&wanted.q);
             let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
             let before = &self.commanded;
@@ -236,7 +240,7 @@ impl Cycle {
         if self.is_under_servo() {
             self.actual = self.plant.follow(limited, &self.dynamics, self.step);
             self.commanded = *limited.get();
-            if self.tracking.is_none() {
+            if self.tracking.is_none() && !self.force.is_at_work() {
                 self.target = self.commanded;
             }
         } else {
@@ -428,6 +432,7 @@ impl Cycle {
             }
             _ => {}
         }
+        self.settle_force_mode();
         if !self.is_standing() {
             return;
         }
@@ -488,6 +493,7 @@ impl Cycle {
         self.is_paused = false;
         self.upcoming = None;
         self.tracking = None;
+        self.force.pressing = None;
         self.target = self.commanded;
         JointBrake::new(&self.commanded, &self.limits)
     }
@@ -504,6 +510,7 @@ impl Cycle {
         self.target = Setpoint::standing(self.actual.q);
         self.commanded = self.target;
         self.tracking = None;
+        self.force.pressing = None;
         self.plant.retarget(&self.target.q);
         self.target_frames = self.model.forward(&self.target.q);
     }
@@ -511,6 +518,10 @@ impl Cycle {
     /// True when no setpoint moves: nothing to do, or held on the path.
     pub fn is_standing(&self) -> bool {
         if self.tracking.as_ref().is_some_and(Tracking::is_stopping) {
+            return false;
+        }
+        // While it is held force mode comes to rest as well; otherwise it moves the arm all the time.
+        if self.force.is_at_work() && self.is_held() && !stands(&self.commanded) {
             return false;
         }
         match &self.generator {

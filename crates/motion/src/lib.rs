@@ -35,6 +35,7 @@ pub mod config;
 pub mod constants;
 mod cycle;
 pub mod external;
+mod force_mode;
 mod intake;
 pub mod io;
 pub mod machine;

@@ -171,6 +171,8 @@ message! {
         collision_sensitivity: u64 [uint64, "48"],
         /// 1 while collision detection is on.
         collision_detection: u64 [uint64, "49"],
+        /// 1 while force mode is on.
+        force_mode: u64 [uint64, "50"],
     }
 }
 
@@ -247,6 +249,7 @@ impl Cycle {
             encoder_ranges,
             collision_detection,
             collision_sensitivity,
+            force_mode,
         } = *state;
         self.cycle = cycle;
         self.time = time;
@@ -292,6 +295,7 @@ impl Cycle {
         [self.encoder_range_0, self.encoder_range_1] = encoder_ranges;
         self.collision_sensitivity = collision_sensitivity;
         self.collision_detection = u64::from(collision_detection);
+        self.force_mode = u64::from(force_mode);
     }
 
     /// The state that was recorded.
@@ -354,6 +358,7 @@ impl Cycle {
             encoder_ranges: [self.encoder_range_0, self.encoder_range_1],
             collision_detection: self.collision_detection != 0,
             collision_sensitivity: self.collision_sensitivity,
+            force_mode: self.force_mode != 0,
         })
     }
 
