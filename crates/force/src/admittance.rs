@@ -60,7 +60,7 @@ const LINEAR: Figures = Figures {
     touch: 1.0,
     mass: 10.0,
     least_damping: 50.0,
-    approach: 500.0,
+    approach: 1000.0,
     full_damping: 2000.0,
 };
 
@@ -71,7 +71,7 @@ const ANGULAR: Figures = Figures {
     touch: 0.1,
     mass: 0.2,
     least_damping: 1.0,
-    approach: 5.0,
+    approach: 10.0,
     full_damping: 20.0,
 };
 

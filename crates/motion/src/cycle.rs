@@ -289,7 +289,8 @@ impl Cycle {
         let frames = self.model.forward(&self.actual.q);
         let tcp = frames.base_from_flange * self.flange_from_tcp;
         let effort = &self.model.limits().effort;
-        self.collision.collision(effort, &frames, &tcp)
+        let is_pressing = self.force.is_at_work();
+        self.collision.collision(effort, is_pressing, &frames, &tcp)
     }
 
     /// The wrench on the tool in this cycle, and the plant's share of it.
@@ -318,8 +319,11 @@ impl Cycle {
             encoder.sample(time, self.io.image.digital_in.into());
         }
         if self.is_under_servo() && self.actual.is_finite() {
+            let frames = self.model.forward(&self.actual.q);
+            let tcp = frames.base_from_flange * self.flange_from_tcp;
+            let felt = torques_of(&self.felt(), &frames, &tcp);
             self.collision
-                .observe(&self.actual, &self.dynamics, self.step);
+                .observe(&self.actual, &felt, &self.dynamics, self.step);
         } else {
             self.collision.restart();
         }

@@ -245,6 +245,7 @@ fn an_axis_never_exceeds_its_speed_limit_and_a_limit_of_0_holds_it() {
             .states
             .iter()
             .fold(0.0_f64, |m, s| m.max(s.target_tcp_speed[2].abs()));
+        assert!(bench.stops.is_empty(), "{:?}", bench.stops);
         assert!(fastest <= limit + 2e-6, "{limit}: {fastest}");
         assert!(fastest >= 0.99 * limit);
         if limit == 0.0 {
