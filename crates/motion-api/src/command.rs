@@ -208,8 +208,22 @@ pub enum CommandKind {
     SetForceGain(f64),
     /// Damping of force mode, 0 to 1; kept until the controller ends (manual 4.3).
     SetForceDamping(f64),
-    /// A wrench that acts on the tool from outside until the next one: N and Nm, base axes, about the TCP.
+    /// A wrench that acts on the tool from outside until the next one: N and Nm, base axes, about the TCP. Counts while
+    /// [`FtRtsiInput`](Self::FtRtsiInput) is on.
     SetExternalWrench([f64; 6]),
+    /// Whether wrenches from a port count (`ft_rtsi_input_enable`), and the sensor that they come from.
+    FtRtsiInput {
+        /// They do.
+        enabled: bool,
+        /// Mass of that sensor, kg; its weight is in the readings.
+        mass: f64,
+        /// What its moments are about, flange frame, m; zero means the TCP.
+        measuring_offset: [f64; 3],
+        /// Its centre of gravity, flange frame, m.
+        cog: [f64; 3],
+    },
+    /// What the force sensor reads now counts as nothing (manual 4.4).
+    ZeroFtSensor,
     /// Collision detection on or off (manual 3.1.43).
     SetCollisionDetection(bool),
     /// Sensitivity of collision detection, 10 to 100 % (manual 3.1.46).
@@ -304,6 +318,8 @@ impl CommandKind {
             Self::SetForceGain(_) => "force_mode_set_gain_scaling",
             Self::SetForceDamping(_) => "force_mode_set_damping",
             Self::SetExternalWrench(_) => "set_external_wrench",
+            Self::FtRtsiInput { .. } => "ft_rtsi_input_enable",
+            Self::ZeroFtSensor => "zero_ftsensor",
             Self::SetCollisionDetection(_) => "set_collision_detect_enabled",
             Self::SetCollisionSensitivity(_) => "set_dyn_collision_force_min_ratio",
             Self::TrackConveyorLinear { .. } => "track_conveyor_linear",

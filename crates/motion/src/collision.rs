@@ -16,6 +16,9 @@ const TIME_CONSTANT: f64 = 0.02;
 /// Threshold as share of a joint's nominal torque at the least (10 %) and the highest (100 %) sensitivity. Our choice.
 const THRESHOLDS: (f64, f64) = (0.6, 0.1);
 
+/// When the servos have taken over from the brakes, what presses after this time (five time constants) pressed before, s.
+const TAKEOVER: f64 = 0.1;
+
 /// Sensitivity after start, %.
 pub const DEFAULT_SENSITIVITY: u8 = 50;
 /// Least and highest sensitivity, % (manual 3.1.46).
@@ -32,6 +35,11 @@ pub struct CollisionDetection {
     /// The part of the residual that the sensor at the tool explains.
     explained: Vector6<f64>,
     before: Option<Before>,
+    /// Time since the servos took over from the brakes, s, up to [`TAKEOVER`].
+    since_takeover: f64,
+    /// What pressed already when they did, Nm; never grows. An arm that was stopped by an obstacle stands against it, and
+    /// must be able to leave.
+    accepted: Vector6<f64>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -50,6 +58,8 @@ impl Default for CollisionDetection {
             integral: Vector6::zeros(),
             explained: Vector6::zeros(),
             before: None,
+            since_takeover: TAKEOVER,
+            accepted: Vector6::zeros(),
         }
     }
 }
@@ -69,18 +79,25 @@ impl CollisionDetection {
         is_allowed
     }
 
-    /// Forgets the past: the arm was moved by brakes, or its masses have changed.
+    /// Forgets the past: the masses have changed.
     pub fn restart(&mut self) {
         self.before = None;
         self.residual = Vector6::zeros();
         self.explained = Vector6::zeros();
     }
 
-    /// The end of a cycle of `step` seconds; `felt` are the joint torques of the wrench that the sensor at the tool felt.
+    /// The brakes hold the arm, whatever presses.
+    pub fn stand(&mut self) {
+        self.restart();
+        self.since_takeover = 0.0;
+        self.accepted = Vector6::zeros();
+    }
+
+    /// The end of a cycle of `step` seconds; `at_tool` are the joint torques of what acts on the tool.
     pub fn observe(
         &mut self,
         arm: &ArmState,
-        felt: &JointTorques,
+        at_tool: &JointTorques,
         dynamics: &Dynamics,
         step: f64,
     ) {
@@ -95,12 +112,20 @@ impl CollisionDetection {
             let left = mass * qd - self.integral - step * own;
             self.residual = left * k / (1.0 + k * step);
             self.integral += step * (own + self.residual);
-            // What is felt is late by the same time constant.
-            self.explained = (self.explained + k * step * felt.to_vector()) / (1.0 + k * step);
+            // It is late by the same time constant.
+            self.explained = (self.explained + k * step * at_tool.to_vector()) / (1.0 + k * step);
         } else {
             self.integral = mass * qd;
         }
         self.before = Some(Before { mass, bias, qd });
+        if self.since_takeover < TAKEOVER {
+            self.since_takeover += step;
+            self.accepted = self.residual;
+        } else {
+            self.accepted = self.accepted.zip_map(&self.residual, |accepted, now| {
+                accepted.clamp(now.min(0.0), now.max(0.0))
+            });
+        }
     }
 
     /// Torques from outside, Nm.
@@ -127,7 +152,7 @@ impl CollisionDetection {
         let expected = if is_pressing {
             self.explained
         } else {
-            Vector6::zeros()
+            self.accepted
         };
         let residual = self.residual - expected;
         let over = |joint: usize| residual[joint].abs() / (effort[joint] * threshold);

@@ -239,6 +239,16 @@ impl Cycle {
             CommandKind::SetForceGain(gain) => self.set_force_gain(gain),
             CommandKind::SetForceDamping(damping) => self.set_force_damping(damping),
             CommandKind::SetExternalWrench(wrench) => self.set_external_wrench(wrench),
+            CommandKind::FtRtsiInput {
+                enabled,
+                mass,
+                measuring_offset,
+                cog,
+            } => self.ft_rtsi_input(enabled, mass, measuring_offset, cog),
+            CommandKind::ZeroFtSensor => {
+                self.sensor.zero();
+                Ok(Ending::Now)
+            }
             CommandKind::SetCollisionDetection(enabled) => {
                 self.collision.is_enabled = enabled;
                 Ok(Ending::Now)

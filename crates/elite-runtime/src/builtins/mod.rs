@@ -6,6 +6,7 @@
 mod call;
 mod conveyor;
 pub mod declare;
+mod force;
 mod hints;
 mod interpreter;
 mod io;
@@ -42,6 +43,7 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
         state::BUILTINS,
         conveyor::BUILTINS,
         kinematics::BUILTINS,
+        force::BUILTINS,
         math::BUILTINS,
         io::BUILTINS,
         registers::BUILTINS,

@@ -34,6 +34,7 @@ pub fn state(cycle: u64) -> RobotState {
         target_tcp_speed: wave(0.25),
         actual_tcp_speed: wave(0.251),
         tcp_force: wave(3.0),
+        raw_wrench: wave(3.5),
         motion_mode: MotionMode::MoveJ,
         command_id: CommandId(cycle / 250 + 1),
         ..RobotState::at_start(JointPositions::ZERO, STEP)
