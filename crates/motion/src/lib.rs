@@ -36,6 +36,7 @@ pub mod constants;
 pub mod contact;
 mod cycle;
 pub mod external;
+mod force_mode;
 mod intake;
 pub mod io;
 pub mod machine;

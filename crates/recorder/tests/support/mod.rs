@@ -241,6 +241,7 @@ pub mod any {
             encoder_ranges: [io.1 % 5, io.0 % 5],
             collision_detection: io.1 % 2 == 1,
             collision_sensitivity: io.0 % 101,
+            force_mode: io.1 % 3 == 1,
         })
     }
 }
