@@ -37,8 +37,8 @@ use crate::ports::interpreter::{self, Verdict};
 use crate::ports::primary::codec::{ErrorData, Exception, Level, Source};
 use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
 use crate::ports::primary::{self, Hub, Submission};
-use crate::task_folder::TaskFolder;
 use dashboard::{Configuration, Loaded};
+use elite_runtime::task_folder::TaskFolder;
 pub use lifetime::Lifetime;
 
 /// Name of programs that are one line outside a block.
