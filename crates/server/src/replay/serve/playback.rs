@@ -138,7 +138,6 @@ impl Playback {
                 task: now.task,
                 script_line: now.line,
                 elbow_velocity: elbow_velocity(&self.model, &state),
-                raw_wrench: state.tcp_force,
                 inputs: now.inputs,
                 outputs: now.outputs,
                 peripherals: Peripherals::of(&state),
