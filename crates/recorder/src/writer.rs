@@ -12,7 +12,7 @@ use kinematics::RobotModel;
 use mcap::McapError;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
-use motion_api::{Command, ProgramId, Record, RobotState, ThreadNumber};
+use motion_api::{Command, ProgramId, Record, RegisterImages, RobotState, ThreadNumber};
 use prost::Message as _;
 use serde::Serialize;
 
@@ -115,6 +115,8 @@ pub(crate) struct RecordWriter<W: Write> {
     cycle: Cycle,
     /// The latest cycle written.
     latest: Option<RobotState>,
+    /// The registers as the latest cycle began with them.
+    registers: RegisterImages,
     /// Cycle from which on the viewers' topics are due.
     view_due: u64,
     /// Simulated time from which on the arm is drawn again, s.
@@ -180,6 +182,7 @@ impl<W: Write> RecordWriter<W> {
             buffer: Vec::new(),
             cycle: Cycle::default(),
             latest: None,
+            registers: RegisterImages::default(),
             view_due: 0,
             scene_due: SCENE_PERIOD,
             programs: BTreeMap::new(),
@@ -195,6 +198,7 @@ impl<W: Write> RecordWriter<W> {
         let mut next = Self::begin(out, setup, self.viewer.clone())?;
         next.step_time = self.step_time;
         next.latest = self.latest;
+        next.registers = self.registers;
         next.view_due = self.view_due;
         next.chunks = self.chunks;
         next.totals = self.totals;
@@ -236,6 +240,15 @@ impl<W: Write> RecordWriter<W> {
                 let begin = self.begin_of(*cycle);
                 self.notes_until(begin, waiting)?;
                 self.command(begin, *cycle, command)
+            }
+            Record::Registers { cycle, images } => {
+                let begin = self.begin_of(*cycle);
+                self.notes_until(begin, waiting)?;
+                for change in io_changes::of_registers(*cycle, &self.registers, images) {
+                    self.json(Topic::Io, begin, &change)?;
+                }
+                self.registers = *images;
+                Ok(())
             }
         }
     }
