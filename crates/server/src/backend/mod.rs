@@ -15,6 +15,7 @@ use elite_runtime::interpreter::{Statement, Submitted, ThrownAway};
 use elite_runtime::message::{Message, Severity};
 use elite_runtime::panel::{FLAGS, PopupStyle};
 use elite_runtime::{ProgramText, Robot, Supervisor};
+use io_bus::Fieldbus;
 use kinematics::RobotModel;
 use motion::realtime::ClockMeter;
 use motion_api::{CommandId, CommandKind, MotionMode, RobotState};
@@ -28,7 +29,7 @@ use crate::controller::Controller;
 use crate::feed::{Feed, task_status};
 use crate::log_dir::InterpreterLog;
 use crate::ports::ClientId;
-use crate::ports::description::{Peripherals, RobotDescription, TaskStatus};
+use crate::ports::description::{Peripherals, RobotDescription, TaskStatus, ToolSerial};
 use crate::ports::http;
 use crate::ports::interpreter::codec::{Command, Discard};
 use crate::ports::interpreter::{self, Verdict};
@@ -45,6 +46,7 @@ const LINE_NAME: &str = "line";
 /// What ports ask the controller, answered.
 pub struct Backend {
     robot: Arc<Robot>,
+    fieldbus: Arc<Fieldbus>,
     supervisor: Supervisor,
     description: RobotDescription,
     hub: Hub,
@@ -88,6 +90,7 @@ impl Backend {
             loaded: Mutex::default(),
             lifetime,
             robot: controller.robot().clone(),
+            fieldbus: controller.fieldbus().clone(),
             supervisor: controller.supervisor().clone(),
             description: describe(controller.robot().model()),
             hub,
@@ -210,7 +213,17 @@ impl primary::Backend for Backend {
     }
 
     fn peripherals(&self) -> Peripherals {
-        Peripherals::of(&self.robot.state())
+        let settings = self.fieldbus.tool_serial.settings();
+        Peripherals {
+            tool_serial: settings.map(|s| ToolSerial {
+                baud_rate: s.baud_rate,
+                parity: s.parity.into(),
+                stop_bits: s.stop_bits.into(),
+                modbus_rtu: s.modbus_rtu,
+                for_daemon: s.for_daemon,
+            }),
+            ..Peripherals::of(&self.robot.state())
+        }
     }
 
     fn unix_millis(&self) -> u64 {

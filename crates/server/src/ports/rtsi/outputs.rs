@@ -6,7 +6,8 @@ use motion_api::{RegisterImage, RegisterImages, RobotMode, RobotState, SafetyMod
 
 use super::codec::{Kind, Value};
 use crate::ports::derived::{
-    TOOL_CELSIUS, is_powered, joint_current, joint_mode, robot_current, supply_voltage,
+    io_current, is_powered, joint_current, joint_mode, robot_current, supply_voltage, tool_current,
+    tool_temperature,
 };
 use crate::ports::description::{AnalogDomain, Peripherals, RobotDescription, TaskStatus};
 
@@ -169,15 +170,15 @@ static NAMED: &[Named] = named! {
     standard_analog_input1: F64 = |s: &Source<'_>| s.state.analog_in[1];
     standard_analog_output0: F64 = |s: &Source<'_>| s.state.analog_out[0];
     standard_analog_output1: F64 = |s: &Source<'_>| s.state.analog_out[1];
-    io_current: F64 = |_: &Source<'_>| 0.0;
+    io_current: F64 = |s: &Source<'_>| io_current(s.state);
     tool_mode: U32 = |s: &Source<'_>| u32::from(joint_mode(s.state.robot_mode));
     tool_analog_input_types: U32 = |s: &Source<'_>| s.sample.peripherals.analog_in_domains[2] as u32;
     tool_analog_output_types: U32 = |s: &Source<'_>| s.sample.peripherals.analog_out_domains[2] as u32;
     tool_analog_input: F64 = |s: &Source<'_>| s.state.analog_in[2];
     tool_analog_output: F64 = |s: &Source<'_>| s.state.analog_out[2];
     tool_output_voltage: F64 = |s: &Source<'_>| f64::from(s.sample.peripherals.tool_voltage);
-    tool_output_current: F64 = |_: &Source<'_>| 0.0;
-    tool_temperature: F64 = |_: &Source<'_>| TOOL_CELSIUS;
+    tool_output_current: F64 = |s: &Source<'_>| tool_current(s.state);
+    tool_temperature: F64 = |s: &Source<'_>| tool_temperature(s.state);
     tool_digital_mode: U8 = |_: &Source<'_>| 0;
     tool_digital0_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[0];
     tool_digital1_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[1];
