@@ -18,7 +18,7 @@ use elite_runtime::{ProgramText, Robot, Supervisor};
 use io_bus::Fieldbus;
 use kinematics::RobotModel;
 use motion::realtime::ClockMeter;
-use motion_api::{CommandId, CommandKind, MotionMode, RobotState};
+use motion_api::{CommandId, CommandKind, MotionMode, RegisterImages, RobotState};
 use serde_json::{Value, json};
 use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
@@ -388,6 +388,20 @@ impl http::Source for Backend {
             "popups": popups.collect::<Vec<Value>>(),
             "variables": variables.collect::<Vec<Value>>(),
         })
+    }
+
+    fn registers(&self) -> RegisterImages {
+        self.robot.registers().images()
+    }
+
+    fn set_inputs(&self, changes: &http::io::InputChanges) -> Result<(), String> {
+        for value in &changes.registers {
+            value.write(&self.robot.registers().input);
+        }
+        for change in &changes.points {
+            self.supervisor.command(CommandKind::SetIo(*change));
+        }
+        Ok(())
     }
 
     fn overruns(&self) -> u64 {
