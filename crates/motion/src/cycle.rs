@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use rtrb::Consumer;
 
 use crate::brake::JointBrake;
-use crate::collision::{CollisionDetection, torques_of};
+use crate::collision::CollisionDetection;
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
 use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
 use crate::contact::Contacts;
@@ -326,8 +326,6 @@ impl Cycle {
             .at(time, &frames.base_from_flange, &tcp, &self.gravity);
         self.plant.push(&Push {
             wrench: self.hand,
-            point: tcp.translation,
-            torque: torques_of(&self.hand, &frames, &tcp),
             flange_from_tcp: self.flange_from_tcp,
         });
     }
