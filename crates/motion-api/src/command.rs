@@ -188,6 +188,26 @@ pub enum CommandKind {
     },
     /// Back to position control (manual 3.1.42); nothing to do when freedrive is off.
     EndFreedrive,
+    /// Force control along the selected axes from now on, over whatever moves the arm (manual 4.1). While it is on, the
+    /// same command gives it new axes and a new target.
+    ForceMode {
+        /// The reference frame in the base.
+        frame: RpyPose,
+        /// Which axes of the force frame are force controlled: x, y, z, rx, ry, rz.
+        selection: [bool; 6],
+        /// What the tool is to apply to the environment along the selected axes: N and Nm.
+        wrench: [f64; 6],
+        /// How the force frame follows from the reference frame: 0 fixed, 1 point, 2 motion, 3 TCP.
+        mode: u8,
+        /// Largest TCP speeds along the selected axes, m/s and rad/s.
+        speed_limits: [f64; 6],
+    },
+    /// Back to position control (manual 4.7); nothing to do when force mode is off.
+    EndForceMode,
+    /// Gain of force mode, 0 to 2; kept until the controller ends (manual 4.2).
+    SetForceGain(f64),
+    /// Damping of force mode, 0 to 1; kept until the controller ends (manual 4.3).
+    SetForceDamping(f64),
     /// A wrench that acts on the tool from outside until the next one: N and Nm, base axes, about the TCP. Counts while
     /// [`FtRtsiInput`](Self::FtRtsiInput) is on.
     SetExternalWrench([f64; 6]),
@@ -293,6 +313,10 @@ impl CommandKind {
             Self::SetGravity(_) => "set_gravity",
             Self::Freedrive { .. } => "freedrive_mode",
             Self::EndFreedrive => "end_freedrive_mode",
+            Self::ForceMode { .. } => "force_mode",
+            Self::EndForceMode => "end_force_mode",
+            Self::SetForceGain(_) => "force_mode_set_gain_scaling",
+            Self::SetForceDamping(_) => "force_mode_set_damping",
             Self::SetExternalWrench(_) => "set_external_wrench",
             Self::FtRtsiInput { .. } => "ft_rtsi_input_enable",
             Self::ZeroFtSensor => "zero_ftsensor",

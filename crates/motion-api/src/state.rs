@@ -113,6 +113,8 @@ state! {
         pub collision_detection: bool,
         /// Its sensitivity, 10 to 100 %.
         pub collision_sensitivity: u64,
+        /// Force mode is on, whatever motion runs under it.
+        pub force_mode: bool,
     }
 }
 
@@ -163,6 +165,7 @@ impl RobotState {
             encoder_ranges: [0; 2],
             collision_detection: true,
             collision_sensitivity: 50,
+            force_mode: false,
         }
     }
 

@@ -110,6 +110,9 @@ pub enum ConfigError {
         /// Upper limit, rad.
         max: f64,
     },
+    /// The limiter of force mode cannot be made.
+    #[error("force mode: {0}")]
+    Force(#[from] force::LimiterError),
     /// A number is NaN or infinite.
     #[error("{name} has a component that is not a finite number")]
     NotFinite {

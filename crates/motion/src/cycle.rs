@@ -16,6 +16,7 @@ use crate::config::{ConfigError, CycleConfig, MotionLimits};
 use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
 use crate::contact::Contacts;
 use crate::external::External;
+use crate::force_mode::ForceMode;
 use crate::io::Io;
 use crate::machine::Machine;
 use crate::modes::conveyor::Tracking;
@@ -84,7 +85,7 @@ pub struct Cycle {
     pub(crate) payload: Payload,
     pub(crate) dynamics: Dynamics,
 
-    /// What the generator asks for; the same as `commanded` unless a conveyor is tracked.
+    /// What the generator asks for; the same as `commanded` unless a conveyor is tracked or force mode is on.
     pub(crate) target: Setpoint,
     /// What the arm gets.
     pub(crate) commanded: Setpoint,
@@ -100,6 +101,7 @@ pub struct Cycle {
     pub(crate) external: External,
     /// What acts on the tool in this cycle: base axes, about the TCP.
     pub(crate) hand: Wrench,
+    pub(crate) force: ForceMode,
     pub(crate) sensor: Sensor,
     pub(crate) collision: CollisionDetection,
     pub(crate) safety: SafetyBounds,
@@ -143,6 +145,7 @@ impl Cycle {
             encoders: config.belts.map(Encoder::new),
             external: External::new(config.loads),
             hand: Wrench::default(),
+            force: ForceMode::new()?,
             sensor: Sensor::new(config.sensor_noise),
             collision: CollisionDetection::default(),
             safety: config.safety,
@@ -183,6 +186,8 @@ impl Cycle {
     pub fn tick(&mut self, timing: Timing) {
         self.out.cycle += 1;
         self.take_commands();
+        // After the commands: a register written before a command was sent is seen no later than the command.
+        self.out.registers(self.io.sample_registers());
         self.io.advance(self.out.cycle as f64 * self.step);
         self.follow_input_actions();
         self.advance_machine();
@@ -194,7 +199,8 @@ impl Cycle {
         self.check_arm();
         self.settle();
         let state = report(self, timing);
-        self.out.publish(&state);
+        let registers = || self.io.registers();
+        self.out.publish(&state, registers);
     }
 
     /// The generator's setpoint, or why there is none.
@@ -225,6 +231,7 @@ impl Cycle {
             }
             let nominal = wanted;
             let wanted = self.carried(&nominal)?;
+            let wanted = self.pressed(&wanted)?;
             let frames = self.model.forward(&wanted.q);
             let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
             let before = &self.commanded;
@@ -251,7 +258,7 @@ impl Cycle {
                 .plant
                 .follow(limited, &self.dynamics, &self.contacts, self.step);
             self.commanded = *limited.get();
-            if self.tracking.is_none() {
+            if self.tracking.is_none() && !self.force.is_at_work() {
                 self.target = self.commanded;
             }
         } else {
@@ -313,7 +320,8 @@ impl Cycle {
         let frames = self.model.forward(&self.actual.q);
         let tcp = frames.base_from_flange * self.flange_from_tcp;
         let effort = &self.model.limits().effort;
-        self.collision.collision(effort, &frames, &tcp)
+        let is_pressing = self.force.is_at_work();
+        self.collision.collision(effort, is_pressing, &frames, &tcp)
     }
 
     /// The wrench on the tool in this cycle, and the plant's share of it.
@@ -345,8 +353,11 @@ impl Cycle {
             encoder.sample(time, self.io.image.digital_in.into());
         }
         if self.is_under_servo() && self.actual.is_finite() {
+            let frames = self.model.forward(&self.actual.q);
+            let tcp = frames.base_from_flange * self.flange_from_tcp;
+            let at_tool = torques_of(&self.environment(), &frames, &tcp);
             self.collision
-                .observe(&self.actual, &self.dynamics, self.step);
+                .observe(&self.actual, &at_tool, &self.dynamics, self.step);
         } else {
             self.collision.stand();
             self.sensor.stand();
@@ -361,15 +372,20 @@ impl Cycle {
         self.thermal.pass(&torque, effort, is_powered, self.step);
     }
 
+    /// What hand, loads and obstacles did to the tool: base axes, about the TCP.
+    fn environment(&self) -> Wrench {
+        let contact = &self.actual.contact;
+        Wrench {
+            force: self.hand.force + contact.force,
+            moment: self.hand.moment + contact.moment,
+        }
+    }
+
     fn measure_force(&mut self) {
         if !self.actual.is_finite() {
             return;
         }
-        let contact = &self.actual.contact;
-        let environment = Wrench {
-            force: self.hand.force + contact.force,
-            moment: self.hand.moment + contact.moment,
-        };
+        let environment = self.environment();
         let frames = self.model.forward(&self.actual.q);
         self.sensor.measure(
             &environment,
@@ -480,6 +496,7 @@ impl Cycle {
             }
             _ => {}
         }
+        self.settle_force_mode();
         if !self.is_standing() {
             return;
         }
@@ -540,6 +557,7 @@ impl Cycle {
         self.is_paused = false;
         self.upcoming = None;
         self.tracking = None;
+        self.force.pressing = None;
         self.target = self.commanded;
         JointBrake::new(&self.commanded, &self.limits)
     }
@@ -556,6 +574,7 @@ impl Cycle {
         self.target = Setpoint::standing(self.actual.q);
         self.commanded = self.target;
         self.tracking = None;
+        self.force.pressing = None;
         self.plant.retarget(&self.target.q);
         self.target_frames = self.model.forward(&self.target.q);
     }
@@ -563,6 +582,10 @@ impl Cycle {
     /// True when no setpoint moves: nothing to do, or held on the path.
     pub fn is_standing(&self) -> bool {
         if self.tracking.as_ref().is_some_and(Tracking::is_stopping) {
+            return false;
+        }
+        // While it is held force mode comes to rest as well; otherwise it moves the arm all the time.
+        if self.force.is_at_work() && self.is_held() && !stands(&self.commanded) {
             return false;
         }
         match &self.generator {

@@ -36,6 +36,8 @@ pub mod constants;
 pub mod contact;
 mod cycle;
 pub mod external;
+mod force_mode;
+pub mod histogram;
 mod intake;
 pub mod io;
 pub mod machine;

@@ -300,6 +300,9 @@ impl Cycle {
         frame: FreedriveFrame,
     ) -> Answer {
         self.machine.check_ready()?;
+        if self.force.is_at_work() {
+            return Err(Refusal::InForceMode);
+        }
         match &self.generator {
             Generator::Hold if self.deferred.is_none() && self.upcoming.is_none() => {}
             Generator::Online(online) if online.is_led_by_hand() => {}

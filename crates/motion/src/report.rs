@@ -62,6 +62,7 @@ pub(crate) fn report(cycle: &Cycle, timing: Timing) -> RobotState {
         encoder_ranges: cycle.encoders.map(|encoder| encoder.range().number()),
         collision_detection: cycle.collision.is_enabled,
         collision_sensitivity: u64::from(cycle.collision.sensitivity()),
+        force_mode: cycle.force.is_on(),
     }
 }
 
@@ -89,6 +90,7 @@ fn motion_mode(cycle: &Cycle) -> MotionMode {
         Generator::Hold => match (&cycle.upcoming, &cycle.tracking) {
             (Some(upcoming), _) => upcoming.mode,
             (None, Some(_)) => MotionMode::Conveyor,
+            (None, None) if cycle.force.is_on() => MotionMode::ForceMode,
             (None, None) => MotionMode::Idle,
         },
         Generator::Online(online) if online.is_stopping => MotionMode::Stopping,

@@ -87,6 +87,10 @@ commands! {
     "set_gravity" => SetGravity(gravity);
     "freedrive_mode" => Freedrive { free_axes, frame };
     "end_freedrive_mode" => EndFreedrive;
+    "force_mode" => ForceMode { frame, selection, wrench, mode, speed_limits };
+    "end_force_mode" => EndForceMode;
+    "force_mode_set_gain_scaling" => SetForceGain(gain);
+    "force_mode_set_damping" => SetForceDamping(damping);
     "set_external_wrench" => SetExternalWrench(wrench);
     "ft_rtsi_input_enable" => FtRtsiInput { enabled, mass, measuring_offset, cog };
     "zero_ftsensor" => ZeroFtSensor;

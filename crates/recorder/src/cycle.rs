@@ -173,6 +173,8 @@ message! {
         collision_detection: u64 [uint64, "49"],
         /// What the force sensor reads, the payload's weight and inertia included; frame as `tcp_force`.
         raw_wrench: Vec<f64> [double repeated, "50"],
+        /// 1 while force mode is on.
+        force_mode: u64 [uint64, "51"],
     }
 }
 
@@ -250,6 +252,7 @@ impl Cycle {
             encoder_ranges,
             collision_detection,
             collision_sensitivity,
+            force_mode,
         } = *state;
         self.cycle = cycle;
         self.time = time;
@@ -296,6 +299,7 @@ impl Cycle {
         [self.encoder_range_0, self.encoder_range_1] = encoder_ranges;
         self.collision_sensitivity = collision_sensitivity;
         self.collision_detection = u64::from(collision_detection);
+        self.force_mode = u64::from(force_mode);
     }
 
     /// The state that was recorded.
@@ -359,6 +363,7 @@ impl Cycle {
             encoder_ranges: [self.encoder_range_0, self.encoder_range_1],
             collision_detection: self.collision_detection != 0,
             collision_sensitivity: self.collision_sensitivity,
+            force_mode: self.force_mode != 0,
         })
     }
 

@@ -115,6 +115,7 @@ pub fn config() -> RecorderConfig {
         path: "test.mcap".into(),
         setup: Setup::default(),
         model: model(),
+        obstacles: Vec::new(),
         rotation: recorder::Rotation::default(),
         notes_wait: true,
         on_failure: Box::new(|_| ()),
@@ -241,6 +242,7 @@ pub mod any {
             encoder_ranges: [io.1 % 5, io.0 % 5],
             collision_detection: io.1 % 2 == 1,
             collision_sensitivity: io.0 % 101,
+            force_mode: io.1 % 3 == 1,
         })
     }
 }
