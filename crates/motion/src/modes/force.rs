@@ -27,7 +27,7 @@ const RETURN_MAX: [f64; 2] = [0.02, 0.2];
 /// Share of what the joints can do that a correction is planned with.
 const SHARE: f64 = 0.7;
 /// Share of that which a force axis reckons with when it has to stop at its target; the rest is for delays.
-const BRAKING_SHARE: f64 = 0.5;
+const BRAKING_SHARE: f64 = 0.6;
 /// Least and largest acceleration of a correction, m/s² or rad/s², and least jerk; for singular positions.
 const ACCELERATION: (f64, f64) = (0.05, 10.0);
 /// See [`ACCELERATION`].
@@ -309,6 +309,7 @@ impl Pressing {
             speed: correction.now.speed,
             speed_limit: self.goal.speed_limits[k],
             braking: BRAKING_SHARE * correction.axis.acceleration,
+            jerk: correction.axis.jerk,
             ..*reading
         };
         let aim = self.axes[k].aim(&reading, &view.tuning, view.arm.step);
@@ -326,7 +327,9 @@ impl Pressing {
         jacobian: &Matrix6<f64>,
         into: &Matrix6<f64>,
     ) -> [Axis; 6] {
-        let inverse = jacobian.try_inverse().map(|inverse| inverse * into.transpose());
+        let inverse = jacobian
+            .try_inverse()
+            .map(|inverse| inverse * into.transpose());
         let count = self.goal.selection.iter().filter(|s| **s).count().max(1);
         let share = SHARE / (count as f64).sqrt();
         core::array::from_fn(|k| {
@@ -353,7 +356,8 @@ impl Pressing {
     /// What each axis feels and how it has moved; the rest of the reading is filled in by the axis.
     fn readings(&mut self, view: &View, into: &Matrix6<f64>) -> [Reading; 6] {
         let arm = view.arm;
-        let pose = |q: &JointPositions| arm.model.forward(q).base_from_flange * *arm.flange_from_tcp;
+        let pose =
+            |q: &JointPositions| arm.model.forward(q).base_from_flange * *arm.flange_from_tcp;
         let way = self.before.map_or_else(Vector6::zeros, |before| {
             into * difference(&pose(view.actual), &pose(&before))
         });
@@ -372,6 +376,7 @@ impl Pressing {
             speed: 0.0,
             speed_limit: 0.0,
             braking: 0.0,
+            jerk: 0.0,
         })
     }
 
