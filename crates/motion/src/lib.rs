@@ -37,6 +37,7 @@ pub mod contact;
 mod cycle;
 pub mod external;
 mod force_mode;
+pub mod histogram;
 mod intake;
 pub mod io;
 pub mod machine;

@@ -12,6 +12,7 @@ mod interpreter;
 mod io;
 mod kinematics;
 mod math;
+mod micro_line;
 mod modbus;
 mod modbus_rtu;
 mod motion;
@@ -39,6 +40,7 @@ use declare::{Builtin, Default, Kind};
 pub fn all() -> impl Iterator<Item = &'static Builtin> {
     [
         motion::BUILTINS,
+        micro_line::BUILTINS,
         servo::BUILTINS,
         state::BUILTINS,
         conveyor::BUILTINS,

@@ -115,6 +115,7 @@ pub fn config() -> RecorderConfig {
         path: "test.mcap".into(),
         setup: Setup::default(),
         model: model(),
+        obstacles: Vec::new(),
         rotation: recorder::Rotation::default(),
         notes_wait: true,
         on_failure: Box::new(|_| ()),
