@@ -12,7 +12,7 @@ pub enum Shape {
     /// Edges along the axes.
     Box {
         /// Half of each edge.
-        half: Vector3<f64>,
+        half: [f64; 3],
     },
     /// Its axis is z.
     Cylinder {
@@ -68,7 +68,7 @@ impl Solid {
     pub fn distance(&self, point: Vector3<f64>) -> (f64, Vector3<f64>) {
         let p = self.pose.rotate_back(point - self.pose.translation);
         let (distance, out) = match self.shape {
-            Shape::Box { half } => from_box(p, half),
+            Shape::Box { half } => from_box(p, half.into()),
             Shape::Cylinder {
                 radius,
                 half_length,
@@ -86,7 +86,7 @@ impl Solid {
     /// Radius of the ball around the origin of its frame that holds it, m; infinite for a plane.
     fn reach(&self) -> f64 {
         match self.shape {
-            Shape::Box { half } => half.norm(),
+            Shape::Box { half } => Vector3::from(half).norm(),
             Shape::Cylinder {
                 radius,
                 half_length,
