@@ -49,7 +49,7 @@ def p():
     f = get_tcp_force(True)
     print(abs(force() - 27) < 0.27, abs(f[2] + 27) < 0.27, abs(f[0]) < 0.1)
     p1 = get_actual_tcp_pose()
-    print(abs(p0[2] - p1[2] - 0.02 - 27 / 20000) < 2e-5, abs(p1[0] - p0[0]) < 1e-4)
+    print(abs(p0[2] - p1[2] - 0.02 - 27 / 20000) < 2e-5, abs(p1[0] - p0[0]) < 5e-4)
     end_force_mode()
     end_force_mode()
     print(norm(get_target_joint_speeds()) == 0)
@@ -74,7 +74,7 @@ def p():
     target[1] = target[1] + 0.1
     movel(target, a=0.5, v=0.05)
     end = get_actual_tcp_pose()
-    print(abs(end[1] - target[1]) < 1e-4, abs(force() - 20) < 1)
+    print(abs(end[1] - target[1]) < 5e-4, abs(force() - 20) < 1)
 end
 "#,
         PLATE,
@@ -128,7 +128,10 @@ fn gain_and_damping_outside_their_ranges_are_clamped_with_a_warning() {
     let nan = "def p():\n    force_mode_set_damping(float('nan'))\nend\n";
     let (_, err, status) = run(nan, "");
     assert_eq!(status, Some(1));
-    assert!(err.contains("ValueError: force_mode_set_damping(): damping"), "{err}");
+    assert!(
+        err.contains("ValueError: force_mode_set_damping(): damping"),
+        "{err}"
+    );
 }
 
 #[test]

@@ -273,7 +273,13 @@ impl Admittance {
             self.stiffness
                 .observe(self.x, self.y, reading.applied, step);
         } else {
-            self.untouched = (self.untouched + step).min(LOST_AFTER);
+            // A hand that lets go is no bounce: the arm coasts at once. What gave way like nothing was a hand.
+            let was_led = reading.target == 0.0 && self.stiffness.estimate() <= figures.stiffness.0;
+            self.untouched = if was_led {
+                LOST_AFTER
+            } else {
+                (self.untouched + step).min(LOST_AFTER)
+            };
             self.stiffness.restart();
         }
     }

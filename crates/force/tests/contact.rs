@@ -184,6 +184,44 @@ fn a_tilted_surface_is_followed() {
     }
 }
 
+/// Pushed with 20 N for half a second and let go: the speed then, and one second later.
+fn pushed(damping: f64) -> (f64, f64) {
+    let mut law = Admittance::new(Kind::Linear);
+    let tuning = Tuning {
+        damping,
+        ..Tuning::default()
+    };
+    let mut speed = 0.0_f64;
+    let mut let_go = 0.0;
+    for k in 0..375 {
+        let reading = Reading {
+            applied: if k < 125 { -20.0 } else { 0.0 },
+            target: 0.0,
+            way: speed * STEP,
+            sideways: 0.0,
+            speed,
+            speed_limit: 0.25,
+            braking: 2.0,
+            jerk: 150.0,
+        };
+        let aim = law.aim(&reading, &tuning, STEP);
+        let most = aim.acceleration.min(ACCELERATION) * STEP;
+        speed += (aim.speed - speed).clamp(-most, most);
+        if k == 125 {
+            let_go = speed;
+        }
+    }
+    (let_go, speed)
+}
+
+#[test]
+fn a_hand_leads_the_arm_and_the_damping_stops_it() {
+    let (led, kept) = pushed(0.0);
+    assert!(led > 0.2 && kept == led, "{led} {kept}");
+    let (led, stopped) = pushed(1.0);
+    assert!(led > 0.005 && stopped < 1e-3, "{led} {stopped}");
+}
+
 #[test]
 fn without_force_and_contact_the_damping_decides_whether_the_speed_is_kept() {
     let coast = |damping: f64| {

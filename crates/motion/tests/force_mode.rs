@@ -15,7 +15,8 @@ mod common;
 use common::{Bench, ideal, movej, movel};
 use kinematics::{JointPositions, JointSpeeds, Pose, RobotModel, RpyPose};
 use motion::contact::{Obstacle, Shape, Solid};
-use motion::{Cycle, CycleConfig};
+
+use motion::{Cycle, CycleConfig, SensorNoise};
 use motion_api::{
     CommandId, CommandKind, FreedriveFrame, MotionMode, Outcome, Refusal, RobotMode, SafetyMode,
 };
@@ -150,6 +151,37 @@ fn an_approach_at_ten_millimetres_a_second_peaks_below_one_and_a_half_targets() 
                 bench.check_limits();
             }
         }
+    }
+}
+
+#[test]
+fn a_noisy_sensor_changes_neither_the_mean_nor_the_rest_of_the_arm() {
+    for stiffness in [1e3, 1e4, 1e5] {
+        let mut config = over_plate(rigid("cs66"), 1e-3, stiffness, 0.0);
+        config.sensor_noise = SensorNoise {
+            force: 0.3,
+            torque: 0.03,
+            seed: 5,
+        };
+        let mut bench = Bench::new(config);
+        bench.send(down(20.0, 0.05));
+        // What acts on the plate is the depth, whatever the sensor says of it.
+        let surface = bench.now().actual_tcp_pose.xyz[2] - 1e-3;
+        let mut forces = Vec::new();
+        for _ in 0..1000 {
+            bench.tick();
+            forces.push((surface - bench.now().actual_tcp_pose.xyz[2]) * stiffness);
+        }
+        assert!(bench.stops.is_empty(), "{:?}", bench.stops);
+        let late = &forces[500..];
+        let mean = late.iter().sum::<f64>() / late.len() as f64;
+        let spread = late.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / late.len() as f64;
+        println!(
+            "{stiffness} N/m with noise: mean {mean:.3} N, spread {:.3} N",
+            spread.sqrt()
+        );
+        assert!((mean / 20.0 - 1.0).abs() < 0.01 && spread.sqrt() < 0.3);
+        bench.check_limits();
     }
 }
 

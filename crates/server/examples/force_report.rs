@@ -9,10 +9,7 @@
 //! - peak: largest force over the target; steady: mean deviation in the last fifth of the time;
 //! - rms: of the deviation while the tool slides faster than 10 mm/s, from a second after the first touch;
 //! - lost: how often the contact was lost later than a second after the first touch.
-#![allow(
-    clippy::print_stdout,
-    reason = "the report is what the program is for"
-)]
+#![allow(clippy::print_stdout, reason = "the report is what the program is for")]
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -49,8 +46,14 @@ fn main() -> Result<()> {
                 spans.extend(run(&name, &plate(stiffness), &pressing(stiffness, target))?);
             }
             let (approaches, steps) = spans.into_iter().partition(|span| span.limit < 0.1);
-            panels.push((format!("{} N/mm, approach at 10 mm/s", stiffness / 1e3), approaches));
-            panels.push((format!("{} N/mm, from a gap of 0.1 mm", stiffness / 1e3), steps));
+            panels.push((
+                format!("{} N/mm, approach at 10 mm/s", stiffness / 1e3),
+                approaches,
+            ));
+            panels.push((
+                format!("{} N/mm, from a gap of 0.1 mm", stiffness / 1e3),
+                steps,
+            ));
         }
         for (name, cell) in surfaces() {
             let title = format!("{name}, sliding at 50 mm/s");
@@ -242,7 +245,10 @@ impl Goal {
     fn of(arguments: &serde_json::Map<String, Value>) -> Vec<Self> {
         let numbers = |name: &str| -> Vec<f64> {
             let list = arguments.get(name).and_then(Value::as_array);
-            let number = |x: &Value| x.as_f64().or_else(|| x.as_bool().map(|b| f64::from(u8::from(b))));
+            let number = |x: &Value| {
+                x.as_f64()
+                    .or_else(|| x.as_bool().map(|b| f64::from(u8::from(b))))
+            };
             list.map(|list| list.iter().filter_map(number).collect())
                 .unwrap_or_default()
         };
@@ -254,7 +260,9 @@ impl Goal {
         };
         let rotation = Pose::from_rpy(&RpyPose::from_array(frame)).rotation;
         (0..3)
-            .filter(|k| selection.get(*k) == Some(&1.0) && wrench.get(*k).is_some_and(|f| *f != 0.0))
+            .filter(|k| {
+                selection.get(*k) == Some(&1.0) && wrench.get(*k).is_some_and(|f| *f != 0.0)
+            })
             .map(|k| {
                 let own = Vector3::ith(k, wrench[k].signum());
                 Self {
@@ -337,7 +345,8 @@ impl Span {
 }
 
 fn draw(panels: Vec<(String, Vec<Span>)>, picture: &Path) -> Result<()> {
-    let figure = Figure::new("Force mode with one setting: force over its target from the first touch");
+    let figure =
+        Figure::new("Force mode with one setting: force over its target from the first touch");
     let figure = panels.into_iter().fold(figure, |figure, (title, spans)| {
         let panel = Panel::over_time(title, "of the target").level("target", 1.0);
         figure.panel(spans.iter().fold(panel, |panel, span| {
