@@ -259,7 +259,8 @@ impl Admittance {
         self.applied = reading.applied;
         let touch = figures
             .touch
-            .max(figures.touch_share * reading.target.abs());
+            .max(figures.touch_share * reading.target.abs())
+            .max(NOISE_WIDTH * self.variance.sqrt());
         if reading.applied.abs() > touch {
             if !self.is_touching() {
                 *self = Self {
