@@ -132,6 +132,10 @@ fn errors_in_statements() {
         "x y",
         "elseif x: pass",
         "function f(): pass",
+        "whlie x > 0: pass",
+        "retrun x",
+        "prnit x",
+        "pose p",
         "let x = 1",
         "raise",
         "assert",
@@ -312,6 +316,46 @@ fn errors_point_at_the_exact_expression() {
     ];
     let shown: Vec<String> = cases.iter().map(|case| run(case)).collect();
     insta::assert_snapshot!(shown.join("\n"));
+}
+
+#[test]
+fn functions_of_modules_are_named_with_their_module() {
+    let calls = [
+        "math.sqrt(1, 2)",
+        "math.sqrt(x=1)",
+        "math.atan2(1)",
+        "math.ldexp(1, 2.5)",
+        "time.sleep()",
+        "time.monotonic(1)",
+        "math.sin(*[1], **{1: 2})",
+        "[].append()",
+        "len(1, 2)",
+    ];
+    let shown = calls.map(|call| support::last_line(&format!("import math, time\n{call}\n")));
+    insta::assert_snapshot!(shown.join("\n"));
+}
+
+#[test]
+fn the_last_line_is_always_type_and_message() {
+    for (text, last) in [
+        (
+            "speed = 1\nspeeed",
+            "NameError: name 'speeed' is not defined",
+        ),
+        (
+            "def f(a): pass\nf()",
+            "TypeError: f() missing 1 required positional argument: 'a'",
+        ),
+        (
+            "try: lenn([])\nexcept NameError: [].appendd(1)",
+            "AttributeError: 'list' object has no attribute 'appendd'",
+        ),
+        ("assert False", "AssertionError"),
+    ] {
+        let report = run(text);
+        assert_eq!(report.lines().last(), Some(last), "{report}");
+    }
+    assert!(run("speed = 1\nspeeed").contains("help: did you mean 'speed'"));
 }
 
 #[test]

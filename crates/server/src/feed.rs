@@ -82,7 +82,6 @@ impl Feed {
             task: self.task_status(),
             script_line: self.script_line.load(Ordering::Relaxed),
             elbow_velocity: elbow_velocity(&self.model, state),
-            raw_wrench: state.tcp_force,
             registers: frame.registers,
             peripherals: Peripherals::of(state),
         }

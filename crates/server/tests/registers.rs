@@ -46,6 +46,7 @@ fn record(name: &str, mut act: impl FnMut(u64, &ScriptEnd)) -> Recording {
         path: path.clone(),
         setup,
         model,
+        obstacles: Vec::new(),
         rotation: recorder::Rotation::default(),
         notes_wait: true,
         on_failure: Box::new(|error| panic!("{error}")),

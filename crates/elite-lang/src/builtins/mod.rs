@@ -24,6 +24,8 @@ pub struct Builtin {
     pub name: &'static str,
     /// Of methods: the name of the type, which messages put before the name.
     pub owner: Option<&'static str>,
+    /// Of functions of a module: its name, which some messages put before the name.
+    pub module: Option<Rc<str>>,
     /// What it takes.
     pub signature: Signature,
     /// What it does.
@@ -77,7 +79,25 @@ impl Builtin {
         Value::Builtin(Rc::new(Builtin {
             name,
             owner: None,
+            module: None,
             signature,
+            body: BuiltinBody::Bound(body),
+        }))
+    }
+
+    /// A function of a module, with bound arguments.
+    pub fn of_module(
+        core: &Core,
+        module: &Rc<str>,
+        name: &'static str,
+        signature: &str,
+        body: BoundFn,
+    ) -> Value {
+        Value::Builtin(Rc::new(Builtin {
+            name,
+            owner: None,
+            module: Some(module.clone()),
+            signature: Signature::parse(signature, &core.symbols),
             body: BuiltinBody::Bound(body),
         }))
     }
@@ -88,6 +108,7 @@ impl Builtin {
         Value::Builtin(Rc::new(Builtin {
             name,
             owner: None,
+            module: None,
             signature,
             body: BuiltinBody::Raw(body),
         }))
@@ -102,6 +123,7 @@ impl Builtin {
         Value::Builtin(Rc::new(Builtin {
             name,
             owner: None,
+            module: None,
             signature,
             body,
         }))
@@ -113,6 +135,7 @@ impl Builtin {
         Value::Builtin(Rc::new(Builtin {
             name,
             owner: None,
+            module: None,
             signature,
             body: BuiltinBody::Native(native),
         }))

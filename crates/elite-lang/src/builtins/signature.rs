@@ -180,7 +180,7 @@ impl Evaluator<'_> {
 
     #[cold]
     fn builtin_keyword_error(&self, builtin: &Builtin, name: Symbol) -> Raised {
-        let (name, label) = (self.core.symbols.name(name), builtin.label());
+        let (name, label) = (self.core.symbols.name(name), builtin.full_label());
         let signature = &builtin.signature;
         // The receiver of a method is never given by name.
         let receiver = usize::from(builtin.owner.is_some());
@@ -218,7 +218,7 @@ impl Evaluator<'_> {
         } else {
             signature.positional.saturating_sub(receiver)
         };
-        let label = builtin.label();
+        let label = builtin.full_label();
         let plural = |count: usize| if count == 1 { "" } else { "s" };
         if builtin.name == "str" && builtin.owner.is_none() {
             return self.type_error(format!("str() takes at most 3 arguments ({given} given)"));
@@ -313,6 +313,14 @@ impl Builtin {
         match self.owner {
             Some(owner) => format!("{owner}.{}", self.name).into(),
             None => self.name.into(),
+        }
+    }
+
+    /// How messages about the call itself name it: `type.name` for methods, `module.name` for functions of modules.
+    pub fn full_label(&self) -> Rc<str> {
+        match &self.module {
+            Some(module) => format!("{module}.{}", self.name).into(),
+            None => self.label(),
         }
     }
 }

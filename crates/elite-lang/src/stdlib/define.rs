@@ -39,8 +39,11 @@ impl<'b, 'y> Builder<'b, 'y> {
 
     /// Functions with bound arguments.
     pub fn functions(&self, list: &[Entry]) {
+        // The module that scripts see: `_time` is the inner part of `time`.
+        let module: Rc<str> = self.module.name.trim_start_matches('_').into();
         for (name, signature, body) in list {
-            self.value(name, Builtin::bound(self.core(), name, signature, *body));
+            let function = Builtin::of_module(self.core(), &module, name, signature, *body);
+            self.value(name, function);
         }
     }
 
@@ -77,6 +80,7 @@ impl<'b, 'y> Builder<'b, 'y> {
             let builtin = Builtin {
                 name: method,
                 owner: Some(name),
+                module: None,
                 signature,
                 body,
             };

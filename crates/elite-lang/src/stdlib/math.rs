@@ -241,6 +241,12 @@ const FLOATS: &[Entry] = &[
     }),
     ("ldexp", "x i /", |ev, args| {
         let x = ev.to_f64(&args[0])?;
+        if !matches!(
+            ev.plain(&args[1]),
+            Value::Int(_) | Value::Bool(_) | Value::BigInt(_)
+        ) {
+            return Err(ev.type_error("Expected an int as second argument to ldexp."));
+        }
         let exponent = ev.clamped_index(&args[1])?.clamp(-100_000, 100_000);
         let result = libm::ldexp(x, exponent as i32);
         if result.is_infinite() && x.is_finite() {

@@ -12,13 +12,14 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::{KnownNames, SourceFile};
 use elite_runtime::interpreter::{Statement, Submitted, ThrownAway};
-use elite_runtime::message::{Message, Severity};
+use elite_runtime::message::{Message, RECORDING_ALARM_CODE, Severity};
 use elite_runtime::panel::{FLAGS, PopupStyle};
 use elite_runtime::{ProgramText, Robot, Supervisor};
 use io_bus::Fieldbus;
 use kinematics::RobotModel;
 use motion::realtime::ClockMeter;
 use motion_api::{CommandId, CommandKind, MotionMode, RegisterImages, RobotState};
+use recorder::RecorderMeter;
 use serde_json::{Value, json};
 use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
@@ -31,13 +32,14 @@ use crate::log_dir::InterpreterLog;
 use crate::ports::ClientId;
 use crate::ports::description::{Peripherals, RobotDescription, TaskStatus, ToolSerial};
 use crate::ports::http;
+use crate::ports::http::metrics::{Figures, RecordingFigures};
 use crate::ports::interpreter::codec::{Command, Discard};
 use crate::ports::interpreter::{self, Verdict};
 use crate::ports::primary::codec::{ErrorData, Exception, Level, Source};
 use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
 use crate::ports::primary::{self, Hub, Submission};
-use crate::task_folder::TaskFolder;
 use dashboard::{Configuration, Loaded};
+use elite_runtime::task_folder::TaskFolder;
 pub use lifetime::Lifetime;
 
 /// Name of programs that are one line outside a block.
@@ -59,6 +61,7 @@ pub struct Backend {
     loaded: Mutex<Loaded>,
     lifetime: Lifetime,
     clock: ClockMeter,
+    recording: Option<RecorderMeter>,
     known: KnownNames,
     log: InterpreterLog,
 }
@@ -96,6 +99,7 @@ impl Backend {
             hub,
             remote: AtomicBool::new(!config.local),
             clock: controller.clock_meter(),
+            recording: controller.recorder_meter(),
             known: KnownNames::new(elite_runtime::builtins::all().map(|b| b.name)),
             log: controller.interpreter_log().clone(),
         }
@@ -144,8 +148,12 @@ impl Backend {
                     Severity::Error => Level::Error,
                 };
                 let data = ErrorData::Text(text.clone());
+                let source = match *code {
+                    RECORDING_ALARM_CODE => Source::Controller,
+                    _ => Source::Safety,
+                };
                 (
-                    Source::Safety,
+                    source,
                     Exception::Robot {
                         code: *code,
                         sub_code: *sub_code,
@@ -390,6 +398,19 @@ impl http::Source for Backend {
         })
     }
 
+    fn figures(&self) -> Figures {
+        Figures {
+            overruns: self.clock.overruns(),
+            missed_cycles: self.clock.missed(),
+            cycle_durations: self.clock.durations(),
+            wakeup_latencies: self.clock.latencies(),
+            commands_waiting: self.robot.commands_waiting(),
+            statements_waiting: self.supervisor.interpreter().counters().unexecuted,
+            recording: self.recording.as_ref().map(RecordingFigures::of),
+            errors: self.announcer.errors(),
+        }
+    }
+
     fn registers(&self) -> RegisterImages {
         self.robot.registers().images()
     }
@@ -402,14 +423,6 @@ impl http::Source for Backend {
             self.supervisor.command(CommandKind::SetIo(*change));
         }
         Ok(())
-    }
-
-    fn overruns(&self) -> u64 {
-        self.clock.overruns()
-    }
-
-    fn missed_cycles(&self) -> u64 {
-        self.clock.missed()
     }
 }
 

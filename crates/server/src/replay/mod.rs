@@ -22,7 +22,7 @@ use thiserror::Error;
 use crate::cli::ReplayArgs;
 
 pub use condition::ConditionError;
-pub use plot::PlotError;
+pub use plot::PictureError;
 pub use rerun::{Comparison, RerunError};
 
 /// Exit status: 0 answered, 1 a cycle differs (`--rerun`), 2 the recording cannot be read or the question not answered.
@@ -61,7 +61,7 @@ pub enum ReplayError {
     },
     /// The picture cannot be made.
     #[error(transparent)]
-    Plot(#[from] PlotError),
+    Plot(#[from] PictureError),
     /// The condition of `--find` cannot be answered.
     #[error(transparent)]
     Condition(#[from] ConditionError),

@@ -58,6 +58,7 @@ fn methods(core: &Core, class: &Class, list: &[(&'static str, &str, BoundFn)]) {
             Value::Builtin(Rc::new(Builtin {
                 name,
                 owner,
+                module: None,
                 signature,
                 body,
             })),
@@ -74,6 +75,7 @@ fn raw_method(core: &Core, class: &Class, name: &'static str, body: RawFn) {
         Value::Builtin(Rc::new(Builtin {
             name,
             owner,
+            module: None,
             signature,
             body,
         })),
@@ -85,6 +87,7 @@ fn class_method(core: &Core, class: &Class, name: &'static str, signature: &str,
     let function = Builtin {
         name,
         owner: Some(static_name(class)),
+        module: None,
         signature: Signature::parse(&format!("cls {signature}"), &core.symbols),
         body: BuiltinBody::Bound(body),
     };

@@ -360,7 +360,7 @@ impl Evaluator<'_> {
     fn callee_label(&self, callee: &Value) -> String {
         match callee {
             Value::Function(function) => format!("__main__.{}()", function.code.qualname),
-            Value::Builtin(builtin) => format!("{}()", builtin.label()),
+            Value::Builtin(builtin) => format!("{}()", builtin.full_label()),
             Value::BoundMethod(method) => self.callee_label(&method.function),
             Value::Class(class) if class.is_script => {
                 format!("__main__.{}()", self.qualname_of(class))
