@@ -171,6 +171,35 @@ class Flow(unittest.TestCase):
             rtsi.until(lambda v: v["tool_output_voltage"] == 24)
             self.assertTrue(driver.stop())
 
+    def test_force_mode_presses_what_is_asked_and_ends(self):
+        with Server() as server:
+            rtsi = watch(server, ["actual_TCP_pose"])
+            tcp = rtsi.read()["actual_TCP_pose"]
+            rtsi.close()
+        plate = (
+            "[[obstacle]]\nname = 'plate'\nshape = 'plane'\nstiffness = 20000\ndamping = 200\n"
+            f"pose = [0, 0, {tcp[2] - 0.01}, 0, 0, 0]\n"
+        )
+        with Server(cell=plate) as server:
+            driver = Driver(server.ports["primary"])
+            driver.wait_connected()
+            rtsi = watch(server, ["actual_TCP_force", "target_TCP_speed", "actual_TCP_pose"])
+            frame, selection, wrench = [0] * 6, [0, 0, 1, 0, 0, 0], [0, 0, -20, 0, 0, 0]
+            limits = [0.05] * 3 + [0.1] * 3
+            # The type stands unscaled between wrench and limits.
+            driver.script_command(3, frame + selection + wrench + [0] + limits, at={19: 2})
+
+            def pressed():
+                return math.hypot(*rtsi.read()["actual_TCP_force"][:3])
+
+            end = time.monotonic() + 10
+            while abs(statistics.fmean(pressed() for _ in range(50)) - 20) > 2:
+                self.assertLess(time.monotonic(), end, f"{pressed()} N")
+            self.assertLess(rtsi.read()["actual_TCP_pose"][2], tcp[2] - 0.009)
+            driver.script_command(4)
+            rtsi.until(lambda v: max(map(abs, v["target_TCP_speed"])) < 1e-6)
+            self.assertTrue(driver.stop())
+
     def test_freedrive_is_entered_and_left(self):
         with Server() as server:
             driver = Driver(server.ports["primary"])
