@@ -177,7 +177,7 @@ class Flow(unittest.TestCase):
             rtsi.until(lambda v: v["tool_output_voltage"] == 24)
             self.assertTrue(driver.stop())
 
-    @unittest.skipUnless("\nforce_mode" in listing(), "this build has no force_mode()")
+    @unittest.skipUnless(" force_mode(" in listing(), "this build has no force_mode()")
     def test_force_mode_gives_way_along_its_axis_within_its_limit_and_ends(self):
         with Server() as server:
             driver = Driver(server.ports["primary"])
