@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use rtrb::Consumer;
 
 use crate::brake::JointBrake;
-use crate::collision::CollisionDetection;
+use crate::collision::{CollisionDetection, torques_of};
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
 use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
 use crate::contact::Contacts;
