@@ -102,7 +102,7 @@ fn run(name: &str, cell: &str, script: &str) -> Result<Vec<Span>> {
 
 fn tcp_at_home() -> Result<Vector3<f64>> {
     let model = RobotModel::built_in("cs66")?;
-    let home = JointPositions([0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0]);
+    let home = recorder::Setup::default().home;
     let tool = Pose::from_translation(0.0, 0.0, TOOL);
     Ok(model.tcp_pose(&home, &tool).translation)
 }
