@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use rtrb::Consumer;
 
 use crate::brake::JointBrake;
-use crate::collision::CollisionDetection;
+use crate::collision::{CollisionDetection, torques_of};
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
 use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
 use crate::contact::Contacts;
@@ -358,6 +358,9 @@ impl Cycle {
             let at_tool = torques_of(&self.environment(), &frames, &tcp);
             self.collision
                 .observe(&self.actual, &at_tool, &self.dynamics, self.step);
+            if self.force.is_at_work() {
+                self.collision.press_on_purpose();
+            }
         } else {
             self.collision.stand();
             self.sensor.stand();
