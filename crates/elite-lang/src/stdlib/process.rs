@@ -106,7 +106,7 @@ fn stream(ev: &Evaluator<'_>, value: &Value) -> R<Stream> {
 }
 
 fn spawn(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let host = processes(ev, "subprocesses")?;
+    let host = processes(ev, "subprocess")?;
     let words = ev.collect(&args[0])?;
     let words: Vec<String> = words.iter().map(|word| text(ev, word)).collect::<R<_>>()?;
     if words.is_empty() {

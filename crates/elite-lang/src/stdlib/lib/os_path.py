@@ -108,48 +108,46 @@ def expandvars(path):
     return re.sub(r"\$(?:(\w+)|\{([^}]*)\})", known, path)
 
 
-def _stat(path, follow=True):
+def _stat(path, what, follow=True):
     """What the system knows of a path; None if it does not exist. The permission is needed in any case."""
+    _system.require("fs", "os.path." + what)
     if isinstance(path, int):
         import os
         return os.fstat(path)
     import io
     try:
         return _files.stat(io._path(path), follow)
-    except PermissionError:
-        _system.require("fs", "os.path")
-        return None
     except (OSError, ValueError):
         return None
 
 
-def _is(path, kind, follow=True):
-    found = _stat(path, follow)
+def _is(path, what, kind, follow=True):
+    found = _stat(path, what, follow)
     return found is not None and found[0] & 0o170000 == kind
 
 
 def exists(path):
-    return _stat(path) is not None
+    return _stat(path, "exists") is not None
 
 
 def lexists(path):
-    return _stat(path, False) is not None
+    return _stat(path, "lexists", False) is not None
 
 
 def isfile(path):
-    return _is(path, 0o100000)
+    return _is(path, "isfile", 0o100000)
 
 
 def isdir(s):
-    return _is(s, 0o040000)
+    return _is(s, "isdir", 0o040000)
 
 
 def islink(path):
-    return _is(path, 0o120000, False)
+    return _is(path, "islink", 0o120000, False)
 
 
 def ismount(path):
-    here, above = _stat(path, False), _stat(join(path, ".."))
+    here, above = _stat(path, "ismount", False), _stat(join(path, ".."), "ismount")
     return here is not None and above is not None and (here[2] != above[2] or here[1] == above[1])
 
 
