@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use crate::builtins::Builtin;
 use crate::eval::Evaluator;
-use crate::resolve::nearest;
+use crate::spelling::nearest;
 use crate::value::symbol::known;
 use crate::value::{Function, Instance, Raised, Value};
 

@@ -25,6 +25,7 @@ mod program;
 mod remote;
 mod resolve;
 mod source;
+mod spelling;
 mod stack;
 mod statement;
 mod stdlib;

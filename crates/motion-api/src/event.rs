@@ -124,6 +124,9 @@ pub enum Refusal {
     /// A conveyor is tracked already.
     #[error("a conveyor is tracked already; end that first with stop_conveyor_tracking()")]
     Tracking,
+    /// Force mode is on.
+    #[error("force mode is on; end it first with end_force_mode()")]
+    InForceMode,
     /// The planner found nothing.
     #[error("no trajectory found for this target (planner error {code})")]
     Planner {
@@ -230,6 +233,14 @@ pub enum StopReason {
         /// The force at the TCP that explains the torques of all joints best, N.
         force: f64,
     },
+    /// The tool presses harder than the cell allows.
+    #[error("the force at the TCP is {force:.1} N (allowed {limit:.1} N)")]
+    TcpForce {
+        /// What the sensor reads, N.
+        force: f64,
+        /// Limit, N.
+        limit: f64,
+    },
     /// A conveyor carried the TCP out of reach.
     #[error("the conveyor carries the TCP to where the arm cannot follow")]
     ConveyorLost,
@@ -262,6 +273,7 @@ impl StopReason {
             Self::Collision { .. } => 11,
             Self::SafetyPlane { .. } => 12,
             Self::ConveyorLost => 13,
+            Self::TcpForce { .. } => 14,
             Self::Internal { .. } => 99,
         }
     }

@@ -132,6 +132,13 @@ fn ten_thousand_ticks_through_the_online_modes_allocate_nothing() {
             free_axes: [true, true, false, false, false, true],
             frame: motion_api::FreedriveFrame::Tool,
         },
+        CommandKind::FtRtsiInput {
+            enabled: true,
+            mass: 0.0,
+            measuring_offset: [0.0; 3],
+            cog: [0.0; 3],
+        },
+        CommandKind::ZeroFtSensor,
         CommandKind::SetExternalWrench([10.0, -20.0, 5.0, 0.0, 0.0, 1.0]),
         CommandKind::EndFreedrive,
         CommandKind::SetExternalWrench([0.0; 6]),
@@ -286,4 +293,44 @@ fn a_setpoint_reaches_the_plant_only_through_the_limiter() {
     let mut unusable = here;
     unusable.qd[0] = f64::NAN;
     assert!(limit(unusable, &here, &frames, tcp, 0.004, &limits).is_err());
+}
+
+/// An arm that presses a tool into three obstacles at once, and its sensor with noise.
+#[test]
+fn contact_allocates_nothing() {
+    use kinematics::Pose;
+    use motion::contact::{Obstacle, Shape, Solid};
+    let mut config = ideal("cs66");
+    let tool = Shape::Cylinder {
+        radius: 0.03,
+        half_length: 0.05,
+    };
+    config.surroundings.tool = Some(Solid {
+        pose: Pose::from_translation(0.0, 0.0, 0.05),
+        shape: tool,
+    });
+    let [x, y, z] = config.first_state().actual_tcp_pose.xyz;
+    let shapes = [
+        Shape::Box { half: [0.05; 3] },
+        tool,
+        Shape::Sphere { radius: 0.05 },
+    ];
+    config.surroundings.obstacles = shapes
+        .into_iter()
+        .map(|shape| Obstacle {
+            name: String::new(),
+            solid: Solid {
+                pose: Pose::from_translation(x, y, z - 0.11),
+                shape,
+            },
+            stiffness: Some(1e3),
+            damping: 10.0,
+            friction: 0.3,
+        })
+        .collect();
+    config.sensor_noise.force = 0.1;
+    let (mut cycle, mut script) = controller(config);
+    let most = (0..500).map(|_| tick(&mut cycle, &mut script)).max();
+    assert_eq!(most, Some(0));
+    assert!(script.snapshot.read().tcp_force[2] < -1.0);
 }

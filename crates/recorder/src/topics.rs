@@ -143,6 +143,7 @@ pub struct ScriptMessage {
     /// Name of the program.
     pub program: String,
     /// Number of the program, in the order in which programs were started, from 1.
+    #[serde(default)]
     pub program_id: u32,
     /// The program's text, when it starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -217,8 +218,10 @@ pub struct CommandMessage {
     /// Name of the program that asked; empty when a port did.
     pub program: String,
     /// Number of that program; 0 when a port asked.
+    #[serde(default)]
     pub program_id: u32,
     /// The script thread that asked.
+    #[serde(default)]
     pub thread: u32,
     /// Line of the call, from 1; 0 when there is none.
     pub line: u32,
@@ -309,7 +312,7 @@ fn io_schema() -> Value {
         "description": "An input, an output or a register has another value.",
         "type": "object",
         "properties": {
-            "cycle": {"type": "integer", "description": "the latest cycle when it changed"},
+            "cycle": {"type": "integer", "description": "the cycle in which it changed; of a register, the first that saw the change"},
             "name": {"type": "string", "description": "name of the point, standard_digital_out[3] for instance"},
             "value": {
                 "type": ["boolean", "number", "null"],

@@ -5,6 +5,7 @@ use crate::ast::{BinaryOp, Expr, ExprKind, Ident, ImportAlias, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;
 use crate::lexer::TokenKind as T;
 use crate::source::Span;
+use crate::spelling::nearest;
 
 impl Parser<'_> {
     /// One statement (or one line of them) into `body`. After an error, skips to the next line; what is indented
@@ -401,7 +402,9 @@ impl Parser<'_> {
                     self.text(token)
                 );
                 let mut diagnostic = Diagnostic::error("syntax", start.to(token.span), message);
-                if let Some(help) = slip(word) {
+                let meant =
+                    || nearest(word, HEADS.iter()).map(|head| format!("did you mean '{head}'"));
+                if let Some(help) = slip(word).map(str::to_owned).or_else(meant) {
                     diagnostic = diagnostic.with_help(help);
                 }
                 return Err(self.report(diagnostic));
@@ -463,6 +466,13 @@ impl Parser<'_> {
     }
 }
 
+/// Words that head a statement and stand before a name.
+const HEADS: [&str; 15] = [
+    "assert", "class", "def", "del", "elif", "for", "from", "global", "import", "nonlocal",
+    "print", "raise", "return", "while", "with",
+];
+
+/// What somebody meant who wrote another language's word.
 fn slip(word: &str) -> Option<&'static str> {
     Some(match word {
         "elseif" | "elsif" => "did you mean 'elif'",

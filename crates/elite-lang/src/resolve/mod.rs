@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use crate::ast::Module;
 use crate::diagnostic::Diagnostic;
 
-pub use names::{KnownNames, nearest};
+pub use names::KnownNames;
 pub use unused::unused_names;
 
 /// Where a name lives, seen from one scope.

@@ -1,8 +1,12 @@
 //! The ideal arm: it is where it should be, and its joints carry what the model says.
+//!
+//! Obstacles cannot hold it back: it goes into them, and they push with their stiffness times the depth.
 
-use kinematics::{Dynamics, JointPositions, JointSpeeds, JointTorques};
+use kinematics::{Dynamics, JointPositions, JointSpeeds, JointTorques, Pose, Wrench};
+use nalgebra::Vector3;
 
 use super::{ArmState, Push};
+use crate::contact::Contacts;
 use crate::setpoint::LimitedSetpoint;
 
 /// An arm whose actual position is the target.
@@ -11,8 +15,7 @@ pub struct IdealPlant {
     q: JointPositions,
     /// What the joints carried a cycle ago, Nm.
     torque: Option<JointTorques>,
-    /// What the push from outside takes off the joints, Nm.
-    pushed: JointTorques,
+    push: Push,
 }
 
 impl IdealPlant {
@@ -21,20 +24,33 @@ impl IdealPlant {
         Self {
             q,
             torque: None,
-            pushed: JointTorques::ZERO,
+            push: Push {
+                wrench: Wrench {
+                    force: Vector3::new(0.0, 0.0, 0.0),
+                    moment: Vector3::new(0.0, 0.0, 0.0),
+                },
+                flange_from_tcp: Pose::IDENTITY,
+            },
         }
     }
 
     pub(super) fn push(&mut self, push: &Push) {
-        self.pushed = push.torque;
+        self.push = *push;
     }
 
-    pub(super) fn follow(&mut self, target: &LimitedSetpoint, dynamics: &Dynamics) -> ArmState {
+    pub(super) fn follow(
+        &mut self,
+        target: &LimitedSetpoint,
+        dynamics: &Dynamics,
+        contacts: &Contacts,
+    ) -> ArmState {
         let target = target.get();
         self.q = target.q;
         let free = dynamics.inverse_dynamics(&target.q, &target.qd, &target.qdd);
+        let pressing = contacts.pressed(&target.q, &target.qd, &self.push.flange_from_tcp);
+        let (_, pushed) = self.push.at(&contacts.forward(&target.q));
         let torque = JointTorques(core::array::from_fn(|joint| {
-            free[joint] - self.pushed[joint]
+            free[joint] - pushed[joint] - pressing.torque[joint]
         }));
         let before = self.torque.replace(torque).unwrap_or(torque);
         ArmState {
@@ -44,17 +60,20 @@ impl IdealPlant {
             mean_torque: JointTorques(core::array::from_fn(|joint| {
                 (before[joint] + torque[joint]) / 2.0
             })),
+            contact: pressing.tool,
         }
     }
 
-    pub(super) fn stand(&mut self, dynamics: &Dynamics) -> ArmState {
+    pub(super) fn stand(&mut self, dynamics: &Dynamics, contacts: &Contacts) -> ArmState {
         let torque = dynamics.gravity_torques(&self.q);
+        let pressing = contacts.pressed(&self.q, &JointSpeeds::ZERO, &self.push.flange_from_tcp);
         self.torque = None;
         ArmState {
             q: self.q,
             qd: JointSpeeds::ZERO,
             torque,
             mean_torque: torque,
+            contact: pressing.tool,
         }
     }
 }

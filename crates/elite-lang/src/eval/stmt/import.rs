@@ -118,7 +118,7 @@ impl Statement for ImportStar {
 
 /// What to add to a message about an unknown name.
 fn suggestion(name: &str, names: impl Iterator<Item = impl AsRef<str>>) -> String {
-    match crate::resolve::nearest(name, names) {
+    match crate::spelling::nearest(name, names) {
         Some(near) => format!("; did you mean '{near}'?"),
         None => String::new(),
     }

@@ -59,8 +59,9 @@ impl Canvas {
     }
 
     /// The picture as the bytes of a PNG file.
-    pub(super) fn into_png(self) -> Result<Vec<u8>, impl std::error::Error + Send + Sync> {
-        self.pixmap.encode_png()
+    pub(super) fn into_png(self) -> Result<Vec<u8>, PlotError> {
+        let png = self.pixmap.encode_png();
+        png.map_err(|error| PlotError::Encode(error.to_string()))
     }
 
     /// A line through all points.
@@ -91,6 +92,16 @@ impl Canvas {
             let paint = paint(line.color);
             let pixmap = &mut self.pixmap;
             pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
+        }
+    }
+
+    /// A filled disc.
+    pub(super) fn dot(&mut self, (x, y): (f32, f32), radius: f32, color: Color) {
+        // No radius, no disc.
+        if let Some(path) = PathBuilder::from_circle(x, y, radius) {
+            let pixmap = &mut self.pixmap;
+            let place = Transform::identity();
+            pixmap.fill_path(&path, &paint(color), FillRule::Winding, place, None);
         }
     }
 

@@ -1,0 +1,170 @@
+//! `replay --plot OUT.png`: the run as a picture.
+//!
+//! Owns what is shown of a recording; how it is drawn is [`crate::plot`]'s business. Time is cut into as many slots as
+//! the picture has columns, so that a recording of any length is read in bounded memory and no peak is lost.
+
+use std::path::Path;
+
+use recorder::{Cycle, Entry, ReadError, Recording, Topic};
+use thiserror::Error;
+
+use crate::plot::{Curve, Figure, Marks, Panel, PlotError, Slots};
+
+/// Width and height of the picture, pixels.
+const SIZE: (u32, u32) = (1600, 1500);
+/// Marks of a kind; more would hide the curves.
+const MAX_MARKS: usize = 400;
+
+/// Why there is no picture of a recording.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PictureError {
+    /// The recording cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// Nothing to draw.
+    #[error("there is nothing to draw: the recording has no cycles")]
+    Empty,
+    /// The picture cannot be made or written.
+    #[error(transparent)]
+    Plot(#[from] PlotError),
+}
+
+/// Draws the recording into a PNG file.
+///
+/// # Errors
+/// [`PictureError`].
+pub(super) fn plot(recording: &Recording, path: &Path) -> Result<(), PictureError> {
+    Ok(figure(recording)?.save(path)?)
+}
+
+const JOINTS: &[&str] = &["J1", "J2", "J3", "J4", "J5", "J6"];
+const AXES: &[&str] = &["Fx", "Fy", "Fz"];
+
+/// What a panel shows.
+struct Content {
+    title: &'static str,
+    unit: &'static str,
+    half_span_min: f64,
+    names: &'static [&'static str],
+    values: fn(&Cycle) -> &[f64],
+}
+
+/// The panels from top to bottom.
+const PANELS: [Content; 5] = [
+    Content {
+        title: "Joint positions, actual",
+        unit: "rad",
+        half_span_min: 0.1,
+        names: JOINTS,
+        values: |cycle| &cycle.actual_q,
+    },
+    Content {
+        title: "Joint speeds, actual",
+        unit: "rad/s",
+        half_span_min: 0.1,
+        names: JOINTS,
+        values: |cycle| &cycle.actual_qd,
+    },
+    Content {
+        title: "Joint accelerations, target",
+        unit: "rad/s²",
+        half_span_min: 1.0,
+        names: JOINTS,
+        values: |cycle| &cycle.target_qdd,
+    },
+    Content {
+        title: "Joint torques, actual",
+        unit: "Nm",
+        half_span_min: 1.0,
+        names: JOINTS,
+        values: |cycle| &cycle.actual_torque,
+    },
+    Content {
+        title: "Force on the tool, TCP frame",
+        unit: "N",
+        half_span_min: 5.0,
+        names: AXES,
+        values: |cycle| &cycle.tcp_force,
+    },
+];
+
+fn figure(recording: &Recording) -> Result<Figure, PictureError> {
+    let range = time_range(recording)?;
+    let mut slots: Vec<Vec<Slots>> = PANELS
+        .iter()
+        .map(|panel| vec![Slots::new(range); panel.names.len()])
+        .collect();
+    let mut lines = Marks::dark("line");
+    let mut commands = Marks::dashed("command");
+    let mut unmarked = 0;
+    let mut mark = |marks: &mut Marks, time: f64, name: String| {
+        if marks.len() < MAX_MARKS {
+            marks.push(time, name);
+        } else {
+            unmarked += 1;
+        }
+    };
+    for entry in recording.entries(&[Topic::Cycle, Topic::Command, Topic::Script])? {
+        match entry? {
+            (_, Entry::Cycle(cycle)) => {
+                for (panel, curves) in PANELS.iter().zip(&mut slots) {
+                    for (value, curve) in (panel.values)(&cycle).iter().zip(curves) {
+                        curve.add(cycle.time, *value);
+                    }
+                }
+            }
+            (time, Entry::Command(command)) => mark(&mut commands, time, command.name),
+            // The main thread's line; those of other threads would cross it.
+            (time, Entry::Script(script)) if script.thread == Some(0) => {
+                if let Some(line) = script.line {
+                    mark(&mut lines, time, line.to_string());
+                }
+            }
+            _ => {}
+        }
+    }
+    let mut note = format!("{:.2} s", range.1 - range.0);
+    if unmarked > 0 {
+        note += &format!(", {unmarked} later lines and commands not marked");
+    }
+    let figure = Figure::new(title(recording))
+        .note(note)
+        .size(SIZE.0, SIZE.1)
+        .time_range(range.0, range.1)
+        .marks(lines)
+        .marks(commands);
+    Ok(PANELS
+        .iter()
+        .zip(slots)
+        .fold(figure, |figure, (content, slots)| {
+            let panel =
+                Panel::over_time(content.title, content.unit).half_span_min(content.half_span_min);
+            let curves = content.names.iter().zip(slots);
+            figure.panel(curves.fold(panel, |panel, (name, slots)| {
+                panel.curve(Curve::new(*name, slots.points()))
+            }))
+        }))
+}
+
+/// Begin of the first and end of the last cycle, s.
+fn time_range(recording: &Recording) -> Result<(f64, f64), PictureError> {
+    let mut range: Option<(f64, f64)> = None;
+    for cycle in recording.cycles()? {
+        let cycle = cycle?;
+        let begin = range.map_or(cycle.time - cycle.step_time, |(begin, _)| begin);
+        range = Some((begin, cycle.time));
+    }
+    range
+        .filter(|(begin, end)| begin.is_finite() && end.is_finite() && begin <= end)
+        .ok_or(PictureError::Empty)
+}
+
+fn title(recording: &Recording) -> String {
+    let path = std::path::Path::new(recording.name());
+    let file = path.file_name().unwrap_or_default().to_string_lossy();
+    match recording.setup() {
+        Some(setup) => format!("{file}   {}, {} plant", setup.model, setup.plant),
+        None => file.into_owned(),
+    }
+}
