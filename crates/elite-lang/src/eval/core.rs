@@ -267,9 +267,12 @@ impl super::Evaluator<'_> {
     /// Raises `MemoryError` if the task holds more than it may.
     pub fn check_memory(&self) -> R<()> {
         if self.core.memory_allows(0) {
-            Ok(())
-        } else {
-            Err(self.memory_limit_error())
+            return Ok(());
+        }
+        self.core.collect();
+        match self.core.memory_allows(0) {
+            true => Ok(()),
+            false => Err(self.memory_limit_error()),
         }
     }
 

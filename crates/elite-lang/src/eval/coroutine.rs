@@ -159,6 +159,7 @@ impl Evaluator<'_> {
     #[cold]
     #[inline(never)]
     pub(super) fn out_of_fuel(&self) -> R<()> {
+        self.core.collect_if_due();
         if self.core.refuel() {
             return self.check_memory();
         }
