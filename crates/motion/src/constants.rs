@@ -110,8 +110,10 @@ pub const PACE_KNOT_TIME: f64 = 2.0 * ACCELERATION_RISE;
 /// Share of the acceleration and jerk of a place that its pace uses up; the rest is for starting and stopping there.
 pub const PACE_SHARE: f64 = 0.5;
 
-/// How often a pace is made anew where it asks too much, one time a cycle.
+/// How often a pace is made anew where it asks too much, in all and in one cycle.
 pub const PACE_ATTEMPTS: u32 = 6;
+/// See [`PACE_ATTEMPTS`].
+pub const PACE_ATTEMPTS_PER_CYCLE: u32 = 2;
 
 /// Three points make no arc when the sine of their angle is below this: the radius would be a million times their distance.
 pub const STRAIGHT_ARC: f64 = 1e-6;

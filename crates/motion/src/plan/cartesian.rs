@@ -11,7 +11,7 @@ use super::leg::{Leg, NO_COURSE, with_duration};
 use super::pace::PacePlanner;
 use super::survey::{Part, Survey};
 use super::{Arm, Warnings, Wish};
-use crate::constants::LINE_PLACES_PER_CYCLE;
+use crate::constants::{LINE_PLACES_PER_CYCLE, PACE_ATTEMPTS_PER_CYCLE};
 use crate::path::{ArcOrientation, CartesianPath, Geometry, Path};
 use crate::scalar::{Course, ScalarLimits};
 
@@ -126,7 +126,8 @@ impl CartesianPlanner {
         let tcp_per_s = self.path.tcp_distance_per_s();
         if let Some(pacing) = &mut self.pacing {
             let parts = survey.parts();
-            let Some(made) = pacing.planner.work(parts, tcp_per_s, &self.wish, arm) else {
+            let attempt = |_| pacing.planner.work(parts, tcp_per_s, &self.wish, arm);
+            let Some(made) = (0..PACE_ATTEMPTS_PER_CYCLE).find_map(attempt) else {
                 return Ok(None);
             };
             let even = pacing.even;
