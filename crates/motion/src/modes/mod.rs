@@ -5,6 +5,7 @@
 //! - [`joint_speed`], [`tcp_speed`]: speeds of the joints and of the TCP, and coming to rest from them.
 //! - `points`: the speed limits of TCP and elbow where joints are steered one by one.
 //! - [`freedrive`]: speeds that follow the hand.
+//! - `force`: force mode, corrections over whatever moves the arm.
 //! - [`conveyor`], [`encoder`]: the belt frame that planned motions are superimposed on.
 //!
 //! Owns what the modes have in common: whose call it is, when it ends, and how a mode ends. Knows no ring and no events.
@@ -13,6 +14,7 @@ pub mod axis;
 pub mod conveyor;
 pub mod encoder;
 pub mod follower;
+pub(crate) mod force;
 pub mod freedrive;
 pub mod joint_speed;
 mod points;

@@ -12,12 +12,14 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::{KnownNames, SourceFile};
 use elite_runtime::interpreter::{Statement, Submitted, ThrownAway};
-use elite_runtime::message::{Message, Severity};
+use elite_runtime::message::{Message, RECORDING_ALARM_CODE, Severity};
 use elite_runtime::panel::{FLAGS, PopupStyle};
 use elite_runtime::{ProgramText, Robot, Supervisor};
+use io_bus::Fieldbus;
 use kinematics::RobotModel;
 use motion::realtime::ClockMeter;
-use motion_api::{CommandId, CommandKind, MotionMode, RobotState};
+use motion_api::{CommandId, CommandKind, MotionMode, RegisterImages, RobotState};
+use recorder::RecorderMeter;
 use serde_json::{Value, json};
 use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
@@ -28,15 +30,16 @@ use crate::controller::Controller;
 use crate::feed::{Feed, task_status};
 use crate::log_dir::InterpreterLog;
 use crate::ports::ClientId;
-use crate::ports::description::{Peripherals, RobotDescription, TaskStatus};
+use crate::ports::description::{Peripherals, RobotDescription, TaskStatus, ToolSerial};
 use crate::ports::http;
+use crate::ports::http::metrics::{Figures, RecordingFigures};
 use crate::ports::interpreter::codec::{Command, Discard};
 use crate::ports::interpreter::{self, Verdict};
 use crate::ports::primary::codec::{ErrorData, Exception, Level, Source};
 use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
 use crate::ports::primary::{self, Hub, Submission};
-use crate::task_folder::TaskFolder;
 use dashboard::{Configuration, Loaded};
+use elite_runtime::task_folder::TaskFolder;
 pub use lifetime::Lifetime;
 
 /// Name of programs that are one line outside a block.
@@ -45,6 +48,7 @@ const LINE_NAME: &str = "line";
 /// What ports ask the controller, answered.
 pub struct Backend {
     robot: Arc<Robot>,
+    fieldbus: Arc<Fieldbus>,
     supervisor: Supervisor,
     description: RobotDescription,
     hub: Hub,
@@ -57,6 +61,7 @@ pub struct Backend {
     loaded: Mutex<Loaded>,
     lifetime: Lifetime,
     clock: ClockMeter,
+    recording: Option<RecorderMeter>,
     known: KnownNames,
     log: InterpreterLog,
 }
@@ -88,11 +93,13 @@ impl Backend {
             loaded: Mutex::default(),
             lifetime,
             robot: controller.robot().clone(),
+            fieldbus: controller.fieldbus().clone(),
             supervisor: controller.supervisor().clone(),
             description: describe(controller.robot().model()),
             hub,
             remote: AtomicBool::new(!config.local),
             clock: controller.clock_meter(),
+            recording: controller.recorder_meter(),
             known: KnownNames::new(elite_runtime::builtins::all().map(|b| b.name)),
             log: controller.interpreter_log().clone(),
         }
@@ -141,8 +148,12 @@ impl Backend {
                     Severity::Error => Level::Error,
                 };
                 let data = ErrorData::Text(text.clone());
+                let source = match *code {
+                    RECORDING_ALARM_CODE => Source::Controller,
+                    _ => Source::Safety,
+                };
                 (
-                    Source::Safety,
+                    source,
                     Exception::Robot {
                         code: *code,
                         sub_code: *sub_code,
@@ -210,7 +221,17 @@ impl primary::Backend for Backend {
     }
 
     fn peripherals(&self) -> Peripherals {
-        Peripherals::of(&self.robot.state())
+        let settings = self.fieldbus.tool_serial.settings();
+        Peripherals {
+            tool_serial: settings.map(|s| ToolSerial {
+                baud_rate: s.baud_rate,
+                parity: s.parity.into(),
+                stop_bits: s.stop_bits.into(),
+                modbus_rtu: s.modbus_rtu,
+                for_daemon: s.for_daemon,
+            }),
+            ..Peripherals::of(&self.robot.state())
+        }
     }
 
     fn unix_millis(&self) -> u64 {
@@ -377,12 +398,31 @@ impl http::Source for Backend {
         })
     }
 
-    fn overruns(&self) -> u64 {
-        self.clock.overruns()
+    fn figures(&self) -> Figures {
+        Figures {
+            overruns: self.clock.overruns(),
+            missed_cycles: self.clock.missed(),
+            cycle_durations: self.clock.durations(),
+            wakeup_latencies: self.clock.latencies(),
+            commands_waiting: self.robot.commands_waiting(),
+            statements_waiting: self.supervisor.interpreter().counters().unexecuted,
+            recording: self.recording.as_ref().map(RecordingFigures::of),
+            errors: self.announcer.errors(),
+        }
     }
 
-    fn missed_cycles(&self) -> u64 {
-        self.clock.missed()
+    fn registers(&self) -> RegisterImages {
+        self.robot.registers().images()
+    }
+
+    fn set_inputs(&self, changes: &http::io::InputChanges) -> Result<(), String> {
+        for value in &changes.registers {
+            value.write(&self.robot.registers().input);
+        }
+        for change in &changes.points {
+            self.supervisor.command(CommandKind::SetIo(*change));
+        }
+        Ok(())
     }
 }
 
