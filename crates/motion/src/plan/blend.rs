@@ -242,6 +242,7 @@ impl Corner {
             bounds.elbow = bounds.elbow.max(elbow_speed(&frames, &rates));
             bounds.torque.cover(&q, &point.first, &point.second, arm);
         }
+        bounds.tcp = tcp_per_s / POINT_SPEED_MARGIN;
         let fastest = left.speed.max(right.speed);
         let speed = if self.is_between_joint_legs(leg) {
             // The leading joint turns one radian per s of the first leg, and `rate` of them on the second.
@@ -269,7 +270,7 @@ impl Corner {
             duration: 0.0,
             radius: 0.0,
         };
-        let limits = Able::of(&bounds, tcp_per_s / POINT_SPEED_MARGIN, arm.limits).at(&wish);
+        let limits = Able::of(&bounds, arm.limits).at(&wish);
         limits.are_usable().then_some(limits)
     }
 

@@ -126,7 +126,7 @@ impl Leg {
             Measure::Turning => {
                 let metres_per_s = match self.path.geometry() {
                     Geometry::Joint(_) => ROTATION_LENGTH,
-                    Geometry::Cartesian(_) | Geometry::Blend(_) => 1.0,
+                    Geometry::Cartesian(_) | Geometry::Micro(_) | Geometry::Blend(_) => 1.0,
                 };
                 let way = (self.path.way(s).s - self.path.way(corner).s).abs();
                 away.max(way * metres_per_s)
