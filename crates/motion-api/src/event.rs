@@ -230,7 +230,7 @@ pub enum StopReason {
         /// The force at the TCP that explains the torques of all joints best, N.
         force: f64,
     },
-    /// A conveyor carried the TCP out of reach.
+    /// A conveyor carried the TCP out of reach, or to where the joints would have to change their speeds faster than they can.
     #[error("the conveyor carries the TCP to where the arm cannot follow")]
     ConveyorLost,
     /// TCP or tool were about to cross a safety plane.

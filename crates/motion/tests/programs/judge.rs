@@ -4,7 +4,7 @@
 
 use kinematics::rotation::rotation_from_rotvec;
 use kinematics::{JointPositions, JointSpeeds, Pose, RobotModel};
-use motion_api::{CommandKind, Outcome, RobotState, Warning};
+use motion_api::{CommandKind, Outcome, RobotState, StopReason, Warning};
 use nalgebra::Vector3;
 
 use crate::generate::{BELT_START, Conveyor, ConveyorKind, Program};
@@ -40,6 +40,8 @@ pub struct Tally {
     pub joined: usize,
     pub not_joined: usize,
     pub on_belts: usize,
+    /// Programs that a belt ended by carrying the arm to where it could not follow.
+    pub carried_away: usize,
     pub path_max: f64,
     pub end_max: f64,
     pub belt_max: f64,
@@ -63,6 +65,7 @@ impl Tally {
         self.joined += other.joined;
         self.not_joined += other.not_joined;
         self.on_belts += other.on_belts;
+        self.carried_away += other.carried_away;
         self.path_max = self.path_max.max(other.path_max);
         self.end_max = self.end_max.max(other.end_max);
         self.belt_max = self.belt_max.max(other.belt_max);
@@ -73,10 +76,18 @@ impl Tally {
 pub fn judge(program: &Program, run: &Run) -> Verdict {
     let mut verdict = Verdict::default();
     verdict.tally.cycles = run.bench.states.len();
-    let stops = run.bench.stops.iter();
-    verdict
-        .faults
-        .extend(stops.map(|s| format!("protective stop: {s}")));
+    for stop in &run.bench.stops {
+        // A belt goes on when the arm cannot; so may the joint speeds of a motion that was planned elsewhere.
+        let is_carried_away = matches!(
+            stop,
+            StopReason::ConveyorLost | StopReason::JointSpeed { .. }
+        );
+        if program.conveyor.is_some() && is_carried_away {
+            verdict.tally.carried_away += 1;
+        } else {
+            verdict.faults.push(format!("protective stop: {stop}"));
+        }
+    }
     verdict.faults.extend(run.bench.limit_faults());
     verdict.faults.extend(point_faults(program, run));
     let mut follower = Follower {
@@ -331,10 +342,9 @@ impl Follower<'_> {
             return;
         };
         self.verdict.tally.on_belts += 1;
-        for state in states
-            .iter()
-            .filter(|s| s.time > BELT_START + CATCHING_UP && s.cycle <= sent.ended)
-        {
+        let caught_up = |s: &&&RobotState| s.time > BELT_START + CATCHING_UP;
+        let is_moving = |s: &&&RobotState| s.cycle <= sent.ended && s.stop_code == 0;
+        for state in states.iter().filter(caught_up).filter(is_moving) {
             let pose = taken_back(&conveyor, state, &self.model.tcp_pose(&state.target_q, &self.tcp));
             let mut off = on.way.off(&pose);
             if let Some(before) = before {

@@ -60,7 +60,7 @@ fn every_program_is_right(model: &'static str) {
     }
     let durations = all.rest_to_rest.len();
     println!(
-        "{model}: {count} programs, {} cycles, {} motions ({} refused), {} joined ({} not blended), {} on belts; largest \
+        "{model}: {count} programs, {} cycles, {} motions ({} refused), {} joined ({} not blended), {} on belts ({} programs carried away); largest \
          deviation from the path {:.1e}, at the end {:.1e}, on a belt {:.1e} m; {durations} movej from rest to rest",
         all.cycles,
         all.motions,
@@ -68,6 +68,7 @@ fn every_program_is_right(model: &'static str) {
         all.joined,
         all.not_joined,
         all.on_belts,
+        all.carried_away,
         all.path_max,
         all.end_max,
         all.belt_max,
@@ -81,6 +82,7 @@ fn every_program_is_right(model: &'static str) {
     if count >= PROGRAMS {
         assert!(all.motions as u64 > 3 * count && 3 * all.refused < all.motions);
         assert!(all.joined as u64 > count / 2 && 4 * all.not_joined < all.joined);
+        assert!(3 * all.carried_away <= all.on_belts);
     }
 }
 
