@@ -7,10 +7,12 @@ pub mod builtins;
 pub mod interpreter;
 pub mod interpreter_queue;
 pub mod message;
+mod micro_line;
 pub mod panel;
 pub mod robot;
 pub mod supervisor;
 mod task;
+pub mod task_folder;
 mod value_text;
 
 pub use message::{Message, Observer, Severity};

@@ -72,6 +72,9 @@ pub const EMERGENCY_STOP_CODE: i32 = 101;
 /// Error code of alarms that end a program, such as a wrong I/O type (manual 5.16). Our numbering.
 pub const SCRIPT_ALARM_CODE: i32 = 110;
 
+/// Error code of the alarm that the recording has stopped. Our numbering.
+pub const RECORDING_ALARM_CODE: i32 = 120;
+
 impl Message {
     /// A log line.
     pub fn log(severity: Severity, origin: Origin, text: impl Into<String>) -> Self {

@@ -199,6 +199,11 @@ impl Robot {
         self.progress.notified().await;
     }
 
+    /// How many commands wait for the motion thread.
+    pub fn commands_waiting(&self) -> usize {
+        self.commands.waiting()
+    }
+
     /// Takes all waiting events: completions go into the table, warnings and stops to the observer, which is also shown
     /// the state of a cycle that is new. Called by the pump thread after each cycle of the real clock, and by whoever
     /// advances the virtual one.

@@ -5,39 +5,30 @@
 )]
 
 use divan::Bencher;
-use force::{SpeedLimits, TwistLimiter};
-use kinematics::{JointPositions, JointSpeeds, Pose, RobotModel, Twist};
-use nalgebra::Vector3;
+use force::{Problem, TwistLimiter};
+use kinematics::{JointPositions, JointSpeeds, Pose, RobotModel};
 
 fn main() {
     divan::main();
 }
 
-/// Free: no bound is touched. Tight: the acceleration bounds of most joints are.
+/// Free: no bound is touched. Tight: the bounds of most joints and of one component are.
 #[divan::bench(args = [0.001, 0.5])]
 fn solve(bencher: Bencher, speed: f64) {
     let arm = RobotModel::built_in("cs66").expect("a built-in arm");
-    let own = arm.limits();
-    let limits = SpeedLimits {
-        position_min: own.position_min,
-        position_max: own.position_max,
-        speed: own.speed,
-        acceleration: own.acceleration,
-    };
-    let mut limiter = TwistLimiter::new(limits, 0.004).expect("good limits");
+    let mut limiter = TwistLimiter::new().expect("a limiter");
     let q = JointPositions([0.3, -1.2, 1.4, -1.6, -1.2, 0.5]);
     let (_, jacobian) = arm.tcp_pose_and_jacobian(&q, &Pose::IDENTITY);
-    let wanted = Twist {
-        linear: Vector3::new(speed, -speed, speed),
-        angular: Vector3::zeros(),
+    let mut limits = [f64::INFINITY; 6];
+    limits[2] = 0.01;
+    let problem = Problem {
+        jacobian,
+        wanted: [speed, -speed, speed, 0.0, 0.0, 0.0],
+        weights: [1.0; 6],
+        lower: JointSpeeds([-0.04; 6]),
+        upper: JointSpeeds([0.04; 6]),
+        limits,
+        before: JointSpeeds::ZERO,
     };
-    bencher.bench_local(|| {
-        limiter.solve(
-            &jacobian,
-            divan::black_box(&wanted),
-            &[1.0; 6],
-            &q,
-            &JointSpeeds::ZERO,
-        )
-    });
+    bencher.bench_local(|| limiter.solve(divan::black_box(&problem)));
 }

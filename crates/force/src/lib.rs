@@ -1,9 +1,18 @@
-//! Force control: what turns a wanted TCP twist into joint speeds the arm can have.
+//! Force control: from the wrench that is felt and the wrench that is wanted to joint speeds the arm can have.
 //!
-//! For now one piece: [`TwistLimiter`], the quadratic program behind every mode in which the TCP's velocity is wanted
-//! rather than a path (force mode, freedrive, speed control in Cartesian space). No mode of the control cycle uses it
-//! yet; the admittance law and the task frames that feed it do not exist.
+//! - [`frame`]: where the axes of force control point (manual 4.1, modes 0 to 3).
+//! - [`stiffness`]: how hard the environment is, from what position and force say while the tool moves.
+//! - [`admittance`]: the speed wanted along one axis; its damping follows the stiffness.
+//! - [`limiter`]: the joint speeds nearest to a wanted twist, a quadratic program.
+//!
+//! Knows no cycle, no commands and no plant: the control cycle of `motion` calls these once a cycle with numbers.
 
-mod limiter;
+pub mod admittance;
+pub mod frame;
+pub mod limiter;
+pub mod stiffness;
 
-pub use limiter::{Limited, LimiterError, SpeedLimits, TwistLimiter};
+pub use admittance::{Admittance, Aim, Kind, Reading, Tuning};
+pub use frame::{FrameMode, TaskFrame};
+pub use limiter::{Limited, LimiterError, Method, Problem, TwistLimiter};
+pub use stiffness::Stiffness;

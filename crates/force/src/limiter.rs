@@ -1,266 +1,332 @@
 //! The joint speeds nearest to a wanted twist that the joints can have in the next cycle.
 //!
-//! minimise ½ |W (J q̇ - v)|² + ½ ε |q̇|²  subject to  lower ≤ q̇ ≤ upper
+//! minimise ½ |W (J q̇ - v)|² + ½ ε |q̇|²  subject to  lower ≤ q̇ ≤ upper  and  |J q̇|ᵢ ≤ limitᵢ
 //!
-//! The bounds join speed, acceleration and position limits of each joint; ε keeps the answer unique where J is singular.
-//! Solved by clarabel's interior point method, whose problem data are overwritten in place: two allocator calls a solve,
-//! inside the library. Owns no task frame and no force.
+//! J and v are given in the axes in which the twist is limited. ε keeps the answer unique where J is singular. The
+//! minimum without bounds is looked at first: where it keeps them it is the answer, to machine precision. Otherwise
+//! clarabel's interior point method solves the program, scaled to the size of the bounds; its data are overwritten in
+//! place (two allocator calls a solve, inside the library). If it needs more than a fixed number of iterations the
+//! answer is the clamped minimum, drawn towards a point that keeps every bound until it does too: never the best, always
+//! allowed. Owns no task frame and no force, and no rule where the bounds come from.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
     DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus,
 };
-use kinematics::{DOF, JointAccelerations, JointPositions, JointSpeeds, Twist};
+use kinematics::{DOF, JointSpeeds};
 use nalgebra::{Matrix6, Vector6};
 use thiserror::Error;
 
 /// ε: metres per second and radian per second of the twist count as 1, a joint's rad/s as its root, 1e-3.
 const REGULARISATION: f64 = 1e-6;
 
-/// Most iterations of a solve; a usual one takes 6 to 10.
+/// Most iterations of a solve; a usual one takes 6 to 12. Counted and not timed, so that a run is the same everywhere.
 const MAX_ITERATIONS: u32 = 40;
 
-/// What the joints may do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpeedLimits {
-    /// Smallest positions, rad.
-    pub position_min: JointPositions,
-    /// Largest positions, rad.
-    pub position_max: JointPositions,
-    /// Largest speeds either way, rad/s.
-    pub speed: JointSpeeds,
-    /// Largest accelerations either way, rad/s².
-    pub acceleration: JointAccelerations,
-}
+/// Upper and lower bound of every joint and of every component of the twist.
+const ROWS: usize = 4 * DOF;
+
+/// A component without a limit gets this many half widths of the joints' bounds: |J| ≤ 2 m makes at most 24.
+const NO_LIMIT: f64 = 100.0;
 
 /// What is wrong with a limiter or its input.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum LimiterError {
-    /// A limit or the step time cannot be used.
-    #[error("{name} of joint {} is {value}, it must be a positive number", joint + 1)]
-    BadLimit {
-        /// Which limit.
-        name: &'static str,
-        /// Joint from 0.
-        joint: usize,
-        /// As given.
-        value: f64,
-    },
-    /// The step time cannot be used.
-    #[error("the step time is {step_s} s, it must be a positive number")]
-    BadStep {
-        /// As given, s.
-        step_s: f64,
-    },
     /// An input of a solve is NaN or infinite.
     #[error("the {name} has a component that is not a finite number")]
     NotFinite {
         /// Which input.
         name: &'static str,
     },
-    /// The solver gave up.
-    #[error("the solver found no joint speeds: {status}")]
-    NotSolved {
+    /// A lower bound lies above the upper one.
+    #[error(
+        "joint {} may be no slower than {lower} rad/s and no faster than {upper} rad/s: no speed is left",
+        joint + 1
+    )]
+    NoSpeed {
+        /// Joint from 0.
+        joint: usize,
+        /// rad/s.
+        lower: f64,
+        /// rad/s.
+        upper: f64,
+    },
+    /// The solver cannot be made.
+    #[error("the solver cannot be made: {status}")]
+    Solver {
         /// What the solver says.
         status: &'static str,
     },
 }
 
-/// Joint speeds within their limits.
+/// One cycle's question. Twists are linear before angular, in the axes in which they are limited.
+#[derive(Clone, Copy, Debug)]
+pub struct Problem {
+    /// Rows in those axes, columns joints.
+    pub jacobian: Matrix6<f64>,
+    /// Wanted twist, m/s and rad/s.
+    pub wanted: [f64; 6],
+    /// How much each component counts.
+    pub weights: [f64; 6],
+    /// Smallest joint speeds, rad/s.
+    pub lower: JointSpeeds,
+    /// Largest joint speeds, rad/s.
+    pub upper: JointSpeeds,
+    /// Largest components of the twist either way, m/s and rad/s; infinite for none. A component that is faster at
+    /// `before` is only kept from becoming faster still: what the joints cannot do is not asked of them.
+    pub limits: [f64; 6],
+    /// Joint speeds now, rad/s.
+    pub before: JointSpeeds,
+}
+
+/// How an answer was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// No bound is touched: the exact minimum.
+    Free,
+    /// The quadratic program.
+    Program,
+    /// The program did not end in its iterations.
+    Fallback,
+}
+
+/// Joint speeds within their bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limited {
     /// The joint speeds, rad/s.
     pub qd: JointSpeeds,
-    /// The twist they make: J q̇.
-    pub twist: Twist,
-    /// True when some joint is at a bound, so that the twist may differ from the wanted one.
-    pub is_at_bound: bool,
+    /// How they were found.
+    pub method: Method,
 }
 
 /// Finds joint speeds; made once, used every cycle.
 pub struct TwistLimiter {
-    limits: SpeedLimits,
-    step: f64,
     solver: DefaultSolver<f64>,
-    /// Upper triangle of P, column by column; q; b. Overwritten in place.
+    /// Upper triangle of P, column by column; q; A column by column; b. Overwritten in place.
     quadratic: Vec<f64>,
     linear: Vec<f64>,
+    rows: Vec<f64>,
     bounds: Vec<f64>,
 }
 
 impl TwistLimiter {
-    /// A limiter for cycles of `step` seconds.
+    /// A limiter with the memory of its solver.
     ///
     /// # Errors
-    /// A limit or the step time is not positive and finite, or the solver refuses its settings.
-    pub fn new(limits: SpeedLimits, step: f64) -> Result<Self, LimiterError> {
-        if !(step > 0.0 && step.is_finite()) {
-            return Err(LimiterError::BadStep { step_s: step });
-        }
-        for joint in 0..DOF {
-            for (name, value) in [
-                ("speed", limits.speed[joint]),
-                ("acceleration", limits.acceleration[joint]),
-                (
-                    "position range",
-                    limits.position_max[joint] - limits.position_min[joint],
-                ),
-            ] {
-                if !(value > 0.0 && value.is_finite()) {
-                    return Err(LimiterError::BadLimit { name, joint, value });
-                }
-            }
-        }
+    /// [`LimiterError::Solver`] when the library refuses its settings or the form of the problem.
+    pub fn new() -> Result<Self, LimiterError> {
+        Self::with_iterations(MAX_ITERATIONS)
+    }
+
+    /// The same with another bound on the iterations; 0 always takes the fallback.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_iterations(most: u32) -> Result<Self, LimiterError> {
         let quadratic = upper_triangle(&Matrix6::identity());
         let linear = vec![0.0; DOF];
-        let bounds = vec![1.0; 2 * DOF];
+        let mut rows = vec![0.0; DOF * (2 + 2 * DOF)];
+        fill_rows(&mut rows, &Matrix6::identity());
+        let bounds = vec![1.0; ROWS];
         let settings = DefaultSettingsBuilder::default()
             .verbose(false)
-            .max_iter(MAX_ITERATIONS)
+            .max_iter(most)
             .max_threads(1)
             .presolve_enable(false)
             .input_sparse_dropzeros(false)
+            .tol_gap_abs(1e-11)
+            .tol_gap_rel(1e-11)
+            .tol_feas(1e-11)
             .build()
-            .map_err(|_| LimiterError::NotSolved {
+            .map_err(|_| LimiterError::Solver {
                 status: "its settings are refused",
             })?;
         let solver = DefaultSolver::new(
             &dense_upper(quadratic.clone()),
             &linear,
-            &stacked_identities(),
+            &row_matrix(rows.clone()),
             &bounds,
-            &[NonnegativeConeT(2 * DOF)],
+            &[NonnegativeConeT(ROWS)],
             settings,
         )
-        .map_err(|_| LimiterError::NotSolved {
+        .map_err(|_| LimiterError::Solver {
             status: "its problem is refused",
         })?;
         Ok(Self {
-            limits,
-            step,
             solver,
             quadratic,
             linear,
+            rows,
             bounds,
         })
     }
 
-    /// The speeds each joint can have at the end of the next cycle: `(lower, upper)`, rad/s.
-    ///
-    /// From the speed `before` within the acceleration limit; never so fast towards an end of the range that the joint
-    /// could not stop before it. Where these contradict each other (a joint already too fast), it brakes as hard as it may.
-    pub fn bounds(&self, q: &JointPositions, before: &JointSpeeds) -> ([f64; DOF], [f64; DOF]) {
-        let l = &self.limits;
-        let mut lower = [0.0; DOF];
-        let mut upper = [0.0; DOF];
-        for joint in 0..DOF {
-            let change = l.acceleration[joint] * self.step;
-            let (least, most) = (before[joint] - change, before[joint] + change);
-            let up = self.stoppable(l.position_max[joint] - q[joint], joint);
-            let down = -self.stoppable(q[joint] - l.position_min[joint], joint);
-            upper[joint] = most.min(l.speed[joint]).min(up).max(least);
-            lower[joint] = least.max(-l.speed[joint]).max(down).min(most);
-            // Both rules braking against each other leave one speed.
-            if lower[joint] > upper[joint] {
-                let middle = 0.5 * (lower[joint] + upper[joint]);
-                (lower[joint], upper[joint]) = (middle, middle);
-            }
-        }
-        (lower, upper)
-    }
-
-    /// The largest speed towards an end `room` radians away from which the joint stops in whole cycles before it.
-    ///
-    /// After this cycle `room` has shrunk by v h; then v may fall by a h a cycle: v h + v² / 2a + v h / 2 ≤ room.
-    fn stoppable(&self, room: f64, joint: usize) -> f64 {
-        let a = self.limits.acceleration[joint];
-        let b = 1.5 * a * self.step;
-        ((b * b + 2.0 * a * room.max(0.0)).sqrt() - b).max(0.0)
-    }
-
-    /// The joint speeds nearest to `wanted`, given the Jacobian at the TCP, the joints now and their speeds in the cycle
-    /// before. `weights` say how much each component of the twist counts, linear before angular.
+    /// The joint speeds that answer the question.
     ///
     /// # Errors
-    /// An input is not finite, or the solver gives up within its bounded number of iterations.
-    pub fn solve(
-        &mut self,
-        jacobian: &Matrix6<f64>,
-        wanted: &Twist,
-        weights: &[f64; 6],
-        q: &JointPositions,
-        before: &JointSpeeds,
-    ) -> Result<Limited, LimiterError> {
-        let v = Vector6::from(wanted.to_array());
-        let w = Vector6::from(*weights);
-        for (name, is_finite) in [
-            ("Jacobian", jacobian.iter().all(|x| x.is_finite())),
-            ("wanted twist", v.iter().all(|x| x.is_finite())),
-            ("weights", w.iter().all(|x| x.is_finite())),
-            ("joint positions", q.is_finite()),
-            ("joint speeds", before.is_finite()),
-        ] {
-            if !is_finite {
-                return Err(LimiterError::NotFinite { name });
-            }
-        }
-        let (lower, upper) = self.bounds(q, before);
+    /// An input is not finite, or a joint has no speed left.
+    pub fn solve(&mut self, problem: &Problem) -> Result<Limited, LimiterError> {
+        check(problem)?;
+        let w = Vector6::from(problem.weights);
+        let jacobian = &problem.jacobian;
         let weighted = Matrix6::from_diagonal(&w.component_mul(&w)) * jacobian;
         let p = jacobian.transpose() * weighted + Matrix6::identity() * REGULARISATION;
-        let linear = -(weighted.transpose() * v);
-        fill_upper_triangle(&mut self.quadratic, &p);
-        for (slot, value) in self.linear.iter_mut().zip(linear.iter()) {
-            *slot = *value;
-        }
-        let both = upper.iter().copied().chain(lower.iter().map(|x| -x));
-        for (slot, value) in self.bounds.iter_mut().zip(both) {
-            *slot = value;
-        }
-        let updated = self
-            .solver
-            .update_P(&self.quadratic)
-            .and_then(|()| self.solver.update_q(&self.linear))
-            .and_then(|()| self.solver.update_b(&self.bounds));
-        if updated.is_err() {
-            return Err(LimiterError::NotSolved {
-                status: "its data cannot be updated",
+        let pull = weighted.transpose() * Vector6::from(problem.wanted);
+        let allowed = Allowed::new(problem);
+        // P is positive definite by ε; what rounding could still spoil goes on to the program.
+        let minimum = p.cholesky().map(|factors| factors.solve(&pull));
+        if let Some(minimum) = &minimum
+            && allowed.holds(minimum)
+        {
+            return Ok(Limited {
+                qd: JointSpeeds((*minimum).into()),
+                method: Method::Free,
             });
         }
-        self.solver.solve();
-        match self.solver.solution.status {
-            SolverStatus::Solved | SolverStatus::AlmostSolved => {}
-            SolverStatus::MaxIterations => {
-                return Err(LimiterError::NotSolved {
-                    status: "too many iterations",
-                });
-            }
-            _ => {
-                return Err(LimiterError::NotSolved {
-                    status: "numerical trouble",
-                });
-            }
+        if let Some(found) = self.run(&p, &pull, jacobian, &allowed) {
+            return Ok(Limited {
+                qd: JointSpeeds(allowed.drawn_in(&found).into()),
+                method: Method::Program,
+            });
         }
-        let x = &self.solver.solution.x;
-        let mut qd = JointSpeeds::ZERO;
-        let mut is_at_bound = false;
-        for joint in 0..DOF {
-            let value = x.get(joint).copied().unwrap_or(0.0);
-            // The interior point method ends a hair inside or outside.
-            qd[joint] = value.clamp(lower[joint], upper[joint]);
-            let near = 1e-6 * (1.0 + qd[joint].abs());
-            is_at_bound |= qd[joint] - lower[joint] < near || upper[joint] - qd[joint] < near;
-        }
-        let twist = jacobian * Vector6::from(qd.0);
+        let start = minimum.unwrap_or(allowed.center);
         Ok(Limited {
-            qd,
-            twist: Twist {
-                linear: twist.fixed_rows::<3>(0).into(),
-                angular: twist.fixed_rows::<3>(3).into(),
-            },
-            is_at_bound,
+            qd: JointSpeeds(allowed.drawn_in(&start).into()),
+            method: Method::Fallback,
         })
     }
+
+    /// The program in the variables z = (q̇ - center) / scale; `None` when it did not end.
+    fn run(
+        &mut self,
+        p: &Matrix6<f64>,
+        pull: &Vector6<f64>,
+        jacobian: &Matrix6<f64>,
+        allowed: &Allowed,
+    ) -> Option<Vector6<f64>> {
+        let Allowed {
+            lower,
+            upper,
+            center,
+            limits,
+            at_center,
+            ..
+        } = allowed;
+        let scale = (upper - lower).amax().max(1e-9) / 2.0;
+        fill_upper_triangle(&mut self.quadratic, p);
+        fill_rows(&mut self.rows, jacobian);
+        let linear = (p * center - pull) / scale;
+        self.linear.copy_from_slice(linear.as_slice());
+        for k in 0..DOF {
+            self.bounds[k] = (upper[k] - center[k]) / scale;
+            self.bounds[DOF + k] = (center[k] - lower[k]) / scale;
+            self.bounds[2 * DOF + k] = ((limits[k] - at_center[k]) / scale).min(NO_LIMIT);
+            self.bounds[3 * DOF + k] = ((limits[k] + at_center[k]) / scale).min(NO_LIMIT);
+        }
+        self.solver
+            .update_P(&self.quadratic)
+            .and_then(|()| self.solver.update_q(&self.linear))
+            .and_then(|()| self.solver.update_A(&self.rows))
+            .and_then(|()| self.solver.update_b(&self.bounds))
+            .ok()?;
+        self.solver.solve();
+        let is_solved = matches!(
+            self.solver.solution.status,
+            SolverStatus::Solved | SolverStatus::AlmostSolved
+        );
+        let z = Vector6::from_column_slice(self.solver.solution.x.get(..DOF)?);
+        (is_solved && z.iter().all(|x| x.is_finite())).then(|| center + z * scale)
+    }
+}
+
+/// The speeds that are allowed, and one of them.
+struct Allowed {
+    jacobian: Matrix6<f64>,
+    lower: Vector6<f64>,
+    upper: Vector6<f64>,
+    limits: Vector6<f64>,
+    center: Vector6<f64>,
+    /// J at the center.
+    at_center: Vector6<f64>,
+}
+
+impl Allowed {
+    fn new(problem: &Problem) -> Self {
+        let (lower, upper) = (
+            Vector6::from(problem.lower.0),
+            Vector6::from(problem.upper.0),
+        );
+        let center = Vector6::from_fn(|k, _| problem.before[k].clamp(lower[k], upper[k]));
+        let at_center = problem.jacobian * center;
+        let limits = Vector6::from_fn(|k, _| problem.limits[k].max(at_center[k].abs()));
+        Self {
+            jacobian: problem.jacobian,
+            lower,
+            upper,
+            limits,
+            center,
+            at_center,
+        }
+    }
+
+    fn holds(&self, qd: &Vector6<f64>) -> bool {
+        let twist = self.jacobian * qd;
+        (0..DOF).all(|k| {
+            qd[k] >= self.lower[k] && qd[k] <= self.upper[k] && twist[k].abs() <= self.limits[k]
+        })
+    }
+
+    /// `qd` inside the bounds of the joints, then towards the center until the twist is inside its limits too. Both sets
+    /// are convex and the center lies in both. The interior point method ends a hair inside or outside.
+    fn drawn_in(&self, qd: &Vector6<f64>) -> Vector6<f64> {
+        let inside = Vector6::from_fn(|k, _| qd[k].clamp(self.lower[k], self.upper[k]));
+        let way = inside - self.center;
+        let twist = self.jacobian * way;
+        let share = (0..DOF).fold(1.0_f64, |share, k| {
+            let room = if twist[k] > 0.0 {
+                self.limits[k] - self.at_center[k]
+            } else {
+                self.limits[k] + self.at_center[k]
+            };
+            if twist[k].abs() > room {
+                share.min(room / twist[k].abs())
+            } else {
+                share
+            }
+        });
+        self.center + way * share
+    }
+}
+
+fn check(problem: &Problem) -> Result<(), LimiterError> {
+    let is_finite = |v: &[f64; 6]| v.iter().all(|x| x.is_finite());
+    for (name, is_good) in [
+        ("Jacobian", problem.jacobian.iter().all(|x| x.is_finite())),
+        ("wanted twist", is_finite(&problem.wanted)),
+        ("weights", is_finite(&problem.weights)),
+        ("joint speeds", problem.before.is_finite()),
+        (
+            "bounds",
+            problem.lower.is_finite() && problem.upper.is_finite(),
+        ),
+        ("twist limits", problem.limits.iter().all(|x| *x >= 0.0)),
+    ] {
+        if !is_good {
+            return Err(LimiterError::NotFinite { name });
+        }
+    }
+    for joint in 0..DOF {
+        let (lower, upper) = (problem.lower[joint], problem.upper[joint]);
+        if lower > upper {
+            return Err(LimiterError::NoSpeed {
+                joint,
+                lower,
+                upper,
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Entries on and above the diagonal, column by column, as clarabel stores them.
@@ -283,10 +349,23 @@ fn dense_upper(values: Vec<f64>) -> CscMatrix<f64> {
     CscMatrix::new(DOF, DOF, starts, rows, values)
 }
 
-/// The identity above its negative.
-fn stacked_identities() -> CscMatrix<f64> {
-    let starts = (0..=DOF).map(|column| 2 * column).collect();
-    let rows = (0..DOF).flat_map(|column| [column, column + DOF]).collect();
-    let values = (0..DOF).flat_map(|_| [1.0, -1.0]).collect();
-    CscMatrix::new(2 * DOF, DOF, starts, rows, values)
+/// The identity and its negative over J and its negative, column by column.
+fn row_matrix(values: Vec<f64>) -> CscMatrix<f64> {
+    let a_column = 2 + 2 * DOF;
+    let starts = (0..=DOF).map(|column| column * a_column).collect();
+    let rows = (0..DOF)
+        .flat_map(|column| [column, column + DOF].into_iter().chain(2 * DOF..ROWS))
+        .collect();
+    CscMatrix::new(ROWS, DOF, starts, rows, values)
+}
+
+fn fill_rows(values: &mut [f64], jacobian: &Matrix6<f64>) {
+    let entries = (0..DOF).flat_map(|column| {
+        let twist = (0..DOF).map(move |row| jacobian[(row, column)]);
+        let opposite = (0..DOF).map(move |row| -jacobian[(row, column)]);
+        [1.0, -1.0].into_iter().chain(twist).chain(opposite)
+    });
+    for (slot, value) in values.iter_mut().zip(entries) {
+        *slot = value;
+    }
 }

@@ -188,8 +188,42 @@ pub enum CommandKind {
     },
     /// Back to position control (manual 3.1.42); nothing to do when freedrive is off.
     EndFreedrive,
-    /// A wrench that acts on the tool from outside until the next one: N and Nm, base axes, about the TCP.
+    /// Force control along the selected axes from now on, over whatever moves the arm (manual 4.1). While it is on, the
+    /// same command gives it new axes and a new target.
+    ForceMode {
+        /// The reference frame in the base.
+        frame: RpyPose,
+        /// Which axes of the force frame are force controlled: x, y, z, rx, ry, rz.
+        selection: [bool; 6],
+        /// What the tool is to apply to the environment along the selected axes: N and Nm.
+        wrench: [f64; 6],
+        /// How the force frame follows from the reference frame: 0 fixed, 1 point, 2 motion, 3 TCP.
+        mode: u8,
+        /// Largest TCP speeds along the selected axes, m/s and rad/s.
+        speed_limits: [f64; 6],
+    },
+    /// Back to position control (manual 4.7); nothing to do when force mode is off.
+    EndForceMode,
+    /// Gain of force mode, 0 to 2; kept until the controller ends (manual 4.2).
+    SetForceGain(f64),
+    /// Damping of force mode, 0 to 1; kept until the controller ends (manual 4.3).
+    SetForceDamping(f64),
+    /// A wrench that acts on the tool from outside until the next one: N and Nm, base axes, about the TCP. Counts while
+    /// [`FtRtsiInput`](Self::FtRtsiInput) is on.
     SetExternalWrench([f64; 6]),
+    /// Whether wrenches from a port count (`ft_rtsi_input_enable`), and the sensor that they come from.
+    FtRtsiInput {
+        /// They do.
+        enabled: bool,
+        /// Mass of that sensor, kg; its weight is in the readings.
+        mass: f64,
+        /// What its moments are about, flange frame, m; zero means the TCP.
+        measuring_offset: [f64; 3],
+        /// Its centre of gravity, flange frame, m.
+        cog: [f64; 3],
+    },
+    /// What the force sensor reads now counts as nothing (manual 4.4).
+    ZeroFtSensor,
     /// Collision detection on or off (manual 3.1.43).
     SetCollisionDetection(bool),
     /// Sensitivity of collision detection, 10 to 100 % (manual 3.1.46).
@@ -279,7 +313,13 @@ impl CommandKind {
             Self::SetGravity(_) => "set_gravity",
             Self::Freedrive { .. } => "freedrive_mode",
             Self::EndFreedrive => "end_freedrive_mode",
+            Self::ForceMode { .. } => "force_mode",
+            Self::EndForceMode => "end_force_mode",
+            Self::SetForceGain(_) => "force_mode_set_gain_scaling",
+            Self::SetForceDamping(_) => "force_mode_set_damping",
             Self::SetExternalWrench(_) => "set_external_wrench",
+            Self::FtRtsiInput { .. } => "ft_rtsi_input_enable",
+            Self::ZeroFtSensor => "zero_ftsensor",
             Self::SetCollisionDetection(_) => "set_collision_detect_enabled",
             Self::SetCollisionSensitivity(_) => "set_dyn_collision_force_min_ratio",
             Self::TrackConveyorLinear { .. } => "track_conveyor_linear",

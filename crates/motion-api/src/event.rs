@@ -124,6 +124,9 @@ pub enum Refusal {
     /// A conveyor is tracked already.
     #[error("a conveyor is tracked already; end that first with stop_conveyor_tracking()")]
     Tracking,
+    /// Force mode is on.
+    #[error("force mode is on; end it first with end_force_mode()")]
+    InForceMode,
     /// The planner found nothing.
     #[error("no trajectory found for this target (planner error {code})")]
     Planner {

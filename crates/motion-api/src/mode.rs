@@ -116,6 +116,8 @@ numbered! {
         Freedrive = 23, "freedrive";
         /// Going along with a conveyor, with no motion of its own.
         Conveyor = 24, "conveyor";
+        /// Pressing or giving way in force mode, with no motion of its own.
+        ForceMode = 25, "force_mode";
     } else Idle
 }
 

@@ -143,6 +143,12 @@ impl CommandPort {
         self.send_with(origin, kind, |_| ())
     }
 
+    /// How many commands wait for the motion thread.
+    pub fn waiting(&self) -> usize {
+        let sender = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
+        sender.capacity.saturating_sub(sender.ring.slots())
+    }
+
     /// As [`send`](Self::send); `before` learns the number before the motion thread can see the command, so that a
     /// completion can never arrive unexpected.
     ///
@@ -194,6 +200,11 @@ impl RecordReader {
     /// The next record, if one waits.
     pub fn next_record(&mut self) -> Option<Record> {
         self.ring.pop().ok()
+    }
+
+    /// How many records wait.
+    pub fn waiting(&self) -> usize {
+        self.ring.slots()
     }
 
     /// True when the writer is gone and nothing is left.

@@ -57,6 +57,8 @@ state! {
         pub actual_tcp_speed: [f64; 6],
         /// Wrench of the environment on the tool: N, Nm, TCP frame, moments about the TCP.
         pub tcp_force: [f64; 6],
+        /// What the force sensor reads, weight and inertia of the payload included: frame as `tcp_force`.
+        pub raw_wrench: [f64; 6],
         /// Position of the elbow (origin of joint 3) in the base frame, m.
         pub elbow_position: [f64; 3],
         /// Active TCP relative to the flange.
@@ -111,6 +113,8 @@ state! {
         pub collision_detection: bool,
         /// Its sensitivity, 10 to 100 %.
         pub collision_sensitivity: u64,
+        /// Force mode is on, whatever motion runs under it.
+        pub force_mode: bool,
     }
 }
 
@@ -133,6 +137,7 @@ impl RobotState {
             target_tcp_speed: [0.0; 6],
             actual_tcp_speed: [0.0; 6],
             tcp_force: [0.0; 6],
+            raw_wrench: [0.0; 6],
             elbow_position: [0.0; 3],
             tcp_offset: RpyPose::default(),
             payload: Payload::default(),
@@ -160,6 +165,7 @@ impl RobotState {
             encoder_ranges: [0; 2],
             collision_detection: true,
             collision_sensitivity: 50,
+            force_mode: false,
         }
     }
 

@@ -110,7 +110,13 @@ fn online_percentiles() {
     for kind in modes {
         let (mut cycle, mut script) = controller(PlantKind::Ideal, 0.004);
         let hand = CommandKind::SetExternalWrench([0.0, 2.0, 1.5, 0.0, 0.0, 0.0]);
-        for kind in [hand, kind] {
+        let enable = CommandKind::FtRtsiInput {
+            enabled: true,
+            mass: 0.0,
+            measuring_offset: [0.0; 3],
+            cog: [0.0; 3],
+        };
+        for kind in [enable, hand, kind] {
             script.commands.send(Origin::default(), kind).expect("room");
         }
         let mut times = Vec::with_capacity(3000);

@@ -75,6 +75,9 @@ impl Cycle {
         if self.tracking.is_some() {
             return Err(Refusal::Tracking);
         }
+        if self.force.is_at_work() {
+            return Err(Refusal::InForceMode);
+        }
         if !(ticks.is_finite() && ticks.abs() >= SLOWEST) {
             return Err(bad_value(name, ticks, "a finite number other than 0"));
         }

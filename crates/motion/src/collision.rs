@@ -16,6 +16,9 @@ const TIME_CONSTANT: f64 = 0.02;
 /// Threshold as share of a joint's nominal torque at the least (10 %) and the highest (100 %) sensitivity. Our choice.
 const THRESHOLDS: (f64, f64) = (0.6, 0.1);
 
+/// When the servos have taken over from the brakes, what presses after this time (five time constants) pressed before, s.
+const TAKEOVER: f64 = 0.1;
+
 /// Sensitivity after start, %.
 pub const DEFAULT_SENSITIVITY: u8 = 50;
 /// Least and highest sensitivity, % (manual 3.1.46).
@@ -29,7 +32,14 @@ pub struct CollisionDetection {
     sensitivity: u8,
     residual: Vector6<f64>,
     integral: Vector6<f64>,
+    /// The part of the residual that the sensor at the tool explains.
+    explained: Vector6<f64>,
     before: Option<Before>,
+    /// Time since the servos took over from the brakes, s, up to [`TAKEOVER`].
+    since_takeover: f64,
+    /// What pressed already when they did, Nm; never grows. An arm that was stopped by an obstacle stands against it, and
+    /// must be able to leave.
+    accepted: Vector6<f64>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +56,10 @@ impl Default for CollisionDetection {
             sensitivity: DEFAULT_SENSITIVITY,
             residual: Vector6::zeros(),
             integral: Vector6::zeros(),
+            explained: Vector6::zeros(),
             before: None,
+            since_takeover: TAKEOVER,
+            accepted: Vector6::zeros(),
         }
     }
 }
@@ -66,14 +79,28 @@ impl CollisionDetection {
         is_allowed
     }
 
-    /// Forgets the past: the arm was moved by brakes, or its masses have changed.
+    /// Forgets the past: the masses have changed.
     pub fn restart(&mut self) {
         self.before = None;
         self.residual = Vector6::zeros();
+        self.explained = Vector6::zeros();
     }
 
-    /// The end of a cycle of `step` seconds.
-    pub fn observe(&mut self, arm: &ArmState, dynamics: &Dynamics, step: f64) {
+    /// The brakes hold the arm, whatever presses.
+    pub fn stand(&mut self) {
+        self.restart();
+        self.since_takeover = 0.0;
+        self.accepted = Vector6::zeros();
+    }
+
+    /// The end of a cycle of `step` seconds; `at_tool` are the joint torques of what acts on the tool.
+    pub fn observe(
+        &mut self,
+        arm: &ArmState,
+        at_tool: &JointTorques,
+        dynamics: &Dynamics,
+        step: f64,
+    ) {
         let mass = dynamics.mass_matrix(&arm.q);
         let bias = dynamics.bias_torques(&arm.q, &arm.qd).to_vector();
         let qd = arm.qd.to_vector();
@@ -85,10 +112,20 @@ impl CollisionDetection {
             let left = mass * qd - self.integral - step * own;
             self.residual = left * k / (1.0 + k * step);
             self.integral += step * (own + self.residual);
+            // It is late by the same time constant.
+            self.explained = (self.explained + k * step * at_tool.to_vector()) / (1.0 + k * step);
         } else {
             self.integral = mass * qd;
         }
         self.before = Some(Before { mass, bias, qd });
+        if self.since_takeover < TAKEOVER {
+            self.since_takeover += step;
+            self.accepted = self.residual;
+        } else {
+            self.accepted = self.accepted.zip_map(&self.residual, |accepted, now| {
+                accepted.clamp(now.min(0.0), now.max(0.0))
+            });
+        }
     }
 
     /// Torques from outside, Nm.
@@ -97,10 +134,12 @@ impl CollisionDetection {
     }
 
     /// The joint that carries most over its threshold, as the reason of a stop. `frames` and `base_from_tcp` say where the
-    /// arm is, `effort` the nominal torques.
+    /// arm is, `effort` the nominal torques. While the arm presses on purpose, what the sensor at the tool feels is no
+    /// collision.
     pub fn collision(
         &self,
         effort: &JointTorques,
+        is_pressing: bool,
         frames: &Frames,
         base_from_tcp: &Pose,
     ) -> Option<StopReason> {
@@ -110,29 +149,35 @@ impl CollisionDetection {
         let (least, highest) = SENSITIVITY_RANGE;
         let share = f64::from(self.sensitivity - least) / f64::from(highest - least);
         let threshold = THRESHOLDS.0 + (THRESHOLDS.1 - THRESHOLDS.0) * share;
-        let over = |joint: usize| self.residual[joint].abs() / (effort[joint] * threshold);
+        let expected = if is_pressing {
+            self.explained
+        } else {
+            self.accepted
+        };
+        let residual = self.residual - expected;
+        let over = |joint: usize| residual[joint].abs() / (effort[joint] * threshold);
         let hit = (0..6).max_by(|a, b| over(*a).total_cmp(&over(*b)))?;
         if over(hit) <= 1.0 {
             return None;
         }
         Some(StopReason::Collision {
             joint: hit as u8,
-            torque: self.residual[hit],
+            torque: residual[hit],
             limit: effort[hit] * threshold,
-            force: self.force(frames, base_from_tcp),
+            force: force_of(&residual, frames, base_from_tcp),
         })
     }
+}
 
-    /// Size of the force at the TCP that explains the torques best: least squares of tau = J^T F.
-    fn force(&self, frames: &Frames, base_from_tcp: &Pose) -> f64 {
-        let jacobian = frames.jacobian(base_from_tcp.translation);
-        let rows = jacobian.fixed_rows::<3>(0);
-        let square = rows * rows.transpose();
-        square
-            .lu()
-            .solve(&(rows * self.residual))
-            .map_or(0.0, |force| force.norm())
-    }
+/// Size of the force at the TCP that explains the torques best: least squares of tau = J^T F.
+fn force_of(torques: &Vector6<f64>, frames: &Frames, base_from_tcp: &Pose) -> f64 {
+    let jacobian = frames.jacobian(base_from_tcp.translation);
+    let rows = jacobian.fixed_rows::<3>(0);
+    let square = rows * rows.transpose();
+    square
+        .lu()
+        .solve(&(rows * torques))
+        .map_or(0.0, |force| force.norm())
 }
 
 /// Joint torques of a wrench on the tool (base axes, about the TCP): J^T F.

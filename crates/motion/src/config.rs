@@ -10,10 +10,12 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::constants::{FASTEST_RISE, STEP_RANGE};
+use crate::contact::Surroundings;
 use crate::external::Load;
 use crate::io::IoSetup;
 use crate::modes::encoder::Belt;
 use crate::safety_inputs::SafetyInputs;
+use crate::sensor::SensorNoise;
 
 /// Which arm the setpoints move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,6 +77,10 @@ pub struct CycleConfig {
     pub belts: [Option<Belt>; 2],
     /// Loads on the tool by time.
     pub loads: Vec<Load>,
+    /// Obstacles, and the tool that touches them.
+    pub surroundings: Surroundings,
+    /// Noise of the force sensor.
+    pub sensor_noise: SensorNoise,
 }
 
 /// What is wrong with a configuration.
@@ -102,6 +108,9 @@ pub enum ConfigError {
         /// Upper limit, rad.
         max: f64,
     },
+    /// The limiter of force mode cannot be made.
+    #[error("force mode: {0}")]
+    Force(#[from] force::LimiterError),
     /// A number is NaN or infinite.
     #[error("{name} has a component that is not a finite number")]
     NotFinite {
@@ -224,6 +233,8 @@ impl CycleConfig {
             safety: SafetyBounds::default(),
             belts: [None; 2],
             loads: Vec::new(),
+            surroundings: Surroundings::default(),
+            sensor_noise: SensorNoise::default(),
         }
     }
 

@@ -14,7 +14,9 @@ use crate::brake::JointBrake;
 use crate::collision::{CollisionDetection, torques_of};
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
 use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
+use crate::contact::Contacts;
 use crate::external::External;
+use crate::force_mode::ForceMode;
 use crate::io::Io;
 use crate::machine::Machine;
 use crate::modes::conveyor::Tracking;
@@ -25,6 +27,7 @@ use crate::outbox::Outbox;
 use crate::plant::{ArmState, Plant, Push};
 use crate::report::report;
 use crate::safety_inputs::SafetyInputs;
+use crate::sensor::Sensor;
 use crate::setpoint::{LimitedSetpoint, Setpoint, limit};
 use crate::thermal::Thermal;
 use crate::upcoming::Upcoming;
@@ -82,12 +85,13 @@ pub struct Cycle {
     pub(crate) payload: Payload,
     pub(crate) dynamics: Dynamics,
 
-    /// What the generator asks for; the same as `commanded` unless a conveyor is tracked.
+    /// What the generator asks for; the same as `commanded` unless a conveyor is tracked or force mode is on.
     pub(crate) target: Setpoint,
     /// What the arm gets.
     pub(crate) commanded: Setpoint,
     pub(crate) target_frames: Frames,
     pub(crate) plant: Plant,
+    pub(crate) contacts: Contacts,
     pub(crate) actual: ArmState,
 
     /// A planned motion that waits for an online mode to come to rest.
@@ -97,6 +101,8 @@ pub struct Cycle {
     pub(crate) external: External,
     /// What acts on the tool in this cycle: base axes, about the TCP.
     pub(crate) hand: Wrench,
+    pub(crate) force: ForceMode,
+    pub(crate) sensor: Sensor,
     pub(crate) collision: CollisionDetection,
     pub(crate) safety: SafetyBounds,
     pub(crate) thermal: Thermal,
@@ -124,7 +130,13 @@ impl Cycle {
             &config.gravity,
             &config.home,
         )?;
-        let actual = plant.stand(&dynamics);
+        let contacts = Contacts::new(config.surroundings, &model, &config.home);
+        let flange_from_tcp = Pose::from_rpy(&config.tcp);
+        plant.push(&Push {
+            flange_from_tcp,
+            ..Push::default()
+        });
+        let actual = plant.stand(&dynamics, &contacts);
         let is_powered = machine.robot_mode() != RobotMode::PowerOff;
         let mut cycle = Self {
             limits_on_belt: limits.shared(SHARE_ON_BELT),
@@ -133,6 +145,8 @@ impl Cycle {
             encoders: config.belts.map(Encoder::new),
             external: External::new(config.loads),
             hand: Wrench::default(),
+            force: ForceMode::new()?,
+            sensor: Sensor::new(config.sensor_noise),
             collision: CollisionDetection::default(),
             safety: config.safety,
             thermal: Thermal::new(is_powered),
@@ -151,15 +165,17 @@ impl Cycle {
             speed_fraction: 1.0,
             io,
             tcp: config.tcp,
-            flange_from_tcp: Pose::from_rpy(&config.tcp),
+            flange_from_tcp,
             payload: config.payload,
             dynamics,
             target: Setpoint::standing(config.home),
             target_frames: model.forward(&config.home),
             plant,
+            contacts,
             actual,
             model,
         };
+        cycle.measure_force();
         let first = report(&cycle, Timing::default());
         cycle.out.publish_first(&first);
         Ok(cycle)
@@ -212,6 +228,7 @@ impl Cycle {
             }
             let nominal = wanted;
             let wanted = self.carried(&nominal)?;
+            let wanted = self.pressed(&wanted)?;
             let frames = self.model.forward(&wanted.q);
             let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
             let before = &self.commanded;
@@ -234,13 +251,15 @@ impl Cycle {
     /// Moves the plant by one step.
     fn move_arm(&mut self, limited: &LimitedSetpoint) {
         if self.is_under_servo() {
-            self.actual = self.plant.follow(limited, &self.dynamics, self.step);
+            self.actual = self
+                .plant
+                .follow(limited, &self.dynamics, &self.contacts, self.step);
             self.commanded = *limited.get();
-            if self.tracking.is_none() {
+            if self.tracking.is_none() && !self.force.is_at_work() {
                 self.target = self.commanded;
             }
         } else {
-            self.actual = self.plant.stand(&self.dynamics);
+            self.actual = self.plant.stand(&self.dynamics, &self.contacts);
             self.stand_at_actual();
         }
     }
@@ -249,7 +268,8 @@ impl Cycle {
     fn check_arm(&mut self) {
         if !self.actual.is_finite() {
             self.plant.reset(&self.commanded.q);
-            self.actual = self.plant.stand(&self.dynamics);
+            self.sensor.restart();
+            self.actual = self.plant.stand(&self.dynamics, &self.contacts);
             self.brake(StopReason::Internal {
                 code: fault::PLANT_DIVERGED,
             });
@@ -285,7 +305,8 @@ impl Cycle {
         let frames = self.model.forward(&self.actual.q);
         let tcp = frames.base_from_flange * self.flange_from_tcp;
         let effort = &self.model.limits().effort;
-        self.collision.collision(effort, &frames, &tcp)
+        let is_pressing = self.force.is_at_work();
+        self.collision.collision(effort, is_pressing, &frames, &tcp)
     }
 
     /// The wrench on the tool in this cycle, and the plant's share of it.
@@ -293,31 +314,39 @@ impl Cycle {
         let frames = self.model.forward(&self.actual.q);
         let tcp = frames.base_from_flange * self.flange_from_tcp;
         let time = self.out.cycle as f64 * self.step;
-        self.hand = self.external.at(time, &tcp);
+        self.hand = self
+            .external
+            .at(time, &frames.base_from_flange, &tcp, &self.gravity);
         self.plant.push(&Push {
             wrench: self.hand,
             point: tcp.translation,
             torque: torques_of(&self.hand, &frames, &tcp),
+            flange_from_tcp: self.flange_from_tcp,
         });
     }
 
-    /// What the force sensor says the environment applies to the tool, payload compensated: base axes, about the TCP.
+    /// What the force sensor said at the end of the last cycle, compensated: what the environment applies to the tool, base
+    /// axes, about the TCP.
     /// Freedrive and force mode follow this reading.
-    pub(crate) fn felt(&self) -> Wrench {
-        self.hand
+    pub(crate) const fn felt(&self) -> Wrench {
+        self.sensor.felt
     }
 
-    /// What sensors say at the end of the cycle: encoders, collision observer, temperatures.
+    /// What sensors say at the end of the cycle: force, encoders, collision observer, temperatures.
     fn measure(&mut self) {
+        self.measure_force();
         let time = self.out.cycle as f64 * self.step;
         for encoder in &mut self.encoders {
             encoder.sample(time, self.io.image.digital_in.into());
         }
         if self.is_under_servo() && self.actual.is_finite() {
+            let frames = self.model.forward(&self.actual.q);
+            let tcp = frames.base_from_flange * self.flange_from_tcp;
+            let at_tool = torques_of(&self.environment(), &frames, &tcp);
             self.collision
-                .observe(&self.actual, &self.dynamics, self.step);
+                .observe(&self.actual, &at_tool, &self.dynamics, self.step);
         } else {
-            self.collision.restart();
+            self.collision.stand();
         }
         let is_powered = self.machine.robot_mode() != RobotMode::PowerOff;
         let torque = if self.is_under_servo() {
@@ -327,6 +356,31 @@ impl Cycle {
         };
         let effort = &self.model.limits().effort;
         self.thermal.pass(&torque, effort, is_powered, self.step);
+    }
+
+    /// What hand, loads and obstacles did to the tool: base axes, about the TCP.
+    fn environment(&self) -> Wrench {
+        let contact = &self.actual.contact;
+        Wrench {
+            force: self.hand.force + contact.force,
+            moment: self.hand.moment + contact.moment,
+        }
+    }
+
+    fn measure_force(&mut self) {
+        if !self.actual.is_finite() {
+            return;
+        }
+        let environment = self.environment();
+        let frames = self.model.forward(&self.actual.q);
+        self.sensor.measure(
+            &environment,
+            &self.payload,
+            (&frames, &self.actual.qd),
+            &self.flange_from_tcp,
+            &self.gravity,
+            self.step,
+        );
     }
 
     /// Which safety planes count now: by mode, and by pairs of configurable inputs (bits 16 to 23) that are both high.
@@ -428,6 +482,7 @@ impl Cycle {
             }
             _ => {}
         }
+        self.settle_force_mode();
         if !self.is_standing() {
             return;
         }
@@ -488,6 +543,7 @@ impl Cycle {
         self.is_paused = false;
         self.upcoming = None;
         self.tracking = None;
+        self.force.pressing = None;
         self.target = self.commanded;
         JointBrake::new(&self.commanded, &self.limits)
     }
@@ -504,6 +560,7 @@ impl Cycle {
         self.target = Setpoint::standing(self.actual.q);
         self.commanded = self.target;
         self.tracking = None;
+        self.force.pressing = None;
         self.plant.retarget(&self.target.q);
         self.target_frames = self.model.forward(&self.target.q);
     }
@@ -511,6 +568,10 @@ impl Cycle {
     /// True when no setpoint moves: nothing to do, or held on the path.
     pub fn is_standing(&self) -> bool {
         if self.tracking.as_ref().is_some_and(Tracking::is_stopping) {
+            return false;
+        }
+        // While it is held force mode comes to rest as well; otherwise it moves the arm all the time.
+        if self.force.is_at_work() && self.is_held() && !stands(&self.commanded) {
             return false;
         }
         match &self.generator {

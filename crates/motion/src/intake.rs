@@ -170,6 +170,7 @@ impl Cycle {
             }
             CommandKind::PowerOff => {
                 self.stop_moving();
+                self.halt_force_mode();
                 if let Some(tracking) = &mut self.tracking {
                     tracking.stop();
                 }
@@ -227,7 +228,27 @@ impl Cycle {
                 self.freedrive(command, free_axes, frame)
             }
             CommandKind::EndFreedrive => Ok(self.end_freedrive(command.id)),
+            CommandKind::ForceMode {
+                frame,
+                selection,
+                wrench,
+                mode,
+                speed_limits,
+            } => self.force_mode(&frame, selection, wrench, mode, speed_limits),
+            CommandKind::EndForceMode => Ok(self.end_force_mode(command.id)),
+            CommandKind::SetForceGain(gain) => self.set_force_gain(gain),
+            CommandKind::SetForceDamping(damping) => self.set_force_damping(damping),
             CommandKind::SetExternalWrench(wrench) => self.set_external_wrench(wrench),
+            CommandKind::FtRtsiInput {
+                enabled,
+                mass,
+                measuring_offset,
+                cog,
+            } => self.ft_rtsi_input(enabled, mass, measuring_offset, cog),
+            CommandKind::ZeroFtSensor => {
+                self.sensor.zero();
+                Ok(Ending::Now)
+            }
             CommandKind::SetCollisionDetection(enabled) => {
                 self.collision.is_enabled = enabled;
                 Ok(Ending::Now)
@@ -298,6 +319,9 @@ impl Cycle {
         }
         self.is_paused = false;
         self.stop_moving();
+        if only == CommandId::NONE {
+            self.halt_force_mode();
+        }
         if only == CommandId::NONE
             && let Some(tracking) = &mut self.tracking
         {

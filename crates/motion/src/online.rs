@@ -12,8 +12,11 @@ use motion_api::{
 };
 use nalgebra::Vector3;
 
-use crate::constants::{GRAVITY_MAX, LIMIT_SLACK, LONGEST, SLOWEST, WRENCH_MAX};
+use crate::constants::{
+    GRAVITY_MAX, LIMIT_SLACK, LONGEST, PAYLOAD_MASS_MAX, SLOWEST, TOOL_REACH_MAX, WRENCH_MAX,
+};
 use crate::cycle::{Cycle, Generator};
+use crate::external::PortSensor;
 use crate::intake::{Answer, Ending, bad_value, check_within};
 use crate::modes::freedrive::Freedrive;
 use crate::modes::joint_speed::JointSpeed;
@@ -297,6 +300,9 @@ impl Cycle {
         frame: FreedriveFrame,
     ) -> Answer {
         self.machine.check_ready()?;
+        if self.force.is_at_work() {
+            return Err(Refusal::InForceMode);
+        }
         match &self.generator {
             Generator::Hold if self.deferred.is_none() && self.upcoming.is_none() => {}
             Generator::Online(online) if online.is_led_by_hand() => {}
@@ -379,6 +385,33 @@ impl Cycle {
             "at most 100000 N or Nm",
         )?;
         self.external.set = Wrench::from_array(wrench);
+        Ok(Ending::Now)
+    }
+
+    /// Whether readings of a port count, and what sensor makes them.
+    pub(crate) fn ft_rtsi_input(
+        &mut self,
+        enabled: bool,
+        mass: f64,
+        measuring_offset: [f64; 3],
+        cog: [f64; 3],
+    ) -> Answer {
+        if !(0.0..=PAYLOAD_MASS_MAX).contains(&mass) {
+            return Err(bad_value("sensor_mass", mass, "0 to 1000 kg"));
+        }
+        let reach = "at most 10 m";
+        check_within(
+            &measuring_offset,
+            TOOL_REACH_MAX,
+            "sensor_measuring_offset",
+            reach,
+        )?;
+        check_within(&cog, TOOL_REACH_MAX, "sensor_cog", reach)?;
+        self.external.port_sensor = enabled.then(|| PortSensor {
+            mass,
+            measuring_offset: measuring_offset.into(),
+            cog: cog.into(),
+        });
         Ok(Ending::Now)
     }
 

@@ -20,6 +20,7 @@ use thread_priority::{
 };
 
 use crate::cycle::{Cycle, Timing};
+use crate::histogram::{Histogram, HistogramReading};
 
 /// When the thread is behind by more than this (the machine slept), it goes on from now instead of catching up.
 const CATCH_UP_MAX: Duration = Duration::from_millis(100);
@@ -75,6 +76,8 @@ struct Shared {
     is_stopping: AtomicBool,
     overruns: AtomicU64,
     missed: AtomicU64,
+    durations: Histogram,
+    latencies: Histogram,
 }
 
 /// How well the deadlines are met, for whoever shows it.
@@ -90,6 +93,16 @@ impl ClockMeter {
     /// Cycles that were left out because the machine stood still for too long.
     pub fn missed(&self) -> u64 {
         self.0.missed.load(Ordering::Relaxed)
+    }
+
+    /// How long cycles took.
+    pub fn durations(&self) -> HistogramReading {
+        self.0.durations.read()
+    }
+
+    /// How late cycles began.
+    pub fn latencies(&self) -> HistogramReading {
+        self.0.latencies.read()
     }
 }
 
@@ -212,7 +225,10 @@ fn run(mut cycle: Cycle, wake: &[Thread], shared: &Shared) -> Cycle {
             wakeup_latency_us: late.as_secs_f64() * 1e6,
         });
         let end = now();
-        step_duration_us = end.saturating_sub(begin).as_secs_f64() * 1e6;
+        let duration = end.saturating_sub(begin);
+        step_duration_us = duration.as_secs_f64() * 1e6;
+        shared.durations.add(duration);
+        shared.latencies.add(late);
         wake.iter().for_each(Thread::unpark);
 
         deadline += step;

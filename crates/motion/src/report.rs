@@ -1,6 +1,6 @@
 //! The state that is published at the end of a cycle, computed from what the cycle holds.
 
-use kinematics::{Pose, RpyPose, Wrench};
+use kinematics::{Pose, RpyPose};
 use motion_api::{MotionMode, RobotState, SafetyMode};
 
 use crate::cycle::{Cycle, Generator, Timing};
@@ -33,7 +33,8 @@ pub(crate) fn report(cycle: &Cycle, timing: Timing) -> RobotState {
         actual_tcp_pose: actual_tcp.to_rpy(),
         target_tcp_speed: target_twist.to_array(),
         actual_tcp_speed: actual_twist.to_array(),
-        tcp_force: tcp_force(cycle, &actual_tcp),
+        tcp_force: cycle.sensor.compensated.to_array(),
+        raw_wrench: cycle.sensor.raw.to_array(),
         elbow_position: actual_frames.elbow().into(),
         tcp_offset: cycle.tcp,
         payload: cycle.payload,
@@ -61,17 +62,8 @@ pub(crate) fn report(cycle: &Cycle, timing: Timing) -> RobotState {
         encoder_ranges: cycle.encoders.map(|encoder| encoder.range().number()),
         collision_detection: cycle.collision.is_enabled,
         collision_sensitivity: u64::from(cycle.collision.sensitivity()),
+        force_mode: cycle.force.is_on(),
     }
-}
-
-/// What acts on the tool, in the TCP frame. Obstacles are not simulated yet: the hand and the loads of the cell.
-fn tcp_force(cycle: &Cycle, base_from_tcp: &Pose) -> [f64; 6] {
-    let hand = &cycle.hand;
-    Wrench {
-        force: base_from_tcp.rotate_back(hand.force),
-        moment: base_from_tcp.rotate_back(hand.moment),
-    }
-    .to_array()
 }
 
 /// Where the motion under way leads; the commanded pose without one.
@@ -98,6 +90,7 @@ fn motion_mode(cycle: &Cycle) -> MotionMode {
         Generator::Hold => match (&cycle.upcoming, &cycle.tracking) {
             (Some(upcoming), _) => upcoming.mode,
             (None, Some(_)) => MotionMode::Conveyor,
+            (None, None) if cycle.force.is_on() => MotionMode::ForceMode,
             (None, None) => MotionMode::Idle,
         },
         Generator::Online(online) if online.is_stopping => MotionMode::Stopping,

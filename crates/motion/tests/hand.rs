@@ -31,10 +31,6 @@ fn freedrive(free: [u8; 6], frame: FreedriveFrame) -> CommandKind {
     }
 }
 
-fn push(wrench: [f64; 6]) -> CommandKind {
-    CommandKind::SetExternalWrench(wrench)
-}
-
 #[test]
 fn the_hand_leads_a_free_arm_and_it_stops_when_the_hand_lets_go() {
     for config in [ideal("cs66"), rigid("cs66")] {
@@ -44,7 +40,7 @@ fn the_hand_leads_a_free_arm_and_it_stops_when_the_hand_lets_go() {
             bench.do_it(freedrive([1; 6], FreedriveFrame::Base)),
             Outcome::Done
         );
-        bench.do_it(push([0.0, 20.0, 0.0, 0.0, 0.0, 0.0]));
+        bench.push([0.0, 20.0, 0.0, 0.0, 0.0, 0.0]);
         bench.run(250);
         assert_eq!(
             bench.now().motion_mode,
@@ -54,7 +50,7 @@ fn the_hand_leads_a_free_arm_and_it_stops_when_the_hand_lets_go() {
         );
         let led = bench.now().actual_tcp_pose.xyz;
         assert!(led[1] - start[1] > 0.05, "{start:?} {led:?}");
-        bench.do_it(push([0.0; 6]));
+        bench.push([0.0; 6]);
         bench.run(250);
         assert!(
             bench.now().target_qd.max_abs() < 1e-6,
@@ -86,7 +82,7 @@ fn locked_axes_do_not_move_in_base_tool_and_pose_frames() {
                 FreedriveFrame::Pose(pose) => Pose::from_rpy(&pose).rotation,
             };
             bench.do_it(freedrive(free, frame));
-            bench.do_it(push([10.0, 25.0, -12.0, 1.0, -1.5, 2.0]));
+            bench.push([10.0, 25.0, -12.0, 1.0, -1.5, 2.0]);
             bench.run(200);
             let now = Pose::from_rpy(&bench.now().target_tcp_pose);
             let way = axes.inverse() * (now.translation - start.translation);
@@ -112,7 +108,7 @@ fn freedrive_excludes_motion_and_a_stop_ends_it() {
     bench.tick();
     let busy = Outcome::Refused(Refusal::Busy { running });
     assert_eq!(bench.do_it(movej(home)), busy);
-    bench.do_it(push([0.0, 30.0, 0.0, 0.0, 0.0, 0.0]));
+    bench.push([0.0, 30.0, 0.0, 0.0, 0.0, 0.0]);
     bench.run(50);
     let stop = CommandKind::Stop {
         only: motion_api::CommandId::NONE,
@@ -120,7 +116,7 @@ fn freedrive_excludes_motion_and_a_stop_ends_it() {
     assert_eq!(bench.do_it(stop), Outcome::Done);
     assert_eq!(bench.now().motion_mode, MotionMode::Idle);
     assert_eq!(bench.now().target_qd, JointSpeeds::ZERO);
-    bench.do_it(push([0.0; 6]));
+    bench.push([0.0; 6]);
     assert_eq!(bench.do_it(movej(home)), Outcome::Done);
 }
 
@@ -133,7 +129,7 @@ fn a_hard_hand_cannot_lead_the_arm_over_its_limits() {
         [0.0, -900.0, 900.0, 50.0, 0.0, -80.0],
         [0.0, 0.0, -900.0, 0.0, 90.0, 0.0],
     ] {
-        bench.do_it(push(wrench));
+        bench.push(wrench);
         bench.run(400);
     }
     assert!(bench.stops.is_empty(), "{:?}", bench.stops);
@@ -189,7 +185,7 @@ fn loads_of_the_cell_act_in_their_time_and_frame() {
 fn external_torques_are_what_the_hand_makes_on_both_plants() {
     for config in [ideal("cs66"), rigid("cs66")] {
         let mut bench = Bench::new(config);
-        bench.do_it(push([0.0, 10.0, -15.0, 0.5, 0.0, 0.2]));
+        bench.push([0.0, 10.0, -15.0, 0.5, 0.0, 0.2]);
         bench.run(150);
         assert!(bench.stops.is_empty(), "{:?}", bench.stops);
         let state = bench.now();
@@ -212,7 +208,7 @@ fn external_torques_are_what_the_hand_makes_on_both_plants() {
 #[test]
 fn a_collision_stops_the_arm_and_names_the_joint_and_the_force() {
     let mut bench = Bench::new(rigid("cs66"));
-    bench.do_it(push([0.0, 0.0, -160.0, 0.0, 0.0, 0.0]));
+    bench.push([0.0, 0.0, -160.0, 0.0, 0.0, 0.0]);
     bench.run(20);
     let [
         StopReason::Collision {
@@ -244,7 +240,7 @@ fn sensitivity_decides_and_without_detection_nothing_stops() {
         prepare
             .iter()
             .for_each(|kind| assert_eq!(bench.do_it(*kind), Outcome::Done));
-        bench.do_it(push([0.0, 0.0, -60.0, 0.0, 0.0, 0.0]));
+        bench.push([0.0, 0.0, -60.0, 0.0, 0.0, 0.0]);
         bench.run(100);
         !bench.stops.is_empty()
     };

@@ -31,7 +31,7 @@ fn the_arm_is_led_by_hand_while_an_input_with_that_action_is_high() {
     }));
     assert_eq!(tick(&mut bench, 3), MotionMode::Freedrive);
     let wrench = [0.0, 20.0, 0.0, 0.0, 0.0, 0.0];
-    bench.send(CommandKind::SetExternalWrench(wrench));
+    bench.push(wrench);
     let before = bench.states.last().unwrap().actual_tcp_pose.xyz[1];
     tick(&mut bench, 100);
     let moved = bench.states.last().unwrap().actual_tcp_pose.xyz[1] - before;

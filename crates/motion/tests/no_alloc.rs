@@ -132,6 +132,13 @@ fn ten_thousand_ticks_through_the_online_modes_allocate_nothing() {
             free_axes: [true, true, false, false, false, true],
             frame: motion_api::FreedriveFrame::Tool,
         },
+        CommandKind::FtRtsiInput {
+            enabled: true,
+            mass: 0.0,
+            measuring_offset: [0.0; 3],
+            cog: [0.0; 3],
+        },
+        CommandKind::ZeroFtSensor,
         CommandKind::SetExternalWrench([10.0, -20.0, 5.0, 0.0, 0.0, 1.0]),
         CommandKind::EndFreedrive,
         CommandKind::SetExternalWrench([0.0; 6]),

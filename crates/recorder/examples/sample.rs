@@ -41,6 +41,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         path: path.clone(),
         setup,
         model: arm.model.clone(),
+        obstacles: Vec::new(),
         rotation: recorder::Rotation::default(),
         notes_wait: true,
         on_failure: Box::new(|_| ()),

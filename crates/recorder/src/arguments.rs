@@ -87,7 +87,13 @@ commands! {
     "set_gravity" => SetGravity(gravity);
     "freedrive_mode" => Freedrive { free_axes, frame };
     "end_freedrive_mode" => EndFreedrive;
+    "force_mode" => ForceMode { frame, selection, wrench, mode, speed_limits };
+    "end_force_mode" => EndForceMode;
+    "force_mode_set_gain_scaling" => SetForceGain(gain);
+    "force_mode_set_damping" => SetForceDamping(damping);
     "set_external_wrench" => SetExternalWrench(wrench);
+    "ft_rtsi_input_enable" => FtRtsiInput { enabled, mass, measuring_offset, cog };
+    "zero_ftsensor" => ZeroFtSensor;
     "set_collision_detect_enabled" => SetCollisionDetection(enabled);
     "set_dyn_collision_force_min_ratio" => SetCollisionSensitivity(ratio);
     "track_conveyor_linear" => TrackConveyorLinear { direction, ticks_per_meter, encoder };
@@ -359,6 +365,13 @@ mod tests {
             },
             CommandKind::EndFreedrive,
             CommandKind::SetExternalWrench(target.0),
+            CommandKind::FtRtsiInput {
+                enabled: true,
+                mass: x,
+                measuring_offset: [0.0, x, 0.1],
+                cog: [x, 0.0, 0.05],
+            },
+            CommandKind::ZeroFtSensor,
             CommandKind::SetCollisionDetection(true),
             CommandKind::SetCollisionSensitivity(30),
             CommandKind::TrackConveyorLinear {

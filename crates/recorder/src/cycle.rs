@@ -171,6 +171,10 @@ message! {
         collision_sensitivity: u64 [uint64, "48"],
         /// 1 while collision detection is on.
         collision_detection: u64 [uint64, "49"],
+        /// What the force sensor reads, the payload's weight and inertia included; frame as `tcp_force`.
+        raw_wrench: Vec<f64> [double repeated, "50"],
+        /// 1 while force mode is on.
+        force_mode: u64 [uint64, "51"],
     }
 }
 
@@ -220,6 +224,7 @@ impl Cycle {
             target_tcp_speed,
             actual_tcp_speed,
             tcp_force,
+            raw_wrench,
             elbow_position,
             tcp_offset,
             payload,
@@ -247,6 +252,7 @@ impl Cycle {
             encoder_ranges,
             collision_detection,
             collision_sensitivity,
+            force_mode,
         } = *state;
         self.cycle = cycle;
         self.time = time;
@@ -262,6 +268,7 @@ impl Cycle {
         put(&mut self.target_tcp_speed, &target_tcp_speed);
         put(&mut self.actual_tcp_speed, &actual_tcp_speed);
         put(&mut self.tcp_force, &tcp_force);
+        put(&mut self.raw_wrench, &raw_wrench);
         if self.mode != motion_mode.name() {
             self.mode = motion_mode.name().to_owned();
         }
@@ -292,6 +299,7 @@ impl Cycle {
         [self.encoder_range_0, self.encoder_range_1] = encoder_ranges;
         self.collision_sensitivity = collision_sensitivity;
         self.collision_detection = u64::from(collision_detection);
+        self.force_mode = u64::from(force_mode);
     }
 
     /// The state that was recorded.
@@ -325,6 +333,7 @@ impl Cycle {
             target_tcp_speed: self.take("target_tcp_speed", &self.target_tcp_speed)?,
             actual_tcp_speed: self.take("actual_tcp_speed", &self.actual_tcp_speed)?,
             tcp_force: self.take("tcp_force", &self.tcp_force)?,
+            raw_wrench: self.take("raw_wrench", &self.raw_wrench)?,
             elbow_position: self.take("elbow_position", &self.elbow_position)?,
             tcp_offset: RpyPose::from_array(self.take("tcp_offset", &self.tcp_offset)?),
             payload,
@@ -354,6 +363,7 @@ impl Cycle {
             encoder_ranges: [self.encoder_range_0, self.encoder_range_1],
             collision_detection: self.collision_detection != 0,
             collision_sensitivity: self.collision_sensitivity,
+            force_mode: self.force_mode != 0,
         })
     }
 

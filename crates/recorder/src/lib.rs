@@ -9,8 +9,10 @@
 //! Times are simulated seconds since start; time stamps in the file are [`Setup::epoch_ns`] plus that time.
 
 pub mod arguments;
+mod chunks;
 pub mod compare;
 pub mod cycle;
+mod handle;
 mod io_changes;
 pub mod reader;
 pub mod recorder;
@@ -20,13 +22,16 @@ pub mod summary;
 pub mod table;
 pub mod topics;
 pub mod viewer;
+mod worker;
 mod writer;
 
 pub use arguments::ArgumentError;
+pub use chunks::{CHUNK_BYTES, CHUNK_SECS};
 pub use compare::{Difference, difference};
 pub use cycle::{Cycle, CycleError, FieldValue};
+pub use handle::{RecorderHandle, RecorderMeter};
 pub use reader::{Ending, Entry, ReadError, Recording};
-pub use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle};
+pub use recorder::{RecordError, Recorder, RecorderConfig};
 pub use rotation::{PartEnd, Rotation};
 pub use setup::{Setup, SetupError};
 pub use summary::Summary;
@@ -34,4 +39,5 @@ pub use table::Table;
 pub use topics::{
     CommandMessage, IoMessage, IoValue, LogLevel, LogMessage, ScriptMessage, Topic, VariableMessage,
 };
-pub use writer::{CHUNK_BYTES, CHUNK_SECS, Totals};
+pub use viewer::{Obstacle, ObstacleShape, Viewer};
+pub use writer::Totals;

@@ -1,13 +1,23 @@
-//! What public viewers show without set-up: `/joint_states`, `/tf`, `/tcp` and `/scene`.
+//! What public viewers show without set-up: `/joint_states`, `/tf`, `/tcp`, `/scene` and `/log`, encoded.
 //!
-//! Owns the names of the frames and the drawing of the arm. Everything is the arm as it is (`actual_*`), not as it was
-//! commanded. Frames form one tree: `base_link`, the six links, `flange`, `tcp`.
+//! Owns the names of the frames, and when which message is due; the shapes are in [`scene`]. A recording and the live
+//! view have the same messages from here. Everything is the arm as it is (`actual_*`), not as it was commanded. Frames
+//! form one tree: `base_link`, the six links, `flange`, `tcp`.
+//!
+//! A scene is always whole: a viewer that seeks into a file shows the latest message alone.
+
+mod scene;
+
+use std::collections::VecDeque;
 
 use foxglove::messages as shown;
 use foxglove::messages::Timestamp;
-use kinematics::{Capsule, DOF, Pose, RobotModel};
+use kinematics::{DOF, Pose, RobotModel};
 use motion_api::RobotState;
-use nalgebra::{Unit, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
+
+use crate::topics::{LogLevel, Topic};
+pub use scene::{Obstacle, ObstacleShape};
 
 /// Name of the base frame.
 pub const BASE_FRAME: &str = "base_link";
@@ -25,21 +35,177 @@ pub const FLANGE_FRAME: &str = "flange";
 /// Name of the TCP's frame.
 pub const TCP_FRAME: &str = "tcp";
 
-/// Diameter of the ball that marks the TCP, m.
-const TCP_BALL: f64 = 0.012;
+/// Joints, frames and TCP have at least one message in this time, s: the rate of a screen, and above the promised 50 Hz.
+const VIEW_PERIOD: f64 = 0.016;
+/// The scene is drawn again after this time, s, for viewers that seek into the file.
+const SCENE_PERIOD: f64 = 10.0;
+/// While the trace or the force changes, the scene is drawn again after this time, s.
+const MOVING_SCENE_PERIOD: f64 = 0.1;
+/// The trace shows where the TCP was in this time, s.
+const TRACE_SECS: f64 = 4.0;
+/// Points of the trace are at least so far apart, m …
+const TRACE_STEP: f64 = 0.001;
+/// … and no more than these.
+const TRACE_POINTS: usize = 256;
+/// Another arrow is drawn when the force has changed by this, N.
+const FORCE_STEP: f64 = 0.5;
 
-/// Makes the viewers' messages for one arm.
+/// Makes the viewers' messages for one arm, from its states in their order.
 #[derive(Clone)]
-pub(crate) struct Viewer {
+pub struct Viewer {
     model: RobotModel,
+    obstacles: Vec<Obstacle>,
+    epoch_ns: u64,
+    /// Cycle from which on joints, frames and TCP are due.
+    view_due: u64,
+    /// Simulated time at which the scene was drawn, s; none yet, or it is to be drawn at once.
+    scene_drawn: Option<f64>,
+    /// Whether the trace is another than the one drawn.
+    trace_changed: bool,
+    trace: VecDeque<(f64, Vector3<f64>)>,
+    force: Vector3<f64>,
+    force_drawn: Vector3<f64>,
+    /// The encoded message, reused.
+    buffer: Vec<u8>,
 }
 
 impl Viewer {
-    pub(crate) fn new(model: RobotModel) -> Self {
-        Self { model }
+    /// Time stamps are `epoch_ns` plus simulated time, ns.
+    pub fn new(model: RobotModel, obstacles: Vec<Obstacle>, epoch_ns: u64) -> Self {
+        Self {
+            model,
+            obstacles,
+            epoch_ns,
+            view_due: 0,
+            scene_drawn: None,
+            trace_changed: false,
+            trace: VecDeque::new(),
+            force: Vector3::zeros(),
+            force_drawn: Vector3::zeros(),
+            buffer: Vec::new(),
+        }
     }
 
-    pub(crate) fn joint_states(&self, state: &RobotState, at: Timestamp) -> shown::JointStates {
+    /// Time stamp of a simulated time, ns. NaN and negative times count as the start; `as` saturates.
+    pub fn nanos(&self, time: f64) -> u64 {
+        self.epoch_ns.saturating_add((time * 1e9).round() as u64)
+    }
+
+    /// The scene is drawn with the next state: somebody new looks.
+    pub fn draw_scene_next(&mut self) {
+        self.scene_drawn = None;
+    }
+
+    /// Gives the messages that are due at a state to `put`: the topic and the encoded message.
+    ///
+    /// # Errors
+    /// The first one of `put`.
+    pub fn state<E>(
+        &mut self,
+        state: &RobotState,
+        mut put: impl FnMut(Topic, &[u8]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        if state.cycle >= self.view_due {
+            let cycles = (VIEW_PERIOD / state.step_time + 1e-9).floor().max(1.0);
+            self.view_due = state.cycle.saturating_add(cycles as u64);
+            self.follow(state);
+            let at = self.timestamp(state.time);
+            let joints = self.joint_states(state, at);
+            put(Topic::JointStates, encode(&mut self.buffer, &joints))?;
+            let frames = self.frames(state, at);
+            put(Topic::Tf, encode(&mut self.buffer, &frames))?;
+            let tcp = tcp(state, at);
+            put(Topic::Tcp, encode(&mut self.buffer, &tcp))?;
+        }
+        if self.scene_is_due(state.time) {
+            self.scene(state.time, put)?;
+        }
+        Ok(())
+    }
+
+    /// Gives the whole scene to `put`.
+    ///
+    /// # Errors
+    /// That of `put`.
+    pub fn scene<E>(
+        &mut self,
+        time: f64,
+        mut put: impl FnMut(Topic, &[u8]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let at = self.timestamp(time);
+        let mut entities = scene::arm(&self.model, at);
+        entities.extend(self.obstacles.iter().map(|one| scene::obstacle(one, at)));
+        entities.push(scene::trace(self.trace.iter().map(|(_, point)| *point), at));
+        entities.push(scene::force(self.force, at));
+        self.scene_drawn = Some(time);
+        self.trace_changed = false;
+        self.force_drawn = self.force;
+        let update = shown::SceneUpdate {
+            deletions: Vec::new(),
+            entities,
+        };
+        put(Topic::Scene, encode(&mut self.buffer, &update))
+    }
+
+    /// A message for people, encoded for `/log`.
+    pub fn log(&mut self, time: f64, level: LogLevel, source: &str, message: &str) -> &[u8] {
+        let log = shown::Log {
+            timestamp: Some(self.timestamp(time)),
+            level: level.number(),
+            message: message.to_owned(),
+            name: source.to_owned(),
+            ..shown::Log::default()
+        };
+        encode(&mut self.buffer, &log)
+    }
+
+    fn scene_is_due(&self, time: f64) -> bool {
+        let Some(drawn) = self.scene_drawn else {
+            return true;
+        };
+        let force_changed = (self.force - self.force_drawn).norm() >= FORCE_STEP;
+        let period = if self.trace_changed || force_changed {
+            MOVING_SCENE_PERIOD
+        } else {
+            SCENE_PERIOD
+        };
+        // Time runs backwards when a replay begins again.
+        time - drawn >= period - 1e-9 || time < drawn
+    }
+
+    /// Notes where the TCP is and what pushes it.
+    fn follow(&mut self, state: &RobotState) {
+        let [x, y, z, ..] = state.actual_tcp_pose.to_array();
+        let here = Vector3::new(x, y, z);
+        let moved = |(_, latest): &(f64, Vector3<f64>)| (here - latest).norm() >= TRACE_STEP;
+        if self.trace.back().is_none_or(moved) {
+            self.trace.push_back((state.time, here));
+            // One point is no line.
+            self.trace_changed |= self.trace.len() > 1;
+        }
+        let old = |(since, _): &(f64, Vector3<f64>)| state.time - since > TRACE_SECS;
+        // The latest point stays: the line goes on from there.
+        while self.trace.len() > TRACE_POINTS
+            || (self.trace.len() > 1 && self.trace.front().is_some_and(old))
+        {
+            self.trace.pop_front();
+            self.trace_changed = true;
+        }
+        let force = Vector3::from_column_slice(&state.tcp_force[..3]);
+        self.force = if force.norm() >= scene::FORCE_MIN {
+            force
+        } else {
+            Vector3::zeros()
+        };
+    }
+
+    fn timestamp(&self, time: f64) -> Timestamp {
+        let ns = self.nanos(time);
+        let secs = u32::try_from(ns / 1_000_000_000).unwrap_or(u32::MAX);
+        Timestamp::new(secs, (ns % 1_000_000_000) as u32)
+    }
+
+    fn joint_states(&self, state: &RobotState, at: Timestamp) -> shown::JointStates {
         let names = self.model.joint_names().iter();
         let joints = names.enumerate().map(|(joint, name)| shown::JointState {
             name: name.clone(),
@@ -54,7 +220,7 @@ impl Viewer {
         }
     }
 
-    pub(crate) fn frames(&self, state: &RobotState, at: Timestamp) -> shown::FrameTransforms {
+    fn frames(&self, state: &RobotState, at: Timestamp) -> shown::FrameTransforms {
         let frames = self.model.forward(&state.actual_q);
         let mut transforms = Vec::with_capacity(DOF + 2);
         let mut add = |parent: &str, child: &str, parent_from_child: &Pose| {
@@ -62,8 +228,8 @@ impl Viewer {
                 timestamp: Some(at),
                 parent_frame_id: parent.to_owned(),
                 child_frame_id: child.to_owned(),
-                translation: Some(vector(parent_from_child.translation)),
-                rotation: Some(quaternion(&rotation(parent_from_child))),
+                translation: Some(scene::vector(parent_from_child.translation)),
+                rotation: Some(scene::quaternion(&scene::rotation(parent_from_child))),
             });
         };
         let mut parent = (BASE_FRAME, Pose::IDENTITY);
@@ -79,127 +245,18 @@ impl Viewer {
         add(FLANGE_FRAME, TCP_FRAME, &Pose::from_rpy(&state.tcp_offset));
         shown::FrameTransforms { transforms }
     }
-
-    pub(crate) fn tcp(&self, state: &RobotState, at: Timestamp) -> shown::PoseInFrame {
-        shown::PoseInFrame {
-            timestamp: Some(at),
-            frame_id: BASE_FRAME.to_owned(),
-            pose: Some(pose(&Pose::from_rpy(&state.actual_tcp_pose))),
-        }
-    }
-
-    /// The arm, one entity a link, each fixed to its frame so that `/tf` moves it.
-    pub(crate) fn scene(&self, at: Timestamp) -> shown::SceneUpdate {
-        let names = [BASE_FRAME].into_iter().chain(LINK_FRAMES);
-        let mut entities: Vec<_> = names
-            .enumerate()
-            .map(|(link, name)| {
-                let color = if link % 2 == 0 { LIGHT } else { DARK };
-                let mut drawn = entity(name, at);
-                for capsule in self.model.collision().capsules(link) {
-                    draw(capsule, color, &mut drawn);
-                }
-                drawn
-            })
-            .collect();
-        let mut tcp = entity(TCP_FRAME, at);
-        tcp.spheres.push(ball(Vector3::zeros(), TCP_BALL, ACCENT));
-        entities.push(tcp);
-        shown::SceneUpdate {
-            deletions: Vec::new(),
-            entities,
-        }
-    }
 }
 
-const LIGHT: shown::Color = shown::Color {
-    r: 0.88,
-    g: 0.89,
-    b: 0.91,
-    a: 1.0,
-};
-const DARK: shown::Color = shown::Color {
-    r: 0.36,
-    g: 0.42,
-    b: 0.50,
-    a: 1.0,
-};
-const ACCENT: shown::Color = shown::Color {
-    r: 0.90,
-    g: 0.35,
-    b: 0.10,
-    a: 1.0,
-};
-
-/// An empty entity that moves with a frame and stays until it is replaced (no lifetime).
-fn entity(frame: &str, at: Timestamp) -> shown::SceneEntity {
-    shown::SceneEntity {
+fn tcp(state: &RobotState, at: Timestamp) -> shown::PoseInFrame {
+    shown::PoseInFrame {
         timestamp: Some(at),
-        frame_id: frame.to_owned(),
-        id: frame.to_owned(),
-        frame_locked: true,
-        ..shown::SceneEntity::default()
+        frame_id: BASE_FRAME.to_owned(),
+        pose: Some(scene::pose(&Pose::from_rpy(&state.actual_tcp_pose))),
     }
 }
 
-/// A capsule is a cylinder with a ball at each end.
-fn draw(capsule: &Capsule, color: shown::Color, entity: &mut shown::SceneEntity) {
-    let diameter = 2.0 * capsule.radius;
-    let axis = capsule.p1 - capsule.p0;
-    entity.spheres.push(ball(capsule.p0, diameter, color));
-    let Some(direction) = Unit::try_new(axis, 1e-9) else {
-        return;
-    };
-    entity.spheres.push(ball(capsule.p1, diameter, color));
-    // A half turn about x where the axis points along -z: the shortest turn is not unique there.
-    let turn = UnitQuaternion::rotation_between_axis(&Vector3::z_axis(), &direction)
-        .unwrap_or_else(|| {
-            UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
-        });
-    entity.cylinders.push(shown::CylinderPrimitive {
-        pose: Some(shown::Pose {
-            position: Some(vector((capsule.p0 + capsule.p1) / 2.0)),
-            orientation: Some(quaternion(&turn)),
-        }),
-        size: Some(vector(Vector3::new(diameter, diameter, axis.norm()))),
-        bottom_scale: 1.0,
-        top_scale: 1.0,
-        color: Some(color),
-    });
-}
-
-fn ball(center: Vector3<f64>, diameter: f64, color: shown::Color) -> shown::SpherePrimitive {
-    shown::SpherePrimitive {
-        pose: Some(pose(&Pose::from_translation(center.x, center.y, center.z))),
-        size: Some(vector(Vector3::repeat(diameter))),
-        color: Some(color),
-    }
-}
-
-fn rotation(pose: &Pose) -> UnitQuaternion<f64> {
-    UnitQuaternion::from_rotation_matrix(&pose.rotation)
-}
-
-fn pose(pose: &Pose) -> shown::Pose {
-    shown::Pose {
-        position: Some(vector(pose.translation)),
-        orientation: Some(quaternion(&rotation(pose))),
-    }
-}
-
-fn vector(v: Vector3<f64>) -> shown::Vector3 {
-    shown::Vector3 {
-        x: v.x,
-        y: v.y,
-        z: v.z,
-    }
-}
-
-fn quaternion(q: &UnitQuaternion<f64>) -> shown::Quaternion {
-    shown::Quaternion {
-        x: q.i,
-        y: q.j,
-        z: q.k,
-        w: q.w,
-    }
+fn encode<'a>(buffer: &'a mut Vec<u8>, message: &impl prost::Message) -> &'a [u8] {
+    buffer.clear();
+    message.encode_raw(buffer);
+    buffer
 }

@@ -1,45 +1,28 @@
-//! Records and messages in, MCAP bytes out. No thread, no file name, no wall clock: the recorder thread drives it.
+//! Records and notes in, messages out: what a recording holds, in which order. No thread, no file name, no wall clock.
 //!
-//! Time stamps are the epoch of the setup plus simulated time. A chunk is closed before it grows past [`CHUNK_BYTES`]
-//! and when it spans [`CHUNK_SECS`], so that a kill loses little; with the same records and messages in the same order
-//! the file is the same, byte for byte.
+//! The recorder's thread drives it; [`ChunkedFile`] makes the bytes, [`Viewer`] what viewers show.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::Write;
 
-use foxglove::messages::{Log, Timestamp};
-use kinematics::RobotModel;
 use mcap::McapError;
-use mcap::records::{MessageHeader, Metadata};
-use mcap::write::NoSeek;
 use motion_api::{Command, ProgramId, Record, RobotState, ThreadNumber};
-use prost::Message as _;
-use serde::Serialize;
 
+use crate::chunks::ChunkedFile;
 use crate::cycle::Cycle;
 use crate::io_changes;
-use crate::setup::{METADATA_NAME, Setup};
+use crate::setup::Setup;
 use crate::topics::{
     CommandMessage, IoMessage, IoValue, LogLevel, ScriptMessage, Topic, VariableMessage,
 };
 use crate::viewer::Viewer;
 
-/// Uncompressed size that a chunk of small messages does not exceed. A larger message has a chunk of its own.
-pub const CHUNK_BYTES: usize = 128 * 1024;
-/// Simulated time that a chunk does not exceed, s.
-pub const CHUNK_SECS: f64 = 0.25;
-/// The viewers' topics have at least one message in this time, s: the rate of a screen, and above the promised 50 Hz.
-const VIEW_PERIOD: f64 = 0.016;
-/// The arm is drawn again after this time, s, for viewers that seek into the file.
-const SCENE_PERIOD: f64 = 10.0;
 /// How many programs, and lines of how many script threads, are remembered.
 const MAX_REMEMBERED: usize = 1024;
 /// How many of the latest programs have their text repeated in the next part.
 const MAX_TEXTS: usize = 4;
 /// Messages that may wait for their place between the cycles; one more is written out of order.
 pub(crate) const MAX_WAITING: usize = 16 * 1024;
-/// Bytes that MCAP adds to a message: opcode, length, header.
-const MESSAGE_OVERHEAD: usize = 1 + 8 + 22;
 
 /// What the script side adds to a recording. Times are simulated seconds since start.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,25 +83,13 @@ pub struct Totals {
 }
 
 pub(crate) struct RecordWriter<W: Write> {
-    mcap: mcap::Writer<NoSeek<W>>,
-    channels: [u16; Topic::ALL.len()],
-    sequences: [u32; Topic::ALL.len()],
-    epoch_ns: u64,
+    file: ChunkedFile<W>,
     step_time: f64,
     viewer: Viewer,
-    chunk: Option<OpenChunk>,
-    /// Chunks begun so far.
-    chunks: u64,
-    /// Encoded message, reused.
-    buffer: Vec<u8>,
     /// The message of the current cycle, reused.
     cycle: Cycle,
     /// The latest cycle written.
     latest: Option<RobotState>,
-    /// Cycle from which on the viewers' topics are due.
-    view_due: u64,
-    /// Simulated time from which on the arm is drawn again, s.
-    scene_due: f64,
     programs: BTreeMap<ProgramId, String>,
     /// Texts of the latest programs.
     texts: BTreeMap<ProgramId, String>,
@@ -127,93 +98,49 @@ pub(crate) struct RecordWriter<W: Write> {
     totals: Totals,
 }
 
-struct OpenChunk {
-    number: u64,
-    bytes: usize,
-    /// Time of its first message, s.
-    since: f64,
-}
-
 impl<W: Write> RecordWriter<W> {
     /// Writes the start of the file: setup, schemas, the arm. All of it has reached `out` when this returns, so an
     /// output that cannot be written is found here.
-    pub(crate) fn start(out: W, setup: &Setup, model: RobotModel) -> Result<Self, McapError> {
-        let mut writer = Self::begin(out, setup, Viewer::new(model))?;
-        writer.scene(0.0)?;
-        writer.close_chunk()?;
-        Ok(writer)
-    }
-
-    fn begin(out: W, setup: &Setup, viewer: Viewer) -> Result<Self, McapError> {
-        let mut mcap = mcap::WriteOptions::new()
-            .library(concat!("eliteserver ", env!("CARGO_PKG_VERSION")))
-            .compression(Some(mcap::Compression::Zstd))
-            .compression_level(1)
-            // The recorder has its own thread; more of them would take time from the motion thread.
-            .compression_threads(0)
-            // Chunks are closed here, by size and time.
-            .chunk_size(None)
-            // Whole chunks are built in memory and appended: works on any output, and a kill leaves no half header.
-            .disable_seeking(true)
-            .create(NoSeek::new(out))?;
-        mcap.write_metadata(&Metadata {
-            name: METADATA_NAME.to_owned(),
-            metadata: setup.to_map(),
-        })?;
-        let mut channels = [0; Topic::ALL.len()];
-        for topic in Topic::ALL {
-            let schema = topic.schema();
-            let id = mcap.add_schema(&schema.name, schema.encoding, &schema.data)?;
-            let none = BTreeMap::new();
-            channels[topic.index()] =
-                mcap.add_channel(id, topic.name(), topic.message_encoding(), &none)?;
-        }
-        Ok(Self {
-            mcap,
-            channels,
-            sequences: [0; Topic::ALL.len()],
-            epoch_ns: setup.epoch_ns,
+    pub(crate) fn start(out: W, setup: &Setup, viewer: Viewer) -> Result<Self, McapError> {
+        let mut writer = Self {
+            file: ChunkedFile::begin(out, setup, 0)?,
             step_time: setup.step_time,
             viewer,
-            chunk: None,
-            chunks: 0,
-            buffer: Vec::new(),
             cycle: Cycle::default(),
             latest: None,
-            view_due: 0,
-            scene_due: SCENE_PERIOD,
             programs: BTreeMap::new(),
             texts: BTreeMap::new(),
             lines: BTreeMap::new(),
             totals: Totals::default(),
-        })
+        };
+        writer.scene(0.0)?;
+        writer.file.close_chunk()?;
+        Ok(writer)
     }
 
     /// Ends this file and goes on in `out`, which is the part that `setup` says. What was going on is told again: the
     /// arm, the latest programs, the line of every thread. The old output comes back complete.
-    pub(crate) fn go_on_in(self, out: W, setup: &Setup) -> Result<(Self, W), McapError> {
-        let mut next = Self::begin(out, setup, self.viewer.clone())?;
-        next.step_time = self.step_time;
-        next.latest = self.latest;
-        next.view_due = self.view_due;
-        next.chunks = self.chunks;
-        next.totals = self.totals;
-        next.programs = self.programs.clone();
-        next.texts = self.texts.clone();
-        next.lines = self.lines.clone();
-        let time = self.latest.map_or(0.0, |state| state.time);
-        next.scene_due = time + SCENE_PERIOD;
-        next.scene(time)?;
-        for program in self.texts.keys() {
-            next.text(time, *program)?;
+    pub(crate) fn go_on_in(mut self, out: W, setup: &Setup) -> Result<(Self, W), McapError> {
+        let next = ChunkedFile::begin(out, setup, self.file.chunks())?;
+        let before = std::mem::replace(&mut self.file, next);
+        let time = self.time();
+        self.scene(time)?;
+        let programs: Vec<ProgramId> = self.texts.keys().copied().collect();
+        for program in &programs {
+            self.text(time, *program)?;
         }
-        for (thread, line) in &self.lines {
-            if self.texts.contains_key(&thread.0) {
-                next.line(time, *thread, *line)?;
+        for (thread, line) in self.lines.clone() {
+            if programs.contains(&thread.0) {
+                self.line(time, thread, line)?;
             }
         }
-        next.close_chunk()?;
-        Ok((next, self.finish()?.0))
+        self.file.close_chunk()?;
+        Ok((self, before.finish()?))
+    }
+
+    /// What has been written so far.
+    pub(crate) fn totals(&self) -> Totals {
+        self.totals
     }
 
     /// Simulated time of the latest cycle, s.
@@ -247,21 +174,17 @@ impl<W: Write> RecordWriter<W> {
 
     /// The number of the chunk that a kill would lose now, if there is one.
     pub(crate) fn open_chunk(&self) -> Option<u64> {
-        self.chunk.as_ref().map(|chunk| chunk.number)
+        self.file.open_chunk()
     }
 
     /// Hands everything to the output.
     pub(crate) fn close_chunk(&mut self) -> Result<(), McapError> {
-        self.chunk = None;
-        self.mcap.flush()
+        self.file.close_chunk()
     }
 
     /// Writes the index and the end of the file, and gives the output back.
-    pub(crate) fn finish(mut self) -> Result<(W, Totals), McapError> {
-        self.mcap.finish()?;
-        let mut out = self.mcap.into_inner().into_inner();
-        out.flush()?;
-        Ok((out, self.totals))
+    pub(crate) fn finish(self) -> Result<(W, Totals), McapError> {
+        Ok((self.file.finish()?, self.totals))
     }
 
     /// Says in the recording itself that notes are missing.
@@ -285,20 +208,14 @@ impl<W: Write> RecordWriter<W> {
         self.step_time = state.step_time;
         self.missing(state)?;
         self.cycle.set(state);
-        self.encode_cycle(state.time)?;
+        self.file.protobuf(Topic::Cycle, state.time, &self.cycle)?;
         self.totals.cycles += 1;
         for change in io_changes::between(self.latest.as_ref(), state) {
-            self.json(Topic::Io, state.time, &change)?;
+            self.file.json(Topic::Io, state.time, &change)?;
         }
-        if state.cycle >= self.view_due {
-            let cycles = (VIEW_PERIOD / state.step_time + 1e-9).floor().max(1.0);
-            self.view_due = state.cycle.saturating_add(cycles as u64);
-            self.view(state)?;
-        }
-        if state.time >= self.scene_due {
-            self.scene_due = state.time + SCENE_PERIOD;
-            self.scene(state.time)?;
-        }
+        let (file, time) = (&mut self.file, state.time);
+        self.viewer
+            .state(state, |topic, message| file.put(topic, time, message))?;
         self.latest = Some(*state);
         Ok(())
     }
@@ -318,26 +235,17 @@ impl<W: Write> RecordWriter<W> {
         self.log(state.time, LogLevel::Warning, "recorder", &message)
     }
 
-    fn view(&mut self, state: &RobotState) -> Result<(), McapError> {
-        let at = self.timestamp(state.time);
-        let joints = self.viewer.joint_states(state, at);
-        self.protobuf(Topic::JointStates, state.time, &joints)?;
-        let frames = self.viewer.frames(state, at);
-        self.protobuf(Topic::Tf, state.time, &frames)?;
-        let tcp = self.viewer.tcp(state, at);
-        self.protobuf(Topic::Tcp, state.time, &tcp)
-    }
-
     fn scene(&mut self, time: f64) -> Result<(), McapError> {
-        let scene = self.viewer.scene(self.timestamp(time));
-        self.protobuf(Topic::Scene, time, &scene)
+        let file = &mut self.file;
+        self.viewer
+            .scene(time, |topic, message| file.put(topic, time, message))
     }
 
     fn command(&mut self, time: f64, cycle: u64, command: &Command) -> Result<(), McapError> {
         self.totals.commands += 1;
         let program = self.program(command.origin.program);
         let message = CommandMessage::new(cycle, command, program);
-        self.json(Topic::Command, time, &message)
+        self.file.json(Topic::Command, time, &message)
     }
 
     /// Writes the notes up to `time`, and after them for every script thread the line it came to, if it is another.
@@ -408,7 +316,7 @@ impl<W: Write> RecordWriter<W> {
                     type_name,
                     value,
                 };
-                self.json(Topic::Variables, time, &message)
+                self.file.json(Topic::Variables, time, &message)
             }
             Note::Log {
                 time,
@@ -418,7 +326,8 @@ impl<W: Write> RecordWriter<W> {
             } => self.log(time, level, &source, &message),
             Note::Io { time, name, value } => {
                 let cycle = self.latest.map_or(0, |state| state.cycle);
-                self.json(Topic::Io, time, &IoMessage { cycle, name, value })
+                self.file
+                    .json(Topic::Io, time, &IoMessage { cycle, name, value })
             }
         }
     }
@@ -431,7 +340,7 @@ impl<W: Write> RecordWriter<W> {
             thread: None,
             line: None,
         };
-        self.json(Topic::Script, time, &message)
+        self.file.json(Topic::Script, time, &message)
     }
 
     fn line(
@@ -447,7 +356,7 @@ impl<W: Write> RecordWriter<W> {
             thread: Some(thread.0),
             line: Some(line),
         };
-        self.json(Topic::Script, time, &message)
+        self.file.json(Topic::Script, time, &message)
     }
 
     fn log(
@@ -457,86 +366,12 @@ impl<W: Write> RecordWriter<W> {
         source: &str,
         message: &str,
     ) -> Result<(), McapError> {
-        let log = Log {
-            timestamp: Some(self.timestamp(time)),
-            level: level.number(),
-            message: message.to_owned(),
-            name: source.to_owned(),
-            ..Log::default()
-        };
-        self.protobuf(Topic::Log, time, &log)
+        let log = self.viewer.log(time, level, source, message);
+        self.file.put(Topic::Log, time, log)
     }
 
     fn program(&self, program: ProgramId) -> &str {
         self.programs.get(&program).map_or("", String::as_str)
-    }
-
-    fn timestamp(&self, time: f64) -> Timestamp {
-        let ns = self.nanos(time);
-        let secs = u32::try_from(ns / 1_000_000_000).unwrap_or(u32::MAX);
-        Timestamp::new(secs, (ns % 1_000_000_000) as u32)
-    }
-
-    /// Time stamp in the file. NaN and negative times count as the start; `as` saturates.
-    fn nanos(&self, time: f64) -> u64 {
-        self.epoch_ns.saturating_add((time * 1e9).round() as u64)
-    }
-
-    fn encode_cycle(&mut self, time: f64) -> Result<(), McapError> {
-        let mut buffer = std::mem::take(&mut self.buffer);
-        buffer.clear();
-        self.cycle.encode_raw(&mut buffer);
-        self.put(Topic::Cycle, time, buffer)
-    }
-
-    fn protobuf(
-        &mut self,
-        topic: Topic,
-        time: f64,
-        message: &impl prost::Message,
-    ) -> Result<(), McapError> {
-        let mut buffer = std::mem::take(&mut self.buffer);
-        buffer.clear();
-        message.encode_raw(&mut buffer);
-        self.put(topic, time, buffer)
-    }
-
-    fn json(&mut self, topic: Topic, time: f64, message: &impl Serialize) -> Result<(), McapError> {
-        let mut buffer = std::mem::take(&mut self.buffer);
-        buffer.clear();
-        serde_json::to_writer(&mut buffer, message).map_err(std::io::Error::from)?;
-        self.put(topic, time, buffer)
-    }
-
-    fn put(&mut self, topic: Topic, time: f64, data: Vec<u8>) -> Result<(), McapError> {
-        let size = data.len() + MESSAGE_OVERHEAD;
-        if self.chunk.as_ref().is_some_and(|chunk| {
-            chunk.bytes + size > CHUNK_BYTES || time - chunk.since >= CHUNK_SECS
-        }) {
-            self.close_chunk()?;
-        }
-        let chunks = &mut self.chunks;
-        let chunk = self.chunk.get_or_insert_with(|| {
-            *chunks += 1;
-            OpenChunk {
-                number: *chunks,
-                bytes: 0,
-                since: time,
-            }
-        });
-        chunk.bytes += size;
-        let log_time = self.nanos(time);
-        let sequence = &mut self.sequences[topic.index()];
-        let header = MessageHeader {
-            channel_id: self.channels[topic.index()],
-            sequence: *sequence,
-            log_time,
-            publish_time: log_time,
-        };
-        *sequence = sequence.wrapping_add(1);
-        let result = self.mcap.write_to_known_channel(&header, &data);
-        self.buffer = data;
-        result
     }
 }
 

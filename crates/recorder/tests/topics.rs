@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{Record, RobotState};
-use recorder::{CHUNK_BYTES, LogLevel, Recording, Table, Topic};
+use recorder::{CHUNK_BYTES, LogLevel, ObstacleShape, Recording, Table, Topic};
 use support::*;
 
 const CYCLES: u64 = 250;
@@ -129,16 +129,128 @@ fn viewers_get_a_picture_fifty_times_a_second() {
     }
 }
 
-#[test]
-fn the_arm_is_drawn_at_the_start_and_every_ten_seconds() {
-    // 25 s with a cycle now and then.
-    let cycles = (100..=6250)
-        .step_by(50)
-        .map(|cycle| Record::Cycle(state(cycle)));
-    let recording = Recording::from_bytes(record(cycles), "test").unwrap();
+/// The arm stands in its pose of cycle 1 and is pushed with `force`, N in the TCP frame.
+fn standing(cycle: u64, force: [f64; 3]) -> Record {
+    let mut standing = RobotState {
+        cycle,
+        time: cycle as f64 * STEP,
+        ..state(1)
+    };
+    standing.tcp_force[..3].copy_from_slice(&force);
+    Record::Cycle(standing)
+}
+
+fn scene_times(records: impl IntoIterator<Item = Record>) -> Vec<f64> {
+    let recording = Recording::from_bytes(record(records), "test").unwrap();
     let scenes = rows(&recording, Topic::Scene);
-    let times: Vec<f64> = scenes.iter().map(|row| number(row, "log_time")).collect();
-    assert_eq!(times, [0.0, 10.0, 20.0]);
+    scenes.iter().map(|row| number(row, "log_time")).collect()
+}
+
+#[test]
+fn an_arm_that_stands_is_drawn_at_the_start_and_every_ten_seconds() {
+    // 25 s with a cycle now and then.
+    let cycles = (100..=6250).step_by(50);
+    let quiet = cycles.map(|cycle| standing(cycle, [0.0, 0.0, 0.9]));
+    assert_eq!(scene_times(quiet), [0.0, 10.0, 20.0]);
+}
+
+#[test]
+fn an_arm_that_moves_or_is_pushed_is_drawn_ten_times_a_second() {
+    let moving = scene_times((1..=500).map(|cycle| Record::Cycle(state(cycle))));
+    assert!((19..=21).contains(&moving.len()), "{moving:?}");
+    // A push begins at 1 s and stays the same.
+    let pushed =
+        (1..=500).map(|cycle| standing(cycle, [0.0, 0.0, if cycle < 250 { 0.0 } else { 20.0 }]));
+    let pushed = scene_times(pushed);
+    assert_eq!(pushed.len(), 2, "{pushed:?}");
+    assert!((pushed[1] - 1.0).abs() <= 0.02, "{pushed:?}");
+}
+
+#[test]
+fn the_scene_shows_obstacles_the_way_of_the_tcp_and_the_force_on_it() {
+    let obstacle = |name: &str, shape| recorder::Obstacle {
+        name: name.to_owned(),
+        shape,
+        pose: kinematics::RpyPose::from_array([0.5, 0.1, 0.2, 0.0, 0.0, 0.0]),
+    };
+    let out = Shared::default();
+    let config = recorder::RecorderConfig {
+        obstacles: vec![
+            obstacle("bench", ObstacleShape::Box([1.0, 0.6, 0.4])),
+            obstacle(
+                "post",
+                ObstacleShape::Cylinder {
+                    radius: 0.05,
+                    length: 0.8,
+                },
+            ),
+            obstacle("ball", ObstacleShape::Sphere { radius: 0.1 }),
+            obstacle("floor", ObstacleShape::Plane),
+        ],
+        ..config()
+    };
+    let (mut motion, _script, recorder, _handle) = start(out.clone(), config);
+    for cycle in 1..=300 {
+        push(&mut motion, Record::Cycle(state(cycle)));
+    }
+    recorder.finish().unwrap();
+    let recording = Recording::from_bytes(out.bytes(), "test").unwrap();
+    let scenes = rows(&recording, Topic::Scene);
+    let last = scenes.last().unwrap();
+    // Eight entities are the arm and its TCP.
+    let cell = |name: &str| number(last, name);
+    assert_eq!(last["entities_8.id"], "obstacle/bench");
+    assert_eq!(cell("entities_8.cubes_0.size.y"), 0.6);
+    assert_eq!(cell("entities_8.cubes_0.pose.position.x"), 0.5);
+    assert_eq!(cell("entities_9.cylinders_0.size.x"), 0.1);
+    assert_eq!(cell("entities_9.cylinders_0.size.z"), 0.8);
+    assert_eq!(cell("entities_10.spheres_0.size.z"), 0.2);
+    // The upper face of the plate is the plane.
+    let middle = cell("entities_11.cubes_0.pose.position.z");
+    assert!((middle + cell("entities_11.cubes_0.size.z") / 2.0 - 0.2).abs() < 1e-12);
+
+    assert_eq!(last["entities_12.id"], "tcp_trace");
+    assert_eq!(last["entities_12.frame_id"], "base_link");
+    let point = |scene: &HashMap<String, String>, i: usize| {
+        [0, 1, 2].map(|k| {
+            number(
+                scene,
+                &format!("entities_12.lines_0.points_{i}.{}", ["x", "y", "z"][k]),
+            )
+        })
+    };
+    let at_start = state(1).actual_tcp_pose.to_array();
+    let first = point(last, 0);
+    for axis in 0..3 {
+        assert!((first[axis] - at_start[axis]).abs() < 1e-12);
+    }
+    assert!(
+        !scenes[0]
+            .get("entities_12.lines_0.points_0.x")
+            .is_some_and(|x| !x.is_empty())
+    );
+
+    // The arrow has the direction of the force; at the last scene the state was `pushing`.
+    assert_eq!(last["entities_13.frame_id"], "tcp");
+    let pushing = (1..=300)
+        .map(state)
+        .filter(|state| state.time <= number(last, "log_time") + 1e-9)
+        .filter(|state| (state.cycle - 1).is_multiple_of(4))
+        .last()
+        .unwrap();
+    let force = nalgebra::Vector3::from_column_slice(&pushing.tcp_force[..3]);
+    let turn = |name: &str| cell(&format!("entities_13.arrows_0.pose.orientation.{name}"));
+    let turn = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
+        turn("w"),
+        turn("x"),
+        turn("y"),
+        turn("z"),
+    ));
+    let shown = turn * nalgebra::Vector3::x();
+    assert!((shown - force.normalize()).norm() < 1e-9, "{shown} {force}");
+    let length =
+        cell("entities_13.arrows_0.shaft_length") + cell("entities_13.arrows_0.head_length");
+    assert!((length - 0.004 * force.norm()).abs() < 1e-12);
 }
 
 #[test]

@@ -4,9 +4,13 @@
 
 use std::collections::BTreeMap;
 use std::io::Write;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use elite_runtime::message::{InterpreterEvent, Message, Observer, Severity};
+use elite_runtime::message::{
+    EMERGENCY_STOP_CODE, InterpreterEvent, Message, Observer, PROTECTIVE_STOP_CODE,
+    RECORDING_ALARM_CODE, Severity,
+};
 use elite_runtime::panel::VariableValue;
 use motion_api::{ProgramId, RobotState, SnapshotCell, ThreadNumber};
 use recorder::{LogLevel, RecorderHandle};
@@ -14,10 +18,14 @@ use tokio::sync::broadcast;
 
 use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
+use crate::ports::foxglove::LogLine;
 use crate::replay::script;
 
 /// How many messages a port may be behind before it misses some.
 const BACKLOG: usize = 1024;
+
+/// Kinds of errors that are counted.
+pub const ERROR_KINDS: [&str; 5] = ["script", "stop", "alarm", "recording", "other"];
 
 /// Where the `print` of programs goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,11 +39,13 @@ pub enum Console {
 /// Tells everybody.
 pub struct Announcer {
     ports: broadcast::Sender<Message>,
+    log_lines: broadcast::Sender<LogLine>,
     recording: RecorderHandle,
     snapshot: Arc<SnapshotCell>,
     console: Console,
     feed: Arc<Feed>,
     names: Mutex<BTreeMap<ProgramId, String>>,
+    errors: [AtomicU64; ERROR_KINDS.len()],
     interpreter_log: InterpreterLog,
 }
 
@@ -50,11 +60,13 @@ impl Announcer {
     ) -> Self {
         Self {
             ports: broadcast::channel(BACKLOG).0,
+            log_lines: broadcast::channel(BACKLOG).0,
             recording,
             snapshot,
             console,
             feed,
             names: Mutex::default(),
+            errors: Default::default(),
             interpreter_log,
         }
     }
@@ -62,6 +74,33 @@ impl Announcer {
     /// Follows the messages from now on.
     pub fn subscribe(&self) -> broadcast::Receiver<Message> {
         self.ports.subscribe()
+    }
+
+    /// How many errors of each kind there were.
+    pub fn errors(&self) -> [(&'static str, u64); ERROR_KINDS.len()] {
+        core::array::from_fn(|i| (ERROR_KINDS[i], self.errors[i].load(Ordering::Relaxed)))
+    }
+
+    fn count(&self, message: &Message) {
+        let kind = match message {
+            Message::ScriptError { .. } => 0,
+            Message::Robot { severity, code, .. } if *severity == Severity::Error => match *code {
+                PROTECTIVE_STOP_CODE | EMERGENCY_STOP_CODE => 1,
+                RECORDING_ALARM_CODE => 3,
+                _ => 2,
+            },
+            Message::Log {
+                severity: Severity::Error,
+                ..
+            } => 4,
+            _ => return,
+        };
+        self.errors[kind].fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Follows what `/log` of the recording gets, from now on.
+    pub fn subscribe_log(&self) -> broadcast::Receiver<LogLine> {
+        self.log_lines.subscribe()
     }
 
     fn time(&self) -> f64 {
@@ -82,7 +121,17 @@ impl Announcer {
             Severity::Warning => LogLevel::Warning,
             Severity::Error => LogLevel::Error,
         };
-        self.recording.log(self.time(), level, source, text);
+        let time = self.time();
+        self.recording.log(time, level, source, text);
+        if self.log_lines.receiver_count() > 0 {
+            // That the last listener has gone in between is fine.
+            let _ = self.log_lines.send(LogLine {
+                time,
+                level,
+                source: source.to_owned(),
+                text: text.to_owned(),
+            });
+        }
     }
 
     fn log(&self, severity: Severity, program: ProgramId, text: &str) {
@@ -98,6 +147,7 @@ impl Announcer {
 
 impl Observer for Announcer {
     fn message(&self, message: &Message) {
+        self.count(message);
         match message {
             Message::Print { origin, text } if self.console == Console::Stdout => {
                 // Nothing sensible is left to do when standard output is gone.

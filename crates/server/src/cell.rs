@@ -6,6 +6,7 @@
 
 mod act;
 mod check;
+mod drawn;
 pub mod point;
 pub mod schema;
 

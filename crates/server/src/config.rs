@@ -83,16 +83,6 @@ pub enum ConfigError {
         /// The port.
         port: u16,
     },
-    /// Asked for something that this version cannot do.
-    #[error("{option} {given}: {what} not available yet; leave the option out")]
-    NotAvailable {
-        /// The option.
-        option: &'static str,
-        /// Its value.
-        given: String,
-        /// The feature and its verb.
-        what: &'static str,
-    },
 }
 
 /// Settings of `serve` and `run`.
@@ -147,11 +137,13 @@ pub struct PortSettings {
     pub modbus: PortSetting,
     /// Health and metrics.
     pub http: PortSetting,
+    /// Live data for the Foxglove app.
+    pub foxglove: PortSetting,
 }
 
 impl PortSettings {
     /// Name in the ready file, option and setting of every service.
-    pub const fn list(&self) -> [(&'static str, &'static str, PortSetting); 6] {
+    pub const fn list(&self) -> [(&'static str, &'static str, PortSetting); 7] {
         [
             ("primary", "--primary-port", self.primary),
             ("interpreter", "--interpreter-port", self.interpreter),
@@ -159,6 +151,7 @@ impl PortSettings {
             ("dashboard", "--dashboard-port", self.dashboard),
             ("modbus", "--modbus-port", self.modbus),
             ("http", "--http-port", self.http),
+            ("foxglove", "--foxglove-port", self.foxglove),
         ]
     }
 }
@@ -173,6 +166,7 @@ impl PortSettings {
             "dashboard" => self.dashboard = setting,
             "modbus" => self.modbus = setting,
             "http" => self.http = setting,
+            "foxglove" => self.foxglove = setting,
             _ => {}
         }
     }
@@ -217,12 +211,8 @@ impl ServeConfig {
             dashboard: fixed(args.dashboard_port, 29999),
             modbus: fixed(args.modbus_port, 5020),
             http: fixed(args.http_port, 8080),
+            foxglove: args.foxglove_port.unwrap_or(PortSetting::Off),
         };
-        not_yet(
-            "--foxglove-port",
-            args.foxglove_port,
-            "live data for Foxglove is",
-        )?;
         each_on_its_own(&ports)?;
         Ok(Self {
             robot: robot(
@@ -275,21 +265,6 @@ fn robot(args: SharedArgs, clock: ClockChoice, record: RecordTarget) -> RobotCon
             .map_or(BTreeSet::from([Permission::Net]), BTreeSet::from_iter),
         log_dir: args.log_dir,
         log_format: args.log.log_format.unwrap_or_default(),
-    }
-}
-
-fn not_yet(
-    option: &'static str,
-    setting: Option<PortSetting>,
-    what: &'static str,
-) -> Result<PortSetting, ConfigError> {
-    match setting {
-        None | Some(PortSetting::Off) => Ok(PortSetting::Off),
-        Some(given) => Err(ConfigError::NotAvailable {
-            option,
-            given: given.to_string(),
-            what,
-        }),
     }
 }
 

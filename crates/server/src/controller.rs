@@ -10,7 +10,7 @@ use std::sync::{OnceLock, Weak, mpsc};
 use std::thread::{self, JoinHandle, Thread};
 use std::time::Duration;
 
-use elite_runtime::message::{Message, Observer, Severity};
+use elite_runtime::message::{Message, Observer, RECORDING_ALARM_CODE, Severity};
 use elite_runtime::panel::Operator;
 use elite_runtime::{Panel, Permissions, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use io_bus::Fieldbus;
@@ -18,8 +18,10 @@ use kinematics::{ModelError, RobotModel};
 use motion::Cycle;
 use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
 use motion::virtual_time::{IdlePacer, VirtualTimeline};
-use motion_api::{BorderSizes, Origin, SnapshotCell, Timeline, border};
-use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Setup};
+use motion_api::{BorderSizes, SnapshotCell, Timeline, border};
+use recorder::{
+    RecordError, Recorder, RecorderConfig, RecorderHandle, RecorderMeter, Setup, Viewer,
+};
 use thiserror::Error;
 use tokio_util::sync::CancellationToken;
 
@@ -96,6 +98,7 @@ pub struct Controller {
     pump: Pump,
     recorder: Option<Recorder>,
     recording_path: Option<PathBuf>,
+    viewer: Viewer,
 }
 
 enum Clock {
@@ -130,6 +133,8 @@ impl Controller {
         let model = Arc::new(cycle_config.limited_model()?);
         let cycle = Cycle::new(cycle_config, motion_end)?;
 
+        let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
+        let viewer = Viewer::new(loaded.model.clone(), obstacles.clone(), setup.epoch_ns);
         let alarm = RecordingAlarm::default();
         let (recorder, handle) = match (&path, script_end.records.take()) {
             (Some(path), Some(records)) => {
@@ -137,6 +142,7 @@ impl Controller {
                     path: path.clone(),
                     setup,
                     model: loaded.model.clone(),
+                    obstacles,
                     rotation: recording_files::rotation(config),
                     notes_wait: config.clock == ClockChoice::Virtual,
                     on_failure: alarm.clone().into_callback(),
@@ -203,6 +209,7 @@ impl Controller {
             pump,
             recorder,
             recording_path: path,
+            viewer,
         })
     }
 
@@ -241,12 +248,22 @@ impl Controller {
         self.recording_path.as_deref()
     }
 
+    /// Makes what viewers show of the arm and its cell.
+    pub fn viewer(&self) -> Viewer {
+        self.viewer.clone()
+    }
+
     /// How well the motion thread meets its deadlines; all zeros under the virtual clock.
     pub fn clock_meter(&self) -> ClockMeter {
         match &self.clock {
             Clock::Real(thread) => thread.meter(),
             Clock::Virtual(_) => ClockMeter::default(),
         }
+    }
+
+    /// Figures of the recording, if there is one.
+    pub fn recorder_meter(&self) -> Option<RecorderMeter> {
+        self.recorder.as_ref().map(Recorder::meter)
     }
 
     /// Runs a program and waits for its end; SIGINT and SIGTERM stop it. `None`: it was refused.
@@ -462,7 +479,12 @@ impl RecordingAlarm {
             let text = format!("recording stopped, the robot goes on: {error}");
             match self.0.get().and_then(Weak::upgrade) {
                 Some(announcer) => {
-                    announcer.message(&Message::log(Severity::Error, Origin::default(), text));
+                    announcer.message(&Message::Robot {
+                        code: RECORDING_ALARM_CODE,
+                        sub_code: 0,
+                        severity: Severity::Error,
+                        text,
+                    });
                 }
                 None => tracing::error!("{text}"),
             }

@@ -88,7 +88,6 @@ impl Feed {
             task: self.task_status(),
             script_line: self.script_line.load(Ordering::Relaxed),
             elbow_velocity: elbow_velocity(&self.model, state),
-            raw_wrench: state.tcp_force,
             inputs: bank(|registers| &registers.input),
             outputs: bank(|registers| &registers.output),
             peripherals: Peripherals::of(state),

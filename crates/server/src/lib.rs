@@ -21,5 +21,4 @@ mod recording_files;
 pub mod replay;
 pub mod shutdown;
 pub mod start_configuration;
-pub mod task_folder;
 pub mod wait;

@@ -8,7 +8,7 @@ use tracing_subscriber::EnvFilter;
 use crate::options::LogFormat;
 
 /// What is shown when RUST_LOG is not set.
-const DEFAULT_FILTER: &str = "info";
+const DEFAULT_FILTER: &str = "info,foxglove=warn";
 
 /// Why there is no log. Each is one sentence.
 #[derive(Debug, Error)]

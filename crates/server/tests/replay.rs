@@ -35,6 +35,7 @@ fn record_with(name: &str, setup: Setup, config: CycleConfig) -> PathBuf {
         path: path.clone(),
         setup,
         model,
+        obstacles: Vec::new(),
         rotation: recorder::Rotation::default(),
         notes_wait: true,
         on_failure: Box::new(|error| panic!("{error}")),

@@ -6,11 +6,13 @@
 mod call;
 mod conveyor;
 pub mod declare;
+mod force;
 mod hints;
 mod interpreter;
 mod io;
 mod kinematics;
 mod math;
+mod micro_line;
 mod modbus;
 mod modbus_rtu;
 mod motion;
@@ -38,10 +40,12 @@ use declare::{Builtin, Default, Kind};
 pub fn all() -> impl Iterator<Item = &'static Builtin> {
     [
         motion::BUILTINS,
+        micro_line::BUILTINS,
         servo::BUILTINS,
         state::BUILTINS,
         conveyor::BUILTINS,
         kinematics::BUILTINS,
+        force::BUILTINS,
         math::BUILTINS,
         io::BUILTINS,
         registers::BUILTINS,

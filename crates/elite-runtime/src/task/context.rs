@@ -21,6 +21,7 @@ use super::scheduler::{TaskEnd, TaskSettings};
 use super::wait::{Wait, WaitTable};
 use crate::interpreter::Interpreter;
 use crate::message::Observer;
+use crate::micro_line::MicroLines;
 use crate::panel::Panel;
 use crate::robot::Robot;
 
@@ -48,6 +49,7 @@ pub(crate) struct TaskContext {
     task_folder: Arc<Path>,
     outside: Outside,
     sockets: RefCell<BTreeMap<String, Rc<ScriptSocket>>>,
+    micro_lines: RefCell<MicroLines>,
     panel: Arc<Panel>,
     interpreter: Arc<Interpreter>,
     program: ProgramId,
@@ -104,6 +106,7 @@ impl TaskContext {
             task_folder: settings.task_folder.clone(),
             outside: Outside::default(),
             sockets: RefCell::default(),
+            micro_lines: RefCell::default(),
             panel: settings.panel.clone(),
             interpreter,
             program,
@@ -147,6 +150,11 @@ impl TaskContext {
     /// The script sockets of this task by name.
     pub fn sockets(&self) -> &RefCell<BTreeMap<String, Rc<ScriptSocket>>> {
         &self.sockets
+    }
+
+    /// The micro-line files this task has loaded.
+    pub fn micro_lines(&self) -> &RefCell<MicroLines> {
+        &self.micro_lines
     }
 
     pub fn panel(&self) -> &Panel {

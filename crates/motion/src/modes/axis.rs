@@ -133,6 +133,47 @@ impl Axis {
         after(good)
     }
 
+    /// The lowest and the highest speed after `step` seconds from which a way to rest is left, when the mean acceleration
+    /// of a step changes no faster than the jerk allows; `now` has the mean of the step before. Where nothing is safe both
+    /// are the speed of braking.
+    pub fn reachable_speeds(&self, now: &ScalarState, step: f64) -> (f64, f64) {
+        let most = self.jerk * step;
+        let within = |a: f64| a.clamp(-self.acceleration, self.acceleration);
+        let (low, high) = (
+            within(now.acceleration - most),
+            within(now.acceleration + most),
+        );
+        let after = |acceleration: f64| {
+            let even = ScalarState {
+                acceleration,
+                ..*now
+            };
+            even.after(step, 0.0)
+        };
+        let is_good = |acceleration: f64| self.is_safe(&after(acceleration));
+        let braking = ((self.braked(now, step).speed - now.speed) / step).clamp(low, high);
+        let reach = |wanted: f64| {
+            if is_good(wanted) {
+                return after(wanted).speed;
+            }
+            let (mut bad, mut good) = (wanted, braking);
+            if !is_good(good) {
+                return after(good).speed;
+            }
+            for _ in 0..20 {
+                let middle = 0.5 * (bad + good);
+                if is_good(middle) {
+                    good = middle;
+                } else {
+                    bad = middle;
+                }
+            }
+            after(good).speed
+        };
+        let (low, high) = (reach(low), reach(high));
+        (low.min(high), high.max(low))
+    }
+
     /// Where the acceleration changes its sign within the step the speed has its peak in between.
     fn is_slow_between(&self, now: &ScalarState, next: &ScalarState, step: f64) -> bool {
         let (a0, a1) = (now.acceleration, next.acceleration);

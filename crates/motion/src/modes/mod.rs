@@ -4,6 +4,7 @@
 //! - [`servo`]: a stream of joint positions; [`follower`] is its tracking law.
 //! - [`joint_speed`], [`tcp_speed`]: speeds of the joints and of the TCP, and coming to rest from them.
 //! - [`freedrive`]: speeds that follow the hand.
+//! - `force`: force mode, corrections over whatever moves the arm.
 //! - [`conveyor`], [`encoder`]: the belt frame that planned motions are superimposed on.
 //!
 //! Owns what the modes have in common: whose call it is, when it ends, and how a mode ends. Knows no ring and no events.
@@ -12,6 +13,7 @@ pub mod axis;
 pub mod conveyor;
 pub mod encoder;
 pub mod follower;
+pub(crate) mod force;
 pub mod freedrive;
 pub mod joint_speed;
 pub mod servo;

@@ -1,8 +1,11 @@
 //! The ideal arm: it is where it should be, and its joints carry what the model says.
+//!
+//! Obstacles cannot hold it back: it goes into them, and they push with their stiffness times the depth.
 
-use kinematics::{Dynamics, JointPositions, JointSpeeds, JointTorques};
+use kinematics::{Dynamics, JointPositions, JointSpeeds, JointTorques, Pose};
 
 use super::{ArmState, Push};
+use crate::contact::Contacts;
 use crate::setpoint::LimitedSetpoint;
 
 /// An arm whose actual position is the target.
@@ -13,6 +16,7 @@ pub struct IdealPlant {
     torque: Option<JointTorques>,
     /// What the push from outside takes off the joints, Nm.
     pushed: JointTorques,
+    flange_from_tcp: Pose,
 }
 
 impl IdealPlant {
@@ -22,19 +26,27 @@ impl IdealPlant {
             q,
             torque: None,
             pushed: JointTorques::ZERO,
+            flange_from_tcp: Pose::IDENTITY,
         }
     }
 
     pub(super) fn push(&mut self, push: &Push) {
         self.pushed = push.torque;
+        self.flange_from_tcp = push.flange_from_tcp;
     }
 
-    pub(super) fn follow(&mut self, target: &LimitedSetpoint, dynamics: &Dynamics) -> ArmState {
+    pub(super) fn follow(
+        &mut self,
+        target: &LimitedSetpoint,
+        dynamics: &Dynamics,
+        contacts: &Contacts,
+    ) -> ArmState {
         let target = target.get();
         self.q = target.q;
         let free = dynamics.inverse_dynamics(&target.q, &target.qd, &target.qdd);
+        let pressing = contacts.pressed(&target.q, &target.qd, &self.flange_from_tcp);
         let torque = JointTorques(core::array::from_fn(|joint| {
-            free[joint] - self.pushed[joint]
+            free[joint] - self.pushed[joint] - pressing.torque[joint]
         }));
         let before = self.torque.replace(torque).unwrap_or(torque);
         ArmState {
@@ -44,17 +56,20 @@ impl IdealPlant {
             mean_torque: JointTorques(core::array::from_fn(|joint| {
                 (before[joint] + torque[joint]) / 2.0
             })),
+            contact: pressing.tool,
         }
     }
 
-    pub(super) fn stand(&mut self, dynamics: &Dynamics) -> ArmState {
+    pub(super) fn stand(&mut self, dynamics: &Dynamics, contacts: &Contacts) -> ArmState {
         let torque = dynamics.gravity_torques(&self.q);
+        let pressing = contacts.pressed(&self.q, &JointSpeeds::ZERO, &self.flange_from_tcp);
         self.torque = None;
         ArmState {
             q: self.q,
             qd: JointSpeeds::ZERO,
             torque,
             mean_torque: torque,
+            contact: pressing.tool,
         }
     }
 }

@@ -6,10 +6,11 @@ mod ideal;
 mod rigid;
 mod servo;
 
-use kinematics::{Dynamics, JointPositions, JointSpeeds, JointTorques, RobotModel, Wrench};
+use kinematics::{Dynamics, JointPositions, JointSpeeds, JointTorques, Pose, RobotModel, Wrench};
 use nalgebra::Vector3;
 
 use crate::config::{ConfigError, PlantKind};
+use crate::contact::Contacts;
 use crate::setpoint::LimitedSetpoint;
 pub use ideal::IdealPlant;
 pub use rigid::RigidPlant;
@@ -25,6 +26,8 @@ pub struct ArmState {
     pub torque: JointTorques,
     /// The mean of `torque` over the cycle, Nm.
     pub mean_torque: JointTorques,
+    /// What obstacles do to the tool, mean over the cycle: base axes, about the TCP.
+    pub contact: Wrench,
 }
 
 /// What pushes the tool from outside during a cycle.
@@ -36,6 +39,8 @@ pub struct Push {
     pub point: Vector3<f64>,
     /// The joint torques it makes, Nm.
     pub torque: JointTorques,
+    /// Where the TCP is: obstacles touch there when the tool has no shape.
+    pub flange_from_tcp: Pose,
 }
 
 impl Default for Push {
@@ -44,6 +49,7 @@ impl Default for Push {
             wrench: Wrench::default(),
             point: Vector3::zeros(),
             torque: JointTorques::ZERO,
+            flange_from_tcp: Pose::IDENTITY,
         }
     }
 }
@@ -107,11 +113,17 @@ impl Plant {
         }
     }
 
-    /// One cycle of `step` seconds under servo control towards `target`.
-    pub fn follow(&mut self, target: &LimitedSetpoint, dynamics: &Dynamics, step: f64) -> ArmState {
+    /// One cycle of `step` seconds under servo control towards `target`, among what `contacts` holds.
+    pub(crate) fn follow(
+        &mut self,
+        target: &LimitedSetpoint,
+        dynamics: &Dynamics,
+        contacts: &Contacts,
+        step: f64,
+    ) -> ArmState {
         match self {
-            Self::Ideal(plant) => plant.follow(target, dynamics),
-            Self::Rigid(plant) => plant.follow(target, dynamics, step),
+            Self::Ideal(plant) => plant.follow(target, dynamics, contacts),
+            Self::Rigid(plant) => plant.follow(target, dynamics, contacts, step),
         }
     }
 
@@ -124,10 +136,10 @@ impl Plant {
     }
 
     /// One cycle with the brakes engaged: the arm stands where it is.
-    pub fn stand(&mut self, dynamics: &Dynamics) -> ArmState {
+    pub(crate) fn stand(&mut self, dynamics: &Dynamics, contacts: &Contacts) -> ArmState {
         match self {
-            Self::Ideal(plant) => plant.stand(dynamics),
-            Self::Rigid(plant) => plant.stand(dynamics),
+            Self::Ideal(plant) => plant.stand(dynamics, contacts),
+            Self::Rigid(plant) => plant.stand(dynamics, contacts),
         }
     }
 

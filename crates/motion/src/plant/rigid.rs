@@ -6,8 +6,8 @@
 
 use kinematics::chain::Chain;
 use kinematics::payload::RigidBody;
-use kinematics::{DOF, Dynamics, JointPositions, JointSpeeds, JointTorques, RobotModel};
-use nalgebra::Vector3;
+use kinematics::{DOF, Dynamics, JointPositions, JointSpeeds, JointTorques, RobotModel, Wrench};
+use nalgebra::{Vector3, Vector6};
 use rapier3d_f64::dynamics::{
     GenericJointBuilder, JointAxesMask, MassProperties, MultibodyJointHandle, RigidBodyBuilder,
     RigidBodyHandle,
@@ -18,7 +18,9 @@ use rapier3d_f64::pipeline::PhysicsWorld;
 use super::servo::{Interpolation, Servo};
 use super::{ArmState, Push};
 use crate::config::ConfigError;
-use crate::constants::SERVO_STEP;
+use crate::constants::{SERVO_STEP, TOUCH_FILTER, TOUCH_SHARE};
+use crate::contact::law::{self, Answer, ContactForces};
+use crate::contact::{Contacts, Touches};
 use crate::setpoint::{LimitedSetpoint, Setpoint};
 
 /// The arm as rigid bodies.
@@ -31,6 +33,8 @@ pub struct RigidPlant {
     target: Setpoint,
     state: ArmState,
     push: Push,
+    /// What the servo knows of obstacles at the tool, Nm: a share of the sensor's reading, smoothed.
+    felt: JointTorques,
 }
 
 impl RigidPlant {
@@ -89,8 +93,10 @@ impl RigidPlant {
                 qd: JointSpeeds::ZERO,
                 torque: JointTorques::ZERO,
                 mean_torque: JointTorques::ZERO,
+                contact: Wrench::default(),
             },
             push: Push::default(),
+            felt: JointTorques::ZERO,
         };
         // A step of no time lets the engine see that the base is fixed: until then the multibody floats.
         plant.world.integration_parameters.dt = 0.0;
@@ -126,6 +132,7 @@ impl RigidPlant {
         self.retarget(q);
         self.state.q = *q;
         self.state.qd = JointSpeeds::ZERO;
+        self.felt = JointTorques::ZERO;
     }
 
     /// What pushes the tool from now on.
@@ -148,20 +155,38 @@ impl RigidPlant {
     }
 
     /// One cycle of `step` seconds under servo control.
-    pub fn follow(&mut self, target: &LimitedSetpoint, dynamics: &Dynamics, step: f64) -> ArmState {
+    pub(crate) fn follow(
+        &mut self,
+        target: &LimitedSetpoint,
+        dynamics: &Dynamics,
+        contacts: &Contacts,
+        step: f64,
+    ) -> ArmState {
         let way = Interpolation::new(self.target, *target.get(), step);
         let servo_steps = (step / SERVO_STEP).round().max(1.0);
         let servo_step = step / servo_steps;
         self.world.integration_parameters.dt = servo_step;
         let mut mean_torque = JointTorques::ZERO;
+        let mut contact = Wrench::default();
         for k in 1..=servo_steps as u32 {
             let next = way.positions(f64::from(k) * servo_step);
             let ArmState { q, qd, .. } = self.state;
-            let push = &self.push.torque;
+            let (hand, felt) = (&self.push.torque, &self.felt);
+            let known = JointTorques(core::array::from_fn(|joint| hand[joint] + felt[joint]));
             let torque = self
                 .servo
-                .torques(dynamics, &q, &qd, next, push, servo_step);
+                .torques(dynamics, &q, &qd, next, &known, servo_step);
             self.apply(&torque);
+            if !contacts.is_empty() {
+                let pressing = self.press(contacts, dynamics, &torque, servo_step);
+                contact.force += pressing.tool.force / servo_steps;
+                contact.moment += pressing.tool.moment / servo_steps;
+                let share = servo_step / (TOUCH_FILTER + servo_step);
+                for joint in 0..DOF {
+                    let known = TOUCH_SHARE * pressing.tool_torque[joint];
+                    self.felt[joint] += share * (known - self.felt[joint]);
+                }
+            }
             self.world.step();
             for joint in 0..DOF {
                 mean_torque[joint] += torque[joint] / servo_steps;
@@ -172,12 +197,13 @@ impl RigidPlant {
             };
         }
         self.state.mean_torque = mean_torque;
+        self.state.contact = contact;
         self.target = *target.get();
         self.state
     }
 
     /// One cycle with the brakes engaged: no time passes for the bodies.
-    pub fn stand(&mut self, dynamics: &Dynamics) -> ArmState {
+    pub(crate) fn stand(&mut self, dynamics: &Dynamics, contacts: &Contacts) -> ArmState {
         if self.state.qd != JointSpeeds::ZERO
             && let Some((multibody, _)) = self.world.multibody_joints.get_mut(self.last_joint)
         {
@@ -187,7 +213,47 @@ impl RigidPlant {
         self.rest_at(&q);
         self.state.torque = dynamics.gravity_torques(&self.state.q);
         self.state.mean_torque = self.state.torque;
+        let standing = JointSpeeds::ZERO;
+        let pressing = contacts.pressed(&self.state.q, &standing, &self.push.flange_from_tcp);
+        self.state.contact = pressing.tool;
+        self.felt = pressing.tool_torque.map(|torque| TOUCH_SHARE * torque);
         self.state
+    }
+
+    /// Adds the forces of obstacles over the next `step` seconds, in which the drives give `torque`.
+    fn press(
+        &mut self,
+        contacts: &Contacts,
+        dynamics: &Dynamics,
+        torque: &JointTorques,
+        step: f64,
+    ) -> ContactForces {
+        let ArmState { q, qd, .. } = self.state;
+        let frames = self.chain.forward(&q);
+        let touches = contacts.touches(&frames, &self.push.flange_from_tcp);
+        // A mass matrix that cannot be factored belongs to a diverged plant, which the cycle stops.
+        let mass = dynamics.mass_matrix(&q).cholesky();
+        let (false, Some(mass)) = (touches.as_slice().is_empty(), mass) else {
+            return ContactForces::NONE;
+        };
+        let bias = dynamics.bias_torques(&q, &qd);
+        let hand = &self.push.torque;
+        let net = Vector6::from_fn(|joint, _| torque[joint] + hand[joint] - bias[joint]);
+        let free = JointSpeeds((qd.to_vector() + mass.solve(&net) * step).into());
+        let tcp = (frames.base_from_flange * self.push.flange_from_tcp).translation;
+        let answer = Answer { mass, step };
+        let obstacles = &contacts.obstacles;
+        let forces = law::solve(&touches, obstacles, &frames, tcp, &free, Some(&answer));
+        self.push_links(&touches, &forces);
+        forces
+    }
+
+    fn push_links(&mut self, touches: &Touches, forces: &ContactForces) {
+        for (touch, force) in touches.as_slice().iter().zip(&forces.forces) {
+            if let Some(link) = self.world.bodies.get_mut(self.links[touch.part.link()]) {
+                link.add_force_at_point(vector(force), vector(&touch.place.point), false);
+            }
+        }
     }
 
     /// The engine has no input for joint torques: each goes to its link and, reversed, to the one before.
@@ -200,12 +266,12 @@ impl RigidPlant {
             let passed_on = about.get(i + 1).copied().unwrap_or_default();
             if let Some(link) = self.world.bodies.get_mut(*link) {
                 link.reset_torques(false);
+                link.reset_forces(false);
                 link.add_torque(vector(&(about[i] - passed_on)), false);
             }
         }
         if let Some(last) = self.world.bodies.get_mut(self.links[DOF - 1]) {
             let Push { wrench, point, .. } = &self.push;
-            last.reset_forces(false);
             last.add_force_at_point(vector(&wrench.force), vector(point), false);
             last.add_torque(vector(&wrench.moment), false);
         }
@@ -218,6 +284,7 @@ impl RigidPlant {
             qd: JointSpeeds::ZERO,
             torque: JointTorques::ZERO,
             mean_torque: JointTorques::ZERO,
+            contact: Wrench::default(),
         };
         if let Some((multibody, _)) = self.world.multibody_joints.get(self.last_joint) {
             // The first link is the fixed base without a degree of freedom.

@@ -107,6 +107,21 @@ impl Bench {
         self.finish(id)
     }
 
+    /// A wrench on the tool from now on: base axes, about the TCP.
+    pub fn push(&mut self, wrench: [f64; 6]) {
+        let enable = CommandKind::FtRtsiInput {
+            enabled: true,
+            mass: 0.0,
+            measuring_offset: [0.0; 3],
+            cog: [0.0; 3],
+        };
+        assert_eq!(self.do_it(enable), Outcome::Done);
+        assert_eq!(
+            self.do_it(CommandKind::SetExternalWrench(wrench)),
+            Outcome::Done
+        );
+    }
+
     /// Checks every consecutive state so far against the joint limits, by what is reported and by differences.
     pub fn check_limits(&self) {
         let faults = self.limit_faults();

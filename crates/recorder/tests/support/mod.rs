@@ -34,6 +34,7 @@ pub fn state(cycle: u64) -> RobotState {
         target_tcp_speed: wave(0.25),
         actual_tcp_speed: wave(0.251),
         tcp_force: wave(3.0),
+        raw_wrench: wave(3.5),
         motion_mode: MotionMode::MoveJ,
         command_id: CommandId(cycle / 250 + 1),
         ..RobotState::at_start(JointPositions::ZERO, STEP)
@@ -114,6 +115,7 @@ pub fn config() -> RecorderConfig {
         path: "test.mcap".into(),
         setup: Setup::default(),
         model: model(),
+        obstacles: Vec::new(),
         rotation: recorder::Rotation::default(),
         notes_wait: true,
         on_failure: Box::new(|_| ()),
@@ -240,6 +242,7 @@ pub mod any {
             encoder_ranges: [io.1 % 5, io.0 % 5],
             collision_detection: io.1 % 2 == 1,
             collision_sensitivity: io.0 % 101,
+            force_mode: io.1 % 3 == 1,
         })
     }
 }

@@ -12,12 +12,13 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::{KnownNames, SourceFile};
 use elite_runtime::interpreter::{Statement, Submitted, ThrownAway};
-use elite_runtime::message::{Message, Severity};
+use elite_runtime::message::{Message, RECORDING_ALARM_CODE, Severity};
 use elite_runtime::panel::{FLAGS, PopupStyle};
 use elite_runtime::{ProgramText, Robot, Supervisor};
 use kinematics::RobotModel;
 use motion::realtime::ClockMeter;
 use motion_api::{CommandId, CommandKind, MotionMode, RobotState};
+use recorder::RecorderMeter;
 use serde_json::{Value, json};
 use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
@@ -30,13 +31,14 @@ use crate::log_dir::InterpreterLog;
 use crate::ports::ClientId;
 use crate::ports::description::{Peripherals, RobotDescription, TaskStatus};
 use crate::ports::http;
+use crate::ports::http::metrics::{Figures, RecordingFigures};
 use crate::ports::interpreter::codec::{Command, Discard};
 use crate::ports::interpreter::{self, Verdict};
 use crate::ports::primary::codec::{ErrorData, Exception, Level, Source};
 use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
 use crate::ports::primary::{self, Hub, Submission};
-use crate::task_folder::TaskFolder;
 use dashboard::{Configuration, Loaded};
+use elite_runtime::task_folder::TaskFolder;
 pub use lifetime::Lifetime;
 
 /// Name of programs that are one line outside a block.
@@ -57,6 +59,7 @@ pub struct Backend {
     loaded: Mutex<Loaded>,
     lifetime: Lifetime,
     clock: ClockMeter,
+    recording: Option<RecorderMeter>,
     known: KnownNames,
     log: InterpreterLog,
 }
@@ -93,6 +96,7 @@ impl Backend {
             hub,
             remote: AtomicBool::new(!config.local),
             clock: controller.clock_meter(),
+            recording: controller.recorder_meter(),
             known: KnownNames::new(elite_runtime::builtins::all().map(|b| b.name)),
             log: controller.interpreter_log().clone(),
         }
@@ -141,8 +145,12 @@ impl Backend {
                     Severity::Error => Level::Error,
                 };
                 let data = ErrorData::Text(text.clone());
+                let source = match *code {
+                    RECORDING_ALARM_CODE => Source::Controller,
+                    _ => Source::Safety,
+                };
                 (
-                    Source::Safety,
+                    source,
                     Exception::Robot {
                         code: *code,
                         sub_code: *sub_code,
@@ -377,12 +385,17 @@ impl http::Source for Backend {
         })
     }
 
-    fn overruns(&self) -> u64 {
-        self.clock.overruns()
-    }
-
-    fn missed_cycles(&self) -> u64 {
-        self.clock.missed()
+    fn figures(&self) -> Figures {
+        Figures {
+            overruns: self.clock.overruns(),
+            missed_cycles: self.clock.missed(),
+            cycle_durations: self.clock.durations(),
+            wakeup_latencies: self.clock.latencies(),
+            commands_waiting: self.robot.commands_waiting(),
+            statements_waiting: self.supervisor.interpreter().counters().unexecuted,
+            recording: self.recording.as_ref().map(RecordingFigures::of),
+            errors: self.announcer.errors(),
+        }
     }
 }
 

@@ -14,7 +14,7 @@ use crate::config::ServeConfig;
 use crate::controller::{Controller, StartError};
 use crate::options::{PortSetting, RecordTarget};
 use crate::ports::listen::{BindError, PortMeter, bind};
-use crate::ports::{dashboard, http, interpreter, modbus, primary, rtsi};
+use crate::ports::{dashboard, foxglove, http, interpreter, modbus, primary, rtsi};
 use crate::{ready_file, shutdown};
 
 /// What kept the server from starting.
@@ -161,6 +161,14 @@ async fn serve_ports(
                 services.spawn(modbus::serve(listener, image.clone(), robot, meter, token))
             }
             "rtsi" => services.spawn(rtsi::serve(listener, backend, meter, token)),
+            "foxglove" => {
+                let view = foxglove::View {
+                    viewer: controller.viewer(),
+                    samples: controller.feed().subscribe(),
+                    log: controller.announcer().subscribe_log(),
+                };
+                services.spawn(foxglove::serve(listener, view, meter, token))
+            }
             "dashboard" => services.spawn(dashboard::serve(listener, backend, meter, token)),
             other => unreachable!("{other} is no entry of PortSettings::list"),
         };

@@ -169,7 +169,7 @@ fn each_mistake_has_one_sentence_with_key_value_and_what_is_allowed() {
             "powered-off = 'yes'",
             "bind = 'localhost'",
             "http-port = 30001",
-            "foxglove-port = 8765",
+            "foxglove-port = 8080",
             "model = \nx",
         ]
         .map(sentence)

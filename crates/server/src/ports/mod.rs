@@ -3,6 +3,7 @@
 pub mod dashboard;
 pub mod derived;
 pub mod description;
+pub mod foxglove;
 pub mod http;
 pub mod interpreter;
 pub mod lines;

@@ -136,7 +136,7 @@ fn unit(name: &str) -> &'static str {
         "target_torque" | "actual_torque" => " Nm",
         "target_tcp_pose" | "actual_tcp_pose" | "tcp_offset" => " m, rad",
         "target_tcp_speed" | "actual_tcp_speed" => " m/s, rad/s",
-        "tcp_force" => " N, Nm",
+        "tcp_force" | "raw_wrench" => " N, Nm",
         "elbow_position" => " m",
         "payload" => " kg, m, kg m²",
         "step_time" => " s",

@@ -2,7 +2,9 @@
 
 use core::fmt::{Display, Write};
 
+use motion::histogram::{BUCKETS_US, HistogramReading};
 use motion_api::RobotState;
+use recorder::RecorderMeter;
 
 use crate::ports::description::TaskStatus;
 use crate::ports::listen::PortMeter;
@@ -17,12 +19,56 @@ pub struct Measurements<'a> {
     pub state: &'a RobotState,
     /// What the main task is doing.
     pub task: TaskStatus,
-    /// Cycles that took longer than a cycle lasts.
-    pub overruns: u64,
-    /// Cycles that were left out.
-    pub missed_cycles: u64,
+    /// What the controller counts.
+    pub figures: &'a Figures,
     /// Ports and their clients.
     pub ports: &'a [PortMeter],
+}
+
+/// What the controller counts, since start.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Figures {
+    /// Cycles that took longer than a cycle lasts.
+    pub overruns: u64,
+    /// Cycles that were left out because the motion thread woke up too late.
+    pub missed_cycles: u64,
+    /// How long cycles took.
+    pub cycle_durations: HistogramReading,
+    /// How late cycles began.
+    pub wakeup_latencies: HistogramReading,
+    /// Commands that wait for the motion thread.
+    pub commands_waiting: usize,
+    /// Statements of interpreter mode that wait.
+    pub statements_waiting: usize,
+    /// The recording, if there is one.
+    pub recording: Option<RecordingFigures>,
+    /// Errors by kind.
+    pub errors: [(&'static str, u64); 5],
+}
+
+/// What the recording counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RecordingFigures {
+    /// Bytes written, all parts together.
+    pub bytes: u64,
+    /// Records that wait for the recorder.
+    pub records_waiting: u64,
+    /// Messages of programs that it could not take.
+    pub notes_dropped: u64,
+    /// It has stopped because its file cannot be written.
+    pub has_failed: bool,
+}
+
+impl RecordingFigures {
+    /// The figures now.
+    pub fn of(meter: &RecorderMeter) -> Self {
+        Self {
+            bytes: meter.bytes(),
+            records_waiting: meter.records_waiting(),
+            notes_dropped: meter.notes_dropped(),
+            has_failed: meter.has_failed(),
+        }
+    }
 }
 
 /// The page.
@@ -32,12 +78,12 @@ pub fn render(m: &Measurements<'_>) -> String {
     page.counter(
         "cycle_overruns_total",
         "Cycles that took longer than a cycle lasts.",
-        m.overruns,
+        m.figures.overruns,
     );
     page.counter(
         "cycles_missed_total",
         "Cycles left out because the motion thread woke up too late.",
-        m.missed_cycles,
+        m.figures.missed_cycles,
     );
     page.counter(
         "records_lost_total",
@@ -49,16 +95,52 @@ pub fn render(m: &Measurements<'_>) -> String {
         "Length of a control cycle.",
         m.state.step_time,
     );
-    page.gauge(
+    page.histogram(
         "cycle_duration_seconds",
-        "Time the last cycle took; 0 under the virtual clock.",
-        m.state.step_duration_us / 1e6,
+        "Time that cycles took; empty under the virtual clock.",
+        &m.figures.cycle_durations,
     );
-    page.gauge(
+    page.histogram(
         "cycle_wakeup_latency_seconds",
-        "How late the last cycle began; 0 under the virtual clock.",
-        m.state.wakeup_latency_us / 1e6,
+        "How late cycles began; empty under the virtual clock.",
+        &m.figures.wakeup_latencies,
     );
+    page.head("queue_depth", "What waits, by queue.", "gauge");
+    let records = m.figures.recording.map_or(0, |r| r.records_waiting);
+    page.labelled(
+        "queue_depth",
+        "queue",
+        "commands",
+        m.figures.commands_waiting,
+    );
+    page.labelled("queue_depth", "queue", "records", records);
+    page.labelled(
+        "queue_depth",
+        "queue",
+        "interpreter",
+        m.figures.statements_waiting,
+    );
+    page.head("errors_total", "Errors by kind.", "counter");
+    for (kind, count) in m.figures.errors {
+        page.labelled("errors_total", "kind", kind, count);
+    }
+    if let Some(recording) = &m.figures.recording {
+        page.gauge(
+            "recording_active",
+            "1 while the recording is written, 0 after its file could not be.",
+            u8::from(!recording.has_failed),
+        );
+        page.counter(
+            "recording_bytes_total",
+            "Bytes of the recording, all parts together.",
+            recording.bytes,
+        );
+        page.counter(
+            "recording_notes_dropped_total",
+            "Messages of programs that the recording could not take.",
+            recording.notes_dropped,
+        );
+    }
     page.gauge("time_seconds", "Simulated time since start.", m.state.time);
     page.gauge(
         "robot_mode",
@@ -103,6 +185,21 @@ impl Page {
     fn gauge(&mut self, name: &str, help: &str, value: impl Display) {
         self.head(name, help, "gauge");
         self.line(format_args!("elite_{name} {value}"));
+    }
+
+    fn histogram(&mut self, name: &str, help: &str, histogram: &HistogramReading) {
+        self.head(name, help, "histogram");
+        let mut count = 0;
+        for (end_us, in_bucket) in BUCKETS_US.iter().zip(histogram.counts) {
+            count += in_bucket;
+            let end = *end_us as f64 / 1e6;
+            self.line(format_args!("elite_{name}_bucket{{le=\"{end}\"}} {count}"));
+        }
+        count += histogram.counts[BUCKETS_US.len()];
+        let sum = histogram.sum_ns as f64 / 1e9;
+        self.line(format_args!("elite_{name}_bucket{{le=\"+Inf\"}} {count}"));
+        self.line(format_args!("elite_{name}_sum {sum}"));
+        self.line(format_args!("elite_{name}_count {count}"));
     }
 
     fn head(&mut self, name: &str, help: &str, kind: &str) {

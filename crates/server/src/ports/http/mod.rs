@@ -22,7 +22,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::ports::description::TaskStatus;
 use crate::ports::listen::{PortMeter, serve_port};
-use metrics::{Measurements, render};
+use metrics::{Figures, Measurements, render};
 
 /// A client has so long for the head of a request; also how long an idle connection is kept.
 const HEAD_TIMEOUT: Duration = Duration::from_secs(15);
@@ -41,10 +41,8 @@ pub trait Source: Send + Sync + 'static {
     fn task_status(&self) -> TaskStatus;
     /// What people see of the program that runs: state, popups, flags, global variables.
     fn panel(&self) -> serde_json::Value;
-    /// Cycles that took longer than a cycle lasts, since start.
-    fn overruns(&self) -> u64;
-    /// Cycles that were left out because the motion thread woke up too late, since start.
-    fn missed_cycles(&self) -> u64;
+    /// What the controller counts.
+    fn figures(&self) -> Figures;
 }
 
 /// What the handlers share.
@@ -88,6 +86,22 @@ pub async fn serve<S: Source>(
     .await;
 }
 
+impl<S> Shared<S> {
+    /// For how long the cycle counter has been seen to stand at `cycle`.
+    fn standing(&self, cycle: u64) -> Duration {
+        let now = Instant::now();
+        // The value is whole at every moment, so a poisoned lock is as good as any.
+        let mut pulse = self.pulse.lock().unwrap_or_else(PoisonError::into_inner);
+        match *pulse {
+            Some((last, since)) if last == cycle => now.duration_since(since),
+            _ => {
+                *pulse = Some((cycle, now));
+                Duration::ZERO
+            }
+        }
+    }
+}
+
 fn router<S: Source>(source: Arc<S>, ports: Vec<PortMeter>) -> Router {
     let shared = Arc::new(Shared {
         source,
@@ -101,26 +115,39 @@ fn router<S: Source>(source: Arc<S>, ports: Vec<PortMeter>) -> Router {
         .with_state(shared)
 }
 
-/// 200 while the control cycle runs; 503 once it has been standing still between two requests.
+/// 200 while the control cycle runs; 503 once it has been standing still between two requests. Details as JSON.
 async fn healthz<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
-    let cycle = shared.source.state().cycle;
-    let now = Instant::now();
-    // The value is whole at every moment, so a poisoned lock is as good as any.
-    let mut pulse = shared.pulse.lock().unwrap_or_else(PoisonError::into_inner);
-    match *pulse {
-        Some((last, since)) if last == cycle => {
-            let standing = now.duration_since(since);
-            if standing >= STANDSTILL {
-                let text = format!(
-                    "cycle {cycle} has been the last one for {:.1} s\n",
-                    standing.as_secs_f64()
-                );
-                return (StatusCode::SERVICE_UNAVAILABLE, text).into_response();
-            }
-        }
-        _ => *pulse = Some((cycle, now)),
-    }
-    "ok\n".into_response()
+    let state = shared.source.state();
+    let standing = shared.standing(state.cycle);
+    let (code, status) = if standing >= STANDSTILL {
+        (StatusCode::SERVICE_UNAVAILABLE, "standing still")
+    } else {
+        (StatusCode::OK, "ok")
+    };
+    let recording = shared.source.figures().recording;
+    let clients: serde_json::Map<String, serde_json::Value> = shared
+        .ports
+        .iter()
+        .map(|port| (port.name().to_owned(), port.clients().into()))
+        .collect();
+    let details = serde_json::json!({
+        "status": status,
+        "cycle": state.cycle,
+        "standing_for_secs": standing.as_secs_f64(),
+        "time_secs": state.time,
+        "robot_mode": state.robot_mode.number(),
+        "safety_mode": state.safety_mode.number(),
+        "task": shared.source.task_status().name(),
+        "recording": match recording {
+            None => "off",
+            Some(figures) if figures.has_failed => "stopped",
+            Some(_) => "active",
+        },
+        "records_lost": state.records_lost,
+        "clients": clients,
+    });
+    let json = [(header::CONTENT_TYPE, "application/json")];
+    (code, json, format!("{details}\n")).into_response()
 }
 
 /// What people see of the program that runs, as JSON.
@@ -133,8 +160,7 @@ async fn metrics_page<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Respon
     let text = render(&Measurements {
         state: &shared.source.state(),
         task: shared.source.task_status(),
-        overruns: shared.source.overruns(),
-        missed_cycles: shared.source.missed_cycles(),
+        figures: &shared.source.figures(),
         ports: &shared.ports,
     });
     ([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], text).into_response()

@@ -31,11 +31,30 @@ impl Source for Fake {
     fn panel(&self) -> serde_json::Value {
         serde_json::json!({"task": "paused"})
     }
-    fn overruns(&self) -> u64 {
-        2
-    }
-    fn missed_cycles(&self) -> u64 {
-        1
+    fn figures(&self) -> Figures {
+        let mut figures = Figures {
+            overruns: 2,
+            missed_cycles: 1,
+            commands_waiting: 4,
+            statements_waiting: 17,
+            errors: [
+                ("script", 2),
+                ("stop", 1),
+                ("alarm", 0),
+                ("recording", 0),
+                ("other", 5),
+            ],
+            recording: Some(metrics::RecordingFigures {
+                bytes: 123_456,
+                records_waiting: 9,
+                notes_dropped: 1,
+                has_failed: false,
+            }),
+            ..Figures::default()
+        };
+        figures.cycle_durations.counts = [0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 0, 0, 1];
+        figures.cycle_durations.sum_ns = 150_000_000;
+        figures
     }
 }
 
@@ -128,11 +147,15 @@ async fn other_pages_methods_and_nonsense_are_refused() {
     let long = format!("GET /{} HTTP/1.1\r\n\r\n", "x".repeat(2 * HEAD_BYTES_MAX));
     let page = answer(address, &long).await;
     assert!(page.is_empty() || page.starts_with("HTTP/1.1 4"), "{page}");
-    assert!(
-        get_page(address, "/healthz")
-            .await
-            .ends_with("\r\n\r\nok\n")
-    );
+    let health = get_page(address, "/healthz").await;
+    let (head, body) = health.split_once("\r\n\r\n").unwrap();
+    assert!(head.starts_with("HTTP/1.1 200"), "{head}");
+    let body: serde_json::Value = serde_json::from_str(body).unwrap();
+    assert_eq!(body["status"], "ok");
+    assert_eq!(body["task"], "paused");
+    assert_eq!(body["recording"], "active");
+    assert_eq!(body["records_lost"], 3);
+    assert_eq!(body["clients"]["primary"], 0);
     shutdown.cancel();
     port.await.unwrap();
 }

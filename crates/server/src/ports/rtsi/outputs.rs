@@ -54,8 +54,6 @@ pub struct Sample {
     pub script_line: u32,
     /// Velocity of the elbow in the base frame, m/s.
     pub elbow_velocity: [f64; 3],
-    /// What the force sensor reads, payload included: N, Nm.
-    pub raw_wrench: [f64; 6],
     /// Registers that programs read.
     pub inputs: RegisterBank,
     /// Registers that programs write.
@@ -179,7 +177,7 @@ static NAMED: &[Named] = named! {
     actual_TCP_force: Vector6 = |s: &Source<'_>| s.state.tcp_force;
     target_TCP_pose: Vector6 = |s: &Source<'_>| s.state.target_tcp_pose.to_array();
     target_TCP_speed: Vector6 = |s: &Source<'_>| s.state.target_tcp_speed;
-    ft_raw_wrench: Vector6 = |s: &Source<'_>| s.sample.raw_wrench;
+    ft_raw_wrench: Vector6 = |s: &Source<'_>| s.state.raw_wrench;
     actual_digital_input_bits: U32 = |s: &Source<'_>| s.state.digital_in as u32;
     actual_digital_output_bits: U32 = |s: &Source<'_>| s.state.digital_out as u32;
     joint_temperatures: Vector6 = |s: &Source<'_>| s.state.joint_temperatures;
@@ -281,7 +279,6 @@ pub(super) mod tests {
             task: TaskStatus::Stopped,
             script_line: 0,
             elbow_velocity: [0.0; 3],
-            raw_wrench: [0.0; 6],
             inputs: RegisterBank::default(),
             outputs: RegisterBank::default(),
             peripherals: Peripherals::default(),

@@ -1,4 +1,4 @@
-//! Files that clients name by a path in the task folder: task files and configurations.
+//! Files that clients and scripts name by a path in the task folder: task files, configurations, micro-line files.
 //!
 //! Owns the rule that a name never leaves the folder. Errors are one sentence without a line break, for a reply.
 
@@ -13,6 +13,9 @@ pub const FILE_BYTES_MAX: u64 = 8 << 20;
 
 /// Endings of a task file, in the order in which they are tried.
 const TASK_ENDINGS: [&str; 2] = ["task", "script"];
+
+/// Endings of a file of points, in the order in which they are tried.
+const POINTS_ENDINGS: [&str; 2] = ["txt", "csv"];
 
 /// Why a file of the folder cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -58,11 +61,27 @@ impl TaskFolder {
     /// [`FolderError`]
     pub fn task(&self, name: &str) -> Result<String, FolderError> {
         let inside = path_inside(name)?;
-        let named = [inside.clone()].into_iter();
-        let others = TASK_ENDINGS
-            .iter()
-            .map(|ending| inside.with_extension(ending));
-        for path in named.chain(others) {
+        let others = TASK_ENDINGS.map(|ending| inside.with_extension(ending));
+        self.first([inside].into_iter().chain(others), name)
+    }
+
+    /// The text of a file of points: the file of this name, or the one with `.txt` or `.csv` after it.
+    ///
+    /// # Errors
+    /// [`FolderError`]
+    pub fn points(&self, name: &str) -> Result<String, FolderError> {
+        let inside = path_inside(name)?;
+        let others = POINTS_ENDINGS.map(|ending| path_inside(&format!("{name}.{ending}")));
+        self.first([Ok(inside)].into_iter().chain(others).flatten(), name)
+    }
+
+    /// The text of the first of the files that there is.
+    fn first(
+        &self,
+        paths: impl Iterator<Item = PathBuf>,
+        name: &str,
+    ) -> Result<String, FolderError> {
+        for path in paths {
             match self.read(&path, name) {
                 Err(FolderError::Missing { .. }) => {}
                 found => return found,

@@ -1,0 +1,203 @@
+//! Manual 3.1.37 to 3.1.39: files of points. The text format is in `micro_line`.
+
+use elite_lang::{ExceptionKind, Raised, Value};
+use kinematics::{JointPositions, Pose, RobotModel};
+
+use super::call::Call;
+use super::declare::{Builtin, Category, Default, Kind, Parameter};
+use crate::micro_line::{MicroLine, MicroLineError, Space, Units};
+use crate::task_folder::TaskFolder;
+
+/// Longest time between two points, ms.
+const INTERVAL_MAX: i64 = 60_000;
+
+/// The builtins of these sections.
+pub const BUILTINS: &[Builtin] = &[
+    Builtin {
+        name: "load_micro_line_file",
+        section: "3.1.37",
+        category: Category::Motion,
+        summary: "Loads a file of points out of the task folder.",
+        params: &[
+            Parameter::new(
+                "file_name",
+                Kind::Text,
+                "",
+                "name in the task folder, with or without .txt or .csv; six numbers a line",
+            ),
+            Parameter::new(
+                "interval_time",
+                Kind::Integer(1, INTERVAL_MAX),
+                "ms",
+                "time from point to point",
+            ),
+            Parameter {
+                name: "pos_type",
+                aliases: &[],
+                kind: Kind::OneOf(&[0, 1]),
+                default: Default::Integer(0),
+                unit: "",
+                meaning: "0: joint positions; 1: TCP poses",
+            },
+            Parameter {
+                name: "unit_type",
+                aliases: &[],
+                kind: Kind::OneOf(&[0, 1]),
+                default: Default::Integer(0),
+                unit: "",
+                meaning: "0: rad, or m and rad; 1: degrees, or mm and rad",
+            },
+        ],
+        returns: "int, index of the loaded file; the same content and settings keep their index",
+        waits: false,
+        run: Some(load_micro_line_file),
+    },
+    Builtin {
+        name: "micro_line_set_pcs",
+        section: "3.1.38",
+        category: Category::Motion,
+        summary: "Sets the frame in which the poses of a loaded file are given.",
+        params: &[
+            INDEX,
+            Parameter::new(
+                "part_coordinate_system",
+                Kind::Pose,
+                "m, rad",
+                "the part's frame in the base frame",
+            ),
+        ],
+        returns: "nothing",
+        waits: false,
+        run: Some(micro_line_set_pcs),
+    },
+    Builtin {
+        name: "get_micro_line_values_by_index",
+        section: "3.1.39",
+        category: Category::Motion,
+        summary: "One point of a loaded file, as joint positions or as a TCP pose in the part's frame.",
+        params: &[
+            INDEX,
+            Parameter::new(
+                "pos_type",
+                Kind::OneOf(&[0, 1]),
+                "",
+                "0: joint positions; 1: TCP pose",
+            ),
+            Parameter::new(
+                "line_index",
+                Kind::Integer(i64::MIN, i64::MAX),
+                "",
+                "number of the point, from 1",
+            ),
+        ],
+        returns: "list[6] float, rad, or m and rad",
+        waits: false,
+        run: Some(get_micro_line_values_by_index),
+    },
+];
+
+const INDEX: Parameter = Parameter::new(
+    "micro_line_index",
+    Kind::Integer(i64::MIN, i64::MAX),
+    "",
+    "index from load_micro_line_file",
+);
+
+fn space(number: i64) -> Space {
+    if number == 1 {
+        Space::Cartesian
+    } else {
+        Space::Joint
+    }
+}
+
+fn load_micro_line_file(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let name = call.text(0)?;
+    let interval = call.integer(1)? as f64 / 1000.0;
+    let space = space(call.integer(2)?);
+    let units = if call.integer(3)? == 1 {
+        Units::DegreesOrMillimetres
+    } else {
+        Units::Si
+    };
+    let text = TaskFolder::new(call.context().task_folder()).points(&name);
+    let text = text.map_err(|error| failed(call, &error))?;
+    let line = MicroLine::parse(&text, space, units, interval)
+        .map_err(|error| in_file(call, &name, &error))?;
+    let added = call.context().micro_lines().borrow_mut().add(line);
+    match added {
+        Ok(index) => Ok(Value::Int(index as i64)),
+        Err(error) => Err(in_file(call, &name, &error)),
+    }
+}
+
+fn micro_line_set_pcs(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let index = call.integer(0)?;
+    let part = call.pose(1)?;
+    let is_known = match call.context().micro_lines().borrow_mut().get_mut(index) {
+        Some(line) => {
+            line.set_part(&part);
+            true
+        }
+        None => false,
+    };
+    if is_known {
+        Ok(Value::None)
+    } else {
+        Err(unknown(call, index))
+    }
+}
+
+fn get_micro_line_values_by_index(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let (index, wanted) = (call.integer(0)?, space(call.integer(1)?));
+    let number = call.integer(2)?;
+    // What is no number of a point is beyond the last one.
+    let place = usize::try_from(number).unwrap_or(0);
+    let (count, values) = with_line(call, index, |line, model, flange_from_tcp, start| {
+        let values = line.values(place, wanted, model, flange_from_tcp, start);
+        (line.count(), values)
+    })?;
+    match values {
+        Ok(Some(values)) => Ok(Value::list_of_f64(&values)),
+        Ok(None) => Err(call.not_allowed(2, &format!("1 to {count}"), number)),
+        Err(error) => {
+            let text = format!("get_micro_line_values_by_index(): {error}");
+            Err(call.error(ExceptionKind::RuntimeError, text))
+        }
+    }
+}
+
+/// What `look` finds in the file of an index, with the arm as it is now.
+fn with_line<T>(
+    call: &mut Call<'_, '_>,
+    index: i64,
+    look: impl FnOnce(&MicroLine, &RobotModel, &Pose, &JointPositions) -> T,
+) -> Result<T, Raised> {
+    let context = call.context();
+    let state = context.robot().state();
+    let flange_from_tcp = Pose::from_rpy(&state.tcp_offset);
+    let found = context.micro_lines().borrow().get(index).map(|line| {
+        let model = context.robot().model();
+        look(line, model, &flange_from_tcp, &state.target_q)
+    });
+    found.ok_or_else(|| unknown(call, index))
+}
+
+fn unknown(call: &mut Call<'_, '_>, index: i64) -> Raised {
+    let loaded = match call.context().micro_lines().borrow().count() {
+        0 => "the index of a loaded file, and none is loaded".to_owned(),
+        1 => "0, the only file loaded".to_owned(),
+        count => format!("0 to {}, the files loaded", count - 1),
+    };
+    call.not_allowed(0, &loaded, index)
+}
+
+fn failed(call: &mut Call<'_, '_>, error: &crate::task_folder::FolderError) -> Raised {
+    let text = format!("load_micro_line_file(): {error}");
+    call.error(ExceptionKind::ValueError, text)
+}
+
+fn in_file(call: &mut Call<'_, '_>, name: &str, error: &MicroLineError) -> Raised {
+    let text = format!("load_micro_line_file(): {name}: {error}");
+    call.error(ExceptionKind::ValueError, text)
+}

@@ -1,0 +1,424 @@
+//! Micro lines: files of points at even times (manual 3.1.37 to 3.1.40), and the table of those a task has loaded.
+//!
+//! Owns the text format and what the numbers mean. Knows nothing of how the arm runs through the points.
+//!
+//! The format is our own, the manual gives none: one point a line, six numbers apart by commas or blanks; `#` begins a
+//! comment, lines without numbers do not count. Points are numbered from 1.
+
+use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
+use thiserror::Error;
+
+/// Most points of one file.
+pub const POINTS_MAX: usize = 100_000;
+/// Most files that a task may have loaded.
+pub const LOADED_MAX: usize = 64;
+/// Most points of all files that a task has loaded.
+pub const POINTS_OF_TASK_MAX: usize = 500_000;
+
+/// What the numbers of a file are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Space {
+    /// Joint positions.
+    Joint,
+    /// TCP poses in the part's frame, with the TCP that is active when they are used.
+    Cartesian,
+}
+
+/// In which units the numbers of a file are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Units {
+    /// rad; m and rad.
+    Si,
+    /// Degrees; mm and rad.
+    DegreesOrMillimetres,
+}
+
+/// Why a file or its points cannot be used.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MicroLineError {
+    /// A word of the file is no number that can be used.
+    #[error("line {line}: {word:?} is not a finite number")]
+    NotANumber {
+        /// Of the file, from 1.
+        line: usize,
+        /// The word, cut where it is long.
+        word: String,
+    },
+    /// A line does not hold one point.
+    #[error("line {line} has {count} numbers, a point has 6")]
+    NotSix {
+        /// Of the file, from 1.
+        line: usize,
+        /// Numbers found.
+        count: usize,
+    },
+    /// The file holds too little or too much.
+    #[error("it has {count} points, allowed are 2 to {POINTS_MAX}")]
+    Count {
+        /// Points found.
+        count: usize,
+    },
+    /// A point cannot be reached.
+    #[error("no joint positions reach point {point}, {pose:?}, with this TCP")]
+    OutOfReach {
+        /// From 1.
+        point: usize,
+        /// In the base frame.
+        pose: [f64; 6],
+    },
+    /// There is no room for another file.
+    #[error(
+        "a task may load {LOADED_MAX} micro-line files with {POINTS_OF_TASK_MAX} points together, this would be more"
+    )]
+    Full,
+}
+
+/// A loaded file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MicroLine {
+    space: Space,
+    /// Time from point to point, s.
+    interval: f64,
+    /// SI units: rad, or m and rad.
+    points: Vec<[f64; 6]>,
+    /// The frame of Cartesian points, in the base frame.
+    base_from_part: Pose,
+}
+
+impl MicroLine {
+    /// Reads the text of a file.
+    ///
+    /// # Errors
+    /// [`MicroLineError`] names the line.
+    pub fn parse(
+        text: &str,
+        space: Space,
+        units: Units,
+        interval: f64,
+    ) -> Result<Self, MicroLineError> {
+        let mut points = Vec::new();
+        for (index, line) in text.lines().enumerate() {
+            if let Some(mut point) = point_of(line, index + 1)? {
+                in_si(&mut point, space, units);
+                points.push(point);
+                if points.len() > POINTS_MAX {
+                    break;
+                }
+            }
+        }
+        if !(2..=POINTS_MAX).contains(&points.len()) {
+            return Err(MicroLineError::Count {
+                count: points.len(),
+            });
+        }
+        Ok(Self {
+            space,
+            interval,
+            points,
+            base_from_part: Pose::IDENTITY,
+        })
+    }
+
+    /// How many points it has.
+    pub fn count(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Cartesian points are given in this frame from now on.
+    pub fn set_part(&mut self, base_from_part: &RpyPose) {
+        self.base_from_part = Pose::from_rpy(base_from_part);
+    }
+
+    /// The joint positions of the points `first` to `last`, counted from 1; those of Cartesian points follow each other
+    /// as near as can be, beginning near `start`.
+    ///
+    /// # Errors
+    /// [`MicroLineError::OutOfReach`]
+    pub fn joints(
+        &self,
+        (first, last): (usize, usize),
+        model: &RobotModel,
+        flange_from_tcp: &Pose,
+        start: &JointPositions,
+    ) -> Result<Vec<JointPositions>, MicroLineError> {
+        let mut near = *start;
+        let points = self.points.iter().enumerate().take(last);
+        let points = points.skip(first.saturating_sub(1));
+        points
+            .map(|(index, point)| {
+                near = match self.space {
+                    Space::Joint => JointPositions(*point),
+                    Space::Cartesian => {
+                        let pose =
+                            self.base_from_part * Pose::from_rpy(&RpyPose::from_array(*point));
+                        model
+                            .inverse_nearest(&pose, flange_from_tcp, &near)
+                            .ok_or_else(|| MicroLineError::OutOfReach {
+                                point: index + 1,
+                                pose: pose.to_rpy().to_array(),
+                            })?
+                    }
+                };
+                Ok(near)
+            })
+            .collect()
+    }
+
+    /// One point, counted from 1, as joint positions or as a TCP pose in the part's frame. `None` when there is none of
+    /// this number.
+    ///
+    /// # Errors
+    /// [`MicroLineError::OutOfReach`]
+    pub fn values(
+        &self,
+        number: usize,
+        wanted: Space,
+        model: &RobotModel,
+        flange_from_tcp: &Pose,
+        start: &JointPositions,
+    ) -> Result<Option<[f64; 6]>, MicroLineError> {
+        let Some(point) = number
+            .checked_sub(1)
+            .and_then(|index| self.points.get(index))
+        else {
+            return Ok(None);
+        };
+        Ok(match (self.space, wanted) {
+            (Space::Joint, Space::Cartesian) => {
+                let base_from_tcp = model.tcp_pose(&JointPositions(*point), flange_from_tcp);
+                let pose = self.base_from_part.inverse() * base_from_tcp;
+                Some(pose.to_rpy().to_array())
+            }
+            (Space::Cartesian, Space::Joint) => {
+                // From the first point on, as the arm would run: a pose alone has several solutions.
+                let all = self.joints((1, number), model, flange_from_tcp, start)?;
+                all.last().map(|q| q.0)
+            }
+            _ => Some(*point),
+        })
+    }
+}
+
+/// The point of a line; `None` for a line without one.
+fn point_of(line: &str, number: usize) -> Result<Option<[f64; 6]>, MicroLineError> {
+    let line = line.split('#').next().unwrap_or_default();
+    let separates = |c: char| c == ',' || c.is_whitespace() || c == '\u{feff}';
+    let words = line.split(separates).filter(|word| !word.is_empty());
+    let mut point = [0.0; 6];
+    let mut count = 0;
+    for word in words {
+        let value = word.parse().ok().filter(|value: &f64| value.is_finite());
+        let value = value.ok_or_else(|| MicroLineError::NotANumber {
+            line: number,
+            word: word.chars().take(40).collect(),
+        })?;
+        if let Some(place) = point.get_mut(count) {
+            *place = value;
+        }
+        count += 1;
+    }
+    match count {
+        0 => Ok(None),
+        6 => Ok(Some(point)),
+        _ => Err(MicroLineError::NotSix {
+            line: number,
+            count,
+        }),
+    }
+}
+
+fn in_si(point: &mut [f64; 6], space: Space, units: Units) {
+    match (space, units) {
+        (_, Units::Si) => {}
+        (Space::Joint, Units::DegreesOrMillimetres) => {
+            for angle in point {
+                *angle = angle.to_radians();
+            }
+        }
+        // The manual leaves the angles of poses in rad.
+        (Space::Cartesian, Units::DegreesOrMillimetres) => {
+            for coordinate in &mut point[..3] {
+                *coordinate /= 1000.0;
+            }
+        }
+    }
+}
+
+/// The files that a task has loaded, by their index.
+#[derive(Debug, Default)]
+pub struct MicroLines {
+    list: Vec<MicroLine>,
+}
+
+impl MicroLines {
+    /// Adds a file; its index. Content and settings that are loaded already keep their index, and the part's frame that
+    /// was set for it.
+    ///
+    /// # Errors
+    /// [`MicroLineError::Full`]
+    pub fn add(&mut self, line: MicroLine) -> Result<usize, MicroLineError> {
+        let same = |known: &MicroLine| {
+            known.space == line.space
+                && known.interval == line.interval
+                && known.points == line.points
+        };
+        if let Some(index) = self.list.iter().position(same) {
+            return Ok(index);
+        }
+        let points: usize = self.list.iter().map(MicroLine::count).sum();
+        if self.list.len() >= LOADED_MAX || points + line.count() > POINTS_OF_TASK_MAX {
+            return Err(MicroLineError::Full);
+        }
+        self.list.push(line);
+        Ok(self.list.len() - 1)
+    }
+
+    /// The file of an index.
+    pub fn get(&self, index: i64) -> Option<&MicroLine> {
+        self.list.get(usize::try_from(index).ok()?)
+    }
+
+    /// The file of an index, to change.
+    pub fn get_mut(&mut self, index: i64) -> Option<&mut MicroLine> {
+        self.list.get_mut(usize::try_from(index).ok()?)
+    }
+
+    /// How many are loaded.
+    pub fn count(&self) -> usize {
+        self.list.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn parse(text: &str) -> Result<MicroLine, MicroLineError> {
+        MicroLine::parse(text, Space::Joint, Units::Si, 0.004)
+    }
+
+    #[test]
+    fn points_are_six_numbers_a_line_with_comments_between() {
+        let text = "\u{feff}# a header\r\n1,2,3,4,5,6\r\n\n 1e-1\t.2 , -3 4 5 6 # the second\n";
+        assert_eq!(
+            parse(text).unwrap().points,
+            [
+                [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
+                [0.1, 0.2, -3.0, 4.0, 5.0, 6.0]
+            ]
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_file_is_said_with_its_line() {
+        let say = |text: &str| parse(text).unwrap_err().to_string();
+        assert_eq!(
+            say("0,0,0,0,0,0\n\n1,2,3\n"),
+            "line 3 has 3 numbers, a point has 6"
+        );
+        assert_eq!(
+            say("0,0,0,0,0,0,0\n"),
+            "line 1 has 7 numbers, a point has 6"
+        );
+        assert_eq!(
+            say("0,0,zero,0,0,0"),
+            "line 1: \"zero\" is not a finite number"
+        );
+        assert_eq!(
+            say("0,0,nan,0,0,0"),
+            "line 1: \"nan\" is not a finite number"
+        );
+        assert_eq!(say("# nothing"), "it has 0 points, allowed are 2 to 100000");
+        assert_eq!(
+            say(&"0 0 0 0 0 0\n".repeat(100_002)),
+            "it has 100001 points, allowed are 2 to 100000"
+        );
+    }
+
+    #[test]
+    fn degrees_and_millimetres_become_si() {
+        let read = |space| {
+            let text = "180,90,0,0,0,0\n1000,500,1,1,1,1";
+            let units = Units::DegreesOrMillimetres;
+            MicroLine::parse(text, space, units, 0.1).unwrap().points
+        };
+        let joints = read(Space::Joint);
+        assert_eq!(joints[0][0], std::f64::consts::PI);
+        assert_eq!(read(Space::Cartesian)[1], [1.0, 0.5, 0.001, 1.0, 1.0, 1.0]);
+    }
+
+    #[test]
+    fn the_same_file_keeps_its_index() {
+        let mut lines = MicroLines::default();
+        let (a, b) = ("0 0 0 0 0 0\n1 1 1 1 1 1", "0 0 0 0 0 0\n2 1 1 1 1 1");
+        assert_eq!(lines.add(parse(a).unwrap()), Ok(0));
+        assert_eq!(lines.add(parse(b).unwrap()), Ok(1));
+        assert_eq!(lines.add(parse(a).unwrap()), Ok(0));
+        for k in 2..LOADED_MAX {
+            let line = parse(&format!("0 0 0 0 0 0\n{k} 0 0 0 0 0")).unwrap();
+            assert_eq!(lines.add(line), Ok(k));
+        }
+        let another = parse("0 0 0 0 0 0\n0 0 0 0 0 7").unwrap();
+        assert_eq!(lines.add(another), Err(MicroLineError::Full));
+        assert!(lines.get(-1).is_none() && lines.get(64).is_none());
+    }
+
+    #[test]
+    fn points_are_given_as_joints_or_as_poses_of_the_part() {
+        let model = RobotModel::built_in("cs66").unwrap();
+        let tcp = Pose::IDENTITY;
+        let home = JointPositions([0.0, -1.57, 1.57, -1.57, -1.57, 0.0]);
+        let q = [0.1, -1.5, 1.6, -1.5, -1.5, 0.1];
+        let text = format!("{:?}\n{q:?}", home.0).replace(['[', ']'], "");
+        let joints = parse(&text).unwrap();
+        let values = |line: &MicroLine, number, space| {
+            line.values(number, space, &model, &tcp, &home).unwrap()
+        };
+        assert_eq!(values(&joints, 2, Space::Joint), Some(q));
+        assert_eq!(values(&joints, 0, Space::Joint), None);
+        assert_eq!(values(&joints, 3, Space::Joint), None);
+
+        let part = RpyPose::from_array([0.5, 0.0, 0.1, 0.0, 0.0, 1.0]);
+        let in_part: Vec<String> = [home.0, q]
+            .iter()
+            .map(|q| {
+                let base_from_tcp = model.tcp_pose(&JointPositions(*q), &tcp);
+                let pose = Pose::from_rpy(&part).inverse() * base_from_tcp;
+                format!("{:?}", pose.to_rpy().to_array()).replace(['[', ']'], "")
+            })
+            .collect();
+        let text = in_part.join("\n");
+        let mut poses = MicroLine::parse(&text, Space::Cartesian, Units::Si, 0.01).unwrap();
+        poses.set_part(&part);
+        let found = values(&poses, 2, Space::Joint).unwrap();
+        for joint in 0..6 {
+            assert!((found[joint] - q[joint]).abs() < 1e-9, "{found:?}");
+        }
+        let mut same = joints;
+        same.set_part(&part);
+        let pose = values(&same, 2, Space::Cartesian).unwrap();
+        let as_given = values(&poses, 2, Space::Cartesian).unwrap();
+        for k in 0..6 {
+            assert!(
+                (pose[k] - as_given[k]).abs() < 1e-9,
+                "{pose:?} {as_given:?}"
+            );
+        }
+        poses.set_part(&RpyPose::from_array([3.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
+        let error = poses.values(2, Space::Joint, &model, &tcp, &home);
+        assert!(matches!(
+            error,
+            Err(MicroLineError::OutOfReach { point: 1, .. })
+        ));
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_read_or_refused(text in "[-0-9eE.,# \\n\\tnaif]{0,200}") {
+            let _ = parse(&text);
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! The force of a contact: stiffness, damping and friction of the obstacle, as an impulse that knows its own effect.
+//!
+//! Normal: F = k d + c d', never pulling, with d the depth at the end of the step. The depth depends on the force: both
+//! are solved for together (projected Gauss-Seidel over all places), so that any stiffness is stable at any step, and an
+//! arm at rest reads exactly k d. Friction: Coulomb's, with a viscous core below [`CREEP`]. Bodies that touch in several
+//! places share the stiffness in proportion to the depths there: together they push with k times the greatest depth.
+
+use kinematics::{DOF, Frames, JointSpeeds, JointTorques, Wrench};
+use nalgebra::{Cholesky, Const, Matrix3x6, Matrix6x3, Vector3, Vector6};
+
+use super::{Obstacle, Part, TOUCHES_MAX, Touch, Touches};
+
+/// Stiffness of an obstacle without one, N/m: 100 N press it in by a micrometre.
+pub const HARD: f64 = 1e8;
+/// How fast a hard obstacle pushes out what is inside it already, m/s.
+const PUSH_OUT: f64 = 0.5;
+/// Speed at which friction reaches Coulomb's, m/s.
+pub const CREEP: f64 = 1e-5;
+/// Most rounds over all places, and the change of a force at which they end, N.
+const ROUNDS: usize = 60;
+const SETTLED: f64 = 1e-7;
+
+/// How the arm answers to forces within the step.
+pub(crate) struct Answer {
+    /// The mass matrix, factored.
+    pub mass: Cholesky<f64, Const<6>>,
+    /// Length of the step, s.
+    pub step: f64,
+}
+
+/// What the contacts do to the arm.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactForces {
+    /// Force on the arm at each place, N, base axes; in the order of the touches.
+    pub forces: [Vector3<f64>; TOUCHES_MAX],
+    /// What touches the tool: base axes, about the TCP.
+    pub tool: Wrench,
+    /// Joint torques of what touches the tool, Nm.
+    pub tool_torque: JointTorques,
+    /// Joint torques of everything that touches the arm, Nm.
+    pub torque: JointTorques,
+}
+
+impl ContactForces {
+    /// Nothing touches.
+    pub(crate) const NONE: Self = Self {
+        forces: [Vector3::new(0.0, 0.0, 0.0); TOUCHES_MAX],
+        tool: Wrench {
+            force: Vector3::new(0.0, 0.0, 0.0),
+            moment: Vector3::new(0.0, 0.0, 0.0),
+        },
+        tool_torque: JointTorques::ZERO,
+        torque: JointTorques::ZERO,
+    };
+}
+
+/// One place as the solver sees it.
+#[derive(Clone, Copy)]
+struct Row {
+    jacobian: Matrix3x6<f64>,
+    /// Change of the joint speeds by a force of 1 N over the step.
+    effect: Matrix6x3<f64>,
+    /// Compliance of the arm along the normal and across it, (m/s)/N.
+    normal: f64,
+    tangential: f64,
+    depth: f64,
+    stiffness: f64,
+    damping: f64,
+    friction: f64,
+}
+
+/// Forces on the arm at `touches`: on one that answers within the step, or on one that moves with `qd` whatever they are.
+/// `frames` say where it is, `tcp` where moments are about, base frame.
+pub(crate) fn solve(
+    touches: &Touches,
+    obstacles: &[Obstacle],
+    frames: &Frames,
+    tcp: Vector3<f64>,
+    qd: &JointSpeeds,
+    answer: Option<&Answer>,
+) -> ContactForces {
+    let touches = touches.as_slice();
+    if touches.is_empty() {
+        return ContactForces::NONE;
+    }
+    let step = answer.map_or(0.0, |answer| answer.step);
+    let mut speeds = qd.to_vector();
+    let mut rows = [None::<Row>; TOUCHES_MAX];
+    let mut depths = [0.0_f64; TOUCHES_MAX];
+    for (k, touch) in touches.iter().enumerate() {
+        let mut jacobian: Matrix3x6<f64> =
+            frames.jacobian(touch.place.point).fixed_rows::<3>(0).into();
+        for joint in touch.part.link() + 1..DOF {
+            jacobian.set_column(joint, &Vector3::zeros());
+        }
+        let normal = touch.place.normal;
+        // What would be reached at the end of the step if nothing pushed back.
+        depths[k] = touch.place.depth - step * normal.dot(&(jacobian * speeds));
+        if depths[k] <= 0.0 {
+            continue;
+        }
+        let obstacle = &obstacles[touch.obstacle];
+        let effect = answer.map_or_else(Matrix6x3::zeros, |answer| {
+            answer.mass.solve(&jacobian.transpose()) * answer.step
+        });
+        let compliance = jacobian * effect;
+        let along = normal.dot(&(compliance * normal));
+        let depth = match (obstacle.stiffness, answer) {
+            (None, Some(_)) => touch.place.depth.min(PUSH_OUT * step),
+            _ => touch.place.depth,
+        };
+        rows[k] = Some(Row {
+            jacobian,
+            effect,
+            normal: along,
+            tangential: compliance.trace() - along,
+            depth,
+            stiffness: 0.0,
+            damping: 0.0,
+            friction: obstacle.friction,
+        });
+    }
+    let mut forces = ContactForces::NONE;
+    // Shared by the depths that would be reached without contact, then by those that are.
+    for _ in 0..2 {
+        share(touches, obstacles, &depths, &mut rows);
+        for _ in 0..ROUNDS {
+            let mut change = 0.0_f64;
+            for (k, touch) in touches.iter().enumerate() {
+                let Some(row) = &rows[k] else { continue };
+                let next = row.next(&touch.place.normal, &forces.forces[k], &speeds, step);
+                let more = next - forces.forces[k];
+                speeds += row.effect * more;
+                forces.forces[k] = next;
+                change = change.max(more.amax());
+            }
+            if change < SETTLED || answer.is_none() {
+                break;
+            }
+        }
+        if answer.is_none() || touches.len() == 1 {
+            break;
+        }
+        for (k, touch) in touches.iter().enumerate() {
+            let Some(row) = &rows[k] else { continue };
+            depths[k] = row.depth - step * touch.place.normal.dot(&(row.jacobian * speeds));
+        }
+    }
+    let (mut all, mut tool) = (Vector6::zeros(), Vector6::zeros());
+    for (k, touch) in touches.iter().enumerate() {
+        let Some(row) = &rows[k] else { continue };
+        let force = forces.forces[k];
+        let torque = row.jacobian.transpose() * force;
+        all += torque;
+        if touch.part == Part::Tool {
+            tool += torque;
+            forces.tool.force += force;
+            forces.tool.moment += (touch.place.point - tcp).cross(&force);
+        }
+    }
+    forces.torque = JointTorques(all.into());
+    forces.tool_torque = JointTorques(tool.into());
+    forces
+}
+
+/// Shares the stiffness and damping of an obstacle among the places where one part touches it, in proportion to `depths`.
+fn share(
+    touches: &[Touch],
+    obstacles: &[Obstacle],
+    depths: &[f64; TOUCHES_MAX],
+    rows: &mut [Option<Row>; TOUCHES_MAX],
+) {
+    for (k, touch) in touches.iter().enumerate() {
+        let Some(row) = &mut rows[k] else { continue };
+        let (mut sum, mut most) = (0.0_f64, 0.0_f64);
+        for (other, depth) in touches.iter().zip(depths) {
+            if (other.part, other.obstacle) == (touch.part, touch.obstacle) {
+                sum += depth.max(0.0);
+                most = most.max(*depth);
+            }
+        }
+        if most <= 0.0 {
+            // Pushed out altogether: as it was shared before.
+            continue;
+        }
+        // The place's own share of the force is depth / sum of k times the greatest depth.
+        let share = if depths[k] > 0.0 { most / sum } else { 0.0 };
+        let obstacle = &obstacles[touch.obstacle];
+        row.stiffness = obstacle.stiffness.unwrap_or(HARD) * share;
+        // Damping begins with the touch, not with the step in which it will come.
+        row.damping = if touch.place.depth > 0.0 {
+            obstacle.damping * share
+        } else {
+            0.0
+        };
+    }
+}
+
+impl Row {
+    /// The force that goes with the present speeds, when it was `force` that made them.
+    fn next(
+        &self,
+        normal: &Vector3<f64>,
+        force: &Vector3<f64>,
+        speeds: &Vector6<f64>,
+        step: f64,
+    ) -> Vector3<f64> {
+        let speed = self.jacobian * speeds;
+        let (away, pushing) = (normal.dot(&speed), normal.dot(force));
+        let drag = self.stiffness * step + self.damping;
+        let wanted = self.stiffness * self.depth - drag * away;
+        let pushing = (pushing + (wanted - pushing) / (1.0 + drag * self.normal)).max(0.0);
+        let most = self.friction * pushing;
+        let across = speed - normal * away;
+        let grip = most / CREEP;
+        let rubbing = force - normal * normal.dot(force);
+        let rubbing = rubbing - (across * grip + rubbing) / (1.0 + grip * self.tangential);
+        let norm = rubbing.norm();
+        let rubbing = if norm > most {
+            rubbing * (most / norm)
+        } else {
+            rubbing
+        };
+        normal * pushing + rubbing
+    }
+}

@@ -1,0 +1,338 @@
+//! Simple convex bodies and where two of them are nearest or deepest in each other.
+//!
+//! Everything rests on signed distances: they are exact for these shapes and, along a straight line, convex, so the nearest
+//! place of an edge is found by golden section. Owns geometry only; forces are in `law`.
+
+use kinematics::{Capsule, Pose};
+use nalgebra::Vector3;
+
+/// A shape, centred on its own frame. Metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// Edges along the axes.
+    Box {
+        /// Half of each edge.
+        half: Vector3<f64>,
+    },
+    /// Its axis is z.
+    Cylinder {
+        /// Radius.
+        radius: f64,
+        /// Half of its length.
+        half_length: f64,
+    },
+    /// A ball.
+    Sphere {
+        /// Radius.
+        radius: f64,
+    },
+    /// The half space below z = 0.
+    Plane,
+}
+
+/// A shape somewhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solid {
+    /// Where it is: in the base frame for obstacles, in the flange frame for tools.
+    pub pose: Pose,
+    /// What it is.
+    pub shape: Shape,
+}
+
+/// A place where two bodies touch or nearly touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place {
+    /// On the surface of the body that touches, base frame, m.
+    pub point: Vector3<f64>,
+    /// Unit vector out of the obstacle.
+    pub normal: Vector3<f64>,
+    /// How deep, m; negative when there is a gap.
+    pub depth: f64,
+}
+
+/// Steps of the golden section: an edge is narrowed down to 1e-9 of its length.
+const SECTIONS: usize = 44;
+/// An inner place of an edge counts beside its ends when it is deeper by this, m.
+const DEEPER: f64 = 1e-9;
+
+impl Solid {
+    /// The same solid seen from frame a instead of frame b.
+    pub(super) fn expressed_in(&self, a_from_b: &Pose) -> Self {
+        Self {
+            pose: *a_from_b * self.pose,
+            shape: self.shape,
+        }
+    }
+
+    /// Distance of `point` from the surface, m, negative inside, and the unit vector that leads out the shortest way.
+    pub fn distance(&self, point: Vector3<f64>) -> (f64, Vector3<f64>) {
+        let p = self.pose.rotate_back(point - self.pose.translation);
+        let (distance, out) = match self.shape {
+            Shape::Box { half } => from_box(p, half),
+            Shape::Cylinder {
+                radius,
+                half_length,
+            } => from_cylinder(p, radius, half_length),
+            Shape::Sphere { radius } => {
+                let norm = p.norm();
+                let out = if norm > 0.0 { p / norm } else { Vector3::z() };
+                (norm - radius, out)
+            }
+            Shape::Plane => (p.z, Vector3::z()),
+        };
+        (distance, self.pose.rotate(out))
+    }
+
+    /// Radius of the ball around the origin of its frame that holds it, m; infinite for a plane.
+    fn reach(&self) -> f64 {
+        match self.shape {
+            Shape::Box { half } => half.norm(),
+            Shape::Cylinder {
+                radius,
+                half_length,
+            } => radius.hypot(half_length),
+            Shape::Sphere { radius } => radius,
+            Shape::Plane => f64::INFINITY,
+        }
+    }
+}
+
+/// Distance from a box and the way out, in its frame.
+fn from_box(p: Vector3<f64>, half: Vector3<f64>) -> (f64, Vector3<f64>) {
+    let over = p.abs() - half;
+    let outside = over.map(|x| x.max(0.0));
+    let distance = outside.norm();
+    if distance > 0.0 {
+        let out = outside.zip_map(&p, |x, side| x.copysign(side) / distance);
+        return (distance, out);
+    }
+    let axis = over.imax();
+    let mut out = Vector3::zeros();
+    out[axis] = 1.0_f64.copysign(p[axis]);
+    (over[axis], out)
+}
+
+/// Distance from a cylinder and the way out, in its frame.
+fn from_cylinder(p: Vector3<f64>, radius: f64, half_length: f64) -> (f64, Vector3<f64>) {
+    let rho = p.x.hypot(p.y);
+    let aside = if rho > 0.0 {
+        Vector3::new(p.x / rho, p.y / rho, 0.0)
+    } else {
+        Vector3::x()
+    };
+    let along = Vector3::z() * 1.0_f64.copysign(p.z);
+    let (side, end) = (rho - radius, p.z.abs() - half_length);
+    if side <= 0.0 && end <= 0.0 {
+        return if side > end {
+            (side, aside)
+        } else {
+            (end, along)
+        };
+    }
+    let (side, end) = (side.max(0.0), end.max(0.0));
+    let distance = side.hypot(end);
+    (distance, (aside * side + along * end) / distance)
+}
+
+/// Where a ball touches `obstacle`.
+pub(super) fn ball(
+    center: Vector3<f64>,
+    radius: f64,
+    obstacle: &Solid,
+    margin: f64,
+    found: &mut impl FnMut(Place),
+) {
+    let (distance, normal) = obstacle.distance(center);
+    let depth = radius - distance;
+    if depth > -margin {
+        found(Place {
+            point: center - normal * radius,
+            normal,
+            depth,
+        });
+    }
+}
+
+/// Where a capsule touches `obstacle`: its ends, and the nearest place between them.
+pub(super) fn capsule(
+    capsule: &Capsule,
+    obstacle: &Solid,
+    margin: f64,
+    found: &mut impl FnMut(Place),
+) {
+    let (p0, p1, radius) = (capsule.p0, capsule.p1, capsule.radius);
+    let length = (p1 - p0).norm();
+    if obstacle.distance((p0 + p1) / 2.0).0 - length / 2.0 - radius > margin {
+        return;
+    }
+    ball(p0, radius, obstacle, margin, found);
+    if length < DEEPER {
+        return;
+    }
+    ball(p1, radius, obstacle, margin, found);
+    if let Some(p) = inner_minimum(obstacle, p0, p1, margin + radius) {
+        ball(p, radius, obstacle, margin, found);
+    }
+}
+
+/// Where a box, cylinder or ball touches `obstacle`.
+pub(super) fn solid(body: &Solid, obstacle: &Solid, margin: f64, found: &mut impl FnMut(Place)) {
+    let center = body.pose.translation;
+    if obstacle.distance(center).0 - body.reach() > margin {
+        return;
+    }
+    if let Shape::Sphere { radius } = body.shape {
+        return ball(center, radius, obstacle, margin, found);
+    }
+    if let Shape::Sphere { radius } = obstacle.shape {
+        // Seen from the body, and turned round.
+        let (distance, out) = body.distance(obstacle.pose.translation);
+        if distance - radius < margin {
+            found(Place {
+                point: obstacle.pose.translation - out * distance,
+                normal: -out,
+                depth: radius - distance,
+            });
+        }
+        return;
+    }
+    features(body, obstacle, margin, &mut |point, distance, out| {
+        found(Place {
+            point,
+            normal: out,
+            depth: -distance,
+        });
+    });
+    if obstacle.shape != Shape::Plane {
+        features(obstacle, body, margin, &mut |point, distance, out| {
+            found(Place {
+                point,
+                normal: -out,
+                depth: -distance,
+            });
+        });
+    }
+}
+
+/// The corners, edges and rims of `body` that come nearest to `other`, within `margin`.
+fn features(
+    body: &Solid,
+    other: &Solid,
+    margin: f64,
+    found: &mut impl FnMut(Vector3<f64>, f64, Vector3<f64>),
+) {
+    let mut look = |point| {
+        let (distance, out) = other.distance(point);
+        if distance < margin {
+            found(point, distance, out);
+        }
+    };
+    match body.shape {
+        Shape::Box { half } => {
+            let corner = |signs: [bool; 3]| {
+                let side = |k: usize| if signs[k] { half[k] } else { -half[k] };
+                body.pose
+                    .transform_point(Vector3::new(side(0), side(1), side(2)))
+            };
+            for number in 0..8_usize {
+                look(corner([number & 1 > 0, number & 2 > 0, number & 4 > 0]));
+            }
+            for axis in 0..3_usize {
+                for number in 0..4_usize {
+                    let mut low = [false; 3];
+                    low[(axis + 1) % 3] = number & 1 > 0;
+                    low[(axis + 2) % 3] = number & 2 > 0;
+                    let mut high = low;
+                    high[axis] = true;
+                    let inner = inner_minimum(other, corner(low), corner(high), margin);
+                    inner.into_iter().for_each(&mut look);
+                }
+            }
+        }
+        Shape::Cylinder {
+            radius,
+            half_length,
+        } => {
+            let axis = body.pose.rotate(Vector3::z());
+            let ends = [1.0, -1.0].map(|side| body.pose.translation + axis * (side * half_length));
+            for end in ends {
+                let (first, second) = rim(body, end, axis, other);
+                look(end + first * radius);
+                // Two more places make a flat end stand on three feet.
+                let (c, s) = (-0.5, 3.0_f64.sqrt() / 2.0);
+                look(end + (first * c + second * s) * radius);
+                look(end + (first * c - second * s) * radius);
+            }
+            let middle = inner_minimum(other, ends[0], ends[1], margin + radius);
+            if let Some(middle) = middle {
+                let (first, _) = rim(body, middle, axis, other);
+                look(middle + first * radius);
+            }
+        }
+        // Balls and planes have none; they are looked at from the other side.
+        Shape::Sphere { .. } | Shape::Plane => {}
+    }
+}
+
+/// The direction from `center` across `axis` to the place of the circle that is nearest to `other`, and the one at right
+/// angles to it.
+fn rim(
+    body: &Solid,
+    center: Vector3<f64>,
+    axis: Vector3<f64>,
+    other: &Solid,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let radius = match body.shape {
+        Shape::Cylinder { radius, .. } => radius,
+        _ => 0.0,
+    };
+    let mut direction = body.pose.rotate(Vector3::x());
+    let mut place = center;
+    for _ in 0..4 {
+        let (_, out) = other.distance(place);
+        let towards = axis * axis.dot(&out) - out;
+        let norm = towards.norm();
+        if norm < 1e-9 {
+            break;
+        }
+        direction = towards / norm;
+        place = center + direction * radius;
+    }
+    (direction, axis.cross(&direction))
+}
+
+/// The place strictly between `p0` and `p1` that is nearest to `other`, if it is nearer than both ends and within
+/// `margin`.
+fn inner_minimum(
+    other: &Solid,
+    p0: Vector3<f64>,
+    p1: Vector3<f64>,
+    margin: f64,
+) -> Option<Vector3<f64>> {
+    let at = |t: f64| other.distance(p0 + (p1 - p0) * t).0;
+    let (first, last) = (at(0.0), at(1.0));
+    // No distance changes faster than the place.
+    if other.shape == Shape::Plane || (first + last - (p1 - p0).norm()) / 2.0 > margin {
+        return None;
+    }
+    let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
+    let (mut low, mut high) = (0.0, 1.0);
+    let (mut a, mut b) = (1.0 - golden, golden);
+    let (mut at_a, mut at_b) = (at(a), at(b));
+    for _ in 0..SECTIONS {
+        if at_a <= at_b {
+            high = b;
+            (b, at_b) = (a, at_a);
+            a = high - golden * (high - low);
+            at_a = at(a);
+        } else {
+            low = a;
+            (a, at_a) = (b, at_b);
+            b = low + golden * (high - low);
+            at_b = at(b);
+        }
+    }
+    let least = at_a.min(at_b);
+    (least < first.min(last) - DEEPER && least < margin)
+        .then(|| p0 + (p1 - p0) * ((low + high) / 2.0))
+}

@@ -1,0 +1,183 @@
+//! The force/torque sensor between the flange and what hangs on it.
+//!
+//! Raw reading: what the environment does to the tool, the payload's weight, and its inertia. The compensated reading
+//! takes weight and inertia off and then the zero that was set. Both are of the TCP, in the TCP's axes, moments about the
+//! TCP (manual 4.4 to 4.6). The payload is the one that is set: the arm carries just that, so nothing of it is left.
+//! Noise is normal, independent from cycle to cycle, and the same in every run with the same seed.
+
+use kinematics::{Frames, JointSpeeds, Payload, Pose, Twist, Wrench};
+use nalgebra::Vector3;
+
+/// `[sensor]` of the cell: standard deviations of each component, and the seed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SensorNoise {
+    /// N.
+    pub force: f64,
+    /// Nm.
+    pub torque: f64,
+    /// Beginning of the sequence.
+    pub seed: u64,
+}
+
+/// The sensor and its latest readings.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sensor {
+    noise: SensorNoise,
+    random: Random,
+    /// What zeroing takes off: flange axes, about the flange.
+    zero: Wrench,
+    /// The latest compensated reading before the zero, flange axes, about the flange.
+    before_zero: Wrench,
+    /// Velocity of the flange a cycle ago, base axes.
+    twist: Option<Twist>,
+    /// TCP axes, about the TCP.
+    pub raw: Wrench,
+    /// TCP axes, about the TCP.
+    pub compensated: Wrench,
+    /// `compensated` in base axes.
+    pub felt: Wrench,
+}
+
+impl Sensor {
+    pub(crate) fn new(noise: SensorNoise) -> Self {
+        let nothing = Wrench::default();
+        Self {
+            noise,
+            random: Random(noise.seed),
+            zero: nothing,
+            before_zero: nothing,
+            twist: None,
+            raw: nothing,
+            compensated: nothing,
+            felt: nothing,
+        }
+    }
+
+    /// What is read now counts as nothing from now on.
+    pub(crate) fn zero(&mut self) {
+        self.zero = self.before_zero;
+    }
+
+    /// The arm was set somewhere else: its speed a cycle ago says nothing.
+    pub(crate) fn restart(&mut self) {
+        self.twist = None;
+    }
+
+    /// The end of a cycle of `step` seconds. `environment` acts on the tool: base axes, about the TCP. `gravity` in base
+    /// axes, m/s².
+    pub(crate) fn measure(
+        &mut self,
+        environment: &Wrench,
+        payload: &Payload,
+        (frames, qd): (&Frames, &JointSpeeds),
+        flange_from_tcp: &Pose,
+        gravity: &Vector3<f64>,
+        step: f64,
+    ) {
+        let base_from_flange = &frames.base_from_flange;
+        let base_from_tcp = *base_from_flange * *flange_from_tcp;
+        let twist = frames.twist(qd, base_from_flange.translation);
+        let before = self.twist.replace(twist).unwrap_or(twist);
+        let acceleration = Twist {
+            linear: (twist.linear - before.linear) / step,
+            angular: (twist.angular - before.angular) / step,
+        };
+        let carried = carried(payload, base_from_flange, &twist, &acceleration, gravity);
+        let about_tcp = Wrench {
+            force: carried.force,
+            moment: carried.moment
+                + (base_from_flange.translation - base_from_tcp.translation).cross(&carried.force),
+        };
+        let in_tcp = |w: &Wrench| Wrench {
+            force: base_from_tcp.rotate_back(w.force),
+            moment: base_from_tcp.rotate_back(w.moment),
+        };
+        let noise = Wrench {
+            force: self.random.normal(self.noise.force),
+            moment: self.random.normal(self.noise.torque),
+        };
+        let read = sum(&in_tcp(environment), &noise, 1.0);
+        self.raw = sum(&read, &in_tcp(&about_tcp), 1.0);
+        self.before_zero = read.transformed_by(flange_from_tcp);
+        let zero = self.zero.transformed_by(&flange_from_tcp.inverse());
+        self.compensated = sum(&read, &zero, -1.0);
+        self.felt = Wrench {
+            force: base_from_tcp.rotate(self.compensated.force),
+            moment: base_from_tcp.rotate(self.compensated.moment),
+        };
+    }
+}
+
+fn sum(a: &Wrench, b: &Wrench, factor: f64) -> Wrench {
+    Wrench {
+        force: a.force + b.force * factor,
+        moment: a.moment + b.moment * factor,
+    }
+}
+
+/// What weight and inertia of the payload do to the flange: base axes, about the flange.
+fn carried(
+    payload: &Payload,
+    base_from_flange: &Pose,
+    twist: &Twist,
+    acceleration: &Twist,
+    gravity: &Vector3<f64>,
+) -> Wrench {
+    let arm = base_from_flange.rotate(payload.cog);
+    let (spin, turn) = (twist.angular, acceleration.angular);
+    let cog = acceleration.linear + turn.cross(&arm) + spin.cross(&spin.cross(&arm));
+    let force = (gravity - cog) * payload.mass;
+    let rotation = base_from_flange.rotation.matrix();
+    let inertia = rotation * payload.tensor() * rotation.transpose();
+    let moment = -(inertia * turn + spin.cross(&(inertia * spin)));
+    Wrench {
+        force,
+        moment: moment + arm.cross(&force),
+    }
+}
+
+/// SplitMix64 (Steele, Lea, Flood, OOPSLA 2014). Sums of twelve uniform numbers are normal enough up to six standard
+/// deviations and, unlike logarithms, the same on every machine.
+#[derive(Clone, Copy, Debug)]
+struct Random(u64);
+
+impl Random {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Three independent numbers with mean 0.
+    fn normal(&mut self, deviation: f64) -> Vector3<f64> {
+        if deviation == 0.0 {
+            return Vector3::zeros();
+        }
+        Vector3::from_fn(|_, _| deviation * ((0..12).map(|_| self.uniform()).sum::<f64>() - 6.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_has_the_deviation_that_was_set() {
+        let mut random = Random(1);
+        let many: Vec<f64> = (0..20_000)
+            .flat_map(|_| <[f64; 3]>::from(random.normal(0.5)))
+            .collect();
+        let n = many.len() as f64;
+        let mean = many.iter().sum::<f64>() / n;
+        let deviation = (many.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
+        assert!(
+            mean.abs() < 0.01 && (deviation - 0.5).abs() < 0.01,
+            "{mean} {deviation}"
+        );
+        // About 5 % of normal numbers lie beyond two deviations, 0.3 % beyond three.
+        let beyond = |k: f64| many.iter().filter(|x| x.abs() > k * 0.5).count() as f64 / n;
+        assert!((beyond(2.0) - 0.0455).abs() < 0.005 && (beyond(3.0) - 0.0027).abs() < 0.002);
+    }
+}

@@ -1,0 +1,512 @@
+//! Force mode over a spring that the bench plays: the wrench of a plate at the TCP, a cycle late.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::needless_range_loop,
+    reason = "a test that cannot go on should say where; joints and axes are counted"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
+
+mod common;
+
+use common::{Bench, ideal, movej, movel};
+use kinematics::{JointPositions, JointSpeeds, Pose, RobotModel, RpyPose};
+use motion::{Cycle, CycleConfig};
+use motion_api::{
+    CommandId, CommandKind, FreedriveFrame, MotionMode, Outcome, Refusal, RobotMode, SafetyMode,
+};
+use nalgebra::Vector3;
+
+fn rigid(model: &str) -> CycleConfig {
+    CycleConfig::new(RobotModel::built_in(model).unwrap())
+}
+
+/// A plane through `point` with `normal`; what is behind it pushes back with `stiffness` N/m.
+#[derive(Clone, Copy)]
+struct Plate {
+    point: Vector3<f64>,
+    normal: Vector3<f64>,
+    stiffness: f64,
+}
+
+impl Plate {
+    /// Level, `gap` m below the TCP of `bench`.
+    fn below(bench: &Bench, gap: f64, stiffness: f64) -> Self {
+        let xyz = bench.now().actual_tcp_pose.xyz;
+        Self {
+            point: Vector3::new(xyz[0], xyz[1], xyz[2] - gap),
+            normal: Vector3::z(),
+            stiffness,
+        }
+    }
+
+    fn force(&self, tcp: &RpyPose) -> Vector3<f64> {
+        let depth = self.normal.dot(&(self.point - Vector3::from(tcp.xyz)));
+        self.normal * (self.stiffness * depth.max(0.0))
+    }
+}
+
+/// One cycle with the plate; what the tool applies along the normal, into the plate.
+fn press(bench: &mut Bench, plate: &Plate) -> f64 {
+    let force = plate.force(&bench.now().actual_tcp_pose);
+    bench.send(CommandKind::SetExternalWrench([
+        force.x, force.y, force.z, 0.0, 0.0, 0.0,
+    ]));
+    bench.tick();
+    plate.force(&bench.now().actual_tcp_pose).norm()
+}
+
+fn force_mode(selection: [u8; 6], wrench: [f64; 6], speed_limits: [f64; 6]) -> CommandKind {
+    CommandKind::ForceMode {
+        frame: RpyPose::default(),
+        selection: selection.map(|x| x == 1),
+        wrench,
+        mode: 0,
+        speed_limits,
+    }
+}
+
+/// Downwards along the base's z axis.
+fn down(force: f64, speed: f64) -> CommandKind {
+    force_mode(
+        [0, 0, 1, 0, 0, 0],
+        [0.0, 0.0, -force, 0.0, 0.0, 0.0],
+        [0.0, 0.0, speed, 0.0, 0.0, 0.0],
+    )
+}
+
+fn push(wrench: [f64; 6]) -> CommandKind {
+    CommandKind::SetExternalWrench(wrench)
+}
+
+/// Largest distance in the plane and largest angle from a pose.
+fn off(state: &RpyPose, from: &RpyPose) -> (f64, f64) {
+    let (a, b) = (Pose::from_rpy(state), Pose::from_rpy(from));
+    let way = a.translation - b.translation;
+    (way.x.hypot(way.y), a.rotation.angle_to(&b.rotation))
+}
+
+#[test]
+fn the_arm_presses_plates_of_any_stiffness_with_one_setting() {
+    for (name, config) in [("ideal", ideal("cs66")), ("rigid", rigid("cs66"))] {
+        for stiffness in [1e3, 1e4, 1e5] {
+            for target in [5.0, 20.0, 80.0] {
+                let mut bench = Bench::new(config.clone());
+                let start = bench.now().actual_tcp_pose;
+                let plate = Plate::below(&bench, 1e-4, stiffness);
+                bench.send(down(target, 0.25));
+                let forces: Vec<f64> = (0..400).map(|_| press(&mut bench, &plate)).collect();
+                assert!(bench.stops.is_empty(), "{:?}", bench.stops);
+                let state = bench.now();
+                assert!(state.force_mode);
+                assert_eq!(state.motion_mode, MotionMode::ForceMode);
+                let peak = forces.iter().fold(0.0_f64, |m, f| m.max(*f)) / target;
+                let touch = forces.iter().position(|f| *f > 0.0).unwrap();
+                let settled = forces
+                    .iter()
+                    .rposition(|f| (f / target - 1.0).abs() > 0.05)
+                    .map_or(0, |k| k + 1 - touch);
+                let steady = (forces.last().unwrap() / target - 1.0).abs();
+                println!(
+                    "{name} {stiffness} N/m {target} N: peak {peak:.3} settled {:.3} s steady {steady:.5}",
+                    settled as f64 * 0.004
+                );
+                assert!(peak <= 1.15 && steady <= 0.01 && settled <= 125);
+                let (way, angle) = off(&state.target_tcp_pose, &start);
+                assert!(way < 2e-5 && angle < 2e-5, "{way} {angle}");
+                bench.check_limits();
+            }
+        }
+    }
+}
+
+#[test]
+fn an_approach_at_ten_millimetres_a_second_peaks_below_one_and_a_half_targets() {
+    for (name, config) in [("ideal", ideal("cs66")), ("rigid", rigid("cs66"))] {
+        for stiffness in [1e3, 1e4, 1e5] {
+            for target in [5.0, 20.0] {
+                let mut bench = Bench::new(config.clone());
+                let plate = Plate::below(&bench, 3e-3, stiffness);
+                bench.send(down(target, 0.01));
+                let forces: Vec<f64> = (0..700).map(|_| press(&mut bench, &plate)).collect();
+                let peak = forces.iter().fold(0.0_f64, |m, f| m.max(*f)) / target;
+                let fastest = bench
+                    .states
+                    .iter()
+                    .fold(0.0_f64, |m, s| m.max(s.target_tcp_speed[2].abs()));
+                println!("{name} {stiffness} N/m {target} N: peak {peak:.3} fastest {fastest:.5}");
+                assert!(peak <= 1.5 && fastest <= 0.01 + 1e-6);
+                assert!((forces.last().unwrap() / target - 1.0).abs() < 0.01);
+                let touch = forces.iter().position(|f| *f > 0.0).unwrap();
+                assert!(forces[touch + 250..].iter().all(|f| *f > 0.0));
+                bench.check_limits();
+            }
+        }
+    }
+}
+
+#[test]
+fn a_line_is_followed_while_the_tool_presses() {
+    let mut bench = Bench::new(rigid("cs66"));
+    let start = bench.now().actual_tcp_pose;
+    // Tilted by 10 degrees about y.
+    let mut plate = Plate::below(&bench, 1e-3, 2e4);
+    plate.normal = Vector3::new(-0.173648, 0.0, 0.984808);
+    bench.send(down(20.0, 0.1));
+    for _ in 0..200 {
+        press(&mut bench, &plate);
+    }
+    let goal = RpyPose {
+        xyz: [start.xyz[0] + 0.05, start.xyz[1] + 0.1, start.xyz[2] + 0.3],
+        ..start
+    };
+    let line = bench.send(CommandKind::MoveL {
+        target: goal,
+        acceleration: 0.3,
+        speed: 0.05,
+        duration: 0.0,
+        radius: 0.0,
+    });
+    let mut squares = (0.0, 0);
+    let direction = Vector3::new(0.05, 0.1, 0.0).normalize();
+    while bench.outcome(line).is_none() {
+        let force = press(&mut bench, &plate);
+        // The z component is what is controlled.
+        squares.0 += (force * plate.normal.z / 20.0 - 1.0).powi(2);
+        squares.1 += 1;
+        let state = bench.now();
+        assert!(bench.stops.is_empty(), "{:?}", bench.stops);
+        let way = Vector3::from(state.target_tcp_pose.xyz) - Vector3::from(start.xyz);
+        let flat = Vector3::new(way.x, way.y, 0.0);
+        let beside = (flat - direction * flat.dot(&direction)).norm();
+        assert!(beside < 1e-4, "{beside}");
+    }
+    let rms = (squares.0 / f64::from(squares.1)).sqrt();
+    println!("rms {rms:.4} of the target over {} cycles", squares.1);
+    assert_eq!(bench.outcome(line), Some(Outcome::Done));
+    assert!(rms < 0.1);
+    let end = bench.now().target_tcp_pose;
+    assert!((end.xyz[0] - goal.xyz[0]).abs() < 1e-5 && (end.xyz[1] - goal.xyz[1]).abs() < 1e-5);
+    assert!((end.xyz[2] - goal.xyz[2]).abs() > 0.1);
+    bench.check_limits();
+    // The next motion begins where the arm is.
+    for _ in 0..50 {
+        press(&mut bench, &plate);
+    }
+    assert_eq!(bench.do_it(CommandKind::EndForceMode), Outcome::Done);
+    assert!(!bench.now().force_mode);
+    assert_eq!(bench.now().target_qd, JointSpeeds::ZERO);
+    assert_eq!(bench.do_it(movel(start)), Outcome::Done);
+    bench.check_limits();
+}
+
+#[test]
+fn a_new_target_and_new_axes_are_taken_without_a_jump() {
+    let mut bench = Bench::new(ideal("cs66"));
+    let plate = Plate::below(&bench, 1e-3, 1e4);
+    bench.send(down(20.0, 0.1));
+    for _ in 0..200 {
+        press(&mut bench, &plate);
+    }
+    bench.send(down(50.0, 0.1));
+    let mut last = 0.0;
+    for _ in 0..200 {
+        last = press(&mut bench, &plate);
+    }
+    assert!((last / 50.0 - 1.0).abs() < 0.01, "{last}");
+    let there = bench.now().target_tcp_pose;
+    // Now x is given way, z holds its place.
+    bench.send(force_mode(
+        [1, 0, 0, 0, 0, 0],
+        [3.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.05, 0.0, 0.0, 0.0, 0.0, 0.0],
+    ));
+    for _ in 0..200 {
+        press(&mut bench, &plate);
+    }
+    let state = bench.now();
+    assert!((state.target_tcp_pose.xyz[2] - there.xyz[2]).abs() < 1e-5);
+    assert!(state.target_tcp_pose.xyz[0] > there.xyz[0] + 1e-3);
+    bench.check_limits();
+}
+
+#[test]
+fn an_axis_never_exceeds_its_speed_limit_and_a_limit_of_0_holds_it() {
+    for limit in [0.0, 0.004, 0.06] {
+        let mut bench = Bench::new(ideal("cs66"));
+        bench.do_it(push([0.0, 0.0, 400.0, 0.0, 0.0, 0.0]));
+        let start = bench.now().target_tcp_pose;
+        bench.do_it(down(-100.0, limit));
+        bench.run(200);
+        let fastest = bench
+            .states
+            .iter()
+            .fold(0.0_f64, |m, s| m.max(s.target_tcp_speed[2].abs()));
+        assert!(bench.stops.is_empty(), "{:?}", bench.stops);
+        assert!(fastest <= limit + 2e-6, "{limit}: {fastest}");
+        assert!(fastest >= 0.99 * limit);
+        if limit == 0.0 {
+            let moved = bench.now().target_tcp_pose.xyz[2] - start.xyz[2];
+            assert!(moved.abs() < 1e-5, "{moved}");
+        }
+        bench.check_limits();
+    }
+}
+
+/// Presses, does `what`, and says how the arm came to rest.
+fn left_by(what: CommandKind) -> Bench {
+    let mut bench = Bench::new(rigid("cs66"));
+    let plate = Plate::below(&bench, 1e-3, 1e4);
+    bench.send(down(40.0, 0.1));
+    for _ in 0..60 {
+        press(&mut bench, &plate);
+    }
+    let before = bench.now().target_tcp_pose.xyz[2];
+    let id = bench.send(what);
+    for _ in 0..250 {
+        press(&mut bench, &plate);
+    }
+    assert_eq!(bench.outcome(id), Some(Outcome::Done), "{what:?}");
+    assert_eq!(bench.now().target_qd, JointSpeeds::ZERO, "{what:?}");
+    let moved = bench.now().target_tcp_pose.xyz[2] - before;
+    assert!(moved.abs() < 2e-3, "{what:?}: {moved}");
+    assert!(bench.stops.is_empty(), "{:?}", bench.stops);
+    bench.check_limits();
+    bench
+}
+
+#[test]
+fn every_way_out_brings_the_arm_to_rest_without_a_jump() {
+    let all = CommandKind::Stop {
+        only: CommandId::NONE,
+    };
+    for what in [CommandKind::EndForceMode, all, CommandKind::PowerOff] {
+        let bench = left_by(what);
+        assert!(!bench.now().force_mode, "{what:?}");
+    }
+    assert_eq!(
+        left_by(CommandKind::PowerOff).now().robot_mode,
+        RobotMode::PowerOff
+    );
+}
+
+#[test]
+fn a_pause_holds_the_arm_and_resume_presses_on() {
+    let mut bench = left_by(CommandKind::Pause);
+    assert!(bench.now().force_mode);
+    let there = bench.now().target_q;
+    bench.run(50);
+    assert_eq!(bench.now().target_q, there);
+    let plate = Plate {
+        point: Vector3::from(bench.now().actual_tcp_pose.xyz) - Vector3::z() * 1e-3,
+        normal: Vector3::z(),
+        stiffness: 1e4,
+    };
+    bench.send(CommandKind::Resume);
+    let mut force = 0.0;
+    for _ in 0..250 {
+        force = press(&mut bench, &plate);
+    }
+    assert!((force / 40.0 - 1.0).abs() < 0.01, "{force}");
+    bench.check_limits();
+}
+
+#[test]
+fn a_stop_on_a_line_ends_force_mode_with_it() {
+    let mut bench = Bench::new(rigid("cs66"));
+    let start = bench.now().target_tcp_pose;
+    let plate = Plate::below(&bench, 1e-3, 1e4);
+    bench.send(down(20.0, 0.1));
+    for _ in 0..150 {
+        press(&mut bench, &plate);
+    }
+    let goal = RpyPose {
+        xyz: [start.xyz[0], start.xyz[1] + 0.2, start.xyz[2]],
+        ..start
+    };
+    let line = bench.send(movel(goal));
+    for _ in 0..100 {
+        press(&mut bench, &plate);
+    }
+    let stop = bench.send(CommandKind::Stop {
+        only: CommandId::NONE,
+    });
+    for _ in 0..200 {
+        press(&mut bench, &plate);
+    }
+    assert_eq!(bench.outcome(line), Some(Outcome::Aborted));
+    assert_eq!(bench.outcome(stop), Some(Outcome::Done));
+    assert!(!bench.now().force_mode);
+    assert_eq!(bench.now().target_qd, JointSpeeds::ZERO);
+    bench.check_limits();
+}
+
+#[test]
+fn ended_under_a_motion_the_tool_goes_back_to_its_line() {
+    let mut bench = Bench::new(ideal("cs66"));
+    let start = bench.now().target_tcp_pose;
+    bench.do_it(down(20.0, 0.02));
+    let goal = RpyPose {
+        xyz: [start.xyz[0], start.xyz[1] + 0.2, start.xyz[2]],
+        ..start
+    };
+    let line = bench.send(CommandKind::MoveL {
+        target: goal,
+        acceleration: 0.5,
+        speed: 0.05,
+        duration: 0.0,
+        radius: 0.0,
+    });
+    bench.run(200);
+    assert!(bench.now().target_tcp_pose.xyz[2] < start.xyz[2] - 5e-3);
+    assert_eq!(bench.do_it(CommandKind::EndForceMode), Outcome::Done);
+    assert_eq!(bench.finish(line), Outcome::Done);
+    bench.run(100);
+    let end = bench.now().target_tcp_pose;
+    for k in 0..3 {
+        assert!((end.xyz[k] - goal.xyz[k]).abs() < 2e-6, "{end:?} {goal:?}");
+    }
+    assert_eq!(bench.now().target_qd, JointSpeeds::ZERO);
+    bench.check_limits();
+}
+
+#[test]
+fn a_protective_stop_ends_force_mode() {
+    let mut bench = Bench::new(rigid("cs66"));
+    bench.do_it(down(20.0, 0.02));
+    bench.run(20);
+    bench.do_it(CommandKind::EmergencyStop { pressed: true });
+    bench.run(300);
+    assert!(!bench.now().force_mode);
+    assert_eq!(bench.now().target_qd, JointSpeeds::ZERO);
+    assert_ne!(bench.now().safety_mode, SafetyMode::Normal);
+}
+
+#[test]
+fn the_tool_turns_until_no_moment_is_left() {
+    // A wide tool on a tilted plate: the moment about the TCP grows with the angle between them.
+    let mut bench = Bench::new(ideal("cs66"));
+    let tilt = 0.1;
+    bench.do_it(force_mode(
+        [0, 0, 0, 1, 1, 0],
+        [0.0; 6],
+        [0.0, 0.0, 0.0, 0.5, 0.5, 0.0],
+    ));
+    let start = Pose::from_rpy(&bench.now().actual_tcp_pose);
+    let wanted = nalgebra::Rotation3::from_euler_angles(tilt, -tilt, 0.0) * start.rotation;
+    for _ in 0..500 {
+        let now = Pose::from_rpy(&bench.now().actual_tcp_pose);
+        let angle = (wanted * now.rotation.inverse()).scaled_axis() * 50.0;
+        bench.send(push([0.0, 0.0, 0.0, angle.x, angle.y, 0.0]));
+        bench.tick();
+    }
+    let end = Pose::from_rpy(&bench.now().actual_tcp_pose);
+    let left = (wanted * end.rotation.inverse()).scaled_axis();
+    assert!(left.x.abs() < 2e-3 && left.y.abs() < 2e-3, "{left}");
+    assert!((end.translation - start.translation).norm() < 1e-5);
+    bench.check_limits();
+}
+
+#[test]
+fn in_tcp_mode_the_wrench_is_along_the_tool() {
+    let mut bench = Bench::new(ideal("cs66"));
+    bench.do_it(movej(JointPositions([0.3, -1.3, 1.4, -1.0, -1.2, 0.5])));
+    let start = Pose::from_rpy(&bench.now().target_tcp_pose);
+    bench.do_it(CommandKind::ForceMode {
+        frame: RpyPose::default(),
+        selection: [false, false, true, false, false, false],
+        wrench: [0.0, 0.0, 10.0, 0.0, 0.0, 0.0],
+        mode: 3,
+        speed_limits: [0.0, 0.0, 0.02, 0.0, 0.0, 0.0],
+    });
+    bench.run(300);
+    let way = Pose::from_rpy(&bench.now().target_tcp_pose).translation - start.translation;
+    let own = start.rotate_back(way);
+    assert!(own.z > 0.01 && own.x.abs() < 1e-5 && own.y.abs() < 1e-5, "{own}");
+}
+
+#[test]
+fn bad_values_and_wrong_moments_are_refused_with_their_reason() {
+    let mut bench = Bench::new(ideal("cs66"));
+    let good = down(10.0, 0.1);
+    let CommandKind::ForceMode {
+        frame,
+        selection,
+        wrench,
+        speed_limits,
+        ..
+    } = good
+    else {
+        unreachable!()
+    };
+    let with = |frame, wrench, mode, speed_limits| CommandKind::ForceMode {
+        frame,
+        selection,
+        wrench,
+        mode,
+        speed_limits,
+    };
+    let nan = RpyPose::from_array([f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let slow = [0.0, 0.0, -0.1, 0.0, 0.0, 0.0];
+    for (kind, text) in [
+        (with(nan, wrench, 0, speed_limits), "reference_frame"),
+        (with(frame, [f64::NAN; 6], 0, speed_limits), "target_wrench"),
+        (with(frame, wrench, 4, speed_limits), "mode is 4"),
+        (with(frame, wrench, 0, slow), "speed_limits is -0.1"),
+        (CommandKind::SetForceGain(2.1), "scaling is 2.1"),
+        (CommandKind::SetForceGain(f64::NAN), "scaling"),
+        (CommandKind::SetForceDamping(-0.1), "damping is -0.1"),
+    ] {
+        let Outcome::Refused(refusal) = bench.do_it(kind) else {
+            panic!("{kind:?}");
+        };
+        assert!(refusal.to_string().contains(text), "{refusal}");
+        assert!(!bench.now().force_mode);
+    }
+    let freedrive = CommandKind::Freedrive {
+        free_axes: [true; 6],
+        frame: FreedriveFrame::Base,
+    };
+    assert_eq!(bench.do_it(good), Outcome::Done);
+    let refused = Outcome::Refused(Refusal::InForceMode);
+    assert_eq!(bench.do_it(freedrive), refused);
+    assert_eq!(bench.do_it(CommandKind::EndForceMode), Outcome::Done);
+    assert_eq!(bench.do_it(freedrive), Outcome::Done);
+    assert!(matches!(
+        bench.do_it(good),
+        Outcome::Refused(Refusal::Busy { .. })
+    ));
+    assert_eq!(bench.do_it(CommandKind::EndFreedrive), Outcome::Done);
+    assert_eq!(bench.do_it(CommandKind::PowerOff), Outcome::Done);
+    assert!(matches!(
+        bench.do_it(good),
+        Outcome::Refused(Refusal::NotReady { .. })
+    ));
+    assert_eq!(bench.do_it(CommandKind::EndForceMode), Outcome::Done);
+}
+
+#[test]
+fn a_hand_of_any_strength_cannot_lead_the_arm_over_its_limits() {
+    let mut bench = Bench::new(ideal("cs66"));
+    bench.do_it(force_mode([1; 6], [0.0; 6], [1.0, 1.0, 1.0, 2.0, 2.0, 2.0]));
+    for wrench in [
+        [500.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, -900.0, 900.0, 50.0, 0.0, -80.0],
+        [0.0, 0.0, -900.0, 0.0, 90.0, 0.0],
+    ] {
+        bench.do_it(push(wrench));
+        bench.run(400);
+    }
+    assert!(bench.stops.is_empty(), "{:?}", bench.stops);
+    bench.check_limits();
+}
+
+/// The controller can be handed to the motion thread.
+#[test]
+fn a_controller_may_change_threads() {
+    const fn is_send<T: Send>() {}
+    is_send::<Cycle>();
+}

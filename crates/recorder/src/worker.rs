@@ -1,0 +1,303 @@
+//! The recorder's thread: what waits in the ring and the channel goes into the file, chunk by chunk, part by part.
+//!
+//! The only place with wall time: what has been recorded is handed to the operating system in time, also when simulated
+//! time stands still.
+
+use std::collections::VecDeque;
+use std::io::{self, BufWriter, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+use mcap::McapError;
+use motion_api::RecordReader;
+
+use crate::chunks::CHUNK_BYTES;
+use crate::handle::Shared;
+use crate::recorder::{FailureReport, RecordError, RecorderConfig};
+use crate::rotation::Parts;
+use crate::setup::Setup;
+use crate::viewer::Viewer;
+use crate::writer::{MAX_WAITING, Note, RecordWriter, Totals};
+
+/// How long the thread sleeps when there is nothing to do. The ring holds thousands of cycles.
+const POLL: Duration = Duration::from_millis(2);
+/// What has been recorded is handed to the operating system after this much wall time at the latest.
+const FLUSH_AFTER: Duration = Duration::from_millis(250);
+/// Records taken without looking at anything else, so that a fast producer cannot keep the thread from its other work.
+const BATCH: usize = 1024;
+
+/// An output that knows how much went into it.
+struct Counted {
+    out: BufWriter<Box<dyn Write + Send>>,
+    /// Of this part.
+    bytes: Arc<AtomicU64>,
+    shared: Arc<Shared>,
+}
+
+impl Counted {
+    fn new(out: impl Write + Send + 'static, shared: Arc<Shared>) -> (Self, Arc<AtomicU64>) {
+        let bytes = Arc::new(AtomicU64::new(0));
+        // One write a chunk: a kill leaves whole chunks.
+        let out = BufWriter::with_capacity(2 * CHUNK_BYTES, Box::new(out) as _);
+        let counted = Self {
+            out,
+            bytes: Arc::clone(&bytes),
+            shared,
+        };
+        (counted, bytes)
+    }
+}
+
+impl Write for Counted {
+    fn write(&mut self, data: &[u8]) -> io::Result<usize> {
+        let written = self.out.write(data)?;
+        self.bytes.fetch_add(written as u64, Ordering::Relaxed);
+        let all = &self.shared.bytes;
+        all.fetch_add(written as u64, Ordering::Relaxed);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// What the thread owns.
+pub(crate) struct Worker {
+    /// The writer, or why there is none any more.
+    writer: Result<RecordWriter<Counted>, Arc<McapError>>,
+    records: RecordReader,
+    notes: Receiver<Note>,
+    /// Notes that wait for the record they come before.
+    waiting: VecDeque<Note>,
+    shared: Arc<Shared>,
+    parts: Parts,
+    /// Bytes of the part being written.
+    bytes: Arc<AtomicU64>,
+    setup: Setup,
+    on_failure: Option<FailureReport>,
+    dropped_before: u64,
+    /// The open chunk, and since when it has been seen open.
+    unflushed: Option<(Option<u64>, Instant)>,
+}
+
+impl Worker {
+    /// Writes the beginning of the file.
+    pub(crate) fn new(
+        out: impl Write + Send + 'static,
+        config: RecorderConfig,
+        records: RecordReader,
+        notes: Receiver<Note>,
+        shared: Arc<Shared>,
+    ) -> Result<Self, RecordError> {
+        let RecorderConfig {
+            path,
+            setup,
+            model,
+            obstacles,
+            rotation,
+            notes_wait: _,
+            on_failure,
+        } = config;
+        let (out, bytes) = Counted::new(out, Arc::clone(&shared));
+        let viewer = Viewer::new(model, obstacles, setup.epoch_ns);
+        let writer =
+            RecordWriter::start(out, &setup, viewer).map_err(|source| RecordError::Write {
+                path: path.clone(),
+                source: Arc::new(source),
+            })?;
+        Ok(Self {
+            writer: Ok(writer),
+            records,
+            notes,
+            waiting: VecDeque::new(),
+            shared,
+            parts: Parts::new(path, rotation),
+            bytes,
+            setup,
+            on_failure: Some(on_failure),
+            dropped_before: 0,
+            unflushed: None,
+        })
+    }
+
+    /// Until it is asked to finish; then writes the end of the file.
+    pub(crate) fn run(mut self) -> Result<Totals, RecordError> {
+        loop {
+            // Read before the ring is emptied: what was pushed before the request is then certainly taken.
+            let finish = self.shared.finish.load(Ordering::Acquire);
+            let waiting = self.records.waiting() as u64;
+            self.shared
+                .records_waiting
+                .store(waiting, Ordering::Relaxed);
+            let taken = self.take_records();
+            if let Ok(writer) = &self.writer {
+                let cycles = writer.totals().cycles;
+                self.shared.cycles.store(cycles, Ordering::Relaxed);
+            }
+            self.flush_if_due(taken);
+            self.rotate_if_due();
+            let idle = taken < BATCH;
+            if finish && idle {
+                return self.close();
+            }
+            if idle {
+                self.sleep();
+            }
+        }
+    }
+
+    /// Takes up to a batch of records from the ring; returns how many.
+    fn take_records(&mut self) -> usize {
+        for taken in 0..BATCH {
+            let Some(record) = self.records.next_record() else {
+                return taken;
+            };
+            // After the record was taken: everything a script noted before this cycle ran is in the channel.
+            self.take_notes();
+            let mut waiting = std::mem::take(&mut self.waiting);
+            self.write(|writer| writer.record(&record, &mut waiting));
+            self.waiting = waiting;
+        }
+        BATCH
+    }
+
+    fn take_notes(&mut self) {
+        if self.writer.is_err() {
+            self.waiting.clear();
+        }
+        while self.waiting.len() <= MAX_WAITING {
+            let Ok(note) = self.notes.try_recv() else {
+                return;
+            };
+            self.waiting.push_back(note);
+        }
+    }
+
+    /// Does something with the writer, if there still is one; the first failure ends the recording.
+    fn write(&mut self, act: impl FnOnce(&mut RecordWriter<Counted>) -> Result<(), McapError>) {
+        if let Ok(writer) = &mut self.writer
+            && let Err(error) = act(writer)
+        {
+            self.fail(error);
+        }
+    }
+
+    fn fail(&mut self, error: impl Into<Arc<McapError>>) {
+        let source = error.into();
+        let error = RecordError::Write {
+            path: self.parts.path(),
+            source: Arc::clone(&source),
+        };
+        self.writer = Err(source);
+        self.shared.failed.store(true, Ordering::Release);
+        // Said once, by whoever asked to be told.
+        if let Some(report) = self.on_failure.take() {
+            report(&error);
+        }
+    }
+
+    /// Under a clock that stands still, and when cycles are slow, nothing stays in memory for long. Where simulated time
+    /// runs as fast as wall time or faster, the writer closes its chunks before this does, at reproducible places.
+    fn flush_if_due(&mut self, taken: usize) {
+        if taken == 0 {
+            self.take_notes();
+        }
+        let chunk = self.writer.as_ref().ok().and_then(RecordWriter::open_chunk);
+        if chunk.is_none() && self.waiting.is_empty() {
+            self.unflushed = None;
+            return;
+        }
+        let now = Instant::now();
+        let since = match self.unflushed {
+            Some((same, since)) if same == chunk => since,
+            _ => now,
+        };
+        self.unflushed = Some((chunk, since));
+        if now.duration_since(since) < FLUSH_AFTER {
+            return;
+        }
+        self.unflushed = None;
+        self.note_dropped();
+        // While cycles come, notes keep their place between them.
+        if taken == 0 {
+            let mut waiting = std::mem::take(&mut self.waiting);
+            self.write(|writer| writer.notes(&mut waiting));
+        }
+        self.write(RecordWriter::close_chunk);
+    }
+
+    /// Begins the next part when this one is long enough. When its file cannot be made, this one goes on.
+    fn rotate_if_due(&mut self) {
+        let Ok(writer) = &self.writer else { return };
+        let time = writer.time();
+        let bytes = self.bytes.load(Ordering::Relaxed);
+        for (path, error) in self.parts.keep_budget(bytes) {
+            tracing::warn!(
+                "cannot remove the old recording {}: {error}",
+                path.display()
+            );
+        }
+        if !self.parts.is_due(bytes, time) {
+            return;
+        }
+        let (file, number) = match self.parts.create_next() {
+            Ok(next) => next,
+            Err(error) => {
+                // Asked again when this part has become twice, four times … as long.
+                tracing::warn!("cannot begin the next part of the recording: {error}");
+                self.parts.put_off();
+                return;
+            }
+        };
+        let (out, count) = Counted::new(file, Arc::clone(&self.shared));
+        self.setup.part = number;
+        let ended = Err(Arc::new(McapError::UnexpectedEof));
+        let writer = std::mem::replace(&mut self.writer, ended);
+        let result = writer.and_then(|writer| Ok(writer.go_on_in(out, &self.setup)?));
+        match result {
+            Ok((writer, _)) => {
+                self.writer = Ok(writer);
+                self.parts.begun(self.bytes.load(Ordering::Relaxed), time);
+                self.bytes = count;
+            }
+            Err(error) => self.fail(error),
+        }
+    }
+
+    /// Says in the recording that notes are missing.
+    fn note_dropped(&mut self) {
+        let dropped = self.shared.notes_dropped.load(Ordering::Relaxed);
+        if dropped > self.dropped_before {
+            let count = dropped - self.dropped_before;
+            self.dropped_before = dropped;
+            self.write(|writer| writer.dropped(count));
+        }
+    }
+
+    fn sleep(&mut self) {
+        if self.waiting.len() > MAX_WAITING {
+            std::thread::sleep(POLL);
+            return;
+        }
+        match self.notes.recv_timeout(POLL) {
+            Ok(note) => self.waiting.push_back(note),
+            Err(RecvTimeoutError::Timeout) => {}
+            // No handle is left; only the ring matters now.
+            Err(RecvTimeoutError::Disconnected) => std::thread::sleep(POLL),
+        }
+    }
+
+    fn close(mut self) -> Result<Totals, RecordError> {
+        self.take_notes();
+        self.note_dropped();
+        let mut waiting = std::mem::take(&mut self.waiting);
+        self.write(|writer| writer.notes(&mut waiting));
+        let path = self.parts.path();
+        self.writer
+            .and_then(|writer| Ok(writer.finish()?.1))
+            .map_err(|source| RecordError::Write { path, source })
+    }
+}

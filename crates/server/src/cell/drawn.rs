@@ -1,0 +1,33 @@
+//! What viewers draw of the cell.
+
+use kinematics::RpyPose;
+use recorder::{Obstacle, ObstacleShape};
+
+use super::Cell;
+use super::schema::Shape;
+
+impl Cell {
+    /// `[[obstacle]]` as a recording and the live view show it.
+    pub fn drawn(&self) -> Vec<Obstacle> {
+        let obstacles = self.tables().obstacle.iter();
+        obstacles
+            .filter_map(|obstacle| {
+                // The file was checked: the size has as many numbers as the shape needs.
+                let shape = match (obstacle.shape, obstacle.size.numbers()) {
+                    (Shape::Box, &[x, y, z]) => ObstacleShape::Box([x, y, z]),
+                    (Shape::Cylinder, &[radius, length]) => {
+                        ObstacleShape::Cylinder { radius, length }
+                    }
+                    (Shape::Sphere, &[radius]) => ObstacleShape::Sphere { radius },
+                    (Shape::Plane, _) => ObstacleShape::Plane,
+                    _ => return None,
+                };
+                Some(Obstacle {
+                    name: obstacle.name.clone(),
+                    shape,
+                    pose: RpyPose::from_array(obstacle.pose),
+                })
+            })
+            .collect()
+    }
+}
