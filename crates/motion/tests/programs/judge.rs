@@ -42,6 +42,8 @@ pub struct Tally {
     pub on_belts: usize,
     /// Programs that a belt ended by carrying the arm to where it could not follow.
     pub carried_away: usize,
+    /// Motions that were ended because they took too long.
+    pub cut_short: usize,
     pub path_max: f64,
     pub end_max: f64,
     pub belt_max: f64,
@@ -66,6 +68,7 @@ impl Tally {
         self.not_joined += other.not_joined;
         self.on_belts += other.on_belts;
         self.carried_away += other.carried_away;
+        self.cut_short += other.cut_short;
         self.path_max = self.path_max.max(other.path_max);
         self.end_max = self.end_max.max(other.end_max);
         self.belt_max = self.belt_max.max(other.belt_max);
@@ -76,6 +79,7 @@ impl Tally {
 pub fn judge(program: &Program, run: &Run) -> Verdict {
     let mut verdict = Verdict::default();
     verdict.tally.cycles = run.bench.states.len();
+    verdict.tally.cut_short = run.cut_short;
     for stop in &run.bench.stops {
         // A belt goes on when the arm cannot; so may the joint speeds of a motion that was planned elsewhere.
         let is_carried_away = matches!(

@@ -2,7 +2,7 @@
 //!
 //! A few programs an arm run here; `ELITE_PROGRAMS=500` runs that many, `ELITE_PROGRAM=SEED` a single one and prints it.
 //! With `ELITE_DURATIONS=FILE` the durations of movej from rest to rest are appended to a table, which
-//! `benches/movej_oracle.py` compares with an independent planner.
+//! `tests/peers/movej_oracle.py` compares with an independent planner.
 #![allow(missing_docs, reason = "a test of its own")]
 #![allow(
     clippy::unwrap_used,
@@ -60,11 +60,12 @@ fn every_program_is_right(model: &'static str) {
     }
     let durations = all.rest_to_rest.len();
     println!(
-        "{model}: {count} programs, {} cycles, {} motions ({} refused), {} joined ({} not blended), {} on belts ({} programs carried away); largest \
+        "{model}: {count} programs, {} cycles, {} motions ({} refused, {} cut short), {} joined ({} not blended), {} on belts ({} programs carried away); largest \
          deviation from the path {:.1e}, at the end {:.1e}, on a belt {:.1e} m; {durations} movej from rest to rest",
         all.cycles,
         all.motions,
         all.refused,
+        all.cut_short,
         all.joined,
         all.not_joined,
         all.on_belts,
@@ -81,6 +82,7 @@ fn every_program_is_right(model: &'static str) {
     // The judge had something to see.
     if count >= PROGRAMS {
         assert!(all.motions as u64 > 3 * count && 3 * all.refused < all.motions);
+        assert!(20 * all.cut_short <= all.motions);
         assert!(all.joined as u64 > count / 2 && 4 * all.not_joined < all.joined);
         assert!(3 * all.carried_away <= all.on_belts);
     }

@@ -10,6 +10,8 @@ use crate::generate::{Meanwhile, Program, Step};
 pub struct Run {
     pub bench: Bench,
     pub phases: Vec<Phase>,
+    /// Motions that were ended because they took too long.
+    pub cut_short: usize,
 }
 
 /// The cycles from one statement that moves the arm to the next.
@@ -39,8 +41,10 @@ pub struct Sent {
     pub is_disturbed: bool,
 }
 
-/// Cycles after which a motion counts as stuck.
-const PATIENCE: usize = 100_000;
+/// A motion that takes longer is ended by a stop, s: it crawls past a singular position, or with the slider low.
+const PATIENCE_S: f64 = 40.0;
+/// Cycles in which an arm that was stopped comes to rest.
+const RESTING: usize = 20_000;
 
 pub fn run(program: &Program) -> Run {
     let mut bench = Bench::new(program.config());
@@ -48,6 +52,7 @@ pub fn run(program: &Program) -> Run {
     let mut run = Run {
         bench,
         phases: Vec::new(),
+        cut_short: 0,
     };
     if let Some(conveyor) = &program.conveyor {
         run.bench.do_it(conveyor.track());
@@ -147,13 +152,19 @@ impl Run {
     }
 
     fn end_of(&mut self, id: CommandId) -> (Outcome, u64) {
-        for _ in 0..PATIENCE {
+        let latest = self.bench.now().time + PATIENCE_S;
+        loop {
             if let Some((_, outcome, cycle)) = self.bench.ended.iter().find(|e| e.0 == id) {
                 return (*outcome, *cycle);
             }
-            self.bench.tick();
+            if self.bench.now().time > latest {
+                self.cut_short += 1;
+                let only = CommandId::NONE;
+                self.bench.do_it(CommandKind::Stop { only });
+            } else {
+                self.bench.tick();
+            }
         }
-        panic!("{id:?} does not end: {:?}", self.bench.now());
     }
 
     fn disturb(&mut self, what: Meanwhile) {
@@ -180,7 +191,7 @@ impl Run {
     }
 
     fn until_standing(&mut self) {
-        for _ in 0..PATIENCE {
+        for _ in 0..RESTING {
             if self.bench.cycle.is_standing() {
                 return;
             }
