@@ -11,5 +11,5 @@ fi
 "$venv/bin/pip" install --quiet --disable-pip-version-check "ruckig==0.19.4"
 table="$(mktemp)"
 trap 'rm -f "$table"' EXIT
-ELITE_DURATIONS="$table" cargo test --quiet --package motion --test programs -- --nocapture
+ELITE_DURATIONS="$table" cargo test --quiet --package motion --test random_programs -- --nocapture
 "$venv/bin/python" tests/peers/movej_oracle.py "$table"
