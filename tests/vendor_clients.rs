@@ -39,3 +39,8 @@ fn external_control_leads_the_arm_through_its_sockets() {
 fn primary_clients_see_live_states_and_send_programs() {
     run("test_primary");
 }
+
+#[test]
+fn inputs_are_set_through_the_http_port() {
+    run("test_http");
+}

@@ -3,7 +3,7 @@
 //! Three kinds of trouble stay apart: a script error ends a task, a robot event changes the robot's state and is seen by
 //! all, a service error (not here) ends one connection.
 
-use motion_api::{Origin, ProgramId, RobotState, StopReason, ThreadNumber};
+use motion_api::{Frame, Origin, ProgramId, StopReason, ThreadNumber};
 
 use crate::panel::VariableValue;
 
@@ -131,8 +131,8 @@ pub trait Observer: Send + Sync {
     /// Interpreter mode has done something worth a line in its log (manual 2.7).
     fn interpreter(&self, _event: &InterpreterEvent<'_>) {}
 
-    /// A cycle has ended; cycles come in order, and one that follows another at once may be left out.
-    fn cycle_ended(&self, _state: &RobotState) {}
+    /// A cycle has ended. Every cycle comes, in order; only when nobody took any for a second, some are left out.
+    fn cycle_ended(&self, _frame: &Frame) {}
 }
 
 /// What interpreter mode does.

@@ -8,9 +8,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use kinematics::{RobotModel, SafetyBounds};
 use motion_api::{
-    Command, CommandId, CommandKind, CommandPort, DigitalBank, Event, EventReader, IoChange,
-    IoImage, Origin, Outcome, Registers, RingFull, RobotState, ScriptEnd, SnapshotCell, StopReason,
-    Timeline,
+    Command, CommandId, CommandKind, CommandPort, DigitalBank, Event, EventReader, FrameReader,
+    IoChange, IoImage, Origin, Outcome, Registers, RingFull, RobotState, ScriptEnd, SnapshotCell,
+    StopReason, Timeline,
 };
 use tokio::sync::Notify;
 
@@ -30,10 +30,10 @@ pub struct Robot {
     observer: Arc<dyn Observer>,
 }
 
-/// What comes from the motion thread, and how far it has been taken.
+/// What comes from the motion thread.
 struct Inbox {
     events: EventReader,
-    last_cycle: u64,
+    frames: FrameReader,
 }
 
 /// Commands whose end somebody waits for, and the origin of every command that has not ended.
@@ -68,7 +68,7 @@ impl Robot {
             awaited: Mutex::default(),
             inbox: Mutex::new(Inbox {
                 events: end.events,
-                last_cycle: 0,
+                frames: end.frames,
             }),
             progress: Notify::new(),
             observer,
@@ -205,18 +205,16 @@ impl Robot {
     }
 
     /// Takes all waiting events: completions go into the table, warnings and stops to the observer, which is also shown
-    /// the state of a cycle that is new. Called by the pump thread after each cycle of the real clock, and by whoever
+    /// every cycle since the last call. Called by the pump thread after each cycle of the real clock, and by whoever
     /// advances the virtual one.
     pub fn pump(&self) {
         let mut inbox = self.inbox.lock().unwrap_or_else(PoisonError::into_inner);
         while let Some(event) = inbox.events.next_event() {
             self.dispatch(event);
         }
-        let state = self.state();
-        if state.cycle != inbox.last_cycle {
-            inbox.last_cycle = state.cycle;
-            // Under the lock, so that cycles are seen in order.
-            self.observer.cycle_ended(&state);
+        // Under the lock, so that cycles are seen in order.
+        while let Some(frame) = inbox.frames.next_frame() {
+            self.observer.cycle_ended(&frame);
         }
         drop(inbox);
         self.progress.notify_one();
@@ -273,6 +271,8 @@ pub struct ScriptEndWithoutRecords {
     pub commands: CommandPort,
     /// What happened.
     pub events: EventReader,
+    /// Every cycle.
+    pub frames: FrameReader,
     /// The latest state.
     pub snapshot: Arc<SnapshotCell>,
     /// The general purpose registers.
@@ -284,8 +284,94 @@ impl From<ScriptEnd> for ScriptEndWithoutRecords {
         Self {
             commands: end.commands,
             events: end.events,
+            frames: end.frames,
             snapshot: end.snapshot,
             registers: end.registers,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kinematics::JointPositions;
+    use motion_api::{BorderSizes, Frame, MotionEnd, ProgramId, ThreadNumber, border};
+
+    /// Notes which cycles it was shown.
+    #[derive(Default)]
+    struct Watcher(Mutex<Vec<u64>>);
+
+    impl Observer for Watcher {
+        fn message(&self, _: &Message) {}
+        fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
+        fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32) {}
+        fn program_ended(&self, _: ProgramId) {}
+        fn cycle_ended(&self, frame: &Frame) {
+            self.0.lock().unwrap().push(frame.state.cycle);
+        }
+    }
+
+    struct NoTime;
+
+    impl Timeline for NoTime {
+        fn is_virtual(&self) -> bool {
+            false
+        }
+        fn advance(&self) -> bool {
+            false
+        }
+        fn drive(&self, _: bool) {}
+    }
+
+    fn robot(frames: usize) -> (Robot, MotionEnd, Arc<Watcher>) {
+        let sizes = BorderSizes {
+            frames,
+            ..BorderSizes::default()
+        };
+        let first = RobotState::at_start(JointPositions::ZERO, 0.004);
+        let (motion, script) = border(sizes, &first);
+        let model = Arc::new(RobotModel::built_in("cs66").unwrap());
+        let watcher = Arc::new(Watcher::default());
+        let robot = Robot::new(model, script.into(), Arc::new(NoTime), watcher.clone());
+        (robot, motion, watcher)
+    }
+
+    fn end_of_cycle(motion: &mut MotionEnd, cycle: u64) {
+        let state = RobotState {
+            cycle,
+            ..RobotState::at_start(JointPositions::ZERO, 0.004)
+        };
+        motion.snapshot.publish(&state);
+        let registers = motion.registers.images();
+        let _ = motion.frames.push(Frame { state, registers });
+    }
+
+    #[test]
+    fn a_pump_that_was_held_up_shows_every_cycle_in_order() {
+        let (robot, mut motion, watcher) = robot(BorderSizes::default().frames);
+        for cycle in 1..=3 {
+            end_of_cycle(&mut motion, cycle);
+            robot.pump();
+        }
+        for cycle in 4..=50 {
+            end_of_cycle(&mut motion, cycle);
+        }
+        robot.pump();
+        robot.pump();
+        let all: Vec<u64> = (1..=50).collect();
+        assert_eq!(*watcher.0.lock().unwrap(), all);
+    }
+
+    #[test]
+    fn a_pump_that_is_held_up_for_too_long_never_stops_the_cycle() {
+        let (robot, mut motion, watcher) = robot(4);
+        for cycle in 1..=10 {
+            end_of_cycle(&mut motion, cycle);
+        }
+        robot.pump();
+        end_of_cycle(&mut motion, 11);
+        robot.pump();
+        assert_eq!(*watcher.0.lock().unwrap(), [1, 2, 3, 4, 11]);
+        assert_eq!(robot.state().cycle, 11);
     }
 }

@@ -174,11 +174,7 @@ impl Admittance {
             let damping = (self.stiffness.estimate() / bandwidth)
                 .max(figures.least_damping * softer)
                 .max(user);
-            let speed = stoppable(
-                missing / (damping * bandwidth),
-                bandwidth,
-                reading.braking,
-            );
+            let speed = stoppable(missing / (damping * bandwidth), bandwidth, reading.braking);
             return Aim {
                 speed: speed.clamp(-limit, limit),
                 acceleration: f64::INFINITY,
@@ -217,7 +213,9 @@ impl Admittance {
         if reading.sideways > reading.way.abs() {
             self.y += reading.sideways;
         }
-        let touch = figures.touch.max(figures.touch_share * reading.target.abs());
+        let touch = figures
+            .touch
+            .max(figures.touch_share * reading.target.abs());
         if reading.applied.abs() > touch {
             if !self.is_touching() {
                 *self = Self {

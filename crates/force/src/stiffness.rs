@@ -158,12 +158,7 @@ mod tests {
         for i in 0..500 {
             let y = f64::from(i) * 2e-4;
             let tremble = 1e-6 * (f64::from(i) * 0.3).sin();
-            stiffness.observe(
-                5e-4 + 0.3 * y + tremble,
-                y,
-                5.0 + 1e4 * tremble,
-                STEP,
-            );
+            stiffness.observe(5e-4 + 0.3 * y + tremble, y, 5.0 + 1e4 * tremble, STEP);
             assert!(
                 stiffness.estimate() > 0.6 * found,
                 "{i}: {}",

@@ -66,7 +66,8 @@ fn run(setup: &Setup) -> Run {
             let share = (f64::from(k) + 1.0) / 8.0;
             let wanted_speed = command_speed + (next - command_speed) * share;
             command += wanted_speed * h;
-            let a = 200.0 * (wanted_speed - v) + 1e4 * (command - x) + (next - command_speed) / STEP;
+            let a =
+                200.0 * (wanted_speed - v) + 1e4 * (command - x) + (next - command_speed) / STEP;
             v += a * h;
             x += v * h;
         }
@@ -78,14 +79,23 @@ fn run(setup: &Setup) -> Run {
     }
     let touch = log.iter().position(|f| *f > 0.0).unwrap_or(log.len());
     let off = |f: f64| (f / setup.target - 1.0).abs();
-    let settled = log.iter().rposition(|f| off(*f) > 0.05).map_or(0, |k| k + 1);
+    let settled = log
+        .iter()
+        .rposition(|f| off(*f) > 0.05)
+        .map_or(0, |k| k + 1);
     let one_second = touch + (1.0 / STEP) as usize;
     Run {
         peak: log.iter().fold(0.0_f64, |m, f| m.max(*f)) / setup.target,
         settled: (settled as f64 - touch as f64) * STEP,
-        steady: log[log.len() * 9 / 10..].iter().fold(0.0_f64, |m, f| m.max(off(*f))),
+        steady: log[log.len() * 9 / 10..]
+            .iter()
+            .fold(0.0_f64, |m, f| m.max(off(*f))),
         fastest,
-        bounces: log.windows(2).skip(one_second).filter(|w| w[0] > 0.0 && w[1] <= 0.0).count() as u32,
+        bounces: log
+            .windows(2)
+            .skip(one_second)
+            .filter(|w| w[0] > 0.0 && w[1] <= 0.0)
+            .count() as u32,
     }
 }
 
@@ -106,9 +116,17 @@ fn one_setting_serves_plates_of_1_to_100_newtons_a_millimetre() {
         for stiffness in [1e3, 1e4, 1e5] {
             for target in [5.0, 20.0, 80.0] {
                 // In contact at once, and as fast as a user may allow.
-                let hard = Setup { delay, gap: 0.0, speed_limit: 0.25, ..setup(stiffness, target) };
+                let hard = Setup {
+                    delay,
+                    gap: 0.0,
+                    speed_limit: 0.25,
+                    ..setup(stiffness, target)
+                };
                 let r = run(&hard);
-                println!("{stiffness} N/m {target} N delay {delay}: peak {:.3} settled {:.3} s steady {:.5} fastest {:.3}", r.peak, r.settled, r.steady, r.fastest);
+                println!(
+                    "{stiffness} N/m {target} N delay {delay}: peak {:.3} settled {:.3} s steady {:.5} fastest {:.3}",
+                    r.peak, r.settled, r.steady, r.fastest
+                );
                 assert!(r.peak <= 1.15 && r.settled <= 0.5 && r.steady <= 0.01 && r.bounces == 0);
             }
         }
@@ -120,8 +138,14 @@ fn an_approach_at_ten_millimetres_a_second_peaks_below_one_and_a_half_targets() 
     for delay in [0, 1] {
         for stiffness in [1e3, 1e4, 1e5] {
             for target in [5.0, 20.0, 80.0] {
-                let r = run(&Setup { delay, ..setup(stiffness, target) });
-                println!("{stiffness} N/m {target} N delay {delay}: peak {:.3} settled {:.3} s steady {:.5} fastest {:.4}", r.peak, r.settled, r.steady, r.fastest);
+                let r = run(&Setup {
+                    delay,
+                    ..setup(stiffness, target)
+                });
+                println!(
+                    "{stiffness} N/m {target} N delay {delay}: peak {:.3} settled {:.3} s steady {:.5} fastest {:.4}",
+                    r.peak, r.settled, r.steady, r.fastest
+                );
                 assert!(r.fastest <= 0.01 + 1e-12);
                 assert!(r.peak <= 1.5 && r.steady <= 0.01 && r.bounces == 0);
             }

@@ -27,10 +27,10 @@ pub use io::{
 };
 pub use mode::{MotionMode, RobotMode, SafetyMode};
 pub use online::{EncoderRange, FreedriveFrame, PulseDecoding};
-pub use registers::{RegisterBank, Registers};
+pub use registers::{RegisterBank, RegisterImage, RegisterImages, Registers};
 pub use ring::{
-    BorderSizes, CommandPort, EventReader, MotionEnd, Record, RecordReader, RingFull, ScriptEnd,
-    border,
+    BorderSizes, CommandPort, EventReader, Frame, FrameReader, MotionEnd, Record, RecordReader,
+    RingFull, ScriptEnd, border,
 };
 pub use snapshot::SnapshotCell;
 pub use state::RobotState;

@@ -90,9 +90,97 @@ impl RegisterBank {
     }
 }
 
+/// Both banks at one moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RegisterImages {
+    /// Of [`Registers::input`].
+    pub input: RegisterImage,
+    /// Of [`Registers::output`].
+    pub output: RegisterImage,
+}
+
+/// One bank at one moment. Equal images are equal bit for bit, also where a float is no number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RegisterImage {
+    booleans: [u64; 2],
+    integers: [i32; INTEGER_REGISTERS as usize],
+    float_bits: [u64; FLOAT_REGISTERS as usize],
+}
+
+impl Default for RegisterImage {
+    fn default() -> Self {
+        Self {
+            booleans: [0; 2],
+            integers: [0; INTEGER_REGISTERS as usize],
+            float_bits: [0; FLOAT_REGISTERS as usize],
+        }
+    }
+}
+
+impl Registers {
+    /// All registers as they are now. One that is written meanwhile has its old or its new value.
+    pub fn images(&self) -> RegisterImages {
+        RegisterImages {
+            input: self.input.image(),
+            output: self.output.image(),
+        }
+    }
+}
+
+impl RegisterBank {
+    /// All registers of the bank as they are now.
+    pub fn image(&self) -> RegisterImage {
+        RegisterImage {
+            booleans: self.booleans(),
+            integers: std::array::from_fn(|n| self.integers[n].load(Ordering::Relaxed)),
+            float_bits: std::array::from_fn(|n| self.floats[n].load(Ordering::Relaxed)),
+        }
+    }
+}
+
+impl RegisterImage {
+    /// Boolean register `n`; low beyond the last.
+    pub fn boolean(&self, n: u8) -> bool {
+        let word = self.booleans.get(usize::from(n / 64));
+        word.is_some_and(|word| word >> (n % 64) & 1 == 1)
+    }
+
+    /// Boolean registers 0-63 and 64-127 as bits.
+    pub const fn booleans(&self) -> [u64; 2] {
+        self.booleans
+    }
+
+    /// Integer register `n`; 0 beyond the last.
+    pub fn integer(&self, n: u8) -> i32 {
+        self.integers.get(usize::from(n)).copied().unwrap_or(0)
+    }
+
+    /// Float register `n`; 0 beyond the last.
+    pub fn float(&self, n: u8) -> f64 {
+        let bits = self.float_bits.get(usize::from(n)).copied();
+        f64::from_bits(bits.unwrap_or(0))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_image_has_the_values_of_its_moment() {
+        let registers = Registers::default();
+        registers.output.set_boolean(100, true);
+        registers.input.set_integer(47, -7);
+        registers.input.set_float(3, f64::NAN);
+        let image = registers.images();
+        registers.input.set_integer(47, 8);
+        assert!(image.output.boolean(100) && !image.input.boolean(100));
+        assert_eq!((image.input.integer(47), image.input.integer(48)), (-7, 0));
+        assert!(image.input.float(3).is_nan());
+        assert_ne!(image, registers.images());
+        registers.input.set_integer(47, -7);
+        assert_eq!(image, registers.images());
+    }
 
     #[test]
     fn every_register_holds_its_own_value() {

@@ -1,14 +1,17 @@
 //! The lock-free rings across the border, and their ends.
 //!
 //! Commands: many senders share the script side's end behind a mutex (that side may lock), the motion thread has the
-//! other end to itself. Events and records: the motion thread writes, one reader each.
+//! other end to itself. Events, frames and records: the motion thread writes, one reader each.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rtrb::{Consumer, Producer, RingBuffer};
 use thiserror::Error;
 
-use crate::{Command, CommandId, CommandKind, Event, Origin, Registers, RobotState, SnapshotCell};
+use crate::{
+    Command, CommandId, CommandKind, Event, Origin, RegisterImages, Registers, RobotState,
+    SnapshotCell,
+};
 
 /// One entry of the recording, in the order in which it happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +29,23 @@ pub enum Record {
         /// What was taken.
         command: Command,
     },
+    /// What the registers held when this cycle began; only where that differs from the cycle before, as far as the
+    /// recording took it.
+    Registers {
+        /// The cycle that began.
+        cycle: u64,
+        /// What it reads.
+        images: RegisterImages,
+    },
+}
+
+/// One cycle as those see it who show every one of them (cyclic data on the ports): a consistent moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// The state at the end of the cycle.
+    pub state: RobotState,
+    /// The registers at the end of the cycle.
+    pub registers: RegisterImages,
 }
 
 /// The ring is full: the motion thread has not taken a command for a while.
@@ -45,6 +65,8 @@ pub struct BorderSizes {
     pub events: usize,
     /// Records that wait for the recorder; `None`: nothing is recorded.
     pub records: Option<usize>,
+    /// Frames that wait for their reader; one more is left out. 0 where nobody wants every cycle.
+    pub frames: usize,
 }
 
 impl Default for BorderSizes {
@@ -53,6 +75,8 @@ impl Default for BorderSizes {
             commands: 1024,
             events: 4096,
             records: Some(4096),
+            // A second of the usual cycle: whoever is held up longer has other trouble.
+            frames: 256,
         }
     }
 }
@@ -68,12 +92,14 @@ pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) 
         }
         None => (None, None),
     };
+    let (frame_in, frame_out) = RingBuffer::new(sizes.frames);
     let snapshot = Arc::new(SnapshotCell::new(first));
     let registers = Arc::new(Registers::default());
     let motion = MotionEnd {
         commands: command_out,
         events: event_in,
         records: record_in,
+        frames: frame_in,
         snapshot: snapshot.clone(),
         registers: registers.clone(),
     };
@@ -88,6 +114,7 @@ pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) 
         commands,
         events: EventReader { ring: event_out },
         records: record_out.map(|ring| RecordReader { ring }),
+        frames: FrameReader { ring: frame_out },
         snapshot,
         registers,
     };
@@ -102,6 +129,8 @@ pub struct MotionEnd {
     pub events: Producer<Event>,
     /// Records for the recording, when there is one.
     pub records: Option<Producer<Record>>,
+    /// Every cycle for whoever shows them; what does not fit is left out.
+    pub frames: Producer<Frame>,
     /// Where the latest state goes.
     pub snapshot: Arc<SnapshotCell>,
     /// The registers that both sides read and write.
@@ -116,6 +145,8 @@ pub struct ScriptEnd {
     pub events: EventReader,
     /// The recorder's end, when there is a recording.
     pub records: Option<RecordReader>,
+    /// Every cycle.
+    pub frames: FrameReader,
     /// The latest state.
     pub snapshot: Arc<SnapshotCell>,
     /// The registers that both sides read and write.
@@ -191,6 +222,18 @@ impl EventReader {
     }
 }
 
+/// The reader's end of the frames.
+pub struct FrameReader {
+    ring: Consumer<Frame>,
+}
+
+impl FrameReader {
+    /// The next cycle, if one waits.
+    pub fn next_frame(&mut self) -> Option<Frame> {
+        self.ring.pop().ok()
+    }
+}
+
 /// The recorder's end of the records.
 pub struct RecordReader {
     ring: Consumer<Record>,
@@ -224,6 +267,7 @@ mod tests {
             commands: 2,
             events: 2,
             records: None,
+            frames: 0,
         };
         border(sizes, &RobotState::at_start(JointPositions::ZERO, 0.004))
     }

@@ -12,6 +12,8 @@ pub const FASTEST_RISE: f64 = 0.020;
 
 /// Most commands taken from the ring in one cycle; the rest wait for the next.
 pub const COMMANDS_PER_CYCLE: usize = 64;
+/// Records that one cycle may put out: its commands, the registers and the cycle itself.
+pub const RECORDS_PER_CYCLE: usize = COMMANDS_PER_CYCLE + 2;
 
 /// Commands that may wait at the same time for the arm to stand. When as many wait, no further command is taken.
 pub const WAITING_COMMANDS: usize = 16;

@@ -186,6 +186,8 @@ impl Cycle {
     pub fn tick(&mut self, timing: Timing) {
         self.out.cycle += 1;
         self.take_commands();
+        // After the commands: a register written before a command was sent is seen no later than the command.
+        self.out.registers(self.io.sample_registers());
         self.io.advance(self.out.cycle as f64 * self.step);
         self.follow_input_actions();
         self.advance_machine();
@@ -197,7 +199,8 @@ impl Cycle {
         self.check_arm();
         self.settle();
         let state = report(self, timing);
-        self.out.publish(&state);
+        let registers = || self.io.registers();
+        self.out.publish(&state, registers);
     }
 
     /// The generator's setpoint, or why there is none.

@@ -127,9 +127,7 @@ impl Cycle {
             self.waiting.add(id, WaitingFor::Stop);
             return Ending::Later;
         }
-        let nominal = self
-            .model
-            .tcp_pose(&self.target.q, &self.flange_from_tcp);
+        let nominal = self.model.tcp_pose(&self.target.q, &self.flange_from_tcp);
         let commanded = self.target_frames.base_from_flange * self.flange_from_tcp;
         if let Some(pressing) = &mut self.force.pressing {
             pressing.give_back(&nominal, &commanded);

@@ -1,12 +1,14 @@
 //! Inputs and outputs of one cycle: changes applied, run-state outputs, timed inputs and wires.
 //!
 //! Owns the image, the delay lines and the rules of outputs without a program and of inputs with an action. All memory
-//! is there before the first cycle. Registers are shared with the script side and read and written in place.
+//! is there before the first cycle. Registers are shared with the script side: read once, when a cycle begins, so that a
+//! recording can tell what the cycle saw, and written in place.
 
 use std::sync::Arc;
 
 use motion_api::{
-    InputAction, IoChange, IoImage, IoPoint, Registers, RunStateChoice, io::DIGITAL_POINTS,
+    InputAction, IoChange, IoImage, IoPoint, RegisterImages, Registers, RunStateChoice,
+    io::DIGITAL_POINTS,
 };
 
 /// An output connected to an input: a pure delay, a pulse keeps its length.
@@ -44,6 +46,8 @@ pub struct IoSetup {
 pub(crate) struct Io {
     pub(crate) image: IoImage,
     registers: Arc<Registers>,
+    /// What the registers held when this cycle began.
+    sampled: RegisterImages,
     digital_out: [RunStateChoice; DIGITAL_POINTS as usize],
     analog_out: [RunStateChoice; 3],
     boolean_registers: [RunStateChoice; 128],
@@ -80,6 +84,7 @@ impl Io {
         Self {
             image: IoImage::default(),
             registers,
+            sampled: RegisterImages::default(),
             digital_out: [RunStateChoice::Keep; DIGITAL_POINTS as usize],
             analog_out: [RunStateChoice::Keep; 3],
             boolean_registers: [RunStateChoice::Keep; 128],
@@ -91,6 +96,17 @@ impl Io {
             timed: timed.into(),
             timed_done: 0,
         }
+    }
+
+    /// Reads the registers for this cycle.
+    pub(crate) fn sample_registers(&mut self) -> &RegisterImages {
+        self.sampled = self.registers.images();
+        &self.sampled
+    }
+
+    /// The registers as they are now.
+    pub(crate) fn registers(&self) -> RegisterImages {
+        self.registers.images()
     }
 
     /// Applies a change.
@@ -167,7 +183,7 @@ impl Io {
 
     /// True while an input or boolean register with the action "freedrive" is high (manual 5.27).
     pub(crate) fn wants_freedrive(&self) -> bool {
-        let [low, high] = self.registers.input.booleans();
+        let [low, high] = self.sampled.input.booleans();
         self.image.digital_in & self.freedrive_inputs != 0
             || low & self.freedrive_registers[0] != 0
             || high & self.freedrive_registers[1] != 0
@@ -205,9 +221,9 @@ impl Io {
                 let values = self.image.analog_out();
                 values.get(usize::from(port)).copied().unwrap_or(0.0)
             }
-            IoPoint::BooleanRegister(n) => f64::from(u8::from(self.registers.output.boolean(n))),
-            IoPoint::IntegerRegister(n) => f64::from(self.registers.output.integer(n)),
-            IoPoint::FloatRegister(n) => self.registers.output.float(n),
+            IoPoint::BooleanRegister(n) => f64::from(u8::from(self.sampled.output.boolean(n))),
+            IoPoint::IntegerRegister(n) => f64::from(self.sampled.output.integer(n)),
+            IoPoint::FloatRegister(n) => self.sampled.output.float(n),
         }
     }
 
@@ -243,6 +259,12 @@ mod tests {
         Io::new(setup, STEP, Arc::default())
     }
 
+    /// One cycle at `now`.
+    fn advance(io: &mut Io, now: f64) {
+        io.sample_registers();
+        io.advance(now);
+    }
+
     fn wire(from: IoPoint, to: IoPoint, delay: f64) -> IoSetup {
         IoSetup {
             wires: vec![WireSetup { from, to, delay }],
@@ -258,7 +280,7 @@ mod tests {
             let mut seen = Vec::new();
             for (k, level) in levels.iter().enumerate() {
                 io.apply(&IoChange::digital_out(DigitalBank::Standard, 3, *level));
-                io.advance(k as f64 * STEP);
+                advance(&mut io, k as f64 * STEP);
                 seen.push(io.image.digital_in >> 18 & 1 == 1);
             }
             for (k, level) in seen.iter().enumerate() {
@@ -289,11 +311,11 @@ mod tests {
             port: 1,
             ratio: 0.25,
         });
-        io.advance(0.0);
+        advance(&mut io, 0.0);
         assert_eq!(io.image.analog_in[0], 2.5);
         assert_eq!(io.image.digital_in, 1);
         assert_eq!(io.registers.input.float(0), 0.0);
-        io.advance(STEP);
+        advance(&mut io, STEP);
         assert_eq!(io.registers.input.float(0), -12.0);
     }
 
@@ -312,7 +334,7 @@ mod tests {
         });
         let levels: Vec<bool> = (1..=6)
             .map(|cycle| {
-                io.advance(f64::from(cycle) * STEP);
+                advance(&mut io, f64::from(cycle) * STEP);
                 io.image.digital_in == 1 << 5
             })
             .collect();
@@ -337,7 +359,7 @@ mod tests {
         }
         let levels = |io: &mut Io, running| {
             io.apply(&IoChange::ProgramRunning(running));
-            io.advance(0.0);
+            advance(io, 0.0);
             let digital = io.image.digital_out >> 16 & 0xF;
             assert_eq!(io.registers.output.booleans()[0] as u32 & 0xF, digital);
             digital
@@ -352,7 +374,7 @@ mod tests {
 
         let choice = HighWhenNotRunning;
         io.apply(&IoChange::AnalogOutRunState { port: 2, choice });
-        io.advance(0.0);
+        advance(&mut io, 0.0);
         assert_eq!(io.image.analog_out()[2], 10.0);
     }
 
@@ -368,6 +390,7 @@ mod tests {
         io.apply(&IoChange::digital_in(DigitalBank::Standard, 2, false));
         assert!(!io.wants_freedrive());
         io.registers.input.set_boolean(100, true);
+        advance(&mut io, 0.0);
         assert!(io.wants_freedrive());
         io.apply(&IoChange::InputActionsToDefault);
         assert!(!io.wants_freedrive());

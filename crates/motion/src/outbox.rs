@@ -4,8 +4,8 @@
 //! may cause and for the ends of all commands that are still under way (see `constants`).
 
 use motion_api::{
-    Command, CommandId, Event, MotionEnd, Outcome, Record, RobotState, SnapshotCell, StopReason,
-    Warning,
+    Command, CommandId, Event, Frame, MotionEnd, Outcome, Record, RegisterImages, RobotState,
+    SnapshotCell, StopReason, Warning,
 };
 use rtrb::{Consumer, Producer};
 use std::sync::Arc;
@@ -17,11 +17,14 @@ use crate::constants::{EVENT_RESERVE, EVENT_RING_MIN, EVENTS_PER_COMMAND};
 pub(crate) struct Outbox {
     events: Producer<Event>,
     records: Option<Producer<Record>>,
+    frames: Producer<Frame>,
     snapshot: Arc<SnapshotCell>,
     /// Events of this cycle, kept back until the snapshot is published: who hears that a motion has ended must find the
     /// arm at its end. Allocated once; never grows.
     pending: Vec<Event>,
     records_lost: u64,
+    /// The registers as the recording knows them.
+    recorded_registers: RegisterImages,
     /// The cycle that is running.
     pub(crate) cycle: u64,
 }
@@ -40,9 +43,11 @@ impl Outbox {
         let outbox = Self {
             events: end.events,
             records: end.records,
+            frames: end.frames,
             snapshot: end.snapshot,
             pending: Vec::with_capacity(given),
             records_lost: 0,
+            recorded_registers: RegisterImages::default(),
             cycle: 0,
         };
         Ok((end.commands, outbox))
@@ -87,15 +92,32 @@ impl Outbox {
         });
     }
 
+    /// What the registers hold at the beginning of this cycle, for the recording.
+    pub(crate) fn registers(&mut self, images: &RegisterImages) {
+        if *images == self.recorded_registers {
+            return;
+        }
+        let cycle = self.cycle;
+        let images = *images;
+        if self.record(Record::Registers { cycle, images }) {
+            self.recorded_registers = images;
+        }
+    }
+
     /// The state before the first cycle: to the snapshot alone, no cycle has run.
     pub(crate) fn publish_first(&mut self, state: &RobotState) {
         self.snapshot.publish(state);
     }
 
-    /// The end of the cycle: the state to the snapshot and to the recording, then the events.
-    pub(crate) fn publish(&mut self, state: &RobotState) {
+    /// The end of the cycle: the state to the snapshot and to the recording, the frame, then the events.
+    pub(crate) fn publish(&mut self, state: &RobotState, registers: impl Fn() -> RegisterImages) {
         self.snapshot.publish(state);
         self.record(Record::Cycle(*state));
+        if !self.frames.is_full() {
+            let (state, registers) = (*state, registers());
+            // Only this side fills the ring.
+            let _ = self.frames.push(Frame { state, registers });
+        }
         let room = self.events.slots();
         for event in self.pending.drain(..room.min(self.pending.len())) {
             // There is room, and only this side fills the ring.
@@ -103,12 +125,14 @@ impl Outbox {
         }
     }
 
-    fn record(&mut self, record: Record) {
-        if let Some(records) = &mut self.records
-            && records.push(record).is_err()
-        {
-            self.records_lost += 1;
-        }
+    /// True when the recording took it.
+    fn record(&mut self, record: Record) -> bool {
+        let Some(records) = &mut self.records else {
+            return false;
+        };
+        let is_taken = records.push(record).is_ok();
+        self.records_lost += u64::from(!is_taken);
+        is_taken
     }
 
     /// Records that found no room so far.

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use motion_api::Timeline;
 
 use crate::config::ConfigError;
-use crate::constants::COMMANDS_PER_CYCLE;
+use crate::constants::RECORDS_PER_CYCLE;
 use crate::cycle::{Cycle, Timing};
 
 /// How long a tick waits before it looks again whether the recorder has made room.
@@ -35,7 +35,7 @@ impl VirtualTimeline {
     /// # Errors
     /// [`ConfigError::RingTooSmall`] when the record ring cannot hold what one cycle may put into it.
     pub fn new(cycle: Cycle, wake: Vec<Thread>) -> Result<Self, ConfigError> {
-        let needed = COMMANDS_PER_CYCLE + 1;
+        let needed = RECORDS_PER_CYCLE;
         if let Some(given) = cycle.record_capacity()
             && given < needed
         {
@@ -61,7 +61,7 @@ impl VirtualTimeline {
         let mut cycle = self.cycle.lock().unwrap_or_else(PoisonError::into_inner);
         while cycle
             .record_room()
-            .is_some_and(|room| room <= COMMANDS_PER_CYCLE)
+            .is_some_and(|room| room < RECORDS_PER_CYCLE)
         {
             thread::sleep(ROOM_POLL);
         }

@@ -342,6 +342,7 @@ fn one_tick_makes_one_cycle_record_and_one_for_each_command() {
                     commands += 1;
                     assert_eq!((cycle, command.id.0), (tick, commands));
                 }
+                Record::Registers { .. } => panic!("no register was written"),
             }
         }
         assert_eq!(cycles, 1);
@@ -355,6 +356,7 @@ fn commands_wait_until_their_ends_have_room_and_none_is_lost() {
         commands: 1024,
         events: 40,
         records: None,
+        frames: 0,
     };
     let config = ideal("cs66");
     let (motion, mut script) = border(sizes, &config.first_state());

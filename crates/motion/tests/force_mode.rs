@@ -425,7 +425,10 @@ fn in_tcp_mode_the_wrench_is_along_the_tool() {
     bench.run(300);
     let way = Pose::from_rpy(&bench.now().target_tcp_pose).translation - start.translation;
     let own = start.rotate_back(way);
-    assert!(own.z > 0.01 && own.x.abs() < 1e-5 && own.y.abs() < 1e-5, "{own}");
+    assert!(
+        own.z > 0.01 && own.x.abs() < 1e-5 && own.y.abs() < 1e-5,
+        "{own}"
+    );
 }
 
 #[test]

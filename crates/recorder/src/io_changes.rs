@@ -1,6 +1,7 @@
-//! Inputs and outputs that have another value than one cycle before, and the names of the points.
+//! Inputs, outputs and registers that have another value than one cycle before, and the names of the points.
 
-use motion_api::RobotState;
+use motion_api::registers::{BOOLEAN_REGISTERS, FLOAT_REGISTERS, INTEGER_REGISTERS};
+use motion_api::{RegisterImage, RegisterImages, RobotState};
 
 use crate::topics::{IoMessage, IoValue};
 
@@ -40,6 +41,48 @@ pub(crate) fn between(before: Option<&RobotState>, now: &RobotState) -> Vec<IoMe
         }
     }
     changes
+}
+
+/// The registers that `cycle` found changed.
+pub(crate) fn of_registers(
+    cycle: u64,
+    before: &RegisterImages,
+    now: &RegisterImages,
+) -> Vec<IoMessage> {
+    let mut changes = Vec::new();
+    let sides = [
+        ("input", &before.input, &now.input),
+        ("output", &before.output, &now.output),
+    ];
+    for (side, old, new) in sides {
+        let mut compare = |kind: &str, count: u8, value: fn(&RegisterImage, u8) -> IoValue| {
+            for n in 0..count {
+                if !is_same(value(old, n), value(new, n)) {
+                    let name = format!("{side}_{kind}_register[{n}]");
+                    let value = value(new, n);
+                    changes.push(IoMessage { cycle, name, value });
+                }
+            }
+        };
+        compare("boolean", BOOLEAN_REGISTERS, |image, n| {
+            IoValue::Level(image.boolean(n))
+        });
+        compare("integer", INTEGER_REGISTERS, |image, n| {
+            IoValue::Integer(image.integer(n).into())
+        });
+        compare("float", FLOAT_REGISTERS, |image, n| {
+            IoValue::Number(image.float(n))
+        });
+    }
+    changes
+}
+
+/// Bit for bit: NaN is the same as itself, and -0 is not 0.
+fn is_same(a: IoValue, b: IoValue) -> bool {
+    match (a, b) {
+        (IoValue::Number(a), IoValue::Number(b)) => a.to_bits() == b.to_bits(),
+        (a, b) => a == b,
+    }
 }
 
 /// Name of a bit of the digital masks: 0-15 standard, 16-23 configurable, 24-27 tool.

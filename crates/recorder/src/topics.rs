@@ -309,7 +309,7 @@ fn io_schema() -> Value {
         "description": "An input, an output or a register has another value.",
         "type": "object",
         "properties": {
-            "cycle": {"type": "integer", "description": "the latest cycle when it changed"},
+            "cycle": {"type": "integer", "description": "the cycle in which it changed; of a register, the first that saw the change"},
             "name": {"type": "string", "description": "name of the point, standard_digital_out[3] for instance"},
             "value": {
                 "type": ["boolean", "number", "null"],

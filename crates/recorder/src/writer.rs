@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::io::Write;
 
 use mcap::McapError;
-use motion_api::{Command, ProgramId, Record, RobotState, ThreadNumber};
+use motion_api::{Command, ProgramId, Record, RegisterImages, RobotState, ThreadNumber};
 
 use crate::chunks::ChunkedFile;
 use crate::cycle::Cycle;
@@ -90,6 +90,8 @@ pub(crate) struct RecordWriter<W: Write> {
     cycle: Cycle,
     /// The latest cycle written.
     latest: Option<RobotState>,
+    /// The registers as the latest cycle began with them.
+    registers: RegisterImages,
     programs: BTreeMap<ProgramId, String>,
     /// Texts of the latest programs.
     texts: BTreeMap<ProgramId, String>,
@@ -108,6 +110,7 @@ impl<W: Write> RecordWriter<W> {
             viewer,
             cycle: Cycle::default(),
             latest: None,
+            registers: RegisterImages::default(),
             programs: BTreeMap::new(),
             texts: BTreeMap::new(),
             lines: BTreeMap::new(),
@@ -163,6 +166,15 @@ impl<W: Write> RecordWriter<W> {
                 let begin = self.begin_of(*cycle);
                 self.notes_until(begin, waiting)?;
                 self.command(begin, *cycle, command)
+            }
+            Record::Registers { cycle, images } => {
+                let begin = self.begin_of(*cycle);
+                self.notes_until(begin, waiting)?;
+                for change in io_changes::of_registers(*cycle, &self.registers, images) {
+                    self.file.json(Topic::Io, begin, &change)?;
+                }
+                self.registers = *images;
+                Ok(())
             }
         }
     }

@@ -12,7 +12,7 @@ use elite_runtime::message::{
     RECORDING_ALARM_CODE, Severity,
 };
 use elite_runtime::panel::VariableValue;
-use motion_api::{ProgramId, RobotState, SnapshotCell, ThreadNumber};
+use motion_api::{Frame, ProgramId, SnapshotCell, ThreadNumber};
 use recorder::{LogLevel, RecorderHandle};
 use tokio::sync::broadcast;
 
@@ -221,7 +221,7 @@ impl Observer for Announcer {
         let _ = std::io::stdout().flush();
     }
 
-    fn cycle_ended(&self, state: &RobotState) {
-        self.feed.cycle_ended(state);
+    fn cycle_ended(&self, frame: &Frame) {
+        self.feed.cycle_ended(frame);
     }
 }

@@ -128,7 +128,6 @@ impl Controller {
             ..BorderSizes::default()
         };
         let (motion_end, mut script_end) = border(sizes, &first);
-        let registers = script_end.registers.clone();
         let safety = cycle_config.safety;
         let model = Arc::new(cycle_config.limited_model()?);
         let cycle = Cycle::new(cycle_config, motion_end)?;
@@ -197,7 +196,7 @@ impl Controller {
             task_folder: absolute(&config.task_dir),
         };
         let supervisor = Supervisor::new(settings);
-        feed.follow(supervisor.watch(), registers);
+        feed.follow(supervisor.watch());
         Ok(Self {
             robot,
             fieldbus,

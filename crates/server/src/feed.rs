@@ -1,18 +1,18 @@
 //! Every cycle, as clients of cyclic data want it: the snapshot with what is known beside it, broadcast once.
 //!
 //! Called on whichever thread takes the events of a cycle (the pump under the real clock, the task's under the virtual
-//! one); waits for nobody. Who listens too slowly loses the oldest cycles.
+//! one), for every cycle in order, also when that thread was held up; waits for nobody. Who listens too slowly loses the oldest cycles.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use elite_runtime::{TaskState, TaskStatus as SupervisorStatus};
 use kinematics::{JointSpeeds, RobotModel};
-use motion_api::{Registers, RobotState, ThreadNumber};
+use motion_api::{Frame, RobotState, ThreadNumber};
 use tokio::sync::{broadcast, watch};
 
 use crate::ports::description::{Peripherals, TaskStatus};
-use crate::ports::rtsi::outputs::{RegisterBank, Sample};
+use crate::ports::rtsi::outputs::Sample;
 
 /// How many cycles a listener may be behind before it loses some: a quarter of a second.
 const CYCLES_WAITING_MAX: usize = 64;
@@ -23,7 +23,6 @@ pub struct Feed {
     samples: broadcast::Sender<Arc<Sample>>,
     task: OnceLock<watch::Receiver<SupervisorStatus>>,
     script_line: AtomicU32,
-    registers: OnceLock<Arc<Registers>>,
 }
 
 impl Feed {
@@ -34,15 +33,13 @@ impl Feed {
             samples: broadcast::channel(CYCLES_WAITING_MAX).0,
             task: OnceLock::new(),
             script_line: AtomicU32::new(0),
-            registers: OnceLock::new(),
         }
     }
 
-    /// Samples tell the status of the task and the registers from now on. Only the first call counts.
-    pub fn follow(&self, task: watch::Receiver<SupervisorStatus>, registers: Arc<Registers>) {
-        // There is one supervisor and one robot; others would tell the same.
+    /// Samples tell the status of the task from now on. Only the first call counts.
+    pub fn follow(&self, task: watch::Receiver<SupervisorStatus>) {
+        // There is one supervisor; another would tell the same.
         let _ = self.task.set(task);
-        let _ = self.registers.set(registers);
     }
 
     /// Every cycle from now on.
@@ -69,27 +66,23 @@ impl Feed {
     }
 
     /// Shows a cycle to whoever listens.
-    pub fn cycle_ended(&self, state: &RobotState) {
+    pub fn cycle_ended(&self, frame: &Frame) {
         if self.samples.receiver_count() == 0 {
             return;
         }
-        let sample = self.sample(state);
+        let sample = self.sample(frame);
         // That the last listener has gone in between is fine.
         let _ = self.samples.send(Arc::new(sample));
     }
 
-    fn sample(&self, state: &RobotState) -> Sample {
-        let bank = |side: fn(&Registers) -> &motion_api::RegisterBank| {
-            let registers = self.registers.get();
-            registers.map_or_else(RegisterBank::default, |r| RegisterBank::of(side(r)))
-        };
+    fn sample(&self, frame: &Frame) -> Sample {
+        let state = &frame.state;
         Sample {
             state: *state,
             task: self.task_status(),
             script_line: self.script_line.load(Ordering::Relaxed),
             elbow_velocity: elbow_velocity(&self.model, state),
-            inputs: bank(|registers| &registers.input),
-            outputs: bank(|registers| &registers.output),
+            registers: frame.registers,
             peripherals: Peripherals::of(state),
         }
     }
@@ -115,9 +108,15 @@ fn elbow_velocity(model: &RobotModel, state: &RobotState) -> [f64; 3] {
 mod tests {
     use super::*;
     use kinematics::JointPositions;
+    use motion_api::RegisterImages;
 
     fn feed() -> Feed {
         Feed::new(Arc::new(RobotModel::built_in("cs66").unwrap()))
+    }
+
+    fn frame(state: RobotState) -> Frame {
+        let registers = RegisterImages::default();
+        Frame { state, registers }
     }
 
     #[test]
@@ -127,7 +126,7 @@ mod tests {
         let q = JointPositions([0.3, -1.2, 0.9, 0.1, -0.4, 0.7]);
         let mut state = RobotState::at_start(q, 0.004);
         state.actual_qd = JointSpeeds([0.8, -0.5, 1.1, 0.3, 0.2, 0.1]);
-        feed.cycle_ended(&state);
+        feed.cycle_ended(&frame(state));
         let velocity = listener.try_recv().unwrap().elbow_velocity;
         let dt = 1e-6;
         let later = JointPositions(std::array::from_fn(|j| q[j] + state.actual_qd[j] * dt));
@@ -141,7 +140,7 @@ mod tests {
     #[test]
     fn the_line_is_that_of_the_main_thread_and_ends_with_the_program() {
         let feed = feed();
-        let state = RobotState::at_start(JointPositions::ZERO, 0.004);
+        let state = frame(RobotState::at_start(JointPositions::ZERO, 0.004));
         feed.line_changed(ThreadNumber(0), 7);
         feed.line_changed(ThreadNumber(3), 9);
         assert_eq!(feed.sample(&state).script_line, 7);

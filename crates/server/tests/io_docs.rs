@@ -56,6 +56,25 @@ const CHAPTERS: [(&str, Category, &str, &str); 7] = [
     ),
 ];
 
+/// The ways in that are no function.
+const FROM_OUTSIDE: &str = "
+## Inputs from outside
+
+An input has the value that was last put on it, whoever did: a `[[wire]]` or `[[input]]` of the cell file, RTSI (registers),
+a Modbus client (docs/modbus-map.md), or the http port:
+
+```console
+$ curl http://127.0.0.1:8080/api/io
+$ curl -H 'Content-Type: application/json' -d '{\"standard_digital_in[3]\": true, \"standard_analog_in[0]\": 2.5}' \\
+       http://127.0.0.1:8080/api/inputs
+{\"after_cycle\":1234}
+```
+
+Names are those of the cell file. A request sets all of its inputs in the next cycle (registers at once), or none and says
+why: 422 names the point, what was given and what is allowed. Pages of another origin, forms, and pages that call this
+server by a name are turned away (403, 415).
+";
+
 fn check(name: &str, text: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../docs")
@@ -77,6 +96,7 @@ fn io_page_is_current() {
          Every function here is implemented and acts on a real image, socket or line. An argument outside its range raises\n\
          an exception that names it, what was given and what is allowed. The tests against peers are in `tests/peers`.\n",
     );
+    page.push_str(FROM_OUTSIDE);
     for (title, category, peer, note) in CHAPTERS {
         let _ = write!(
             page,

@@ -210,6 +210,27 @@ impl<'a, 'n> Call<'a, 'n> {
         self.error(ExceptionKind::ValueError, text)
     }
 
+    /// `f(): x[k] must be ALLOWED, got GIVEN`; a `TypeError` where it is no whole number.
+    pub(super) fn item_not_allowed(
+        &mut self,
+        index: usize,
+        k: usize,
+        allowed: &str,
+        item: &Value,
+    ) -> Raised {
+        let kind = match item.as_i64() {
+            Some(_) => ExceptionKind::ValueError,
+            None => ExceptionKind::TypeError,
+        };
+        match self.show(item) {
+            Ok(shown) => {
+                let text = format!("{}[{k}] must be {allowed}, got {shown}", self.place(index));
+                self.error(kind, text)
+            }
+            Err(raised) => raised,
+        }
+    }
+
     /// `f(): x must be ALLOWED, not TYPE`.
     pub fn not_this_type(&mut self, index: usize, wanted: &str) -> Raised {
         let value = self.required(index);

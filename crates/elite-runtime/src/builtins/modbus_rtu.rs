@@ -358,7 +358,7 @@ fn write(
     })
 }
 
-/// The values to write, 1 to `most` of them, alone or as a list, each converted by `convert`.
+/// The values to write, 1 to `most` of them, alone or as a list, each converted by `convert`; `what` says what it takes.
 fn data<T>(
     call: &mut Call<'_, '_>,
     most: usize,
@@ -366,19 +366,30 @@ fn data<T>(
     convert: impl Fn(&Value) -> Option<T>,
 ) -> Result<Vec<T>, Raised> {
     let value = call.required(2);
-    let items = value.as_items().unwrap_or_else(|| vec![value.clone()]);
-    let allowed = format!("{what}, 1 to {most} of them");
+    let Some(items) = value.as_items() else {
+        return match convert(&value) {
+            Some(converted) => Ok(vec![converted]),
+            None => Err(match value.as_i64() {
+                Some(number) => call.not_allowed(2, what, number),
+                None => call.not_this_type(2, what),
+            }),
+        };
+    };
     if items.is_empty() || items.len() > most {
-        return Err(call.not_allowed(2, &allowed, format!("{} values", items.len())));
+        let allowed = match most {
+            1 => "one value".to_owned(),
+            _ => format!("1 to {most} values"),
+        };
+        return Err(call.not_allowed(2, &allowed, items.len()));
     }
-    let converted: Option<Vec<T>> = items.iter().map(convert).collect();
-    match converted {
-        Some(converted) => Ok(converted),
-        None => {
-            let shown: String = call.native().repr(&value)?.chars().take(60).collect();
-            Err(call.not_allowed(2, &allowed, shown))
-        }
+    let mut converted = Vec::with_capacity(items.len());
+    for (k, item) in items.iter().enumerate() {
+        let Some(item) = convert(item) else {
+            return Err(call.item_not_allowed(2, k, what, item));
+        };
+        converted.push(item);
     }
+    Ok(converted)
 }
 
 const LEVELS: &str = "True, False or an integer";

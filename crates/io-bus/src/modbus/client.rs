@@ -3,92 +3,27 @@
 //! Owns the table of signals and devices. Each device has one connection, shared by its signals and driven by a task of
 //! `device` on a thread of its own; nothing here waits but the functions that say so. Signals outlive programs.
 
-use std::collections::BTreeMap;
 use std::io;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, MutexGuard, OnceLock};
 use std::time::Duration;
 
 use motion_api::RunStateChoice;
 use thiserror::Error;
 use tokio::runtime::Handle;
-use tokio::sync::{Notify, watch};
+use tokio::sync::Notify;
 use tokio::time::{Instant, timeout_at};
 
 use super::device;
-use super::pdu::{Request, Table};
+use super::pdu::Request;
+use super::signal::{DeviceAddress, Signal, SignalKind, SignalSpec};
+use super::state::{Custom, Shared, State};
 
 /// Most signals of one controller (manual 6.1.1).
 pub const SIGNALS_MAX: usize = 200;
 /// Custom commands of one device that wait to be sent.
 const CUSTOM_WAITING_MAX: usize = 64;
-/// Rate of a signal without one of its own (as on other makers' arms; the manual is silent), Hz.
-const DEFAULT_RATE: u32 = 10;
-/// Time without a good answer before reading a signal raises (manual 6.1.10).
-const DEFAULT_WATCHDOG: Duration = Duration::from_secs(5);
 /// How long a blocking reset waits for the connection.
 const RESET_TIME: Duration = Duration::from_secs(3);
-
-/// Device codes of table 6-2 that no device sends.
-const NOT_CONNECTED: i32 = -2;
-const CONNECTING: i32 = -1;
-
-/// A device: host and TCP port.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct DeviceAddress {
-    /// Address or name.
-    pub host: String,
-    /// TCP port.
-    pub port: u16,
-}
-
-/// What a signal is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SignalKind {
-    /// Type 0: read with function 2.
-    DigitalInput,
-    /// Type 1: read with 1 until it is set, then written with 5 or 15.
-    DigitalOutput,
-    /// Type 2: read with 4.
-    RegisterInput,
-    /// Type 3: read with 3 until it is set, then written with 6 or 16.
-    RegisterOutput,
-    /// Read with 3 until it is set, then with 23, which writes from `write_address` first (manual 6.1.3).
-    ReadWrite {
-        /// First register to write.
-        write_address: u16,
-        /// How many may be written.
-        write_count: u16,
-    },
-}
-
-/// A signal to add.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SignalSpec {
-    /// Where.
-    pub device: DeviceAddress,
-    /// Unit.
-    pub slave: u8,
-    /// First coil or register.
-    pub address: u16,
-    /// How many in a row.
-    pub count: u16,
-    /// What.
-    pub kind: SignalKind,
-    /// Updated in the order in which signals were added.
-    pub is_sequential: bool,
-}
-
-impl SignalSpec {
-    /// The table the signal is read from.
-    pub(super) const fn table(&self) -> Table {
-        match self.kind {
-            SignalKind::DigitalInput => Table::DiscreteInputs,
-            SignalKind::DigitalOutput => Table::Coils,
-            SignalKind::RegisterInput => Table::InputRegisters,
-            SignalKind::RegisterOutput | SignalKind::ReadWrite { .. } => Table::HoldingRegisters,
-        }
-    }
-}
 
 /// Why something cannot be done with a signal.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -176,117 +111,6 @@ impl Drop for Runtime {
     }
 }
 
-/// What the tasks of devices and the functions for scripts share.
-#[derive(Default)]
-pub(super) struct Shared {
-    state: Mutex<State>,
-    /// Counts updates, so that somebody can wait for the next.
-    pub(super) updates: watch::Sender<u64>,
-}
-
-#[derive(Default)]
-pub(super) struct State {
-    pub(super) signals: BTreeMap<String, Signal>,
-    pub(super) devices: BTreeMap<DeviceAddress, Device>,
-    last_order: u64,
-    program_running: bool,
-}
-
-/// One signal.
-pub(super) struct Signal {
-    pub(super) spec: SignalSpec,
-    /// As read last, or as set; bits as 0 and 1. Empty before the first answer.
-    pub(super) values: Vec<u16>,
-    /// What is written from now on; empty until it is set for the first time.
-    pub(super) output: Vec<u16>,
-    pub(super) period: Option<Duration>,
-    watchdog: Duration,
-    run_state: RunStateChoice,
-    added: Instant,
-    pub(super) last_good: Option<Instant>,
-    pub(super) device_error: i32,
-    pub(super) due: Instant,
-    /// In the order in which signals were added; new for a signal that replaces another.
-    pub(super) order: u64,
-    /// The device refused it together with its neighbours.
-    pub(super) alone: bool,
-    pub(super) missed: u64,
-}
-
-/// One connection.
-pub(super) struct Device {
-    pub(super) wake: Arc<Notify>,
-    pub(super) custom: Vec<Custom>,
-    pub(super) has_task: bool,
-    pub(super) is_connected: bool,
-    pub(super) is_connecting: bool,
-    pub(super) errno: i32,
-    pub(super) wants_reset: bool,
-    pub(super) connections: u64,
-}
-
-pub(super) struct Custom {
-    pub(super) slave: u8,
-    pub(super) request: Request,
-    /// Sent again and again, at the default rate, until the connection is reset.
-    pub(super) repeats: bool,
-    pub(super) due: Instant,
-}
-
-impl Shared {
-    pub(super) fn state(&self) -> MutexGuard<'_, State> {
-        // Every change under the lock is complete before anything that could panic.
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl State {
-    fn signal(&mut self, name: &str) -> Result<&mut Signal, ModbusError> {
-        self.signals
-            .get_mut(name)
-            .ok_or_else(|| ModbusError::UnknownSignal(name.to_owned()))
-    }
-
-    fn wake(&self, address: &DeviceAddress) {
-        if let Some(device) = self.devices.get(address) {
-            device.wake.notify_one();
-        }
-    }
-
-    /// `[device, connection]` error codes of a signal (manual 6.1.15).
-    fn errors(&self, signal: &Signal) -> [i32; 2] {
-        match self.devices.get(&signal.spec.device) {
-            Some(device) if device.is_connected => [signal.device_error, 0],
-            Some(device) if device.is_connecting => [CONNECTING, device.errno],
-            Some(device) => [NOT_CONNECTED, device.errno],
-            None => [NOT_CONNECTED, 0],
-        }
-    }
-
-    /// Time without a good answer; zero for a valid signal.
-    fn invalid_for(&self, signal: &Signal) -> Duration {
-        match (self.errors(signal), signal.last_good) {
-            ([0, _], Some(_)) => Duration::ZERO,
-            (_, since) => since.unwrap_or(signal.added).elapsed(),
-        }
-    }
-
-    fn check_valid(&self, name: &str, signal: &Signal) -> Result<(), ModbusError> {
-        let invalid = self.invalid_for(signal);
-        if invalid <= signal.watchdog {
-            return Ok(());
-        }
-        let [device, connection] = self.errors(signal);
-        Err(ModbusError::Invalid {
-            name: name.to_owned(),
-            invalid: invalid.as_secs_f64(),
-            watchdog: signal.watchdog.as_secs_f64(),
-            device,
-            connection,
-        })
-    }
-}
-
 impl ModbusClient {
     /// Adds a signal, or replaces the one of that name.
     ///
@@ -302,21 +126,7 @@ impl ModbusClient {
             return Err(ModbusError::TooManySignals);
         }
         state.last_order += 1;
-        let signal = Signal {
-            values: Vec::new(),
-            output: Vec::new(),
-            period: Some(Duration::from_secs(1) / DEFAULT_RATE),
-            watchdog: DEFAULT_WATCHDOG,
-            run_state: RunStateChoice::Keep,
-            added: Instant::now(),
-            last_good: None,
-            device_error: 0,
-            due: Instant::now(),
-            order: state.last_order,
-            alone: false,
-            missed: 0,
-            spec,
-        };
+        let signal = Signal::new(spec, state.last_order);
         let address = signal.spec.device.clone();
         state.signals.insert(name.to_owned(), signal);
         self.open(state, address)
@@ -412,7 +222,8 @@ impl ModbusClient {
         signal.set(values);
         let signal = &state.signals[&name];
         state.check_valid(&name, signal)?;
-        state.wake(&signal.spec.device);
+        let device = signal.spec.device.clone();
+        state.wake(&device);
         Ok(())
     }
 
@@ -539,6 +350,7 @@ impl ModbusClient {
             };
             device.wants_reset = true;
             device.custom.clear();
+            device.has_news = true;
             device.wake.notify_one();
             device.connections
         };
@@ -572,6 +384,7 @@ impl ModbusClient {
             }
         };
         let device = state.device(&address);
+        device.has_news = true;
         device.wake.notify_one();
         if !device.has_task {
             device.has_task = true;
@@ -581,47 +394,6 @@ impl ModbusClient {
                 .spawn(device::run(self.shared.clone(), address));
         }
         Ok(())
-    }
-}
-
-impl State {
-    fn device(&mut self, address: &DeviceAddress) -> &mut Device {
-        self.devices
-            .entry(address.clone())
-            .or_insert_with(|| Device {
-                wake: Arc::default(),
-                custom: Vec::new(),
-                has_task: false,
-                is_connected: false,
-                is_connecting: false,
-                errno: 0,
-                wants_reset: false,
-                connections: 0,
-            })
-    }
-}
-
-impl Signal {
-    fn set(&mut self, values: &[u16]) {
-        if self.output.len() < values.len() {
-            // What lies between was never set, so it is not written.
-            self.output.resize(values.len(), 0);
-        }
-        self.output[..values.len()].copy_from_slice(values);
-        if !matches!(self.spec.kind, SignalKind::ReadWrite { .. }) {
-            self.values.resize(usize::from(self.spec.count), 0);
-            self.values[..values.len()].copy_from_slice(values);
-        }
-        self.due = Instant::now();
-    }
-
-    /// True when the output is forced.
-    fn force_run_state(&mut self, running: bool) -> bool {
-        let Some(level) = self.run_state.level(running) else {
-            return false;
-        };
-        self.set(&vec![u16::from(level); usize::from(self.spec.count)]);
-        true
     }
 }
 

@@ -1,19 +1,22 @@
-//! The connection to one Modbus device over TCP: connects, asks for what is due, connects again with growing pauses.
+//! The connection to one Modbus device over TCP: connects, asks what the schedule says, connects again with growing pauses.
 //!
-//! One request is under way at a time. Neighbouring signals that are due together share a request, until the device
-//! refuses that. Ends when no signal and no command uses the device any more.
+//! One request is under way at a time while that keeps the rates, as the simplest devices need it. When signals come late,
+//! up to [`UNDER_WAY_MAX`] are (MODBUS Messaging on TCP/IP Implementation Guide V1.0b, 4.2.2), until the device does not
+//! answer that once. Ends when no signal and no command uses the device any more.
 
-use std::collections::BTreeMap;
+use std::collections::VecDeque;
 use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::io::{AsyncReadExt, AsyncWriteExt, BufStream};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout, timeout_at};
 
-use super::client::{Custom, DeviceAddress, Shared, Signal, SignalKind, State};
-use super::pdu::{PduError, Reply, Request, Table};
+use super::pdu::Reply;
+use super::schedule::{Asked, Next, Schedule, note_reply};
+use super::signal::DeviceAddress;
+use super::state::{Shared, State};
 
 /// How long a connection and an answer may take.
 const CONNECT_TIME: Duration = Duration::from_secs(2);
@@ -23,39 +26,28 @@ const BROADCAST_TIME: Duration = Duration::from_millis(50);
 /// First and longest pause between two attempts to connect.
 const PAUSE_MIN: Duration = Duration::from_millis(100);
 const PAUSE_MAX: Duration = Duration::from_secs(2);
-/// A device that nothing uses is left after this time, so that single commands do not connect anew each time.
-const IDLE_TIME: Duration = Duration::from_secs(5);
-/// Rate of repeated custom commands.
-const CUSTOM_PERIOD: Duration = Duration::from_millis(100);
-/// Most values in one read (specification 6.1, 6.3).
-const BITS_MAX: u16 = 2000;
-const REGISTERS_MAX: u16 = 125;
+/// Requests under way at most. Devices that take several take up to 16 (same guide); half of that is enough for thousands
+/// of requests a second.
+const UNDER_WAY_MAX: usize = 8;
 /// errno values of Linux for failures that carry none: ETIMEDOUT, ECONNRESET, EPROTO, EIO.
 const TIMED_OUT: i32 = 110;
 const CONNECTION_RESET: i32 = 104;
 const PROTOCOL_ERROR: i32 = 71;
 const IO_ERROR: i32 = 5;
 
-/// What to do next on a connection.
-enum Next {
-    /// Ask for the values of these signals at once; each with its place in the answer.
-    Read(u8, Request, Vec<(String, u64, usize)>),
-    /// Write, or write and read, one signal.
-    Write(u8, Request, String, u64),
-    /// A command of a script.
-    Custom(u8, Request),
-    /// Nothing before then.
-    Sleep(Instant),
-    /// The connection is to be opened anew.
+/// How a connection was used to its end.
+enum Used {
+    /// It is to be opened anew.
     Reset,
     /// Nobody uses the device.
-    Leave,
+    Left,
 }
 
 /// The life of a device.
 pub(super) async fn run(shared: Arc<Shared>, address: DeviceAddress) {
     let mut pause = PAUSE_MIN;
-    let mut idle_since = None;
+    // Kept over connections: a device that does not answer several requests at once never will.
+    let mut one_by_one = false;
     while let Some(wake) = begin_connecting(&shared, &address) {
         let connecting = TcpStream::connect((address.host.as_str(), address.port));
         let connected = timeout(CONNECT_TIME, connecting).await;
@@ -65,9 +57,12 @@ pub(super) async fn run(shared: Arc<Shared>, address: DeviceAddress) {
                 let _ = stream.set_nodelay(true);
                 note_connection(&shared, &address, true, 0);
                 pause = PAUSE_MIN;
-                match serve(&shared, &address, stream, &mut idle_since).await {
-                    Ok(true) => return,
-                    Ok(false) => {
+                let mut connection = Connection::new(stream, one_by_one);
+                let used = connection.serve(&shared, &address).await;
+                one_by_one |= used.is_err() && connection.under_way.len() > 1;
+                match used {
+                    Ok(Used::Left) => return,
+                    Ok(Used::Reset) => {
                         note_connection(&shared, &address, false, 0);
                         continue;
                     }
@@ -82,11 +77,8 @@ pub(super) async fn run(shared: Arc<Shared>, address: DeviceAddress) {
         let until = Instant::now() + pause;
         while timeout_at(until, wake.notified()).await.is_ok() {
             let state = shared.state();
-            if state
-                .devices
-                .get(&address)
-                .is_none_or(|device| device.wants_reset)
-            {
+            let device = state.devices.get(&address);
+            if device.is_none_or(|device| device.wants_reset) {
                 break;
             }
         }
@@ -108,12 +100,9 @@ fn begin_connecting(shared: &Shared, address: &DeviceAddress) -> Option<Arc<toki
 }
 
 fn is_used(state: &State, address: &DeviceAddress) -> bool {
-    let has_commands = |device: &super::client::Device| !device.custom.is_empty();
-    state.devices.get(address).is_some_and(has_commands)
-        || state
-            .signals
-            .values()
-            .any(|signal| signal.spec.device == *address)
+    let device = state.devices.get(address);
+    device.is_some_and(|device| !device.custom.is_empty())
+        || state.signals.values().any(|s| s.spec.device == *address)
 }
 
 fn note_connection(shared: &Shared, address: &DeviceAddress, connected: bool, errno: i32) {
@@ -137,64 +126,148 @@ fn errno(error: &io::Error) -> i32 {
     })
 }
 
-/// Uses a connection until it breaks (error), is to be opened anew (false) or is not needed any more (true).
-async fn serve(
-    shared: &Shared,
-    address: &DeviceAddress,
-    mut stream: TcpStream,
-    idle_since: &mut Option<Instant>,
-) -> io::Result<bool> {
-    let wake = match shared.state().devices.get(address) {
-        Some(device) => device.wake.clone(),
-        None => return Ok(true),
-    };
-    let mut transaction = 0_u16;
-    loop {
-        let next = next(&mut shared.state(), address, idle_since);
-        let (slave, request) = match &next {
-            Next::Read(slave, request, _)
-            | Next::Write(slave, request, ..)
-            | Next::Custom(slave, request) => (*slave, request),
-            Next::Sleep(until) => {
-                let mut byte = [0];
-                tokio::select! {
-                    () = wake.notified() => {}
-                    () = tokio::time::sleep_until(*until) => {}
-                    // Nothing is asked, so nothing should come: the peer closes, or a late answer arrives and is dropped.
-                    read = stream.read(&mut byte) => if read? == 0 {
-                        return Err(io::ErrorKind::UnexpectedEof.into());
-                    }
+/// An open connection.
+struct Connection {
+    stream: BufStream<TcpStream>,
+    schedule: Schedule,
+    under_way: VecDeque<UnderWay>,
+    one_by_one: bool,
+    transaction: u16,
+}
+
+/// A request whose answer is waited for.
+struct UnderWay {
+    transaction: u16,
+    slave: u8,
+    asked: Asked,
+    give_up: Instant,
+}
+
+impl Connection {
+    fn new(stream: TcpStream, one_by_one: bool) -> Self {
+        Self {
+            stream: BufStream::new(stream),
+            schedule: Schedule::default(),
+            under_way: VecDeque::new(),
+            one_by_one,
+            transaction: 0,
+        }
+    }
+
+    /// Uses the connection until it breaks (error) or is not needed any more.
+    async fn serve(&mut self, shared: &Shared, address: &DeviceAddress) -> io::Result<Used> {
+        let wake = match shared.state().devices.get(address) {
+            Some(device) => device.wake.clone(),
+            None => return Ok(Used::Left),
+        };
+        loop {
+            let sleep_until = match self.ask(shared, address).await? {
+                Some(Next::Reset) => return Ok(Used::Reset),
+                Some(Next::Leave) => return Ok(Used::Left),
+                Some(Next::Sleep(until)) => until,
+                _ => Instant::now(),
+            };
+            if let Some(oldest) = self.under_way.front() {
+                let answered = timeout_at(oldest.give_up, self.take_answer(shared)).await;
+                match answered {
+                    Ok(answered) => answered?,
+                    Err(_elapsed) => self.give_up(shared)?,
                 }
                 continue;
             }
-            Next::Reset => return Ok(false),
-            Next::Leave => return Ok(true),
+            tokio::select! {
+                () = wake.notified() => {}
+                () = tokio::time::sleep_until(sleep_until) => {}
+                // Nothing is asked, so nothing should come: the peer closes, or a late answer arrives and is dropped.
+                read = self.stream.read_u8() => drop(read?),
+            }
+        }
+    }
+
+    /// Sends what is due, as much as may be under way. What else there is to do, if the schedule said it.
+    async fn ask(&mut self, shared: &Shared, address: &DeviceAddress) -> io::Result<Option<Next>> {
+        let most = match self.schedule.is_behind && !self.one_by_one {
+            true => UNDER_WAY_MAX,
+            false => 1,
         };
-        transaction = transaction.wrapping_add(1);
-        let patience = if slave == 0 {
-            BROADCAST_TIME
-        } else {
-            ANSWER_TIME
-        };
-        let answer = timeout(patience, transact(&mut stream, transaction, slave, request)).await;
-        let reply = match answer {
-            Ok(reply) => reply?,
-            Err(_elapsed) if slave == 0 => Ok(Reply::Done),
-            Err(_elapsed) => return Err(io::ErrorKind::TimedOut.into()),
-        };
-        note_reply(&mut shared.state(), next, reply);
-        shared.updates.send_modify(|count| *count += 1);
+        // Refilled when half is answered, so that several go in one write.
+        if self.under_way.len() > most / 2 {
+            return Ok(None);
+        }
+        let mut other = None;
+        while self.under_way.len() < most && !self.waits_for_broadcast() {
+            let next = self.schedule.next(&mut shared.state(), address);
+            let Next::Ask(slave, asked) = next else {
+                other = Some(next);
+                break;
+            };
+            self.transaction = self.transaction.wrapping_add(1);
+            let message = message(self.transaction, slave, &asked)?;
+            self.stream.write_all(&message).await?;
+            let patience = match slave {
+                0 => BROADCAST_TIME,
+                _ => ANSWER_TIME,
+            };
+            self.under_way.push_back(UnderWay {
+                transaction: self.transaction,
+                slave,
+                asked,
+                give_up: Instant::now() + patience,
+            });
+        }
+        timeout(ANSWER_TIME, self.stream.flush())
+            .await
+            .map_err(|_elapsed| io::ErrorKind::TimedOut)??;
+        Ok(other)
+    }
+
+    /// A broadcast is over when its time is: what comes then answers nothing.
+    fn waits_for_broadcast(&self) -> bool {
+        self.under_way.back().is_some_and(|last| last.slave == 0)
+    }
+
+    /// Takes one answer; one to a request that nobody made is passed over.
+    async fn take_answer(&mut self, shared: &Shared) -> io::Result<()> {
+        // Header and answer are read in one go: when the time is over in between, the connection is given up.
+        let mut header = [0; 7];
+        self.stream.read_exact(&mut header).await?;
+        let [t1, t0, p1, p0, l1, l0, _unit] = header;
+        let length = usize::from(u16::from_be_bytes([l1, l0]));
+        if [p1, p0] != [0, 0] || !(2..=254).contains(&length) {
+            return Err(io::ErrorKind::InvalidData.into());
+        }
+        let mut reply = vec![0; length - 1];
+        self.stream.read_exact(&mut reply).await?;
+        let transaction = u16::from_be_bytes([t1, t0]);
+        let place = self
+            .under_way
+            .iter()
+            .position(|u| u.transaction == transaction);
+        if let Some(found) = place.and_then(|place| self.under_way.remove(place)) {
+            let reply = found.asked.request.decode(&reply);
+            note_reply(&mut shared.state(), &found.asked, &reply);
+            shared.updates.send_modify(|count| *count += 1);
+        }
+        Ok(())
+    }
+
+    /// The oldest request has no answer in time: for a broadcast that is how it should be.
+    fn give_up(&mut self, shared: &Shared) -> io::Result<()> {
+        match self.under_way.front() {
+            Some(oldest) if oldest.slave == 0 => {
+                note_reply(&mut shared.state(), &oldest.asked, &Ok(Reply::Done));
+                self.under_way.pop_front();
+                shared.updates.send_modify(|count| *count += 1);
+                Ok(())
+            }
+            _ => Err(io::ErrorKind::TimedOut.into()),
+        }
     }
 }
 
-/// One request and its answer; answers to other requests are passed over.
-async fn transact(
-    stream: &mut TcpStream,
-    transaction: u16,
-    slave: u8,
-    request: &Request,
-) -> io::Result<Result<Reply, PduError>> {
-    let pdu = request.encode();
+/// A request with its header (same guide, 3.1.3).
+fn message(transaction: u16, slave: u8, asked: &Asked) -> io::Result<Vec<u8>> {
+    let pdu = asked.request.encode();
     let length = u16::try_from(1 + pdu.len()).map_err(|_| io::ErrorKind::InvalidInput)?;
     let mut message = Vec::with_capacity(7 + pdu.len());
     message.extend(transaction.to_be_bytes());
@@ -202,220 +275,5 @@ async fn transact(
     message.extend(length.to_be_bytes());
     message.push(slave);
     message.extend(pdu);
-    stream.write_all(&message).await?;
-    loop {
-        let mut header = [0; 7];
-        stream.read_exact(&mut header).await?;
-        let [t1, t0, p1, p0, l1, l0, _unit] = header;
-        let length = usize::from(u16::from_be_bytes([l1, l0]));
-        if [p1, p0] != [0, 0] || !(2..=254).contains(&length) {
-            return Err(io::ErrorKind::InvalidData.into());
-        }
-        let mut reply = vec![0; length - 1];
-        stream.read_exact(&mut reply).await?;
-        if u16::from_be_bytes([t1, t0]) == transaction {
-            return Ok(request.decode(&reply));
-        }
-    }
-}
-
-/// What is due first: commands of scripts, then the signal that is due longest, with the neighbours due together with it.
-fn next(state: &mut State, address: &DeviceAddress, idle_since: &mut Option<Instant>) -> Next {
-    let now = Instant::now();
-    let State {
-        signals, devices, ..
-    } = state;
-    let Some(device) = devices.get_mut(address) else {
-        return Next::Leave;
-    };
-    if device.wants_reset {
-        return Next::Reset;
-    }
-    if let Some(place) = device.custom.iter().position(|custom| custom.due <= now) {
-        let custom = device.custom.remove(place);
-        let (slave, request) = (custom.slave, custom.request.clone());
-        if custom.repeats {
-            let due = now + CUSTOM_PERIOD;
-            device.custom.push(Custom { due, ..custom });
-        }
-        return Next::Custom(slave, request);
-    }
-    let own = || {
-        signals
-            .iter()
-            .filter(|(_, signal)| signal.spec.device == *address)
-    };
-    let active = own().filter(|(_, signal)| signal.period.is_some());
-    // Sequential signals take their turns in the order in which they were added.
-    let key = |signal: &Signal| match signal.spec.is_sequential && signal.due <= now {
-        true => (now, signal.order),
-        false => (signal.due, signal.order),
-    };
-    let Some((name, first)) = active.min_by_key(|(_, signal)| key(signal)) else {
-        if own().next().is_some() || !device.custom.is_empty() {
-            *idle_since = None;
-            return Next::Sleep(now + CUSTOM_PERIOD);
-        }
-        let since = *idle_since.get_or_insert(now);
-        if now.duration_since(since) < IDLE_TIME {
-            return Next::Sleep(since + IDLE_TIME);
-        }
-        devices.remove(address);
-        return Next::Leave;
-    };
-    *idle_since = None;
-    if first.due > now {
-        let custom = device.custom.iter().map(|custom| custom.due).min();
-        return Next::Sleep(custom.map_or(first.due, |due| due.min(first.due)));
-    }
-    let (name, slave) = (name.clone(), first.spec.slave);
-    let next = match write(first) {
-        Some(request) => Next::Write(slave, request, name, first.order),
-        None => {
-            let (request, members) = together(signals, address, &name, now);
-            Next::Read(slave, request, members)
-        }
-    };
-    let members = match &next {
-        Next::Read(_, _, members) => members.iter().map(|(name, ..)| name.clone()).collect(),
-        Next::Write(_, _, name, _) => vec![name.clone()],
-        _ => Vec::new(),
-    };
-    for name in members {
-        if let Some(signal) = signals.get_mut(&name)
-            && let Some(period) = signal.period
-        {
-            let late = now.duration_since(signal.due);
-            if late > period && signal.last_good.is_some() {
-                signal.missed += 1;
-            }
-            // The rate is kept on average; what is lost for good is not made up for.
-            signal.due = if late > period { now } else { signal.due } + period;
-        }
-    }
-    next
-}
-
-/// The request that sets an output; `None` for a signal that is only read.
-fn write(signal: &Signal) -> Option<Request> {
-    let (address, output) = (signal.spec.address, &signal.output);
-    let levels = || output.iter().map(|value| *value != 0).collect();
-    Some(match (signal.spec.kind, output.as_slice()) {
-        (_, []) => return None,
-        (SignalKind::DigitalOutput, [value]) => Request::WriteCoil(address, *value != 0),
-        (SignalKind::DigitalOutput, _) => Request::WriteCoils(address, levels()),
-        (SignalKind::RegisterOutput, [value]) => Request::WriteRegister(address, *value),
-        (SignalKind::RegisterOutput, _) => Request::WriteRegisters(address, output.clone()),
-        (SignalKind::ReadWrite { write_address, .. }, _) => Request::ReadWrite {
-            read: address,
-            count: signal.spec.count,
-            write: write_address,
-            values: output.clone(),
-        },
-        (SignalKind::DigitalInput | SignalKind::RegisterInput, _) => return None,
-    })
-}
-
-/// The read of one signal together with those that are due too and touch it in the same table of the same slave.
-fn together(
-    signals: &BTreeMap<String, Signal>,
-    address: &DeviceAddress,
-    name: &str,
-    now: Instant,
-) -> (Request, Vec<(String, u64, usize)>) {
-    let first = &signals[name];
-    let table: Table = first.spec.table();
-    let is_free = |signal: &Signal| !signal.alone && !signal.spec.is_sequential;
-    let end = |signal: &Signal| u32::from(signal.spec.address) + u32::from(signal.spec.count);
-    let mut others: Vec<(&String, &Signal)> = if is_free(first) {
-        let fits = |signal: &Signal| {
-            signal.spec.device == *address
-                && signal.spec.slave == first.spec.slave
-                && signal.spec.table() == table
-                && signal.period.is_some()
-                && signal.due <= now
-                && is_free(signal)
-                && write(signal).is_none()
-        };
-        signals.iter().filter(|(_, signal)| fits(signal)).collect()
-    } else {
-        vec![
-            signals
-                .get_key_value(name)
-                .unwrap_or_else(|| unreachable!("it was found above")),
-        ]
-    };
-    others.sort_by_key(|(_, signal)| (signal.spec.address, signal.order));
-    let most = u32::from(if table.is_bits() {
-        BITS_MAX
-    } else {
-        REGISTERS_MAX
-    });
-    // Runs of touching ranges from left to right; the one with the wanted signal counts.
-    let mut run: Vec<(&String, &Signal)> = Vec::new();
-    let (mut begin, mut stop) = (0, 0);
-    for (other, signal) in others {
-        let touches = u32::from(signal.spec.address) <= stop;
-        if run.is_empty() || !touches || end(signal).max(stop) - begin > most {
-            if run.iter().any(|(member, _)| *member == name) {
-                break;
-            }
-            run.clear();
-            (begin, stop) = (u32::from(signal.spec.address), end(signal));
-        }
-        stop = stop.max(end(signal));
-        run.push((other, signal));
-    }
-    let request = Request::Read {
-        table,
-        address: begin as u16,
-        count: (stop - begin) as u16,
-    };
-    let place = |signal: &Signal| usize::from(signal.spec.address) - begin as usize;
-    let members = run
-        .iter()
-        .map(|(name, signal)| ((*name).clone(), signal.order, place(signal)));
-    (request, members.collect())
-}
-
-/// Puts an answer into the signals it is for.
-fn note_reply(state: &mut State, asked: Next, reply: Result<Reply, PduError>) {
-    let members = match asked {
-        Next::Read(_, _, members) => members,
-        Next::Write(_, _, name, order) => vec![(name, order, 0)],
-        _ => return,
-    };
-    let shared = members.len() > 1;
-    for (name, order, place) in members {
-        // It may have been deleted or replaced meanwhile.
-        let Some(signal) = state
-            .signals
-            .get_mut(&name)
-            .filter(|signal| signal.order == order)
-        else {
-            continue;
-        };
-        match &reply {
-            Ok(reply) => {
-                if let Reply::Values(values) = reply
-                    && (signal.output.is_empty()
-                        || matches!(signal.spec.kind, SignalKind::ReadWrite { .. }))
-                {
-                    let count = usize::from(signal.spec.count);
-                    let values = values.iter().skip(place).take(count);
-                    signal.values = values.copied().collect();
-                }
-                signal.last_good = Some(Instant::now());
-                signal.device_error = 0;
-            }
-            Err(PduError::Exception(_)) if shared => {
-                // Perhaps the device does not give both at once: each is asked for alone from now on.
-                signal.alone = true;
-                signal.due = Instant::now();
-            }
-            Err(PduError::Exception(code)) => signal.device_error = i32::from(*code),
-            // Not defined (table 6-2).
-            Err(PduError::Malformed) => signal.device_error = 9,
-        }
-    }
+    Ok(message)
 }

@@ -326,7 +326,9 @@ impl Pressing {
         jacobian: &Matrix6<f64>,
         into: &Matrix6<f64>,
     ) -> [Axis; 6] {
-        let inverse = jacobian.try_inverse().map(|inverse| inverse * into.transpose());
+        let inverse = jacobian
+            .try_inverse()
+            .map(|inverse| inverse * into.transpose());
         let count = self.goal.selection.iter().filter(|s| **s).count().max(1);
         let share = SHARE / (count as f64).sqrt();
         core::array::from_fn(|k| {
@@ -353,7 +355,8 @@ impl Pressing {
     /// What each axis feels and how it has moved; the rest of the reading is filled in by the axis.
     fn readings(&mut self, view: &View, into: &Matrix6<f64>) -> [Reading; 6] {
         let arm = view.arm;
-        let pose = |q: &JointPositions| arm.model.forward(q).base_from_flange * *arm.flange_from_tcp;
+        let pose =
+            |q: &JointPositions| arm.model.forward(q).base_from_flange * *arm.flange_from_tcp;
         let way = self.before.map_or_else(Vector6::zeros, |before| {
             into * difference(&pose(view.actual), &pose(&before))
         });

@@ -64,7 +64,7 @@ impl ArmState {
 /// The arm.
 pub enum Plant {
     /// Actual is target.
-    Ideal(IdealPlant),
+    Ideal(Box<IdealPlant>),
     /// Rigid bodies under a servo.
     Rigid(Box<RigidPlant>),
 }
@@ -82,7 +82,7 @@ impl Plant {
         q: &JointPositions,
     ) -> Result<Self, ConfigError> {
         Ok(match kind {
-            PlantKind::Ideal => Self::Ideal(IdealPlant::new(*q)),
+            PlantKind::Ideal => Self::Ideal(Box::new(IdealPlant::new(*q))),
             PlantKind::Rigid => {
                 Self::Rigid(Box::new(RigidPlant::new(model, dynamics, gravity, q)?))
             }
@@ -92,7 +92,7 @@ impl Plant {
     /// Puts the arm at rest at `q`.
     pub fn reset(&mut self, q: &JointPositions) {
         match self {
-            Self::Ideal(plant) => *plant = IdealPlant::new(*q),
+            Self::Ideal(plant) => **plant = IdealPlant::new(*q),
             Self::Rigid(plant) => plant.reset(q),
         }
     }

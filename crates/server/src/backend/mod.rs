@@ -15,9 +15,10 @@ use elite_runtime::interpreter::{Statement, Submitted, ThrownAway};
 use elite_runtime::message::{Message, RECORDING_ALARM_CODE, Severity};
 use elite_runtime::panel::{FLAGS, PopupStyle};
 use elite_runtime::{ProgramText, Robot, Supervisor};
+use io_bus::Fieldbus;
 use kinematics::RobotModel;
 use motion::realtime::ClockMeter;
-use motion_api::{CommandId, CommandKind, MotionMode, RobotState};
+use motion_api::{CommandId, CommandKind, MotionMode, RegisterImages, RobotState};
 use recorder::RecorderMeter;
 use serde_json::{Value, json};
 use tokio::sync::broadcast;
@@ -29,7 +30,7 @@ use crate::controller::Controller;
 use crate::feed::{Feed, task_status};
 use crate::log_dir::InterpreterLog;
 use crate::ports::ClientId;
-use crate::ports::description::{Peripherals, RobotDescription, TaskStatus};
+use crate::ports::description::{Peripherals, RobotDescription, TaskStatus, ToolSerial};
 use crate::ports::http;
 use crate::ports::http::metrics::{Figures, RecordingFigures};
 use crate::ports::interpreter::codec::{Command, Discard};
@@ -47,6 +48,7 @@ const LINE_NAME: &str = "line";
 /// What ports ask the controller, answered.
 pub struct Backend {
     robot: Arc<Robot>,
+    fieldbus: Arc<Fieldbus>,
     supervisor: Supervisor,
     description: RobotDescription,
     hub: Hub,
@@ -91,6 +93,7 @@ impl Backend {
             loaded: Mutex::default(),
             lifetime,
             robot: controller.robot().clone(),
+            fieldbus: controller.fieldbus().clone(),
             supervisor: controller.supervisor().clone(),
             description: describe(controller.robot().model()),
             hub,
@@ -218,7 +221,17 @@ impl primary::Backend for Backend {
     }
 
     fn peripherals(&self) -> Peripherals {
-        Peripherals::of(&self.robot.state())
+        let settings = self.fieldbus.tool_serial.settings();
+        Peripherals {
+            tool_serial: settings.map(|s| ToolSerial {
+                baud_rate: s.baud_rate,
+                parity: s.parity.into(),
+                stop_bits: s.stop_bits.into(),
+                modbus_rtu: s.modbus_rtu,
+                for_daemon: s.for_daemon,
+            }),
+            ..Peripherals::of(&self.robot.state())
+        }
     }
 
     fn unix_millis(&self) -> u64 {
@@ -396,6 +409,20 @@ impl http::Source for Backend {
             recording: self.recording.as_ref().map(RecordingFigures::of),
             errors: self.announcer.errors(),
         }
+    }
+
+    fn registers(&self) -> RegisterImages {
+        self.robot.registers().images()
+    }
+
+    fn set_inputs(&self, changes: &http::io::InputChanges) -> Result<(), String> {
+        for value in &changes.registers {
+            value.write(&self.robot.registers().input);
+        }
+        for change in &changes.points {
+            self.supervisor.command(CommandKind::SetIo(*change));
+        }
+        Ok(())
     }
 }
 

@@ -1,13 +1,10 @@
-//! What ports send beside the snapshot: values that follow from it, and those a simulated arm has no physics for.
+//! What ports send beside the snapshot: values that follow from it.
 //!
 //! One place for all ports, so that they agree.
 
-use motion_api::{RobotMode, RobotState};
+use motion_api::{AnalogDomain, RobotMode, RobotState};
 
 use crate::ports::description::RobotDescription;
-
-/// Temperature of the tool, °C.
-pub const TOOL_CELSIUS: f64 = 30.0;
 
 const SUPPLY_VOLTS: f64 = 48.0;
 /// What the control box draws when the arm stands, A.
@@ -49,6 +46,32 @@ pub fn joint_current(state: &RobotState, robot: &RobotDescription, joint: usize)
         state.actual_torque[joint] / robot.torque_per_ampere[joint]
     } else {
         0.0
+    }
+}
+
+/// Temperature of the tool connector, °C: its board sits in the housing of joint 6.
+pub const fn tool_temperature(state: &RobotState) -> f64 {
+    state.joint_temperatures[5]
+}
+
+/// What leaves the box through its outputs, A: analog outputs that carry a current. Digital outputs lead to inputs, whose
+/// current nobody has described.
+pub fn io_current(state: &RobotState) -> f64 {
+    output_current(state, 0) + output_current(state, 1)
+}
+
+/// What leaves the tool connector, A; nothing without its supply.
+pub fn tool_current(state: &RobotState) -> f64 {
+    match state.io_config.tool_voltage {
+        0 => 0.0,
+        _ => output_current(state, 2),
+    }
+}
+
+fn output_current(state: &RobotState, port: usize) -> f64 {
+    match state.io_config.analog_out[port] {
+        AnalogDomain::Current => state.analog_out[port],
+        AnalogDomain::Voltage => 0.0,
     }
 }
 

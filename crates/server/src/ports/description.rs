@@ -100,6 +100,10 @@ pub struct ToolSerial {
     pub parity: u32,
     /// 1 or 2.
     pub stop_bits: u32,
+    /// Modbus RTU instead of bytes.
+    pub modbus_rtu: bool,
+    /// A plug-in and not scripts use the port.
+    pub for_daemon: bool,
 }
 
 /// What the main task is doing.

@@ -1,21 +1,22 @@
 //! `replay --rerun`: the recorded commands on a fresh controller, cycle by cycle.
 //!
-//! The controller knows no wall time and no other input than its commands, so every cycle must come out the same, bit
-//! for bit. A difference is a bug in one of the two runs, or they are of different versions.
+//! The controller knows no wall time and no other input than its commands and the registers, so every cycle must come out
+//! the same, bit for bit. A difference is a bug in one of the two runs, or they are of different versions.
 
 use std::fmt;
 use std::path::Path;
 
 use kinematics::ModelError;
 use motion::{ConfigError, Cycle, CycleConfig, Timing};
-use motion_api::{BorderSizes, ScriptEnd, border};
+use motion_api::{BorderSizes, IoPoint, Registers, ScriptEnd, border};
 use recorder::{
-    ArgumentError, CommandMessage, Difference, Entry, ReadError, Recording, Setup, Topic,
-    difference,
+    ArgumentError, CommandMessage, Difference, Entry, IoMessage, IoValue, ReadError, Recording,
+    Setup, Topic, difference,
 };
 use thiserror::Error;
 
 use super::model_of;
+use crate::cell::point::{Direction, Point};
 use crate::cell::{Cell, CellError};
 use crate::start_configuration::{SetupError, cycle_config};
 
@@ -127,19 +128,21 @@ pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
     }
     let mut controller = Controller::new(started_with(setup)?)?;
     let mut commands = Vec::new();
+    let mut writes = Vec::new();
     let mut compared = 0;
-    for entry in recording.entries(&[Topic::Cycle, Topic::Command])? {
+    for entry in recording.entries(&[Topic::Cycle, Topic::Command, Topic::Io])? {
         match entry?.1 {
             Entry::Command(command) => commands.push(command),
+            Entry::Io(change) => writes.extend(RegisterWrite::of(&change)),
             Entry::Cycle(recorded) => {
-                controller.run_to(recorded.cycle, &mut commands)?;
+                controller.run_to(recorded.cycle, &mut commands, &mut writes)?;
                 let fresh = recorder::Cycle::from(&controller.script.snapshot.read());
                 if let Some(difference) = difference(&recorded, &fresh) {
                     return Ok(Comparison::Different(difference));
                 }
                 compared += 1;
             }
-            Entry::Script(_) | Entry::Log(_) | Entry::Io(_) | Entry::Variable(_) => {}
+            Entry::Script(_) | Entry::Log(_) | Entry::Variable(_) => {}
         }
     }
     Ok(Comparison::Identical { cycles: compared })
@@ -157,6 +160,7 @@ impl Controller {
     fn new(config: CycleConfig) -> Result<Self, RerunError> {
         let sizes = BorderSizes {
             records: None,
+            frames: 0,
             ..BorderSizes::default()
         };
         let (motion, script) = border(sizes, &config.first_state());
@@ -167,8 +171,14 @@ impl Controller {
         })
     }
 
-    /// Runs up to and with cycle `last`; every command goes in before the cycle that took it.
-    fn run_to(&mut self, last: u64, commands: &mut Vec<CommandMessage>) -> Result<(), RerunError> {
+    /// Runs up to and with cycle `last`; every command goes in before the cycle that took it, every change of a register
+    /// before the cycle that saw it.
+    fn run_to(
+        &mut self,
+        last: u64,
+        commands: &mut Vec<CommandMessage>,
+        writes: &mut Vec<RegisterWrite>,
+    ) -> Result<(), RerunError> {
         if last.saturating_sub(self.latest) > MAX_GAP {
             return Err(RerunError::Gap {
                 from: self.latest,
@@ -180,6 +190,10 @@ impl Controller {
             let due = commands.iter().take_while(|c| c.cycle <= next).count();
             for command in commands.drain(..due) {
                 self.send(&command)?;
+            }
+            let seen = writes.iter().take_while(|w| w.cycle <= next).count();
+            for write in writes.drain(..seen) {
+                write.apply(&self.script.registers);
             }
             self.cycle.tick(Timing::default());
             self.latest = next;
@@ -206,6 +220,47 @@ impl Controller {
             expected: id.0,
             found: message.id,
         })
+    }
+}
+
+/// A register that has another value from a cycle on. Also those that the cycle itself writes are recorded; writing
+/// them again changes nothing.
+struct RegisterWrite {
+    cycle: u64,
+    point: Point,
+    value: IoValue,
+}
+
+impl RegisterWrite {
+    /// `None` for points that the cycles carry themselves.
+    fn of(change: &IoMessage) -> Option<Self> {
+        let point: Point = change.name.parse().ok()?;
+        let is_register = !matches!(point.io_point(), IoPoint::Digital(_) | IoPoint::Analog(_));
+        is_register.then_some(Self {
+            cycle: change.cycle,
+            point,
+            value: change.value,
+        })
+    }
+
+    fn apply(&self, registers: &Registers) {
+        let bank = match self.point.direction {
+            Direction::In => &registers.input,
+            Direction::Out => &registers.output,
+        };
+        match (self.point.io_point(), self.value) {
+            (IoPoint::BooleanRegister(n), IoValue::Level(level)) => bank.set_boolean(n, level),
+            // Written from an i32.
+            (IoPoint::IntegerRegister(n), IoValue::Integer(value)) => {
+                bank.set_integer(n, value as i32);
+            }
+            (IoPoint::FloatRegister(n), IoValue::Number(value)) => bank.set_float(n, value),
+            (IoPoint::FloatRegister(n), IoValue::Integer(value)) => {
+                bank.set_float(n, value as f64);
+            }
+            // A recording that somebody else wrote; the comparison will tell.
+            _ => {}
+        }
     }
 }
 

@@ -1,21 +1,25 @@
-//! The http port: `/healthz`, `/metrics` and `/panel`.
+//! The http port: `/healthz`, `/metrics`, `/panel`, and `/api` for inputs and outputs.
 //!
 //! Owns routes and limits of the connection; the numbers come from [`Source`], their text form from `metrics`.
 
+pub mod guard;
+pub mod io;
 pub mod metrics;
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use axum::Router;
-use axum::extract::State;
+use axum::body::to_bytes;
+use axum::extract::{Request, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
+use axum::routing::{get, post};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
-use motion_api::RobotState;
+use motion_api::{RegisterImages, RobotState};
+use serde_json::json;
 use tokio::net::TcpListener;
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
@@ -30,6 +34,12 @@ const HEAD_TIMEOUT: Duration = Duration::from_secs(15);
 /// Largest head of a request, bytes.
 const HEAD_BYTES_MAX: usize = 16 * 1024;
 
+/// Largest body of a request, bytes: several times what all inputs take.
+const BODY_BYTES_MAX: usize = 64 * 1024;
+
+/// A client has so long for the body of a request.
+const BODY_TIMEOUT: Duration = Duration::from_secs(5);
+
 /// With the cycle counter standing still for this long the controller is not well.
 const STANDSTILL: Duration = Duration::from_secs(1);
 
@@ -43,6 +53,13 @@ pub trait Source: Send + Sync + 'static {
     fn panel(&self) -> serde_json::Value;
     /// What the controller counts.
     fn figures(&self) -> Figures;
+    /// The registers as they are now.
+    fn registers(&self) -> RegisterImages;
+    /// Sets inputs, as if somebody had wired them; must not wait.
+    ///
+    /// # Errors
+    /// A sentence that says why they cannot be set here.
+    fn set_inputs(&self, changes: &io::InputChanges) -> Result<(), String>;
 }
 
 /// What the handlers share.
@@ -112,6 +129,8 @@ fn router<S: Source>(source: Arc<S>, ports: Vec<PortMeter>) -> Router {
         .route("/healthz", get(healthz::<S>))
         .route("/metrics", get(metrics_page::<S>))
         .route("/panel", get(panel_page::<S>))
+        .route("/api/io", get(io_page::<S>))
+        .route("/api/inputs", post(set_inputs::<S>))
         .with_state(shared)
 }
 
@@ -154,6 +173,49 @@ async fn healthz<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
 async fn panel_page<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
     let text = format!("{}\n", shared.source.panel());
     ([(header::CONTENT_TYPE, "application/json")], text).into_response()
+}
+
+/// Every input and output, as JSON.
+async fn io_page<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
+    let page = io::describe(&shared.source.state(), &shared.source.registers());
+    answer(StatusCode::OK, &page)
+}
+
+/// Sets inputs: an object from names to values, all of it or nothing.
+async fn set_inputs<S: Source>(State(shared): State<Arc<Shared<S>>>, request: Request) -> Response {
+    let refuse = |status, text: String| answer(status, &json!({"error": text}));
+    let (head, body) = request.into_parts();
+    if let Err(turned_away) = guard::check(&head.headers) {
+        return refuse(turned_away.status(), turned_away.to_string());
+    }
+    let body = match tokio::time::timeout(BODY_TIMEOUT, to_bytes(body, BODY_BYTES_MAX)).await {
+        Ok(Ok(body)) => body,
+        Ok(Err(_too_long_or_broken)) => {
+            let text = format!("the body is cut off or longer than {BODY_BYTES_MAX} bytes");
+            return refuse(StatusCode::PAYLOAD_TOO_LARGE, text);
+        }
+        Err(_elapsed) => {
+            let text = format!(
+                "the body was not complete after {} s",
+                BODY_TIMEOUT.as_secs()
+            );
+            return refuse(StatusCode::REQUEST_TIMEOUT, text);
+        }
+    };
+    let state = shared.source.state();
+    let changes = match io::read(&body, &state.io_config) {
+        Ok(changes) => changes,
+        Err(error) => return refuse(StatusCode::UNPROCESSABLE_ENTITY, error.to_string()),
+    };
+    match shared.source.set_inputs(&changes) {
+        Ok(()) => answer(StatusCode::OK, &json!({"after_cycle": state.cycle})),
+        Err(reason) => refuse(StatusCode::CONFLICT, reason),
+    }
+}
+
+fn answer(status: StatusCode, page: &serde_json::Value) -> Response {
+    let kind = [(header::CONTENT_TYPE, "application/json")];
+    (status, kind, format!("{page}\n")).into_response()
 }
 
 async fn metrics_page<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {

@@ -13,6 +13,7 @@ use super::*;
 #[derive(Default)]
 struct Fake {
     cycle: AtomicU64,
+    set: Mutex<Vec<io::InputChanges>>,
 }
 
 impl Source for Fake {
@@ -55,6 +56,13 @@ impl Source for Fake {
         figures.cycle_durations.counts = [0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 0, 0, 1];
         figures.cycle_durations.sum_ns = 150_000_000;
         figures
+    }
+    fn registers(&self) -> RegisterImages {
+        RegisterImages::default()
+    }
+    fn set_inputs(&self, changes: &io::InputChanges) -> Result<(), String> {
+        self.set.lock().unwrap().push(changes.clone());
+        Ok(())
     }
 }
 
@@ -182,4 +190,95 @@ async fn the_panel_is_json() {
     let page = get_page(address, "/panel").await;
     assert!(page.contains("content-type: application/json"), "{page}");
     assert!(page.ends_with("{\"task\":\"paused\"}\n"), "{page}");
+}
+
+async fn post_inputs(address: SocketAddr, headers: &str, body: &str) -> String {
+    let length = body.len();
+    let request = format!(
+        "POST /api/inputs HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nContent-Length: {length}\r\n{headers}\r\n{body}"
+    );
+    answer(address, &request).await
+}
+
+const JSON: &str = "Content-Type: application/json\r\n";
+
+#[tokio::test]
+async fn inputs_are_set_by_programs_and_by_our_own_pages() {
+    let source = Arc::new(Fake::default());
+    let (address, _shutdown, _port) = port(source.clone()).await;
+    let body = r#"{"standard_digital_in[3]": true}"#;
+    let own = format!("{JSON}Origin: http://{address}\r\n");
+    for headers in [JSON, &own] {
+        let page = post_inputs(address, headers, body).await;
+        assert!(page.starts_with("HTTP/1.1 200"), "{page}");
+        assert!(page.ends_with("{\"after_cycle\":0}\n"), "{page}");
+    }
+    let (mask, levels) = (1 << 3, 1 << 3);
+    let wanted = io::InputChanges {
+        points: vec![motion_api::IoChange::DigitalIn { mask, levels }],
+        registers: Vec::new(),
+    };
+    assert_eq!(*source.set.lock().unwrap(), [wanted.clone(), wanted]);
+}
+
+#[tokio::test]
+async fn what_may_not_or_cannot_be_set_is_answered_with_a_reason() {
+    let source = Arc::new(Fake::default());
+    let (address, _shutdown, _port) = port(source.clone()).await;
+    let foreign = format!("{JSON}Origin: http://evil.example\r\n");
+    let form = "Content-Type: text/plain\r\n";
+    let long = format!("{{\"a\": \"{}\"}}", "x".repeat(BODY_BYTES_MAX));
+    for (headers, body, status, words) in [
+        (
+            foreign.as_str(),
+            "{}",
+            "403",
+            "a page of http://evil.example",
+        ),
+        (form, "{}", "415", "must be application/json"),
+        (
+            JSON,
+            "{\"nonsense\": 1}",
+            "422",
+            "`nonsense` is no input or output",
+        ),
+        (JSON, &long, "413", "longer than 65536 bytes"),
+    ] {
+        let page = post_inputs(address, headers, body).await;
+        assert!(page.starts_with(&format!("HTTP/1.1 {status}")), "{page}");
+        assert!(page.contains("content-type: application/json"), "{page}");
+        assert!(
+            page.contains("{\"error\":\"") && page.contains(words),
+            "{page}"
+        );
+    }
+    // What a browser asks before it sends JSON to another origin.
+    let question = format!(
+        "OPTIONS /api/inputs HTTP/1.1\r\nHost: {address}\r\nOrigin: http://evil.example\r\nConnection: close\r\n\r\n"
+    );
+    let page = answer(address, &question).await;
+    assert!(page.starts_with("HTTP/1.1 405"), "{page}");
+    assert!(!page.contains("access-control"), "{page}");
+    assert!(source.set.lock().unwrap().is_empty());
+}
+
+#[tokio::test]
+async fn a_body_that_never_comes_ends_the_request() {
+    let (address, _shutdown, _port) = port(Arc::default()).await;
+    tokio::time::pause();
+    let request = format!(
+        "POST /api/inputs HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nContent-Length: 9\r\n{JSON}\r\n{{"
+    );
+    let page = answer(address, &request).await;
+    assert!(page.starts_with("HTTP/1.1 408"), "{page}");
+}
+
+#[tokio::test]
+async fn every_input_and_output_is_shown() {
+    let (address, _shutdown, _port) = port(Arc::default()).await;
+    let page = get_page(address, "/api/io").await;
+    let (head, body) = page.split_once("\r\n\r\n").unwrap();
+    assert!(head.contains("content-type: application/json"), "{head}");
+    let page: serde_json::Value = serde_json::from_str(body).unwrap();
+    assert_eq!(page["points"]["input_boolean_register[127]"], false);
 }

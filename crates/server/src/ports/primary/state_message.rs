@@ -7,7 +7,8 @@ use motion_api::{RobotState, SafetyMode};
 
 use super::codec::{ROBOT_STATE, Writer};
 use crate::ports::derived::{
-    TOOL_CELSIUS, is_powered, joint_current, joint_mode, robot_current, supply_voltage,
+    io_current, is_powered, joint_current, joint_mode, robot_current, supply_voltage, tool_current,
+    tool_temperature,
 };
 use crate::ports::description::{AnalogDomain, Peripherals, RobotDescription, TaskStatus};
 
@@ -129,7 +130,7 @@ fn masterboard_data(out: &mut Writer, inputs: &StateInputs<'_>) {
     out.f32(state.controller_temperature);
     out.f32(supply_voltage(state.robot_mode));
     out.f32(robot_current(state, inputs.robot));
-    out.f32(0.0); // current of the I/O
+    out.f32(io_current(state));
     out.u8(state.safety_mode.number().cast_unsigned() as u8);
     out.flag(state.safety_mode == SafetyMode::Reduced);
     out.flag(false); // operational mode selector input
@@ -153,8 +154,8 @@ fn tool_data(out: &mut Writer, inputs: &StateInputs<'_>) {
     out.f64(state.analog_in[2]);
     out.f32(f64::from(peripherals.tool_voltage));
     out.u8(peripherals.tool_voltage);
-    out.f32(0.0); // current of the tool
-    out.f32(TOOL_CELSIUS);
+    out.f32(tool_current(state));
+    out.f32(tool_temperature(state));
     out.u8(joint_mode(state.robot_mode));
 }
 
@@ -172,8 +173,8 @@ fn tool_communication(out: &mut Writer, inputs: &StateInputs<'_>) {
     out.u32(serial.map_or(0, |s| s.baud_rate));
     out.u32(serial.map_or(0, |s| s.parity));
     out.u32(serial.map_or(0, |s| s.stop_bits));
-    out.flag(false); // Modbus on the tool port
-    out.u8(0); // who uses the port
+    out.flag(serial.is_some_and(|s| s.modbus_rtu));
+    out.u8(serial.map_or(0, |s| u8::from(s.for_daemon)));
     out.f32(0.0);
     out.f32(0.0);
 }

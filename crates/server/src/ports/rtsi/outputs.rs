@@ -2,46 +2,14 @@
 //!
 //! The types matter to the bit: the SDK throws when one differs (SDK recipe file and getters; public clients).
 
-use motion_api::{RobotMode, RobotState, SafetyMode};
+use motion_api::{RegisterImage, RegisterImages, RobotMode, RobotState, SafetyMode};
 
 use super::codec::{Kind, Value};
 use crate::ports::derived::{
-    TOOL_CELSIUS, is_powered, joint_current, joint_mode, robot_current, supply_voltage,
+    io_current, is_powered, joint_current, joint_mode, robot_current, supply_voltage, tool_current,
+    tool_temperature,
 };
 use crate::ports::description::{AnalogDomain, Peripherals, RobotDescription, TaskStatus};
-
-/// Registers that scripts, RTSI clients and field buses share, in one direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RegisterBank {
-    /// Boolean register n is bit n.
-    pub bits: u128,
-    /// Integer registers.
-    pub ints: [i32; 48],
-    /// Float registers.
-    pub doubles: [f64; 48],
-}
-
-impl Default for RegisterBank {
-    fn default() -> Self {
-        Self {
-            bits: 0,
-            ints: [0; 48],
-            doubles: [0.0; 48],
-        }
-    }
-}
-
-impl RegisterBank {
-    /// The registers as they are now.
-    pub fn of(registers: &motion_api::RegisterBank) -> Self {
-        let [low, high] = registers.booleans();
-        Self {
-            bits: u128::from(high) << 64 | u128::from(low),
-            ints: core::array::from_fn(|n| registers.integer(n as u8)),
-            doubles: core::array::from_fn(|n| registers.float(n as u8)),
-        }
-    }
-}
 
 /// Everything that clients can read, as it was at the end of one cycle.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,10 +22,8 @@ pub struct Sample {
     pub script_line: u32,
     /// Velocity of the elbow in the base frame, m/s.
     pub elbow_velocity: [f64; 3],
-    /// Registers that programs read.
-    pub inputs: RegisterBank,
-    /// Registers that programs write.
-    pub outputs: RegisterBank,
+    /// The registers.
+    pub registers: RegisterImages,
     /// Settings beside the state.
     pub peripherals: Peripherals,
 }
@@ -130,19 +96,22 @@ impl Output {
 
     /// Its value.
     pub fn value(&self, sample: &Sample, robot: &RobotDescription) -> Value {
-        let (inputs, outputs) = (&sample.inputs, &sample.outputs);
+        let RegisterImages {
+            input: inputs,
+            output: outputs,
+        } = &sample.registers;
         match *self {
             Self::Named(named) => (named.value)(&Source {
                 sample,
                 state: &sample.state,
                 robot,
             }),
-            Self::InputBit(n) => Value::Bool(inputs.bits >> n & 1 == 1),
-            Self::OutputBit(n) => Value::Bool(outputs.bits >> n & 1 == 1),
-            Self::InputInt(n) => Value::I32(inputs.ints[usize::from(n)]),
-            Self::OutputInt(n) => Value::I32(outputs.ints[usize::from(n)]),
-            Self::InputDouble(n) => Value::F64(inputs.doubles[usize::from(n)]),
-            Self::OutputDouble(n) => Value::F64(outputs.doubles[usize::from(n)]),
+            Self::InputBit(n) => Value::Bool(inputs.boolean(n)),
+            Self::OutputBit(n) => Value::Bool(outputs.boolean(n)),
+            Self::InputInt(n) => Value::I32(inputs.integer(n)),
+            Self::OutputInt(n) => Value::I32(outputs.integer(n)),
+            Self::InputDouble(n) => Value::F64(inputs.float(n)),
+            Self::OutputDouble(n) => Value::F64(outputs.float(n)),
         }
     }
 }
@@ -199,25 +168,30 @@ static NAMED: &[Named] = named! {
     standard_analog_input1: F64 = |s: &Source<'_>| s.state.analog_in[1];
     standard_analog_output0: F64 = |s: &Source<'_>| s.state.analog_out[0];
     standard_analog_output1: F64 = |s: &Source<'_>| s.state.analog_out[1];
-    io_current: F64 = |_: &Source<'_>| 0.0;
+    io_current: F64 = |s: &Source<'_>| io_current(s.state);
     tool_mode: U32 = |s: &Source<'_>| u32::from(joint_mode(s.state.robot_mode));
     tool_analog_input_types: U32 = |s: &Source<'_>| s.sample.peripherals.analog_in_domains[2] as u32;
     tool_analog_output_types: U32 = |s: &Source<'_>| s.sample.peripherals.analog_out_domains[2] as u32;
     tool_analog_input: F64 = |s: &Source<'_>| s.state.analog_in[2];
     tool_analog_output: F64 = |s: &Source<'_>| s.state.analog_out[2];
     tool_output_voltage: F64 = |s: &Source<'_>| f64::from(s.sample.peripherals.tool_voltage);
-    tool_output_current: F64 = |_: &Source<'_>| 0.0;
-    tool_temperature: F64 = |_: &Source<'_>| TOOL_CELSIUS;
+    tool_output_current: F64 = |s: &Source<'_>| tool_current(s.state);
+    tool_temperature: F64 = |s: &Source<'_>| tool_temperature(s.state);
     tool_digital_mode: U8 = |_: &Source<'_>| 0;
     tool_digital0_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[0];
     tool_digital1_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[1];
     tool_digital2_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[2];
     tool_digital3_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[3];
-    output_bit_registers0_to_31: U32 = |s: &Source<'_>| s.sample.outputs.bits as u32;
-    output_bit_registers32_to_63: U32 = |s: &Source<'_>| (s.sample.outputs.bits >> 32) as u32;
-    input_bit_registers0_to_31: U32 = |s: &Source<'_>| s.sample.inputs.bits as u32;
-    input_bit_registers32_to_63: U32 = |s: &Source<'_>| (s.sample.inputs.bits >> 32) as u32;
+    output_bit_registers0_to_31: U32 = |s: &Source<'_>| word(&s.sample.registers.output, 0);
+    output_bit_registers32_to_63: U32 = |s: &Source<'_>| word(&s.sample.registers.output, 32);
+    input_bit_registers0_to_31: U32 = |s: &Source<'_>| word(&s.sample.registers.input, 0);
+    input_bit_registers32_to_63: U32 = |s: &Source<'_>| word(&s.sample.registers.input, 32);
 };
+
+/// 32 of the first 64 boolean registers.
+const fn word(bank: &RegisterImage, first: u32) -> u32 {
+    (bank.booleans()[0] >> first) as u32
+}
 
 fn currents(s: &Source<'_>) -> [f64; 6] {
     core::array::from_fn(|joint| joint_current(s.state, s.robot, joint))
@@ -279,8 +253,7 @@ pub(super) mod tests {
             task: TaskStatus::Stopped,
             script_line: 0,
             elbow_velocity: [0.0; 3],
-            inputs: RegisterBank::default(),
-            outputs: RegisterBank::default(),
+            registers: RegisterImages::default(),
             peripherals: Peripherals::default(),
         }
     }
@@ -327,9 +300,13 @@ pub(super) mod tests {
     fn registers_are_found_by_number_and_nothing_else() {
         let robot = RobotDescription::cs66();
         let mut sample = sample();
-        sample.outputs.bits = 1 << 127 | 1 << 33 | 1;
-        sample.inputs.ints[47] = -5;
-        sample.outputs.doubles[0] = 2.5;
+        let registers = motion_api::Registers::default();
+        for n in [127, 33, 0] {
+            registers.output.set_boolean(n, true);
+        }
+        registers.input.set_integer(47, -5);
+        registers.output.set_float(0, 2.5);
+        sample.registers = registers.images();
         let value = |name: &str| Output::by_name(name).map(|output| output.value(&sample, &robot));
         assert_eq!(value("output_bit_register127"), Some(Value::Bool(true)));
         assert_eq!(value("output_bit_register64"), Some(Value::Bool(false)));

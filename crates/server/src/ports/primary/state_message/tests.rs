@@ -26,6 +26,10 @@ fn state() -> RobotState {
     state.digital_out = 0x0102_0304;
     state.analog_in = [1.25, 2.25, 3.25];
     state.analog_out = [4.25, 5.25, 6.25];
+    state.io_config.analog_out[1] = AnalogDomain::Current;
+    state.io_config.analog_out[2] = AnalogDomain::Current;
+    state.io_config.tool_voltage = 24;
+    state.joint_temperatures = [31.0, 32.0, 33.0, 34.0, 35.0, 36.0];
     state
 }
 
@@ -47,6 +51,8 @@ fn peripherals() -> Peripherals {
             baud_rate: 115_200,
             parity: 2,
             stop_bits: 1,
+            modbus_rtu: true,
+            for_daemon: true,
         }),
         freedrive: true,
         collision_detection: true,
@@ -192,7 +198,10 @@ fn joint_data_stands_at_57_bytes_a_joint() {
         assert_eq!(at(&part, base + 24, "3i"), [0.0; 3]);
         let current = state.actual_torque[joint] / if joint < 3 { 12.0 } else { 8.0 };
         assert_eq!(at(&part, base + 36, "f"), [current]);
-        assert_eq!(at(&part, base + 40, "2f"), [48.0, 32.0]);
+        assert_eq!(
+            at(&part, base + 40, "2f"),
+            [48.0, state.joint_temperatures[joint]]
+        );
         assert_eq!(at(&part, base + 48, "f"), [state.actual_torque[joint]]);
         assert_eq!(at(&part, base + 52, "BI"), [253.0, 0.0]);
     }
@@ -239,7 +248,11 @@ fn masterboard_data_stands_at_the_offsets_of_the_page() {
     assert_eq!(at(&part, 67, "2f"), [35.0, 48.0]);
     // 0.5 + 1 + 2 + 0.5 + 0.25 + 0.125 A of the motors and 0.6 A of the box
     assert!((at(&part, 75, "f")[0] - 4.975).abs() < 1e-6);
-    assert_eq!(at(&part, 79, "f"), [0.0]);
+    assert_eq!(
+        at(&part, 79, "f"),
+        [5.25],
+        "of the output that is a current"
+    );
     assert_eq!(at(&part, 83, "B3?B"), [2.0, 1.0, 0.0, 0.0, 0.0]);
 }
 
@@ -249,7 +262,7 @@ fn the_small_parts_stand_at_the_offsets_of_the_page() {
     assert_eq!(at(&part(&message, 8), 5, "4?B"), [1.0, 0.0, 0.0, 1.0, 0.0]);
     assert_eq!(
         at(&part(&message, 2), 5, "2B2dfB2fB"),
-        [1.0, 0.0, 6.25, 3.25, 24.0, 24.0, 0.0, 30.0, 253.0]
+        [1.0, 0.0, 6.25, 3.25, 24.0, 24.0, 6.25, 36.0, 253.0]
     );
     assert_eq!(
         at(&part(&message, 10), 5, "IbB4d"),
@@ -257,7 +270,7 @@ fn the_small_parts_stand_at_the_offsets_of_the_page() {
     );
     assert_eq!(
         at(&part(&message, 11), 5, "?3I?B2f"),
-        [1.0, 115_200.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0]
+        [1.0, 115_200.0, 2.0, 1.0, 1.0, 1.0, 0.0, 0.0]
     );
 }
 

@@ -1,0 +1,176 @@
+//! One Modbus signal: what it is, what it holds, and when it is due.
+
+use std::time::Duration;
+
+use motion_api::RunStateChoice;
+use tokio::time::Instant;
+
+use super::pdu::{Request, Table};
+
+/// Rate of a signal without one of its own (as on other makers' arms; the manual is silent), Hz.
+const DEFAULT_RATE: u32 = 10;
+/// Time without a good answer before reading a signal raises (manual 6.1.10).
+const DEFAULT_WATCHDOG: Duration = Duration::from_secs(5);
+
+/// A device: host and TCP port.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct DeviceAddress {
+    /// Address or name.
+    pub host: String,
+    /// TCP port.
+    pub port: u16,
+}
+
+/// What a signal is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SignalKind {
+    /// Type 0: read with function 2.
+    DigitalInput,
+    /// Type 1: read with 1 until it is set, then written with 5 or 15.
+    DigitalOutput,
+    /// Type 2: read with 4.
+    RegisterInput,
+    /// Type 3: read with 3 until it is set, then written with 6 or 16.
+    RegisterOutput,
+    /// Read with 3 until it is set, then with 23, which writes from `write_address` first (manual 6.1.3).
+    ReadWrite {
+        /// First register to write.
+        write_address: u16,
+        /// How many may be written.
+        write_count: u16,
+    },
+}
+
+/// A signal to add.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SignalSpec {
+    /// Where.
+    pub device: DeviceAddress,
+    /// Unit.
+    pub slave: u8,
+    /// First coil or register.
+    pub address: u16,
+    /// How many in a row.
+    pub count: u16,
+    /// What.
+    pub kind: SignalKind,
+    /// Updated in the order in which signals were added.
+    pub is_sequential: bool,
+}
+
+impl SignalSpec {
+    /// The table the signal is read from.
+    pub(super) const fn table(&self) -> Table {
+        match self.kind {
+            SignalKind::DigitalInput => Table::DiscreteInputs,
+            SignalKind::DigitalOutput => Table::Coils,
+            SignalKind::RegisterInput => Table::InputRegisters,
+            SignalKind::RegisterOutput | SignalKind::ReadWrite { .. } => Table::HoldingRegisters,
+        }
+    }
+}
+
+/// One signal.
+pub(super) struct Signal {
+    pub(super) spec: SignalSpec,
+    /// As read last, or as set; bits as 0 and 1. Empty before the first answer.
+    pub(super) values: Vec<u16>,
+    /// What is written from now on; empty until it is set for the first time.
+    pub(super) output: Vec<u16>,
+    pub(super) period: Option<Duration>,
+    pub(super) watchdog: Duration,
+    pub(super) run_state: RunStateChoice,
+    pub(super) added: Instant,
+    pub(super) last_good: Option<Instant>,
+    pub(super) device_error: i32,
+    pub(super) due: Instant,
+    /// In the order in which signals were added; new for a signal that replaces another.
+    pub(super) order: u64,
+    /// The device refused it together with its neighbours.
+    pub(super) alone: bool,
+    pub(super) missed: u64,
+}
+
+impl Signal {
+    /// A signal that is due at once.
+    pub(super) fn new(spec: SignalSpec, order: u64) -> Self {
+        let now = Instant::now();
+        Self {
+            values: Vec::new(),
+            output: Vec::new(),
+            period: Some(Duration::from_secs(1) / DEFAULT_RATE),
+            watchdog: DEFAULT_WATCHDOG,
+            run_state: RunStateChoice::Keep,
+            added: now,
+            last_good: None,
+            device_error: 0,
+            due: now,
+            order,
+            alone: false,
+            missed: 0,
+            spec,
+        }
+    }
+
+    /// Takes what a script or the run state sets.
+    pub(super) fn set(&mut self, values: &[u16]) {
+        if self.output.len() < values.len() {
+            // What lies between was never set, so it is not written.
+            self.output.resize(values.len(), 0);
+        }
+        self.output[..values.len()].copy_from_slice(values);
+        if !matches!(self.spec.kind, SignalKind::ReadWrite { .. }) {
+            self.values.resize(usize::from(self.spec.count), 0);
+            self.values[..values.len()].copy_from_slice(values);
+        }
+        self.due = Instant::now();
+    }
+
+    /// True when the output is forced.
+    pub(super) fn force_run_state(&mut self, running: bool) -> bool {
+        let Some(level) = self.run_state.level(running) else {
+            return false;
+        };
+        self.set(&vec![u16::from(level); usize::from(self.spec.count)]);
+        true
+    }
+
+    /// How late it is: zero for a signal that has never been heard of.
+    pub(super) fn lateness(&self, now: Instant) -> Duration {
+        match self.last_good {
+            Some(_) => now.saturating_duration_since(self.due),
+            None => Duration::ZERO,
+        }
+    }
+
+    /// It is asked for now: when the next time is. The rate is kept on average; what is lost for good is counted, and not
+    /// made up for.
+    pub(super) fn asked(&mut self, now: Instant) {
+        let Some(period) = self.period else { return };
+        if self.lateness(now) > period {
+            self.missed += 1;
+        }
+        let is_lost = now.saturating_duration_since(self.due) > period;
+        self.due = if is_lost { now } else { self.due } + period;
+    }
+
+    /// The request that sets it; `None` for a signal that is only read.
+    pub(super) fn write(&self) -> Option<Request> {
+        let (address, output) = (self.spec.address, &self.output);
+        let levels = || output.iter().map(|value| *value != 0).collect();
+        Some(match (self.spec.kind, output.as_slice()) {
+            (_, []) => return None,
+            (SignalKind::DigitalOutput, [value]) => Request::WriteCoil(address, *value != 0),
+            (SignalKind::DigitalOutput, _) => Request::WriteCoils(address, levels()),
+            (SignalKind::RegisterOutput, [value]) => Request::WriteRegister(address, *value),
+            (SignalKind::RegisterOutput, _) => Request::WriteRegisters(address, output.clone()),
+            (SignalKind::ReadWrite { write_address, .. }, _) => Request::ReadWrite {
+                read: address,
+                count: self.spec.count,
+                write: write_address,
+                values: output.clone(),
+            },
+            (SignalKind::DigitalInput | SignalKind::RegisterInput, _) => return None,
+        })
+    }
+}

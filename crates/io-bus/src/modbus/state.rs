@@ -1,0 +1,129 @@
+//! What scripts and the tasks of devices share: all signals, all devices, behind one lock that is never held while waiting.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use tokio::sync::{Notify, watch};
+use tokio::time::Instant;
+
+use super::client::ModbusError;
+use super::pdu::Request;
+use super::signal::{DeviceAddress, Signal};
+
+/// Device codes of table 6-2 that no device sends.
+const NOT_CONNECTED: i32 = -2;
+const CONNECTING: i32 = -1;
+
+/// What the tasks of devices and the functions for scripts share.
+#[derive(Default)]
+pub(super) struct Shared {
+    state: Mutex<State>,
+    /// Counts updates, so that somebody can wait for the next.
+    pub(super) updates: watch::Sender<u64>,
+}
+
+#[derive(Default)]
+pub(super) struct State {
+    pub(super) signals: BTreeMap<String, Signal>,
+    pub(super) devices: BTreeMap<DeviceAddress, Device>,
+    pub(super) last_order: u64,
+    pub(super) program_running: bool,
+}
+
+/// One connection.
+pub(super) struct Device {
+    pub(super) wake: Arc<Notify>,
+    /// Something has changed since the device's task last looked.
+    pub(super) has_news: bool,
+    pub(super) custom: Vec<Custom>,
+    pub(super) has_task: bool,
+    pub(super) is_connected: bool,
+    pub(super) is_connecting: bool,
+    pub(super) errno: i32,
+    pub(super) wants_reset: bool,
+    pub(super) connections: u64,
+}
+
+pub(super) struct Custom {
+    pub(super) slave: u8,
+    pub(super) request: Request,
+    /// Sent again and again, at the default rate, until the connection is reset.
+    pub(super) repeats: bool,
+    pub(super) due: Instant,
+}
+
+impl Shared {
+    pub(super) fn state(&self) -> MutexGuard<'_, State> {
+        // Every change under the lock is complete before anything that could panic.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl State {
+    /// The signal of that name.
+    pub(super) fn signal(&mut self, name: &str) -> Result<&mut Signal, ModbusError> {
+        self.signals
+            .get_mut(name)
+            .ok_or_else(|| ModbusError::UnknownSignal(name.to_owned()))
+    }
+
+    /// Tells the device's task that something has changed.
+    pub(super) fn wake(&mut self, address: &DeviceAddress) {
+        if let Some(device) = self.devices.get_mut(address) {
+            device.has_news = true;
+            device.wake.notify_one();
+        }
+    }
+
+    /// `[device, connection]` error codes of a signal (manual 6.1.15).
+    pub(super) fn errors(&self, signal: &Signal) -> [i32; 2] {
+        match self.devices.get(&signal.spec.device) {
+            Some(device) if device.is_connected => [signal.device_error, 0],
+            Some(device) if device.is_connecting => [CONNECTING, device.errno],
+            Some(device) => [NOT_CONNECTED, device.errno],
+            None => [NOT_CONNECTED, 0],
+        }
+    }
+
+    /// Time without a good answer; zero for a valid signal.
+    pub(super) fn invalid_for(&self, signal: &Signal) -> Duration {
+        match (self.errors(signal), signal.last_good) {
+            ([0, _], Some(_)) => Duration::ZERO,
+            (_, since) => since.unwrap_or(signal.added).elapsed(),
+        }
+    }
+
+    /// Raises after the watchdog's time without a good answer.
+    pub(super) fn check_valid(&self, name: &str, signal: &Signal) -> Result<(), ModbusError> {
+        let invalid = self.invalid_for(signal);
+        if invalid <= signal.watchdog {
+            return Ok(());
+        }
+        let [device, connection] = self.errors(signal);
+        Err(ModbusError::Invalid {
+            name: name.to_owned(),
+            invalid: invalid.as_secs_f64(),
+            watchdog: signal.watchdog.as_secs_f64(),
+            device,
+            connection,
+        })
+    }
+
+    /// The device at that address, made when it is new.
+    pub(super) fn device(&mut self, address: &DeviceAddress) -> &mut Device {
+        self.devices
+            .entry(address.clone())
+            .or_insert_with(|| Device {
+                wake: Arc::default(),
+                has_news: false,
+                custom: Vec::new(),
+                has_task: false,
+                is_connected: false,
+                is_connecting: false,
+                errno: 0,
+                wants_reset: false,
+                connections: 0,
+            })
+    }
+}

@@ -1,0 +1,320 @@
+//! Inputs and outputs as JSON: all of them out, inputs in. Pure.
+//!
+//! Names are those of the cell file. A request sets all of its inputs or none.
+
+use motion_api::registers::{BOOLEAN_REGISTERS, FLOAT_REGISTERS, INTEGER_REGISTERS};
+use motion_api::{IoChange, IoConfig, IoPoint, RegisterBank, RegisterImages, RobotState};
+use serde_json::{Map, Value, json};
+use thiserror::Error;
+
+use crate::cell::point::{Direction, Group, Point};
+
+/// What a request wants to be changed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct InputChanges {
+    /// Digital and analog inputs, to be applied at the beginning of a cycle.
+    pub points: Vec<IoChange>,
+    /// Registers, which have their value at once.
+    pub registers: Vec<RegisterValue>,
+}
+
+/// A value for an input register.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RegisterValue {
+    /// `input_boolean_register`
+    Boolean(u8, bool),
+    /// `input_integer_register`
+    Integer(u8, i32),
+    /// `input_float_register`
+    Float(u8, f64),
+}
+
+impl RegisterValue {
+    /// Writes it.
+    pub fn write(self, bank: &RegisterBank) {
+        match self {
+            Self::Boolean(n, level) => bank.set_boolean(n, level),
+            Self::Integer(n, value) => bank.set_integer(n, value),
+            Self::Float(n, value) => bank.set_float(n, value),
+        }
+    }
+}
+
+/// Why nothing was set: one sentence that names the point, what was given and what is allowed.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum InputError {
+    /// No JSON.
+    #[error("the body is no JSON: {0}")]
+    NotJson(String),
+    /// JSON, but no object.
+    #[error(
+        "the body must be an object from names of inputs to values, as {{\"standard_digital_in[0]\": true}}"
+    )]
+    NotAnObject,
+    /// No such point.
+    #[error("{0}")]
+    NoPoint(String),
+    /// An output.
+    #[error("{0} is an output; only inputs can be set from outside")]
+    Output(Point),
+    /// A pin of the tool that reads nothing.
+    #[error("{0} reads nothing: the pin is disabled or an output")]
+    NotReadable(Point),
+    /// The value does not fit.
+    #[error("{point} is {given}; it must be {allowed}")]
+    Value {
+        /// Which point.
+        point: Point,
+        /// As given.
+        given: String,
+        /// What is allowed.
+        allowed: String,
+    },
+}
+
+/// Reads a request. `config` tells domains and pins.
+///
+/// # Errors
+/// [`InputError`] names the first thing that is wrong.
+pub fn read(body: &[u8], config: &IoConfig) -> Result<InputChanges, InputError> {
+    let body: Value =
+        serde_json::from_slice(body).map_err(|error| InputError::NotJson(error.to_string()))?;
+    let Value::Object(members) = body else {
+        return Err(InputError::NotAnObject);
+    };
+    let mut changes = InputChanges::default();
+    let (mut mask, mut levels) = (0, 0);
+    for (name, value) in &members {
+        let point: Point = name.parse().map_err(InputError::NoPoint)?;
+        if point.direction == Direction::Out {
+            return Err(InputError::Output(point));
+        }
+        let wrong = |allowed: String| InputError::Value {
+            point,
+            given: shown(value),
+            allowed,
+        };
+        let level = || {
+            let level = value.as_bool();
+            level.ok_or_else(|| wrong("true or false".to_owned()))
+        };
+        match point.io_point() {
+            IoPoint::Digital(bit) => {
+                if config.readable() >> bit & 1 == 0 {
+                    return Err(InputError::NotReadable(point));
+                }
+                mask |= 1 << bit;
+                levels |= u32::from(level()?) << bit;
+            }
+            IoPoint::Analog(port) => {
+                // Three ports, three domains.
+                let domain = config.analog_in[usize::from(port)];
+                let most = domain.measurable_max();
+                let unit = if most > 1.0 { "V" } else { "A" };
+                let number = value.as_f64().filter(|x| (0.0..=most).contains(x));
+                let value =
+                    number.ok_or_else(|| wrong(format!("a number from 0 to {most} {unit}")))?;
+                changes.points.push(IoChange::AnalogIn { port, value });
+            }
+            IoPoint::BooleanRegister(n) => {
+                changes.registers.push(RegisterValue::Boolean(n, level()?));
+            }
+            IoPoint::IntegerRegister(n) => {
+                let number = value.as_i64().and_then(|x| i32::try_from(x).ok());
+                let allowed = || wrong(format!("a whole number from {} to {}", i32::MIN, i32::MAX));
+                changes
+                    .registers
+                    .push(RegisterValue::Integer(n, number.ok_or_else(allowed)?));
+            }
+            IoPoint::FloatRegister(n) => {
+                let number = value.as_f64().filter(|x| x.is_finite());
+                let number = number.ok_or_else(|| wrong("a number".to_owned()))?;
+                changes.registers.push(RegisterValue::Float(n, number));
+            }
+        }
+    }
+    if mask != 0 {
+        changes.points.push(IoChange::DigitalIn { mask, levels });
+    }
+    Ok(changes)
+}
+
+/// A value for a message, cut where it is long.
+fn shown(value: &Value) -> String {
+    let text = value.to_string();
+    match text.char_indices().nth(60) {
+        Some((end, _)) => format!("{} …", &text[..end]),
+        None => text,
+    }
+}
+
+/// All points with their values, and the cycle they are of. A float register that is no number is null.
+pub fn describe(state: &RobotState, registers: &RegisterImages) -> Value {
+    let mut points = Map::new();
+    for direction in [Direction::In, Direction::Out] {
+        let (digital, analog, bank) = match direction {
+            Direction::In => (state.digital_in, &state.analog_in, &registers.input),
+            Direction::Out => (state.digital_out, &state.analog_out, &registers.output),
+        };
+        let mut group = |group: Group, count: u8, value: &dyn Fn(u8) -> Value| {
+            for index in 0..count {
+                let point = Point {
+                    group,
+                    direction,
+                    index,
+                };
+                points.insert(point.to_string(), value(index));
+            }
+        };
+        for digital_group in [
+            Group::StandardDigital,
+            Group::ConfigurableDigital,
+            Group::ToolDigital,
+        ] {
+            let first = match digital_group {
+                Group::StandardDigital => 0,
+                Group::ConfigurableDigital => 16,
+                _ => 24,
+            };
+            group(digital_group, digital_group.points(), &|n| {
+                json!(digital >> (first + n) & 1 == 1)
+            });
+        }
+        group(Group::StandardAnalog, 2, &|n| json!(analog[usize::from(n)]));
+        group(Group::ToolAnalog, 1, &|_| json!(analog[2]));
+        group(Group::BooleanRegister, BOOLEAN_REGISTERS, &|n| {
+            json!(bank.boolean(n))
+        });
+        group(Group::IntegerRegister, INTEGER_REGISTERS, &|n| {
+            json!(bank.integer(n))
+        });
+        group(Group::FloatRegister, FLOAT_REGISTERS, &|n| {
+            json!(bank.float(n))
+        });
+    }
+    json!({"cycle": state.cycle, "time": state.time, "points": points})
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kinematics::JointPositions;
+    use motion_api::{AnalogDomain, Registers};
+    use proptest::prelude::*;
+
+    #[test]
+    fn every_kind_of_input_is_read() {
+        let mut config = IoConfig::default();
+        config.analog_in[1] = AnalogDomain::Current;
+        let body = br#"{"standard_digital_in[3]": true, "configurable_digital_in[7]": false, "tool_digital_in[2]": true,
+            "standard_analog_in[0]": 10, "standard_analog_in[1]": 0.02, "tool_analog_in": 0,
+            "input_boolean_register[127]": true, "input_integer_register[0]": -2147483648,
+            "input_float_register[47]": -1e300}"#;
+        let changes = read(body, &config).unwrap();
+        let analog = |port, value| IoChange::AnalogIn { port, value };
+        let (mask, levels) = (1 << 3 | 1 << 23 | 1 << 26, 1 << 3 | 1 << 26);
+        let digital = IoChange::DigitalIn { mask, levels };
+        for wanted in [analog(0, 10.0), analog(1, 0.02), analog(2, 0.0), digital] {
+            assert!(changes.points.contains(&wanted), "{wanted:?}");
+        }
+        assert_eq!(changes.points.len(), 4);
+        let bank = RegisterBank::default();
+        changes
+            .registers
+            .iter()
+            .for_each(|value| value.write(&bank));
+        assert!(bank.boolean(127));
+        assert_eq!((bank.integer(0), bank.float(47)), (i32::MIN, -1e300));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_said_with_name_value_and_range() {
+        for (body, sentence) in [
+            (
+                "{",
+                "the body is no JSON: EOF while parsing an object at line 1 column 1",
+            ),
+            (
+                "[true]",
+                "the body must be an object from names of inputs to values, as {\"standard_digital_in[0]\": true}",
+            ),
+            (
+                r#"{"standard_digital_out[0]": true}"#,
+                "standard_digital_out[0] is an output; only inputs can be set from outside",
+            ),
+            (
+                r#"{"tool_digital_in[0]": true}"#,
+                "tool_digital_in[0] reads nothing: the pin is disabled or an output",
+            ),
+            (
+                r#"{"standard_digital_in[0]": 1}"#,
+                "standard_digital_in[0] is 1; it must be true or false",
+            ),
+            (
+                r#"{"standard_digital_in[16]": true}"#,
+                "`standard_digital_in[16]` needs a number from 0 to 15, as in standard_digital_in[0]",
+            ),
+            (
+                r#"{"standard_analog_in[0]": 10.5}"#,
+                "standard_analog_in[0] is 10.5; it must be a number from 0 to 10 V",
+            ),
+            (
+                r#"{"tool_analog_in": "x"}"#,
+                "tool_analog_in is \"x\"; it must be a number from 0 to 10 V",
+            ),
+            (
+                r#"{"input_integer_register[1]": 2147483648}"#,
+                "input_integer_register[1] is 2147483648; it must be a whole number from -2147483648 to 2147483647",
+            ),
+            (
+                r#"{"input_integer_register[1]": 0.5}"#,
+                "input_integer_register[1] is 0.5; it must be a whole number from -2147483648 to 2147483647",
+            ),
+            (
+                r#"{"input_float_register[1]": null}"#,
+                "input_float_register[1] is null; it must be a number",
+            ),
+        ] {
+            let found = read(body.as_bytes(), &IoConfig::default()).unwrap_err();
+            assert_eq!(found.to_string(), sentence, "{body}");
+        }
+        assert_eq!(
+            read(b"{}", &IoConfig::default()),
+            Ok(InputChanges::default())
+        );
+    }
+
+    #[test]
+    fn the_page_has_every_point_by_its_name() {
+        let mut state = RobotState::at_start(JointPositions::ZERO, 0.004);
+        state.digital_out = 1 << 16 | 1 << 27;
+        state.analog_in = [1.0, 2.0, 3.0];
+        let registers = Registers::default();
+        registers.input.set_float(2, f64::NAN);
+        registers.output.set_integer(47, -5);
+        let page = describe(&state, &registers.images());
+        let points = page["points"].as_object().unwrap();
+        assert_eq!(points.len(), 2 * (16 + 8 + 4 + 2 + 1 + 128 + 48 + 48));
+        for name in points.keys() {
+            assert_eq!(name.parse::<Point>().unwrap().to_string(), *name);
+        }
+        let high: Vec<&String> = points
+            .iter()
+            .filter(|(_, v)| **v == json!(true))
+            .map(|(n, _)| n)
+            .collect();
+        assert_eq!(high, ["configurable_digital_out[0]", "tool_digital_out[3]"]);
+        assert_eq!(points["tool_analog_in"], json!(3.0));
+        assert_eq!(points["input_float_register[2]"], Value::Null);
+        assert_eq!(points["output_integer_register[47]"], json!(-5));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+        #[test]
+        fn any_body_is_read_or_refused(body in proptest::collection::vec(any::<u8>(), 0..200), text in r#"[{}\[\]":,a-z0-9_ .-]{0,80}"#) {
+            let _ = read(&body, &IoConfig::default());
+            let _ = read(text.as_bytes(), &IoConfig::default());
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! What a dashboard user types: every line has one reply that fits the SDK's read.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use server::ports::dashboard::codec::{Command, REPLY_BYTES_MAX, encode, help, mistake, parse};
+use server::ports::lines::{Line, LineFramer};
+
+fn lines<'a>(pieces: impl Iterator<Item = &'a [u8]>) -> Vec<Line> {
+    let mut framer = LineFramer::new(200);
+    let mut lines = Vec::new();
+    for piece in pieces {
+        framer.push(piece, &mut lines);
+    }
+    lines
+}
+
+fuzz_target!(|data: &[u8]| {
+    let whole = lines([data].into_iter());
+    for line in &whole {
+        let Line::Text(text) = line else { continue };
+        let reply = match parse(text) {
+            Ok(Command::Help(names)) => help(&names),
+            Ok(_) => continue,
+            Err(found) => mistake(text, &found),
+        };
+        let bytes = encode(&reply);
+        assert!(bytes.len() <= REPLY_BYTES_MAX && bytes.ends_with(b"\r\n"));
+        assert!(core::str::from_utf8(&bytes).is_ok());
+    }
+    assert_eq!(whole, lines(data.chunks(1)));
+});

@@ -1,0 +1,30 @@
+//! What a client of interpreter mode sends: the same statements in any pieces, and replies of one line.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use server::ports::interpreter::codec::{Frame, Framer, ack};
+
+fn frames<'a>(pieces: impl Iterator<Item = &'a [u8]>) -> Vec<Frame> {
+    let mut framer = Framer::default();
+    let mut frames = Vec::new();
+    for piece in pieces {
+        framer.push(piece, &mut frames);
+    }
+    framer.finish(&mut frames);
+    frames
+}
+
+fuzz_target!(|data: &[u8]| {
+    let whole = frames([data].into_iter());
+    for frame in &whole {
+        let reply = match frame {
+            Frame::Statement(text) => ack(1, text),
+            Frame::Command(command) => command.reply(1),
+            Frame::Rejected(rejection) => rejection.reply(),
+            Frame::Http => continue,
+        };
+        assert!(reply.ends_with('\n') && !reply.trim_end_matches('\n').contains(['\n', '\r']), "{reply:?}");
+    }
+    assert_eq!(whole, frames(data.chunks(1)));
+    assert_eq!(whole, frames(data.chunks(5)));
+});

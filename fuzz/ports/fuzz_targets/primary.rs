@@ -1,0 +1,28 @@
+//! What a script client sends: the same programs whether it comes in one piece or byte by byte, and bounded memory.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use server::ports::primary::framing::{EndedBy, Frame, Framer};
+
+const LIMIT: usize = 300;
+
+fn frames<'a>(pieces: impl Iterator<Item = &'a [u8]>) -> Vec<Frame> {
+    let mut framer = Framer::with_limit(LIMIT);
+    let mut frames = Vec::new();
+    for piece in pieces {
+        framer.push(piece, &mut frames);
+    }
+    framer.finish(EndedBy::PeerClosed, &mut frames);
+    frames
+}
+
+fuzz_target!(|data: &[u8]| {
+    let whole = frames([data].into_iter());
+    for frame in &whole {
+        if let Frame::Program(program) = frame {
+            assert!(program.text.len() <= LIMIT, "{} bytes", program.text.len());
+        }
+    }
+    assert_eq!(whole, frames(data.chunks(1)));
+    assert_eq!(whole, frames(data.chunks(7)));
+});
