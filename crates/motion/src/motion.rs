@@ -6,7 +6,7 @@ use motion_api::{CommandId, MotionMode};
 use crate::constants::ZONE_STOPPING_SHARE;
 use crate::path::Chain;
 use crate::plan::{Joined, Leg, UnderWay};
-use crate::scalar::{Course, Drive, Travel};
+use crate::scalar::{Drive, Travel};
 use crate::setpoint::Setpoint;
 
 /// A motion under way.
@@ -31,11 +31,12 @@ impl Motion {
     pub(crate) fn new(id: CommandId, mode: MotionMode, leg: &Leg) -> Option<Self> {
         let mut course = leg.course;
         if leg.radius > 0.0 {
-            let list = leg
-                .course
-                .list()
-                .with_zone(leg.zone, ZONE_STOPPING_SHARE, leg.zone_speed);
-            course = Course::new(list.as_slice())?.stretched_to(leg.duration);
+            course = leg.course.with_zone(
+                leg.zone,
+                ZONE_STOPPING_SHARE,
+                leg.zone_speed,
+                leg.duration,
+            )?;
         }
         Some(Self {
             id,

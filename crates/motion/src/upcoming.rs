@@ -107,7 +107,8 @@ impl Cycle {
         let Some(under_way) = motion.under_way(self.target.q) else {
             return false;
         };
-        if upcoming.junction.is_given_up() {
+        // Into a motion that goes nowhere there is nothing to blend: it begins, and ends, at the waypoint.
+        if upcoming.junction.is_given_up() || leg.path.length() <= 0.0 {
             return false;
         }
         let mut warnings = Warnings::default();

@@ -12,12 +12,12 @@
 use kinematics::{JointPositions, RobotModel};
 
 use super::able::{Able, PartBounds};
-use super::leg::{End, Leg};
+use super::leg::{End, Leg, Measure};
 use super::{Arm, Warnings, Wish};
 use crate::constants::{
     BLEND_ENTRIES, BLEND_INTERVALS_PER_PART, BLEND_PARTS, POINT_SPEED_MARGIN, ZONE_STOPPING_SHARE,
 };
-use crate::path::{Chain, JointQuintic, Path, PathPoint, Piece};
+use crate::path::{Chain, Geometry, JointQuintic, Path, PathPoint, Piece};
 use crate::scalar::{Course, Drive, ScalarLimits, ScalarState, Stretch, Stretches, Travel};
 use crate::setpoint::elbow_speed;
 
@@ -114,17 +114,17 @@ impl Corner {
             return None;
         }
         let entry = leg.path.length() - before;
-        let radius = leg.distance(arm.model, entry, End::Last);
+        let radius = leg.distance(arm.model, entry, End::Last, leg.measure);
         let mut next = *next;
-        let mut exit = next
+        let (mut exit, measure) = next
             .place(arm.model, radius, End::First)
-            .unwrap_or(next.path.length() / 2.0);
+            .unwrap_or((next.path.length() / 2.0, Measure::Turning));
         if exit > next.zone {
             let length = next.path.length();
             exit = length * exit / (exit + length - next.zone);
             next.shorten(exit, arm, warnings);
         }
-        let after = next.distance(arm.model, exit, End::First);
+        let after = next.distance(arm.model, exit, End::First, measure);
         let rate = (exit / after) / (before / radius);
         let start = point_at(&leg.path, arm.model, (now.position, &first.q), entry)?;
         let corner_q = leg.path.end().q;
@@ -177,7 +177,7 @@ impl Corner {
                 begin: 0.0,
             },
             Piece {
-                path: Path::Blend(self.curve),
+                path: Path::new(Geometry::Blend(self.curve)),
                 from: 0.0,
                 rate: 1.0,
                 begin: lead,
@@ -275,8 +275,8 @@ impl Corner {
 
     fn is_between_joint_legs(&self, leg: &Leg) -> bool {
         matches!(
-            (&leg.path, &self.next.path),
-            (Path::Joint(_), Path::Joint(_))
+            (leg.path.geometry(), self.next.path.geometry()),
+            (Geometry::Joint(_), Geometry::Joint(_))
         )
     }
 }

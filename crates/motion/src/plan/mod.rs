@@ -7,13 +7,14 @@ mod blend;
 mod cartesian;
 mod leg;
 mod movej;
+mod pace;
 mod survey;
 mod torque;
 
 pub use able::{Able, PartBounds};
 pub use blend::{Joined, Junction, UnderWay};
 pub use cartesian::CartesianPlanner;
-pub use leg::{End, Leg};
+pub use leg::{End, Leg, Measure};
 pub use movej::plan_movej;
 
 use kinematics::{Dynamics, Pose, RobotModel};
