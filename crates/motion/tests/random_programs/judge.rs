@@ -261,12 +261,17 @@ impl Follower<'_> {
                     let pose = self.model.tcp_pose(&state.target_q, &self.tcp);
                     on.way.deviation(&state.target_q, &pose)
                 }
-                (None, Some(q)) => (0..6).fold(0.0, |m, j| f64::max(m, (state.target_q[j] - q[j]).abs())),
+                (None, Some(q)) => {
+                    (0..6).fold(0.0, |m, j| f64::max(m, (state.target_q[j] - q[j]).abs()))
+                }
                 (None, None) => 0.0,
             };
             let most = if before.is_some() { PATH } else { 0.0 };
             if off > most {
-                self.fault(state, format!("{off:e} off after a refusal of {:?}", sent.kind));
+                self.fault(
+                    state,
+                    format!("{off:e} off after a refusal of {:?}", sent.kind),
+                );
             }
         }
     }
@@ -349,7 +354,11 @@ impl Follower<'_> {
         let caught_up = |s: &&&RobotState| s.time > BELT_START + CATCHING_UP;
         let is_moving = |s: &&&RobotState| s.cycle <= sent.ended && s.stop_code == 0;
         for state in states.iter().filter(caught_up).filter(is_moving) {
-            let pose = taken_back(&conveyor, state, &self.model.tcp_pose(&state.target_q, &self.tcp));
+            let pose = taken_back(
+                &conveyor,
+                state,
+                &self.model.tcp_pose(&state.target_q, &self.tcp),
+            );
             let mut off = on.way.off(&pose);
             if let Some(before) = before {
                 let from_corner = (pose.translation - before.end.translation).norm();
@@ -462,7 +471,9 @@ fn asked(kind: &CommandKind) -> (f64, Cap) {
             ..
         } if duration == 0.0 => (radius, Cap::Tcp(speed)),
         CommandKind::MoveC { speed, radius, .. } => (radius, Cap::Tcp(speed)),
-        CommandKind::MoveJ { radius, .. } | CommandKind::MoveL { radius, .. } => (radius, Cap::None),
+        CommandKind::MoveJ { radius, .. } | CommandKind::MoveL { radius, .. } => {
+            (radius, Cap::None)
+        }
         _ => (0.0, Cap::None),
     }
 }

@@ -96,7 +96,10 @@ fn save_durations(program: &Program, limits: &motion::MotionLimits, tally: &Tall
     let mut text = String::new();
     for motion in &tally.rest_to_rest {
         write!(text, "{},{}", program.model, program.step_time).unwrap();
-        let numbers = motion.way.iter().chain([&motion.speed, &motion.acceleration]);
+        let numbers = motion
+            .way
+            .iter()
+            .chain([&motion.speed, &motion.acceleration]);
         let numbers = numbers
             .chain(&limits.speed.0)
             .chain(&limits.acceleration.0)
