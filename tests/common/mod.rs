@@ -61,6 +61,11 @@ impl Server {
             .stderr(log)
             .spawn()
             .unwrap();
+        Self::adopt(child, &ready, folder)
+    }
+
+    /// A server that was started in another way; waits until its ready file is there. Its stderr goes to `stderr.log`.
+    pub fn adopt(child: Child, ready: &Path, folder: &Path) -> Self {
         let mut server = Self {
             child,
             ports: BTreeMap::new(),
@@ -80,7 +85,7 @@ impl Server {
             std::thread::sleep(Duration::from_millis(5));
         }
         let json: serde_json::Value =
-            serde_json::from_slice(&std::fs::read(&ready).unwrap()).unwrap();
+            serde_json::from_slice(&std::fs::read(ready).unwrap()).unwrap();
         for (service, port) in json["ports"].as_object().unwrap() {
             if let Some(port) = port.as_u64() {
                 server.ports.insert(service.clone(), port as u16);

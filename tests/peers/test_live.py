@@ -13,6 +13,7 @@ import unittest
 import urllib.request
 
 import websockets
+from prometheus_client.parser import text_string_to_metric_families
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
 SERVER = os.environ["ELITESERVER"]
@@ -181,6 +182,135 @@ class Foxglove(unittest.TestCase):
                     self.assertTrue(answer == b"" or answer.startswith(b"HTTP/1.1 4"), answer)
             seen = followed(port, 3, lambda messages: "/tf" in messages)
             self.assertIn("/tf", seen.messages)
+
+
+class Metrics(unittest.TestCase):
+    def test_prometheus_reads_the_page(self):
+        with tempfile.TemporaryDirectory() as folder:
+            record = os.path.join(folder, "run.mcap")
+            with Started("serve", "--record", record, "--plant", "ideal", *ports("primary", "http")) as server:
+                server.send(PROGRAM.replace("i = 0", "nonsense()"))
+                time.sleep(1)
+                page = server.get("/metrics")
+                health = json.loads(server.get("/healthz"))
+        families = {family.name: family for family in text_string_to_metric_families(page)}
+        self.assertEqual(families["elite_cycle_duration_seconds"].type, "histogram")
+
+        def value(name, **labels):
+            family = families[name.removesuffix("_total").removesuffix("_bucket").removesuffix("_count")]
+            found = [s.value for s in family.samples if s.name == name and labels.items() <= s.labels.items()]
+            self.assertEqual(len(found), 1, (name, labels))
+            return found[0]
+
+        cycles = value("elite_cycles_total")
+        self.assertGreater(cycles, 100)
+        # The counters are read one after the other while cycles go on.
+        self.assertAlmostEqual(value("elite_cycle_duration_seconds_count"), cycles, delta=5)
+        self.assertEqual(
+            value("elite_cycle_duration_seconds_bucket", le="+Inf"), value("elite_cycle_duration_seconds_count")
+        )
+        counts = [s.value for s in families["elite_cycle_wakeup_latency_seconds"].samples if "le" in s.labels]
+        self.assertEqual(counts, sorted(counts))
+        self.assertEqual(value("elite_errors_total", kind="script"), 1)
+        self.assertGreater(value("elite_recording_bytes_total"), 1000)
+        self.assertEqual(value("elite_queue_depth", queue="commands"), 0)
+        self.assertEqual(value("elite_task_state", state="stopped"), 1)
+        self.assertEqual(health["status"], "ok")
+        self.assertEqual(health["recording"], "active")
+        self.assertEqual(health["clients"]["http"], 1)
+
+
+def received(connection, count):
+    data = b""
+    while len(data) < count:
+        more = connection.recv(count - len(data))
+        if not more:
+            raise AssertionError(f"closed after {len(data)} of {count} bytes")
+        data += more
+    return data
+
+
+class Replay(unittest.TestCase):
+    """A recording through the ports, as if the arm ran now."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.recording = os.path.join(cls.folder.name, "wave.mcap")
+        script = os.path.join(cls.folder.name, "wave.script")
+        with open(script, "w") as file:
+            file.write(PROGRAM)
+        subprocess.run(
+            [SERVER, "run", script, "--plant", "ideal", "--record", cls.recording], check=True, capture_output=True
+        )
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def replayed(self, *services, rate="1"):
+        arguments = ["replay", self.recording, "--serve", "--rate", rate]
+        for name in ("primary", "rtsi", "http"):
+            arguments += [f"--{name}-port", "0" if name in services else "off"]
+        if "foxglove" in services:
+            arguments += ["--foxglove-port", "0"]
+        return Started(*arguments)
+
+    def test_foxglove_sees_what_was_recorded_at_the_rate_asked_for(self):
+        with self.replayed("foxglove", rate="4") as server:
+            begin = time.monotonic()
+            seen = followed(server.ports["foxglove"], 20)
+            status = server.process.wait(10)
+            took = time.monotonic() - begin
+        self.assertEqual(status, 0)
+        stamps = [stamp for stamp, _ in seen.messages["/joint_states"]]
+        # All but what went by before the client was there, in a quarter of the time.
+        recorded = (stamps[-1] - stamps[0]) / 1e9
+        self.assertGreater(recorded, 4)
+        self.assertLess(took, recorded / 4 + 4)
+        joint = [message.joints[0].position for _, message in seen.messages["/joint_states"]]
+        self.assertAlmostEqual(max(joint), 0.4, places=3)
+
+    def test_state_goes_out_and_nothing_comes_in(self):
+        with self.replayed("primary", "rtsi", "http") as server:
+            with socket.create_connection(("127.0.0.1", server.ports["primary"]), timeout=5) as primary:
+                primary.sendall(b"def evil():\n  movej([0,0,0,0,0,0])\nend\n")
+                is_refused, has_state = False, False
+                while not (is_refused and has_state):
+                    length, kind = struct.unpack(">IB", received(primary, 5))
+                    message = received(primary, length - 5)
+                    is_refused |= b"takes no programs" in message
+                    has_state |= kind == 16
+            with socket.create_connection(("127.0.0.1", server.ports["rtsi"]), timeout=5) as rtsi:
+
+                def send(letter, payload):
+                    rtsi.sendall(struct.pack(">HB", 3 + len(payload), ord(letter)) + payload)
+
+                def receive():
+                    size, letter = struct.unpack(">HB", received(rtsi, 3))
+                    return chr(letter), received(rtsi, size - 3)
+
+                send("V", struct.pack(">H", 1))
+                self.assertEqual(receive(), ("V", b"\x01"))
+                send("O", struct.pack(">d", 250) + b"timestamp,actual_joint_positions")
+                self.assertEqual(receive(), ("O", b"\x01DOUBLE,VECTOR6D"))
+                send("S", b"")
+                self.assertEqual(receive(), ("S", b"\x01"))
+                stamps = [struct.unpack_from(">d", receive()[1], 1)[0] for _ in range(50)]
+                self.assertEqual(stamps, sorted(stamps))
+                self.assertAlmostEqual(stamps[-1] - stamps[0], 49 * 0.004, delta=0.1)
+            with socket.create_connection(("127.0.0.1", server.ports["rtsi"]), timeout=5) as rtsi:
+                send("V", struct.pack(">H", 1))
+                receive()
+                send("I", b"standard_digital_output_mask,standard_digital_output")
+                self.assertIn(b"IN_USE", receive()[1])
+                letter, text = receive()
+                self.assertEqual(letter, "M")
+                self.assertIn(b"takes no programs and no inputs", text)
+            panel = json.loads(server.get("/panel"))
+            self.assertEqual(panel["task"], "running")
+            self.assertTrue(panel["replay"].endswith("wave.mcap"))
+            self.assertIn("elite_cycles_total", server.get("/metrics"))
 
 
 if __name__ == "__main__":

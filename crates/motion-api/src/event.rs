@@ -248,7 +248,19 @@ pub enum StopReason {
         /// The force at the TCP that explains the torques of all joints best, N.
         force: f64,
     },
+<<<<<<< HEAD
     /// A conveyor carried the TCP out of reach, or to where the joints would have to change their speeds faster than they can.
+=======
+    /// The tool presses harder than the cell allows.
+    #[error("the force at the TCP is {force:.1} N (allowed {limit:.1} N)")]
+    TcpForce {
+        /// What the sensor reads, N.
+        force: f64,
+        /// Limit, N.
+        limit: f64,
+    },
+    /// A conveyor carried the TCP out of reach.
+>>>>>>> main
     #[error("the conveyor carries the TCP to where the arm cannot follow")]
     ConveyorLost,
     /// TCP or tool were about to cross a safety plane.
@@ -280,6 +292,7 @@ impl StopReason {
             Self::Collision { .. } => 11,
             Self::SafetyPlane { .. } => 12,
             Self::ConveyorLost => 13,
+            Self::TcpForce { .. } => 14,
             Self::Internal { .. } => 99,
         }
     }

@@ -19,6 +19,7 @@ use motion_api::{BorderSizes, CommandKind, Origin, ScriptEnd, border};
 fn main() {
     percentiles();
     online_percentiles();
+    force_percentiles();
     divan::main();
 }
 
@@ -47,6 +48,72 @@ fn go(script: &ScriptEnd, way: f64) {
         radius: 0.0,
     };
     script.commands.send(Origin::default(), kind).expect("room");
+}
+
+/// The same in force mode over a plate of 20 N/mm, and pushed about so hard that the program is solved in most cycles.
+fn force_percentiles() {
+    for (name, is_pushed) in [("pressing", false), ("pushed about", true)] {
+        let mut config = CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm"));
+        config.tcp = kinematics::RpyPose::from_array([0.0, 0.0, 0.15, 0.0, 0.0, 0.0]);
+        let [x, y, z] = config.first_state().actual_tcp_pose.xyz;
+        if is_pushed {
+            config.loads = (0..200_u16)
+                .map(|k| motion::external::Load {
+                    at: 0.1 * f64::from(k),
+                    duration: 0.05,
+                    wrench: kinematics::Wrench::from_array([40.0, -50.0, 60.0, 3.0, -2.0, 1.0]),
+                    frame: motion::external::LoadFrame::Tool,
+                })
+                .collect();
+        } else {
+            config
+                .surroundings
+                .obstacles
+                .push(motion::contact::Obstacle {
+                    name: "plate".to_owned(),
+                    solid: motion::contact::Solid {
+                        pose: kinematics::Pose::from_translation(x, y, z - 1e-3),
+                        shape: motion::contact::Shape::Plane,
+                    },
+                    stiffness: Some(2e4),
+                    damping: 0.0,
+                    friction: 0.0,
+                });
+        }
+        let sizes = BorderSizes {
+            records: None,
+            ..BorderSizes::default()
+        };
+        let (motion, mut script) = border(sizes, &config.first_state());
+        let mut cycle = Cycle::new(config, motion).expect("a controller");
+        for kind in [
+            CommandKind::SetCollisionDetection(false),
+            CommandKind::ForceMode {
+                frame: kinematics::RpyPose::default(),
+                selection: [is_pushed, is_pushed, true, is_pushed, false, false],
+                wrench: [0.0, 0.0, if is_pushed { 0.0 } else { -20.0 }, 0.0, 0.0, 0.0],
+                mode: 0,
+                speed_limits: [0.2; 6],
+            },
+        ] {
+            script.commands.send(Origin::default(), kind).expect("room");
+        }
+        let mut times: Vec<f64> = (0..5000)
+            .map(|_| {
+                let before = std::time::Instant::now();
+                cycle.tick(Timing::default());
+                let time = before.elapsed().as_secs_f64() * 1e6;
+                while script.events.next_event().is_some() {}
+                time
+            })
+            .collect();
+        times.sort_by(f64::total_cmp);
+        println!(
+            "tick, rigid plant, force mode, {name}: p50 {:.1} µs, p99 {:.1} µs",
+            times[times.len() / 2],
+            times[times.len() * 99 / 100]
+        );
+    }
 }
 
 /// p50 and p99 of single ticks over 20 s of motion.

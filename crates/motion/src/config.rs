@@ -44,6 +44,8 @@ pub struct LimitOverrides {
     pub tcp_speed: Option<f64>,
     /// Speed of the elbow, m/s.
     pub elbow_speed: Option<f64>,
+    /// Force at the TCP, N.
+    pub tcp_force: Option<f64>,
 }
 
 /// Everything a [`Cycle`](crate::Cycle) is made from.
@@ -146,13 +148,15 @@ pub enum ConfigError {
         /// The arm's upper end, rad.
         own_max: f64,
     },
-    /// A speed limit that is not positive.
-    #[error("limit {name} is {given} m/s, it must be more than 0")]
+    /// A limit of speed or force that is not positive.
+    #[error("limit {name} is {given} {unit}, it must be more than 0")]
     Speed {
         /// Name of the key.
         name: &'static str,
-        /// As given, m/s.
+        /// As given.
         given: f64,
+        /// Its unit.
+        unit: &'static str,
     },
     /// A ring of the border is too small for the promises made about it.
     #[error("the {ring} ring holds {given} entries, at least {needed} are needed")]
@@ -189,6 +193,8 @@ pub struct MotionLimits {
     pub tcp_speed: f64,
     /// Speed of the elbow, m/s; infinite when not limited.
     pub elbow_speed: f64,
+    /// Force at the TCP, N; infinite when not limited.
+    pub tcp_force: f64,
 }
 
 impl MotionLimits {
@@ -342,17 +348,22 @@ impl LimitOverrides {
             speed,
             acceleration,
             jerk,
-            tcp_speed: positive("tcp_speed", self.tcp_speed)?,
-            elbow_speed: positive("elbow_speed", self.elbow_speed)?,
+            tcp_speed: positive("tcp_speed", self.tcp_speed, "m/s")?,
+            elbow_speed: positive("elbow_speed", self.elbow_speed, "m/s")?,
+            tcp_force: positive("tcp_force", self.tcp_force, "N")?,
         })
     }
 }
 
-fn positive(name: &'static str, given: Option<f64>) -> Result<f64, ConfigError> {
+fn positive(
+    name: &'static str,
+    given: Option<f64>,
+    unit: &'static str,
+) -> Result<f64, ConfigError> {
     match given {
         None => Ok(f64::INFINITY),
         Some(given) if given > 0.0 && given.is_finite() => Ok(given),
-        Some(given) => Err(ConfigError::Speed { name, given }),
+        Some(given) => Err(ConfigError::Speed { name, given, unit }),
     }
 }
 

@@ -291,18 +291,30 @@ impl Cycle {
                 return;
             }
         }
+        let limit = self.limits.tcp_force;
+        if let Some(force) = self.sensor.exceeds(limit)
+            && self.is_under_servo()
+            && !self.is_led()
+        {
+            self.brake(StopReason::TcpForce { force, limit });
+            return;
+        }
         if let Some(reason) = self.collision_found() {
             self.brake(reason);
         }
     }
 
-    /// A collision, unless the hand that leads the arm is what is felt.
-    fn collision_found(&self) -> Option<StopReason> {
-        let is_led = matches!(
+    /// Somebody leads the arm by hand.
+    fn is_led(&self) -> bool {
+        matches!(
             &self.generator,
             Generator::Online(online) if matches!(online.kind, Kind::Freedrive(_))
-        );
-        if is_led || !self.is_under_servo() {
+        )
+    }
+
+    /// A collision, unless the hand that leads the arm is what is felt.
+    fn collision_found(&self) -> Option<StopReason> {
+        if self.is_led() || !self.is_under_servo() {
             return None;
         }
         let frames = self.model.forward(&self.actual.q);
@@ -322,8 +334,6 @@ impl Cycle {
             .at(time, &frames.base_from_flange, &tcp, &self.gravity);
         self.plant.push(&Push {
             wrench: self.hand,
-            point: tcp.translation,
-            torque: torques_of(&self.hand, &frames, &tcp),
             flange_from_tcp: self.flange_from_tcp,
         });
     }
@@ -350,6 +360,7 @@ impl Cycle {
                 .observe(&self.actual, &at_tool, &self.dynamics, self.step);
         } else {
             self.collision.stand();
+            self.sensor.stand();
         }
         let is_powered = self.machine.robot_mode() != RobotMode::PowerOff;
         let torque = if self.is_under_servo() {

@@ -36,6 +36,8 @@ pub(crate) struct Sensor {
     pub compensated: Wrench,
     /// `compensated` in base axes.
     pub felt: Wrench,
+    /// What pressed already when the servos took over from the brakes, N; never grows.
+    accepted: f64,
 }
 
 impl Sensor {
@@ -50,12 +52,25 @@ impl Sensor {
             raw: nothing,
             compensated: nothing,
             felt: nothing,
+            accepted: 0.0,
         }
     }
 
     /// What is read now counts as nothing from now on.
     pub(crate) fn zero(&mut self) {
         self.zero = self.before_zero;
+    }
+
+    /// The brakes hold the arm, whatever presses. It must be able to leave.
+    pub(crate) fn stand(&mut self) {
+        self.accepted = self.felt.force.norm();
+    }
+
+    /// The force at the TCP, N, when it is more than `limit` and more than what pressed already, which it may exceed a
+    /// little while the servos take over.
+    pub(crate) fn exceeds(&self, limit: f64) -> Option<f64> {
+        let force = self.felt.force.norm();
+        (force > limit.max(1.2 * self.accepted)).then_some(force)
     }
 
     /// The arm was set somewhere else: its speed a cycle ago says nothing.
@@ -105,6 +120,7 @@ impl Sensor {
             force: base_from_tcp.rotate(self.compensated.force),
             moment: base_from_tcp.rotate(self.compensated.moment),
         };
+        self.accepted = self.accepted.min(self.felt.force.norm());
     }
 }
 

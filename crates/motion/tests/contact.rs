@@ -136,7 +136,7 @@ fn pressing_comes_to_rest_at_any_stiffness_in_any_pose() {
         let tcp = Pose::from_rpy(&config.first_state().actual_tcp_pose);
         let size = 0.1;
         let center = tcp * Pose::from_translation(0.0, 0.0, size + 1e-3);
-        let half = Vector3::repeat(size);
+        let half = [size; 3];
         let obstacle = Obstacle {
             friction,
             ..obstacle(Shape::Box { half }, center, stiffness)
@@ -201,7 +201,7 @@ fn tool(shape: Shape) -> Solid {
 
 #[test]
 fn flat_tools_press_with_their_face() {
-    let half = Vector3::new(0.02, 0.02, 0.05);
+    let half = [0.02, 0.02, 0.05];
     let cylinder = Shape::Cylinder {
         radius: 0.02,
         half_length: 0.05,
@@ -209,9 +209,7 @@ fn flat_tools_press_with_their_face() {
     for shape in [Shape::Box { half }, cylinder] {
         for below in [
             Shape::Plane,
-            Shape::Box {
-                half: Vector3::new(0.1, 0.1, 0.1),
-            },
+            Shape::Box { half: [0.1; 3] },
             Shape::Cylinder {
                 radius: 0.1,
                 half_length: 0.1,

@@ -229,6 +229,52 @@ fn four_thousand_ticks_of_blends_and_arcs_allocate_nothing() {
     assert!(modes.len() >= 3, "{modes:?}");
 }
 
+/// The solver of force mode makes two allocator calls inside its library, in cycles whose answer is at a bound.
+#[test]
+fn force_mode_allocates_only_inside_the_solver() {
+    let mut config = ideal("cs66");
+    config.loads = (0..5_u8)
+        .map(|k| motion::external::Load {
+            at: f64::from(k),
+            duration: 0.5,
+            wrench: kinematics::Wrench::from_array([60.0, -200.0, 150.0, 5.0, -8.0, 4.0]),
+            frame: motion::external::LoadFrame::Base,
+        })
+        .collect();
+    let line = config.model.flange_pose(&config.home).to_rpy();
+    let (mut cycle, mut script) = controller(config);
+    let force = CommandKind::ForceMode {
+        frame: RpyPose::default(),
+        selection: [true, true, true, false, true, false],
+        wrench: [0.0; 6],
+        mode: 3,
+        speed_limits: [0.3, 0.3, 0.3, 0.5, 0.5, 0.5],
+    };
+    let round = [
+        CommandKind::SetCollisionDetection(false),
+        force,
+        movel(line),
+        CommandKind::SetForceGain(0.5),
+        CommandKind::Pause,
+        CommandKind::Resume,
+        CommandKind::EndForceMode,
+    ];
+    let mut counts = [0_u32; 3];
+    let mut on = 0;
+    for tick_number in 0..5000 {
+        if tick_number % 83 == 0 {
+            let kind = round[(tick_number / 83) % round.len()];
+            script.commands.send(Origin::default(), kind).unwrap();
+        }
+        let count = tick(&mut cycle, &mut script);
+        assert!(count <= 2, "tick {tick_number}: {count}");
+        counts[count as usize] += 1;
+        on += u32::from(script.snapshot.read().force_mode);
+    }
+    println!("ticks with 0, 1, 2 allocator calls: {counts:?}; {on} in force mode");
+    assert!(on > 3000 && counts[0] > 2500, "{on} {counts:?}");
+}
+
 #[test]
 fn a_protective_stop_allocates_nothing() {
     // The limit is configured below what a line needs at its own limits, by changing the tool on the way.
@@ -293,4 +339,44 @@ fn a_setpoint_reaches_the_plant_only_through_the_limiter() {
     let mut unusable = here;
     unusable.qd[0] = f64::NAN;
     assert!(limit(unusable, &here, &frames, tcp, 0.004, &limits).is_err());
+}
+
+/// An arm that presses a tool into three obstacles at once, and its sensor with noise.
+#[test]
+fn contact_allocates_nothing() {
+    use kinematics::Pose;
+    use motion::contact::{Obstacle, Shape, Solid};
+    let mut config = ideal("cs66");
+    let tool = Shape::Cylinder {
+        radius: 0.03,
+        half_length: 0.05,
+    };
+    config.surroundings.tool = Some(Solid {
+        pose: Pose::from_translation(0.0, 0.0, 0.05),
+        shape: tool,
+    });
+    let [x, y, z] = config.first_state().actual_tcp_pose.xyz;
+    let shapes = [
+        Shape::Box { half: [0.05; 3] },
+        tool,
+        Shape::Sphere { radius: 0.05 },
+    ];
+    config.surroundings.obstacles = shapes
+        .into_iter()
+        .map(|shape| Obstacle {
+            name: String::new(),
+            solid: Solid {
+                pose: Pose::from_translation(x, y, z - 0.11),
+                shape,
+            },
+            stiffness: Some(1e3),
+            damping: 10.0,
+            friction: 0.3,
+        })
+        .collect();
+    config.sensor_noise.force = 0.1;
+    let (mut cycle, mut script) = controller(config);
+    let most = (0..500).map(|_| tick(&mut cycle, &mut script)).max();
+    assert_eq!(most, Some(0));
+    assert!(script.snapshot.read().tcp_force[2] < -1.0);
 }

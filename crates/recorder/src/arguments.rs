@@ -364,6 +364,16 @@ mod tests {
                 frame: FreedriveFrame::Tool,
             },
             CommandKind::EndFreedrive,
+            CommandKind::ForceMode {
+                frame: pose,
+                selection: [true, false, true, false, false, true],
+                wrench: target.0,
+                mode: 3,
+                speed_limits: [x.abs(); 6],
+            },
+            CommandKind::EndForceMode,
+            CommandKind::SetForceGain(x),
+            CommandKind::SetForceDamping(x),
             CommandKind::SetExternalWrench(target.0),
             CommandKind::FtRtsiInput {
                 enabled: true,

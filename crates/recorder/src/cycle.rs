@@ -413,11 +413,30 @@ impl Cycle {
         prost::Message::encode_to_vec(&FileDescriptorSet { file: vec![file] })
     }
 
+    /// Fields of this version that a recorded schema (a serialized `FileDescriptorSet`) does not have. None where the
+    /// schema cannot be read: the messages themselves decide then.
+    pub(crate) fn fields_missing_in(schema: &[u8]) -> Vec<&'static str> {
+        let Ok(set) = <FileDescriptorSet as prost::Message>::decode(schema) else {
+            return Vec::new();
+        };
+        let messages = set.file.iter().flat_map(|file| &file.message_type);
+        let Some(cycle) = messages.into_iter().find(|m| m.name() == "Cycle") else {
+            return Vec::new();
+        };
+        let all = FIELDS.iter().map(|field| field.name);
+        all.filter(|name| !cycle.field.iter().any(|field| field.name() == *name))
+            .collect()
+    }
+
+    /// A vector of this length; zeros when there is none, since the version that recorded did not know it.
     fn take<const N: usize>(
         &self,
         field: &'static str,
         values: &[f64],
     ) -> Result<[f64; N], CycleError> {
+        if values.is_empty() {
+            return Ok([0.0; N]);
+        }
         values.try_into().map_err(|_| CycleError::Length {
             cycle: self.cycle,
             field,

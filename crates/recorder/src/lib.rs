@@ -14,6 +14,8 @@ pub mod compare;
 pub mod cycle;
 mod handle;
 mod io_changes;
+mod messages;
+mod read_error;
 pub mod reader;
 pub mod recorder;
 pub mod rotation;
@@ -27,7 +29,7 @@ mod writer;
 
 pub use arguments::ArgumentError;
 pub use chunks::{CHUNK_BYTES, CHUNK_SECS};
-pub use compare::{Difference, difference};
+pub use compare::{Difference, difference, difference_but};
 pub use cycle::{Cycle, CycleError, FieldValue};
 pub use handle::{RecorderHandle, RecorderMeter};
 pub use reader::{Ending, Entry, ReadError, Recording};

@@ -129,24 +129,23 @@ impl Setup {
         if format > FORMAT {
             return Err(SetupError::Format { found: format });
         }
+        // What a version did not know yet was as it is by default.
+        let default = Self::default();
         Ok(Self {
-            version: parse(map, "version")?,
+            version: parse_or(map, "version", "unknown".to_owned())?,
             model: parse(map, "model")?,
             urdf: map.get("urdf").cloned(),
             cell: map.get("cell").cloned(),
-            home: JointPositions(array(map, "home")?),
-            tcp: RpyPose::from_array(array(map, "tcp")?),
-            payload: payload_of(array(map, "payload")?),
+            home: JointPositions(array(map, "home", default.home.0)?),
+            tcp: RpyPose::from_array(array(map, "tcp", default.tcp.to_array())?),
+            payload: payload_of(array(map, "payload", payload_numbers(&default.payload))?),
             step_time: parse(map, "step_time")?,
-            seed: parse(map, "seed")?,
-            plant: parse(map, "plant")?,
-            clock: parse(map, "clock")?,
-            powered_off: parse(map, "powered_off")?,
-            epoch_ns: parse(map, "epoch_ns")?,
-            part: match map.contains_key("part") {
-                true => parse(map, "part")?,
-                false => 1,
-            },
+            seed: parse_or(map, "seed", default.seed)?,
+            plant: parse_or(map, "plant", default.plant)?,
+            clock: parse_or(map, "clock", default.clock)?,
+            powered_off: parse_or(map, "powered_off", default.powered_off)?,
+            epoch_ns: parse_or(map, "epoch_ns", default.epoch_ns)?,
+            part: parse_or(map, "part", default.part)?,
         })
     }
 }
@@ -165,10 +164,26 @@ fn parse<T: FromStr>(map: &BTreeMap<String, String>, key: &'static str) -> Resul
     convert(map, key, |text| text.parse().ok())
 }
 
+/// As [`parse`], but for an entry that need not be there.
+fn parse_or<T: FromStr>(
+    map: &BTreeMap<String, String>,
+    key: &'static str,
+    default: T,
+) -> Result<T, SetupError> {
+    match map.contains_key(key) {
+        true => parse(map, key),
+        false => Ok(default),
+    }
+}
+
 fn array<const N: usize>(
     map: &BTreeMap<String, String>,
     key: &'static str,
+    default: [f64; N],
 ) -> Result<[f64; N], SetupError> {
+    if !map.contains_key(key) {
+        return Ok(default);
+    }
     convert(map, key, |text| {
         let values: Result<Vec<f64>, _> = text.split(',').map(str::parse).collect();
         values.ok()?.try_into().ok()

@@ -27,6 +27,8 @@ pub struct Summary {
     pub cycle_range: Option<(u64, u64)>,
     /// Simulated time covered, s.
     pub duration: f64,
+    /// Simulated time of the last cycle, s.
+    pub until: f64,
     /// Length of one cycle, s.
     pub step_time: f64,
     /// Programs that were started: when (s) and their names, the first hundred.
@@ -124,6 +126,7 @@ impl Summary {
         self.cycle_range = Some((first, cycle.cycle));
         self.cycles += 1;
         self.duration = cycle.time - progress.begin;
+        self.until = cycle.time;
         self.step_time = cycle.step_time;
         if cycle.step_duration_us > cycle.step_time * 1e6 {
             self.overruns += 1;

@@ -143,6 +143,7 @@ pub struct ScriptMessage {
     /// Name of the program.
     pub program: String,
     /// Number of the program, in the order in which programs were started, from 1.
+    #[serde(default)]
     pub program_id: u32,
     /// The program's text, when it starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -217,8 +218,10 @@ pub struct CommandMessage {
     /// Name of the program that asked; empty when a port did.
     pub program: String,
     /// Number of that program; 0 when a port asked.
+    #[serde(default)]
     pub program_id: u32,
     /// The script thread that asked.
+    #[serde(default)]
     pub thread: u32,
     /// Line of the call, from 1; 0 when there is none.
     pub line: u32,

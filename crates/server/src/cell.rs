@@ -1,7 +1,7 @@
 //! The cell file: what stands around the arm, how signals are wired, what acts on the arm from outside.
 //!
-//! Owns the TOML schema and its sentences. Every table is read and checked here; what this version cannot simulate yet
-//! is refused by name, never ignored. Whether limits suit the arm is checked with the arm. Poses are
+//! Owns the TOML schema and its sentences. Every table is read and checked here; no key is ignored. Whether
+//! limits suit the arm is checked with the arm. Poses are
 //! `[x, y, z, Rx, Ry, Rz]` in the base frame, m and rad.
 
 mod act;
@@ -18,13 +18,16 @@ use io_bus::serial::{Endpoint, SerialLine};
 use kinematics::SafetyBounds;
 use kinematics::safety::SafetySettingError;
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
+use motion::contact::Surroundings;
 use motion::external::Load;
 use motion::modes::encoder::Belt;
-use motion::{InputPair, IoSetup, LimitOverrides, SafetyInputs, TimedInput, WireSetup};
+use motion::{
+    InputPair, IoSetup, LimitOverrides, SafetyInputs, SensorNoise, TimedInput, WireSetup,
+};
 use thiserror::Error;
 
 use crate::config::line_of;
-use schema::{ActiveLevel, PointValue, SafetyFunction, Sensor, SerialPort, Tables};
+use schema::{ActiveLevel, PointValue, SafetyFunction, SerialPort, Tables};
 
 /// Why there is no cell. Each is one sentence and ends the program with exit status 2.
 #[derive(Debug, Error)]
@@ -78,19 +81,6 @@ pub enum CellError {
         /// Why.
         source: SafetySettingError,
     },
-    /// Tables that this version cannot simulate.
-    #[error("{}: {} not available yet; leave {} out", path.display(), list(tables), if tables.len() == 1 { "it" } else { "them" })]
-    NotAvailable {
-        /// Which file.
-        path: PathBuf,
-        /// Their names.
-        tables: Vec<&'static str>,
-    },
-}
-
-fn list(tables: &[&str]) -> String {
-    let verb = if tables.len() == 1 { "is" } else { "are" };
-    format!("{} {verb}", tables.join(", "))
 }
 
 /// A cell file that was read and checked, and that this version can act on.
@@ -120,7 +110,6 @@ impl Cell {
     /// As [`Cell::load`].
     pub fn from_text(text: String, path: &Path) -> Result<Self, CellError> {
         let tables = parse(&text, path)?;
-        check_available(&tables, path)?;
         let safety = act::safety_bounds(&tables).map_err(|source| CellError::Safety {
             path: path.to_owned(),
             source,
@@ -244,6 +233,20 @@ impl Cell {
         act::loads(&self.tables.wrench)
     }
 
+    /// `[[obstacle]]` and `[tool]`: what the arm touches, and with what.
+    pub fn surroundings(&self) -> Surroundings {
+        act::surroundings(&self.tables)
+    }
+
+    /// `[sensor]`, with the seed of its noise.
+    pub const fn sensor_noise(&self, seed: u64) -> SensorNoise {
+        SensorNoise {
+            force: self.tables.sensor.force_noise,
+            torque: self.tables.sensor.torque_noise,
+            seed,
+        }
+    }
+
     /// `[limits]`, for the cycle to check against the model's own.
     pub fn limits(&self) -> LimitOverrides {
         let limits = &self.tables.limits;
@@ -255,6 +258,7 @@ impl Cell {
             joint_position_max: limits.joint_position_max.map(JointPositions),
             tcp_speed: limits.tcp_speed,
             elbow_speed: limits.elbow_speed,
+            tcp_force: limits.tcp_force,
         }
     }
 }
@@ -270,27 +274,6 @@ fn parse(text: &str, path: &Path) -> Result<Tables, CellError> {
         allowed: wrong.allowed,
     })?;
     Ok(tables)
-}
-
-/// Refuses, by name, everything in use that this version cannot simulate.
-fn check_available(tables: &Tables, path: &Path) -> Result<(), CellError> {
-    let used = [
-        ("[[obstacle]]", !tables.obstacle.is_empty()),
-        ("[sensor]", tables.sensor != Sensor::default()),
-        ("tcp_force in [limits]", tables.limits.tcp_force.is_some()),
-    ];
-    let tables: Vec<_> = used
-        .iter()
-        .filter(|(_, used)| *used)
-        .map(|(name, _)| *name)
-        .collect();
-    if tables.is_empty() {
-        return Ok(());
-    }
-    Err(CellError::NotAvailable {
-        path: path.to_owned(),
-        tables,
-    })
 }
 
 /// serde names unknown keys but not the key of a wrong value: that one is read from the line it stands in.

@@ -243,11 +243,65 @@ pub struct ReplayArgs {
     #[arg(long, group = "what")]
     pub rerun: bool,
     /// Speed of --serve, 1 is as recorded
-    #[arg(long, value_name = "X", requires = "serve", default_value_t = 1.0)]
+    #[arg(long, value_name = "X", requires = "serve", default_value_t = 1.0, value_parser = rate)]
     pub rate: f64,
     #[command(flatten)]
     #[allow(missing_docs)]
+    pub ports: ReplayPortArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
     pub log: LogArgs,
+}
+
+/// Where `replay --serve` listens. The same services as those of `serve`, but for the ones that only take orders.
+#[derive(Args, Clone, Debug, Default)]
+pub struct ReplayPortArgs {
+    /// Address that every port listens on [default: 127.0.0.1]
+    #[arg(long, value_name = "ADDR", requires = "serve")]
+    pub bind: Option<IpAddr>,
+    /// Robot state out; scripts are refused [default: 30001]
+    #[arg(
+        long,
+        value_name = "PORT|off",
+        requires = "serve",
+        allow_negative_numbers = true
+    )]
+    pub primary_port: Option<PortSetting>,
+    /// Cyclic data out; inputs are refused [default: 30004]
+    #[arg(
+        long,
+        value_name = "PORT|off",
+        requires = "serve",
+        allow_negative_numbers = true
+    )]
+    pub rtsi_port: Option<PortSetting>,
+    /// Health and metrics [default: 8080]
+    #[arg(
+        long,
+        value_name = "PORT|off",
+        requires = "serve",
+        allow_negative_numbers = true
+    )]
+    pub http_port: Option<PortSetting>,
+    /// Live data for the Foxglove app [default: off]
+    #[arg(
+        long,
+        value_name = "PORT|off",
+        requires = "serve",
+        allow_negative_numbers = true
+    )]
+    pub foxglove_port: Option<PortSetting>,
+    /// Where to write process id and ports as JSON once every port listens
+    #[arg(long, value_name = "PATH", requires = "serve")]
+    pub ready_file: Option<PathBuf>,
+}
+
+/// A speed of `--serve`.
+fn rate(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(rate) if (0.01..=100.0).contains(&rate) => Ok(rate),
+        _ => Err("allowed are numbers from 0.01 to 100; 1 is as recorded".to_owned()),
+    }
 }
 
 /// Options of `wait`.

@@ -268,7 +268,7 @@ fn robot(args: SharedArgs, clock: ClockChoice, record: RecordTarget) -> RobotCon
     }
 }
 
-fn each_on_its_own(ports: &PortSettings) -> Result<(), ConfigError> {
+pub(crate) fn each_on_its_own(ports: &PortSettings) -> Result<(), ConfigError> {
     let mut taken = BTreeMap::new();
     for (_, option, setting) in ports.list() {
         if let PortSetting::Number(port) = setting

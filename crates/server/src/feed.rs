@@ -98,7 +98,7 @@ pub const fn task_status(state: TaskState) -> TaskStatus {
 }
 
 /// Velocity of the elbow, m/s in the base frame. It lies on the second link: only the first two joints move it.
-fn elbow_velocity(model: &RobotModel, state: &RobotState) -> [f64; 3] {
+pub(crate) fn elbow_velocity(model: &RobotModel, state: &RobotState) -> [f64; 3] {
     let frames = model.forward(&state.actual_q);
     let moving = JointSpeeds([state.actual_qd[0], state.actual_qd[1], 0.0, 0.0, 0.0, 0.0]);
     frames.twist(&moving, frames.elbow()).linear.into()

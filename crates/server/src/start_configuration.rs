@@ -69,6 +69,10 @@ pub fn cycle_config(
         safety: cell.map(|cell| *cell.safety_bounds()).unwrap_or_default(),
         belts: cell.map(Cell::belts).unwrap_or_default(),
         loads: cell.map(Cell::loads).unwrap_or_default(),
+        surroundings: cell.map(Cell::surroundings).unwrap_or_default(),
+        sensor_noise: cell
+            .map(|cell| cell.sensor_noise(setup.seed))
+            .unwrap_or_default(),
         ..CycleConfig::new(model)
     })
 }

@@ -181,6 +181,11 @@ impl Contacts {
         }
     }
 
+    /// The arm's frames at `q`.
+    pub(crate) fn forward(&self, q: &JointPositions) -> Frames {
+        self.chain.forward(q)
+    }
+
     /// True when there is nothing to touch.
     pub(crate) fn is_empty(&self) -> bool {
         self.obstacles.is_empty()

@@ -2,7 +2,8 @@
 //!
 //! Obstacles cannot hold it back: it goes into them, and they push with their stiffness times the depth.
 
-use kinematics::{Dynamics, JointPositions, JointSpeeds, JointTorques, Pose};
+use kinematics::{Dynamics, JointPositions, JointSpeeds, JointTorques, Pose, Wrench};
+use nalgebra::Vector3;
 
 use super::{ArmState, Push};
 use crate::contact::Contacts;
@@ -14,9 +15,7 @@ pub struct IdealPlant {
     q: JointPositions,
     /// What the joints carried a cycle ago, Nm.
     torque: Option<JointTorques>,
-    /// What the push from outside takes off the joints, Nm.
-    pushed: JointTorques,
-    flange_from_tcp: Pose,
+    push: Push,
 }
 
 impl IdealPlant {
@@ -25,14 +24,18 @@ impl IdealPlant {
         Self {
             q,
             torque: None,
-            pushed: JointTorques::ZERO,
-            flange_from_tcp: Pose::IDENTITY,
+            push: Push {
+                wrench: Wrench {
+                    force: Vector3::new(0.0, 0.0, 0.0),
+                    moment: Vector3::new(0.0, 0.0, 0.0),
+                },
+                flange_from_tcp: Pose::IDENTITY,
+            },
         }
     }
 
     pub(super) fn push(&mut self, push: &Push) {
-        self.pushed = push.torque;
-        self.flange_from_tcp = push.flange_from_tcp;
+        self.push = *push;
     }
 
     pub(super) fn follow(
@@ -44,9 +47,10 @@ impl IdealPlant {
         let target = target.get();
         self.q = target.q;
         let free = dynamics.inverse_dynamics(&target.q, &target.qd, &target.qdd);
-        let pressing = contacts.pressed(&target.q, &target.qd, &self.flange_from_tcp);
+        let pressing = contacts.pressed(&target.q, &target.qd, &self.push.flange_from_tcp);
+        let (_, pushed) = self.push.at(&contacts.forward(&target.q));
         let torque = JointTorques(core::array::from_fn(|joint| {
-            free[joint] - self.pushed[joint] - pressing.torque[joint]
+            free[joint] - pushed[joint] - pressing.torque[joint]
         }));
         let before = self.torque.replace(torque).unwrap_or(torque);
         ArmState {
@@ -62,7 +66,7 @@ impl IdealPlant {
 
     pub(super) fn stand(&mut self, dynamics: &Dynamics, contacts: &Contacts) -> ArmState {
         let torque = dynamics.gravity_torques(&self.q);
-        let pressing = contacts.pressed(&self.q, &JointSpeeds::ZERO, &self.flange_from_tcp);
+        let pressing = contacts.pressed(&self.q, &JointSpeeds::ZERO, &self.push.flange_from_tcp);
         self.torque = None;
         ArmState {
             q: self.q,

@@ -6,9 +6,12 @@ mod ideal;
 mod rigid;
 mod servo;
 
-use kinematics::{Dynamics, JointPositions, JointSpeeds, JointTorques, Pose, RobotModel, Wrench};
+use kinematics::{
+    Dynamics, Frames, JointPositions, JointSpeeds, JointTorques, Pose, RobotModel, Wrench,
+};
 use nalgebra::Vector3;
 
+use crate::collision::torques_of;
 use crate::config::{ConfigError, PlantKind};
 use crate::contact::Contacts;
 use crate::setpoint::LimitedSetpoint;
@@ -33,22 +36,25 @@ pub struct ArmState {
 /// What pushes the tool from outside during a cycle.
 #[derive(Clone, Copy, Debug)]
 pub struct Push {
-    /// Base axes, about `point`.
+    /// Base axes, about the TCP, which it stays with.
     pub wrench: Wrench,
-    /// The TCP in the base frame, m.
-    pub point: Vector3<f64>,
-    /// The joint torques it makes, Nm.
-    pub torque: JointTorques,
-    /// Where the TCP is: obstacles touch there when the tool has no shape.
+    /// Where the TCP is. Obstacles touch there too when the tool has no shape.
     pub flange_from_tcp: Pose,
+}
+
+impl Push {
+    /// The TCP in the base frame, m, and the joint torques that the wrench makes, Nm.
+    fn at(&self, frames: &Frames) -> (Vector3<f64>, JointTorques) {
+        let tcp = frames.base_from_flange * self.flange_from_tcp;
+        let torque = torques_of(&self.wrench, frames, &tcp);
+        (tcp.translation, torque)
+    }
 }
 
 impl Default for Push {
     fn default() -> Self {
         Self {
             wrench: Wrench::default(),
-            point: Vector3::zeros(),
-            torque: JointTorques::ZERO,
             flange_from_tcp: Pose::IDENTITY,
         }
     }

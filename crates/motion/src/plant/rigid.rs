@@ -6,7 +6,9 @@
 
 use kinematics::chain::Chain;
 use kinematics::payload::RigidBody;
-use kinematics::{DOF, Dynamics, JointPositions, JointSpeeds, JointTorques, RobotModel, Wrench};
+use kinematics::{
+    DOF, Dynamics, Frames, JointPositions, JointSpeeds, JointTorques, RobotModel, Wrench,
+};
 use nalgebra::{Vector3, Vector6};
 use rapier3d_f64::dynamics::{
     GenericJointBuilder, JointAxesMask, MassProperties, MultibodyJointHandle, RigidBodyBuilder,
@@ -171,14 +173,17 @@ impl RigidPlant {
         for k in 1..=servo_steps as u32 {
             let next = way.positions(f64::from(k) * servo_step);
             let ArmState { q, qd, .. } = self.state;
-            let (hand, felt) = (&self.push.torque, &self.felt);
+            let frames = self.chain.forward(&q);
+            let (tcp, hand) = self.push.at(&frames);
+            let felt = &self.felt;
             let known = JointTorques(core::array::from_fn(|joint| hand[joint] + felt[joint]));
             let torque = self
                 .servo
                 .torques(dynamics, &q, &qd, next, &known, servo_step);
-            self.apply(&torque);
+            self.apply(&torque, &frames, tcp);
             if !contacts.is_empty() {
-                let pressing = self.press(contacts, dynamics, &torque, servo_step);
+                let pushing = JointTorques(core::array::from_fn(|j| torque[j] + hand[j]));
+                let pressing = self.press(contacts, dynamics, (&frames, tcp), &pushing, servo_step);
                 contact.force += pressing.tool.force / servo_steps;
                 contact.moment += pressing.tool.moment / servo_steps;
                 let share = servo_step / (TOUCH_FILTER + servo_step);
@@ -220,30 +225,28 @@ impl RigidPlant {
         self.state
     }
 
-    /// Adds the forces of obstacles over the next `step` seconds, in which the drives give `torque`.
+    /// Adds the forces of obstacles over the next `step` seconds, in which drives and hand give `torque`.
     fn press(
         &mut self,
         contacts: &Contacts,
         dynamics: &Dynamics,
+        (frames, tcp): (&Frames, Vector3<f64>),
         torque: &JointTorques,
         step: f64,
     ) -> ContactForces {
         let ArmState { q, qd, .. } = self.state;
-        let frames = self.chain.forward(&q);
-        let touches = contacts.touches(&frames, &self.push.flange_from_tcp);
+        let touches = contacts.touches(frames, &self.push.flange_from_tcp);
         // A mass matrix that cannot be factored belongs to a diverged plant, which the cycle stops.
         let mass = dynamics.mass_matrix(&q).cholesky();
         let (false, Some(mass)) = (touches.as_slice().is_empty(), mass) else {
             return ContactForces::NONE;
         };
         let bias = dynamics.bias_torques(&q, &qd);
-        let hand = &self.push.torque;
-        let net = Vector6::from_fn(|joint, _| torque[joint] + hand[joint] - bias[joint]);
+        let net = Vector6::from_fn(|joint, _| torque[joint] - bias[joint]);
         let free = JointSpeeds((qd.to_vector() + mass.solve(&net) * step).into());
-        let tcp = (frames.base_from_flange * self.push.flange_from_tcp).translation;
         let answer = Answer { mass, step };
         let obstacles = &contacts.obstacles;
-        let forces = law::solve(&touches, obstacles, &frames, tcp, &free, Some(&answer));
+        let forces = law::solve(&touches, obstacles, frames, tcp, &free, Some(&answer));
         self.push_links(&touches, &forces);
         forces
     }
@@ -257,8 +260,7 @@ impl RigidPlant {
     }
 
     /// The engine has no input for joint torques: each goes to its link and, reversed, to the one before.
-    fn apply(&mut self, torque: &JointTorques) {
-        let frames = self.chain.forward(&self.state.q);
+    fn apply(&mut self, torque: &JointTorques, frames: &Frames, tcp: Vector3<f64>) {
         let about: [Vector3<f64>; DOF] = core::array::from_fn(|joint| {
             frames.base_from_joint[joint].rotation * Vector3::z() * torque[joint]
         });
@@ -271,8 +273,8 @@ impl RigidPlant {
             }
         }
         if let Some(last) = self.world.bodies.get_mut(self.links[DOF - 1]) {
-            let Push { wrench, point, .. } = &self.push;
-            last.add_force_at_point(vector(&wrench.force), vector(point), false);
+            let wrench = &self.push.wrench;
+            last.add_force_at_point(vector(&wrench.force), vector(&tcp), false);
             last.add_torque(vector(&wrench.moment), false);
         }
     }

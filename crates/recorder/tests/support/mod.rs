@@ -211,6 +211,7 @@ pub mod any {
             target_tcp_speed: c.2,
             actual_tcp_speed: c.3,
             tcp_force: c.4,
+            raw_wrench: c.2,
             tcp_offset: RpyPose::from_array(c.5),
             elbow_position: r.0,
             payload: Payload {

@@ -446,7 +446,7 @@ fn name_of(program: &Program) -> String {
 const NOMINAL_AMPERES: f64 = 12.5;
 
 /// Figures of the arm for the ports.
-fn describe(model: &RobotModel) -> RobotDescription {
+pub(crate) fn describe(model: &RobotModel) -> RobotDescription {
     let limits = model.limits();
     let dh = model.dh().map(|table| table.modified());
     RobotDescription {

@@ -1,4 +1,4 @@
-//! From tables of the cell to what the control cycle acts on: safety planes and tool, belts, loads.
+//! From tables of the cell to what the control cycle acts on: safety planes, obstacles and tool, belts, loads.
 //!
 //! Values were checked when the file was read; what the arm's own types refuse beyond that comes back as a sentence.
 
@@ -6,10 +6,13 @@ use core::f64::consts::TAU;
 
 use kinematics::safety::{self, SafetyPlane, SafetySettingError, SafetyTool};
 use kinematics::{Pose, RpyPose, SafetyBounds, Wrench};
+use motion::contact::{self, Obstacle, Solid, Surroundings};
 use motion::external::{Load, LoadFrame};
 use motion::modes::encoder::Belt;
 
-use super::schema::{Conveyor, ExternalWrench, LoadFrame as TableFrame, PlaneMode, Shape, Tables};
+use super::schema::{
+    Conveyor, ExternalWrench, LoadFrame as TableFrame, PlaneMode, Shape, Six, Size, Tables,
+};
 
 /// `[[safety_plane]]` and `[tool]`.
 pub(super) fn safety_bounds(tables: &Tables) -> Result<SafetyBounds, SafetySettingError> {
@@ -38,6 +41,42 @@ pub(super) fn safety_bounds(tables: &Tables) -> Result<SafetyBounds, SafetySetti
         Shape::Plane => None,
     };
     Ok(bounds.with_tool(tool))
+}
+
+/// `[[obstacle]]` and `[tool]`.
+pub(super) fn surroundings(tables: &Tables) -> Surroundings {
+    let obstacle = |table: &super::schema::Obstacle| Obstacle {
+        name: table.name.clone(),
+        solid: solid(table.shape, &table.size, table.pose),
+        stiffness: table.stiffness,
+        damping: table.damping.unwrap_or(0.0),
+        friction: table.friction.unwrap_or(0.0),
+    };
+    let tool = tables.tool.as_ref();
+    Surroundings {
+        obstacles: tables.obstacle.iter().map(obstacle).collect(),
+        tool: tool.map(|tool| solid(tool.shape, &tool.size, tool.pose)),
+    }
+}
+
+/// A shape whose size was checked when the file was read.
+fn solid(shape: Shape, size: &Size, pose: Six) -> Solid {
+    let size = size.numbers();
+    let number = |k: usize| size.get(k).copied().unwrap_or(f64::NAN);
+    Solid {
+        pose: Pose::from_rpy(&RpyPose::from_array(pose)),
+        shape: match shape {
+            Shape::Box => contact::Shape::Box {
+                half: [0, 1, 2].map(|k| number(k) / 2.0),
+            },
+            Shape::Cylinder => contact::Shape::Cylinder {
+                radius: number(0),
+                half_length: number(1) / 2.0,
+            },
+            Shape::Sphere => contact::Shape::Sphere { radius: number(0) },
+            Shape::Plane => contact::Shape::Plane,
+        },
+    }
 }
 
 /// `[[conveyor]]`, by encoder.

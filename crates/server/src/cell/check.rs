@@ -3,6 +3,7 @@
 use core::fmt;
 
 use motion::InputPair;
+use motion::contact::HARD;
 
 use super::point::{Direction, Point};
 use super::schema::{Conveyor, ModbusSignal, PointValue, Shape, Size, Tables};
@@ -50,6 +51,12 @@ impl Table {
     fn not_negative(&self, key: &'static str, values: &[f64]) -> Checked {
         self.all(key, values, "numbers of at least 0 are needed", |x| {
             x.is_finite() && x >= 0.0
+        })
+    }
+
+    fn at_most(&self, key: &'static str, values: &[f64], most: f64) -> Checked {
+        self.all(key, values, &format!("allowed are 0 to {most}"), |x| {
+            (0.0..=most).contains(&x)
         })
     }
 
@@ -106,10 +113,24 @@ impl Table {
     }
 }
 
+/// Most obstacles: each is looked at in every step of the servo.
+const OBSTACLES_MAX: usize = 200;
+/// Largest damping, N s/m, coefficient of friction, and deviations of the sensor, N and Nm: beyond them are typing errors.
+const DAMPING_MAX: f64 = 1e7;
+const FRICTION_MAX: f64 = 10.0;
+const NOISE_MAX: f64 = 1e4;
+/// Strongest load, N and Nm.
+const LOAD_MAX: f64 = motion::constants::WRENCH_MAX;
+
 /// Longest delay of a wire, s: its delay line holds a number a cycle.
 const WIRE_DELAY_MAX: f64 = 600.0;
 
 pub(super) fn values(cell: &Tables) -> Checked {
+    if cell.obstacle.len() > OBSTACLES_MAX {
+        let table = Table("the cell".to_owned());
+        let allowed = format!("at most {OBSTACLES_MAX} of them are simulated");
+        return Err(table.wrong("[[obstacle]]", cell.obstacle.len(), allowed));
+    }
     for (index, obstacle) in cell.obstacle.iter().enumerate() {
         let table = Table::named("obstacle", &obstacle.name);
         if cell.obstacle[..index]
@@ -124,9 +145,14 @@ pub(super) fn values(cell: &Tables) -> Checked {
         }
         table.shape(obstacle.shape, &obstacle.size)?;
         table.finite("pose", &obstacle.pose)?;
-        table.positive("stiffness", obstacle.stiffness.as_slice())?;
-        table.not_negative("damping", obstacle.damping.as_slice())?;
-        table.not_negative("friction", obstacle.friction.as_slice())?;
+        if let Some(stiffness) = obstacle.stiffness
+            && !(stiffness > 0.0 && stiffness <= HARD)
+        {
+            let allowed = format!("more than 0 up to {HARD:e} N/m, or none for a hard one");
+            return Err(table.wrong("stiffness", stiffness, allowed));
+        }
+        table.at_most("damping", obstacle.damping.as_slice(), DAMPING_MAX)?;
+        table.at_most("friction", obstacle.friction.as_slice(), FRICTION_MAX)?;
     }
     if let Some(tool) = &cell.tool {
         let table = Table("tool".to_owned());
@@ -155,13 +181,14 @@ pub(super) fn values(cell: &Tables) -> Checked {
         }
     }
     let sensor = Table("sensor".to_owned());
-    sensor.not_negative("force_noise", &[cell.sensor.force_noise])?;
-    sensor.not_negative("torque_noise", &[cell.sensor.torque_noise])?;
+    sensor.at_most("force_noise", &[cell.sensor.force_noise], NOISE_MAX)?;
+    sensor.at_most("torque_noise", &[cell.sensor.torque_noise], NOISE_MAX)?;
     for (index, load) in cell.wrench.iter().enumerate() {
         let table = Table::numbered("wrench", index);
         table.not_negative("at", &[load.at])?;
         table.positive("duration", &[load.duration])?;
-        table.finite("wrench", &load.wrench)?;
+        let allowed = format!("numbers of at most {LOAD_MAX} N or Nm are needed");
+        table.all("wrench", &load.wrench, &allowed, |x| x.abs() <= LOAD_MAX)?;
     }
     for (index, belt) in cell.conveyor.iter().enumerate() {
         let table = Table::numbered("conveyor", index);

@@ -3,16 +3,10 @@
 use super::point::Group;
 use super::schema::*;
 use super::*;
+use motion::contact::Shape as Shape3d;
 
 fn cell(text: &str) -> Result<Tables, CellError> {
     parse(text, Path::new("c.toml"))
-}
-
-/// Why a file with this text is not loaded.
-fn refused(text: &str) -> String {
-    check_available(&cell(text).unwrap(), Path::new("c.toml"))
-        .unwrap_err()
-        .to_string()
 }
 
 /// Every table with every key.
@@ -135,15 +129,39 @@ fn every_table_and_key_is_read() {
 }
 
 #[test]
-fn what_is_not_simulated_yet_is_refused_by_name() {
+fn obstacles_tool_and_sensor_reach_the_arm() {
+    let cell = Cell::from_text(WHOLE.to_owned(), Path::new("c.toml")).unwrap();
+    let around = cell.surroundings();
+    let shapes: Vec<_> = around.obstacles.iter().map(|o| o.solid.shape).collect();
+    let half = [0.6, 0.4, 0.025];
     assert_eq!(
-        refused(WHOLE),
-        "c.toml: [[obstacle]], [sensor], tcp_force in [limits] are not available yet; leave them out"
+        shapes,
+        [
+            Shape3d::Box { half },
+            Shape3d::Sphere { radius: 0.1 },
+            Shape3d::Plane
+        ]
+    );
+    let bench = &around.obstacles[0];
+    assert_eq!(
+        (bench.stiffness, bench.damping, bench.friction),
+        (Some(1e5), 100.0, 0.4)
+    );
+    let ball = &around.obstacles[1];
+    assert_eq!(
+        (ball.stiffness, ball.damping, ball.friction),
+        (None, 0.0, 0.0)
     );
     assert_eq!(
-        refused("[sensor]\nforce_noise = 1"),
-        "c.toml: [sensor] is not available yet; leave it out"
+        around.tool.map(|tool| tool.shape),
+        Some(Shape3d::Cylinder {
+            radius: 0.02,
+            half_length: 0.05
+        })
     );
+    let noise = cell.sensor_noise(7);
+    assert_eq!((noise.force, noise.torque, noise.seed), (0.2, 0.01, 7));
+    assert_eq!(cell.limits().tcp_force, Some(150.0));
 }
 
 #[test]
@@ -188,6 +206,16 @@ fn each_mistake_has_one_sentence_that_names_the_key() {
         obstacle("shape = \"sphere\"\nsize = nan"),
         obstacle("shape = \"plane\"\nstiffness = 0"),
         obstacle("shape = \"plane\"\nfriction = -0.1"),
+        obstacle("shape = \"plane\"\nstiffness = 1e9"),
+        obstacle("shape = \"plane\"\nstiffness = nan"),
+        obstacle("shape = \"plane\"\ndamping = -1"),
+        obstacle("shape = \"plane\"\nfriction = 11"),
+        obstacle("shape = \"plane\"\nmass = 1"),
+        "[sensor]\nforce_noise = -1".to_owned(),
+        "[sensor]\ntorque_noise = inf".to_owned(),
+        "[sensor]\nseed = 1".to_owned(),
+        "[tool]\nshape = \"sphere\"\nsize = 0\npose = [0, 0, 0, 0, 0, 0]".to_owned(),
+        "[[wrench]]\nat = 0\nduration = 1\nwrench = [0, 0, 1e6, 0, 0, 0]".to_owned(),
         format!("{}\n{}", obstacle("shape = \"plane\""), obstacle("shape = \"plane\"")),
         "[tool]\nshape = \"plane\"\npose = [0, 0, 0, 0, 0, 0]".to_owned(),
         "[[safety_plane]]\nname = \"p\"\npoint = [0, 0, 0]\nnormal = [0, 0, 0]".to_owned(),

@@ -1,5 +1,6 @@
 //! `eliteserver serve`: the controller with its ports, until SIGINT or SIGTERM.
 
+use std::net::IpAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -10,7 +11,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::announce::Console;
 use crate::backend::{Backend, Lifetime};
-use crate::config::ServeConfig;
+use crate::config::{PortSettings, ServeConfig};
 use crate::controller::{Controller, StartError};
 use crate::options::{PortSetting, RecordTarget};
 use crate::ports::listen::{BindError, PortMeter, bind};
@@ -75,7 +76,7 @@ fn live(
     signalled: &CancellationToken,
 ) -> Result<Life, ServeError> {
     // Ports first: a port in use must not leave an empty recording behind.
-    let listeners = runtime.block_on(open_ports(config))?;
+    let listeners = runtime.block_on(open_ports(config.bind, &mut config.ports))?;
     let controller = Controller::start(&config.robot, Console::Log, config.powered_off)?;
     let served = runtime.block_on(serve_ports(config, &controller, listeners, signalled));
     // The ports are closed; a program that still runs has been told to stop.
@@ -94,19 +95,41 @@ fn live(
 }
 
 /// One entry a service, in the order of the ready file.
-type Listeners = Vec<(&'static str, Option<TcpListener>)>;
+pub(crate) type Listeners = Vec<(&'static str, Option<TcpListener>)>;
 
-async fn open_ports(config: &mut ServeConfig) -> Result<Listeners, ServeError> {
+/// Opens every port that is on; ports that were free to choose are settled from then on.
+///
+/// # Errors
+/// A port cannot be opened.
+pub(crate) async fn open_ports(
+    address: IpAddr,
+    ports: &mut PortSettings,
+) -> Result<Listeners, ServeError> {
     let mut listeners = Vec::new();
-    for (name, option, setting) in config.ports.list() {
-        let listener = bind(option, config.bind, setting).await?;
+    for (name, option, setting) in ports.list() {
+        let listener = bind(option, address, setting).await?;
         if let Some(listener) = &listener {
             let port = listener.local_addr()?.port();
-            config.ports.set(name, PortSetting::Number(port));
+            ports.set(name, PortSetting::Number(port));
         }
         listeners.push((name, listener));
     }
     Ok(listeners)
+}
+
+/// Every service with its port, for the ready file.
+///
+/// # Errors
+/// The operating system does not tell a port.
+pub(crate) fn bound_ports(
+    listeners: &Listeners,
+) -> std::io::Result<Vec<(&'static str, Option<u16>)>> {
+    let mut bound = Vec::new();
+    for (name, listener) in listeners {
+        let address = listener.as_ref().map(TcpListener::local_addr).transpose()?;
+        bound.push((*name, address.map(|address| address.port())));
+    }
+    Ok(bound)
 }
 
 async fn serve_ports(
@@ -132,18 +155,13 @@ async fn serve_ports(
 
     let image = controller.fieldbus().port_image.clone();
     let mut services = tokio::task::JoinSet::new();
-    let mut bound = Vec::new();
+    let bound = bound_ports(&listeners)?;
     let meters: Vec<PortMeter> = listeners
         .iter()
         .filter(|(_, l)| l.is_some())
         .map(|(name, _)| PortMeter::new(name))
         .collect();
     for (name, listener) in listeners {
-        let port = match &listener {
-            Some(listener) => Some(listener.local_addr()?.port()),
-            None => None,
-        };
-        bound.push((name, port));
         let (Some(listener), Some(meter)) =
             (listener, meters.iter().find(|m| m.name() == name).cloned())
         else {

@@ -8,8 +8,10 @@ mod csv;
 mod diff;
 mod find;
 mod plot;
+mod register_write;
 mod rerun;
 pub(crate) mod script;
+mod serve;
 mod state;
 mod summary;
 
@@ -24,6 +26,7 @@ use crate::cli::ReplayArgs;
 pub use condition::ConditionError;
 pub use plot::PictureError;
 pub use rerun::{Comparison, RerunError};
+pub use serve::ServeRecordingError;
 
 /// Exit status: 0 answered, 1 a cycle differs (`--rerun`), 2 the recording cannot be read or the question not answered.
 pub fn run(args: &ReplayArgs) -> u8 {
@@ -68,12 +71,9 @@ pub enum ReplayError {
     /// The recording cannot be run again.
     #[error(transparent)]
     Rerun(#[from] RerunError),
-    /// Not there yet.
-    #[error("{option} is not implemented in this version")]
-    NotImplemented {
-        /// The option.
-        option: &'static str,
-    },
+    /// The recording cannot be served.
+    #[error(transparent)]
+    Serve(#[from] ServeRecordingError),
     /// The answer cannot be written.
     #[error("cannot write the answer: {0}")]
     Output(#[from] io::Error),
@@ -91,11 +91,6 @@ fn covered(range: Option<(f64, f64)>) -> String {
 /// # Errors
 /// [`ReplayError`], a sentence for people.
 pub fn answer(args: &ReplayArgs, out: &mut impl Write) -> Result<u8, ReplayError> {
-    if args.serve {
-        return Err(ReplayError::NotImplemented {
-            option: "replay --serve",
-        });
-    }
     let recording = Recording::open(&args.file)?;
     if let Some(time) = args.at {
         state::print(&recording, time, out)?;
@@ -112,6 +107,8 @@ pub fn answer(args: &ReplayArgs, out: &mut impl Write) -> Result<u8, ReplayError
         let report = diff::compare(&recording, &Recording::open(other)?)?;
         writeln!(out, "{report}")?;
         return Ok(u8::from(!report.is_identical()));
+    } else if args.serve {
+        serve::serve(&recording, args.rate, &args.ports)?;
     } else if args.rerun {
         let comparison = rerun::rerun(&recording)?;
         writeln!(out, "{comparison}")?;

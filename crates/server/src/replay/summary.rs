@@ -96,11 +96,13 @@ pub(super) fn print(
         Some(Ending::Complete) | None => writeln!(out, "ending: complete"),
         Some(Ending::Cut) => writeln!(
             out,
-            "ending: cut, the recorder was killed or is still writing; read up to the last complete chunk"
+            "ending: cut, the recorder was killed or is still writing; readable up to {:.3} s, the last complete chunk",
+            summary.until
         ),
         Some(Ending::Damaged(reason)) => writeln!(
             out,
-            "ending: damaged ({reason}); read up to the last chunk before that"
+            "ending: damaged ({reason}); readable up to {:.3} s, the last chunk before that",
+            summary.until
         ),
     }
 }

@@ -28,6 +28,10 @@ pub trait Controller: Send + Sync + 'static {
     fn description(&self) -> &RobotDescription;
     /// Every cycle's sample from now on, in order. A receiver that falls behind loses the oldest.
     fn samples(&self) -> broadcast::Receiver<Arc<Sample>>;
+    /// Why no client may write, where that is so; said to whoever sets up inputs.
+    fn read_only(&self) -> Option<&'static str> {
+        None
+    }
     /// Makes changes in the next cycle. `written` are the variables that the package set, changed or not: watchdogs
     /// count them. Must not wait.
     fn apply(&self, client: ClientId, changes: &[Change], written: &[Input]);

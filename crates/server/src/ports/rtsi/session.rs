@@ -204,6 +204,15 @@ impl<C: Controller> Talk<'_, C> {
             return;
         };
         let found: Vec<Option<Input>> = names.iter().map(|name| Input::by_name(name)).collect();
+        if let Some(reason) = self.controller.read_only() {
+            self.failed = true;
+            let kinds = found
+                .iter()
+                .map(|input| input.map_or("NOT_FOUND", |_| "IN_USE"));
+            self.reply_recipe(letter::INPUTS, id, kinds);
+            append_text(&mut self.out, TextLevel::Error, reason);
+            return;
+        }
         let known: Vec<Input> = found.iter().flatten().copied().collect();
         let all_known = known.len() == found.len();
         let taken = if all_known {

@@ -1,0 +1,77 @@
+//! Why a recording cannot be read.
+
+use std::io;
+
+use thiserror::Error;
+
+use crate::setup::SetupError;
+
+/// Why a recording cannot be read.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The file cannot be opened or read.
+    #[error("cannot read {path}: {source}")]
+    Io {
+        /// The file.
+        path: String,
+        /// Why.
+        source: io::Error,
+    },
+    /// Not an MCAP file.
+    #[error("{path} is not an MCAP file: {reason}")]
+    NotMcap {
+        /// The file.
+        path: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// An MCAP file without the topic of the cycles.
+    #[error("{path} is not a recording of eliteserver: it has no topic /cycle")]
+    NotARecording {
+        /// The file.
+        path: String,
+    },
+    /// The start configuration cannot be used.
+    #[error("{path}: {source}")]
+    Setup {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        source: SetupError,
+    },
+    /// A message is not what its topic says.
+    #[error("message {number} of {topic} cannot be decoded: {reason}")]
+    Message {
+        /// The topic.
+        topic: String,
+        /// Number of the message in its topic, from 1.
+        number: u64,
+        /// What is wrong.
+        reason: String,
+    },
+    /// There is no such topic in the file.
+    #[error("there is no topic {topic} in the recording; it has {known}")]
+    NoTopic {
+        /// The topic asked for.
+        topic: String,
+        /// Those there are.
+        known: String,
+    },
+    /// A topic's schema cannot be used.
+    #[error("the schema of {topic} cannot be used: {reason}")]
+    Schema {
+        /// The topic.
+        topic: String,
+        /// Why.
+        reason: String,
+    },
+    /// A message has more values than a table may have columns.
+    #[error("{topic} has more than {limit} columns")]
+    TooWide {
+        /// The topic.
+        topic: String,
+        /// The largest number of columns.
+        limit: usize,
+    },
+}

@@ -1,0 +1,215 @@
+//! `replay --serve`: a recording through ports 30001, 30004, http and Foxglove, as if the arm ran now.
+//!
+//! Owns the ports and the pace. [`Playback`] is what the ports see; it is read-only: whoever sends a program or claims
+//! an input is told so. The ports close when the recording ends.
+
+mod playback;
+
+use std::net::{IpAddr, Ipv4Addr};
+use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
+
+use recorder::{Entry, ReadError, Recording, Topic, Viewer};
+use thiserror::Error;
+use tokio::sync::mpsc;
+use tokio::task::JoinSet;
+use tokio::time::{Instant, sleep_until};
+use tokio_util::sync::CancellationToken;
+
+use super::{model_of, rerun::RerunError};
+use crate::cell::{Cell, CellError};
+use crate::cli::ReplayPortArgs;
+use crate::commands::serve::{Listeners, ServeError, bound_ports, open_ports};
+use crate::config::{ConfigError, PRIMARY_PORT, PortSettings};
+use crate::options::PortSetting;
+use crate::ports::foxglove::View;
+use crate::ports::listen::PortMeter;
+use crate::ports::{foxglove, http, primary, rtsi};
+use crate::{ready_file, shutdown};
+use playback::Playback;
+
+/// Messages read ahead from the file.
+const READ_AHEAD: usize = 1024;
+/// Clients hear the last state before the ports close.
+const FAREWELL: Duration = Duration::from_millis(250);
+
+/// Why a recording cannot be served.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ServeRecordingError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// It does not tell which arm it is of.
+    #[error(transparent)]
+    Setup(#[from] RerunError),
+    /// The cell file in it is none of this version's.
+    #[error(transparent)]
+    Cell(#[from] CellError),
+    /// The ports do not fit together.
+    #[error(transparent)]
+    Ports(#[from] ConfigError),
+    /// A port cannot be opened.
+    #[error(transparent)]
+    Serve(#[from] ServeError),
+    /// Threads or signals.
+    #[error("the operating system refused what a server needs: {0}")]
+    System(#[from] std::io::Error),
+}
+
+/// Serves the recording at `rate` times its speed until it ends or a signal comes.
+pub(super) fn serve(
+    recording: &Recording,
+    rate: f64,
+    args: &ReplayPortArgs,
+) -> Result<(), ServeRecordingError> {
+    let setup = recording.setup().ok_or(RerunError::NoSetup)?;
+    let model = model_of(setup).map_err(RerunError::Model)?;
+    let name = std::path::Path::new("the recorded cell file");
+    let cell = setup.cell.clone();
+    let cell = cell.map(|text| Cell::from_text(text, name)).transpose()?;
+    let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
+    let viewer = Viewer::new(model.clone(), obstacles, setup.epoch_ns);
+    let playback = Arc::new(Playback::new(recording.name(), model, setup));
+
+    let fixed =
+        |setting: Option<PortSetting>, number| setting.unwrap_or(PortSetting::Number(number));
+    let mut ports = PortSettings {
+        primary: fixed(args.primary_port, PRIMARY_PORT),
+        interpreter: PortSetting::Off,
+        rtsi: fixed(args.rtsi_port, 30004),
+        dashboard: PortSetting::Off,
+        modbus: PortSetting::Off,
+        http: fixed(args.http_port, 8080),
+        foxglove: args.foxglove_port.unwrap_or(PortSetting::Off),
+    };
+    crate::config::each_on_its_own(&ports)?;
+    let bind = args.bind.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST));
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(2)
+        .enable_all()
+        .build()?;
+    runtime.block_on(async {
+        let stop = CancellationToken::new();
+        shutdown::on_signals(stop.clone())?;
+        let listeners = open_ports(bind, &mut ports).await?;
+        let bound = bound_ports(&listeners)?;
+        for (name, port) in bound
+            .iter()
+            .filter_map(|(name, port)| Some((name, (*port)?)))
+        {
+            tracing::info!("{name} on {bind}:{port}");
+        }
+        let services = open_services(listeners, &playback, viewer, &stop);
+        if let Some(path) = &args.ready_file {
+            ready_file::write(path, std::process::id(), &bound).map_err(|source| {
+                ServeError::ReadyFile {
+                    path: path.clone(),
+                    source,
+                }
+            })?;
+        }
+        let played = stop
+            .run_until_cancelled(play(recording, rate, &playback))
+            .await;
+        stop.run_until_cancelled(tokio::time::sleep(FAREWELL)).await;
+        stop.cancel();
+        services.join_all().await;
+        played.unwrap_or(Ok(()))
+    })
+}
+
+fn open_services(
+    listeners: Listeners,
+    playback: &Arc<Playback>,
+    viewer: Viewer,
+    stop: &CancellationToken,
+) -> JoinSet<()> {
+    let meters: Vec<PortMeter> = listeners
+        .iter()
+        .filter(|(_, listener)| listener.is_some())
+        .map(|(name, _)| PortMeter::new(name))
+        .collect();
+    let mut services = JoinSet::new();
+    for (name, listener) in listeners {
+        let meter = meters.iter().find(|meter| meter.name() == name).cloned();
+        let (Some(listener), Some(meter)) = (listener, meter) else {
+            continue;
+        };
+        let (playback, stop) = (playback.clone(), stop.clone());
+        match name {
+            "primary" => {
+                let hub = playback.hub().clone();
+                services.spawn(primary::serve(listener, playback, hub, meter, stop));
+            }
+            "rtsi" => drop(services.spawn(rtsi::serve(listener, playback, meter, stop))),
+            "http" => {
+                let meters = meters.clone();
+                services.spawn(http::serve(listener, playback, meters, meter, stop));
+            }
+            "foxglove" => {
+                let view = View {
+                    viewer: viewer.clone(),
+                    samples: playback.samples(),
+                    log: playback.log_lines(),
+                };
+                services.spawn(foxglove::serve(listener, view, meter, stop));
+            }
+            other => unreachable!("{other} is off in a replay"),
+        }
+    }
+    services
+}
+
+/// Gives every message of the recording to `playback` when its time has come.
+async fn play(
+    recording: &Recording,
+    rate: f64,
+    playback: &Playback,
+) -> Result<(), ServeRecordingError> {
+    let mut messages = read_ahead(recording.clone())?;
+    let begin = Instant::now();
+    let mut first = None;
+    let mut last = 0.0;
+    while let Some(message) = messages.recv().await {
+        let (time, entry) = message?;
+        let elapsed = (time - *first.get_or_insert(time)) / rate;
+        // A recording may hold any time stamp; one beyond all reason is played at once.
+        if let Ok(elapsed) = Duration::try_from_secs_f64(elapsed)
+            && let Some(due) = begin.checked_add(elapsed)
+            && due > Instant::now()
+        {
+            sleep_until(due).await;
+        }
+        last = time;
+        playback.take(time, entry);
+    }
+    tracing::info!("the recording ends at {last:.3} s");
+    Ok(())
+}
+
+/// Reads the file on a thread of its own, since reading may wait for the disk.
+fn read_ahead(
+    recording: Recording,
+) -> std::io::Result<mpsc::Receiver<Result<(f64, Entry), ReadError>>> {
+    let (sender, receiver) = mpsc::channel(READ_AHEAD);
+    thread::Builder::new()
+        .name("replay".to_owned())
+        .spawn(move || {
+            let entries = match recording.entries(&Topic::ALL) {
+                Ok(entries) => entries,
+                Err(error) => {
+                    // Nobody to tell any more: the ports are closing.
+                    let _ = sender.blocking_send(Err(error));
+                    return;
+                }
+            };
+            for entry in entries {
+                if sender.blocking_send(entry).is_err() {
+                    return;
+                }
+            }
+        })?;
+    Ok(receiver)
+}

@@ -1,0 +1,413 @@
+//! The controller of a recording as the ports see it: the state of the moment, and a polite no to whoever wants more.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use kinematics::RobotModel;
+use motion::histogram::Histogram;
+use motion_api::{RegisterImages, Registers, RobotState};
+use recorder::{
+    CommandMessage, Entry, LogLevel, LogMessage, ScriptMessage, Setup, VariableMessage,
+};
+use serde_json::{Value, json};
+use tokio::sync::broadcast;
+
+use crate::backend::describe;
+use crate::feed::elbow_velocity;
+use crate::ports::ClientId;
+use crate::ports::description::{Peripherals, RobotDescription, TaskStatus};
+use crate::ports::foxglove::LogLine;
+use crate::ports::http;
+use crate::ports::http::metrics::Figures;
+use crate::ports::primary::codec::{ErrorData, Exception, Level, Source};
+use crate::ports::primary::framing::ControlPhrase;
+use crate::ports::primary::{self, Hub, Submission};
+use crate::ports::rtsi;
+use crate::ports::rtsi::inputs::{Change, Input};
+use crate::ports::rtsi::outputs::Sample;
+use crate::replay::register_write::RegisterWrite;
+use crate::replay::script;
+
+/// How many samples and messages a listener may be behind before it loses some.
+const WAITING_MAX: usize = 256;
+/// Global variables that are kept for `/panel`.
+const VARIABLES_MAX: usize = 1000;
+/// What clients are told that want to change something.
+const READ_ONLY: &str = "this is a replay of a recording, it takes no programs and no inputs";
+
+/// What is played, at the moment.
+pub(super) struct Playback {
+    name: String,
+    model: RobotModel,
+    description: RobotDescription,
+    epoch_ns: u64,
+    hub: Hub,
+    samples: broadcast::Sender<Arc<Sample>>,
+    log_lines: broadcast::Sender<LogLine>,
+    durations: Histogram,
+    latencies: Histogram,
+    registers: Registers,
+    now: Mutex<Now>,
+}
+
+struct Now {
+    state: RobotState,
+    task: TaskStatus,
+    program: String,
+    line: u32,
+    variables: BTreeMap<String, (String, String)>,
+    errors: u64,
+}
+
+impl Playback {
+    /// Before its first message. `name` is the file, for people.
+    pub(super) fn new(name: &str, model: RobotModel, setup: &Setup) -> Self {
+        let now = Now {
+            state: RobotState::at_start(setup.home, setup.step_time),
+            task: TaskStatus::Stopped,
+            program: String::new(),
+            line: 0,
+            variables: BTreeMap::new(),
+            errors: 0,
+        };
+        Self {
+            name: name.to_owned(),
+            description: describe(&model),
+            model,
+            epoch_ns: setup.epoch_ns,
+            hub: Hub::default(),
+            samples: broadcast::channel(WAITING_MAX).0,
+            log_lines: broadcast::channel(WAITING_MAX).0,
+            durations: Histogram::default(),
+            latencies: Histogram::default(),
+            registers: Registers::default(),
+            now: Mutex::new(now),
+        }
+    }
+
+    /// The clients of port 30001.
+    pub(super) fn hub(&self) -> &Hub {
+        &self.hub
+    }
+
+    /// Every cycle from now on.
+    pub(super) fn samples(&self) -> broadcast::Receiver<Arc<Sample>> {
+        self.samples.subscribe()
+    }
+
+    /// Every message for people from now on.
+    pub(super) fn log_lines(&self) -> broadcast::Receiver<LogLine> {
+        self.log_lines.subscribe()
+    }
+
+    /// One message of the recording; its time has come.
+    pub(super) fn take(&self, time: f64, entry: Entry) {
+        match entry {
+            Entry::Cycle(cycle) => match cycle.to_state() {
+                Ok(state) => self.cycle(state),
+                // A file of a newer version: what can be shown goes on.
+                Err(error) => tracing::debug!("a cycle is left out: {error}"),
+            },
+            Entry::Script(script) => self.script(script),
+            Entry::Command(command) => self.command(&command),
+            Entry::Log(message) => self.log(time, message),
+            Entry::Io(change) => {
+                if let Some(write) = RegisterWrite::of(&change) {
+                    write.apply(&self.registers);
+                }
+            }
+            Entry::Variable(variable) => self.variable(variable),
+        }
+    }
+
+    /// The value is whole at every moment, so a poisoned lock is as good as any.
+    fn now(&self) -> MutexGuard<'_, Now> {
+        self.now.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn cycle(&self, state: RobotState) {
+        let micros = |value: f64| Duration::try_from_secs_f64(value / 1e6).unwrap_or_default();
+        if state.step_duration_us > 0.0 {
+            self.durations.add(micros(state.step_duration_us));
+            self.latencies.add(micros(state.wakeup_latency_us));
+        }
+        let sample = {
+            let mut now = self.now();
+            now.state = state;
+            Sample {
+                state,
+                task: now.task,
+                script_line: now.line,
+                elbow_velocity: elbow_velocity(&self.model, &state),
+                registers: self.registers.images(),
+                peripherals: Peripherals::of(&state),
+            }
+        };
+        // Nobody listening is fine.
+        let _ = self.samples.send(Arc::new(sample));
+    }
+
+    fn script(&self, script: ScriptMessage) {
+        let mut now = self.now();
+        if script.text.is_some() {
+            now.task = TaskStatus::Running;
+            now.program.clone_from(&script.program);
+            now.variables.clear();
+        }
+        if let (Some(0), Some(line)) = (script.thread, script.line) {
+            now.line = line;
+        }
+    }
+
+    fn command(&self, command: &CommandMessage) {
+        let mut now = self.now();
+        now.task = match (command.name.as_str(), now.task) {
+            ("pause", TaskStatus::Running) => TaskStatus::Paused,
+            ("resume", TaskStatus::Paused) => TaskStatus::Running,
+            (_, task) => task,
+        };
+    }
+
+    fn log(&self, time: f64, message: LogMessage) {
+        let LogMessage {
+            level,
+            source,
+            message: text,
+        } = message;
+        let line = {
+            let mut now = self.now();
+            if text == script::ENDED && source == now.program {
+                now.task = TaskStatus::Stopped;
+                now.line = 0;
+            }
+            now.errors += u64::from(level >= LogLevel::Error);
+            now.line
+        };
+        if level >= LogLevel::Error {
+            let exception = if source == "controller" {
+                Exception::Robot {
+                    code: 0,
+                    sub_code: 0,
+                    level: Level::Error,
+                    data: ErrorData::Text(text.clone()),
+                }
+            } else {
+                Exception::Script {
+                    line: i32::try_from(line).unwrap_or(i32::MAX),
+                    column: 1,
+                    text: text.clone(),
+                }
+            };
+            self.announce(&exception);
+        }
+        // Nobody listening is fine.
+        let _ = self.log_lines.send(LogLine {
+            time,
+            level,
+            source,
+            text,
+        });
+    }
+
+    fn variable(&self, variable: VariableMessage) {
+        let VariableMessage {
+            name,
+            type_name,
+            value,
+            ..
+        } = variable;
+        let variables = &mut self.now().variables;
+        if variables.len() < VARIABLES_MAX || variables.contains_key(&name) {
+            variables.insert(name, (type_name, value));
+        }
+    }
+
+    fn announce(&self, exception: &Exception) {
+        let millis = primary::Backend::unix_millis(self);
+        self.hub.announce(millis, Source::Controller, exception);
+    }
+
+    /// Tells every client of port 30001 that something it sent is not done.
+    fn refuse(&self, client: ClientId, what: &str) {
+        tracing::warn!(%client, "{what} was refused: {READ_ONLY}");
+        self.announce(&Exception::Script {
+            line: 1,
+            column: 1,
+            text: format!("RuntimeError: {what} was refused: {READ_ONLY}"),
+        });
+    }
+}
+
+impl primary::Backend for Playback {
+    fn state(&self) -> RobotState {
+        self.now().state
+    }
+
+    fn task_status(&self) -> TaskStatus {
+        self.now().task
+    }
+
+    fn description(&self) -> &RobotDescription {
+        &self.description
+    }
+
+    fn peripherals(&self) -> Peripherals {
+        Peripherals::of(&self.now().state)
+    }
+
+    fn unix_millis(&self) -> u64 {
+        self.epoch_ns / 1_000_000 + (self.now().state.time * 1e3) as u64
+    }
+
+    fn is_whole_program(&self, _text: &str) -> bool {
+        // Whatever it is, it is refused now rather than after more of it.
+        true
+    }
+
+    async fn submit(&self, submission: Submission) {
+        self.refuse(submission.client, "a program");
+    }
+
+    async fn control(&self, client: ClientId, phrase: ControlPhrase) {
+        self.refuse(client, &format!("the order {phrase:?}"));
+    }
+}
+
+impl rtsi::Controller for Playback {
+    fn description(&self) -> &RobotDescription {
+        &self.description
+    }
+
+    fn samples(&self) -> broadcast::Receiver<Arc<Sample>> {
+        self.samples.subscribe()
+    }
+
+    fn read_only(&self) -> Option<&'static str> {
+        Some(READ_ONLY)
+    }
+
+    fn apply(&self, client: ClientId, _changes: &[Change], _written: &[Input]) {
+        // Inputs are refused when they are set up; without a recipe no values come.
+        tracing::debug!(%client, "rtsi: values were refused: {READ_ONLY}");
+    }
+}
+
+impl http::Source for Playback {
+    fn state(&self) -> RobotState {
+        self.now().state
+    }
+
+    fn task_status(&self) -> TaskStatus {
+        self.now().task
+    }
+
+    fn panel(&self) -> Value {
+        let now = self.now();
+        let variables = now.variables.iter();
+        let variables = variables
+            .map(|(name, (kind, value))| json!({"name": name, "type": kind, "value": value}));
+        json!({
+            "replay": self.name,
+            "task": now.task.name(),
+            "program": now.program,
+            "line": now.line,
+            "variables": variables.collect::<Vec<Value>>(),
+        })
+    }
+
+    fn registers(&self) -> RegisterImages {
+        self.registers.images()
+    }
+
+    fn set_inputs(&self, _changes: &http::io::InputChanges) -> Result<(), String> {
+        Err(READ_ONLY.to_owned())
+    }
+
+    fn figures(&self) -> Figures {
+        Figures {
+            cycle_durations: self.durations.read(),
+            wakeup_latencies: self.latencies.read(),
+            errors: crate::announce::ERROR_KINDS.map(|kind| match kind {
+                "other" => (kind, self.now().errors),
+                kind => (kind, 0),
+            }),
+            ..Figures::default()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use recorder::{IoMessage, IoValue};
+
+    fn playback() -> Playback {
+        let model = RobotModel::built_in("cs66").unwrap();
+        Playback::new("a.mcap", model, &Setup::default())
+    }
+
+    fn io(name: &str, value: IoValue) -> Entry {
+        Entry::Io(IoMessage {
+            cycle: 1,
+            name: name.to_owned(),
+            value,
+        })
+    }
+
+    #[test]
+    fn registers_are_where_their_names_say_and_nonsense_changes_nothing() {
+        let playback = playback();
+        let mut samples = playback.samples();
+        for entry in [
+            io("output_boolean_register[127]", IoValue::Level(true)),
+            io("input_integer_register[3]", IoValue::Integer(-7)),
+            io("output_float_register[47]", IoValue::Integer(2)),
+            io("output_float_register[48]", IoValue::Number(1.0)),
+            io("output_boolean_register[128]", IoValue::Level(true)),
+            io("input_integer_register[x]", IoValue::Integer(1)),
+            io("standard_digital_out[3]", IoValue::Level(true)),
+            io("[", IoValue::Level(true)),
+        ] {
+            playback.take(0.0, entry);
+        }
+        let state = RobotState::at_start(Setup::default().home, 0.004);
+        playback.take(0.004, Entry::Cycle(Box::new((&state).into())));
+        let sample = samples.try_recv().unwrap();
+        let (inputs, outputs) = (&sample.registers.input, &sample.registers.output);
+        assert_eq!(outputs.booleans(), [0, 1 << 63]);
+        assert_eq!(outputs.float(47), 2.0);
+        let set: Vec<u8> = (0..48).filter(|n| inputs.integer(*n) != 0).collect();
+        assert_eq!((set, inputs.integer(3)), (vec![3], -7));
+    }
+
+    #[test]
+    fn the_task_runs_from_its_start_to_its_end_and_is_held_in_between() {
+        let playback = playback();
+        let status = || primary::Backend::task_status(&playback);
+        let script = |text: Option<&str>, line: Option<u32>| {
+            Entry::Script(ScriptMessage {
+                program: "p".to_owned(),
+                program_id: 1,
+                text: text.map(str::to_owned),
+                thread: line.map(|_| 0),
+                line,
+            })
+        };
+        assert_eq!(status(), TaskStatus::Stopped);
+        playback.take(0.0, script(Some("sync()"), None));
+        playback.take(0.0, script(None, Some(4)));
+        assert_eq!(status(), TaskStatus::Running);
+        assert_eq!(http::Source::panel(&playback)["line"], 4);
+        playback.take(
+            1.0,
+            Entry::Log(LogMessage {
+                level: LogLevel::Info,
+                source: "p".to_owned(),
+                message: script::ENDED.to_owned(),
+            }),
+        );
+        assert_eq!(status(), TaskStatus::Stopped);
+        assert_eq!(http::Source::panel(&playback)["line"], 0);
+    }
+}

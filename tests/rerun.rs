@@ -1,0 +1,116 @@
+//! What was recorded runs again, cycle for cycle: every program of `tests/moves` with its cell, the examples, and every
+//! program of `tests/scripts` that moves the arm.
+//!
+//! `ELITE_RERUN=realtime` runs all of them under the real clock too; without it one is.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test fails by panicking"
+)]
+
+mod common;
+
+use std::path::{Path, PathBuf};
+
+use common::eliteserver;
+
+/// Functions that move the arm; a call of one of them makes a program one that moves.
+const MOVING: [&str; 9] = [
+    "movej(",
+    "movel(",
+    "movec(",
+    "moveml(",
+    "servoj(",
+    "speedj(",
+    "speedl(",
+    "freedrive_mode(",
+    "force_mode(",
+];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Every script in a folder and below, sorted.
+fn scripts(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|end| end == "script") {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+fn moves(path: &Path) -> bool {
+    let text = std::fs::read_to_string(path).unwrap();
+    let mut lines = text.lines().map(str::trim_start);
+    lines.any(|line| MOVING.iter().any(|call| line.starts_with(call)))
+}
+
+/// Records a program with the cell beside it and runs the recording again; what `--rerun` says, and how many cycles.
+fn rerun(script: &Path, clock: &str) -> u64 {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let cell = script.with_extension("toml");
+    let mut run = eliteserver();
+    run.arg("run")
+        .arg(script)
+        .args(["--clock", clock, "--record"]);
+    run.arg(&file).current_dir(&folder);
+    if cell.exists() {
+        run.arg("--cell").arg(cell);
+    }
+    // Some programs end by a stop of the robot: what was recorded of it must run again all the same.
+    let ran = run.output().unwrap();
+    assert_ne!(ran.status.code(), Some(2), "{ran:?}");
+    let output = eliteserver()
+        .arg("replay")
+        .arg(&file)
+        .arg("--rerun")
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let cycles = text.trim_end().strip_prefix("identical: ");
+    let cycles = cycles.and_then(|rest| rest.strip_suffix(" cycles"));
+    let Some(cycles) = cycles else {
+        panic!("{} ({clock}): {text}{:?}", script.display(), output.stderr);
+    };
+    cycles.parse().unwrap()
+}
+
+#[test]
+fn every_program_that_moves_runs_again_from_its_recording() {
+    let mut programs = scripts(&root().join("tests/moves"));
+    assert!(programs.len() >= 7, "{programs:?}");
+    programs.extend(scripts(&root().join("examples")));
+    programs.extend(
+        scripts(&root().join("tests/scripts"))
+            .into_iter()
+            .filter(|path| moves(path)),
+    );
+    for program in &programs {
+        let cycles = rerun(program, "virtual");
+        assert!(cycles > 100, "{} has {cycles} cycles", program.display());
+    }
+}
+
+#[test]
+fn a_run_under_the_real_clock_runs_again_too() {
+    let all = std::env::var("ELITE_RERUN").is_ok_and(|which| which == "realtime");
+    let programs = scripts(&root().join("tests/moves"));
+    let chosen = programs
+        .iter()
+        .filter(|path| all || path.ends_with("inputs.script"));
+    for program in chosen {
+        rerun(program, "realtime");
+    }
+}
