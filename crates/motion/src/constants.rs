@@ -119,8 +119,21 @@ pub const PACE_KNOT_TIME: f64 = 2.0 * ACCELERATION_RISE;
 /// Share of the acceleration and jerk of a place that its pace uses up; the rest is for starting and stopping there.
 pub const PACE_SHARE: f64 = 0.5;
 
-/// How often a pace is made anew where it asks too much, one time a cycle.
+/// How often a pace is made anew where it asks too much, in all and in one cycle.
 pub const PACE_ATTEMPTS: u32 = 6;
+/// See [`PACE_ATTEMPTS`].
+pub const PACE_ATTEMPTS_PER_CYCLE: u32 = 2;
+
+/// Most points of a moveml, and the intervals between them that are looked at in one cycle, each at so many places after
+/// its first.
+pub const MICRO_POINTS_MAX: usize = 100_000;
+/// See [`MICRO_POINTS_MAX`].
+pub const MICRO_INTERVALS_PER_CYCLE: usize = 64;
+/// See [`MICRO_POINTS_MAX`].
+pub const MICRO_PLACES_PER_INTERVAL: usize = 2;
+
+/// How far from the first point of a moveml the arm may stand, rad; the difference is taken up on the first interval.
+pub const MICRO_START: f64 = 1e-4;
 
 /// Three points make no arc when the sine of their angle is below this: the radius would be a million times their distance.
 pub const STRAIGHT_ARC: f64 = 1e-6;

@@ -1,10 +1,10 @@
 //! One motion under way: a chain of paths, the travel along it, and the command it belongs to.
 
-use kinematics::{JointPositions, RobotModel};
+use kinematics::JointPositions;
 use motion_api::{CommandId, MotionMode};
 
 use crate::constants::ZONE_STOPPING_SHARE;
-use crate::path::Chain;
+use crate::path::{Chain, Ground};
 use crate::plan::{Joined, Leg, UnderWay};
 use crate::scalar::{Drive, Travel};
 use crate::setpoint::Setpoint;
@@ -84,7 +84,7 @@ impl Motion {
         &mut self,
         step: f64,
         fraction: f64,
-        model: &RobotModel,
+        ground: &Ground,
         near: &JointPositions,
     ) -> Option<Setpoint> {
         self.travel.drive(if fraction > 0.0 && !self.is_stopping {
@@ -96,7 +96,7 @@ impl Motion {
         if self.travel.is_finished() {
             return Some(self.chain.end());
         }
-        self.chain.at(model, &s, near)
+        self.chain.at(ground, &s, near)
     }
 
     /// Where the joints will be at the end.

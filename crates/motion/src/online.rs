@@ -27,7 +27,7 @@ use crate::setpoint::Setpoint;
 use crate::waiting::WaitingFor;
 
 /// Share of the TCP's speed limit that a speedl aims at: from there the joints can always brake within it.
-const TCP_SPEED_SHARE: f64 = 0.98;
+const TCP_SPEED_SHARE: f64 = 0.97;
 
 impl Cycle {
     /// The next command to obey: a motion that waited for the arm to come to rest, or the next of the ring.

@@ -17,11 +17,11 @@ use crate::setpoint::elbow_speed;
 /// Share of the limits that joint modes aim at.
 const AIMED_SHARE: f64 = 0.9;
 /// Share of the limits that no safe state exceeds on its way to rest.
-const KEPT_SHARE: f64 = 0.995;
+const KEPT_SHARE: f64 = 0.99;
 /// Cycles of braking of which each is looked at, and most places further on.
 const NEAR_CYCLES: u32 = 8;
 /// See [`NEAR_CYCLES`].
-const FAR_PLACES: u32 = 24;
+const FAR_PLACES: u32 = 32;
 /// Halvings between braking and what is wanted.
 const HALVINGS: u32 = 6;
 

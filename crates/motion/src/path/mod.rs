@@ -6,12 +6,14 @@
 mod cartesian;
 mod chain;
 mod joint_line;
+mod micro_line;
 mod pace;
 mod quintic;
 
 pub use cartesian::{ArcOrientation, CartesianPath, NoArc};
 pub use chain::{Chain, Piece};
 pub use joint_line::JointLine;
+pub use micro_line::MicroLine;
 pub use pace::{PACE_POINTS, Pace, PacePiece, PacePoint};
 pub use quintic::{JointQuintic, QuinticPoint};
 
@@ -34,6 +36,15 @@ pub struct PathPoint {
     pub second: [f64; 6],
 }
 
+/// What paths are followed with.
+#[derive(Clone, Copy)]
+pub struct Ground<'a> {
+    /// Geometry of the arm.
+    pub model: &'a RobotModel,
+    /// The points of a [`MicroLine`].
+    pub points: &'a [JointPositions],
+}
+
 /// Where a way leads.
 #[allow(
     clippy::large_enum_variant,
@@ -45,15 +56,18 @@ pub enum Geometry {
     Joint(JointLine),
     /// A line or an arc of the TCP; s in m.
     Cartesian(CartesianPath),
+    /// Through many points; s in seconds of the list. Only [`Path::at`] sees the points.
+    Micro(MicroLine),
     /// A blend between two paths; s in the unit of the chain it belongs to.
     Blend(JointQuintic),
 }
 
 impl Geometry {
-    fn at(&self, model: &RobotModel, s: &ScalarState, near: &JointPositions) -> Option<Setpoint> {
+    fn at(&self, ground: &Ground, s: &ScalarState, near: &JointPositions) -> Option<Setpoint> {
         match self {
             Self::Joint(line) => Some(line.at(s)),
-            Self::Cartesian(line) => line.at(model, s, near),
+            Self::Cartesian(line) => line.at(ground.model, s, near),
+            Self::Micro(line) => line.at(ground.points, s),
             Self::Blend(blend) => Some(blend.at(s)),
         }
     }
@@ -70,6 +84,7 @@ impl Geometry {
                 let q = path.positions(model, s, near)?;
                 path.point(model, s, q)
             }
+            Self::Micro(_) => None,
             Self::Blend(blend) => {
                 let point = blend.point(s);
                 Some(PathPoint {
@@ -86,6 +101,7 @@ impl Geometry {
         match self {
             Self::Joint(line) => line.length(),
             Self::Cartesian(path) => path.length(),
+            Self::Micro(line) => line.length(),
             Self::Blend(blend) => blend.length(),
         }
     }
@@ -136,22 +152,18 @@ impl Path {
 
     /// The setpoint at a state of the parameter, in the branch of solutions that `near` belongs to. `None` when the
     /// inverse kinematics has no solution there.
-    pub fn at(
-        &self,
-        model: &RobotModel,
-        u: &ScalarState,
-        near: &JointPositions,
-    ) -> Option<Setpoint> {
+    pub fn at(&self, ground: &Ground, u: &ScalarState, near: &JointPositions) -> Option<Setpoint> {
         let way = self.way(u.position);
         let s = ScalarState {
             position: way.s,
             speed: way.first * u.speed,
             acceleration: way.first * u.acceleration + way.second * u.speed * u.speed,
         };
-        self.geometry.at(model, &s, near)
+        self.geometry.at(ground, &s, near)
     }
 
-    /// Joints and derivatives at a place, in the branch of solutions that `near` belongs to.
+    /// Joints and derivatives at a place, in the branch of solutions that `near` belongs to. `None` also on a way through
+    /// many points, which nothing is blended with.
     pub fn point(&self, model: &RobotModel, u: f64, near: &JointPositions) -> Option<PathPoint> {
         let way = self.way(u);
         let point = self.geometry.point(model, way.s, near)?;
@@ -179,6 +191,9 @@ impl Path {
         let q = match &self.geometry {
             Geometry::Cartesian(path) => return path.pose(s).translation,
             Geometry::Joint(line) => line.positions(s),
+            // Nothing asks for more: its ends are the waypoints.
+            Geometry::Micro(line) if u <= 0.0 => line.start(),
+            Geometry::Micro(line) => line.end(),
             Geometry::Blend(blend) => JointPositions(blend.point(s).q),
         };
         model.tcp_pose(&q, flange_from_tcp).translation
@@ -189,6 +204,7 @@ impl Path {
         Setpoint::standing(match &self.geometry {
             Geometry::Joint(line) => line.end(),
             Geometry::Cartesian(line) => line.end(),
+            Geometry::Micro(line) => line.end(),
             Geometry::Blend(blend) => JointPositions(blend.point(blend.length()).q),
         })
     }

@@ -46,6 +46,8 @@ pub struct PartBounds {
     pub second: [f64; 6],
     /// rad per s³.
     pub third: [f64; 6],
+    /// Distance the TCP goes per s.
+    pub tcp: f64,
     /// Distance the elbow goes per s.
     pub elbow: f64,
     /// What is asked of the drives.
@@ -58,6 +60,7 @@ impl PartBounds {
         first: [0.0; 6],
         second: [0.0; 6],
         third: [0.0; 6],
+        tcp: 0.0,
         elbow: 0.0,
         torque: TorqueBounds::NONE,
     };
@@ -86,6 +89,7 @@ impl PartBounds {
         most(&mut self.first, &other.first);
         most(&mut self.second, &other.second);
         most(&mut self.third, &other.third);
+        self.tcp = self.tcp.max(other.tcp);
         self.elbow = self.elbow.max(other.elbow);
         self.torque.join(&other.torque);
     }
@@ -102,6 +106,7 @@ impl PartBounds {
             third: by_joint(&|d1, d2, d3| {
                 d3 * first * first * first + 3.0 * d2 * first * second + d1 * third
             }),
+            tcp: self.tcp * first,
             elbow: self.elbow * first,
             torque: self.torque.walked_at(first, second),
         }
@@ -131,19 +136,14 @@ pub struct Able {
 }
 
 impl Able {
-    /// Of a part in which the TCP goes at most `tcp_per_s` metres per s.
-    pub fn of(part: &PartBounds, tcp_per_s: f64, limits: &MotionLimits) -> Self {
-        Self::sharing(part, tcp_per_s, limits, Shares::EVEN)
+    /// Of a part.
+    pub fn of(part: &PartBounds, limits: &MotionLimits) -> Self {
+        Self::sharing(part, limits, Shares::EVEN)
     }
 
     /// The same with other shares.
-    pub fn sharing(
-        part: &PartBounds,
-        tcp_per_s: f64,
-        limits: &MotionLimits,
-        shares: Shares,
-    ) -> Self {
-        let mut speed = (limits.tcp_speed / tcp_per_s)
+    pub fn sharing(part: &PartBounds, limits: &MotionLimits, shares: Shares) -> Self {
+        let mut speed = (limits.tcp_speed / part.tcp)
             .min(POINT_SPEED_MARGIN * limits.elbow_speed / part.elbow)
             .min(part.torque.speed_limit(TORQUE_SHARE_OF_SPEED));
         for joint in 0..6 {

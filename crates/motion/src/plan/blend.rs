@@ -12,7 +12,7 @@
 use kinematics::{JointPositions, RobotModel};
 
 use super::able::{Able, PartBounds};
-use super::leg::{End, Leg, Measure};
+use super::leg::{End, Leg};
 use super::{Arm, Warnings, Wish};
 use crate::constants::{
     BLEND_ENTRIES, BLEND_INTERVALS_PER_PART, BLEND_PARTS, POINT_SPEED_MARGIN, ZONE_STOPPING_SHARE,
@@ -116,9 +116,8 @@ impl Corner {
         let entry = leg.path.length() - before;
         let radius = leg.distance(arm.model, entry, End::Last, leg.measure);
         let mut next = *next;
-        let (mut exit, measure) = next
-            .place(arm.model, radius, End::First)
-            .unwrap_or((next.path.length() / 2.0, Measure::Turning));
+        let (place, measure) = next.place(arm.model, radius, End::First);
+        let mut exit = place.unwrap_or(next.path.length() / 2.0);
         if exit > next.zone {
             let length = next.path.length();
             exit = length * exit / (exit + length - next.zone);
@@ -243,6 +242,7 @@ impl Corner {
             bounds.elbow = bounds.elbow.max(elbow_speed(&frames, &rates));
             bounds.torque.cover(&q, &point.first, &point.second, arm);
         }
+        bounds.tcp = tcp_per_s / POINT_SPEED_MARGIN;
         let fastest = left.speed.max(right.speed);
         let speed = if self.is_between_joint_legs(leg) {
             // The leading joint turns one radian per s of the first leg, and `rate` of them on the second.
@@ -265,11 +265,12 @@ impl Corner {
         };
         let wish = Wish {
             speed: speed.min(fastest),
-            acceleration: left.acceleration.min(right.acceleration),
+            // Where the slower leg accelerates gently the arm must still get down to its speed within the radius.
+            acceleration: left.acceleration.max(right.acceleration),
             duration: 0.0,
             radius: 0.0,
         };
-        let limits = Able::of(&bounds, tcp_per_s / POINT_SPEED_MARGIN, arm.limits).at(&wish);
+        let limits = Able::of(&bounds, arm.limits).at(&wish);
         limits.are_usable().then_some(limits)
     }
 

@@ -9,9 +9,10 @@ use motion_api::{Refusal, Warning};
 use super::able::Able;
 use super::leg::{Leg, NO_COURSE, with_duration};
 use super::pace::PacePlanner;
-use super::survey::{Part, Survey};
+use super::parts::Part;
+use super::survey::Survey;
 use super::{Arm, Warnings, Wish};
-use crate::constants::LINE_PLACES_PER_CYCLE;
+use crate::constants::{LINE_PLACES_PER_CYCLE, PACE_ATTEMPTS_PER_CYCLE};
 use crate::path::{ArcOrientation, CartesianPath, Geometry, Path};
 use crate::scalar::{Course, ScalarLimits};
 
@@ -123,10 +124,10 @@ impl CartesianPlanner {
             let course = Course::of_one(0.0, any);
             return self.leg(Path::new(Geometry::Cartesian(self.path)), course, arm);
         };
-        let tcp_per_s = self.path.tcp_distance_per_s();
         if let Some(pacing) = &mut self.pacing {
             let parts = survey.parts();
-            let Some(made) = pacing.planner.work(parts, tcp_per_s, &self.wish, arm) else {
+            let attempt = |_| pacing.planner.work(parts, &self.wish, arm);
+            let Some(made) = (0..PACE_ATTEMPTS_PER_CYCLE).find_map(attempt) else {
                 return Ok(None);
             };
             let even = pacing.even;
@@ -144,7 +145,7 @@ impl CartesianPlanner {
         let able = survey
             .parts()
             .iter()
-            .map(|part| Able::of(&part.bounds, tcp_per_s, arm.limits));
+            .map(|part| Able::of(&part.bounds, arm.limits));
         let (mut slowest, mut fastest) = (f64::INFINITY, 0.0_f64);
         let mut least = ScalarLimits {
             speed: f64::INFINITY,
@@ -169,7 +170,7 @@ impl CartesianPlanner {
         if is_in_time || slowest >= fastest * SAME {
             return self.leg(path, Some(even), arm);
         }
-        let planner = PacePlanner::new(survey.parts(), tcp_per_s, fastest, &self.wish, arm);
+        let planner = PacePlanner::new(survey.parts(), fastest, &self.wish, arm);
         self.pacing = Some(Pacing { planner, even });
         Ok(None)
     }
@@ -196,10 +197,9 @@ fn warn(parts: &[Part], line: &CartesianPath, wish: &Wish, arm: &Arm, warnings: 
     if wish.duration > 0.0 {
         return;
     }
-    let tcp_per_s = line.tcp_distance_per_s();
     let limits = parts
         .iter()
-        .map(|part| Able::of(&part.bounds, tcp_per_s, arm.limits).at(wish));
+        .map(|part| Able::of(&part.bounds, arm.limits).at(wish));
     let unlimited = wish.within(&ScalarLimits {
         speed: f64::INFINITY,
         acceleration: f64::INFINITY,

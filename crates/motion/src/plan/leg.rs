@@ -1,8 +1,8 @@
 //! A planned leg: the way from one waypoint to the next, from rest to rest, and where its blend zone begins.
 //!
 //! A blend zone is the last part of a leg, in which the TCP is within the radius of the waypoint, never more than half of
-//! the leg. Where the TCP stays within the radius all that time, its turning counts as way as it does for the length of
-//! lines ([`ROTATION_LENGTH`]), so that a leg which only turns has a zone too.
+//! the leg. Where the TCP hardly moves all that time, its turning counts as way as it does for the length of lines
+//! ([`ROTATION_LENGTH`]), so that a leg which only turns has a zone too.
 
 use kinematics::{Pose, RobotModel};
 use motion_api::Warning;
@@ -13,6 +13,9 @@ use crate::config::MotionLimits;
 use crate::constants::{ROTATION_LENGTH, ZONE_PLACES, ZONE_TURNING_SHARE};
 use crate::path::{Geometry, Path};
 use crate::scalar::Course;
+
+/// A leg in whose half the TCP gets no farther than this share of the radius counts by its turning.
+const TURNING_SHARE: f64 = 0.1;
 
 /// Planner error: the course along the path could not be planned.
 pub(super) const NO_COURSE: u32 = 1;
@@ -77,11 +80,10 @@ impl Leg {
         };
         if wish.radius > 0.0 && leg.path.length() > 0.0 {
             let length = path.length();
-            match leg.place(arm.model, wish.radius, End::Last) {
-                Some((before, measure)) => {
-                    leg.measure = measure;
-                    leg.begin_zone(length - before, arm);
-                }
+            let (place, measure) = leg.place(arm.model, wish.radius, End::Last);
+            leg.measure = measure;
+            match place {
+                Some(before) => leg.begin_zone(length - before, arm),
                 None => leg.shorten(length / 2.0, arm, warnings),
             }
         } else {
@@ -124,7 +126,7 @@ impl Leg {
             Measure::Turning => {
                 let metres_per_s = match self.path.geometry() {
                     Geometry::Joint(_) => ROTATION_LENGTH,
-                    Geometry::Cartesian(_) | Geometry::Blend(_) => 1.0,
+                    Geometry::Cartesian(_) | Geometry::Micro(_) | Geometry::Blend(_) => 1.0,
                 };
                 let way = (self.path.way(s).s - self.path.way(corner).s).abs();
                 away.max(way * metres_per_s)
@@ -132,12 +134,17 @@ impl Leg {
         }
     }
 
-    /// The way in s from one end to the nearest place that is `radius` metres away, and how that was measured: by the TCP,
-    /// or, where that stays near, with its turning. `None` when there is none in this half of the leg.
-    pub fn place(&self, model: &RobotModel, radius: f64, end: End) -> Option<(f64, Measure)> {
-        [Measure::Tcp, Measure::Turning]
-            .into_iter()
-            .find_map(|measure| Some((self.place_by(model, radius, end, measure)?, measure)))
+    /// The way in s from one end to the nearest place that is `radius` metres away, `None` when there is none in this half
+    /// of the leg; and how that was measured: by the TCP, or with its turning where the TCP hardly moves.
+    pub fn place(&self, model: &RobotModel, radius: f64, end: End) -> (Option<f64>, Measure) {
+        let middle = self.path.length() / 2.0;
+        let reach = self.distance(model, middle, end, Measure::Tcp);
+        let measure = if reach < TURNING_SHARE * radius {
+            Measure::Turning
+        } else {
+            Measure::Tcp
+        };
+        (self.place_by(model, radius, end, measure), measure)
     }
 
     fn place_by(&self, model: &RobotModel, radius: f64, end: End, measure: Measure) -> Option<f64> {

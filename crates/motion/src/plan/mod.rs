@@ -6,8 +6,10 @@ mod able;
 mod blend;
 mod cartesian;
 mod leg;
+mod micro_line;
 mod movej;
 mod pace;
+mod parts;
 mod survey;
 mod torque;
 
@@ -15,6 +17,7 @@ pub use able::{Able, PartBounds};
 pub use blend::{Joined, Junction, UnderWay};
 pub use cartesian::CartesianPlanner;
 pub use leg::{End, Leg, Measure};
+pub use micro_line::MicroLinePlanner;
 pub use movej::plan_movej;
 
 use kinematics::{Dynamics, Pose, RobotModel};

@@ -7,7 +7,7 @@
 //! the parts are slowed and the pace is made anew. So nothing here needs to be exact to be safe.
 
 use super::able::{Able, Shares};
-use super::survey::Part;
+use super::parts::Part;
 use super::{Arm, Wish};
 use crate::constants::{LINE_PARTS_MAX, PACE_ATTEMPTS, PACE_KNOT_TIME, PACE_SHARE};
 use crate::path::{PACE_POINTS, Pace};
@@ -43,10 +43,10 @@ struct Allowed {
 
 impl PacePlanner {
     /// For a line in parts that bear different speeds; none of more than `speed` is wanted.
-    pub fn new(parts: &[Part], tcp_per_s: f64, speed: f64, wish: &Wish, arm: &Arm) -> Self {
+    pub fn new(parts: &[Part], speed: f64, wish: &Wish, arm: &Arm) -> Self {
         let mut allowed = [Allowed::default(); LINE_PARTS_MAX];
         for (slot, part) in allowed.iter_mut().zip(parts) {
-            let able = Able::of(&part.bounds, tcp_per_s, arm.limits);
+            let able = Able::of(&part.bounds, arm.limits);
             let limits = able.at(&at_speed(wish, speed, 0.0, 1.0));
             *slot = Allowed {
                 until: part.until,
@@ -68,7 +68,6 @@ impl PacePlanner {
     pub fn work(
         &mut self,
         parts: &[Part],
-        tcp_per_s: f64,
         wish: &Wish,
         arm: &Arm,
     ) -> Option<Option<(Pace, Course)>> {
@@ -86,8 +85,7 @@ impl PacePlanner {
                 let bounds = part
                     .bounds
                     .walked_at(piece.first, piece.second, piece.third);
-                let tcp_per_u = tcp_per_s * piece.first;
-                let able = Able::sharing(&bounds, tcp_per_u, arm.limits, Shares::PACED);
+                let able = Able::sharing(&bounds, arm.limits, Shares::PACED);
                 if able.speed() < self.speed * REACHED {
                     is_reached = false;
                     let borne = piece.first * able.speed() * SLOWED;

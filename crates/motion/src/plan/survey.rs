@@ -1,57 +1,27 @@
 //! Looking along a Cartesian line before it is followed: is it possible, and what does it ask of the joints where?
 //!
 //! The line is walked from its start with the nearest solution of the inverse kinematics at each place; where the joints
-//! change fast the steps are halved. What is kept are the largest derivatives of the joints in each part of the line: a
-//! fixed number of equal parts, divided again where what the line asks for changes much, so that a short hard piece does
-//! not slow down its surroundings. The walk can be interrupted after any number of places and be continued in the next
-//! cycle.
+//! change fast the steps are halved. What is kept are the largest derivatives of the joints in each of its parts. The walk
+//! can be interrupted after any number of places and be continued in the next cycle.
 
 use kinematics::{JointPositions, JointSpeeds, RobotModel};
 use motion_api::{PathFault, Refusal};
 
 use super::Arm;
-use super::able::{Able, PartBounds};
+use super::able::PartBounds;
+use super::parts::{Part, Parts};
 use crate::config::MotionLimits;
 use crate::constants::{
-    LINE_INTERVALS, LINE_PARTS, LINE_PARTS_MAX, LINE_PLACES_MAX, LINE_REFINEMENTS, PART_RANGE,
-    SINGULAR_TURN_PER_M,
+    LINE_INTERVALS, LINE_PARTS, LINE_PLACES_MAX, LINE_REFINEMENTS, SINGULAR_TURN_PER_M,
 };
 use crate::path::{CartesianPath, PathPoint};
 use crate::setpoint::elbow_speed;
-
-/// A piece of the line with one set of bounds.
-#[derive(Clone, Copy, Debug)]
-pub struct Part {
-    /// Where it ends, s.
-    pub until: f64,
-    /// What it asks of the joints.
-    pub bounds: PartBounds,
-    /// Speeds of s that its intervals bear, slowest and fastest.
-    speeds: (f64, f64),
-}
-
-impl Part {
-    const NONE: Self = Self {
-        until: 0.0,
-        bounds: PartBounds::NONE,
-        speeds: (f64::INFINITY, 0.0),
-    };
-
-    /// Whether an interval that bears `speed` belongs to it.
-    fn is_like(&self, speed: f64) -> bool {
-        let (slowest, fastest) = self.speeds;
-        fastest.max(speed) <= PART_RANGE * slowest.min(speed)
-    }
-}
 
 /// A walk along a line.
 #[derive(Clone, Copy, Debug)]
 pub struct Survey {
     line: CartesianPath,
-    parts: [Part; LINE_PARTS_MAX],
-    parts_count: usize,
-    /// Speed of s that nobody wants to exceed.
-    fastest: f64,
+    parts: Parts,
     /// The place up to which the line is known.
     left: PathPoint,
     /// Ends of the intervals that were halved, as numbers of smallest steps; the nearest is last.
@@ -82,9 +52,7 @@ impl Survey {
         })?;
         Ok(Self {
             line,
-            parts: [Part::NONE; LINE_PARTS_MAX],
-            parts_count: 0,
-            fastest,
+            parts: Parts::new(fastest),
             left,
             ahead: [0; LINE_REFINEMENTS + 1],
             ahead_count: 0,
@@ -100,7 +68,7 @@ impl Survey {
 
     /// What the line asks of the joints, part by part.
     pub fn parts(&self) -> &[Part] {
-        self.parts.get(..self.parts_count).unwrap_or(&[])
+        self.parts.as_slice()
     }
 
     /// Looks at up to `places` places more; true when the end is reached.
@@ -164,31 +132,11 @@ impl Survey {
     fn accept(&mut self, step: u32, right: PathPoint, arm: &Arm) {
         let mut bounds = PartBounds::NONE;
         bounds.cover(&self.left, &right, self.elbow_per_s(&right, arm), arm);
-        let able = Able::of(&bounds, self.line.tcp_distance_per_s(), arm.limits);
-        let speed = able.speed().min(self.fastest);
-        // Equal parts begin anew; further ones only while those have their places.
+        bounds.tcp = self.line.tcp_distance_per_s();
+        let number = self.left_step as usize * LINE_PARTS / STEPS as usize;
         let begins = self.left_step.is_multiple_of(STEPS / LINE_PARTS as u32);
-        let behind = self.left_step as usize * LINE_PARTS / STEPS as usize + 1;
-        let is_free = self.parts_count + (LINE_PARTS - behind.min(LINE_PARTS)) < LINE_PARTS_MAX;
-        let last = self.parts_count.checked_sub(1);
-        let last = last.and_then(|k| self.parts.get_mut(k));
-        match last {
-            Some(part) if !begins && (part.is_like(speed) || !is_free) => {
-                part.until = right.s;
-                part.bounds.join(&bounds);
-                part.speeds = (part.speeds.0.min(speed), part.speeds.1.max(speed));
-            }
-            _ => {
-                if let Some(part) = self.parts.get_mut(self.parts_count) {
-                    *part = Part {
-                        until: right.s,
-                        bounds,
-                        speeds: (speed, speed),
-                    };
-                    self.parts_count += 1;
-                }
-            }
-        }
+        self.parts
+            .add(right.s, &bounds, (number, begins), arm.limits);
         self.left = right;
         self.left_step = step;
         self.ahead_count -= 1;
