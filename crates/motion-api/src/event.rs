@@ -248,9 +248,6 @@ pub enum StopReason {
         /// The force at the TCP that explains the torques of all joints best, N.
         force: f64,
     },
-<<<<<<< HEAD
-    /// A conveyor carried the TCP out of reach, or to where the joints would have to change their speeds faster than they can.
-=======
     /// The tool presses harder than the cell allows.
     #[error("the force at the TCP is {force:.1} N (allowed {limit:.1} N)")]
     TcpForce {
@@ -259,8 +256,7 @@ pub enum StopReason {
         /// Limit, N.
         limit: f64,
     },
-    /// A conveyor carried the TCP out of reach.
->>>>>>> main
+    /// A conveyor carried the TCP out of reach, or to where the joints would have to change their speeds faster than they can.
     #[error("the conveyor carries the TCP to where the arm cannot follow")]
     ConveyorLost,
     /// TCP or tool were about to cross a safety plane.
