@@ -1,4 +1,4 @@
-//! Records onto a disk of 150 kB/s that stands still for 2 s in every 10 s, at 250 Hz in real time, and tells what was
+//! Records onto a disk of 400 kB/s that stands still for 2 s in every 10 s, at 250 Hz in real time, and tells what was
 //! lost and what it cost the thread that makes the cycles.
 //!
 //! `cargo run -p recorder --example slow_disk -- [MINUTES]`

@@ -289,14 +289,14 @@ pub struct SlowRun {
 }
 
 /// Makes cycles at 250 Hz for `secs` of simulated time, `times` as fast as that, and records them onto a disk of
-/// 150 kB/s that stands still for 2 s in every 10 s, `times` as fast too. As the motion thread does, nobody waits.
+/// 400 kB/s that stands still for 2 s in every 10 s, `times` as fast too. As the motion thread does, nobody waits.
 pub fn record_onto_a_slow_disk(secs: f64, times: f64) -> SlowRun {
     use std::time::{Duration, Instant};
     let out = Shared::default();
     let stalls = Arc::default();
     let disk = SlowDisk {
         out: out.clone(),
-        bytes_per_sec: 150_000.0 * times,
+        bytes_per_sec: 400_000.0 * times,
         stall_every: Duration::from_secs_f64(8.0 / times),
         stall: Duration::from_secs_f64(2.0 / times),
         last_stall: Instant::now(),
