@@ -235,8 +235,7 @@ fn the_scene_shows_obstacles_the_way_of_the_tcp_and_the_force_on_it() {
     let pushing = (1..=300)
         .map(state)
         .filter(|state| state.time <= number(last, "log_time") + 1e-9)
-        .filter(|state| (state.cycle - 1).is_multiple_of(4))
-        .next_back()
+        .rfind(|state| (state.cycle - 1).is_multiple_of(4))
         .unwrap();
     let force = nalgebra::Vector3::from_column_slice(&pushing.tcp_force[..3]);
     let turn = |name: &str| cell(&format!("entities_13.arrows_0.pose.orientation.{name}"));
