@@ -17,7 +17,7 @@ const PLATE: &str = "[[obstacle]]\nname = \"plate\"\nshape = \"plane\"\npose = [
 fn run(text: &str, cell: &str) -> (String, String, Option<i32>) {
     let folder = tempfile::tempdir().unwrap();
     let model = kinematics::RobotModel::built_in("cs66").unwrap();
-    let home = kinematics::JointPositions([0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0]);
+    let home = recorder::Setup::default().home;
     let tool = kinematics::Pose::from_translation(0.0, 0.0, 0.15);
     let surface = model.tcp_pose(&home, &tool).translation.z - 0.02;
     let cell = cell.replace("SURFACE", &surface.to_string());

@@ -16,7 +16,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
+use kinematics::{Pose, RobotModel, RpyPose};
 use nalgebra::Vector3;
 use recorder::{Cycle, Entry, Recording, Topic};
 use serde_json::Value;
@@ -102,7 +102,7 @@ fn run(name: &str, cell: &str, script: &str) -> Result<Vec<Span>> {
 
 fn tcp_at_home() -> Result<Vector3<f64>> {
     let model = RobotModel::built_in("cs66")?;
-    let home = JointPositions([0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0]);
+    let home = recorder::Setup::default().home;
     let tool = Pose::from_translation(0.0, 0.0, TOOL);
     Ok(model.tcp_pose(&home, &tool).translation)
 }
