@@ -15,9 +15,9 @@ use elite_runtime::panel::Operator;
 use elite_runtime::{Panel, Permissions, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use io_bus::Fieldbus;
 use kinematics::{ModelError, RobotModel};
-use motion::{Cycle, CycleConfig};
 use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
 use motion::virtual_time::{IdlePacer, VirtualTimeline};
+use motion::{Cycle, CycleConfig};
 use motion_api::{BorderSizes, SnapshotCell, Timeline, border};
 use recorder::{
     RecordError, Recorder, RecorderConfig, RecorderHandle, RecorderMeter, Setup, Viewer,
