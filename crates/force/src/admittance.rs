@@ -1,17 +1,32 @@
 //! The law of one force axis: which speed is wanted for the force that is missing.
 //!
-//! In contact v = e / D, with e the missing force and D = K / ω: whatever the stiffness K, the force then approaches its
-//! target like exp(-ω t). ω comes from the gain; K from [`Stiffness`]; the speed is also one from which the arm can
-//! stop at the target with the acceleration it has. Without contact a mass is accelerated by the missing force against
-//! the user's damping, up to the user's speed limit (manual 4.1 to 4.3).
+//! In contact v = e / D + s, with e the missing force and D = K / ω: whatever the stiffness K, the force then approaches
+//! its target like exp(-ω t). ω comes from the gain; K from [`Stiffness`]; s is the speed at which the surface itself
+//! recedes while the tool slides over it. The speed is also one from which the arm can stop at the target with the
+//! acceleration it has. Without contact a mass is accelerated by the missing force against the user's damping, up to the
+//! user's speed limit (manual 4.1 to 4.3) and no faster than what a touch of the hardest surface leaves room for.
 //!
 //! Signs: forces here are what the tool applies to the environment, along the axis.
 
 use crate::stiffness::Stiffness;
 
-/// ω for a gain of 1, rad/s. The default gain of 0.2 makes 20 rad/s: settled to 5 % in 0.15 s. A sampled position
-/// loop with some cycles of delay becomes unstable on hard surfaces near 100 rad/s, which the manual says of gains above 1.
-const BANDWIDTH: f64 = 100.0;
+/// ω for a gain of 1, rad/s. The default gain of 0.2 makes 25 rad/s: settled to 5 % in 0.12 s. A sampled position loop
+/// with some cycles of delay becomes unstable on hard surfaces above 125 rad/s, which the manual says of gains above 1.
+const BANDWIDTH: f64 = 125.0;
+/// Time over which the speed of the surface is averaged, s.
+const SURFACE_TIME: f64 = 0.02;
+/// The hardest surface that an approach reckons with, as share of the hardest that is estimated.
+const APPROACH_SHARE: f64 = 2.0 / 3.0;
+/// Share of the braking that an approach accelerates with: a touch then finds little to turn round.
+const APPROACH_ACCELERATION: f64 = 0.3;
+/// Cycles before a touch shows in the command.
+const DELAY_CYCLES: f64 = 1.0;
+/// Slower than this sideways nothing slides, m/s.
+const SLIDING: f64 = 1e-3;
+/// Time over which the noise of the sensor is looked at, s, and how many standard deviations of it are no touch.
+const NOISE_TIME: f64 = 0.2;
+/// See [`NOISE_TIME`].
+const NOISE_WIDTH: f64 = 4.0;
 /// Seconds without touch after which the contact counts as lost.
 const LOST_AFTER: f64 = 0.05;
 
@@ -40,38 +55,34 @@ struct Figures {
     stiffness: (f64, f64),
     /// Least uncertainty of the sensor, N or Nm.
     noise: f64,
-    /// Below this share of the target, and this force, nothing is touched.
+    /// Below this share of the target, this force and the noise nothing is touched.
     touch_share: f64,
     touch: f64,
     /// Virtual mass without contact at the default gain, kg or kg m².
     mass: f64,
     /// Damping in contact at the default gain is at least this, N s/m or Nm s/rad: what a hand feels.
     least_damping: f64,
-    /// Without contact the missing force leads at most to the speed e over this, N s/m or Nm s/rad.
-    approach: f64,
     /// Damping at a user's setting of 1 at the default gain, N s/m or Nm s/rad.
     full_damping: f64,
 }
 
 const LINEAR: Figures = Figures {
     stiffness: (500.0, 1.5e5),
-    noise: 0.02,
-    touch_share: 0.05,
-    touch: 1.0,
+    noise: 0.005,
+    touch_share: 0.02,
+    touch: 0.3,
     mass: 10.0,
     least_damping: 50.0,
-    approach: 1000.0,
     full_damping: 2000.0,
 };
 
 const ANGULAR: Figures = Figures {
     stiffness: (5.0, 1500.0),
-    noise: 0.002,
-    touch_share: 0.05,
-    touch: 0.1,
+    noise: 0.0005,
+    touch_share: 0.02,
+    touch: 0.03,
     mass: 0.2,
     least_damping: 1.0,
-    approach: 10.0,
     full_damping: 20.0,
 };
 
@@ -110,6 +121,8 @@ pub struct Reading {
     pub speed_limit: f64,
     /// What the arm can brake with, m/s² or rad/s².
     pub braking: f64,
+    /// How fast it can change that, m/s³ or rad/s³.
+    pub jerk: f64,
 }
 
 /// The speed to go for, and how fast.
@@ -130,6 +143,12 @@ pub struct Admittance {
     untouched: f64,
     x: f64,
     y: f64,
+    /// What the tool applied a cycle ago.
+    applied: f64,
+    /// Variance of the sensor's noise, N² or (Nm)².
+    variance: f64,
+    /// Speed of the surface along the axis while the tool slides, m/s or rad/s.
+    surface: f64,
 }
 
 impl Admittance {
@@ -142,6 +161,9 @@ impl Admittance {
             untouched: LOST_AFTER,
             x: 0.0,
             y: 0.0,
+            applied: 0.0,
+            variance: 0.0,
+            surface: 0.0,
         }
     }
 
@@ -174,16 +196,26 @@ impl Admittance {
             let damping = (self.stiffness.estimate() / bandwidth)
                 .max(figures.least_damping * softer)
                 .max(user);
-            let speed = stoppable(missing / (damping * bandwidth), bandwidth, reading.braking);
+            let way = missing / (damping * bandwidth);
+            let speed = stoppable(way, bandwidth, reading.braking);
             return Aim {
-                speed: speed.clamp(-limit, limit),
+                speed: (speed + self.surface).clamp(-limit, limit),
                 acceleration: f64::INFINITY,
             };
         }
         let damping = tuning.damping * figures.full_damping * softer;
         let mass = figures.mass * softer;
-        let acceleration = (missing - damping * reading.speed).abs() / mass;
-        let most = (missing.abs() / (figures.approach * softer).max(damping)).min(limit);
+        let acceleration = ((missing - damping * reading.speed).abs() / mass)
+            .min(APPROACH_ACCELERATION * reading.braking);
+        // A touch may press in as far as the target does on the hardest surface.
+        let room = missing.abs() / (APPROACH_SHARE * figures.stiffness.1 * softer);
+        let approach = approach_speed(room, reading.braking, reading.jerk, DELAY_CYCLES * step);
+        let damped = if damping > 0.0 {
+            missing.abs() / damping
+        } else {
+            f64::INFINITY
+        };
+        let most = approach.min(damped).min(limit);
         // Faster already and nothing that damps: the speed is kept.
         let speed = if damping == 0.0 && reading.speed * missing >= 0.0 {
             let kept = reading.speed.abs().min(limit);
@@ -210,16 +242,33 @@ impl Admittance {
     fn look(&mut self, reading: &Reading, figures: &Figures, step: f64) {
         self.x += reading.way;
         // Pressing moves the arm a little sideways too; only sliding counts, on surfaces up to 45 degrees.
-        if reading.sideways > reading.way.abs() {
+        let is_sliding = self.is_touching()
+            && reading.sideways > reading.way.abs()
+            && reading.sideways > SLIDING * step;
+        let surface = if is_sliding {
             self.y += reading.sideways;
+            (reading.way - (reading.applied - self.applied) / self.stiffness.estimate()) / step
+        } else {
+            0.0
+        };
+        self.surface += (surface - self.surface) * step / (SURFACE_TIME + step);
+        // Small forces that follow each other are as good as none: they show the noise.
+        let quiet = (NOISE_WIDTH * figures.touch).max(0.1 * reading.target.abs());
+        if reading.applied.abs().max(self.applied.abs()) < quiet {
+            let change = reading.applied - self.applied;
+            self.variance += (change * change / 2.0 - self.variance) * step / (NOISE_TIME + step);
         }
+        self.applied = reading.applied;
         let touch = figures
             .touch
-            .max(figures.touch_share * reading.target.abs());
+            .max(figures.touch_share * reading.target.abs())
+            .max(NOISE_WIDTH * self.variance.sqrt());
         if reading.applied.abs() > touch {
             if !self.is_touching() {
                 *self = Self {
                     untouched: 0.0,
+                    applied: reading.applied,
+                    variance: self.variance,
                     ..Self::new(self.kind)
                 };
             }
@@ -227,7 +276,13 @@ impl Admittance {
             self.stiffness
                 .observe(self.x, self.y, reading.applied, step);
         } else {
-            self.untouched = (self.untouched + step).min(LOST_AFTER);
+            // A hand that lets go is no bounce: the arm coasts at once. What gave way like nothing was a hand.
+            let was_led = reading.target == 0.0 && self.stiffness.estimate() <= figures.stiffness.0;
+            self.untouched = if was_led {
+                LOST_AFTER
+            } else {
+                (self.untouched + step).min(LOST_AFTER)
+            };
             self.stiffness.restart();
         }
     }
@@ -243,6 +298,29 @@ fn stoppable(way: f64, bandwidth: f64, braking: f64) -> f64 {
             .sqrt()
             .copysign(way)
     }
+}
+
+/// The speed from which the way to rest, begun `delay` seconds late, is at most `room`.
+fn approach_speed(room: f64, braking: f64, jerk: f64, delay: f64) -> f64 {
+    let way = |v: f64| {
+        // Without and with a time of constant deceleration.
+        let own = if v * jerk < braking * braking {
+            v * (v / jerk).sqrt()
+        } else {
+            v * (v / braking + braking / jerk) / 2.0
+        };
+        own + v * delay
+    };
+    let (mut good, mut bad) = (0.0, room / delay);
+    for _ in 0..30 {
+        let middle = 0.5 * (good + bad);
+        if way(middle) <= room {
+            good = middle;
+        } else {
+            bad = middle;
+        }
+    }
+    good
 }
 
 const fn figures(kind: Kind) -> Figures {

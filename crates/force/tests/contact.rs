@@ -19,6 +19,9 @@ struct Setup {
     speed_limit: f64,
     /// Cycles between a force and the command that knows it, the cycle of the command not counted.
     delay: usize,
+    /// The tool slides at this speed over a surface of `slope`, m/s; from 1 s on.
+    slide: f64,
+    slope: f64,
     tuning: Tuning,
 }
 
@@ -40,20 +43,25 @@ fn run(setup: &Setup) -> Run {
     let (mut x, mut v) = (0.0, 0.0);
     let (mut command, mut command_speed) = (0.0_f64, 0.0_f64);
     let mut last_x = 0.0;
+    let mut surface = setup.gap;
     let mut forces = vec![0.0_f64; setup.delay + 1];
     let mut log = Vec::new();
     let mut fastest = 0.0_f64;
     for _ in 0..(12.0 / STEP) as usize {
+        let time = log.len() as f64 * STEP;
+        let slide = (0.3 * (time - 1.0)).clamp(0.0, setup.slide);
+        surface += setup.slope * slide * STEP;
         let applied = forces[forces.len() - 1 - setup.delay];
         let aim = law.aim(
             &Reading {
                 applied,
                 target: setup.target,
                 way: x - last_x,
-                sideways: 0.0,
+                sideways: slide * STEP,
                 speed: command_speed,
                 speed_limit: setup.speed_limit,
                 braking: 0.7 * ACCELERATION,
+                jerk: 150.0,
             },
             &setup.tuning,
             STEP,
@@ -73,7 +81,7 @@ fn run(setup: &Setup) -> Run {
         }
         command_speed = next;
         fastest = fastest.max(next.abs());
-        let force = setup.stiffness * (x - setup.gap).max(0.0);
+        let force = setup.stiffness * (x - surface).max(0.0);
         forces.push(force);
         log.push(force);
     }
@@ -106,6 +114,8 @@ fn setup(stiffness: f64, target: f64) -> Setup {
         gap: 0.003,
         speed_limit: 0.01,
         delay: 0,
+        slide: 0.0,
+        slope: 0.0,
         tuning: Tuning::default(),
     }
 }
@@ -151,4 +161,96 @@ fn an_approach_at_ten_millimetres_a_second_peaks_below_one_and_a_half_targets() 
             }
         }
     }
+}
+
+#[test]
+fn a_tilted_surface_is_followed() {
+    for stiffness in [1e3, 1e4, 1e5] {
+        for slope in [0.1, -0.2, 0.36] {
+            let sliding = Setup {
+                slide: 0.05,
+                slope,
+                gap: 0.0,
+                speed_limit: 0.1,
+                ..setup(stiffness, 20.0)
+            };
+            let r = run(&sliding);
+            println!(
+                "{stiffness} N/m slope {slope}: peak {:.3} steady {:.4}",
+                r.peak, r.steady
+            );
+            assert!(r.steady < 0.02 && r.bounces == 0);
+        }
+    }
+}
+
+/// Pushed with 20 N for half a second and let go: the speed then, and one second later.
+fn pushed(damping: f64) -> (f64, f64) {
+    let mut law = Admittance::new(Kind::Linear);
+    let tuning = Tuning {
+        damping,
+        ..Tuning::default()
+    };
+    let mut speed = 0.0_f64;
+    let mut let_go = 0.0;
+    for k in 0..375 {
+        let reading = Reading {
+            applied: if k < 125 { -20.0 } else { 0.0 },
+            target: 0.0,
+            way: speed * STEP,
+            sideways: 0.0,
+            speed,
+            speed_limit: 0.25,
+            braking: 2.0,
+            jerk: 150.0,
+        };
+        let aim = law.aim(&reading, &tuning, STEP);
+        let most = aim.acceleration.min(ACCELERATION) * STEP;
+        speed += (aim.speed - speed).clamp(-most, most);
+        if k == 125 {
+            let_go = speed;
+        }
+    }
+    (let_go, speed)
+}
+
+#[test]
+fn a_hand_leads_the_arm_and_the_damping_stops_it() {
+    let (led, kept) = pushed(0.0);
+    assert!(led > 0.2 && kept == led, "{led} {kept}");
+    let (led, stopped) = pushed(1.0);
+    assert!(led > 0.005 && stopped < 1e-3, "{led} {stopped}");
+}
+
+#[test]
+fn without_force_and_contact_the_damping_decides_whether_the_speed_is_kept() {
+    let coast = |damping: f64| {
+        let mut law = Admittance::new(Kind::Linear);
+        let tuning = Tuning {
+            damping,
+            ..Tuning::default()
+        };
+        let mut speed = 0.1;
+        for _ in 0..250 {
+            let aim = law.aim(
+                &Reading {
+                    applied: 0.0,
+                    target: 0.0,
+                    way: speed * STEP,
+                    sideways: 0.0,
+                    speed,
+                    speed_limit: 0.25,
+                    braking: 2.0,
+                    jerk: 150.0,
+                },
+                &tuning,
+                STEP,
+            );
+            speed += (aim.speed - speed).clamp(-aim.acceleration * STEP, aim.acceleration * STEP);
+        }
+        speed
+    };
+    assert_eq!(coast(0.0), 0.1);
+    assert!(coast(0.3) < 0.01);
+    assert!(coast(1.0) < 1e-3);
 }

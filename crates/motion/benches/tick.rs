@@ -19,6 +19,7 @@ use motion_api::{BorderSizes, CommandKind, Origin, ScriptEnd, border};
 fn main() {
     percentiles();
     online_percentiles();
+    force_percentiles();
     divan::main();
 }
 
@@ -49,6 +50,72 @@ fn go(script: &ScriptEnd, way: f64) {
     script.commands.send(Origin::default(), kind).expect("room");
 }
 
+/// The same in force mode over a plate of 20 N/mm, and pushed about so hard that the program is solved in most cycles.
+fn force_percentiles() {
+    for (name, is_pushed) in [("pressing", false), ("pushed about", true)] {
+        let mut config = CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm"));
+        config.tcp = kinematics::RpyPose::from_array([0.0, 0.0, 0.15, 0.0, 0.0, 0.0]);
+        let [x, y, z] = config.first_state().actual_tcp_pose.xyz;
+        if is_pushed {
+            config.loads = (0..200_u16)
+                .map(|k| motion::external::Load {
+                    at: 0.1 * f64::from(k),
+                    duration: 0.05,
+                    wrench: kinematics::Wrench::from_array([40.0, -50.0, 60.0, 3.0, -2.0, 1.0]),
+                    frame: motion::external::LoadFrame::Tool,
+                })
+                .collect();
+        } else {
+            config
+                .surroundings
+                .obstacles
+                .push(motion::contact::Obstacle {
+                    name: "plate".to_owned(),
+                    solid: motion::contact::Solid {
+                        pose: kinematics::Pose::from_translation(x, y, z - 1e-3),
+                        shape: motion::contact::Shape::Plane,
+                    },
+                    stiffness: Some(2e4),
+                    damping: 0.0,
+                    friction: 0.0,
+                });
+        }
+        let sizes = BorderSizes {
+            records: None,
+            ..BorderSizes::default()
+        };
+        let (motion, mut script) = border(sizes, &config.first_state());
+        let mut cycle = Cycle::new(config, motion).expect("a controller");
+        for kind in [
+            CommandKind::SetCollisionDetection(false),
+            CommandKind::ForceMode {
+                frame: kinematics::RpyPose::default(),
+                selection: [is_pushed, is_pushed, true, is_pushed, false, false],
+                wrench: [0.0, 0.0, if is_pushed { 0.0 } else { -20.0 }, 0.0, 0.0, 0.0],
+                mode: 0,
+                speed_limits: [0.2; 6],
+            },
+        ] {
+            script.commands.send(Origin::default(), kind).expect("room");
+        }
+        let mut times: Vec<f64> = (0..5000)
+            .map(|_| {
+                let before = std::time::Instant::now();
+                cycle.tick(Timing::default());
+                let time = before.elapsed().as_secs_f64() * 1e6;
+                while script.events.next_event().is_some() {}
+                time
+            })
+            .collect();
+        times.sort_by(f64::total_cmp);
+        println!(
+            "tick, rigid plant, force mode, {name}: p50 {:.1} µs, p99 {:.1} µs",
+            times[times.len() / 2],
+            times[times.len() * 99 / 100]
+        );
+    }
+}
+
 /// p50 and p99 of single ticks over 20 s of motion.
 fn percentiles() {
     for plant in [PlantKind::Ideal, PlantKind::Rigid] {
@@ -76,10 +143,28 @@ fn percentiles() {
     }
 }
 
-/// p50 and p99 of single ticks over 12 s in an online mode, ideal plant: what the modes themselves cost.
+/// p50 and p99 of single ticks over 12 s in each mode, with both plants.
 fn online_percentiles() {
+    for plant in [PlantKind::Ideal, PlantKind::Rigid] {
+        modes_percentiles(plant);
+    }
+}
+
+fn modes_percentiles(plant: PlantKind) {
     let q = JointPositions([0.5, -1.2, 1.2, -1.4, -1.3, 0.4]);
+    let mut line = RobotModel::built_in("cs66")
+        .expect("a built-in arm")
+        .flange_pose(&CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm")).home)
+        .to_rpy();
+    line.xyz[1] += 0.3;
     let modes = [
+        CommandKind::MoveL {
+            target: line,
+            acceleration: 1.2,
+            speed: 0.25,
+            duration: 13.0,
+            radius: 0.0,
+        },
         CommandKind::ServoJ {
             target: q,
             duration: 1e5,
@@ -108,7 +193,7 @@ fn online_percentiles() {
         },
     ];
     for kind in modes {
-        let (mut cycle, mut script) = controller(PlantKind::Ideal, 0.004);
+        let (mut cycle, mut script) = controller(plant, 0.004);
         let hand = CommandKind::SetExternalWrench([0.0, 2.0, 1.5, 0.0, 0.0, 0.0]);
         let enable = CommandKind::FtRtsiInput {
             enabled: true,
@@ -129,7 +214,7 @@ fn online_percentiles() {
         times.sort_by(f64::total_cmp);
         let at = |share: usize| times[times.len() * share / 1000];
         println!(
-            "tick in {}: p50 {:.1} us, p99 {:.1} us",
+            "tick in {}, {plant:?} plant: p50 {:.1} us, p99 {:.1} us",
             kind.name(),
             at(500),
             at(990)

@@ -229,6 +229,52 @@ fn four_thousand_ticks_of_blends_and_arcs_allocate_nothing() {
     assert!(modes.len() >= 3, "{modes:?}");
 }
 
+/// The solver of force mode makes two allocator calls inside its library, in cycles whose answer is at a bound.
+#[test]
+fn force_mode_allocates_only_inside_the_solver() {
+    let mut config = ideal("cs66");
+    config.loads = (0..5_u8)
+        .map(|k| motion::external::Load {
+            at: f64::from(k),
+            duration: 0.5,
+            wrench: kinematics::Wrench::from_array([60.0, -200.0, 150.0, 5.0, -8.0, 4.0]),
+            frame: motion::external::LoadFrame::Base,
+        })
+        .collect();
+    let line = config.model.flange_pose(&config.home).to_rpy();
+    let (mut cycle, mut script) = controller(config);
+    let force = CommandKind::ForceMode {
+        frame: RpyPose::default(),
+        selection: [true, true, true, false, true, false],
+        wrench: [0.0; 6],
+        mode: 3,
+        speed_limits: [0.3, 0.3, 0.3, 0.5, 0.5, 0.5],
+    };
+    let round = [
+        CommandKind::SetCollisionDetection(false),
+        force,
+        movel(line),
+        CommandKind::SetForceGain(0.5),
+        CommandKind::Pause,
+        CommandKind::Resume,
+        CommandKind::EndForceMode,
+    ];
+    let mut counts = [0_u32; 3];
+    let mut on = 0;
+    for tick_number in 0..5000 {
+        if tick_number % 83 == 0 {
+            let kind = round[(tick_number / 83) % round.len()];
+            script.commands.send(Origin::default(), kind).unwrap();
+        }
+        let count = tick(&mut cycle, &mut script);
+        assert!(count <= 2, "tick {tick_number}: {count}");
+        counts[count as usize] += 1;
+        on += u32::from(script.snapshot.read().force_mode);
+    }
+    println!("ticks with 0, 1, 2 allocator calls: {counts:?}; {on} in force mode");
+    assert!(on > 3000 && counts[0] > 2500, "{on} {counts:?}");
+}
+
 #[test]
 fn a_protective_stop_allocates_nothing() {
     // The limit is configured below what a line needs at its own limits, by changing the tool on the way.

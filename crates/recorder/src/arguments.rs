@@ -65,6 +65,8 @@ commands! {
     "movej" => MoveJ { target, acceleration, speed, duration, radius };
     "movel" => MoveL { target, acceleration, speed, duration, radius };
     "movec" => MoveC { via, target, acceleration, speed, radius, fixed };
+    "micro_points" => MicroPoints { begins, count, points };
+    "moveml" => MoveMl { count, interval };
     "stop" => Stop { only };
     "pause" => Pause;
     "resume" => Resume;
@@ -364,6 +366,16 @@ mod tests {
                 frame: FreedriveFrame::Tool,
             },
             CommandKind::EndFreedrive,
+            CommandKind::ForceMode {
+                frame: pose,
+                selection: [true, false, true, false, false, true],
+                wrench: target.0,
+                mode: 3,
+                speed_limits: [x.abs(); 6],
+            },
+            CommandKind::EndForceMode,
+            CommandKind::SetForceGain(x),
+            CommandKind::SetForceDamping(x),
             CommandKind::SetExternalWrench(target.0),
             CommandKind::FtRtsiInput {
                 enabled: true,

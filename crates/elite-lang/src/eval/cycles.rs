@@ -71,7 +71,7 @@ impl<T> Noted<T> {
     }
 
     /// What is still alive, as values.
-    fn alive<'a>(&'a self, value: fn(Rc<T>) -> Value) -> Vec<Value> {
+    fn alive(&self, value: fn(Rc<T>) -> Value) -> Vec<Value> {
         let alive = self.all.borrow();
         alive.iter().filter_map(Weak::upgrade).map(value).collect()
     }

@@ -1,4 +1,4 @@
-//! Manual chapter 4: the force sensor.
+//! Manual chapter 4: force mode and the force sensor.
 
 use elite_lang::{Raised, Value};
 use motion_api::CommandKind;
@@ -8,6 +8,88 @@ use super::declare::{Builtin, Category, Default, Kind, Parameter, Range};
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[
+    Builtin {
+        name: "force_mode",
+        section: "4.1",
+        category: Category::Force,
+        summary: "Presses with a wrench along the selected axes, while the others follow the motion that runs.",
+        params: &[
+            Parameter::new(
+                "reference_frame",
+                Kind::Pose,
+                "m, rad",
+                "the force reference frame in the base frame",
+            ),
+            Parameter::new(
+                "selection_vector",
+                Kind::Numbers(6),
+                "",
+                "for x, y, z, rx, ry, rz: 0 follows the motion, any other number is force controlled",
+            ),
+            Parameter::new(
+                "target_wrench",
+                Kind::Numbers(6),
+                "N, Nm",
+                "what the tool applies to the environment, in the force frame",
+            ),
+            Parameter::new(
+                "mode",
+                Kind::Integer(0, 3),
+                "",
+                "the force frame: 0 the reference frame, 1 Y to its origin, 2 X along the motion, 3 the TCP frame",
+            ),
+            Parameter::new(
+                "speed_limits",
+                Kind::Numbers(6),
+                "m/s, rad/s",
+                "largest TCP speeds along the force controlled axes; 0 or more",
+            ),
+        ],
+        returns: "nothing",
+        waits: true,
+        run: Some(force_mode),
+    },
+    Builtin {
+        name: "force_mode_set_gain_scaling",
+        section: "4.2",
+        category: Category::Force,
+        summary: "How fast forces approach their targets; 0.2 after start, kept until the controller ends.",
+        params: &[Parameter::new(
+            "scaling",
+            Kind::Number(Range::Any),
+            "",
+            "0 to 2, clamped; larger is faster and overshoots more",
+        )
+        .also(&["scoring"])],
+        returns: "nothing",
+        waits: false,
+        run: Some(force_mode_set_gain_scaling),
+    },
+    Builtin {
+        name: "force_mode_set_damping",
+        section: "4.3",
+        category: Category::Force,
+        summary: "How fast force axes come to rest without a force; 0 after start, kept until the controller ends.",
+        params: &[Parameter::new(
+            "damping",
+            Kind::Number(Range::Any),
+            "",
+            "0 to 1, clamped; 0 keeps the speed",
+        )],
+        returns: "nothing",
+        waits: false,
+        run: Some(force_mode_set_damping),
+    },
+    Builtin {
+        name: "end_force_mode",
+        section: "4.7",
+        category: Category::Force,
+        summary: "Back to position control; the end of the task does it too.",
+        params: &[],
+        returns: "nothing; returns when the arm stands, or at once while a motion goes on",
+        waits: true,
+        run: Some(end_force_mode),
+    },
     Builtin {
         name: "zero_ftsensor",
         section: "4.4",
@@ -77,6 +159,44 @@ pub const BUILTINS: &[Builtin] = &[
         run: Some(ft_rtsi_input_enable),
     },
 ];
+
+fn force_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let frame = call.pose(0)?;
+    // Clients send numbers, some of them other than 0 and 1.
+    let selection = call.numbers(1)?.map(|x: f64| x != 0.0);
+    let wrench = call.numbers(2)?;
+    let mode = call.byte(3)?;
+    let speed_limits: [f64; 6] = call.numbers(4)?;
+    if let Some(k) = speed_limits.iter().position(|x| *x < 0.0) {
+        let given = format!("{} at [{k}]", speed_limits[k]);
+        return Err(call.not_allowed(4, "six numbers of at least 0", given));
+    }
+    call.perform(CommandKind::ForceMode {
+        frame,
+        selection,
+        wrench,
+        mode,
+        speed_limits,
+    })?;
+    Ok(Value::None)
+}
+
+fn force_mode_set_gain_scaling(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let gain = call.clamped(0, (0.0, 2.0))?;
+    call.send(CommandKind::SetForceGain(gain))?;
+    Ok(Value::None)
+}
+
+fn force_mode_set_damping(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let damping = call.clamped(0, (0.0, 1.0))?;
+    call.send(CommandKind::SetForceDamping(damping))?;
+    Ok(Value::None)
+}
+
+fn end_force_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    call.perform(CommandKind::EndForceMode)?;
+    Ok(Value::None)
+}
 
 fn zero_ftsensor(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     call.perform(CommandKind::ZeroFtSensor)?;

@@ -161,6 +161,7 @@ impl Task {
         let is_cut_off = *end != TaskEnd::Finished && started.target_qd.max_abs() > 0.0;
         if started.command_id != CommandId::NONE
             || started.motion_mode == MotionMode::Conveyor
+            || started.force_mode
             || is_cut_off
         {
             self.tell_robot(CommandKind::Stop {

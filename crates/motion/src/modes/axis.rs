@@ -152,14 +152,18 @@ impl Axis {
         };
         let is_good = |acceleration: f64| self.is_safe(&after(acceleration));
         let braking = ((self.braked(now, step).speed - now.speed) / step).clamp(low, high);
+        // As a mean the acceleration may change by twice of what braking within the step changes it by.
+        let kept = [braking, low, high].into_iter().find(|a| is_good(*a));
+        let Some(kept) = kept else {
+            let coming = natural_speed(now.speed, now.acceleration, self.jerk);
+            let speed = after(if coming > 0.0 { low } else { high }).speed;
+            return (speed, speed);
+        };
         let reach = |wanted: f64| {
             if is_good(wanted) {
                 return after(wanted).speed;
             }
-            let (mut bad, mut good) = (wanted, braking);
-            if !is_good(good) {
-                return after(good).speed;
-            }
+            let (mut bad, mut good) = (wanted, kept);
             for _ in 0..20 {
                 let middle = 0.5 * (bad + good);
                 if is_good(middle) {
@@ -283,6 +287,26 @@ mod tests {
                     prop_assert!(wider.is_safe(&next), "{state:?} {next:?}");
                     prop_assert!((next.acceleration - state.acceleration).abs() <= AXIS.jerk * step * (1.0 + 1e-9));
                     state = next;
+                }
+            }
+        }
+
+        #[test]
+        fn whatever_speed_within_reach_is_taken_the_joint_stays_inside_all_limits(
+            wishes in proptest::collection::vec((-6.0..6.0_f64, 1..60_usize), 1..40),
+            step in prop::sample::select(vec![0.001, 0.002, 0.004, 0.008]),
+        ) {
+            let mut state = ScalarState::at_rest(0.0);
+            for (speed, cycles) in wishes {
+                for _ in 0..cycles {
+                    let (low, high) = AXIS.reachable_speeds(&state, step);
+                    prop_assert!(low <= high);
+                    let speed = speed.clamp(low, high);
+                    let acceleration = (speed - state.speed) / step;
+                    prop_assert!((acceleration - state.acceleration).abs() <= AXIS.jerk * step * (1.0 + 1e-6) + 1e-9);
+                    state = ScalarState { acceleration, ..state }.after(step, 0.0);
+                    prop_assert!(state.speed.abs() <= AXIS.speed + 1e-6 && acceleration.abs() <= AXIS.acceleration + 1e-6);
+                    prop_assert!((AXIS.min - 1e-4..=AXIS.max + 1e-4).contains(&state.position), "{state:?}");
                 }
             }
         }

@@ -27,7 +27,7 @@ const RETURN_MAX: [f64; 2] = [0.02, 0.2];
 /// Share of what the joints can do that a correction is planned with.
 const SHARE: f64 = 0.7;
 /// Share of that which a force axis reckons with when it has to stop at its target; the rest is for delays.
-const BRAKING_SHARE: f64 = 0.5;
+const BRAKING_SHARE: f64 = 0.6;
 /// Least and largest acceleration of a correction, m/s² or rad/s², and least jerk; for singular positions.
 const ACCELERATION: (f64, f64) = (0.05, 10.0);
 /// See [`ACCELERATION`].
@@ -309,6 +309,7 @@ impl Pressing {
             speed: correction.now.speed,
             speed_limit: self.goal.speed_limits[k],
             braking: BRAKING_SHARE * correction.axis.acceleration,
+            jerk: correction.axis.jerk,
             ..*reading
         };
         let aim = self.axes[k].aim(&reading, &view.tuning, view.arm.step);
@@ -375,6 +376,7 @@ impl Pressing {
             speed: 0.0,
             speed_limit: 0.0,
             braking: 0.0,
+            jerk: 0.0,
         })
     }
 

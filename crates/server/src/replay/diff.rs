@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use recorder::{Cycle, Difference, Entry, Recording, Topic, difference};
+use recorder::{Cycle, Difference, Entry, Recording, Topic, difference_but};
 
 use super::ReplayError;
 
@@ -24,6 +24,8 @@ pub(super) struct Report {
     /// Cycles that only one of the two has.
     only: [u64; 2],
     names: [String; 2],
+    /// Fields that the version of one of the two did not record.
+    missing: Vec<&'static str>,
 }
 
 impl Report {
@@ -34,7 +36,7 @@ impl Report {
 
     fn take(&mut self, a: &Cycle, b: &Cycle) {
         self.compared += 1;
-        let Some(found) = difference(a, b) else {
+        let Some(found) = difference_but(a, b, &self.missing) else {
             return;
         };
         self.different += 1;
@@ -60,6 +62,7 @@ impl Report {
 pub(super) fn compare(a: &Recording, b: &Recording) -> Result<Report, ReplayError> {
     let mut report = Report {
         names: [a.name().to_owned(), b.name().to_owned()],
+        missing: [a.missing_fields(), b.missing_fields()].concat(),
         ..Report::default()
     };
     let (mut left, mut right) = (cycles(a)?, cycles(b)?);

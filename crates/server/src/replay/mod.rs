@@ -8,6 +8,7 @@ mod csv;
 mod diff;
 mod find;
 mod plot;
+mod register_write;
 mod rerun;
 pub(crate) mod script;
 mod serve;

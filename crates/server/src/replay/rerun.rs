@@ -8,15 +8,15 @@ use std::path::Path;
 
 use kinematics::ModelError;
 use motion::{ConfigError, Cycle, CycleConfig, Timing};
-use motion_api::{BorderSizes, IoPoint, Registers, ScriptEnd, border};
+use motion_api::{BorderSizes, ScriptEnd, border};
 use recorder::{
-    ArgumentError, CommandMessage, Difference, Entry, IoMessage, IoValue, ReadError, Recording,
-    Setup, Topic, difference,
+    ArgumentError, CommandMessage, Difference, Entry, ReadError, Recording, Setup, Topic,
+    difference_but,
 };
 use thiserror::Error;
 
 use super::model_of;
-use crate::cell::point::{Direction, Point};
+use super::register_write::RegisterWrite;
 use crate::cell::{Cell, CellError};
 use crate::start_configuration::{SetupError, cycle_config};
 
@@ -137,7 +137,8 @@ pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
             Entry::Cycle(recorded) => {
                 controller.run_to(recorded.cycle, &mut commands, &mut writes)?;
                 let fresh = recorder::Cycle::from(&controller.script.snapshot.read());
-                if let Some(difference) = difference(&recorded, &fresh) {
+                let missing = recording.missing_fields();
+                if let Some(difference) = difference_but(&recorded, &fresh, missing) {
                     return Ok(Comparison::Different(difference));
                 }
                 compared += 1;
@@ -220,47 +221,6 @@ impl Controller {
             expected: id.0,
             found: message.id,
         })
-    }
-}
-
-/// A register that has another value from a cycle on. Also those that the cycle itself writes are recorded; writing
-/// them again changes nothing.
-struct RegisterWrite {
-    cycle: u64,
-    point: Point,
-    value: IoValue,
-}
-
-impl RegisterWrite {
-    /// `None` for points that the cycles carry themselves.
-    fn of(change: &IoMessage) -> Option<Self> {
-        let point: Point = change.name.parse().ok()?;
-        let is_register = !matches!(point.io_point(), IoPoint::Digital(_) | IoPoint::Analog(_));
-        is_register.then_some(Self {
-            cycle: change.cycle,
-            point,
-            value: change.value,
-        })
-    }
-
-    fn apply(&self, registers: &Registers) {
-        let bank = match self.point.direction {
-            Direction::In => &registers.input,
-            Direction::Out => &registers.output,
-        };
-        match (self.point.io_point(), self.value) {
-            (IoPoint::BooleanRegister(n), IoValue::Level(level)) => bank.set_boolean(n, level),
-            // Written from an i32.
-            (IoPoint::IntegerRegister(n), IoValue::Integer(value)) => {
-                bank.set_integer(n, value as i32);
-            }
-            (IoPoint::FloatRegister(n), IoValue::Number(value)) => bank.set_float(n, value),
-            (IoPoint::FloatRegister(n), IoValue::Integer(value)) => {
-                bank.set_float(n, value as f64);
-            }
-            // A recording that somebody else wrote; the comparison will tell.
-            _ => {}
-        }
     }
 }
 

@@ -6,10 +6,9 @@ use std::time::Duration;
 
 use kinematics::RobotModel;
 use motion::histogram::Histogram;
-use motion_api::RobotState;
+use motion_api::{RegisterImages, Registers, RobotState};
 use recorder::{
-    CommandMessage, Entry, IoMessage, IoValue, LogLevel, LogMessage, ScriptMessage, Setup,
-    VariableMessage,
+    CommandMessage, Entry, LogLevel, LogMessage, ScriptMessage, Setup, VariableMessage,
 };
 use serde_json::{Value, json};
 use tokio::sync::broadcast;
@@ -26,7 +25,8 @@ use crate::ports::primary::framing::ControlPhrase;
 use crate::ports::primary::{self, Hub, Submission};
 use crate::ports::rtsi;
 use crate::ports::rtsi::inputs::{Change, Input};
-use crate::ports::rtsi::outputs::{RegisterBank, Sample};
+use crate::ports::rtsi::outputs::Sample;
+use crate::replay::register_write::RegisterWrite;
 use crate::replay::script;
 
 /// How many samples and messages a listener may be behind before it loses some.
@@ -47,6 +47,7 @@ pub(super) struct Playback {
     log_lines: broadcast::Sender<LogLine>,
     durations: Histogram,
     latencies: Histogram,
+    registers: Registers,
     now: Mutex<Now>,
 }
 
@@ -55,8 +56,6 @@ struct Now {
     task: TaskStatus,
     program: String,
     line: u32,
-    inputs: RegisterBank,
-    outputs: RegisterBank,
     variables: BTreeMap<String, (String, String)>,
     errors: u64,
 }
@@ -69,8 +68,6 @@ impl Playback {
             task: TaskStatus::Stopped,
             program: String::new(),
             line: 0,
-            inputs: RegisterBank::default(),
-            outputs: RegisterBank::default(),
             variables: BTreeMap::new(),
             errors: 0,
         };
@@ -84,6 +81,7 @@ impl Playback {
             log_lines: broadcast::channel(WAITING_MAX).0,
             durations: Histogram::default(),
             latencies: Histogram::default(),
+            registers: Registers::default(),
             now: Mutex::new(now),
         }
     }
@@ -114,7 +112,11 @@ impl Playback {
             Entry::Script(script) => self.script(script),
             Entry::Command(command) => self.command(&command),
             Entry::Log(message) => self.log(time, message),
-            Entry::Io(change) => self.now().set_register(&change),
+            Entry::Io(change) => {
+                if let Some(write) = RegisterWrite::of(&change) {
+                    write.apply(&self.registers);
+                }
+            }
             Entry::Variable(variable) => self.variable(variable),
         }
     }
@@ -138,8 +140,7 @@ impl Playback {
                 task: now.task,
                 script_line: now.line,
                 elbow_velocity: elbow_velocity(&self.model, &state),
-                inputs: now.inputs,
-                outputs: now.outputs,
+                registers: self.registers.images(),
                 peripherals: Peripherals::of(&state),
             }
         };
@@ -238,39 +239,6 @@ impl Playback {
     }
 }
 
-impl Now {
-    /// A register by its name in a cell file; other points are in the state.
-    fn set_register(&mut self, change: &IoMessage) {
-        let Some((kind, rest)) = change.name.split_once('[') else {
-            return;
-        };
-        let Some(index) = rest.strip_suffix(']').and_then(|n| n.parse::<usize>().ok()) else {
-            return;
-        };
-        let (bank, kind) = match kind.split_once('_') {
-            Some(("input", kind)) => (&mut self.inputs, kind),
-            Some(("output", kind)) => (&mut self.outputs, kind),
-            _ => return,
-        };
-        match (kind, change.value) {
-            ("boolean_register", IoValue::Level(level)) if index < 128 => {
-                bank.bits = bank.bits & !(1 << index) | u128::from(level) << index;
-            }
-            ("integer_register", IoValue::Integer(value)) if index < bank.ints.len() => {
-                bank.ints[index] = i32::try_from(value).unwrap_or_default();
-            }
-            ("float_register", IoValue::Number(value)) if index < bank.doubles.len() => {
-                bank.doubles[index] = value;
-            }
-            // JSON does not tell 2.0 from 2.
-            ("float_register", IoValue::Integer(value)) if index < bank.doubles.len() => {
-                bank.doubles[index] = value as f64;
-            }
-            _ => {}
-        }
-    }
-}
-
 impl primary::Backend for Playback {
     fn state(&self) -> RobotState {
         self.now().state
@@ -319,9 +287,10 @@ impl rtsi::Controller for Playback {
         Some(READ_ONLY)
     }
 
-    fn apply(&self, client: ClientId, _changes: &[Change], _written: &[Input]) {
+    fn apply(&self, client: ClientId, _changes: &[Change], _written: &[Input]) -> u64 {
         // Inputs are refused when they are set up; without a recipe no values come.
         tracing::debug!(%client, "rtsi: values were refused: {READ_ONLY}");
+        self.now().state.cycle
     }
 }
 
@@ -348,6 +317,14 @@ impl http::Source for Playback {
         })
     }
 
+    fn registers(&self) -> RegisterImages {
+        self.registers.images()
+    }
+
+    fn set_inputs(&self, _changes: &http::io::InputChanges) -> Result<(), String> {
+        Err(READ_ONLY.to_owned())
+    }
+
     fn figures(&self) -> Figures {
         Figures {
             cycle_durations: self.durations.read(),
@@ -364,6 +341,7 @@ impl http::Source for Playback {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use recorder::{IoMessage, IoValue};
 
     fn playback() -> Playback {
         let model = RobotModel::built_in("cs66").unwrap();
@@ -397,17 +375,18 @@ mod tests {
         let state = RobotState::at_start(Setup::default().home, 0.004);
         playback.take(0.004, Entry::Cycle(Box::new((&state).into())));
         let sample = samples.try_recv().unwrap();
-        assert_eq!(sample.outputs.bits, 1 << 127);
-        assert_eq!(sample.inputs.ints[3], -7);
-        assert_eq!(sample.outputs.doubles[47], 2.0);
-        assert_eq!(sample.inputs.ints.iter().filter(|n| **n != 0).count(), 1);
+        let (inputs, outputs) = (&sample.registers.input, &sample.registers.output);
+        assert_eq!(outputs.booleans(), [0, 1 << 63]);
+        assert_eq!(outputs.float(47), 2.0);
+        let set: Vec<u8> = (0..48).filter(|n| inputs.integer(*n) != 0).collect();
+        assert_eq!((set, inputs.integer(3)), (vec![3], -7));
     }
 
     #[test]
     fn the_task_runs_from_its_start_to_its_end_and_is_held_in_between() {
         let playback = playback();
         let status = || primary::Backend::task_status(&playback);
-        let script = |text: Option<&str>, line| {
+        let script = |text: Option<&str>, line: Option<u32>| {
             Entry::Script(ScriptMessage {
                 program: "p".to_owned(),
                 program_id: 1,

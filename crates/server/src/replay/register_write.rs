@@ -1,0 +1,47 @@
+//! Registers in a recording: written again as they were.
+
+use motion_api::{IoPoint, Registers};
+use recorder::{IoMessage, IoValue};
+
+use crate::cell::point::{Direction, Point};
+
+/// A register that has another value from a cycle on. Also those that the cycle itself writes are recorded; writing
+/// them again changes nothing.
+pub(super) struct RegisterWrite {
+    pub cycle: u64,
+    point: Point,
+    value: IoValue,
+}
+
+impl RegisterWrite {
+    /// `None` for points that the cycles carry themselves.
+    pub(super) fn of(change: &IoMessage) -> Option<Self> {
+        let point: Point = change.name.parse().ok()?;
+        let is_register = !matches!(point.io_point(), IoPoint::Digital(_) | IoPoint::Analog(_));
+        is_register.then_some(Self {
+            cycle: change.cycle,
+            point,
+            value: change.value,
+        })
+    }
+
+    pub(super) fn apply(&self, registers: &Registers) {
+        let bank = match self.point.direction {
+            Direction::In => &registers.input,
+            Direction::Out => &registers.output,
+        };
+        match (self.point.io_point(), self.value) {
+            (IoPoint::BooleanRegister(n), IoValue::Level(level)) => bank.set_boolean(n, level),
+            // Written from an i32.
+            (IoPoint::IntegerRegister(n), IoValue::Integer(value)) => {
+                bank.set_integer(n, value as i32);
+            }
+            (IoPoint::FloatRegister(n), IoValue::Number(value)) => bank.set_float(n, value),
+            (IoPoint::FloatRegister(n), IoValue::Integer(value)) => {
+                bank.set_float(n, value as f64);
+            }
+            // A recording that somebody else wrote; the comparison will tell.
+            _ => {}
+        }
+    }
+}
