@@ -16,7 +16,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
+use kinematics::{Pose, RobotModel, RpyPose};
 use nalgebra::Vector3;
 use recorder::{Cycle, Entry, Recording, Topic};
 use serde_json::Value;

@@ -217,6 +217,20 @@ impl<'a, 'n> Call<'a, 'n> {
     ///
     /// A refusal is a `RuntimeError` that the script can catch. A protective stop ends the task and cannot be caught.
     pub fn perform(&mut self, kind: CommandKind) -> Result<(), Raised> {
+        // Planned motions and streams wait and have been refused already; these return at once and the arm moves later.
+        let sets_in_motion = matches!(
+            kind,
+            CommandKind::Freedrive { .. }
+                | CommandKind::TrackConveyorLinear { .. }
+                | CommandKind::TrackConveyorCircular { .. }
+        );
+        if sets_in_motion && self.context.is_secondary() {
+            let text = format!(
+                "{}() moves the arm and cannot be used in a secondary program (sec)",
+                self.builtin.name
+            );
+            return Err(self.error(ExceptionKind::RuntimeError, text));
+        }
         let id = self.enter(kind, true)?;
         self.wait(Wait::Command(id))?;
         match self.context.robot().take_outcome(id) {

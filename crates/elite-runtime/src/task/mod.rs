@@ -5,12 +5,14 @@
 //! - `time`: which waits are over, and what makes time pass; `report`: what people are told.
 //! - `outside`: futures that builtins wait for.
 //! - `host`: what the language asks of its surroundings (print, clock, random numbers).
-//! - `network`: TCP sockets of programs.
+//! - `network`: TCP sockets of programs; `files` and `processes`: what `--allow fs` and `--allow process` grant them.
 
 mod context;
+mod files;
 mod host;
 mod network;
 mod outside;
+mod processes;
 mod report;
 mod scheduler;
 mod threads;

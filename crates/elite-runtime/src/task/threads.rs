@@ -115,6 +115,6 @@ impl Task {
         }
         // Started while the others unwound: they never run.
         drop(self.host.take_started());
-        self.host.sockets().close_all();
+        self.host.close();
     }
 }
