@@ -7,9 +7,7 @@ use std::path::{Path, PathBuf};
 
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
 use motion::{Cycle, CycleConfig, PlantKind, Timing};
-use motion_api::{
-    BorderSizes, CommandKind, Event, Origin, Outcome, RobotState, ScriptEnd, border,
-};
+use motion_api::{BorderSizes, CommandKind, Event, Origin, Outcome, RobotState, ScriptEnd, border};
 use nalgebra::Vector3;
 use server::plot::{Circle, Curve, CurveStyle, Figure, Marks, Panel};
 
@@ -153,16 +151,17 @@ fn blend(file: &Path) -> Drawn<()> {
     let plane = Panel::plane("TCP from above", "x in mm", "y in mm")
         .curve(Curve::new("TCP", run.states.iter().map(mm)))
         .curve(Curve::new("as asked", asked.map(|(x, y)| at(x, y))).style(CurveStyle::Dashed));
-    let plane = corners
-        .iter()
-        .filter(|corner| corner.2 > 0.0)
-        .fold(plane, |plane, (x, y, radius)| {
-            plane.circle(Circle {
-                center: at(*x, *y),
-                radius: 1000.0 * radius,
-                name: format!("r = {:.0} mm", 1000.0 * radius),
-            })
-        });
+    let plane =
+        corners
+            .iter()
+            .filter(|corner| corner.2 > 0.0)
+            .fold(plane, |plane, (x, y, radius)| {
+                plane.circle(Circle {
+                    center: at(*x, *y),
+                    radius: 1000.0 * radius,
+                    name: format!("r = {:.0} mm", 1000.0 * radius),
+                })
+            });
     let speeds = run.over_time(|s| 1000.0 * tcp_speed(s));
     let accelerations = (0..6).fold(
         Panel::over_time("Joint accelerations", "rad/s²"),
@@ -232,10 +231,8 @@ fn singular(file: &Path) -> Drawn<()> {
     Figure::new("A line past a singular position of the wrist")
         .note("cs66, v = 500 mm/s asked for, 0.03 rad beside")
         .panel(
-            Panel::over_time("TCP speed", "mm/s").curve(Curve::new(
-                "TCP",
-                run.over_time(|s| 1000.0 * tcp_speed(s)),
-            )),
+            Panel::over_time("TCP speed", "mm/s")
+                .curve(Curve::new("TCP", run.over_time(|s| 1000.0 * tcp_speed(s)))),
         )
         .panel(
             joints("Joint speeds", "rad/s", |s, joint| s.target_qd[joint])

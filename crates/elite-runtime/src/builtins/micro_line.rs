@@ -216,7 +216,8 @@ fn get_micro_line_values_by_index(call: &mut Call<'_, '_>) -> Result<Value, Rais
 fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let index = call.integer(0)?;
     let (first, last) = (call.integer(1)?, call.integer(2)?);
-    let (count, interval) = with_line(call, index, |line, ..| (line.count(), line.interval()))?;
+    let (count, interval) =
+        with_line(call, index, |line, _, _, _| (line.count(), line.interval()))?;
     let place = |number: i64, default: usize| match usize::try_from(number) {
         Ok(0) => Some(default),
         Ok(number) if number <= count => Some(number),
