@@ -27,8 +27,8 @@ fn main() {
             jacobian,
             wanted: core::array::from_fn(|_| random(0.5)),
             weights: [1.0; 6],
-            lower: JointSpeeds(before.map(|x| x - width)),
-            upper: JointSpeeds(before.map(|x| x + width)),
+            lower: before.map(|x| x - width),
+            upper: before.map(|x| x + width),
             limits: core::array::from_fn(|k| if k % 2 == 0 { random(0.1).abs() } else { 1e3 }),
             before,
         };

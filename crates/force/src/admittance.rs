@@ -145,7 +145,7 @@ pub struct Admittance {
     y: f64,
     /// What the tool applied a cycle ago.
     applied: f64,
-    /// Variance of the sensor's noise, N² or (Nm)²: from the changes without contact.
+    /// Variance of the sensor's noise, N² or (Nm)².
     variance: f64,
     /// Speed of the surface along the axis while the tool slides, m/s or rad/s.
     surface: f64,
@@ -252,7 +252,9 @@ impl Admittance {
             0.0
         };
         self.surface += (surface - self.surface) * step / (SURFACE_TIME + step);
-        if !self.is_touching() {
+        // Small forces that follow each other are as good as none: they show the noise.
+        let quiet = (NOISE_WIDTH * figures.touch).max(0.1 * reading.target.abs());
+        if reading.applied.abs().max(self.applied.abs()) < quiet {
             let change = reading.applied - self.applied;
             self.variance += (change * change / 2.0 - self.variance) * step / (NOISE_TIME + step);
         }

@@ -29,6 +29,10 @@ const ROWS: usize = 4 * DOF;
 /// A component without a limit gets this many half widths of the joints' bounds: |J| ≤ 2 m makes at most 24.
 const NO_LIMIT: f64 = 100.0;
 
+/// An answer may miss a limit of the twist by this, m/s or rad/s: where the center is at a limit, nothing less would let
+/// the joints move at all.
+const HAIR: f64 = 1e-9;
+
 /// What is wrong with a limiter or its input.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -289,8 +293,8 @@ impl Allowed {
             } else {
                 self.limits[k] + self.at_center[k]
             };
-            if twist[k].abs() > room {
-                share.min(room / twist[k].abs())
+            if twist[k].abs() > room + HAIR {
+                share.min((room + HAIR) / twist[k].abs())
             } else {
                 share
             }

@@ -367,6 +367,9 @@ impl Cycle {
             let at_tool = torques_of(&self.environment(), &frames, &tcp);
             self.collision
                 .observe(&self.actual, &at_tool, &self.dynamics, self.step);
+            if self.force.is_at_work() {
+                self.collision.press_on_purpose();
+            }
         } else {
             self.collision.stand();
             self.sensor.stand();

@@ -1,246 +1,325 @@
-//! The pictures of docs/motion: `cargo run -p server --example motion_pictures [FOLDER]`.
+//! The pictures of `docs/motion.md`: what the arm is told, cycle by cycle, in three situations.
 //!
-//! Each runs commands on a control cycle with the ideal plant and draws what was recorded.
+//! `cargo run -p server --example motion_pictures [FOLDER]` writes them into `docs/motion` or FOLDER. The controller is
+//! driven directly, cycle by cycle with the ideal plant, so the curves are the targets and the same on every machine.
 
-use std::error::Error;
+#![allow(
+    clippy::unwrap_used,
+    reason = "a picture that cannot be made says where"
+)]
+#![allow(clippy::approx_constant, reason = "joint angles as people type them")]
+
 use std::path::{Path, PathBuf};
 
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
-use motion::{Cycle, CycleConfig, PlantKind, Timing};
+use motion::{Cycle, CycleConfig, MotionLimits, PlantKind, Timing};
 use motion_api::{BorderSizes, CommandKind, Event, Origin, Outcome, RobotState, ScriptEnd, border};
-use nalgebra::Vector3;
 use server::plot::{Circle, Curve, CurveStyle, Figure, Marks, Panel};
 
-type Drawn<T> = Result<T, Box<dyn Error>>;
-
-fn main() -> Drawn<()> {
-    let folder = std::env::args().nth(1);
-    let folder = folder.map_or_else(|| PathBuf::from("docs/motion"), PathBuf::from);
-    std::fs::create_dir_all(&folder)?;
-    movej(&folder.join("movej.png"))?;
-    blend(&folder.join("blend.png"))?;
-    singular(&folder.join("singularity.png"))?;
-    Ok(())
+fn main() {
+    let folder = std::env::args().nth(1).map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/motion"),
+        PathBuf::from,
+    );
+    std::fs::create_dir_all(&folder).unwrap();
+    for (name, figure) in [
+        ("movej", movej()),
+        ("blend", blend()),
+        ("singularity", singularity()),
+    ] {
+        figure.save(&folder.join(format!("{name}.png"))).unwrap();
+    }
 }
 
-/// A controller whose states are kept.
-struct Run {
+/// An arm, and all it was told so far.
+struct Stage {
     cycle: Cycle,
     script: ScriptEnd,
     states: Vec<RobotState>,
+    limits: MotionLimits,
+    /// Cycles in which commands ended.
+    ended: Vec<u64>,
 }
 
-impl Run {
-    fn new(home: JointPositions) -> Drawn<Self> {
+impl Stage {
+    fn new(home: [f64; 6], step_time: f64) -> Self {
         let config = CycleConfig {
             plant: PlantKind::Ideal,
-            home,
-            ..CycleConfig::new(RobotModel::built_in("cs66")?)
+            home: JointPositions(home),
+            step_time,
+            ..CycleConfig::new(RobotModel::built_in("cs66").unwrap())
         };
-        let first = config.first_state();
-        let (motion, script) = border(BorderSizes::default(), &first);
-        Ok(Self {
-            cycle: Cycle::new(config, motion)?,
+        let (motion, script) = border(BorderSizes::default(), &config.first_state());
+        Self {
+            limits: config.resolve().unwrap(),
+            states: vec![config.first_state()],
+            cycle: Cycle::new(config, motion).unwrap(),
             script,
-            states: vec![first],
-        })
-    }
-
-    /// Sends a command and runs until it has ended.
-    fn run(&mut self, kind: CommandKind) -> Drawn<()> {
-        let sent = self.script.commands.send(Origin::default(), kind)?;
-        loop {
-            self.cycle.tick(Timing::default());
-            self.states.push(self.script.snapshot.read());
-            while let Some(event) = self.script.events.next_event() {
-                if let Event::Ended { id, outcome, .. } = event
-                    && id == sent
-                {
-                    return match outcome {
-                        Outcome::Done => Ok(()),
-                        other => Err(format!("{kind:?} ended as {other:?}").into()),
-                    };
-                }
-            }
+            ended: Vec::new(),
         }
     }
 
+    /// One command after the other, each when the one before has ended, and then until the arm stands.
+    fn perform(&mut self, kinds: &[CommandKind]) {
+        for kind in kinds {
+            self.script.commands.send(Origin::default(), *kind).unwrap();
+            let before = self.ended.len();
+            while self.ended.len() == before {
+                self.tick();
+            }
+        }
+        while !self.cycle.is_standing() {
+            self.tick();
+        }
+    }
+
+    fn tick(&mut self) {
+        self.cycle.tick(Timing::default());
+        while let Some(event) = self.script.events.next_event() {
+            match event {
+                Event::Ended {
+                    outcome: Outcome::Done,
+                    cycle,
+                    ..
+                } => self.ended.push(cycle),
+                Event::Ended { outcome, .. } => panic!("{outcome:?}"),
+                Event::Warned { warning, .. } => println!("{warning}"),
+                Event::Stopped { reason, .. } => panic!("{reason}"),
+            }
+        }
+        self.states.push(self.script.snapshot.read());
+    }
+
+    /// A value of every state over time.
     fn over_time(&self, value: impl Fn(&RobotState) -> f64) -> Vec<(f64, f64)> {
         self.states.iter().map(|s| (s.time, value(s))).collect()
     }
+
+    fn joints(&self, title: &str, unit: &str, value: impl Fn(&RobotState, usize) -> f64) -> Panel {
+        (0..6).fold(Panel::over_time(title, unit), |panel, joint| {
+            let points = self.over_time(|s| value(s, joint));
+            panel.curve(Curve::new(format!("J{}", joint + 1), points))
+        })
+    }
+
+    fn tcp_speed(&self) -> Panel {
+        let speed = |s: &RobotState| {
+            s.target_tcp_speed[..3]
+                .iter()
+                .map(|v| v * v)
+                .sum::<f64>()
+                .sqrt()
+        };
+        Panel::over_time("TCP speed", "m/s").curve(Curve::new("TCP", self.over_time(speed)))
+    }
+
+    /// Joint jerks, rad/s³: differences of the accelerations of two cycles.
+    fn jerk(&self) -> Panel {
+        let step = self.cycle.step_time();
+        (0..6).fold(
+            Panel::over_time("Joint jerks", "rad/s³"),
+            |panel, joint| {
+                let points = self.states.windows(2).map(|pair| {
+                    let change = pair[1].target_qdd[joint] - pair[0].target_qdd[joint];
+                    (pair[1].time, change / step)
+                });
+                panel.curve(Curve::new(format!("J{}", joint + 1), points))
+            },
+        )
+    }
+
+    /// The TCP as seen from above, mm.
+    fn way_from_above(&self) -> Vec<(f64, f64)> {
+        let xy = |s: &RobotState| place(&s.target_tcp_pose);
+        self.states.iter().map(xy).collect()
+    }
+
+    /// The TCP as seen from above, mm, every tenth of a second.
+    fn tenths(&self) -> Curve {
+        let every = (0.1 / self.cycle.step_time()).round() as usize;
+        let points = self.way_from_above().into_iter().step_by(every);
+        Curve::new("every 0.1 s", points).style(CurveStyle::Dots)
+    }
+
+    fn time_of(&self, cycle: u64) -> f64 {
+        cycle as f64 * self.cycle.step_time()
+    }
 }
 
-fn home() -> JointPositions {
-    JointPositions([0.0, -1.57, 1.57, -1.57, -1.57, 0.0])
+/// x and y in mm.
+fn place(pose: &RpyPose) -> (f64, f64) {
+    (pose.xyz[0] * 1e3, pose.xyz[1] * 1e3)
 }
 
-fn tcp_speed(state: &RobotState) -> f64 {
-    Vector3::from_row_slice(&state.target_tcp_speed[..3]).norm()
+fn line(target: RpyPose, speed: f64, radius: f64) -> CommandKind {
+    CommandKind::MoveL {
+        target,
+        acceleration: 1.2,
+        speed,
+        duration: 0.0,
+        radius,
+    }
 }
 
-/// Speed, acceleration and jerk of a movej.
-fn movej(file: &Path) -> Drawn<()> {
-    let mut run = Run::new(home())?;
-    run.run(CommandKind::MoveJ {
-        target: JointPositions([1.2, -1.2, 1.9, -1.9, -1.37, 0.5]),
-        acceleration: 1.396_263,
-        speed: 1.047_197,
+/// The default speed and acceleration of movej (manual 3.1.1).
+const SPEED: f64 = 1.047_197;
+const ACCELERATION: f64 = 1.396_263;
+
+fn movej() -> Figure {
+    let mut stage = Stage::new([0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0], 0.002);
+    stage.perform(&[CommandKind::MoveJ {
+        target: JointPositions([1.6, -1.1, 1.9, -2.1, -1.2, 0.7]),
+        acceleration: ACCELERATION,
+        speed: SPEED,
         duration: 0.0,
         radius: 0.0,
-    })?;
-    let step = run.cycle.step_time();
-    let jerk = |joint: usize| -> Vec<(f64, f64)> {
-        let pairs = run.states.windows(2);
-        let change = |pair: &[RobotState]| pair[1].target_qdd[joint] - pair[0].target_qdd[joint];
-        pairs
-            .map(|pair| (pair[1].time, change(pair) / step))
-            .collect()
-    };
-    let panel = |title: &str, unit: &str, value: &dyn Fn(usize) -> Vec<(f64, f64)>| {
-        (0..6).fold(Panel::over_time(title, unit), |panel, joint| {
-            panel.curve(Curve::new(format!("J{}", joint + 1), value(joint)))
+    }]);
+    let limits = [-1.0, 1.0];
+    let with_levels = |panel: Panel, most: f64| {
+        limits.iter().fold(panel, |panel, sign| {
+            panel.level(if *sign > 0.0 { "asked" } else { "" }, sign * most)
         })
     };
-    let speeds = panel("Joint speeds", "rad/s", &|joint| {
-        run.over_time(|s| s.target_qd[joint])
-    });
-    let accelerations = panel("Joint accelerations", "rad/s²", &|joint| {
-        run.over_time(|s| s.target_qdd[joint])
-    });
-    Figure::new("movej")
-        .note("cs66, default speed and acceleration")
-        .panel(speeds.level("v", 1.047_197))
-        .panel(accelerations.level("a", 1.396_263))
-        .panel(panel("Joint jerks", "rad/s³", &jerk))
-        .save(file)?;
-    Ok(())
+    Figure::new("movej: the leading joint at the asked speed and acceleration, all joints together")
+        .note("CS66, movej(q) with default a and v, 2 ms")
+        .panel(stage.joints("Joint positions", "rad", |s, j| s.target_q[j]))
+        .panel(
+            stage
+                .joints("Joint speeds", "rad/s", |s, j| s.target_qd[j])
+                .level("v asked", SPEED),
+        )
+        .panel(with_levels(
+            stage.joints("Joint accelerations", "rad/s²", |s, j| s.target_qdd[j]),
+            ACCELERATION,
+        ))
+        .panel(stage.jerk())
 }
 
-/// Four lines with blend radii, seen from above.
-fn blend(file: &Path) -> Drawn<()> {
-    let mut run = Run::new(home())?;
-    let start = run.states[0].target_tcp_pose;
-    let corners = [
-        (0.0, 0.25, 0.05),
-        (-0.2, 0.25, 0.08),
-        (-0.2, 0.05, 0.03),
-        (-0.05, 0.05, 0.0),
-    ];
-    let mut marks = Marks::dashed("returns");
-    for (x, y, radius) in corners {
-        run.run(CommandKind::MoveL {
-            target: moved(&start, [x, y, 0.0]),
+fn blend() -> Figure {
+    let mut stage = Stage::new([0.3, -1.4, 1.7, -1.8, -1.5, 0.2], 0.004);
+    let start = stage.states[0].target_tcp_pose;
+    let at = |x: f64, y: f64| {
+        let mut pose = start;
+        pose.xyz[0] += x;
+        pose.xyz[1] += y;
+        pose
+    };
+    let (one, two, via, three, four) = (
+        at(0.0, 0.22),
+        at(-0.16, 0.22),
+        at(-0.22, 0.14),
+        at(-0.16, 0.06),
+        at(-0.02, -0.02),
+    );
+    let radii = [0.06, 0.04, 0.05];
+    stage.perform(&[
+        line(one, 0.25, radii[0]),
+        line(two, 0.25, radii[1]),
+        CommandKind::MoveC {
+            via,
+            target: three,
             acceleration: 1.2,
             speed: 0.25,
-            duration: 0.0,
-            radius,
-        })?;
-        let time = run.states.last().map_or(0.0, |s| s.time);
-        marks.push(time, "movel");
-    }
-    let mm = |s: &RobotState| {
-        (
-            1000.0 * s.target_tcp_pose.xyz[0],
-            1000.0 * s.target_tcp_pose.xyz[1],
-        )
-    };
-    let at = |x: f64, y: f64| (1000.0 * (start.xyz[0] + x), 1000.0 * (start.xyz[1] + y));
-    let asked = [(0.0, 0.0)]
-        .into_iter()
-        .chain(corners.map(|(x, y, _)| (x, y)));
-    let plane = Panel::plane("TCP from above", "x in mm", "y in mm")
-        .curve(Curve::new("TCP", run.states.iter().map(mm)))
-        .curve(Curve::new("as asked", asked.map(|(x, y)| at(x, y))).style(CurveStyle::Dashed));
-    let plane =
-        corners
-            .iter()
-            .filter(|corner| corner.2 > 0.0)
-            .fold(plane, |plane, (x, y, radius)| {
-                plane.circle(Circle {
-                    center: at(*x, *y),
-                    radius: 1000.0 * radius,
-                    name: format!("r = {:.0} mm", 1000.0 * radius),
-                })
-            });
-    let speeds = run.over_time(|s| 1000.0 * tcp_speed(s));
-    let accelerations = (0..6).fold(
-        Panel::over_time("Joint accelerations", "rad/s²"),
-        |panel, joint| {
-            panel.curve(Curve::new(
-                format!("J{}", joint + 1),
-                run.over_time(|s| s.target_qdd[joint]),
-            ))
+            radius: radii[2],
+            fixed: false,
+        },
+        line(four, 0.15, 0.0),
+    ]);
+    let corners = [one, two, three];
+    let zones = corners.iter().zip(radii).fold(
+        Panel::plane("The TCP from above", "x in mm", "y in mm")
+            .curve(Curve::new("TCP", stage.way_from_above())),
+        |panel, (corner, radius)| {
+            panel.circle(Circle {
+                center: place(corner),
+                radius: radius * 1e3,
+                name: format!("r = {:.0} mm", radius * 1e3),
+            })
         },
     );
-    Figure::new("Blends between lines")
-        .note("cs66, v = 250 mm/s")
-        .panel(
-            Panel::over_time("TCP speed", "mm/s")
-                .curve(Curve::new("TCP", speeds))
-                .level("v", 250.0),
+    let points = [start, one, two, via, three, four];
+    let plan = arc_points(&two, &via, &three);
+    let asked = [place(&start), place(&one), place(&two)]
+        .into_iter()
+        .chain(plan)
+        .chain([place(&three), place(&four)]);
+    let zones = zones
+        .curve(
+            Curve::new("legs", asked)
+                .style(CurveStyle::Dashed)
+                .color_of(6),
         )
+        .curve(Curve::new("points", points.iter().map(place)).style(CurveStyle::Dots));
+    let entered = stage.ended[..3]
+        .iter()
+        .fold(Marks::dashed("in zone"), |marks, cycle| {
+            marks.at(stage.time_of(*cycle), "next command")
+        });
+    Figure::new("Blends: inside the radius, without a stop, no faster than the neighbours")
+        .note("CS66, movel, movel, movec, movel, 4 ms")
+        .panel(
+            stage
+                .tcp_speed()
+                .level("v of the first three", 0.25)
+                .level("v of the last", 0.15),
+        )
+        .panel(stage.joints("Joint speeds", "rad/s", |s, j| s.target_qd[j]))
+        .panel(stage.joints("Joint accelerations", "rad/s²", |s, j| s.target_qdd[j]))
+        .panel(zones)
+        .marks(entered)
+}
+
+/// Places on the arc from `start` through `via` to `end`, from above.
+fn arc_points(start: &RpyPose, via: &RpyPose, end: &RpyPose) -> Vec<(f64, f64)> {
+    let ((ax, ay), (bx, by), (cx, cy)) = (place(start), place(via), place(end));
+    let d = 2.0 * (ax * (by - cy) + bx * (cy - ay) + cx * (ay - by));
+    let (a, b, c) = (ax * ax + ay * ay, bx * bx + by * by, cx * cx + cy * cy);
+    let x = (a * (by - cy) + b * (cy - ay) + c * (ay - by)) / d;
+    let y = (a * (cx - bx) + b * (ax - cx) + c * (bx - ax)) / d;
+    let radius = (ax - x).hypot(ay - y);
+    let from = (ay - y).atan2(ax - x);
+    // Counter-clockwise when the three turn left.
+    let turn = core::f64::consts::TAU;
+    let angle = ((cy - y).atan2(cx - x) - from).rem_euclid(turn);
+    let angle = if d > 0.0 { angle } else { angle - turn };
+    (0..=60)
+        .map(|i| from + angle * f64::from(i) / 60.0)
+        .map(|at| (x + radius * at.cos(), y + radius * at.sin()))
+        .collect()
+}
+
+fn singularity() -> Figure {
+    let model = RobotModel::built_in("cs66").unwrap();
+    let down = RpyPose::from_array([0.16, 0.35, 0.3, core::f64::consts::PI, 0.0, 0.0]);
+    let near = JointPositions([1.0, -1.9, 2.2, -1.87, -1.5708, 0.0]);
+    let home = model
+        .inverse_nearest(&Pose::from_rpy(&down), &Pose::IDENTITY, &near)
+        .unwrap();
+    let mut stage = Stage::new(home.0, 0.004);
+    let mut target = stage.states[0].target_tcp_pose;
+    target.xyz[1] -= 0.7;
+    let wanted = 0.5;
+    stage.perform(&[line(target, wanted, 0.0)]);
+    let speeds = stage
+        .joints("Joint speeds", "rad/s", |s, j| s.target_qd[j])
+        .level("limit of J1", stage.limits.speed[0])
+        .level("", -stage.limits.speed[0]);
+    let accelerations = stage
+        .joints("Joint accelerations", "rad/s²", |s, j| s.target_qdd[j])
+        .level("limit", stage.limits.acceleration[0])
+        .level("", -stage.limits.acceleration[0]);
+    let path = Panel::plane("The TCP from above", "x in mm", "y in mm")
+        .curve(Curve::new("TCP", stage.way_from_above()))
+        .curve(stage.tenths())
+        .circle(Circle {
+            center: (0.0, 0.0),
+            radius: 8.0,
+            name: "axis of the base".to_owned(),
+        });
+    Figure::new("A line past the axis of the base: it slows down and is kept")
+        .note("CS66, movel with v = 0.5 m/s, 4 ms")
+        .panel(stage.tcp_speed().level("asked", wanted))
+        .panel(speeds)
         .panel(accelerations)
-        .panel(plane)
-        .marks(marks)
-        .save(file)?;
-    Ok(())
-}
-
-fn moved(pose: &RpyPose, by: [f64; 3]) -> RpyPose {
-    let mut pose = *pose;
-    (0..3).for_each(|k| pose.xyz[k] += by[k]);
-    pose
-}
-
-/// A line that passes a singular position of the wrist at 0.03 rad.
-fn singular(file: &Path) -> Drawn<()> {
-    const BESIDE: f64 = 0.03;
-    const HALF: f64 = 0.2;
-    let model = RobotModel::built_in("cs66")?;
-    let straight = JointPositions([0.3, -1.3, 1.7, -1.9, 0.0, 0.2]);
-    let singular = model.tcp_pose(&straight, &Pose::IDENTITY);
-    let radial = Vector3::new(0.3_f64.cos(), 0.3_f64.sin(), 0.0);
-    let tilt = nalgebra::Rotation3::new(radial * BESIDE);
-    let along = Vector3::z().cross(&radial);
-    let at = |way: f64| {
-        let position = singular.translation + along * way;
-        Pose::new(tilt * singular.rotation, position)
-    };
-    let mut start = JointPositions([0.3, -1.3, 1.7, -1.9, BESIDE, 0.2]);
-    for step in 0..=200 {
-        let pose = at(-HALF * f64::from(step) / 200.0);
-        start = model
-            .inverse_nearest(&pose, &Pose::IDENTITY, &start)
-            .ok_or("the beginning of the line is out of reach")?;
-    }
-    let mut run = Run::new(start)?;
-    run.run(CommandKind::MoveL {
-        target: at(HALF).to_rpy(),
-        acceleration: 1.2,
-        speed: 0.5,
-        duration: 0.0,
-        radius: 0.0,
-    })?;
-    let joints = |title: &str, unit: &str, value: fn(&RobotState, usize) -> f64| {
-        (0..6).fold(Panel::over_time(title, unit), |panel, joint| {
-            let name = format!("J{}", joint + 1);
-            panel.curve(Curve::new(name, run.over_time(|s| value(s, joint))))
-        })
-    };
-    let limits = model.limits();
-    Figure::new("A line past a singular position of the wrist")
-        .note("cs66, v = 500 mm/s asked for, 0.03 rad beside")
-        .panel(
-            Panel::over_time("TCP speed", "mm/s")
-                .curve(Curve::new("TCP", run.over_time(|s| 1000.0 * tcp_speed(s)))),
-        )
-        .panel(
-            joints("Joint speeds", "rad/s", |s, joint| s.target_qd[joint])
-                .level("limit", limits.speed[3]),
-        )
-        .panel(joints("Joint accelerations", "rad/s²", |s, joint| {
-            s.target_qdd[joint]
-        }))
-        .save(file)?;
-    Ok(())
+        .panel(path)
 }

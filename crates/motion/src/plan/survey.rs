@@ -142,13 +142,33 @@ impl Survey {
         self.ahead_count -= 1;
     }
 
-    /// How far the elbow goes per s at a place; 0 when nobody asks.
-    fn elbow_per_s(&self, point: &PathPoint, arm: &Arm) -> f64 {
+    /// How far the elbow goes per s at most on the way to a place; 0 when nobody asks.
+    ///
+    /// Looked at on both ends and in the middle, where cubics with the ends' derivatives give the joints; between those
+    /// three a parabola rises by no more than an eighth of their second difference.
+    fn elbow_per_s(&self, right: &PathPoint, arm: &Arm) -> f64 {
         if arm.limits.elbow_speed.is_infinite() {
             return 0.0;
         }
-        let frames = arm.model.forward(&point.q);
-        elbow_speed(&frames, &JointSpeeds(point.first))
+        let left = &self.left;
+        let way = right.s - left.s;
+        let at = |q: &JointPositions, first: [f64; 6]| {
+            elbow_speed(&arm.model.forward(q), &JointSpeeds(first))
+        };
+        let q = JointPositions(core::array::from_fn(|joint| {
+            let bend = left.first[joint] - right.first[joint];
+            (left.q[joint] + right.q[joint]) / 2.0 + way * bend / 8.0
+        }));
+        let first = core::array::from_fn(|joint| {
+            let mean = (right.q[joint] - left.q[joint]) / way;
+            1.5 * mean - (left.first[joint] + right.first[joint]) / 4.0
+        });
+        let (begin, middle, end) = (
+            at(&left.q, left.first),
+            at(&q, first),
+            at(&right.q, right.first),
+        );
+        begin.max(middle).max(end) + (begin - 2.0 * middle + end).abs() / 8.0
     }
 
     fn refusal(&self, step: u32, fault: PathFault) -> Refusal {
