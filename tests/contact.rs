@@ -9,7 +9,7 @@
 mod common;
 
 use common::run_script;
-use kinematics::{JointPositions, Pose, RobotModel};
+use kinematics::{Pose, RobotModel};
 
 /// What the script printed, what it said, and the exit status.
 fn run(text: &str, cell: &str, options: &[&str]) -> (String, String, Option<i32>) {
@@ -29,7 +29,7 @@ fn run(text: &str, cell: &str, options: &[&str]) -> (String, String, Option<i32>
 /// The TCP at home with the tool of these tests, m.
 fn tcp_at_home() -> [f64; 3] {
     let model = RobotModel::built_in("cs66").unwrap();
-    let home = JointPositions([0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0]);
+    let home = recorder::Setup::default().home;
     let tcp = Pose::from_translation(0.0, 0.0, 0.1);
     model.tcp_pose(&home, &tcp).translation.into()
 }
