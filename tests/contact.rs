@@ -26,19 +26,20 @@ fn run(text: &str, cell: &str, options: &[&str]) -> (String, String, Option<i32>
     )
 }
 
-/// Height of the TCP at home with the tool of these tests, m.
-fn height() -> f64 {
+/// The TCP at home with the tool of these tests, m.
+fn tcp_at_home() -> [f64; 3] {
     let model = RobotModel::built_in("cs66").unwrap();
     let home = recorder::Setup::default().home;
     let tcp = Pose::from_translation(0.0, 0.0, 0.1);
-    model.tcp_pose(&home, &tcp).translation.z
+    model.tcp_pose(&home, &tcp).translation.into()
 }
 
 /// A plate whose surface is `gap` m below the TCP at home, with more keys.
 fn plate(gap: f64, keys: &str) -> String {
-    let middle = height() - gap - 0.05;
+    let [x, y, z] = tcp_at_home();
+    let middle = z - gap - 0.05;
     format!(
-        "[[obstacle]]\nname = \"plate\"\nshape = \"box\"\nsize = [0.4, 0.4, 0.1]\npose = [0.5, -0.1, {middle}, 0, 0, 0]\n{keys}\n"
+        "[[obstacle]]\nname = \"plate\"\nshape = \"box\"\nsize = [0.4, 0.4, 0.1]\npose = [{x}, {y}, {middle}, 0, 0, 0]\n{keys}\n"
     )
 }
 
@@ -68,7 +69,7 @@ end
 fn a_script_presses_a_plate_and_reads_stiffness_times_depth() {
     let text = PRESS.replace(
         "DEPTH",
-        &format!("{} - get_actual_tcp_pose()[2]", height() - 0.01),
+        &format!("{} - get_actual_tcp_pose()[2]", tcp_at_home()[2] - 0.01),
     );
     let cell = plate(0.01, "stiffness = 1e4");
     for plant in ["rigid", "ideal"] {
