@@ -2,13 +2,14 @@
 
 import math
 import statistics
+import subprocess
 import threading
 import time
 import unittest
 
 from elite import Dashboard, Primary, Rtsi
 from external_control import FREEDRIVE, POSE, SERVOJ_QUEUE, SPEEDJ, SPEEDL, TRAJECTORY, Driver
-from server import Server
+from server import Server, binary
 
 HOME = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0]
 
@@ -59,6 +60,11 @@ def follow_sine(server, driver, amplitude=0.2, frequency=1.0, seconds=3.0, looka
     delay = min((d * 0.001 for d in range(0, 400)), key=error)
     largest = max(abs(q - wanted(t)) for t, q in settled)
     return delay, error(delay), largest
+
+
+def listing():
+    """The functions that the server under test has."""
+    return subprocess.run([binary(), "builtins"], capture_output=True, text=True, check=True).stdout
 
 
 class Flow(unittest.TestCase):
@@ -169,6 +175,30 @@ class Flow(unittest.TestCase):
             self.assertEqual(values["payload_cog"], (0.01, 0.02, 0.03))
             driver.script_command(2, [24])
             rtsi.until(lambda v: v["tool_output_voltage"] == 24)
+            self.assertTrue(driver.stop())
+
+    @unittest.skipUnless(" force_mode(" in listing(), "this build has no force_mode()")
+    def test_force_mode_gives_way_along_its_axis_within_its_limit_and_ends(self):
+        with Server() as server:
+            driver = Driver(server.ports["primary"])
+            driver.wait_connected()
+            rtsi = watch(server, ["target_TCP_speed", "actual_TCP_pose"])
+            begin = rtsi.read()["actual_TCP_pose"]
+            frame, selection, wrench = [0] * 6, [0, 0, 1, 0, 0, 0], [0, 0, -20, 0, 0, 0]
+            limits = [0.05] * 3 + [0.1] * 3
+            # The type stands unscaled between wrench and limits. Nothing is there to press on.
+            driver.script_command(3, frame + selection + wrench + [0] + limits, at={19: 2})
+            fastest, end = 0.0, time.monotonic() + 10
+            while True:
+                values = rtsi.read()
+                self.assertLess(time.monotonic(), end, f"{values}: {server.stderr()}")
+                fastest = max(fastest, -values["target_TCP_speed"][2])
+                if values["actual_TCP_pose"][2] < begin[2] - 0.02:
+                    break
+            self.assertLess(abs(fastest - 0.05), 0.005)
+            self.assertLess(math.dist(values["actual_TCP_pose"][:2], begin[:2]), 1e-3)
+            driver.script_command(4)
+            rtsi.until(lambda v: max(map(abs, v["target_TCP_speed"])) < 1e-6)
             self.assertTrue(driver.stop())
 
     def test_freedrive_is_entered_and_left(self):

@@ -6,6 +6,12 @@ use std::rc::Rc;
 
 use crate::interpreter::ScriptThread;
 
+pub mod files;
+pub mod process;
+
+use files::HostFiles;
+use process::HostProcesses;
+
 /// Number of a script thread within its interpreter; the first is 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ThreadId(pub u64);
@@ -78,6 +84,16 @@ pub trait Host {
     /// The environment variables, asked for only if they are permitted.
     fn environment(&self) -> Vec<(String, String)> {
         Vec::new()
+    }
+
+    /// The files, asked for only if they are permitted.
+    fn files(&self) -> Option<&dyn HostFiles> {
+        None
+    }
+
+    /// Other processes, asked for only if they are permitted.
+    fn processes(&self) -> Option<&dyn HostProcesses> {
+        None
     }
 
     /// A new TCP socket, asked for only if the network is permitted.

@@ -35,6 +35,11 @@ pub use builtins::builtin_names;
 pub use diagnostic::{Diagnostic, DiagnosticFields, Label, Severity, render_human};
 pub use errors::{ExceptionKind, Link, ScriptError, TraceFrame, render_script_error};
 pub use eval::coroutine::Resume;
+pub use host::files::{FileStat, HostFile, HostFiles, OpenMode};
+pub use host::process::{
+    Command as HostCommand, HostProcess, HostProcesses, Output as ProcessOutput,
+    Stream as ProcessStream,
+};
 pub use host::{Access, Host, HostSocket, Interest, ThreadId};
 pub use interpreter::{Interpreter, ScriptThread, Step};
 pub use limits::Limits;

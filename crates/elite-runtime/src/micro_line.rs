@@ -125,6 +125,11 @@ impl MicroLine {
         self.points.len()
     }
 
+    /// Time from point to point, s.
+    pub fn interval(&self) -> f64 {
+        self.interval
+    }
+
     /// Cartesian points are given in this frame from now on.
     pub fn set_part(&mut self, base_from_part: &RpyPose) {
         self.base_from_part = Pose::from_rpy(base_from_part);

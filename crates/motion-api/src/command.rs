@@ -95,6 +95,22 @@ pub enum CommandKind {
         /// target's about one axis.
         fixed: bool,
     },
+    /// Some points of a micro line, for the `MoveMl` that follows them. Not a motion; ends at once.
+    MicroPoints {
+        /// They are the first of their line; those before are forgotten.
+        begins: bool,
+        /// How many of them count, 1 to 4.
+        count: u8,
+        /// rad.
+        points: [JointPositions; 4],
+    },
+    /// Through the points that were given, at even times, from the first on, where the arm stands (manual 3.1.40).
+    MoveMl {
+        /// How many they are: all must have come, from the thread that moves.
+        count: u32,
+        /// Time from point to point, s.
+        interval: f64,
+    },
     /// Decelerates on the path and ends the running motion as aborted. A robot at rest stays at rest.
     Stop {
         /// Only if this command is the one running; [`CommandId::NONE`] stops whatever runs.
@@ -291,6 +307,8 @@ impl CommandKind {
             Self::MoveJ { .. } => "movej",
             Self::MoveL { .. } => "movel",
             Self::MoveC { .. } => "movec",
+            Self::MicroPoints { .. } => "micro_points",
+            Self::MoveMl { .. } => "moveml",
             Self::Stop { .. } => "stop",
             Self::Pause => "pause",
             Self::Resume => "resume",
@@ -336,7 +354,7 @@ impl CommandKind {
     pub const fn is_motion(&self) -> bool {
         matches!(
             self,
-            Self::MoveJ { .. } | Self::MoveL { .. } | Self::MoveC { .. }
+            Self::MoveJ { .. } | Self::MoveL { .. } | Self::MoveC { .. } | Self::MoveMl { .. }
         )
     }
 }

@@ -1,6 +1,8 @@
 //! What the motion thread reports: how commands ended, warnings, stops. Numbers only; sentences are made on the other
 //! side of the border by the `Display` implementations here.
 
+use core::fmt;
+
 use crate::{CommandId, RobotMode, SafetyMode};
 use thiserror::Error;
 
@@ -76,7 +78,7 @@ pub enum Refusal {
         needed: RobotMode,
     },
     /// A target lies outside a joint's range.
-    #[error("joint {} would go to {value:.4} rad, allowed is {min:.4} to {max:.4} rad", joint + 1)]
+    #[error("joint {} would go to {} rad, allowed is {min:.4} to {max:.4} rad", joint + 1, Shown(*value))]
     JointLimit {
         /// Joint index from 0.
         joint: u8,
@@ -87,8 +89,8 @@ pub enum Refusal {
         /// Upper limit, rad.
         max: f64,
     },
-    /// The straight line cannot be followed.
-    #[error("the straight line cannot be followed {:.1} % of the way along: {fault}", fraction * 100.0)]
+    /// The line or arc cannot be followed.
+    #[error("the path cannot be followed {:.1} % of the way along: {fault}", fraction * 100.0)]
     Path {
         /// Where along the path, 0 to 1.
         fraction: f64,
@@ -135,6 +137,19 @@ pub enum Refusal {
     },
 }
 
+/// A number as people read it: four decimals, and not three hundred digits before them.
+struct Shown(f64);
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.abs() < 1e6 {
+            write!(f, "{:.4}", self.0)
+        } else {
+            write!(f, "{:e}", self.0)
+        }
+    }
+}
+
 /// Why a path cannot be followed at some place.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -143,7 +158,7 @@ pub enum PathFault {
     #[error("the pose is out of reach")]
     OutOfReach,
     /// A joint would leave its range.
-    #[error("joint {} would go to {value:.4} rad, allowed is {min:.4} to {max:.4} rad", joint + 1)]
+    #[error("joint {} would go to {} rad, allowed is {min:.4} to {max:.4} rad", joint + 1, Shown(*value))]
     JointLimit {
         /// Joint index from 0.
         joint: u8,
@@ -241,7 +256,7 @@ pub enum StopReason {
         /// Limit, N.
         limit: f64,
     },
-    /// A conveyor carried the TCP out of reach.
+    /// A conveyor carried the TCP out of reach, or to where the joints would have to change their speeds faster than they can.
     #[error("the conveyor carries the TCP to where the arm cannot follow")]
     ConveyorLost,
     /// TCP or tool were about to cross a safety plane.

@@ -143,10 +143,28 @@ fn percentiles() {
     }
 }
 
-/// p50 and p99 of single ticks over 12 s in an online mode, ideal plant: what the modes themselves cost.
+/// p50 and p99 of single ticks over 12 s in each mode, with both plants.
 fn online_percentiles() {
+    for plant in [PlantKind::Ideal, PlantKind::Rigid] {
+        modes_percentiles(plant);
+    }
+}
+
+fn modes_percentiles(plant: PlantKind) {
     let q = JointPositions([0.5, -1.2, 1.2, -1.4, -1.3, 0.4]);
+    let mut line = RobotModel::built_in("cs66")
+        .expect("a built-in arm")
+        .flange_pose(&CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm")).home)
+        .to_rpy();
+    line.xyz[1] += 0.3;
     let modes = [
+        CommandKind::MoveL {
+            target: line,
+            acceleration: 1.2,
+            speed: 0.25,
+            duration: 13.0,
+            radius: 0.0,
+        },
         CommandKind::ServoJ {
             target: q,
             duration: 1e5,
@@ -175,7 +193,7 @@ fn online_percentiles() {
         },
     ];
     for kind in modes {
-        let (mut cycle, mut script) = controller(PlantKind::Ideal, 0.004);
+        let (mut cycle, mut script) = controller(plant, 0.004);
         let hand = CommandKind::SetExternalWrench([0.0, 2.0, 1.5, 0.0, 0.0, 0.0]);
         let enable = CommandKind::FtRtsiInput {
             enabled: true,
@@ -196,7 +214,7 @@ fn online_percentiles() {
         times.sort_by(f64::total_cmp);
         let at = |share: usize| times[times.len() * share / 1000];
         println!(
-            "tick in {}: p50 {:.1} us, p99 {:.1} us",
+            "tick in {}, {plant:?} plant: p50 {:.1} us, p99 {:.1} us",
             kind.name(),
             at(500),
             at(990)

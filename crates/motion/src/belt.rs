@@ -7,6 +7,7 @@ use kinematics::{Pose, RpyPose};
 use motion_api::{CommandId, EncoderRange, PulseDecoding, Refusal, StopReason};
 use nalgebra::{Unit, Vector3};
 
+use crate::config::MotionLimits;
 use crate::constants::{SHARE_OF_BELT, SHARE_ON_BELT, SLOWEST};
 use crate::cycle::{Cycle, Generator};
 use crate::intake::{Answer, Ending, bad_value};
@@ -118,9 +119,15 @@ impl Cycle {
             tracking.limit(share * able);
         }
         tracking.advance(belt, self.step);
-        tracking
+        let carried = tracking
             .carry(nominal, &self.commanded, &self.model, &self.flange_from_tcp)
-            .ok_or(StopReason::ConveyorLost)
+            .ok_or(StopReason::ConveyorLost)?;
+        // A motion is planned where it begins; carried on, it may ask more of the joints than they can do.
+        if is_within_rates(&carried, &self.commanded, self.step, &self.limits) {
+            Ok(carried)
+        } else {
+            Err(StopReason::ConveyorLost)
+        }
     }
 
     /// Ends tracking once it has come to rest: from then on the generator starts where the arm is.
@@ -185,3 +192,15 @@ impl Cycle {
         Ok(Ending::Now)
     }
 }
+
+/// No joint exceeds its acceleration, or its jerk between two setpoints that are `step` seconds apart.
+fn is_within_rates(next: &Setpoint, before: &Setpoint, step: f64, limits: &MotionLimits) -> bool {
+    (0..6).all(|joint| {
+        let jerk = (next.qdd[joint] - before.qdd[joint]) / step;
+        next.qdd[joint].abs() <= limits.acceleration[joint] * (1.0 + RATE_SLACK)
+            && jerk.abs() <= limits.jerk[joint] * (1.0 + RATE_SLACK)
+    })
+}
+
+/// Accelerations and jerks may exceed their limits by this part through rounding.
+const RATE_SLACK: f64 = 1e-6;

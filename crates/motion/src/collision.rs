@@ -128,6 +128,11 @@ impl CollisionDetection {
         }
     }
 
+    /// The arm presses on purpose: when it ends, what the tool presses with then is no collision.
+    pub fn press_on_purpose(&mut self) {
+        self.accepted = self.explained;
+    }
+
     /// Torques from outside, Nm.
     pub fn external_torque(&self) -> JointTorques {
         JointTorques(self.residual.into())

@@ -104,8 +104,36 @@ pub const LINE_PLACES_MAX: u32 = 2000;
 /// See [`LINE_INTERVALS`]. Twice the places of a line without refinements.
 pub const LINE_PLACES_PER_CYCLE: usize = 128;
 
-/// Parts of a Cartesian line with limits of their own.
+/// Equal parts of a Cartesian line with bounds of their own, and most parts in all: an equal part is divided where the
+/// speeds that it bears differ by more than the factor [`PART_RANGE`].
 pub const LINE_PARTS: usize = 32;
+/// See [`LINE_PARTS`].
+pub const LINE_PARTS_MAX: usize = 96;
+/// See [`LINE_PARTS`].
+pub const PART_RANGE: f64 = 1.2;
+
+/// Shortest distance of the knots of a pace in time at the wanted speed, s: an acceleration turns into its opposite from
+/// one to the next, within the jerk that belongs to it.
+pub const PACE_KNOT_TIME: f64 = 2.0 * ACCELERATION_RISE;
+
+/// Share of the acceleration and jerk of a place that its pace uses up; the rest is for starting and stopping there.
+pub const PACE_SHARE: f64 = 0.5;
+
+/// How often a pace is made anew where it asks too much, in all and in one cycle.
+pub const PACE_ATTEMPTS: u32 = 6;
+/// See [`PACE_ATTEMPTS`].
+pub const PACE_ATTEMPTS_PER_CYCLE: u32 = 2;
+
+/// Most points of a moveml, and the intervals between them that are looked at in one cycle, each at so many places after
+/// its first.
+pub const MICRO_POINTS_MAX: usize = 100_000;
+/// See [`MICRO_POINTS_MAX`].
+pub const MICRO_INTERVALS_PER_CYCLE: usize = 64;
+/// See [`MICRO_POINTS_MAX`].
+pub const MICRO_PLACES_PER_INTERVAL: usize = 2;
+
+/// How far from the first point of a moveml the arm may stand, rad; the difference is taken up on the first interval.
+pub const MICRO_START: f64 = 1e-4;
 
 /// Three points make no arc when the sine of their angle is below this: the radius would be a million times their distance.
 pub const STRAIGHT_ARC: f64 = 1e-6;
@@ -182,7 +210,7 @@ const _: () = assert!(SERVO_STEP * SERVO_BANDWIDTH <= 0.2);
 const _: () = assert!(SERVO_STEP <= STEP_RANGE.0);
 const _: () = assert!(LINE_INTERVALS.is_multiple_of(LINE_PARTS));
 const _: () = assert!(LINE_PLACES_PER_CYCLE >= 2 * LINE_INTERVALS);
-const _: () = assert!(LINE_PARTS <= crate::scalar::course::MAX_STRETCHES);
+const _: () = assert!(LINE_PARTS <= LINE_PARTS_MAX);
 const _: () = assert!(SHARE_ON_BELT + SHARE_OF_BELT < 1.0);
 // A command's own end must fit beside everything it may cause.
 const _: () = assert!(EVENTS_PER_COMMAND > EVENT_RESERVE);

@@ -19,11 +19,13 @@ use crate::external::External;
 use crate::force_mode::ForceMode;
 use crate::io::Io;
 use crate::machine::Machine;
+use crate::micro_points::MicroPoints;
 use crate::modes::conveyor::Tracking;
 use crate::modes::encoder::Encoder;
 use crate::modes::{Kind, Online, stands};
 use crate::motion::Motion;
 use crate::outbox::Outbox;
+use crate::path::Ground;
 use crate::plant::{ArmState, Plant, Push};
 use crate::report::report;
 use crate::safety_inputs::SafetyInputs;
@@ -94,6 +96,8 @@ pub struct Cycle {
     pub(crate) contacts: Contacts,
     pub(crate) actual: ArmState,
 
+    /// The points of the next moveml, or of the one under way.
+    pub(crate) micro_points: MicroPoints,
     /// A planned motion that waits for an online mode to come to rest.
     pub(crate) deferred: Option<Command>,
     pub(crate) tracking: Option<Tracking>,
@@ -140,6 +144,7 @@ impl Cycle {
         let is_powered = machine.robot_mode() != RobotMode::PowerOff;
         let mut cycle = Self {
             limits_on_belt: limits.shared(SHARE_ON_BELT),
+            micro_points: MicroPoints::new(),
             deferred: None,
             tracking: None,
             encoders: config.belts.map(Encoder::new),
@@ -210,11 +215,15 @@ impl Cycle {
             return Ok(self.generate_online());
         }
         self.plan_on();
+        let ground = Ground {
+            model: &self.model,
+            points: self.micro_points.points(),
+        };
         match &mut self.generator {
             Generator::Hold | Generator::Online(_) => Ok(Setpoint::standing(self.target.q)),
             Generator::Brake(brake) => Ok(brake.next(self.step)),
             Generator::Path(motion) => motion
-                .next(self.step, fraction, &self.model, &self.target.q)
+                .next(self.step, fraction, &ground, &self.target.q)
                 .ok_or(StopReason::Internal {
                     code: fault::PATH_LOST,
                 }),
@@ -358,6 +367,9 @@ impl Cycle {
             let at_tool = torques_of(&self.environment(), &frames, &tcp);
             self.collision
                 .observe(&self.actual, &at_tool, &self.dynamics, self.step);
+            if self.force.is_at_work() {
+                self.collision.press_on_purpose();
+            }
         } else {
             self.collision.stand();
             self.sensor.stand();

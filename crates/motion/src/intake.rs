@@ -116,6 +116,12 @@ impl Cycle {
                 self.follow_with(command.id, MotionMode::MoveC, Planned::Partly(planner));
                 Ok(Ending::Later)
             }
+            CommandKind::MicroPoints {
+                begins,
+                count,
+                points,
+            } => self.micro_points(command.origin, begins, usize::from(count), &points),
+            CommandKind::MoveMl { count, interval } => self.moveml(command, count, interval),
             CommandKind::Stop { only } => Ok(self.stop(command.id, only)),
             CommandKind::Pause => {
                 self.is_paused = true;

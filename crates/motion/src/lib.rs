@@ -41,6 +41,7 @@ pub mod histogram;
 mod intake;
 pub mod io;
 pub mod machine;
+mod micro_points;
 pub mod modes;
 mod motion;
 mod online;

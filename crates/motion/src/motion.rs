@@ -1,12 +1,12 @@
 //! One motion under way: a chain of paths, the travel along it, and the command it belongs to.
 
-use kinematics::{JointPositions, RobotModel};
+use kinematics::JointPositions;
 use motion_api::{CommandId, MotionMode};
 
 use crate::constants::ZONE_STOPPING_SHARE;
-use crate::path::Chain;
+use crate::path::{Chain, Ground};
 use crate::plan::{Joined, Leg, UnderWay};
-use crate::scalar::{Course, Drive, Travel};
+use crate::scalar::{Drive, Travel};
 use crate::setpoint::Setpoint;
 
 /// A motion under way.
@@ -31,11 +31,12 @@ impl Motion {
     pub(crate) fn new(id: CommandId, mode: MotionMode, leg: &Leg) -> Option<Self> {
         let mut course = leg.course;
         if leg.radius > 0.0 {
-            let list = leg
-                .course
-                .list()
-                .with_zone(leg.zone, ZONE_STOPPING_SHARE, leg.zone_speed);
-            course = Course::new(list.as_slice())?.stretched_to(leg.duration);
+            course = leg.course.with_zone(
+                leg.zone,
+                ZONE_STOPPING_SHARE,
+                leg.zone_speed,
+                leg.duration,
+            )?;
         }
         Some(Self {
             id,
@@ -83,7 +84,7 @@ impl Motion {
         &mut self,
         step: f64,
         fraction: f64,
-        model: &RobotModel,
+        ground: &Ground,
         near: &JointPositions,
     ) -> Option<Setpoint> {
         self.travel.drive(if fraction > 0.0 && !self.is_stopping {
@@ -95,7 +96,7 @@ impl Motion {
         if self.travel.is_finished() {
             return Some(self.chain.end());
         }
-        self.chain.at(model, &s, near)
+        self.chain.at(ground, &s, near)
     }
 
     /// Where the joints will be at the end.

@@ -26,6 +26,9 @@ use crate::modes::{CallEnd, Kind, Online, OnlineArm, stands, states};
 use crate::setpoint::Setpoint;
 use crate::waiting::WaitingFor;
 
+/// Share of the TCP's speed limit that a speedl aims at: from there the joints can always brake within it.
+const TCP_SPEED_SHARE: f64 = 0.97;
+
 impl Cycle {
     /// The next command to obey: a motion that waited for the arm to come to rest, or the next of the ring.
     pub(crate) fn next_command(&mut self) -> Option<Command> {
@@ -222,7 +225,7 @@ impl Cycle {
         let call = call_end(duration)?;
         let mut tcp = self.tcp_mode();
         let linear = Vector3::new(speed[0], speed[1], speed[2]).norm();
-        let slower = (self.limits.tcp_speed / linear).min(1.0);
+        let slower = (TCP_SPEED_SHARE * self.limits.tcp_speed / linear).min(1.0);
         tcp.aim(
             speed.map(|x| x * slower),
             acceleration,

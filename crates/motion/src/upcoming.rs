@@ -8,7 +8,8 @@ use motion_api::{CommandId, MotionMode, Outcome, Refusal, Warning};
 
 use crate::cycle::{Cycle, Generator};
 use crate::motion::Motion;
-use crate::plan::{CartesianPlanner, Junction, Leg, Warnings};
+use crate::path::Geometry;
+use crate::plan::{CartesianPlanner, Junction, Leg, MicroLinePlanner, Warnings};
 
 /// A motion command that waits for its turn.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +29,8 @@ pub(crate) struct Upcoming {
 pub(crate) enum Planned {
     /// There is more of the way to look at.
     Partly(CartesianPlanner),
+    /// The same of a way through many points.
+    Micro(MicroLinePlanner),
     /// The leg from the waypoint on.
     Ready(Leg, Warnings),
 }
@@ -51,6 +54,16 @@ impl Cycle {
         if let Planned::Partly(mut planner) = upcoming.plan {
             match planner.work(&self.arm()) {
                 Ok(None) => upcoming.plan = Planned::Partly(planner),
+                Ok(Some((leg, warnings))) => upcoming.plan = Planned::Ready(leg, warnings),
+                Err(refusal) => {
+                    self.refuse(upcoming.id, refusal);
+                    return;
+                }
+            }
+        }
+        if let Planned::Micro(mut planner) = upcoming.plan {
+            match planner.work(self.micro_points.points(), &self.arm()) {
+                Ok(None) => upcoming.plan = Planned::Micro(planner),
                 Ok(Some((leg, warnings))) => upcoming.plan = Planned::Ready(leg, warnings),
                 Err(refusal) => {
                     self.refuse(upcoming.id, refusal);
@@ -107,7 +120,10 @@ impl Cycle {
         let Some(under_way) = motion.under_way(self.target.q) else {
             return false;
         };
-        if upcoming.junction.is_given_up() {
+        // Into a motion that goes nowhere there is nothing to blend: it begins, and ends, at the waypoint. One through many
+        // points begins at the first of them, from rest.
+        let is_many = matches!(leg.path.geometry(), Geometry::Micro(_));
+        if upcoming.junction.is_given_up() || leg.path.length() <= 0.0 || is_many {
             return false;
         }
         let mut warnings = Warnings::default();

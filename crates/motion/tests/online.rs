@@ -393,10 +393,23 @@ fn wish() -> impl Strategy<Value = Wish> {
 
 /// Runs the wishes without waiting for calls to end, as streams from outside do.
 fn live(model: &'static str, step: f64, wishes: &[Wish]) -> Bench {
-    let mut bench = Bench::new(CycleConfig {
+    live_under(model, step, wishes, (None, None))
+}
+
+/// The same with limits of the speeds of TCP and elbow.
+fn live_under(
+    model: &'static str,
+    step: f64,
+    wishes: &[Wish],
+    (tcp_speed, elbow_speed): (Option<f64>, Option<f64>),
+) -> Bench {
+    let mut config = CycleConfig {
         step_time: step,
         ..ideal(model)
-    });
+    };
+    config.limits.tcp_speed = tcp_speed;
+    config.limits.elbow_speed = elbow_speed;
+    let mut bench = Bench::new(config);
     for wish in wishes {
         match wish {
             Wish::Servo(way, t, cycles) => {
@@ -454,6 +467,30 @@ proptest! {
         prop_assert_eq!(bench.now().target_qd, JointSpeeds::ZERO);
         bench.check_limits();
     }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: cases(40), max_shrink_iters: 0, rng_seed: RngSeed::Fixed(7), failure_persistence: None, ..ProptestConfig::default() })]
+    #[test]
+    fn any_mixture_of_online_modes_keeps_the_speed_limits_of_tcp_and_elbow(
+        model in prop::sample::select(MODELS.to_vec()),
+        step in prop::sample::select(vec![0.002, 0.004, 0.008]),
+        tcp in prop::option::weighted(0.8, 0.05..1.0_f64),
+        elbow in prop::option::weighted(0.5, 0.05..1.0_f64),
+        wishes in prop::collection::vec(wish(), 1..25),
+    ) {
+        let bench = live_under(model, step, &wishes, (tcp, elbow));
+        // The limiter sees every setpoint: what it lets pass is within the limits.
+        prop_assert!(bench.stops.is_empty(), "{:?}", bench.stops);
+        prop_assert_eq!(bench.now().target_qd, JointSpeeds::ZERO);
+        bench.check_limits();
+    }
+}
+
+/// How many cases; `ELITE_CASES` asks for more.
+fn cases(few: u32) -> u32 {
+    let asked = std::env::var("ELITE_CASES");
+    asked.ok().and_then(|n| n.parse().ok()).unwrap_or(few)
 }
 
 #[test]

@@ -65,6 +65,8 @@ commands! {
     "movej" => MoveJ { target, acceleration, speed, duration, radius };
     "movel" => MoveL { target, acceleration, speed, duration, radius };
     "movec" => MoveC { via, target, acceleration, speed, radius, fixed };
+    "micro_points" => MicroPoints { begins, count, points };
+    "moveml" => MoveMl { count, interval };
     "stop" => Stop { only };
     "pause" => Pause;
     "resume" => Resume;

@@ -5,16 +5,17 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use elite_runtime::message::{
     EMERGENCY_STOP_CODE, InterpreterEvent, Message, Observer, PROTECTIVE_STOP_CODE,
     RECORDING_ALARM_CODE, Severity,
 };
 use elite_runtime::panel::VariableValue;
-use motion_api::{Frame, ProgramId, SnapshotCell, ThreadNumber};
+use motion_api::{Frame, Origin, ProgramId, SnapshotCell, ThreadNumber};
 use recorder::{LogLevel, RecorderHandle};
 use tokio::sync::broadcast;
+use tracing::Span;
 
 use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
@@ -36,6 +37,12 @@ pub enum Console {
     Log,
 }
 
+/// A program that was started.
+struct KnownProgram {
+    name: String,
+    span: Span,
+}
+
 /// Tells everybody.
 pub struct Announcer {
     ports: broadcast::Sender<Message>,
@@ -44,7 +51,7 @@ pub struct Announcer {
     snapshot: Arc<SnapshotCell>,
     console: Console,
     feed: Arc<Feed>,
-    names: Mutex<BTreeMap<ProgramId, String>>,
+    programs: Mutex<BTreeMap<ProgramId, KnownProgram>>,
     errors: [AtomicU64; ERROR_KINDS.len()],
     interpreter_log: InterpreterLog,
 }
@@ -65,7 +72,7 @@ impl Announcer {
             snapshot,
             console,
             feed,
-            names: Mutex::default(),
+            programs: Mutex::default(),
             errors: Default::default(),
             interpreter_log,
         }
@@ -108,11 +115,32 @@ impl Announcer {
     }
 
     fn name_of(&self, program: ProgramId) -> String {
-        let names = self.names.lock().unwrap_or_else(PoisonError::into_inner);
-        names
-            .get(&program)
-            .cloned()
-            .unwrap_or_else(|| "controller".to_owned())
+        let programs = self.programs();
+        let known = programs.get(&program);
+        known.map_or_else(|| "controller".to_owned(), |known| known.name.clone())
+    }
+
+    /// What the log says of where a message comes from; nothing of the controller's own.
+    fn span_of(&self, origin: Origin) -> Span {
+        let programs = self.programs();
+        let Some(known) = programs.get(&origin.program) else {
+            return Span::none();
+        };
+        if origin.line == 0 {
+            return known.span.clone();
+        }
+        tracing::error_span!(
+            target: "script",
+            parent: &known.span,
+            "thread",
+            number = origin.thread.0,
+            line = origin.line
+        )
+    }
+
+    /// The value is whole at every moment, so a poisoned lock is as good as any.
+    fn programs(&self) -> MutexGuard<'_, BTreeMap<ProgramId, KnownProgram>> {
+        self.programs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn record(&self, severity: Severity, source: &str, text: &str) {
@@ -134,14 +162,13 @@ impl Announcer {
         }
     }
 
-    fn log(&self, severity: Severity, program: ProgramId, text: &str) {
-        let source = self.name_of(program);
-        match severity {
-            Severity::Info => tracing::info!(target: "script", program = %source, "{text}"),
-            Severity::Warning => tracing::warn!(target: "script", program = %source, "{text}"),
-            Severity::Error => tracing::error!(target: "script", program = %source, "{text}"),
-        }
-        self.record(severity, &source, text);
+    fn log(&self, severity: Severity, origin: Origin, text: &str) {
+        self.span_of(origin).in_scope(|| match severity {
+            Severity::Info => tracing::info!(target: "script", "{text}"),
+            Severity::Warning => tracing::warn!(target: "script", "{text}"),
+            Severity::Error => tracing::error!(target: "script", "{text}"),
+        });
+        self.record(severity, &self.name_of(origin.program), text);
     }
 }
 
@@ -159,13 +186,13 @@ impl Observer for Announcer {
                 );
             }
             Message::Print { origin, text } => {
-                self.log(Severity::Info, origin.program, text.trim_end_matches('\n'));
+                self.log(Severity::Info, *origin, text.trim_end_matches('\n'));
             }
             Message::Log {
                 severity,
                 origin,
                 text,
-            } => self.log(*severity, origin.program, text),
+            } => self.log(*severity, *origin, text),
             Message::ScriptError {
                 program, report, ..
             } => {
@@ -173,28 +200,34 @@ impl Observer for Announcer {
                 if self.console == Console::Stdout {
                     eprintln!("{}", report.trim_end());
                 } else {
-                    tracing::error!(target: "script", program = %self.name_of(*program), "\n{}", report.trim_end());
+                    let origin = Origin {
+                        program: *program,
+                        ..Origin::default()
+                    };
+                    self.span_of(origin)
+                        .in_scope(|| tracing::error!(target: "script", "\n{}", report.trim_end()));
                 }
                 self.record(Severity::Error, &self.name_of(*program), report);
             }
-            Message::Robot { severity, text, .. } => {
-                self.log(*severity, ProgramId::default(), text)
-            }
+            Message::Robot { severity, text, .. } => self.log(*severity, Origin::default(), text),
         }
         // Nobody listening is fine.
         let _ = self.ports.send(message.clone());
     }
 
     fn program_started(&self, program: ProgramId, name: &str, text: &str) {
-        let mut names = self.names.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut programs = self.programs();
         // Only the newest programs can still say something.
-        while names.len() >= 64 {
-            names.pop_first();
+        while programs.len() >= 64 {
+            programs.pop_first();
         }
-        names.insert(program, name.to_owned());
-        drop(names);
+        // Of the highest level: who it is about is told with every message that is shown.
+        let span = tracing::error_span!(target: "script", parent: None, "program", called = name, id = program.0);
+        let name = name.to_owned();
+        programs.insert(program, KnownProgram { name, span });
+        drop(programs);
         self.recording
-            .program_started(self.time(), program, name, text);
+            .program_started(self.time(), program, self.name_of(program), text);
     }
 
     fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32) {
@@ -215,7 +248,12 @@ impl Observer for Announcer {
 
     fn program_ended(&self, program: ProgramId) {
         let name = self.name_of(program);
-        tracing::debug!(target: "script", program = %name, "ended");
+        let origin = Origin {
+            program,
+            ..Origin::default()
+        };
+        self.span_of(origin)
+            .in_scope(|| tracing::debug!(target: "script", "ended"));
         self.record(Severity::Info, &name, script::ENDED);
         self.feed.program_ended();
         let _ = std::io::stdout().flush();

@@ -3,7 +3,9 @@
 use std::io::{IsTerminal, stderr};
 
 use thiserror::Error;
+use tracing::Subscriber;
 use tracing_subscriber::EnvFilter;
+use tracing_subscriber::fmt::writer::BoxMakeWriter;
 
 use crate::options::LogFormat;
 
@@ -37,12 +39,32 @@ pub fn init(format: LogFormat) -> Result<(), LoggingError> {
         }
         _ => EnvFilter::new(DEFAULT_FILTER),
     };
+    let ansi = format == LogFormat::Text && stderr().is_terminal();
+    let log = subscriber(format, filter, ansi, BoxMakeWriter::new(stderr));
+    tracing::subscriber::set_global_default(log).map_err(|_| LoggingError::Twice)
+}
+
+/// How lines look: as text the spans stand before the message, as JSON in `spans`, the outermost first.
+fn subscriber(
+    format: LogFormat,
+    filter: EnvFilter,
+    ansi: bool,
+    writer: BoxMakeWriter,
+) -> Box<dyn Subscriber + Send + Sync> {
     let log = tracing_subscriber::fmt()
         .with_env_filter(filter)
-        .with_writer(stderr);
-    let ready = match format {
-        LogFormat::Text => log.with_ansi(stderr().is_terminal()).try_init(),
-        LogFormat::Json => log.json().flatten_event(true).try_init(),
-    };
-    ready.map_err(|_| LoggingError::Twice)
+        .with_writer(writer)
+        .with_ansi(ansi);
+    match format {
+        LogFormat::Text => Box::new(log.finish()),
+        LogFormat::Json => Box::new(
+            log.json()
+                .flatten_event(true)
+                .with_current_span(false)
+                .finish(),
+        ),
+    }
 }
+
+#[cfg(test)]
+mod tests;

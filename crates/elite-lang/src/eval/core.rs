@@ -1,13 +1,14 @@
 //! What all coroutines of one interpreter share.
 
 use std::cell::{Cell, RefCell};
+use std::collections::VecDeque;
 use std::rc::{Rc, Weak};
 
 use super::code::Code;
 use super::coroutine::{StackPool, Stopping, ThreadState};
 use super::cycles::Cycles;
 use super::types::Types;
-use crate::host::Host;
+use crate::host::{Host, ThreadId};
 use crate::limits::{Limits, memory};
 use crate::statement::Injected;
 use crate::value::module::Namespace;
@@ -74,8 +75,15 @@ pub struct Core {
     pub injected: RefCell<Injected>,
     /// Possible parts of reference cycles.
     pub cycles: Cycles,
+    /// Calls that the main thread makes as soon as it goes on (handlers of signals).
+    interrupts: RefCell<VecDeque<(Value, Vec<Value>)>>,
     next_thread: Cell<u64>,
 }
+
+/// The number of the thread that runs the main program.
+const MAIN_THREAD: u64 = 1;
+/// Most calls that wait for the main thread; further ones are dropped, as signals are.
+const INTERRUPTS_MAX: usize = 64;
 
 impl Core {
     /// A core with Python's builtins.
@@ -111,6 +119,7 @@ impl Core {
             loading: Cell::new(0),
             cycles: Cycles::default(),
             injected: RefCell::default(),
+            interrupts: RefCell::default(),
             next_thread: Cell::new(0),
             symbols,
         });
@@ -122,6 +131,29 @@ impl Core {
     pub fn new_thread(&self) -> u64 {
         self.next_thread.set(self.next_thread.get() + 1);
         self.next_thread.get()
+    }
+
+    /// Whether the main program's thread is running.
+    pub fn is_main_thread(&self) -> bool {
+        self.thread.get() == MAIN_THREAD
+    }
+
+    /// Has the main thread call `function` as soon as it goes on, and ends its wait for that.
+    pub fn interrupt_main(&self, function: Value, args: Vec<Value>) {
+        let mut interrupts = self.interrupts.borrow_mut();
+        if interrupts.len() < INTERRUPTS_MAX {
+            interrupts.push_back((function, args));
+        }
+        self.host.wake(ThreadId(MAIN_THREAD));
+    }
+
+    /// The next call that the running thread has to make, if it is the main thread.
+    #[inline]
+    pub fn next_interrupt(&self) -> Option<(Value, Vec<Value>)> {
+        if !self.is_main_thread() {
+            return None;
+        }
+        self.interrupts.borrow_mut().pop_front()
     }
 
     /// Gives the running thread fuel.
@@ -209,6 +241,7 @@ impl Core {
     /// Breaks the cycles through globals, modules and classes.
     pub fn dismantle(&self) {
         self.globals.dismantle();
+        self.interrupts.take();
         self.break_cycles();
         let injected = self.injected.take();
         injected.dismantle();
@@ -234,9 +267,12 @@ impl super::Evaluator<'_> {
     /// Raises `MemoryError` if the task holds more than it may.
     pub fn check_memory(&self) -> R<()> {
         if self.core.memory_allows(0) {
-            Ok(())
-        } else {
-            Err(self.memory_limit_error())
+            return Ok(());
+        }
+        self.core.collect();
+        match self.core.memory_allows(0) {
+            true => Ok(()),
+            false => Err(self.memory_limit_error()),
         }
     }
 

@@ -123,12 +123,21 @@ impl Evaluator<'_> {
         };
         self.core.line.set(line);
         match resume {
-            Resume::Continue => Ok(()),
+            Resume::Continue => self.deliver_interrupts(),
             Resume::Stop => {
                 self.core.begin_stop();
                 Err(Raised::Stop)
             }
         }
+    }
+
+    /// Makes the calls that others have asked the main thread to make.
+    #[inline]
+    fn deliver_interrupts(&self) -> R<()> {
+        while let Some((function, args)) = self.core.next_interrupt() {
+            self.call(&function, &mut { args }, &[])?;
+        }
+        Ok(())
     }
 
     /// While a thread is stopping, waits are refused and its fuel is all it gets.
@@ -139,9 +148,18 @@ impl Evaluator<'_> {
         Err(Raised::Stop)
     }
 
+    /// Within a long native operation: other threads have their turn, and the thread may be told to stop.
+    pub fn give_way(&self) -> R<()> {
+        if self.core.loading.get() > 0 || self.core.stopping.get() != Stopping::No {
+            return Ok(());
+        }
+        self.suspend(Request::OutOfFuel)
+    }
+
     #[cold]
     #[inline(never)]
     pub(super) fn out_of_fuel(&self) -> R<()> {
+        self.core.collect_if_due();
         if self.core.refuel() {
             return self.check_memory();
         }

@@ -113,6 +113,13 @@ impl Spec {
             spec.kind = Some(*kind);
             at += 1;
         }
+        if let (Some(grouping), Some(kind)) = (spec.grouping, spec.kind)
+            && at == chars.len()
+            && !"deEfFgG%".contains(kind)
+            && !(grouping == '_' && "boxX".contains(kind))
+        {
+            return Err(format!("Cannot specify '{grouping}' with '{kind}'."));
+        }
         if at != chars.len() {
             Err(invalid())
         } else {

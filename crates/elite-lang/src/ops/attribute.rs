@@ -560,6 +560,9 @@ impl Evaluator<'_> {
                         .call_method_value(&delete, &descriptor, &mut [value.clone()])
                         .map(|_| ());
                 }
+                if descriptor.class.lookup(known::SET).is_some() {
+                    return Err(self.raise(ExceptionKind::AttributeError, "__delete__"));
+                }
             }
             _ => {}
         }

@@ -194,6 +194,9 @@ impl Evaluator<'_> {
         if is(ExceptionKind::OSError) && args.len() >= 3 {
             // The file name is no argument.
             attributes.push((self.core.symbols.intern("filename"), args[2].clone()));
+            if let Some(second) = args.get(4) {
+                attributes.push((self.core.symbols.intern("filename2"), second.clone()));
+            }
             args.truncate(2);
         }
         for (name, value) in parts.iter().zip(&args) {
@@ -311,7 +314,7 @@ impl Evaluator<'_> {
         let index = match &*self.core.symbols.name(name) {
             "errno" => 0,
             "strerror" => 1,
-            "filename" => 2,
+            "filename" | "filename2" => 2,
             _ => return None,
         };
         let Value::Tuple(args) = state.args() else {

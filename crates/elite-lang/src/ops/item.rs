@@ -346,9 +346,12 @@ impl Evaluator<'_> {
     }
 
     /// `value[index] = item`
-    #[inline]
+    #[inline(always)] // one call site is the hot path of loops over lists
     pub fn set_item(&self, value: &Value, index: &Value, item: Value) -> R<()> {
         if let (Value::List(list), Value::Int(at)) = (value, index) {
+            if !list.noted.get() && item.holds_values() {
+                self.core.note_list(list);
+            }
             let mut items = list.borrow_mut();
             if let Some(place) = self.place(*at, items.len()) {
                 let old = std::mem::replace(&mut items[place], item);
@@ -371,7 +374,12 @@ impl Evaluator<'_> {
 
     fn set_item_of(&self, value: &Value, index: &Value, item: Value) -> R<()> {
         match value {
-            Value::Dict(dict) => self.dict_set(dict, index.clone(), item),
+            Value::Dict(dict) => {
+                if !dict.noted.get() && item.holds_values() {
+                    self.core.note_dict(dict);
+                }
+                self.dict_set(dict, index.clone(), item)
+            }
             Value::List(list) => match index {
                 Value::Slice(slice) => self.set_list_slice(list, slice, &item),
                 _ => {

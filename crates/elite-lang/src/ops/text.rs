@@ -87,23 +87,19 @@ impl Evaluator<'_> {
             [key] if is(ExceptionKind::KeyError) => self.repr(key),
             [single] => self.str(single),
             [number, text] if is(ExceptionKind::OSError) => {
-                let filename = self.core.symbols.intern("filename");
-                if let Some(name) = instance.get(filename, &self.core.symbols) {
-                    return Ok(format!(
-                        "[Errno {}] {}: {}",
-                        self.str(number)?,
-                        self.str(text)?,
-                        self.repr(&name)?
-                    ));
+                let mut out = format!("[Errno {}] {}", self.str(number)?, self.str(text)?);
+                for (attribute, before) in [("filename", ": "), ("filename2", " -> ")] {
+                    let name = self.core.symbols.intern(attribute);
+                    match instance.get(name, &self.core.symbols) {
+                        Some(Value::None) | None => break,
+                        Some(name) => {
+                            out.push_str(before);
+                            out.push_str(&self.repr(&name)?);
+                        }
+                    }
                 }
-                Ok(format!("[Errno {}] {}", self.str(number)?, self.str(text)?))
+                Ok(out)
             }
-            [number, text, name, ..] if is(ExceptionKind::OSError) => Ok(format!(
-                "[Errno {}] {}: {}",
-                self.str(number)?,
-                self.str(text)?,
-                self.repr(name)?
-            )),
             _ => self.repr(args),
         }
     }

@@ -95,7 +95,7 @@ impl Format {
                 let digit = usize::from(code - b'0');
                 let next = count.unwrap_or(0) * 10 + digit;
                 if next > SIZE_MAX {
-                    return Err(fail(ev, error, "overflow in item count"));
+                    return Err(fail(ev, error, "total struct size too long"));
                 }
                 count = Some(next);
                 continue;
@@ -262,6 +262,7 @@ fn pack_int(ev: &Evaluator<'_>, code: u8, value: &Value, place: &mut [u8], error
         None if unsigned && bits >= 32 && int.is_negative() => {
             Err(fail(ev, error, "argument out of range"))
         }
+        None if bits == 64 && unsigned => Err(fail(ev, error, "argument out of range")),
         None if bits == 64 => Err(fail(ev, error, "int too large to convert")),
         None => {
             let code = char::from(code);

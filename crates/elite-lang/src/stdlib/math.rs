@@ -330,9 +330,15 @@ fn log(ev: &Evaluator<'_>, value: &Value, function: fn(f64) -> f64, of_two: f64)
         if Int::Big(big.clone()).is_negative() {
             return Err(domain(ev));
         }
-        let shift = big.bits().saturating_sub(900);
-        let top: BigInt = &**big >> shift;
-        return Ok(function(Int::Big(top.into()).to_f64()) + shift as f64 * of_two);
+        // As CPython: what fits a float is taken at once, else the mantissa in [0.5, 1) and its exponent apart.
+        let whole = Int::Big(big.clone()).to_f64();
+        if whole.is_finite() {
+            return Ok(function(whole));
+        }
+        let bits = big.bits();
+        let top: BigInt = &**big >> bits.saturating_sub(1000);
+        let mantissa = libm::ldexp(Int::Big(top.into()).to_f64(), -1000);
+        return Ok(function(mantissa) + bits as f64 * of_two);
     }
     let x = ev.to_f64(value)?;
     if x <= 0.0 {

@@ -7,8 +7,10 @@
 mod binary;
 mod define;
 mod deque;
+mod files;
 mod json;
 mod math;
+mod process;
 mod random;
 mod regex;
 mod socket;
@@ -44,7 +46,9 @@ use Content::{Native, Script};
 /// All modules, by name.
 const MODULES: &[(&str, Content)] = &[
     ("_collections", Native(deque::fill)),
+    ("_files", Native(files::fill)),
     ("_json", Native(json::fill)),
+    ("_process", Native(process::fill)),
     ("_random", Native(random::fill)),
     ("_re", Native(regex::fill)),
     ("_socket", Native(socket::fill)),
@@ -60,6 +64,7 @@ const MODULES: &[(&str, Content)] = &[
     ("datetime", Script(include_str!("lib/datetime.py"))),
     ("functools", Script(include_str!("lib/functools.py"))),
     ("heapq", Script(include_str!("lib/heapq.py"))),
+    ("io", Script(include_str!("lib/io.py"))),
     ("itertools", Script(include_str!("lib/itertools.py"))),
     ("json", Script(include_str!("lib/json.py"))),
     ("math", Native(math::fill)),

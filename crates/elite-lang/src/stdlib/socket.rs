@@ -7,6 +7,7 @@ use std::net::{Shutdown, SocketAddr};
 use std::rc::Rc;
 
 use super::define::{Builder, Entry, instance, with_data};
+use super::system::os_error;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::host::{Access, HostSocket, Interest, ThreadId};
@@ -42,33 +43,6 @@ fn make(ev: &Evaluator<'_>, socket: Rc<dyn HostSocket>) -> R {
         timeout: Cell::new(None),
     };
     instance(ev, "_socket.Socket", Rc::new(socket))
-}
-
-/// An exception for what the system said.
-pub(super) fn os_error(ev: &Evaluator<'_>, error: &io::Error) -> Raised {
-    use io::ErrorKind as Io;
-    let kind = match error.kind() {
-        Io::ConnectionRefused => ExceptionKind::ConnectionRefusedError,
-        Io::ConnectionReset => ExceptionKind::ConnectionResetError,
-        Io::ConnectionAborted => ExceptionKind::ConnectionAbortedError,
-        Io::BrokenPipe => ExceptionKind::BrokenPipeError,
-        Io::PermissionDenied => ExceptionKind::PermissionError,
-        Io::TimedOut => ExceptionKind::TimeoutError,
-        Io::WouldBlock => ExceptionKind::BlockingIOError,
-        Io::NotFound => ExceptionKind::FileNotFoundError,
-        Io::AlreadyExists => ExceptionKind::FileExistsError,
-        Io::NotADirectory => ExceptionKind::NotADirectoryError,
-        Io::IsADirectory => ExceptionKind::IsADirectoryError,
-        _ => ExceptionKind::OSError,
-    };
-    let text = error.to_string();
-    match error.raw_os_error() {
-        Some(number) => {
-            let text = text.split(" (os error").next().unwrap_or("").to_owned();
-            ev.raise_args(kind, vec![Value::Int(i64::from(number)), Value::str(text)])
-        }
-        None => ev.raise(kind, text),
-    }
 }
 
 fn closed(ev: &Evaluator<'_>) -> Raised {

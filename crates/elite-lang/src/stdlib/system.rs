@@ -1,10 +1,12 @@
 //! `_system`: what the host lets programs know and do beyond themselves.
 
+use std::io;
+
 use super::define::Builder;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::host::Access;
-use crate::value::{R, Value};
+use crate::value::{R, Raised, Value};
 
 pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     module.functions(&[
@@ -77,4 +79,47 @@ pub(super) fn require(ev: &Evaluator<'_>, access: Access, what: &str) -> R<()> {
         access.word()
     );
     Err(ev.raise(ExceptionKind::PermissionError, text))
+}
+
+/// An exception for what the system said.
+pub(super) fn os_error(ev: &Evaluator<'_>, error: &io::Error) -> Raised {
+    use io::ErrorKind as Io;
+    let kind = match error.kind() {
+        Io::ConnectionRefused => ExceptionKind::ConnectionRefusedError,
+        Io::ConnectionReset => ExceptionKind::ConnectionResetError,
+        Io::ConnectionAborted => ExceptionKind::ConnectionAbortedError,
+        Io::BrokenPipe => ExceptionKind::BrokenPipeError,
+        Io::PermissionDenied => ExceptionKind::PermissionError,
+        Io::TimedOut => ExceptionKind::TimeoutError,
+        Io::WouldBlock => ExceptionKind::BlockingIOError,
+        Io::NotFound => ExceptionKind::FileNotFoundError,
+        Io::AlreadyExists => ExceptionKind::FileExistsError,
+        Io::NotADirectory => ExceptionKind::NotADirectoryError,
+        Io::IsADirectory => ExceptionKind::IsADirectoryError,
+        _ => match error.raw_os_error() {
+            Some(3) => ExceptionKind::ProcessLookupError,
+            Some(10) => ExceptionKind::ChildProcessError,
+            _ => ExceptionKind::OSError,
+        },
+    };
+    let text = error.to_string();
+    match error.raw_os_error() {
+        Some(number) => {
+            let text = text.split(" (os error").next().unwrap_or("").to_owned();
+            ev.raise_args(kind, vec![Value::Int(i64::from(number)), Value::str(text)])
+        }
+        None => ev.raise(kind, text),
+    }
+}
+
+/// An exception for what the system said about a file, or about two.
+pub(super) fn os_error_about(ev: &Evaluator<'_>, error: &io::Error, names: &[Value]) -> Raised {
+    let raised = os_error(ev, error);
+    if let Raised::Exception(exception) = &raised {
+        for (attribute, name) in ["filename", "filename2"].iter().zip(names) {
+            let attribute = ev.core.symbols.intern(attribute);
+            exception.set(attribute, name.clone(), &ev.core.symbols);
+        }
+    }
+    raised
 }

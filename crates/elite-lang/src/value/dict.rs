@@ -20,6 +20,8 @@ pub struct Dict {
     table: RefCell<Table>,
     /// Bytes of the table that are accounted for.
     tracked: Cell<usize>,
+    /// The interpreter knows it as a possible part of a cycle.
+    pub noted: Cell<bool>,
 }
 
 /// A key and its value, with the key's hash.
@@ -265,6 +267,16 @@ impl Dict {
         let live = table.entries.iter().filter(|entry| !entry.key.is_unbound());
         live.map(|entry| (entry.hash, entry.key.clone(), entry.value.clone()))
             .collect()
+    }
+
+    /// Runs `each` on all keys and values, unless they are being changed.
+    pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        if let Ok(table) = self.table.try_borrow() {
+            for entry in &table.entries {
+                each(&entry.key);
+                each(&entry.value);
+            }
+        }
     }
 
     /// All keys, in order.

@@ -61,6 +61,21 @@ impl Instance {
         }
     }
 
+    /// Runs `each` on the attributes and the builtin value it extends, unless they are being changed.
+    pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        if let Ok(attrs) = self.attrs.try_borrow() {
+            match &*attrs {
+                Attrs::Slots(slots) => slots.iter().for_each(&mut *each),
+                Attrs::Dict(dict) => each(&Value::Dict(dict.clone())),
+            }
+        }
+        if let Payload::Value(value) = &self.payload
+            && let Ok(value) = value.try_borrow()
+        {
+            each(&value);
+        }
+    }
+
     /// The exception state, if this is an exception.
     #[inline]
     pub fn exception(&self) -> Option<&ExceptionState> {

@@ -11,6 +11,8 @@ pub struct List {
     items: RefCell<Vec<Value>>,
     /// Bytes of the items that are accounted for.
     tracked: Cell<usize>,
+    /// The interpreter knows it as a possible part of a cycle.
+    pub noted: Cell<bool>,
 }
 
 impl List {
@@ -21,6 +23,14 @@ impl List {
         List {
             items: RefCell::new(items),
             tracked: Cell::new(bytes),
+            noted: Cell::new(false),
+        }
+    }
+
+    /// Runs `each` on the items, unless they are being changed.
+    pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        if let Ok(items) = self.items.try_borrow() {
+            items.iter().for_each(each);
         }
     }
 

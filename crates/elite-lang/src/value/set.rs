@@ -243,6 +243,15 @@ impl Set {
         drop(old);
     }
 
+    /// Runs `each` on all elements, unless they are being changed.
+    pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        if self.table.try_borrow().is_ok() {
+            self.elements()
+                .iter()
+                .for_each(|(_, element)| each(element));
+        }
+    }
+
     /// All elements with their hashes, in table order.
     pub fn elements(&self) -> Vec<(u64, Value)> {
         let table = self.table.borrow();

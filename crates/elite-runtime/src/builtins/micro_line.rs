@@ -1,12 +1,25 @@
-//! Manual 3.1.37 to 3.1.39: files of points. The text format is in `micro_line`.
+//! Manual 3.1.37 to 3.1.40: files of points, and the motion through them. The text format is in `micro_line`.
+
+#![allow(
+    clippy::approx_constant,
+    reason = "the default speed of movej as the manual prints it"
+)]
 
 use elite_lang::{ExceptionKind, Raised, Value};
 use kinematics::{JointPositions, Pose, RobotModel};
+use motion_api::CommandKind;
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Default, Kind, Parameter};
 use crate::micro_line::{MicroLine, MicroLineError, Space, Units};
 use crate::task_folder::TaskFolder;
+
+/// An arm this near to the first point, rad, stands at it.
+const AT_FIRST_POINT: f64 = 1e-6;
+/// Acceleration and speed of the way to the first point: a movej's defaults, rad/s² and rad/s.
+const APPROACH: (f64, f64) = (1.396263, 1.047197);
+/// Points in one command.
+const POINTS_A_COMMAND: usize = 4;
 
 /// Longest time between two points, ms.
 const INTERVAL_MAX: i64 = 60_000;
@@ -94,7 +107,39 @@ pub const BUILTINS: &[Builtin] = &[
         waits: false,
         run: Some(get_micro_line_values_by_index),
     },
+    Builtin {
+        name: "moveml",
+        section: "3.1.40",
+        category: Category::Motion,
+        summary: "Moves through the points of a loaded file at its times, slower where the joints cannot keep up.",
+        params: &[
+            INDEX,
+            line(
+                "start_line",
+                "number of the first point; 0 is the first of the file",
+            ),
+            line(
+                "end_line",
+                "number of the last point; 0 is the last of the file",
+            ),
+        ],
+        returns: "nothing; returns when the last point is reached",
+        waits: true,
+        run: Some(moveml),
+    },
 ];
+
+/// One end of the part of a file that is run.
+const fn line(name: &'static str, meaning: &'static str) -> Parameter {
+    Parameter {
+        name,
+        aliases: &[],
+        kind: Kind::Integer(0, i64::MAX),
+        default: Default::Integer(0),
+        unit: "",
+        meaning,
+    }
+}
 
 const INDEX: Parameter = Parameter::new(
     "micro_line_index",
@@ -165,6 +210,71 @@ fn get_micro_line_values_by_index(call: &mut Call<'_, '_>) -> Result<Value, Rais
             Err(call.error(ExceptionKind::RuntimeError, text))
         }
     }
+}
+
+/// Runs through the points. An arm that stands elsewhere goes to the first one with a movej at its default speed.
+fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    let index = call.integer(0)?;
+    let (first, last) = (call.integer(1)?, call.integer(2)?);
+    let (count, interval) =
+        with_line(call, index, |line, _, _, _| (line.count(), line.interval()))?;
+    let place = |number: i64, default: usize| match usize::try_from(number) {
+        Ok(0) => Some(default),
+        Ok(number) if number <= count => Some(number),
+        _ => None,
+    };
+    let Some(begin) = place(first, 1) else {
+        return Err(call.not_allowed(1, &format!("0 to {count}"), first));
+    };
+    let Some(end) = place(last, count).filter(|end| *end > begin) else {
+        let allowed = format!("0 or {} to {count}, after start_line", begin + 1);
+        return Err(call.not_allowed(2, &allowed, last));
+    };
+    let points = with_line(call, index, |line, model, flange_from_tcp, start| {
+        line.joints((begin, end), model, flange_from_tcp, start)
+    })?;
+    let points = match points {
+        Ok(points) => points,
+        Err(error) => {
+            let text = format!("moveml(): {error}");
+            return Err(call.error(ExceptionKind::RuntimeError, text));
+        }
+    };
+    let Some(start) = points.first() else {
+        return Ok(Value::None);
+    };
+    let here = call.context().robot().state().target_q;
+    if (0..6).any(|joint| (start[joint] - here[joint]).abs() > AT_FIRST_POINT) {
+        call.perform(CommandKind::MoveJ {
+            target: *start,
+            acceleration: APPROACH.0,
+            speed: APPROACH.1,
+            duration: 0.0,
+            radius: 0.0,
+        })?;
+    }
+    for (number, some) in points.chunks(POINTS_A_COMMAND).enumerate() {
+        let mut given = [JointPositions::ZERO; POINTS_A_COMMAND];
+        for (place, point) in given.iter_mut().zip(some) {
+            *place = *point;
+        }
+        let command = CommandKind::MicroPoints {
+            begins: number == 0,
+            count: some.len() as u8,
+            points: given,
+        };
+        // The first tells whether there may be a motion at all; the rest need no answer.
+        if number == 0 {
+            call.perform(command)?;
+        } else {
+            call.send(command)?;
+        }
+    }
+    call.perform(CommandKind::MoveMl {
+        count: points.len() as u32,
+        interval,
+    })?;
+    Ok(Value::None)
 }
 
 /// What `look` finds in the file of an index, with the arm as it is now.

@@ -5,11 +5,13 @@ use std::ffi::OsString;
 use std::io;
 use std::rc::Rc;
 
-use elite_lang::{Access, Host, HostSocket, ScriptThread, ThreadId};
+use elite_lang::{Access, Host, HostFiles, HostProcesses, HostSocket, ScriptThread, ThreadId};
 use motion_api::ThreadNumber;
 
 use super::context::TaskContext;
+use super::files::Files;
 use super::network::Sockets;
+use super::processes::Processes;
 use crate::message::Message;
 
 /// What programs may reach beyond the robot (`--allow`).
@@ -43,6 +45,8 @@ pub(crate) struct TaskHost {
     random_state: Cell<u64>,
     permissions: Permissions,
     sockets: Rc<Sockets>,
+    files: Rc<Files>,
+    processes: Processes,
     woken: RefCell<Vec<ThreadId>>,
     started: RefCell<Vec<(ThreadNumber, ScriptThread)>>,
 }
@@ -50,11 +54,14 @@ pub(crate) struct TaskHost {
 impl TaskHost {
     /// Random numbers follow from `seed`.
     pub fn new(context: Rc<TaskContext>, seed: u64, permissions: Permissions) -> Self {
+        let (sockets, files) = (Rc::<Sockets>::default(), Rc::<Files>::default());
         Self {
             context,
             random_state: Cell::new(seed),
             permissions,
-            sockets: Rc::default(),
+            processes: Processes::new(files.clone(), sockets.outside().clone()),
+            sockets,
+            files,
             woken: RefCell::default(),
             started: RefCell::default(),
         }
@@ -70,6 +77,12 @@ impl TaskHost {
         let mut woken = self.woken.take();
         woken.extend(self.sockets.outside().take_woken());
         woken
+    }
+
+    /// The end of the task: sockets are closed, processes killed.
+    pub fn close(&self) {
+        self.sockets.close_all();
+        self.processes.kill_all();
     }
 
     /// The sockets of the task.
@@ -122,6 +135,14 @@ impl Host for TaskHost {
             Some((name.into_string().ok()?, value.into_string().ok()?))
         };
         entries.filter_map(text).collect()
+    }
+
+    fn files(&self) -> Option<&dyn HostFiles> {
+        Some(&*self.files)
+    }
+
+    fn processes(&self) -> Option<&dyn HostProcesses> {
+        Some(&self.processes)
     }
 
     fn open_socket(&self) -> io::Result<Rc<dyn HostSocket>> {

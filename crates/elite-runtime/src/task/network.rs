@@ -19,13 +19,13 @@ use tokio::task::AbortHandle;
 const SOCKETS_MAX: usize = 32;
 
 /// Threads that wait for the outside world, and those it has woken. Shared with the futures of the waits.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Outside {
     threads: Mutex<Threads>,
     notify: Notify,
 }
 
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Threads {
     waiting: BTreeSet<ThreadId>,
     woken: Vec<ThreadId>,
@@ -36,7 +36,13 @@ impl Outside {
         self.threads.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn wake(&self, thread: ThreadId) {
+    /// The thread waits for the outside world.
+    pub fn wait(&self, thread: ThreadId) {
+        self.threads().waiting.insert(thread);
+    }
+
+    /// What the thread waits for has come. Others may wake it, too: only the first counts.
+    pub fn wake(&self, thread: ThreadId) {
         let mut threads = self.threads();
         if threads.waiting.remove(&thread) {
             threads.woken.push(thread);
@@ -370,7 +376,7 @@ impl HostSocket for Socket {
 
     fn watch(&self, thread: ThreadId, interest: Interest) {
         let outside = self.sockets.outside.clone();
-        outside.threads().waiting.insert(thread);
+        outside.wait(thread);
         let mut waits = self.waits.borrow_mut();
         waits.retain(|(other, wait)| {
             if *other == thread {

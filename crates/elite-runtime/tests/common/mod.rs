@@ -26,6 +26,8 @@ pub struct Standing {
     pub tcp: [f64; 6],
     pub digital_in: u64,
     pub safety_bounds: SafetyBounds,
+    /// What programs may reach.
+    pub permissions: elite_runtime::Permissions,
 }
 
 impl Default for Standing {
@@ -36,6 +38,7 @@ impl Default for Standing {
             tcp: [0.0; 6],
             digital_in: 0,
             safety_bounds: SafetyBounds::default(),
+            permissions: elite_runtime::Permissions::default(),
         }
     }
 }
@@ -120,7 +123,7 @@ pub fn run(standing: &Standing, text: &str) -> Ran {
     let supervisor = Supervisor::new(TaskSettings {
         robot: Arc::new(robot),
         observer: listener.clone(),
-        permissions: elite_runtime::Permissions::default(),
+        permissions: standing.permissions,
         task_folder: std::path::Path::new("/tasks").into(),
         seed: 0,
         fieldbus: Arc::default(),

@@ -3,6 +3,7 @@
 //! - [`axis`]: which next states of a joint leave a way to rest; every mode goes through it.
 //! - [`servo`]: a stream of joint positions; [`follower`] is its tracking law.
 //! - [`joint_speed`], [`tcp_speed`]: speeds of the joints and of the TCP, and coming to rest from them.
+//! - `points`: the speed limits of TCP and elbow where joints are steered one by one.
 //! - [`freedrive`]: speeds that follow the hand.
 //! - `force`: force mode, corrections over whatever moves the arm.
 //! - [`conveyor`], [`encoder`]: the belt frame that planned motions are superimposed on.
@@ -16,33 +17,28 @@ pub mod follower;
 pub(crate) mod force;
 pub mod freedrive;
 pub mod joint_speed;
+mod points;
 pub mod servo;
 pub mod tcp_speed;
 
 use kinematics::{
-    Dynamics, Frames, JointAccelerations, JointPositions, JointSpeeds, JointTorques, Pose,
-    RobotModel, Wrench,
+    Dynamics, JointAccelerations, JointPositions, JointSpeeds, JointTorques, Pose, RobotModel,
+    Wrench,
 };
 use motion_api::{CommandId, MotionMode, Origin};
-use nalgebra::Vector3;
 
 use crate::config::MotionLimits;
 use crate::constants::{
     LEAST_TORQUE_SHARE, PEAK_TORQUE_FACTOR, PLANNED_TORQUE_SHARE, STOP_ACCELERATION,
 };
 use crate::scalar::ScalarState;
-use crate::scalar::ramp::natural_speed;
-use crate::setpoint::{Setpoint, elbow_speed};
+use crate::setpoint::Setpoint;
 use axis::Axis;
 use freedrive::Freedrive;
 use joint_speed::JointSpeed;
+use points::Points;
 use servo::Servo;
 use tcp_speed::{TcpArm, TcpSpeed};
-
-/// Share of the speed limits of TCP and elbow that joint modes use: they turn into new directions without looking ahead.
-/// A stream that throws the arm from one direction into another at the limit can still exceed it by a percent; that is a
-/// protective stop.
-const POINT_SHARE: f64 = 0.9;
 
 /// What an online mode sees of the arm in one cycle.
 pub(crate) struct OnlineArm<'a> {
@@ -53,7 +49,7 @@ pub(crate) struct OnlineArm<'a> {
     /// The same with what the drives and the limits of TCP and elbow leave here.
     pub(crate) able: [Axis; 6],
     pub(crate) effort: &'a JointTorques,
-    points: Option<Points>,
+    points: Option<Points<'a>>,
     /// What acts on the tool from outside: base axes, about the TCP.
     pub(crate) hand: Wrench,
     pub(crate) step: f64,
@@ -85,16 +81,7 @@ impl<'a> OnlineArm<'a> {
         });
         let effort = &model.limits().effort;
         let torque = torque_share(dynamics, effort, &axes, at);
-        let is_limited = limits.tcp_speed.is_finite() || limits.elbow_speed.is_finite();
-        let points = is_limited.then(|| {
-            let frames = model.forward(&at.q);
-            Points {
-                tcp: (frames.base_from_flange * *flange_from_tcp).translation,
-                frames,
-                tcp_speed: limits.tcp_speed,
-                elbow_speed: limits.elbow_speed,
-            }
-        });
+        let points = Points::new(model, flange_from_tcp, limits, &at.q);
         // The joint speeds in the present direction, as fast as the fastest joint can be.
         let used = (0..6).fold(1e-6_f64, |most, joint| {
             most.max(at.qd[joint].abs() / limits.speed[joint])
@@ -127,27 +114,16 @@ impl<'a> OnlineArm<'a> {
             .map_or(f64::INFINITY, |points| points.factor(qd))
     }
 
-    /// `next`, unless TCP or elbow would become too fast even if every acceleration ended as soon as it can: then all
-    /// joints slow down alike.
+    /// `next`, unless TCP or elbow would become too fast on the way to rest.
     pub(crate) fn guarded(
         &self,
         now: &[ScalarState; 6],
         next: [ScalarState; 6],
     ) -> [ScalarState; 6] {
-        let coming: [f64; 6] = core::array::from_fn(|joint| {
-            let state = &next[joint];
-            natural_speed(state.speed, state.acceleration, self.axes[joint].jerk)
-        });
-        let factor = self.point_factor(&JointSpeeds(coming));
-        if factor >= 1.0 {
-            return next;
+        match &self.points {
+            Some(points) => points.guarded(now, next, &self.axes, self.step),
+            None => next,
         }
-        core::array::from_fn(|joint| {
-            let (axis, now) = (&self.axes[joint], &now[joint]);
-            let slower =
-                self.able[joint].towards_speed(now, now.speed * factor * factor, self.step);
-            axis.restrain(now, &slower, self.step).0
-        })
     }
 
     pub(crate) fn tcp(&self) -> TcpArm<'_> {
@@ -156,9 +132,7 @@ impl<'a> OnlineArm<'a> {
             flange_from_tcp: self.flange_from_tcp,
             axes: &self.axes,
             able: &self.able,
-            elbow_speed: self
-                .points
-                .map_or(f64::INFINITY, |points| points.elbow_speed),
+            points: self.points.as_ref(),
         }
     }
 }
@@ -180,24 +154,6 @@ fn torque_share(
             .sum();
         least.min(room / asked)
     })
-}
-
-/// What limits the speeds of TCP and elbow, where anything does.
-#[derive(Clone, Copy)]
-struct Points {
-    frames: Frames,
-    tcp: Vector3<f64>,
-    tcp_speed: f64,
-    elbow_speed: f64,
-}
-
-impl Points {
-    /// The factor on `qd` at which neither TCP nor elbow is too fast; infinite when they do not move.
-    fn factor(&self, qd: &JointSpeeds) -> f64 {
-        let tcp = self.frames.twist(qd, self.tcp).linear.norm();
-        let elbow = elbow_speed(&self.frames, qd);
-        POINT_SHARE * (self.tcp_speed / tcp).min(self.elbow_speed / elbow)
-    }
 }
 
 /// When the call of a command ends.
@@ -328,7 +284,7 @@ impl Online {
                     let brake = JointSpeed::new(&now, &JointSpeeds::ZERO, STOP_ACCELERATION);
                     let (next, _) = brake.next(&now, arm, 1.0);
                     self.kind = Kind::JointSpeed(brake);
-                    (setpoint(&next), false)
+                    (setpoint(&arm.guarded(&now, next)), false)
                 }
             },
             Kind::Freedrive(freedrive) => (freedrive.next(arm, from, &now), false),

@@ -3,16 +3,19 @@
 //! The velocity changes along a straight line in twist space, so a motion in one direction stays on its line exactly:
 //! the pose is integrated and the joints follow by inverse kinematics. A next state counts only if its joints are within
 //! their limits and the TCP can brake to rest from it without any joint leaving them; where that fails the velocity is
-//! lowered. So the arm slows down on its line before a singular position, the end of a joint's range or of its reach.
+//! lowered. So the arm slows down on its line before a singular position, the end of a joint's range or of its reach. Limits
+//! of the speeds of TCP and elbow are kept on the way to rest as in the joint modes.
 
 use kinematics::{JointAccelerations, JointSpeeds, Pose, RobotModel, Twist};
 use nalgebra::{Rotation3, Vector3, Vector6};
 
 use super::axis::Axis;
+use super::points::Points;
+use super::states;
 use crate::constants::ACCELERATION_RISE;
 use crate::scalar::ScalarState;
 use crate::scalar::ramp::ramp;
-use crate::setpoint::{Setpoint, elbow_speed};
+use crate::setpoint::Setpoint;
 
 /// Places of a braking that are looked at.
 const BRAKING_SAMPLES: u32 = 8;
@@ -34,7 +37,7 @@ const BRAKING_MAX: f64 = 10.0;
 const OUT_OF_REACH: u8 = 2;
 /// See [`OUT_OF_REACH`].
 const SINGULAR: u8 = 4;
-/// See [`OUT_OF_REACH`]: the elbow as a point moves with joint 2.
+/// See [`OUT_OF_REACH`]: where TCP or elbow would be too fast joint 2 moves both.
 const ELBOW: u8 = 1;
 
 /// Axes in which the velocity is kept.
@@ -57,8 +60,8 @@ pub struct TcpArm<'a> {
     pub axes: &'a [Axis; 6],
     /// The same with what the drives leave here.
     pub able: &'a [Axis; 6],
-    /// Largest speed of the elbow, m/s.
-    pub elbow_speed: f64,
+    /// What limits the speeds of TCP and elbow, where anything does.
+    pub(super) points: Option<&'a Points<'a>>,
 }
 
 /// A TCP velocity to be reached and held.
@@ -249,9 +252,6 @@ impl TcpSpeed {
         let bias = frames.jacobian_rate_times_speeds(&qd, point);
         let driven = change.to_vector() - bias.to_vector();
         let qdd = JointAccelerations(lu.solve(&driven).ok_or(SINGULAR)?.into());
-        if elbow_speed(&frames, &qd) > arm.elbow_speed {
-            return Err(ELBOW);
-        }
         for (joint, number) in (0u8..6).enumerate() {
             let axis = &axes[joint];
             let (v, a) = (qd[joint], qdd[joint]);
@@ -270,10 +270,16 @@ impl TcpSpeed {
                 return Err(number);
             }
         }
+        let setpoint = Setpoint { q, qd, qdd };
+        if let Some(points) = arm.points
+            && !points.is_safe(&states(&setpoint), arm.axes, step)
+        {
+            return Err(ELBOW);
+        }
         Ok(Candidate {
             now,
             base_from_tcp,
-            setpoint: Setpoint { q, qd, qdd },
+            setpoint,
         })
     }
 

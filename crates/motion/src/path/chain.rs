@@ -3,9 +3,9 @@
 //! The chain has an s of its own; each piece says where on its path it begins and how much of the path's s goes with one of
 //! the chain's, so that metres of a line and radians of a joint line can follow one another.
 
-use kinematics::{JointPositions, RobotModel};
+use kinematics::JointPositions;
 
-use super::Path;
+use super::{Ground, Path};
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
 
@@ -63,12 +63,7 @@ impl Chain {
     }
 
     /// The setpoint at a state of s, in the branch of solutions that `near` belongs to.
-    pub fn at(
-        &self,
-        model: &RobotModel,
-        s: &ScalarState,
-        near: &JointPositions,
-    ) -> Option<Setpoint> {
+    pub fn at(&self, ground: &Ground, s: &ScalarState, near: &JointPositions) -> Option<Setpoint> {
         let pieces = self.pieces.iter().take(self.count);
         let piece = pieces
             .rev()
@@ -79,7 +74,7 @@ impl Chain {
             speed: s.speed * piece.rate,
             acceleration: s.acceleration * piece.rate,
         };
-        piece.path.at(model, &own, near)
+        piece.path.at(ground, &own, near)
     }
 
     /// Where it ends: exactly the target, at rest.

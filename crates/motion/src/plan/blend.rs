@@ -17,7 +17,7 @@ use super::{Arm, Warnings, Wish};
 use crate::constants::{
     BLEND_ENTRIES, BLEND_INTERVALS_PER_PART, BLEND_PARTS, POINT_SPEED_MARGIN, ZONE_STOPPING_SHARE,
 };
-use crate::path::{Chain, JointQuintic, Path, PathPoint, Piece};
+use crate::path::{Chain, Geometry, JointQuintic, Path, PathPoint, Piece};
 use crate::scalar::{Course, Drive, ScalarLimits, ScalarState, Stretch, Stretches, Travel};
 use crate::setpoint::elbow_speed;
 
@@ -114,17 +114,16 @@ impl Corner {
             return None;
         }
         let entry = leg.path.length() - before;
-        let radius = leg.distance(arm.model, entry, End::Last);
+        let radius = leg.distance(arm.model, entry, End::Last, leg.measure);
         let mut next = *next;
-        let mut exit = next
-            .place(arm.model, radius, End::First)
-            .unwrap_or(next.path.length() / 2.0);
+        let (place, measure) = next.place(arm.model, radius, End::First);
+        let mut exit = place.unwrap_or(next.path.length() / 2.0);
         if exit > next.zone {
             let length = next.path.length();
             exit = length * exit / (exit + length - next.zone);
             next.shorten(exit, arm, warnings);
         }
-        let after = next.distance(arm.model, exit, End::First);
+        let after = next.distance(arm.model, exit, End::First, measure);
         let rate = (exit / after) / (before / radius);
         let start = point_at(&leg.path, arm.model, (now.position, &first.q), entry)?;
         let corner_q = leg.path.end().q;
@@ -177,7 +176,7 @@ impl Corner {
                 begin: 0.0,
             },
             Piece {
-                path: Path::Blend(self.curve),
+                path: Path::new(Geometry::Blend(self.curve)),
                 from: 0.0,
                 rate: 1.0,
                 begin: lead,
@@ -243,6 +242,7 @@ impl Corner {
             bounds.elbow = bounds.elbow.max(elbow_speed(&frames, &rates));
             bounds.torque.cover(&q, &point.first, &point.second, arm);
         }
+        bounds.tcp = tcp_per_s / POINT_SPEED_MARGIN;
         let fastest = left.speed.max(right.speed);
         let speed = if self.is_between_joint_legs(leg) {
             // The leading joint turns one radian per s of the first leg, and `rate` of them on the second.
@@ -265,18 +265,19 @@ impl Corner {
         };
         let wish = Wish {
             speed: speed.min(fastest),
-            acceleration: left.acceleration.min(right.acceleration),
+            // Where the slower leg accelerates gently the arm must still get down to its speed within the radius.
+            acceleration: left.acceleration.max(right.acceleration),
             duration: 0.0,
             radius: 0.0,
         };
-        let limits = Able::of(&bounds, tcp_per_s / POINT_SPEED_MARGIN, arm.limits).at(&wish);
+        let limits = Able::of(&bounds, arm.limits).at(&wish);
         limits.are_usable().then_some(limits)
     }
 
     fn is_between_joint_legs(&self, leg: &Leg) -> bool {
         matches!(
-            (&leg.path, &self.next.path),
-            (Path::Joint(_), Path::Joint(_))
+            (leg.path.geometry(), self.next.path.geometry()),
+            (Geometry::Joint(_), Geometry::Joint(_))
         )
     }
 }

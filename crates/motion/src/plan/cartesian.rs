@@ -1,27 +1,39 @@
 //! movel and movec: a line or an arc of the TCP, as fast as it is asked to go and the joints are able to at each place.
 //!
-//! The way is surveyed first, over several cycles if need be; then each part of it gets limits of its own (see `able`).
+//! The way is surveyed first, over several cycles if need be. Where all of it bears the wanted speed, one set of limits
+//! holds from end to end; otherwise it is walked at a pace (see `pace`), unless even limits are as fast.
 
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{Refusal, Warning};
 
 use super::able::Able;
 use super::leg::{Leg, NO_COURSE, with_duration};
+use super::pace::PacePlanner;
+use super::parts::Part;
 use super::survey::Survey;
 use super::{Arm, Warnings, Wish};
-use crate::constants::{LINE_PARTS, LINE_PLACES_PER_CYCLE};
-use crate::path::{ArcOrientation, CartesianPath, Path};
-use crate::scalar::{Course, ScalarLimits, Stretch};
+use crate::constants::{LINE_PLACES_PER_CYCLE, PACE_ATTEMPTS_PER_CYCLE};
+use crate::path::{ArcOrientation, CartesianPath, Geometry, Path};
+use crate::scalar::{Course, ScalarLimits};
 
-/// A part whose limits are within this factor of what is wanted counts as unlimited.
+/// Limits within this factor of one another, or of what is wanted, count as the same.
 const SAME: f64 = 1.0 - 1e-9;
 
 /// A movel or movec that is being planned.
 #[derive(Clone, Copy, Debug)]
 pub struct CartesianPlanner {
     survey: Option<Survey>,
+    pacing: Option<Pacing>,
     path: CartesianPath,
     wish: Wish,
+}
+
+/// A surveyed line whose pace is being made.
+#[derive(Clone, Copy, Debug)]
+struct Pacing {
+    planner: PacePlanner,
+    /// The course with the same limits from end to end.
+    even: Course,
 }
 
 impl CartesianPlanner {
@@ -80,13 +92,19 @@ impl CartesianPlanner {
         wish: &Wish,
         arm: &Arm,
     ) -> Result<Self, Refusal> {
+        let fastest = if wish.duration > 0.0 {
+            f64::INFINITY
+        } else {
+            wish.speed
+        };
         let survey = if path.length() > 0.0 {
-            Some(Survey::new(path, *start, arm.model)?)
+            Some(Survey::new(path, *start, fastest, arm.model)?)
         } else {
             None
         };
         Ok(Self {
             survey,
+            pacing: None,
             path,
             wish: *wish,
         })
@@ -97,81 +115,91 @@ impl CartesianPlanner {
     /// # Errors
     /// Where and why the line cannot be followed.
     pub fn work(&mut self, arm: &Arm) -> Result<Option<(Leg, Warnings)>, Refusal> {
-        let mut warnings = Warnings::default();
-        let (line, course) = match &mut self.survey {
-            None => {
-                let any = ScalarLimits {
-                    speed: 1.0,
-                    acceleration: 1.0,
-                    jerk: 1.0,
-                };
-                (self.path, Course::of_one(0.0, any))
-            }
-            Some(survey) => {
-                if !survey.walk(LINE_PLACES_PER_CYCLE, arm)? {
-                    return Ok(None);
-                }
-                let line = survey.line();
-                let tcp_per_s = line.tcp_distance_per_s();
-                let parts = survey
-                    .parts()
-                    .map(|part| Able::of(&part, tcp_per_s, arm.limits));
-                let course = course(&line, &parts, &self.wish);
-                warn(&parts, &line, &self.wish, &mut warnings);
-                (line, course)
-            }
+        let Some(survey) = &mut self.survey else {
+            let any = ScalarLimits {
+                speed: 1.0,
+                acceleration: 1.0,
+                jerk: 1.0,
+            };
+            let course = Course::of_one(0.0, any);
+            return self.leg(Path::new(Geometry::Cartesian(self.path)), course, arm);
         };
+        if let Some(pacing) = &mut self.pacing {
+            let parts = survey.parts();
+            let attempt = |_| pacing.planner.work(parts, &self.wish, arm);
+            let Some(made) = (0..PACE_ATTEMPTS_PER_CYCLE).find_map(attempt) else {
+                return Ok(None);
+            };
+            let even = pacing.even;
+            let path = Path::new(Geometry::Cartesian(survey.line()));
+            return match made {
+                Some((pace, course)) if course.duration() < even.duration() => {
+                    self.leg(path.paced(pace), Some(course), arm)
+                }
+                _ => self.leg(path, Some(even), arm),
+            };
+        }
+        if !survey.walk(LINE_PLACES_PER_CYCLE, arm)? {
+            return Ok(None);
+        }
+        let able = survey
+            .parts()
+            .iter()
+            .map(|part| Able::of(&part.bounds, arm.limits));
+        let (mut slowest, mut fastest) = (f64::INFINITY, 0.0_f64);
+        let mut least = ScalarLimits {
+            speed: f64::INFINITY,
+            acceleration: f64::INFINITY,
+            jerk: f64::INFINITY,
+        };
+        for able in able {
+            let limits = able.at(&self.wish);
+            slowest = slowest.min(limits.speed);
+            fastest = fastest.max(limits.speed);
+            least = ScalarLimits {
+                speed: least.speed.min(limits.speed),
+                acceleration: least.acceleration.min(limits.acceleration),
+                jerk: least.jerk.min(limits.jerk),
+            };
+        }
+        let path = Path::new(Geometry::Cartesian(survey.line()));
+        let Some(even) = Course::of_one(self.path.length(), least) else {
+            return Err(Refusal::Planner { code: NO_COURSE });
+        };
+        let is_in_time = self.wish.duration > 0.0 && even.duration() <= self.wish.duration;
+        if is_in_time || slowest >= fastest * SAME {
+            return self.leg(path, Some(even), arm);
+        }
+        let planner = PacePlanner::new(survey.parts(), fastest, &self.wish, arm);
+        self.pacing = Some(Pacing { planner, even });
+        Ok(None)
+    }
+
+    fn leg(
+        &self,
+        path: Path,
+        course: Option<Course>,
+        arm: &Arm,
+    ) -> Result<Option<(Leg, Warnings)>, Refusal> {
+        let mut warnings = Warnings::default();
+        if let Some(survey) = &self.survey {
+            warn(survey.parts(), &self.path, &self.wish, arm, &mut warnings);
+        }
         let course = course.ok_or(Refusal::Planner { code: NO_COURSE })?;
         let course = with_duration(course, self.wish.duration, &mut warnings);
-        let path = Path::Cartesian(line);
         let leg = Leg::new(path, course, &self.wish, arm, &mut warnings);
         Ok(Some((leg, warnings)))
     }
 }
 
-/// The course along the line: the same limits all the way, or, if that is faster, limits of their own for each part.
-fn course(line: &CartesianPath, parts: &[Able; LINE_PARTS], wish: &Wish) -> Option<Course> {
-    let limits = parts.map(|part| part.at(wish));
-    let least = limits
-        .iter()
-        .skip(1)
-        .fold(*limits.first()?, |m, l| ScalarLimits {
-            speed: m.speed.min(l.speed),
-            acceleration: m.acceleration.min(l.acceleration),
-            jerk: m.jerk.min(l.jerk),
-        });
-    let even = Course::of_one(line.length(), least)?;
-    if wish.duration > 0.0 && even.duration() <= wish.duration {
-        return Some(even);
-    }
-    let length = line.length() / LINE_PARTS as f64;
-    let mut stretches = [Stretch::new(0.0, least); LINE_PARTS];
-    let mut count = 0usize;
-    for part in limits {
-        // Neighbours with the same limits are one stretch: at the joints of stretches the acceleration is zero.
-        if let Some(last) = count.checked_sub(1).and_then(|k| stretches.get_mut(k))
-            && last.limits == part
-        {
-            last.length += length;
-        } else if let Some(next) = stretches.get_mut(count) {
-            *next = Stretch::new(length, part);
-            count += 1;
-        }
-    }
-    let uneven = Course::new(stretches.get(..count)?)?;
-    Some(if uneven.duration() < even.duration() {
-        uneven
-    } else {
-        even
-    })
-}
-
 /// Warns when the line is slower than asked for.
-fn warn(parts: &[Able; LINE_PARTS], line: &CartesianPath, wish: &Wish, warnings: &mut Warnings) {
+fn warn(parts: &[Part], line: &CartesianPath, wish: &Wish, arm: &Arm, warnings: &mut Warnings) {
     if wish.duration > 0.0 {
         return;
     }
-    let limits = parts.map(|part| part.at(wish));
+    let limits = parts
+        .iter()
+        .map(|part| Able::of(&part.bounds, arm.limits).at(wish));
     let unlimited = wish.within(&ScalarLimits {
         speed: f64::INFINITY,
         acceleration: f64::INFINITY,
@@ -179,16 +207,14 @@ fn warn(parts: &[Able; LINE_PARTS], line: &CartesianPath, wish: &Wish, warnings:
     });
     // A line too short to reach the speed misses nothing.
     let reached = (line.length() * unlimited.acceleration).sqrt();
-    let speed = limits.iter().fold(f64::INFINITY, |m, l| m.min(l.speed));
+    let speed = limits.clone().fold(f64::INFINITY, |m, l| m.min(l.speed));
     if speed < wish.speed.min(reached) * SAME {
         warnings.add(Warning::SpeedLimited {
             wanted: wish.speed,
             planned: speed,
         });
     }
-    let acceleration = limits
-        .iter()
-        .fold(f64::INFINITY, |m, l| m.min(l.acceleration));
+    let acceleration = limits.fold(f64::INFINITY, |m, l| m.min(l.acceleration));
     if acceleration < wish.acceleration * SAME {
         warnings.add(Warning::AccelerationLimited {
             wanted: wish.acceleration,

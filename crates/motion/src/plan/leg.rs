@@ -1,19 +1,21 @@
 //! A planned leg: the way from one waypoint to the next, from rest to rest, and where its blend zone begins.
 //!
-//! A blend zone is the last part of a leg, in which the TCP is within the radius of the waypoint. Where the tool mostly
-//! turns, the turning counts as way as it does for the length of lines ([`ROTATION_LENGTH`]), so that a leg which only
-//! turns has a zone too. The zone is never more than half of the leg unless the leg outside of it is known to be there.
+//! A blend zone is the last part of a leg, in which the TCP is within the radius of the waypoint, never more than half of
+//! the leg. Where the TCP hardly moves all that time, its turning counts as way as it does for the length of lines
+//! ([`ROTATION_LENGTH`]), so that a leg which only turns has a zone too.
 
 use kinematics::{Pose, RobotModel};
 use motion_api::Warning;
-use nalgebra::Vector3;
 
-use super::able::speed_for_bend;
+use super::able::{Shares, speed_for_bend};
 use super::{Arm, Warnings, Wish};
 use crate::config::MotionLimits;
 use crate::constants::{ROTATION_LENGTH, ZONE_PLACES, ZONE_TURNING_SHARE};
-use crate::path::Path;
+use crate::path::{Geometry, Path};
 use crate::scalar::Course;
+
+/// A leg in whose half the TCP gets no farther than this share of the radius counts by its turning.
+const TURNING_SHARE: f64 = 0.1;
 
 /// Planner error: the course along the path could not be planned.
 pub(super) const NO_COURSE: u32 = 1;
@@ -44,6 +46,17 @@ pub struct Leg {
     pub zone_speed: f64,
     /// The TCP whose distance counts.
     pub flange_from_tcp: Pose,
+    /// How distances from the end are measured.
+    pub measure: Measure,
+}
+
+/// How far a place is from a waypoint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measure {
+    /// The TCP's distance.
+    Tcp,
+    /// That, or the way with its turning where that is longer.
+    Turning,
 }
 
 impl Leg {
@@ -63,10 +76,13 @@ impl Leg {
             zone: path.length(),
             zone_speed: f64::INFINITY,
             flange_from_tcp: *arm.flange_from_tcp,
+            measure: Measure::Turning,
         };
         if wish.radius > 0.0 && leg.path.length() > 0.0 {
             let length = path.length();
-            match leg.place(arm.model, wish.radius, End::Last) {
+            let (place, measure) = leg.place(arm.model, wish.radius, End::Last);
+            leg.measure = measure;
+            match place {
                 Some(before) => leg.begin_zone(length - before, arm),
                 None => leg.shorten(length / 2.0, arm, warnings),
             }
@@ -80,7 +96,7 @@ impl Leg {
     pub fn shorten(&mut self, zone: f64, arm: &Arm, warnings: &mut Warnings) {
         let wanted = self.radius;
         self.begin_zone(zone, arm);
-        self.radius = self.distance(arm.model, zone, End::Last);
+        self.radius = self.distance(arm.model, zone, End::Last, self.measure);
         warnings.add(Warning::RadiusShortened {
             wanted,
             planned: self.radius,
@@ -97,51 +113,50 @@ impl Leg {
         });
     }
 
-    /// Position of the TCP at s, base frame.
-    fn tcp(&self, model: &RobotModel, s: f64) -> Vector3<f64> {
-        match &self.path {
-            Path::Cartesian(path) => path.pose(s).translation,
-            Path::Joint(line) => {
-                model
-                    .tcp_pose(&line.positions(s), &self.flange_from_tcp)
-                    .translation
-            }
-            Path::Blend(blend) => {
-                let q = kinematics::JointPositions(blend.point(s).q);
-                model.tcp_pose(&q, &self.flange_from_tcp).translation
-            }
-        }
-    }
-
-    /// Way in metres that one unit of s counts as at least.
-    fn metres_per_s(&self) -> f64 {
-        match self.path {
-            Path::Joint(_) => ROTATION_LENGTH,
-            Path::Cartesian(_) | Path::Blend(_) => 1.0,
-        }
-    }
-
-    /// How far the place s counts as being from one end, m: the TCP's distance, or the way when that is longer.
-    pub fn distance(&self, model: &RobotModel, s: f64, end: End) -> f64 {
-        let (corner, way) = match end {
-            End::First => (0.0, s),
-            End::Last => (self.path.length(), self.path.length() - s),
+    /// How far the place s is from one end, m.
+    pub fn distance(&self, model: &RobotModel, s: f64, end: End, measure: Measure) -> f64 {
+        let corner = match end {
+            End::First => 0.0,
+            End::Last => self.path.length(),
         };
-        let away = (self.tcp(model, s) - self.tcp(model, corner)).norm();
-        away.max(way * self.metres_per_s())
+        let tcp = |s| self.path.tcp(model, &self.flange_from_tcp, s);
+        let away = (tcp(s) - tcp(corner)).norm();
+        match measure {
+            Measure::Tcp => away,
+            Measure::Turning => {
+                let metres_per_s = match self.path.geometry() {
+                    Geometry::Joint(_) => ROTATION_LENGTH,
+                    Geometry::Cartesian(_) | Geometry::Micro(_) | Geometry::Blend(_) => 1.0,
+                };
+                let way = (self.path.way(s).s - self.path.way(corner).s).abs();
+                away.max(way * metres_per_s)
+            }
+        }
     }
 
-    /// The way in s from one end to the nearest place that is `radius` metres away; `None` when there is none.
-    pub fn place(&self, model: &RobotModel, radius: f64, end: End) -> Option<f64> {
+    /// The way in s from one end to the nearest place that is `radius` metres away, `None` when there is none in this half
+    /// of the leg; and how that was measured: by the TCP, or with its turning where the TCP hardly moves.
+    pub fn place(&self, model: &RobotModel, radius: f64, end: End) -> (Option<f64>, Measure) {
+        let middle = self.path.length() / 2.0;
+        let reach = self.distance(model, middle, end, Measure::Tcp);
+        let measure = if reach < TURNING_SHARE * radius {
+            Measure::Turning
+        } else {
+            Measure::Tcp
+        };
+        (self.place_by(model, radius, end, measure), measure)
+    }
+
+    fn place_by(&self, model: &RobotModel, radius: f64, end: End, measure: Measure) -> Option<f64> {
         let length = self.path.length();
         let at = |way: f64| match end {
-            End::First => self.distance(model, way, end),
-            End::Last => self.distance(model, length - way, end),
+            End::First => self.distance(model, way, end, measure),
+            End::Last => self.distance(model, length - way, end, measure),
         };
-        let span = length.min(radius / self.metres_per_s());
+        let half = length / 2.0;
         let mut near = 0.0;
         let far = (1..=ZONE_PLACES).find_map(|k| {
-            let way = span * k as f64 / ZONE_PLACES as f64;
+            let way = half * k as f64 / ZONE_PLACES as f64;
             if at(way) >= radius * (1.0 - 1e-12) {
                 return Some(way);
             }
@@ -169,10 +184,10 @@ fn turning_speed(rates: &[f64; 6], room: f64, limits: &MotionLimits) -> f64 {
     (0..6).fold(f64::INFINITY, |least, joint| {
         let rate = rates[joint].abs();
         least.min(speed_for_bend(
-            3.0 * rate / length,
-            12.0 * rate / (length * length),
+            (3.0 * rate / length, 12.0 * rate / (length * length)),
             joint,
             limits,
+            &Shares::EVEN,
         ))
     })
 }

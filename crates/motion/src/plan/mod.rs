@@ -6,14 +6,18 @@ mod able;
 mod blend;
 mod cartesian;
 mod leg;
+mod micro_line;
 mod movej;
+mod pace;
+mod parts;
 mod survey;
 mod torque;
 
 pub use able::{Able, PartBounds};
 pub use blend::{Joined, Junction, UnderWay};
 pub use cartesian::CartesianPlanner;
-pub use leg::{End, Leg};
+pub use leg::{End, Leg, Measure};
+pub use micro_line::MicroLinePlanner;
 pub use movej::plan_movej;
 
 use kinematics::{Dynamics, Pose, RobotModel};

@@ -10,7 +10,7 @@ use crate::config::MotionLimits;
 use crate::constants::{
     LIMIT_SLACK, POINT_SPEED_MARGIN, POINT_SPEED_SAMPLES, TORQUE_SAMPLES, TORQUE_SHARE_OF_SPEED,
 };
-use crate::path::{JointLine, Path};
+use crate::path::{Geometry, JointLine, Path};
 use crate::scalar::{Course, ScalarLimits};
 use crate::setpoint::elbow_speed;
 
@@ -68,7 +68,7 @@ pub fn plan_movej(
     let course =
         Course::of_one(line.length(), chosen).ok_or(Refusal::Planner { code: NO_COURSE })?;
     let course = with_duration(course, wish.duration, &mut warnings);
-    let path = Path::Joint(line);
+    let path = Path::new(Geometry::Joint(line));
     let leg = Leg::new(path, course, wish, arm, &mut warnings);
     Ok((leg, warnings))
 }

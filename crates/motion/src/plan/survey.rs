@@ -1,14 +1,15 @@
 //! Looking along a Cartesian line before it is followed: is it possible, and what does it ask of the joints where?
 //!
 //! The line is walked from its start with the nearest solution of the inverse kinematics at each place; where the joints
-//! change fast the steps are halved. What is kept are the largest derivatives of the joints in each of a fixed number of
-//! parts. The walk can be interrupted after any number of places and be continued in the next cycle.
+//! change fast the steps are halved. What is kept are the largest derivatives of the joints in each of its parts. The walk
+//! can be interrupted after any number of places and be continued in the next cycle.
 
 use kinematics::{JointPositions, JointSpeeds, RobotModel};
 use motion_api::{PathFault, Refusal};
 
 use super::Arm;
 use super::able::PartBounds;
+use super::parts::{Part, Parts};
 use crate::config::MotionLimits;
 use crate::constants::{
     LINE_INTERVALS, LINE_PARTS, LINE_PLACES_MAX, LINE_REFINEMENTS, SINGULAR_TURN_PER_M,
@@ -20,7 +21,7 @@ use crate::setpoint::elbow_speed;
 #[derive(Clone, Copy, Debug)]
 pub struct Survey {
     line: CartesianPath,
-    parts: [PartBounds; LINE_PARTS],
+    parts: Parts,
     /// The place up to which the line is known.
     left: PathPoint,
     /// Ends of the intervals that were halved, as numbers of smallest steps; the nearest is last.
@@ -35,13 +36,14 @@ pub struct Survey {
 const STEPS: u32 = (LINE_INTERVALS as u32) << LINE_REFINEMENTS;
 
 impl Survey {
-    /// At the start of the line, where the arm stands at `q`.
+    /// At the start of the line, where the arm stands at `q`; nobody wants to go faster than `fastest`, unit of s.
     ///
     /// # Errors
     /// The arm stands in a singular position.
     pub fn new(
         line: CartesianPath,
         q: JointPositions,
+        fastest: f64,
         model: &RobotModel,
     ) -> Result<Self, Refusal> {
         let left = line.point(model, 0.0, q).ok_or_else(|| Refusal::Path {
@@ -50,7 +52,7 @@ impl Survey {
         })?;
         Ok(Self {
             line,
-            parts: [PartBounds::NONE; LINE_PARTS],
+            parts: Parts::new(fastest),
             left,
             ahead: [0; LINE_REFINEMENTS + 1],
             ahead_count: 0,
@@ -64,9 +66,9 @@ impl Survey {
         self.line.ending_at(self.left.q)
     }
 
-    /// What the line asks of the joints, part by part; all parts are equally long.
-    pub fn parts(&self) -> &[PartBounds; LINE_PARTS] {
-        &self.parts
+    /// What the line asks of the joints, part by part.
+    pub fn parts(&self) -> &[Part] {
+        self.parts.as_slice()
     }
 
     /// Looks at up to `places` places more; true when the end is reached.
@@ -128,23 +130,45 @@ impl Survey {
     }
 
     fn accept(&mut self, step: u32, right: PathPoint, arm: &Arm) {
-        let part = (self.left_step as usize * LINE_PARTS / STEPS as usize).min(LINE_PARTS - 1);
-        let elbow = self.elbow_per_s(&right, arm);
-        if let Some(bounds) = self.parts.get_mut(part) {
-            bounds.cover(&self.left, &right, elbow, arm);
-        }
+        let mut bounds = PartBounds::NONE;
+        bounds.cover(&self.left, &right, self.elbow_per_s(&right, arm), arm);
+        bounds.tcp = self.line.tcp_distance_per_s();
+        let number = self.left_step as usize * LINE_PARTS / STEPS as usize;
+        let begins = self.left_step.is_multiple_of(STEPS / LINE_PARTS as u32);
+        self.parts
+            .add(right.s, &bounds, (number, begins), arm.limits);
         self.left = right;
         self.left_step = step;
         self.ahead_count -= 1;
     }
 
-    /// How far the elbow goes per s at a place; 0 when nobody asks.
-    fn elbow_per_s(&self, point: &PathPoint, arm: &Arm) -> f64 {
+    /// How far the elbow goes per s at most on the way to a place; 0 when nobody asks.
+    ///
+    /// Looked at on both ends and in the middle, where cubics with the ends' derivatives give the joints; between those
+    /// three a parabola rises by no more than an eighth of their second difference.
+    fn elbow_per_s(&self, right: &PathPoint, arm: &Arm) -> f64 {
         if arm.limits.elbow_speed.is_infinite() {
             return 0.0;
         }
-        let frames = arm.model.forward(&point.q);
-        elbow_speed(&frames, &JointSpeeds(point.first))
+        let left = &self.left;
+        let way = right.s - left.s;
+        let at = |q: &JointPositions, first: [f64; 6]| {
+            elbow_speed(&arm.model.forward(q), &JointSpeeds(first))
+        };
+        let q = JointPositions(core::array::from_fn(|joint| {
+            let bend = left.first[joint] - right.first[joint];
+            (left.q[joint] + right.q[joint]) / 2.0 + way * bend / 8.0
+        }));
+        let first = core::array::from_fn(|joint| {
+            let mean = (right.q[joint] - left.q[joint]) / way;
+            1.5 * mean - (left.first[joint] + right.first[joint]) / 4.0
+        });
+        let (begin, middle, end) = (
+            at(&left.q, left.first),
+            at(&q, first),
+            at(&right.q, right.first),
+        );
+        begin.max(middle).max(end) + (begin - 2.0 * middle + end).abs() / 8.0
     }
 
     fn refusal(&self, step: u32, fault: PathFault) -> Refusal {

@@ -11,6 +11,9 @@ use super::{ScalarState, ramp::ramp};
 /// Most stretches of a course: the rest of a leg, a blend and another leg.
 pub const MAX_STRETCHES: usize = 96;
 
+/// Halvings of the pace before a zone; the rest of the wanted duration is met by slowing all of the way.
+const ZONE_HALVINGS: u32 = 10;
+
 /// A part of the way with constant limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretch {
@@ -251,6 +254,35 @@ impl Course {
             }
         }
         self
+    }
+
+    /// The same way from rest with a zone at its end as of [`Stretches::with_zone`], in `duration` seconds, or as fast as
+    /// it is when that is longer or 0. What the zone costs is made up for before it.
+    pub fn with_zone(&self, zone: f64, share: f64, fastest: f64, duration: f64) -> Option<Self> {
+        let at = |pace: f64| {
+            let mut list = self.stretches;
+            for stretch in &mut list.list {
+                stretch.pace = pace;
+            }
+            Self::new(list.with_zone(zone, share, fastest).as_slice())
+        };
+        let full = at(1.0)?;
+        if full.duration() >= duration {
+            return Some(full);
+        }
+        // At the pace of the whole way without a zone it takes at least as long as asked for.
+        let (mut fast, mut slow) = (1.0, self.stretches().first()?.pace);
+        let mut found = full;
+        for _ in 0..ZONE_HALVINGS {
+            let middle = 0.5 * (fast + slow);
+            let course = at(middle)?;
+            if course.duration() <= duration {
+                (fast, found) = (middle, course);
+            } else {
+                slow = middle;
+            }
+        }
+        Some(found.stretched_to(duration))
     }
 
     /// Chooses the exit speeds: as high as both neighbours allow, as can be braked from later (backward pass), and as can

@@ -23,7 +23,7 @@ impl Controller for Backend {
         self.feed.subscribe()
     }
 
-    fn apply(&self, _client: ClientId, changes: &[Change], written: &[Input]) {
+    fn apply(&self, _client: ClientId, changes: &[Change], written: &[Input]) -> u64 {
         let (panel, now) = (self.supervisor.panel(), self.robot.state().time);
         if panel.has_watchdogs() {
             for input in written {
@@ -61,6 +61,8 @@ impl Controller for Backend {
                 register => write_register(&self.robot.registers().input, register),
             }
         }
+        // The cycle that runs meanwhile may have looked for commands already; the one after it has not.
+        self.robot.state().cycle + 2
     }
 }
 

@@ -16,6 +16,7 @@ use thiserror::Error;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::{JoinError, JoinSet};
 use tokio_util::sync::CancellationToken;
+use tracing::Instrument as _;
 
 use crate::options::PortSetting;
 
@@ -175,8 +176,10 @@ pub async fn serve_port<S>(
         }
         last += 1;
         let client = ClientId(last);
-        tracing::debug!(port = meter.name, %client, %peer, "connected");
-        sessions.spawn(session(stream, client, shutdown.clone()));
+        // Of the highest level: who it is about is told with every message that is shown.
+        let span = tracing::error_span!("session", port = meter.name, %client, %peer);
+        span.in_scope(|| tracing::debug!("connected"));
+        sessions.spawn(session(stream, client, shutdown.clone()).instrument(span));
         meter.clients.store(sessions.len(), Ordering::Relaxed);
     }
     drop(listener);

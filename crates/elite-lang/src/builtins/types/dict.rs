@@ -158,6 +158,9 @@ fn setdefault(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         return Ok(dict.value_at(index));
     }
     let value = args[2].given().cloned().unwrap_or(Value::None);
+    if !dict.noted.get() && value.holds_values() {
+        ev.core.note_dict(&dict);
+    }
     ev.dict_set_hashed(&dict, hash, args[1].clone(), value.clone())?;
     Ok(value)
 }

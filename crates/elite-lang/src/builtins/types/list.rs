@@ -92,11 +92,26 @@ fn init(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(Value::None)
 }
 
+/// A list that is given a value which can hold others may become part of a cycle.
+#[inline]
+fn note(ev: &Evaluator<'_>, list: &Rc<crate::value::List>, item: &Value) {
+    if !list.noted.get() && item.holds_values() {
+        ev.core.note_list(list);
+    }
+}
+
 fn append(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let item = std::mem::take(&mut args[1]);
     match &args[0] {
-        Value::List(list) => list.push(item),
-        other => receiver(ev, other)?.push(item),
+        Value::List(list) => {
+            note(ev, list, &item);
+            list.push(item);
+        }
+        other => {
+            let list = receiver(ev, other)?;
+            note(ev, &list, &item);
+            list.push(item);
+        }
     }
     Ok(Value::None)
 }
@@ -105,6 +120,9 @@ fn extend(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
     let items = ev.collect(&args[1])?;
     ev.check_allocation((list.len() + items.len()) * size_of::<Value>())?;
+    if let Some(holder) = items.iter().find(|item| item.holds_values()) {
+        note(ev, &list, holder);
+    }
     list.borrow_mut().extend(items);
     list.account();
     Ok(Value::None)
@@ -120,6 +138,7 @@ fn insert(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         index
     };
     let index = usize::try_from(index).unwrap_or(usize::MAX).min(length);
+    note(ev, &list, &args[2]);
     list.borrow_mut()
         .insert(index, std::mem::take(&mut args[2]));
     list.account();

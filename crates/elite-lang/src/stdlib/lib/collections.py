@@ -103,7 +103,9 @@ def namedtuple(typename, field_names, *, rename=False, defaults=None, module=Non
 
 
 def _field(index):
-    return property(lambda self: self[index])
+    def refuse(self, value=None):
+        raise AttributeError("can't set attribute")
+    return property(lambda self: self[index], refuse, refuse, f"Alias for field number {index}")
 
 
 class OrderedDict(dict):

@@ -1,14 +1,42 @@
 """Regular expressions. Searches that would step back without end raise RuntimeError."""
 from _re import _compile, Pattern, Match
 
-A = ASCII = 256
-I = IGNORECASE = 2
-L = LOCALE = 4
-M = MULTILINE = 8
-S = DOTALL = 16
-U = UNICODE = 32
-X = VERBOSE = 64
-NOFLAG = 0
+
+class RegexFlag(int):
+    """Options of a pattern, combined with `|`."""
+    __module__ = "re"
+
+    def __or__(self, other):
+        return RegexFlag(int(self) | int(other))
+
+    def __and__(self, other):
+        return RegexFlag(int(self) & int(other))
+
+    def __xor__(self, other):
+        return RegexFlag(int(self) ^ int(other))
+
+    def __invert__(self):
+        return RegexFlag(~int(self) & 511)
+
+    __ror__, __rand__, __rxor__ = __or__, __and__, __xor__
+
+    def __repr__(self):
+        names = ((256, "ASCII"), (2, "IGNORECASE"), (4, "LOCALE"), (32, "UNICODE"), (8, "MULTILINE"), (16, "DOTALL"),
+                 (64, "VERBOSE"))
+        return "|".join(f"re.{name}" for bit, name in names if int(self) & bit) or "re.NOFLAG"
+
+    __str__ = __repr__
+    value = property(int)
+
+
+A = ASCII = RegexFlag(256)
+I = IGNORECASE = RegexFlag(2)
+L = LOCALE = RegexFlag(4)
+M = MULTILINE = RegexFlag(8)
+S = DOTALL = RegexFlag(16)
+U = UNICODE = RegexFlag(32)
+X = VERBOSE = RegexFlag(64)
+NOFLAG = RegexFlag(0)
 
 
 class error(Exception):
@@ -36,6 +64,7 @@ def compile(pattern, flags=0):
         if flags:
             raise ValueError("cannot process flags argument with a compiled pattern")
         return pattern
+    flags = int(flags)
     key = type(pattern), pattern, flags
     try:
         return _cache[key]
@@ -178,3 +207,10 @@ def _template(pattern, source):
     if is_bytes:
         return [part.encode("latin-1") if isinstance(part, str) else part for part in parts]
     return parts
+
+
+def _expand(match, template):
+    """`Match.expand`: a template with the groups of a match in place."""
+    empty = match.string[:0]
+    texts = [part if not isinstance(part, int) else match.group(part) for part in _template(match.re, template)]
+    return empty.join([empty if text is None else text for text in texts])

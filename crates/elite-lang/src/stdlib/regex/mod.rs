@@ -58,6 +58,18 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     module.property(&found, "endpos", |ev, args| {
         with_match(ev, args, |m| Ok(m.text.index(m.range.1)))
     });
+    module.property(&found, "regs", |ev, args| {
+        with_match(ev, args, |m| {
+            let outside = Value::Int(-1);
+            let span = |span: &Option<(usize, usize)>| match span {
+                Some((start, end)) => vec![m.text.index(*start), m.text.index(*end)],
+                None => vec![outside.clone(), outside.clone()],
+            };
+            Ok(Value::tuple(
+                m.spans.iter().map(|s| Value::tuple(span(s))).collect(),
+            ))
+        })
+    });
     module.property(&found, "lastindex", |ev, args| {
         with_match(ev, args, |m| {
             Ok(m.last_index()
@@ -136,7 +148,11 @@ fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let search = match build(&parsed.pattern, is_bytes, false) {
         Ok(search) => search,
         Err(message) => {
-            let message = if message.contains("look-behind") || message.contains("Look-behind") {
+            let message = if message
+                .to_lowercase()
+                .replace('-', "")
+                .contains("lookbehind")
+            {
                 "look-behind requires fixed-width pattern".to_owned()
             } else {
                 format!("not supported: {message}")
@@ -803,6 +819,11 @@ const MATCH: &[Entry] = &[
             side(ev, args, |span| span.0)?,
             side(ev, args, |span| span.1)?,
         ]))
+    }),
+    ("expand", "template /", |ev, args| {
+        let module = ev.import("re")?;
+        let expand = ev.attribute(&module, ev.core.symbols.intern("_expand"))?;
+        ev.call(&expand, &mut [args[0].clone(), args[1].clone()], &[])
     }),
     ("__bool__", "", |_, _| Ok(Value::Bool(true))),
     ("__repr__", "", |ev, args| {

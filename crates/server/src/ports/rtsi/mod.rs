@@ -33,8 +33,8 @@ pub trait Controller: Send + Sync + 'static {
         None
     }
     /// Makes changes in the next cycle. `written` are the variables that the package set, changed or not: watchdogs
-    /// count them. Must not wait.
-    fn apply(&self, client: ClientId, changes: &[Change], written: &[Input]);
+    /// count them. Must not wait. Returns the first cycle that certainly has all of them.
+    fn apply(&self, client: ClientId, changes: &[Change], written: &[Input]) -> u64;
 }
 
 /// Serves the port until `shutdown`; returns when every client is closed.

@@ -62,6 +62,7 @@ pub async fn serve(
         variables: 0,
         failed: false,
         started: false,
+        not_before: 0,
         written: Written::default(),
         out: Vec::new(),
     };
@@ -108,6 +109,8 @@ struct Talk<'a, C> {
     /// A recipe was refused: the connection cannot be started.
     failed: bool,
     started: bool,
+    /// Data begins with this cycle: what the client wrote before the start is in it (the vendor's example reads it back).
+    not_before: u64,
     written: Written,
     /// What waits to be written.
     out: Vec<u8>,
@@ -297,8 +300,12 @@ impl<C: Controller> Talk<'_, C> {
             .filter_map(|input| Some((*input, Value::read(input.kind(), &mut values)?)))
             .collect();
         let changes = self.written.take(&package);
-        self.controller
+        let in_effect = self
+            .controller
             .apply(self.client, &changes, &recipe.variables);
+        if !self.started {
+            self.not_before = in_effect;
+        }
     }
 
     /// The packages that are due in this cycle.
@@ -306,7 +313,7 @@ impl<C: Controller> Talk<'_, C> {
         let robot = self.controller.description();
         for recipe in &mut self.outputs {
             let cycle = sample.state.cycle;
-            if cycle < recipe.due_cycle {
+            if cycle < recipe.due_cycle.max(self.not_before) {
                 continue;
             }
             let every = cycles_between(recipe.frequency, sample.state.step_time);

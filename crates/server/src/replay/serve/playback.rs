@@ -287,9 +287,10 @@ impl rtsi::Controller for Playback {
         Some(READ_ONLY)
     }
 
-    fn apply(&self, client: ClientId, _changes: &[Change], _written: &[Input]) {
+    fn apply(&self, client: ClientId, _changes: &[Change], _written: &[Input]) -> u64 {
         // Inputs are refused when they are set up; without a recipe no values come.
         tracing::debug!(%client, "rtsi: values were refused: {READ_ONLY}");
+        self.now().state.cycle
     }
 }
 

@@ -27,11 +27,12 @@ impl Controller for Fake {
     fn samples(&self) -> broadcast::Receiver<Arc<Sample>> {
         self.samples.subscribe()
     }
-    fn apply(&self, client: ClientId, changes: &[Change], written: &[Input]) {
+    fn apply(&self, client: ClientId, changes: &[Change], written: &[Input]) -> u64 {
         self.applied
             .lock()
             .unwrap()
             .push((client, changes.to_vec(), written.len()));
+        110
     }
 }
 
@@ -362,6 +363,28 @@ async fn inputs_are_applied_while_paused_and_wrong_packages_are_told() {
     assert_eq!(rig.ask(letter::PROTOCOL, &[0, 2]).await, [0]);
     assert_eq!(rig.ask(letter::PROTOCOL, &[0, 1]).await, [1]);
     assert_eq!(controller.applied.lock().unwrap().len(), 1);
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_was_written_before_the_start_is_in_the_first_package() {
+    let controller = Fake::new();
+    let mut rig = connect(&controller, &Owners::default(), 1, 4096);
+    rig.outputs(250.0, "timestamp").await;
+    rig.inputs("input_int_register0").await;
+    rig.send(letter::DATA, &[2, 0, 0, 0, 7]).await;
+    assert_eq!(rig.ask(letter::START, &[]).await, [1]);
+    for number in 100..112 {
+        controller.cycle(number).await;
+    }
+    for number in [110, 111] {
+        let (_, payload) = rig.receive().await;
+        let time = f64::from_be_bytes(*payload[1..].first_chunk().unwrap());
+        assert_eq!(time, f64::from(number) * 0.004);
+    }
+    // While data flows, writing holds nothing up.
+    rig.send(letter::DATA, &[2, 0, 0, 0, 8]).await;
+    controller.cycle(112).await;
+    assert_eq!(rig.receive().await.1[0], 1);
 }
 
 #[tokio::test(start_paused = true)]

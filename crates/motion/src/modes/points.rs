@@ -1,0 +1,143 @@
+//! The speed limits of TCP and elbow in online modes.
+//!
+//! As with a joint's own limits (see [`axis`](super::axis)) a state counts as safe when braking from it, every joint as
+//! fast as it can, keeps the limits all the way. Only safe states pass; from a safe one the first step of braking is safe
+//! again, so there is always a way on. The braking is looked at where its cycles will end, which is where the limits are
+//! checked, more coarsely further on.
+
+use kinematics::{Frames, JointPositions, JointSpeeds, Pose, RobotModel};
+use nalgebra::Vector3;
+
+use super::axis::Axis;
+use crate::config::MotionLimits;
+use crate::scalar::ScalarState;
+use crate::scalar::ramp::{Ramp, ramp};
+use crate::setpoint::elbow_speed;
+
+/// Share of the limits that joint modes aim at.
+const AIMED_SHARE: f64 = 0.9;
+/// Share of the limits that no safe state exceeds on its way to rest.
+const KEPT_SHARE: f64 = 0.99;
+/// Cycles of braking of which each is looked at, and most places further on.
+const NEAR_CYCLES: u32 = 8;
+/// See [`NEAR_CYCLES`].
+const FAR_PLACES: u32 = 32;
+/// Halvings between braking and what is wanted.
+const HALVINGS: u32 = 6;
+
+/// What limits the speeds of TCP and elbow, where anything does.
+#[derive(Clone, Copy)]
+pub(super) struct Points<'a> {
+    model: &'a RobotModel,
+    flange_from_tcp: &'a Pose,
+    frames: Frames,
+    tcp: Vector3<f64>,
+    tcp_speed: f64,
+    elbow_speed: f64,
+}
+
+impl<'a> Points<'a> {
+    /// With the arm at `q`; `None` without limits.
+    pub(super) fn new(
+        model: &'a RobotModel,
+        flange_from_tcp: &'a Pose,
+        limits: &MotionLimits,
+        q: &JointPositions,
+    ) -> Option<Self> {
+        if limits.tcp_speed.is_infinite() && limits.elbow_speed.is_infinite() {
+            return None;
+        }
+        let frames = model.forward(q);
+        Some(Self {
+            model,
+            flange_from_tcp,
+            tcp: (frames.base_from_flange * *flange_from_tcp).translation,
+            frames,
+            tcp_speed: limits.tcp_speed,
+            elbow_speed: limits.elbow_speed,
+        })
+    }
+
+    /// The factor on `qd` at which TCP and elbow are as fast as is aimed at here; infinite when they do not move.
+    pub(super) fn factor(&self, qd: &JointSpeeds) -> f64 {
+        let tcp = self.frames.twist(qd, self.tcp).linear.norm();
+        let elbow = elbow_speed(&self.frames, qd);
+        AIMED_SHARE * (self.tcp_speed / tcp).min(self.elbow_speed / elbow)
+    }
+
+    /// `wanted` if it is safe, otherwise the safe state nearest to it on the way to braking.
+    pub(super) fn guarded(
+        &self,
+        now: &[ScalarState; 6],
+        wanted: [ScalarState; 6],
+        axes: &[Axis; 6],
+        step: f64,
+    ) -> [ScalarState; 6] {
+        if self.is_safe(&wanted, axes, step) {
+            return wanted;
+        }
+        let between = |share: f64| -> [ScalarState; 6] {
+            core::array::from_fn(|joint| {
+                let axis = &axes[joint];
+                let braked = axis.braked(&now[joint], step);
+                if share == 0.0 {
+                    return braked;
+                }
+                let change = wanted[joint].acceleration - braked.acceleration;
+                axis.nearest_safe(&now[joint], braked.acceleration + share * change, step)
+            })
+        };
+        let (mut good, mut bad) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (good + bad);
+            if self.is_safe(&between(middle), axes, step) {
+                good = middle;
+            } else {
+                bad = middle;
+            }
+        }
+        between(good)
+    }
+
+    /// Whether braking from `states` keeps both limits.
+    pub(super) fn is_safe(&self, states: &[ScalarState; 6], axes: &[Axis; 6], step: f64) -> bool {
+        let ramps: [Ramp; 6] = core::array::from_fn(|joint| {
+            let (state, axis) = (&states[joint], &axes[joint]);
+            ramp(
+                state.speed,
+                state.acceleration,
+                0.0,
+                axis.acceleration,
+                axis.jerk,
+            )
+        });
+        let duration = ramps.iter().fold(0.0_f64, |most, r| most.max(r.duration));
+        let near = f64::from(NEAR_CYCLES) * step;
+        let far = (duration - near).max(0.0) / f64::from(FAR_PLACES);
+        let places = (0..=NEAR_CYCLES)
+            .map(|k| f64::from(k) * step)
+            .chain((1..FAR_PLACES).map(|k| near + f64::from(k) * far));
+        places
+            .take_while(|time| *time <= duration)
+            .all(|time| self.is_slow(states, &ramps, time))
+    }
+
+    /// Whether both limits are kept `time` seconds into the braking.
+    fn is_slow(&self, states: &[ScalarState; 6], ramps: &[Ramp; 6], time: f64) -> bool {
+        let at: [ScalarState; 6] = core::array::from_fn(|joint| {
+            let mut state = states[joint];
+            let mut left = time;
+            for phase in &ramps[joint].phases {
+                let part = phase.duration.min(left);
+                state = state.after(part, phase.jerk);
+                left -= part;
+            }
+            state
+        });
+        let frames = self.model.forward(&JointPositions(at.map(|s| s.position)));
+        let qd = JointSpeeds(at.map(|s| s.speed));
+        let tcp = (frames.base_from_flange * *self.flange_from_tcp).translation;
+        frames.twist(&qd, tcp).linear.norm() <= KEPT_SHARE * self.tcp_speed
+            && elbow_speed(&frames, &qd) <= KEPT_SHARE * self.elbow_speed
+    }
+}

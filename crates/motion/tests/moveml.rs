@@ -1,0 +1,244 @@
+//! moveml: through every point in order, at the times of the list where the joints can keep up, within every limit.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+
+mod common;
+
+use common::{Bench, MODELS, ideal};
+use kinematics::JointPositions;
+use motion_api::{
+    CommandId, CommandKind, MotionMode, Origin, Outcome, PathFault, Refusal, ThreadNumber, Warning,
+};
+
+fn give(bench: &mut Bench, origin: Origin, points: &[JointPositions]) -> Vec<CommandId> {
+    let mut ids = Vec::new();
+    for (number, some) in points.chunks(4).enumerate() {
+        let mut four = [JointPositions::ZERO; 4];
+        four[..some.len()].copy_from_slice(some);
+        let kind = CommandKind::MicroPoints {
+            begins: number == 0,
+            count: some.len() as u8,
+            points: four,
+        };
+        ids.push(bench.script.commands.send(origin, kind).unwrap());
+        if number % 64 == 63 {
+            bench.tick();
+        }
+    }
+    ids
+}
+
+fn moveml(bench: &mut Bench, points: &[JointPositions], interval: f64) -> CommandId {
+    give(bench, Origin::default(), points);
+    bench.send(CommandKind::MoveMl {
+        count: points.len() as u32,
+        interval,
+    })
+}
+
+/// A wave of some joints that begins at `home`.
+fn wave(home: &JointPositions, count: usize, size: f64, turns: f64) -> Vec<JointPositions> {
+    (0..count)
+        .map(|k| {
+            let share = k as f64 / (count - 1) as f64;
+            let angle = share * turns * std::f64::consts::TAU;
+            let mut q = *home;
+            q[0] += size * (1.0 - angle.cos());
+            q[3] += size * angle.sin() * share;
+            q[5] -= size * share;
+            q
+        })
+        .collect()
+}
+
+/// The points of `points` that no state comes within 1e-3 rad of, in order.
+fn missed(bench: &Bench, from: usize, points: &[JointPositions]) -> usize {
+    let away = |a: &JointPositions, b: &JointPositions| {
+        (0..6).fold(0.0_f64, |m, k| m.max((a[k] - b[k]).abs()))
+    };
+    let mut at = from;
+    let mut missed = 0;
+    for point in points {
+        // Between two cycles the arm passes the point: the segment between the states comes near to it.
+        let near = (at..bench.states.len() - 1).find(|k| {
+            let (a, b) = (&bench.states[*k].target_q, &bench.states[*k + 1].target_q);
+            let way: f64 = (0..6).map(|j| (b[j] - a[j]).powi(2)).sum();
+            let along: f64 = (0..6).map(|j| (point[j] - a[j]) * (b[j] - a[j])).sum();
+            let share = if way > 0.0 {
+                (along / way).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+            let there = JointPositions(core::array::from_fn(|j| a[j] + share * (b[j] - a[j])));
+            away(&there, point) < 1e-3
+        });
+        match near {
+            Some(k) => at = k,
+            None => missed += 1,
+        }
+    }
+    missed
+}
+
+#[test]
+fn the_arm_goes_through_every_point_in_the_time_of_the_list() {
+    for name in MODELS {
+        let mut bench = Bench::new(ideal(name));
+        let points = wave(&bench.now().target_q, 400, 0.3, 2.0);
+        let id = moveml(&mut bench, &points, 0.010);
+        let from = bench.states.len();
+        assert_eq!(bench.finish(id), Outcome::Done);
+        assert!(bench.warnings.is_empty(), "{:?}", bench.warnings);
+        bench.check_limits();
+        assert_eq!(bench.now().target_q, points[399]);
+        assert_eq!(missed(&bench, from, &points), 0);
+        let moving = bench
+            .states
+            .iter()
+            .filter(|s| s.motion_mode == MotionMode::MoveMl);
+        let seconds = moving.count() as f64 * 0.004;
+        // The list does not begin and end at rest: starting and stopping take their time, and planning a few cycles.
+        assert!((3.99..5.0).contains(&seconds), "{name}: {seconds}");
+    }
+}
+
+#[test]
+fn a_list_that_is_too_fast_is_slowed_within_every_limit_with_a_warning() {
+    for name in MODELS {
+        let mut bench = Bench::new(ideal(name));
+        let points = wave(&bench.now().target_q, 300, 0.5, 3.0);
+        let id = moveml(&mut bench, &points, 0.002);
+        let from = bench.states.len();
+        assert_eq!(bench.finish(id), Outcome::Done);
+        bench.check_limits();
+        assert_eq!(missed(&bench, from, &points), 0);
+        let is_told = bench.warnings.iter().any(|(warned, warning)| {
+            *warned == id && matches!(warning, Warning::DurationStretched { .. })
+        });
+        assert!(is_told, "{name} {:?}", bench.warnings);
+    }
+}
+
+#[test]
+fn corners_and_repeated_points_are_passed_within_the_limits() {
+    let mut bench = Bench::new(ideal("cs66"));
+    let home = bench.now().target_q;
+    let mut points = vec![home];
+    for (joint, by) in [(0, 0.2), (1, 0.1), (0, -0.3), (4, 0.2)] {
+        for _ in 0..20 {
+            let mut next = *points.last().unwrap();
+            next[joint] += by / 20.0;
+            points.push(next);
+        }
+        for _ in 0..5 {
+            points.push(*points.last().unwrap());
+        }
+    }
+    let id = moveml(&mut bench, &points, 0.02);
+    let from = bench.states.len();
+    assert_eq!(bench.finish(id), Outcome::Done);
+    bench.check_limits();
+    assert_eq!(missed(&bench, from, &points), 0);
+}
+
+#[test]
+fn slider_pause_and_stop_stay_on_the_way() {
+    let mut bench = Bench::new(ideal("cs66"));
+    let points = wave(&bench.now().target_q, 200, 0.3, 1.0);
+    let id = moveml(&mut bench, &points, 0.010);
+    let from = bench.states.len();
+    bench.run(60);
+    bench.send(CommandKind::SetSpeedFraction(0.4));
+    bench.run(60);
+    bench.do_it(CommandKind::Pause);
+    bench.run(20);
+    assert_eq!(bench.now().target_qd.max_abs(), 0.0);
+    bench.do_it(CommandKind::Resume);
+    bench.run(100);
+    bench.send(CommandKind::SetSpeedFraction(1.0));
+    assert_eq!(bench.finish(id), Outcome::Done);
+    assert_eq!(missed(&bench, from, &points), 0);
+    bench.check_limits();
+
+    let back: Vec<JointPositions> = points.iter().rev().copied().collect();
+    let id = moveml(&mut bench, &back, 0.010);
+    bench.run(150);
+    bench.do_it(CommandKind::StopJ { acceleration: 2.0 });
+    assert_eq!(bench.outcome(id), Some(Outcome::Aborted));
+    bench.check_limits();
+}
+
+#[test]
+fn what_cannot_be_run_is_refused_by_name_and_the_arm_stays() {
+    let mut bench = Bench::new(ideal("cs66"));
+    let home = bench.now().target_q;
+    let points = wave(&home, 20, 0.1, 1.0);
+    let refused = |bench: &mut Bench, id| match bench.finish(id) {
+        Outcome::Refused(refusal) => refusal.to_string(),
+        other => panic!("{other:?}"),
+    };
+    // Not all of them.
+    give(&mut bench, Origin::default(), &points[..8]);
+    let id = bench.send(CommandKind::MoveMl {
+        count: 20,
+        interval: 0.01,
+    });
+    assert!(refused(&mut bench, id).contains("number of points"));
+    // Another thread's.
+    let other = Origin {
+        thread: ThreadNumber(3),
+        ..Origin::default()
+    };
+    give(&mut bench, other, &points);
+    let id = bench.send(CommandKind::MoveMl {
+        count: 20,
+        interval: 0.01,
+    });
+    assert!(refused(&mut bench, id).contains("another thread"));
+    // From somewhere else.
+    let id = moveml(&mut bench, &points[10..], 0.01);
+    assert!(refused(&mut bench, id).contains("first point"));
+    for interval in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let id = moveml(&mut bench, &points, interval);
+        assert!(refused(&mut bench, id).contains("time between points"));
+    }
+    let mut far = points.clone();
+    far[12][2] = 4.0;
+    let id = moveml(&mut bench, &far, 0.01);
+    let outcome = bench.finish(id);
+    assert!(
+        matches!(
+            outcome,
+            Outcome::Refused(Refusal::Path {
+                fault: PathFault::JointLimit { joint: 2, .. },
+                ..
+            })
+        ),
+        "{outcome:?}"
+    );
+    let mut bad = points.clone();
+    bad[1][0] = f64::NAN;
+    let ids = give(&mut bench, Origin::default(), &bad);
+    assert!(refused(&mut bench, ids[0]).contains("finite"));
+    assert_eq!(bench.now().target_q, home);
+    assert!(bench.states.iter().all(|s| s.target_q == home));
+}
+
+#[test]
+fn points_do_not_change_under_a_motion() {
+    let mut bench = Bench::new(ideal("cs66"));
+    let points = wave(&bench.now().target_q, 100, 0.2, 1.0);
+    let id = moveml(&mut bench, &points, 0.010);
+    bench.run(50);
+    let other = give(&mut bench, Origin::default(), &points[..4]);
+    bench.run(2);
+    assert!(matches!(
+        bench.outcome(other[0]),
+        Some(Outcome::Refused(Refusal::Busy { .. }))
+    ));
+    assert_eq!(bench.finish(id), Outcome::Done);
+    assert_eq!(bench.now().target_q, points[99]);
+}

@@ -1,0 +1,117 @@
+//! Lines past singular positions: slowed smoothly, within every limit, on the line, and hardly slower than the joints
+//! make them.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
+
+mod common;
+
+use common::{Bench, MODELS, ideal, movej};
+use kinematics::{JointPositions, Pose, RpyPose};
+use motion_api::{CommandKind, Outcome};
+use nalgebra::Vector3;
+
+/// A line sideways through a place where the wrist is `beside` rad from straight and gets no nearer to it; the arm stands
+/// at its beginning.
+fn line_past_the_wrist(bench: &mut Bench, beside: f64, half: f64) -> RpyPose {
+    let model = bench_model(bench);
+    let straight = JointPositions([0.3, -1.3, 1.7, -1.9, 0.0, 0.2]);
+    let singular = model.tcp_pose(&straight, &Pose::IDENTITY);
+    let radial = Vector3::new(0.3_f64.cos(), 0.3_f64.sin(), 0.0);
+    let tilt = nalgebra::Rotation3::new(radial * beside);
+    let middle = Pose::new(tilt * singular.rotation, singular.translation);
+    let near = JointPositions([0.3, -1.3, 1.7, -1.9, beside, 0.2]);
+    let q = model
+        .inverse_nearest(&middle, &Pose::IDENTITY, &near)
+        .expect("the middle is in reach");
+    let along = Vector3::z().cross(&radial);
+    let at = |way: f64| Pose::new(middle.rotation, middle.translation + along * way);
+    let mut start = q;
+    for step in 1..=200 {
+        let pose = at(-half * f64::from(step) / 200.0);
+        start = model
+            .inverse_following(&pose, &Pose::IDENTITY, &start)
+            .expect("the beginning is in reach");
+    }
+    assert_eq!(bench.do_it(movej(start)), Outcome::Done);
+    at(half).to_rpy()
+}
+
+fn bench_model(bench: &Bench) -> kinematics::RobotModel {
+    kinematics::RobotModel::built_in(bench.model).unwrap()
+}
+
+fn tcp_speed(state: &motion_api::RobotState) -> f64 {
+    Vector3::from_row_slice(&state.target_tcp_speed[..3]).norm()
+}
+
+#[test]
+fn past_a_singular_position_the_arm_slows_down_and_speeds_up_once() {
+    for name in [MODELS[1]] {
+        for beside in [0.1, 0.03] {
+            let mut bench = Bench {
+                model: name,
+                ..Bench::new(ideal(name))
+            };
+            let end = line_past_the_wrist(&mut bench, beside, 0.12);
+            let from = bench.states.len();
+            let outcome = bench.do_it(CommandKind::MoveL {
+                target: end,
+                acceleration: 1.2,
+                speed: 0.5,
+                duration: 0.0,
+                radius: 0.0,
+            });
+            if outcome != Outcome::Done {
+                println!("{name} {beside}: {outcome:?}");
+                continue;
+            }
+            bench.check_limits();
+            let speeds: Vec<f64> = bench.states[from..].iter().map(tcp_speed).collect();
+            let lowest = speeds[20..speeds.len() - 20]
+                .iter()
+                .fold(f64::INFINITY, |m, x| m.min(*x));
+            let turns = turning_points(&speeds);
+            println!(
+                "{name} {beside}: {} cycles, lowest {lowest:.4}, {turns} turns",
+                speeds.len()
+            );
+            if std::env::var("PRINT").is_ok() {
+                for s in bench.states[from..].iter().step_by(8) {
+                    println!(
+                        "  {:.4} {:?} {:?}",
+                        tcp_speed(s),
+                        s.target_qd.0.map(|x| (x * 100.0).round() / 100.0),
+                        s.target_qdd.0.map(|x| (x * 10.0).round() / 10.0)
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// How often the speed begins to rise or to fall, by more than a percent of the fastest.
+fn turning_points(speeds: &[f64]) -> usize {
+    let slack = 0.01 * speeds.iter().fold(0.0_f64, |m, x| m.max(*x));
+    let (mut low, mut high, mut rises, mut turns) = (speeds[0], speeds[0], None, 0);
+    for speed in speeds {
+        (low, high) = (low.min(*speed), high.max(*speed));
+        if rises != Some(true) && *speed > low + slack {
+            (rises, high, turns) = (Some(true), *speed, turns + 1);
+        } else if rises != Some(false) && *speed < high - slack {
+            (rises, low, turns) = (Some(false), *speed, turns + 1);
+        }
+        match rises {
+            Some(true) => low = *speed,
+            Some(false) => high = *speed,
+            None => {}
+        }
+    }
+    turns
+}

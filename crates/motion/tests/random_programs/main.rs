@@ -1,0 +1,145 @@
+//! Random programs on all six arms, every cycle judged: no limit exceeded, no way left, every end exact.
+//!
+//! A few programs an arm run here; `ELITE_PROGRAMS=500` runs that many, `ELITE_PROGRAM=SEED` a single one and prints it.
+//! With `ELITE_DURATIONS=FILE` the durations of movej from rest to rest are appended to a table, which
+//! `tests/peers/movej_oracle.py` compares with an independent planner.
+#![allow(missing_docs, reason = "a test of its own")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot go on should say where"
+)]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod generate;
+mod judge;
+mod run;
+mod way;
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+
+use generate::Program;
+use judge::Tally;
+
+/// Programs an arm when nothing else is said.
+const PROGRAMS: u64 = 12;
+/// Faulty programs that are told of.
+const MOST_TOLD: usize = 8;
+
+fn number(name: &str) -> Option<u64> {
+    std::env::var(name).ok()?.parse().ok()
+}
+
+/// Runs the programs of one arm and fails with the seeds of those that were not right.
+fn every_program_is_right(model: &'static str) {
+    let seeds = match number("ELITE_PROGRAM") {
+        Some(seed) => seed..seed + 1,
+        None => 0..number("ELITE_PROGRAMS").unwrap_or(PROGRAMS),
+    };
+    let count = seeds.end - seeds.start;
+    let mut all = Tally::default();
+    let (mut wrong, mut told) = (Vec::new(), String::new());
+    for seed in seeds {
+        let program = Program::draw(model, seed);
+        if count == 1 {
+            println!("{program:#?}");
+        }
+        let run = run::run(&program);
+        let verdict = judge::judge(&program, &run);
+        if !verdict.faults.is_empty() {
+            if wrong.len() < MOST_TOLD {
+                let faults = verdict.faults.join("\n  ");
+                let belt = program.conveyor.map_or("", |_| " on a belt");
+                writeln!(told, "{model}, seed {seed}{belt}:\n  {faults}").unwrap();
+            }
+            wrong.push(seed);
+        }
+        save_durations(&program, &run.bench.limits, &verdict.tally);
+        all.add(verdict.tally);
+    }
+    let durations = all.rest_to_rest.len();
+    println!(
+        "{model}: {count} programs, {} cycles, {} motions ({} refused, {} cut short), {} joined ({} not blended), {} on belts ({} programs carried away); largest \
+         deviation from the path {:.1e}, at the end {:.1e}, on a belt {:.1e} m; {durations} movej from rest to rest",
+        all.cycles,
+        all.motions,
+        all.refused,
+        all.cut_short,
+        all.joined,
+        all.not_joined,
+        all.on_belts,
+        all.carried_away,
+        all.path_max,
+        all.end_max,
+        all.belt_max,
+    );
+    assert!(
+        wrong.is_empty(),
+        "{} of {count} programs are not right: {wrong:?}\n{told}",
+        wrong.len()
+    );
+    // The judge had something to see.
+    if count >= PROGRAMS {
+        assert!(all.motions as u64 > 3 * count && 3 * all.refused < all.motions);
+        assert!(20 * all.cut_short <= all.motions);
+        assert!(all.joined as u64 > count / 2 && 4 * all.not_joined < all.joined);
+        assert!(3 * all.carried_away <= all.on_belts);
+    }
+}
+
+/// One line a motion: arm, step, way of six joints, speed and acceleration asked, the joints' limits, time taken.
+fn save_durations(program: &Program, limits: &motion::MotionLimits, tally: &Tally) {
+    let Some(path) = std::env::var_os("ELITE_DURATIONS") else {
+        return;
+    };
+    let mut text = String::new();
+    for motion in &tally.rest_to_rest {
+        write!(text, "{},{}", program.model, program.step_time).unwrap();
+        let numbers = motion
+            .way
+            .iter()
+            .chain([&motion.speed, &motion.acceleration]);
+        let numbers = numbers
+            .chain(&limits.speed.0)
+            .chain(&limits.acceleration.0)
+            .chain(&limits.jerk.0);
+        for number in numbers.chain([&motion.taken]) {
+            write!(text, ",{number:e}").unwrap();
+        }
+        text.push('\n');
+    }
+    let mut options = std::fs::OpenOptions::new();
+    let mut file = options.append(true).create(true).open(path).unwrap();
+    file.write_all(text.as_bytes()).unwrap();
+}
+
+#[test]
+fn random_programs_are_right_on_cs63() {
+    every_program_is_right("cs63");
+}
+
+#[test]
+fn random_programs_are_right_on_cs66() {
+    every_program_is_right("cs66");
+}
+
+#[test]
+fn random_programs_are_right_on_cs612() {
+    every_program_is_right("cs612");
+}
+
+#[test]
+fn random_programs_are_right_on_cs616() {
+    every_program_is_right("cs616");
+}
+
+#[test]
+fn random_programs_are_right_on_cs620() {
+    every_program_is_right("cs620");
+}
+
+#[test]
+fn random_programs_are_right_on_cs625() {
+    every_program_is_right("cs625");
+}

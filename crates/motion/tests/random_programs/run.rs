@@ -1,0 +1,202 @@
+//! Runs a program as its own thread would: one statement after the other, waiting for motions to end.
+
+use kinematics::JointPositions;
+use motion_api::{CommandId, CommandKind, Outcome};
+
+use crate::common::Bench;
+use crate::generate::{Meanwhile, Program, Step};
+
+/// What happened.
+pub struct Run {
+    pub bench: Bench,
+    pub phases: Vec<Phase>,
+    /// Motions that were ended because they took too long.
+    pub cut_short: usize,
+}
+
+/// The cycles from one statement that moves the arm to the next.
+pub struct Phase {
+    /// The last cycle before it.
+    pub from: u64,
+    pub what: What,
+}
+
+/// What a phase belongs to.
+pub enum What {
+    Move(Box<Sent>),
+    /// An online mode; ends with a stop.
+    Online,
+}
+
+/// A planned motion.
+pub struct Sent {
+    pub id: CommandId,
+    pub kind: CommandKind,
+    /// Where the arm stood when it was sent; `None` in the zone of the motion before.
+    pub stood: Option<JointPositions>,
+    pub outcome: Outcome,
+    /// In which cycle it ended.
+    pub ended: u64,
+    /// Slider, pause or stop came in between.
+    pub is_disturbed: bool,
+}
+
+/// A motion that takes longer is ended by a stop, s: it crawls past a singular position, or with the slider low.
+const PATIENCE_S: f64 = 40.0;
+/// Cycles in which an arm that was stopped comes to rest.
+const RESTING: usize = 20_000;
+
+pub fn run(program: &Program) -> Run {
+    let mut bench = Bench::new(program.config());
+    bench.model = program.model;
+    let mut run = Run {
+        bench,
+        phases: Vec::new(),
+        cut_short: 0,
+    };
+    if let Some(conveyor) = &program.conveyor {
+        run.bench.do_it(conveyor.track());
+    }
+    for step in &program.steps {
+        run.step(step);
+        if !run.bench.stops.is_empty() {
+            break;
+        }
+    }
+    run.until_standing();
+    if program.conveyor.is_some() {
+        run.bench.do_it(CommandKind::StopConveyorTracking);
+    }
+    run
+}
+
+impl Run {
+    fn step(&mut self, step: &Step) {
+        match step {
+            Step::Move(kind, meanwhile) => self.planned(*kind, meanwhile),
+            Step::Servo {
+                way,
+                points,
+                lookahead,
+                gain,
+            } => {
+                self.online();
+                let from = self.bench.now().target_q;
+                for point in 1..=*points {
+                    let share = point as f64 / *points as f64;
+                    let out = (1.0 - (share * core::f64::consts::TAU).cos()) / 2.0;
+                    let kind = CommandKind::ServoJ {
+                        target: JointPositions(std::array::from_fn(|j| from[j] + way[j] * out)),
+                        duration: self.bench.cycle.step_time(),
+                        lookahead: *lookahead,
+                        gain: *gain,
+                    };
+                    self.bench.do_it(kind);
+                }
+            }
+            Step::Speed(kind) => {
+                self.online();
+                self.bench.do_it(*kind);
+            }
+            Step::Stop(kind) => {
+                self.bench.do_it(*kind);
+                self.until_standing();
+            }
+            Step::Wait(cycles) => self.bench.run(*cycles),
+        }
+    }
+
+    fn online(&mut self) {
+        self.phases.push(Phase {
+            from: self.bench.now().cycle,
+            what: What::Online,
+        });
+    }
+
+    fn planned(&mut self, kind: CommandKind, meanwhile: &[(usize, Meanwhile)]) {
+        let from = self.bench.now().cycle;
+        let stands = self.bench.cycle.is_standing();
+        let stood = stands.then(|| self.bench.now().target_q);
+        let id = self.bench.send(kind);
+        let mut is_disturbed = false;
+        for (cycles, what) in meanwhile {
+            for _ in 0..*cycles {
+                if self.bench.outcome(id).is_none() {
+                    self.bench.tick();
+                }
+            }
+            if self.bench.outcome(id).is_none() {
+                is_disturbed = true;
+                self.disturb(*what);
+            }
+        }
+        let (outcome, ended) = self.end_of(id);
+        let is_moved_on = matches!(outcome, Outcome::Done);
+        self.phases.push(Phase {
+            from,
+            what: What::Move(Box::new(Sent {
+                id,
+                kind,
+                stood,
+                outcome,
+                ended,
+                is_disturbed,
+            })),
+        });
+        if is_disturbed {
+            self.bench.do_it(CommandKind::SetSpeedFraction(1.0));
+        }
+        if !is_moved_on {
+            self.until_standing();
+        }
+    }
+
+    fn end_of(&mut self, id: CommandId) -> (Outcome, u64) {
+        let latest = self.bench.now().time + PATIENCE_S;
+        loop {
+            if let Some((_, outcome, cycle)) = self.bench.ended.iter().find(|e| e.0 == id) {
+                return (*outcome, *cycle);
+            }
+            if self.bench.now().time > latest {
+                self.cut_short += 1;
+                let only = CommandId::NONE;
+                self.bench.do_it(CommandKind::Stop { only });
+            } else {
+                self.bench.tick();
+            }
+        }
+    }
+
+    fn disturb(&mut self, what: Meanwhile) {
+        match what {
+            Meanwhile::Fraction(fraction) => {
+                self.bench.send(CommandKind::SetSpeedFraction(fraction));
+            }
+            Meanwhile::Halt(cycles) => {
+                self.bench.send(CommandKind::SetSpeedFraction(0.0));
+                self.bench.run(cycles);
+                self.bench.send(CommandKind::SetSpeedFraction(1.0));
+            }
+            Meanwhile::Pause(cycles) => {
+                self.bench.send(CommandKind::Pause);
+                self.bench.run(cycles);
+                self.bench.send(CommandKind::Resume);
+            }
+            Meanwhile::Stop => {
+                self.bench.do_it(CommandKind::Stop {
+                    only: CommandId::NONE,
+                });
+            }
+        }
+    }
+
+    fn until_standing(&mut self) {
+        for _ in 0..RESTING {
+            if self.bench.cycle.is_standing() {
+                return;
+            }
+            self.bench.tick();
+        }
+        panic!("the arm does not come to rest: {:?}", self.bench.now());
+    }
+}
