@@ -205,7 +205,7 @@ mod tests {
                 let y = f64::from(i) * 2e-4;
                 let after = (f64::from(i) - 250.0).max(0.0) * 2e-4;
                 let tremble = 1e-6 * (f64::from(i) * 0.3).sin();
-                let surface = 0.2 * y + (0.2 * turn - 0.2) * after;
+                let surface = 5e-4 + 0.2 * y + (0.2 * turn - 0.2) * after;
                 stiffness.observe(surface + tremble, y, 5.0 + 1e4 * tremble, STEP);
                 assert!(
                     stiffness.estimate() > 0.8 * found,
