@@ -3,10 +3,16 @@
 //! Linear regression F = c + K x + b y over an exponential window, where x is the way along the force axis and y the way
 //! sideways: on a tilted surface the force stays although x moves, and b explains that instead of K. The estimate is
 //! held inside the confidence interval of K and moves no further than that interval demands: data without motion say
-//! nothing and change nothing, and what is not known yet counts as hard, which is the safe side for a controller.
+//! nothing and change nothing, and what is not known yet counts as hard, which is the safe side for a controller. While
+//! the tool slides a surface is taken for softer only if the way explains the force: an edge, or a turn of the motion,
+//! bends the surface in the window, and a force that is kept well over that would look like no stiffness at all.
 
 /// Length of the window, s.
 const WINDOW: f64 = 0.06;
+/// Sliding counts for this many windows.
+const SLIDING_WINDOWS: f64 = 4.0;
+/// Share of the variance of the force that the way must explain while the tool slides.
+const EXPLAINED: f64 = 0.95;
 /// Half width of the confidence interval in standard deviations.
 const CONFIDENCE: f64 = 2.0;
 
@@ -18,6 +24,9 @@ pub struct Stiffness {
     noise: f64,
     /// Ways sideways below have no say, m.
     sideways_min: f64,
+    /// Seconds until the window holds no sliding any more.
+    sliding: f64,
+    last_y: f64,
     estimate: f64,
     count: f64,
     /// Means of x, y and F in the window.
@@ -33,6 +42,8 @@ impl Stiffness {
             range,
             noise,
             sideways_min: 1e-8,
+            sliding: 0.0,
+            last_y: 0.0,
             estimate: range.1,
             count: 0.0,
             mean: [0.0; 3],
@@ -54,6 +65,12 @@ impl Stiffness {
     /// Takes a sample: the way `x` along the axis, the way `y` sideways, and the `force` applied along the axis.
     pub fn observe(&mut self, x: f64, y: f64, force: f64, step: f64) {
         let sample = [x, y, force];
+        self.sliding = if y == self.last_y {
+            (self.sliding - step).max(0.0)
+        } else {
+            SLIDING_WINDOWS * WINDOW
+        };
+        self.last_y = y;
         let keep = (-step / WINDOW).exp();
         let before = keep * self.count;
         self.count = before + 1.0;
@@ -95,9 +112,16 @@ impl Stiffness {
         if !(slope + wide > 0.0 && wide.is_finite()) {
             return;
         }
+        let is_explained = slope * xf >= EXPLAINED * ff;
+        let softest = if self.sliding > 0.0 && !is_explained {
+            self.estimate
+        } else {
+            slope + wide
+        };
         self.estimate = self
             .estimate
-            .clamp(slope - wide, slope + wide)
+            .min(softest)
+            .max(slope - wide)
             .clamp(self.range.0, self.range.1);
     }
 }
@@ -160,10 +184,35 @@ mod tests {
             let tremble = 1e-6 * (f64::from(i) * 0.3).sin();
             stiffness.observe(5e-4 + 0.3 * y + tremble, y, 5.0 + 1e4 * tremble, STEP);
             assert!(
-                stiffness.estimate() > 0.6 * found,
+                stiffness.estimate() > 0.9 * found,
                 "{i}: {}",
                 stiffness.estimate()
             );
+        }
+    }
+
+    #[test]
+    fn an_edge_and_a_turn_are_not_taken_for_softness() {
+        for turn in [-1.0, 0.3] {
+            let mut stiffness = fresh();
+            for i in 0..50 {
+                let x = f64::from(i) * 1e-5;
+                stiffness.observe(x, 0.0, 1e4 * x, STEP);
+            }
+            let found = stiffness.estimate();
+            // The slope changes after a second; the force only trembles.
+            for i in 0..500 {
+                let y = f64::from(i) * 2e-4;
+                let after = (f64::from(i) - 250.0).max(0.0) * 2e-4;
+                let tremble = 1e-6 * (f64::from(i) * 0.3).sin();
+                let surface = 5e-4 + 0.2 * y + (0.2 * turn - 0.2) * after;
+                stiffness.observe(surface + tremble, y, 5.0 + 1e4 * tremble, STEP);
+                assert!(
+                    stiffness.estimate() > 0.8 * found,
+                    "{i}: {}",
+                    stiffness.estimate()
+                );
+            }
         }
     }
 

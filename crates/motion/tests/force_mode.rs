@@ -237,6 +237,72 @@ fn a_line_is_followed_while_the_tool_presses() {
     bench.check_limits();
 }
 
+/// Presses 20 N and slides along y there and back at 50 mm/s; rms of the deviation over the target.
+fn rms_there_and_back(config: CycleConfig) -> f64 {
+    let mut bench = Bench::new(config);
+    bench.send(down(20.0, 0.1));
+    for _ in 0..300 {
+        press(&mut bench);
+    }
+    let start = bench.now().actual_tcp_pose;
+    let mut squares = (0.0, 0);
+    for way in [0.1, -0.1, 0.0] {
+        let line = bench.send(CommandKind::MoveL {
+            target: RpyPose {
+                xyz: [start.xyz[0], start.xyz[1] + way, start.xyz[2]],
+                ..start
+            },
+            acceleration: 0.5,
+            speed: 0.05,
+            duration: 0.0,
+            radius: 0.0,
+        });
+        while bench.outcome(line).is_none() {
+            squares.0 += (press(&mut bench) / 20.0 - 1.0).powi(2);
+            squares.1 += 1;
+        }
+        assert_eq!(
+            bench.outcome(line),
+            Some(Outcome::Done),
+            "{:?}",
+            bench.stops
+        );
+    }
+    bench.check_limits();
+    (squares.0 / f64::from(squares.1)).sqrt()
+}
+
+#[test]
+fn tilted_and_faceted_surfaces_are_followed_there_and_back() {
+    for stiffness in [1e4, 5e4] {
+        let mut tilted = over_plate(rigid("cs66"), 3e-3, stiffness, 0.0);
+        let level = tilted.surroundings.obstacles[0].clone();
+        let pose = level.solid.pose;
+        let turned = |angle: f64, way: f64| {
+            let mut obstacle = level.clone();
+            obstacle.solid.pose = pose
+                * Pose::from_translation(0.0, way, 0.0)
+                * Pose::from_rpy(&RpyPose::from_array([0.0, 0.0, 0.0, angle, 0.0, 0.0]));
+            obstacle
+        };
+        tilted.surroundings.obstacles = vec![turned(10.0_f64.to_radians(), 0.0)];
+        let on_ramp = rms_there_and_back(tilted.clone());
+        // A valley of planes that touch a circle of 0.4 m every 0.1 rad.
+        let mut faceted = tilted;
+        faceted.surroundings.obstacles = (-4_i32..=4)
+            .map(|k| {
+                let angle = 0.1 * f64::from(k);
+                let mut facet = turned(angle, 0.4 * angle.sin());
+                facet.solid.pose.translation.z += 0.4 * (1.0 - angle.cos());
+                facet
+            })
+            .collect();
+        let on_facets = rms_there_and_back(faceted);
+        println!("{stiffness} N/m: rms {on_ramp:.4} on the ramp, {on_facets:.4} on facets");
+        assert!(on_ramp < 0.1 && on_facets < 0.1, "{on_ramp} {on_facets}");
+    }
+}
+
 #[test]
 fn a_new_target_and_new_axes_are_taken_without_a_jump() {
     let mut bench = Bench::new(over_plate(ideal("cs66"), 1e-3, 1e4, 0.0));

@@ -114,7 +114,7 @@ fn plate(stiffness: f64) -> String {
     )
 }
 
-/// A plane tilted by 10 degrees, and boxes 40 mm wide along an arch of 0.4 m.
+/// A plane tilted by 10 degrees, and a valley of planes that touch a circle of 0.4 m every 0.1 rad.
 fn surfaces() -> Vec<(String, String)> {
     let tcp = tcp_at_home().unwrap_or_default();
     let plane = format!(
@@ -124,24 +124,21 @@ fn surfaces() -> Vec<(String, String)> {
         tcp.z - 0.003
     );
     let (radius, turn) = (0.4, 0.1_f64);
-    let half = radius * (turn / 2.0).tan();
-    let mut arch = String::new();
-    for facet in -3_i32..=3 {
+    let mut valley = String::new();
+    for facet in -4_i32..=4 {
         let angle = turn * f64::from(facet);
-        let (y, z) = ((radius - 0.02) * angle.sin(), (radius - 0.02) * angle.cos());
+        let (y, z) = (radius * angle.sin(), radius * (1.0 - angle.cos()));
         let _ = writeln!(
-            arch,
-            "[[obstacle]]\nname = \"facet {facet}\"\nshape = \"box\"\nsize = [0.2, {}, 0.04]\npose = [{}, {}, {}, {}, 0, 0]\nstiffness = 1e4",
-            2.0 * half,
+            valley,
+            "[[obstacle]]\nname = \"facet {facet}\"\nshape = \"plane\"\npose = [{}, {}, {}, {angle}, 0, 0]\nstiffness = 1e4",
             tcp.x,
             tcp.y + y,
-            tcp.z - 0.003 - radius + z,
-            -angle,
+            tcp.z - 0.003 + z,
         );
     }
     vec![
         ("tilted by 10 degrees, 10 N/mm".into(), plane),
-        ("facets of 5.7 degrees, 10 N/mm".into(), arch),
+        ("facets of 5.7 degrees, 10 N/mm".into(), valley),
     ]
 }
 

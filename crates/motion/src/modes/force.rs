@@ -363,16 +363,17 @@ impl Pressing {
         });
         self.before = Some(*view.actual);
         let felt = into * view.felt.to_vector();
-        let linear = way.fixed_rows::<3>(0).norm();
+        // What a motion underneath does, not what hands and surfaces make of the force axes.
+        let sliding = (0..3)
+            .filter(|k| !self.is_force_axis(*k))
+            .map(|k| way[k] * way[k])
+            .sum::<f64>()
+            .sqrt();
         core::array::from_fn(|k| Reading {
             applied: -felt[k],
             target: self.goal.wrench[k],
             way: way[k],
-            sideways: if k < 3 {
-                (linear * linear - way[k] * way[k]).max(0.0).sqrt()
-            } else {
-                linear
-            },
+            sideways: sliding,
             speed: 0.0,
             speed_limit: 0.0,
             braking: 0.0,
