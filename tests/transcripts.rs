@@ -405,10 +405,9 @@ impl Stage {
                 let level = entry["level"].as_str().unwrap_or_default().to_lowercase();
                 let text = entry["message"].as_str().unwrap_or_default();
                 let last = text.lines().last().unwrap_or_default();
-                format!(
-                    "{} {level}: {last}",
-                    entry["program"].as_str().unwrap_or_default()
-                )
+                // The outermost span is the program; what is of no program is the controller's.
+                let program = entry["spans"][0]["called"].as_str();
+                format!("{} {level}: {last}", program.unwrap_or("controller"))
             })
             .collect()
     }

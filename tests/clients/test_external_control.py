@@ -195,7 +195,7 @@ class Flow(unittest.TestCase):
                 fastest = max(fastest, -values["target_TCP_speed"][2])
                 if values["actual_TCP_pose"][2] < begin[2] - 0.02:
                     break
-            self.assertLess(abs(fastest - 0.05), 0.005)
+            self.assertTrue(0.005 < fastest <= 0.05 + 1e-6, fastest)
             self.assertLess(math.dist(values["actual_TCP_pose"][:2], begin[:2]), 1e-3)
             driver.script_command(4)
             rtsi.until(lambda v: max(map(abs, v["target_TCP_speed"])) < 1e-6)

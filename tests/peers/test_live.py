@@ -19,6 +19,14 @@ from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 SERVER = os.environ["ELITESERVER"]
 SUBPROTOCOL = "foxglove.sdk.v1"
 
+CELL = """
+[[obstacle]]
+name = "bench"
+shape = "box"
+size = [0.4, 0.4, 0.2]
+pose = [0.9, 1.0, 0.1, 0, 0, 0]
+"""
+
 PROGRAM = """def wave():
   textmsg("waving")
   i = 0
@@ -133,13 +141,16 @@ def followed(port, secs, until=lambda messages: False, first=lambda: None):
 
 class Foxglove(unittest.TestCase):
     def test_a_running_arm_is_seen_with_its_cell_and_its_messages(self):
-        with Started("serve", "--record", "off", "--plant", "ideal", *ports("primary", "foxglove")) as server:
-            seen = followed(
-                server.ports["foxglove"],
-                6,
-                lambda messages: len(messages.get("/scene", [])) > 12 and "/log" in messages,
-                lambda: server.send(PROGRAM),
-            )
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as cell:
+            cell.write(CELL)
+            cell.flush()
+            with Started("serve", "--record", "off", "--cell", cell.name, *ports("primary", "foxglove")) as server:
+                seen = followed(
+                    server.ports["foxglove"],
+                    6,
+                    lambda messages: len(messages.get("/scene", [])) > 12 and "/log" in messages,
+                    lambda: server.send(PROGRAM),
+                )
         self.assertEqual(seen.connection.subprotocol, SUBPROTOCOL)
         # Nothing can be published, set or called.
         self.assertEqual(seen.info["capabilities"], ["time"])
@@ -158,6 +169,7 @@ class Foxglove(unittest.TestCase):
         scene = seen.messages["/scene"][0][1]
         drawn = {entity.id: entity for entity in scene.entities}
         self.assertIn("forearm_link", drawn)
+        self.assertAlmostEqual(drawn["obstacle/bench"].cubes[0].size.z, 0.2)
         trace = {entity.id: entity for entity in seen.messages["/scene"][-1][1].entities}["tcp_trace"]
         self.assertGreater(len(trace.lines[0].points), 5)
         joint = [message.joints[0].position for _, message in seen.messages["/joint_states"]]

@@ -81,6 +81,9 @@ impl Evaluator<'_> {
     /// What to add to the report of an exception.
     pub fn advice(&self, exception: &Rc<Instance>) -> Option<String> {
         let state = exception.exception()?;
+        if let Some(help) = &*state.help.borrow() {
+            return Some(help.to_string());
+        }
         if let Some(signature) = &*state.signature.borrow() {
             return Some(format!("call it as {signature}"));
         }

@@ -130,6 +130,16 @@ impl NativeCall<'_> {
         self.ev.raise(kind, message)
     }
 
+    /// The same exception with advice, which the report of an uncaught one shows before its last line.
+    pub fn with_help(&self, raised: Raised, help: impl Into<String>) -> Raised {
+        if let Raised::Exception(exception) = &raised
+            && let Some(state) = exception.exception()
+        {
+            *state.help.borrow_mut() = Some(help.into().into());
+        }
+        raised
+    }
+
     /// Calls a function of the script.
     pub fn call_value(&self, function: &Value, args: &[Value]) -> R {
         self.ev.call(function, &mut args.to_vec(), &[])

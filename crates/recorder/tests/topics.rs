@@ -225,9 +225,9 @@ fn the_scene_shows_obstacles_the_way_of_the_tcp_and_the_force_on_it() {
         assert!((first[axis] - at_start[axis]).abs() < 1e-12);
     }
     assert!(
-        !scenes[0]
+        scenes[0]
             .get("entities_12.lines_0.points_0.x")
-            .is_some_and(|x| !x.is_empty())
+            .is_none_or(|x| x.is_empty())
     );
 
     // The arrow has the direction of the force; at the last scene the state was `pushing`.
@@ -235,8 +235,7 @@ fn the_scene_shows_obstacles_the_way_of_the_tcp_and_the_force_on_it() {
     let pushing = (1..=300)
         .map(state)
         .filter(|state| state.time <= number(last, "log_time") + 1e-9)
-        .filter(|state| (state.cycle - 1).is_multiple_of(4))
-        .last()
+        .rfind(|state| (state.cycle - 1).is_multiple_of(4))
         .unwrap();
     let force = nalgebra::Vector3::from_column_slice(&pushing.tcp_force[..3]);
     let turn = |name: &str| cell(&format!("entities_13.arrows_0.pose.orientation.{name}"));

@@ -7,6 +7,7 @@
     clippy::unwrap_used,
     reason = "a picture that cannot be made says where"
 )]
+#![allow(clippy::approx_constant, reason = "joint angles as people type them")]
 
 use std::path::{Path, PathBuf};
 
@@ -128,7 +129,7 @@ impl Stage {
     }
 
     /// The TCP as seen from above, mm.
-    fn from_above(&self) -> Vec<(f64, f64)> {
+    fn way_from_above(&self) -> Vec<(f64, f64)> {
         let xy = |s: &RobotState| place(&s.target_tcp_pose);
         self.states.iter().map(xy).collect()
     }
@@ -136,7 +137,7 @@ impl Stage {
     /// The TCP as seen from above, mm, every tenth of a second.
     fn tenths(&self) -> Curve {
         let every = (0.1 / self.cycle.step_time()).round() as usize;
-        let points = self.from_above().into_iter().step_by(every);
+        let points = self.way_from_above().into_iter().step_by(every);
         Curve::new("every 0.1 s", points).style(CurveStyle::Dots)
     }
 
@@ -227,7 +228,7 @@ fn blend() -> Figure {
     let corners = [one, two, three];
     let zones = corners.iter().zip(radii).fold(
         Panel::plane("The TCP from above", "x in mm", "y in mm")
-            .curve(Curve::new("TCP", stage.from_above())),
+            .curve(Curve::new("TCP", stage.way_from_above())),
         |panel, (corner, radius)| {
             panel.circle(Circle {
                 center: place(corner),
@@ -308,7 +309,7 @@ fn singularity() -> Figure {
         .level("limit", stage.limits.acceleration[0])
         .level("", -stage.limits.acceleration[0]);
     let path = Panel::plane("The TCP from above", "x in mm", "y in mm")
-        .curve(Curve::new("TCP", stage.from_above()))
+        .curve(Curve::new("TCP", stage.way_from_above()))
         .curve(stage.tenths())
         .circle(Circle {
             center: (0.0, 0.0),

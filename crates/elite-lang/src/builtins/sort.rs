@@ -98,6 +98,10 @@ impl Evaluator<'_> {
             items.sort_by(|a, b| text_of(by(a)).cmp(text_of(by(b))));
             return Ok(items);
         }
+        if have_same_columns(items.iter().map(&by)) {
+            items.sort_by(|a, b| quick_order(by(a), by(b), 0).unwrap_or(Ordering::Equal));
+            return Ok(items);
+        }
         merge_sort(items, &mut |a, b| {
             let (a, b) = (by(a), by(b));
             match quick_order(a, b, 0) {
@@ -109,6 +113,29 @@ impl Evaluator<'_> {
             }
         })
     }
+}
+
+/// Whether all are tuples of one length whose items at each place are all integers, all text or all numbers that are
+/// not NaN: then `quick_order` has an answer for any two, and the answers fit together.
+fn have_same_columns<'v>(mut values: impl Iterator<Item = &'v Value>) -> bool {
+    let is_simple = |item: &Value| match item {
+        Value::Int(_) | Value::Str(_) => true,
+        Value::Float(float) => !float.is_nan(),
+        _ => false,
+    };
+    let Some(Value::Tuple(first)) = values.next() else {
+        return false;
+    };
+    first.items().iter().all(is_simple)
+        && values.all(|value| match value {
+            Value::Tuple(tuple) => {
+                let pairs = tuple.items().iter().zip(first.items());
+                tuple.items().len() == first.items().len() && { pairs }.all(|(item, like)| {
+                    is_simple(item) && std::mem::discriminant(item) == std::mem::discriminant(like)
+                })
+            }
+            _ => false,
+        })
 }
 
 fn all_of<T>(items: &[Value], pick: impl Fn(&Value) -> Option<T>) -> Option<Vec<T>> {

@@ -419,20 +419,20 @@ mod tests {
     fn a_loop_that_drops_cycles_does_not_grow() {
         let classes = "class A:\n    pass\n";
         for make in [
-            "a = A(); a.me = a; a.data = [0] * 250",
-            "a = A(); b = A(); a.other = b; b.other = a; b.data = [0] * 250",
-            "x = []; x.append(x); x.append([0] * 250)",
-            "x = {}; x['me'] = [x, [0] * 250]",
-            "p = {'kids': []}; k = {'up': p, 'data': [0] * 250}; p['kids'].append(k)",
-            "x = [1, 2]; x[0] = (x, [0] * 250)",
-            "a = A(); a.links = {a}; a.data = [0] * 250",
-            "a = A(); a.step = a.__init__; a.data = [0] * 250",
-            "a = A(); a.__dict__['me'] = a; a.data = [0] * 250",
+            "a = A(); a.me = a; a.data = 'x' * 13600",
+            "a = A(); b = A(); a.other = b; b.other = a; b.data = 'x' * 13600",
+            "x = []; x.append(x); x.append('x' * 13600)",
+            "x = {}; x['me'] = [x, 'x' * 13600]",
+            "p = {'kids': []}; k = {'up': p, 'data': 'x' * 13600}; p['kids'].append(k)",
+            "x = [1, 2]; x[0] = (x, 'x' * 13600)",
+            "a = A(); a.links = {a}; a.data = 'x' * 13600",
+            "a = A(); a.step = a.__init__; a.data = 'x' * 13600",
+            "a = A(); a.__dict__['me'] = a; a.data = 'x' * 13600",
             "closure()",
         ] {
             let text = format!(
-                "{classes}def closure():\n    data = [0] * 250\n    def walk(): return walk, data\n\
-                 for i in range(20_000):\n    {make}\n"
+                "{classes}def closure():\n    data = 'x' * 13600\n    def walk(): return walk, data\n\
+                 for i in range(6_000):\n    {make}\n"
             );
             let most = peak(&text);
             // All of them would be 80 MB.

@@ -52,12 +52,40 @@ pub fn fixed(value: f64, precision: usize, alternate: bool) -> String {
     if let Some(text) = not_finite(value) {
         return text.to_owned();
     }
-    let text = format!("{value:.precision$}");
+    let text =
+        fixed_by_integers(value, precision).unwrap_or_else(|| format!("{value:.precision$}"));
     if alternate && precision == 0 {
         text + "."
     } else {
         text
     }
+}
+
+/// Most decimals that `fixed_by_integers` gives: with them a mantissa times their power of ten fits 128 bits.
+const DECIMALS_MAX: usize = 18;
+
+/// The decimals of a non-negative number below 2^53, exact, halves to even; None for others. A double is m·2^-s, so it is
+/// m·10^p, shifted: faster than the general algorithm, which is at its slowest where decimals come out even.
+fn fixed_by_integers(value: f64, precision: usize) -> Option<String> {
+    let bits = value.to_bits();
+    let (exponent, fraction) = (bits >> 52, bits & ((1 << 52) - 1));
+    let shift = 1075_u64.checked_sub(exponent)?;
+    if precision > DECIMALS_MAX || exponent == 0 || !(1..=120).contains(&shift) {
+        return None;
+    }
+    let scaled = u128::from(fraction | 1 << 52) * 10_u128.pow(precision as u32);
+    let (whole, rest) = (scaled >> shift, scaled & ((1 << shift) - 1));
+    let half = 1_u128 << (shift - 1);
+    let up = rest > half || rest == half && whole & 1 == 1;
+    let digits = whole + u128::from(up);
+    let mut text = match u64::try_from(digits) {
+        Ok(digits) => format!("{digits:0width$}", width = precision + 1),
+        Err(_) => format!("{digits:0width$}", width = precision + 1),
+    };
+    if precision > 0 {
+        text.insert(text.len() - precision, '.');
+    }
+    Some(text)
 }
 
 /// `e` format of a non-negative number.
@@ -180,6 +208,46 @@ mod tests {
             (123_456_789.125, "123456789.125"),
         ] {
             assert_eq!(repr(value), text);
+        }
+    }
+
+    #[test]
+    fn fixed_decimals_are_those_of_the_general_algorithm() {
+        let mut state = 1_u64;
+        let mut random = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            state ^ (state >> 29)
+        };
+        let plain = [
+            0.5,
+            1.5,
+            2.5,
+            0.125,
+            0.375,
+            1e-5,
+            5e-324,
+            0.999_999_9,
+            9.995,
+            2.675,
+            1e15,
+            4e15,
+            1e16,
+            0.0,
+        ];
+        let wild = (0..1000).map(|_| f64::from_bits(random() & !(1 << 63)));
+        let tame: Vec<f64> = wild.filter(|x| x.is_finite()).collect();
+        let near = (0..1500_u32).map(|i| f64::from(i) / 64.0 + f64::from(i % 7) * 1e-9);
+        for value in plain.into_iter().chain(tame).chain(near) {
+            for precision in [0, 1, 2, 3, 6, 12, 18, 19] {
+                let general = format!("{value:.precision$}");
+                assert_eq!(
+                    fixed(value, precision, false),
+                    general,
+                    "{value:e} {precision}"
+                );
+            }
         }
     }
 

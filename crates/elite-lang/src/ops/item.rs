@@ -346,7 +346,7 @@ impl Evaluator<'_> {
     }
 
     /// `value[index] = item`
-    #[inline]
+    #[inline(always)] // one call site is the hot path of loops over lists
     pub fn set_item(&self, value: &Value, index: &Value, item: Value) -> R<()> {
         if let (Value::List(list), Value::Int(at)) = (value, index) {
             if !list.noted.get() && item.holds_values() {

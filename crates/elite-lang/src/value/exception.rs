@@ -21,6 +21,8 @@ pub struct ExceptionState {
     pub suppress_context: Cell<bool>,
     /// How the function is to be called whose call raised it.
     pub signature: RefCell<Option<Box<str>>>,
+    /// What the embedder advises.
+    pub help: RefCell<Option<Box<str>>>,
     traceback: RefCell<Vec<Trace>>,
     /// What an exception group consists of.
     pub group: OnceCell<Group>,

@@ -1,12 +1,17 @@
-//! What `eliteserver check` says about calls that look like the usual slips: degrees where radians are meant,
-//! millimetres where metres are meant, a pose where joints are meant and the other way round.
+//! The usual slips: degrees where radians are meant, millimetres where metres are meant, a pose where joints are meant
+//! and the other way round. `eliteserver check` finds them in the text; at run time an error of a call that looks like
+//! one carries the advice, and a move to the wrong kind of place is warned of.
 //!
 //! Reads the declarations, so a new builtin that takes joints or a pose is covered without a word here.
 
-use elite_lang::{CallHint, CallSite, KnownNames, Literal};
+use std::rc::Rc;
+
+use elite_lang::{CallHint, CallSite, KnownNames, Literal, NativeCall, Raised};
 
 use super::all;
-use super::declare::{Builtin, Kind, Parameter};
+use super::declare::{Builtin, Category, Kind, Parameter};
+use crate::message::{Message, Severity};
+use crate::task::TaskContext;
 
 /// Builtins whose result is a pose.
 const POSES: &[&str] = &[
@@ -30,6 +35,10 @@ const JOINTS: &[&str] = &[
 const ANGLE_MAX_RAD: f64 = std::f64::consts::TAU;
 /// No arm reaches further, m.
 const REACH_MAX_M: f64 = 10.0;
+
+const POSE_FOR_JOINTS: &str =
+    "move to a pose with movel(), or turn it into joint positions with get_inverse_kin()";
+const JOINTS_FOR_POSE: &str = "turn joint positions into a pose with get_forward_kin()";
 
 /// The names of all builtins, with what `check` needs to know of them.
 pub fn known_names() -> KnownNames {
@@ -78,7 +87,7 @@ fn about_joints(builtin: &Builtin, parameter: &Parameter, value: &Literal<'_>) -
         Literal::CallOf(name) if POSES.contains(name) => Some((
             "pose-for-joints",
             format!("{what} takes joint positions, {name}() returns a pose"),
-            "move to a pose with movel(), or turn it into joint positions with get_inverse_kin()",
+            POSE_FOR_JOINTS,
         )),
         Literal::List(items) => degrees(&what, &numbers(items)?),
         _ => None,
@@ -91,22 +100,24 @@ fn about_pose(builtin: &Builtin, parameter: &Parameter, value: &Literal<'_>) -> 
         Literal::CallOf(name) if JOINTS.contains(name) => Some((
             "joints-for-pose",
             format!("{what} takes a pose, {name}() returns joint positions"),
-            "turn joint positions into a pose with get_forward_kin()",
+            JOINTS_FOR_POSE,
         )),
         Literal::List(items) => {
             let numbers = numbers(items)?;
             let (position, rotation) = numbers.split_at(numbers.len().min(3));
-            match position.iter().find(|x| x.abs() > REACH_MAX_M) {
-                Some(x) => Some((
-                    "millimetres",
-                    format!("{what} has a position of {x}: positions are in metres"),
-                    "divide millimetres by 1000",
-                )),
-                None => degrees(&what, rotation),
-            }
+            millimetres(&what, position).or_else(|| degrees(&what, rotation))
         }
         _ => None,
     }
+}
+
+fn millimetres(what: &str, position: &[f64]) -> Option<Words> {
+    let x = position.iter().find(|x| x.abs() > REACH_MAX_M)?;
+    Some((
+        "millimetres",
+        format!("{what} has a position of {x}: positions are in metres"),
+        "divide millimetres by 1000",
+    ))
 }
 
 fn degrees(what: &str, angles: &[f64]) -> Option<Words> {
@@ -118,6 +129,77 @@ fn degrees(what: &str, angles: &[f64]) -> Option<Words> {
         ),
         "turn degrees into radians with d2r()",
     ))
+}
+
+/// The arguments of a call that are six numbers where joints or a pose are meant.
+fn six_numbers(builtin: &Builtin, native: &NativeCall<'_>) -> Vec<(&'static Parameter, [f64; 6])> {
+    let params = builtin.params.iter().enumerate();
+    let places = params.filter(|(_, p)| matches!(p.kind, Kind::Joints | Kind::Pose));
+    let six = |(index, parameter): (usize, &'static Parameter)| {
+        let items = native.arg(index)?.as_items()?;
+        let numbers: Option<Vec<f64>> = items.iter().map(elite_lang::Value::as_f64).collect();
+        Some((parameter, numbers?.try_into().ok()?))
+    };
+    places.filter_map(six).collect()
+}
+
+/// The error of a call, with advice if its arguments look like a slip.
+pub(super) fn explain(
+    builtin: &'static Builtin,
+    native: &NativeCall<'_>,
+    raised: Raised,
+) -> Raised {
+    let slip = six_numbers(builtin, native)
+        .into_iter()
+        .find_map(|(parameter, numbers)| {
+            let what = format!("'{}' of {}()", parameter.name, builtin.name);
+            match parameter.kind {
+                Kind::Joints => degrees(&what, &numbers),
+                _ => millimetres(&what, &numbers[..3]).or_else(|| degrees(&what, &numbers[3..])),
+            }
+        });
+    match slip {
+        Some((_, message, help)) => native.with_help(raised, format!("{message}; {help}")),
+        None => raised,
+    }
+}
+
+/// Warns, once a task and function, of a move whose joint positions are the arm's pose, or the other way round.
+pub(super) fn before(
+    builtin: &'static Builtin,
+    context: &Rc<TaskContext>,
+    native: &NativeCall<'_>,
+) {
+    if builtin.category != Category::Motion || !builtin.name.starts_with("move") {
+        return;
+    }
+    let state = context.robot().state();
+    for (parameter, numbers) in six_numbers(builtin, native) {
+        let (given, wanted, help) = match parameter.kind {
+            Kind::Joints
+                if [state.actual_tcp_pose, state.target_tcp_pose]
+                    .iter()
+                    .any(|pose| pose.to_array() == numbers) =>
+            {
+                ("the TCP pose", "joint positions", POSE_FOR_JOINTS)
+            }
+            Kind::Pose
+                if [state.actual_q, state.target_q]
+                    .iter()
+                    .any(|q| q.0 == numbers) =>
+            {
+                ("the joint positions of the arm", "a pose", JOINTS_FOR_POSE)
+            }
+            _ => continue,
+        };
+        if context.warns_first(&format!("{} {}", builtin.name, parameter.name)) {
+            let (name, place) = (builtin.name, parameter.name);
+            let text = format!("{name}(): '{place}' takes {wanted}, but is {given}; {help}");
+            let origin = context.origin(native.line());
+            let message = Message::log(Severity::Warning, origin, text);
+            context.observer().message(&message);
+        }
+    }
 }
 
 fn numbers(items: &[Literal<'_>]) -> Option<Vec<f64>> {

@@ -3,17 +3,22 @@
 //! Setters send one change each, applied at the beginning of the next cycle; getters read the image of the latest cycle
 //! with the changes on the way applied, so that a program sees what it has set.
 
-use elite_lang::{Raised, Value};
-use motion_api::io::TOOL_ANALOG;
-use motion_api::{
-    AnalogDomain, CommandKind, DigitalBank, InputAction, IoChange, IoImage, RunStateChoice, ToolPin,
+mod calls;
+
+use elite_lang::Value;
+use motion_api::DigitalBank;
+
+use calls::{
+    digital_in, digital_out, get_tool_digital, image, set_action, set_digital_out,
+    set_gp_boolean_input_action, set_input_actions_to_default, set_runstate,
+    set_runstate_gp_boolean_output, set_runstate_standard_analog_output,
+    set_runstate_tool_analog_output, set_standard_analog_input_domain, set_standard_analog_out,
+    set_standard_analog_output_domain, set_tool_analog_input_domain, set_tool_analog_io_work_mode,
+    set_tool_analog_output_domain, set_tool_digital, set_tool_digital_io_config, set_tool_voltage,
+    standard_analog_in, standard_analog_out,
 };
 
-use super::call::Call;
 use super::declare::{Builtin, Category::Io, Kind, Parameter, Range};
-
-/// Sub code of the alarm "wrong I/O type".
-const WRONG_IO_TYPE: i32 = 1;
 
 const fn index(name: &'static str, last: i64) -> Parameter {
     Parameter::required(name, Kind::Integer(0, last), "number of the point")
@@ -352,157 +357,3 @@ pub const BUILTINS: &[Builtin] = &[
         set_tool_voltage,
     ),
 ];
-
-fn image(call: &Call<'_, '_>) -> IoImage {
-    call.context().robot().io()
-}
-
-fn change(call: &mut Call<'_, '_>, change: IoChange) -> Result<Value, Raised> {
-    call.send(CommandKind::SetIo(change))?;
-    Ok(Value::None)
-}
-
-fn digital_in(call: &mut Call<'_, '_>, bank: DigitalBank) -> Result<Value, Raised> {
-    let bit = bank.bit(call.byte(0)?);
-    Ok(Value::Bool(image(call).digital_in >> bit & 1 == 1))
-}
-
-fn digital_out(call: &mut Call<'_, '_>, bank: DigitalBank) -> Result<Value, Raised> {
-    let bit = bank.bit(call.byte(0)?);
-    Ok(Value::Bool(image(call).digital_out >> bit & 1 == 1))
-}
-
-fn set_digital_out(call: &mut Call<'_, '_>, bank: DigitalBank) -> Result<Value, Raised> {
-    let index = call.byte(0)?;
-    let level = call.boolean(1)?;
-    let kind = match bank {
-        DigitalBank::Standard => CommandKind::SetStandardDigitalOut { index, level },
-        _ => CommandKind::SetIo(IoChange::digital_out(bank, index, level)),
-    };
-    call.send(kind)?;
-    Ok(Value::None)
-}
-
-fn standard_analog_in(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let port = usize::from(call.byte(0)?);
-    Ok(Value::Float(image(call).analog_in[port]))
-}
-
-fn standard_analog_out(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let port = usize::from(call.byte(0)?);
-    Ok(Value::Float(image(call).analog_out()[port]))
-}
-
-fn set_standard_analog_out(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (port, ratio) = (call.byte(0)?, call.number(1)?.clamp(0.0, 1.0));
-    change(call, IoChange::AnalogOut { port, ratio })
-}
-
-fn domain(call: &mut Call<'_, '_>, index: usize) -> Result<AnalogDomain, Raised> {
-    Ok(AnalogDomain::from_number(call.byte(index)?))
-}
-
-fn set_standard_analog_output_domain(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (port, domain) = (call.byte(0)?, domain(call, 1)?);
-    change(call, IoChange::AnalogOutDomain { port, domain })
-}
-
-fn set_standard_analog_input_domain(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (port, domain) = (call.byte(0)?, domain(call, 1)?);
-    change(call, IoChange::AnalogInDomain { port, domain })
-}
-
-fn set_tool_analog_input_domain(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (port, domain) = (TOOL_ANALOG, domain(call, 0)?);
-    change(call, IoChange::AnalogInDomain { port, domain })
-}
-
-fn set_tool_analog_output_domain(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (port, domain) = (TOOL_ANALOG, domain(call, 0)?);
-    change(call, IoChange::AnalogOutDomain { port, domain })
-}
-
-fn set_tool_digital(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (index, level) = (call.byte(0)?, call.boolean(1)?);
-    let pin = image(call).config.tool_pins[usize::from(index)];
-    let trouble = match pin {
-        ToolPin { enabled: false, .. } => "disabled",
-        ToolPin {
-            is_output: false, ..
-        } => "an input",
-        _ => return change(call, IoChange::digital_out(DigitalBank::Tool, index, level)),
-    };
-    let text =
-        format!("wrong I/O type: tool pin {index} is {trouble}, it must be an enabled output");
-    Err(call.alarm(WRONG_IO_TYPE, &text))
-}
-
-fn get_tool_digital(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let index = call.byte(0)?;
-    Ok(Value::Bool(image(call).tool_digital(index)))
-}
-
-fn set_tool_analog_io_work_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let mode = call.byte(0)?;
-    change(call, IoChange::ToolAnalogMode(mode))
-}
-
-fn set_tool_digital_io_config(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (index, mode) = (call.byte(0)?, call.byte(1)?);
-    let pin = ToolPin {
-        mode,
-        enabled: call.boolean(2)?,
-        is_output: call.boolean(3)?,
-    };
-    change(call, IoChange::ToolPin { index, pin })
-}
-
-fn choice(call: &mut Call<'_, '_>, index: usize) -> Result<RunStateChoice, Raised> {
-    Ok(RunStateChoice::from_number(call.byte(index)?))
-}
-
-fn set_runstate(call: &mut Call<'_, '_>, bank: DigitalBank) -> Result<Value, Raised> {
-    let (bit, choice) = (bank.bit(call.byte(0)?), choice(call, 1)?);
-    change(call, IoChange::DigitalOutRunState { bit, choice })
-}
-
-fn set_runstate_gp_boolean_output(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (index, choice) = (call.byte(0)?, choice(call, 1)?);
-    change(call, IoChange::BooleanRegisterRunState { index, choice })
-}
-
-fn set_runstate_standard_analog_output(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (port, choice) = (call.byte(0)?, choice(call, 1)?);
-    change(call, IoChange::AnalogOutRunState { port, choice })
-}
-
-fn set_runstate_tool_analog_output(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (port, choice) = (TOOL_ANALOG, choice(call, 0)?);
-    change(call, IoChange::AnalogOutRunState { port, choice })
-}
-
-fn set_input_actions_to_default(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    change(call, IoChange::InputActionsToDefault)
-}
-
-fn action(call: &mut Call<'_, '_>, index: usize) -> Result<InputAction, Raised> {
-    Ok(match call.word(index)? {
-        0 => InputAction::Default,
-        _ => InputAction::Freedrive,
-    })
-}
-
-fn set_action(call: &mut Call<'_, '_>, bank: DigitalBank) -> Result<Value, Raised> {
-    let (bit, action) = (bank.bit(call.byte(0)?), action(call, 1)?);
-    change(call, IoChange::DigitalInAction { bit, action })
-}
-
-fn set_gp_boolean_input_action(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (index, action) = (call.byte(0)?, action(call, 1)?);
-    change(call, IoChange::BooleanRegisterAction { index, action })
-}
-
-fn set_tool_voltage(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let volts = call.byte(0)?;
-    change(call, IoChange::ToolVoltage(volts))
-}

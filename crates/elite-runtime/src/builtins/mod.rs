@@ -72,7 +72,12 @@ pub(crate) fn natives(context: &Rc<TaskContext>) -> Vec<NativeFunction> {
             Some(NativeFunction {
                 name: builtin.name,
                 params: builtin.params.iter().map(param).collect(),
-                call: Rc::new(move |native| run(&mut Call::new(builtin, &context, native)?)),
+                call: Rc::new(move |native| {
+                    hints::before(builtin, &context, native);
+                    let called = Call::new(builtin, &context, native);
+                    let result = called.and_then(|mut call| run(&mut call));
+                    result.map_err(|raised| hints::explain(builtin, native, raised))
+                }),
             })
         })
         .collect()

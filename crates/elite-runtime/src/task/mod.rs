@@ -1,7 +1,7 @@
 //! One task: a main program, its script threads and the secondary programs beside it, on one OS thread.
 //!
 //! - `context`: what builtins see of their task (robot, waits, threads to start or stop).
-//! - `scheduler`: resumes script threads in a fixed order.
+//! - `scheduler`: resumes script threads in a fixed order; `threads`: how they wait, wake, start and end.
 //! - `time`: which waits are over, and what makes time pass; `report`: what people are told.
 //! - `outside`: futures that builtins wait for.
 //! - `host`: what the language asks of its surroundings (print, clock, random numbers).
@@ -15,6 +15,7 @@ mod outside;
 mod processes;
 mod report;
 mod scheduler;
+mod threads;
 mod time;
 mod wait;
 

@@ -11,8 +11,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{
-    Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptError, ScriptThread,
-    SourceFile, Step, WaitToken,
+    Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptThread, SourceFile, Step,
+    WaitToken,
 };
 use io_bus::Fieldbus;
 use motion_api::{CommandKind, IoChange, Origin, ProgramId, StopReason, ThreadNumber};
@@ -21,7 +21,6 @@ use tokio::time::Instant;
 
 use super::context::{TaskContext, TaskRequest};
 use super::host::{Permissions, TaskHost};
-use super::wait::Wait;
 use crate::builtins;
 use crate::interpreter::Interpreter as StatementPort;
 use crate::message::{Message, Observer, Severity};
@@ -31,10 +30,6 @@ use crate::supervisor::{TaskState, TaskStatus, is_secondary};
 
 /// Safepoints a script thread may pass before the next one has its turn: well under a millisecond of work.
 const FUEL_PER_SLICE: u32 = 20_000;
-/// Safepoints for the `finally` and `with` blocks of a thread that is being stopped.
-const FUEL_FOR_UNWINDING: u32 = 200_000;
-/// How often a thread is told to stop before it is dropped as it is.
-const STOPS_MAX: u32 = 3;
 
 /// Slices a secondary program may take: about a second of work (language.md 7). Counted, not timed, so that a run under
 /// the virtual clock ends the same way on every machine.
@@ -246,7 +241,12 @@ impl Task {
         }
     }
 
-    fn add_thread(&mut self, number: ThreadNumber, script: ScriptThread, bounds: Option<Bounds>) {
+    pub(super) fn add_thread(
+        &mut self,
+        number: ThreadNumber,
+        script: ScriptThread,
+        bounds: Option<Bounds>,
+    ) {
         self.threads.insert(
             number,
             Entry {
@@ -464,111 +464,5 @@ impl Task {
         };
         self.warn_of_secondary(origin, reason);
         self.stop_thread(number);
-    }
-
-    fn suspend(&mut self, number: ThreadNumber, waiting: Waiting) {
-        if let Waiting::Token(token) = waiting
-            && self.context.wait_of(token) == Wait::Turn
-        {
-            self.context.end_wait(token);
-            self.ready.push_back(number);
-            return;
-        }
-        let Some(entry) = self.threads.get_mut(&number) else {
-            return;
-        };
-        entry.waiting = Some(waiting);
-        // A lock may be waited for, within bounds; time may not.
-        if entry.secondary.is_some() && matches!(waiting, Waiting::Parked { until: Some(_) }) {
-            let text = "RuntimeError: waiting is not allowed in a secondary program (sec)";
-            self.end_secondary(number, text);
-        }
-    }
-
-    /// Threads that the slice woke by what it did in the language (released a lock, put into a queue).
-    fn ready_woken_threads(&mut self) {
-        for id in self.host.take_woken() {
-            let woken = self
-                .threads
-                .iter_mut()
-                .find(|(_, entry)| entry.script.id() == id);
-            if let Some((number, entry)) = woken
-                && matches!(entry.waiting, Some(Waiting::Parked { .. }))
-            {
-                entry.waiting = None;
-                self.ready.push_back(*number);
-            }
-        }
-    }
-
-    fn start_requested_threads(&mut self) {
-        for (number, script) in self.host.take_started() {
-            self.add_thread(number, script, None);
-        }
-        for (number, function, args) in self.context.take_starts() {
-            match self.interpreter.spawn_call(function, args) {
-                Ok(script) => self.add_thread(number, script, None),
-                Err(error) => {
-                    self.context.thread_ended(number);
-                    self.report_script_error(&error);
-                    self.end = Some(TaskEnd::Failed);
-                }
-            }
-        }
-    }
-
-    fn thread_ended(&mut self, number: ThreadNumber) {
-        self.threads.remove(&number);
-        self.context.thread_ended(number);
-        if number == ThreadNumber(0) {
-            self.end.get_or_insert(TaskEnd::Finished);
-        }
-    }
-
-    fn thread_failed(&mut self, number: ThreadNumber, error: &ScriptError) {
-        let entry = self.threads.get(&number);
-        if entry.is_some_and(|entry| entry.secondary.is_some()) {
-            self.report_secondary_error(number, error);
-        } else {
-            self.report_script_error(error);
-            self.end = Some(TaskEnd::Failed);
-        }
-        self.thread_ended(number);
-    }
-
-    /// Stops a thread and what it was waiting for. Its `finally` and `with` blocks run first, within the language's bound.
-    fn stop_thread(&mut self, number: ThreadNumber) {
-        match self.end_wait(number) {
-            Some(Wait::Command(id)) => {
-                self.settings.robot.forget(id);
-                self.tell_robot(CommandKind::Stop { only: id });
-            }
-            Some(Wait::Popup(id)) => drop(self.settings.panel.close_popup(id)),
-            Some(Wait::Outside(job)) => self.context.outside().cancel(job),
-            _ => {}
-        }
-        let Some(entry) = self.threads.get_mut(&number) else {
-            return;
-        };
-        self.context.enter(number, entry.secondary.is_some());
-        self.host.sockets().outside().forget(entry.script.id());
-        for _ in 0..STOPS_MAX {
-            // Out of fuel in its clean-up: the next stop unwinds without running more of it.
-            match entry.script.resume(Resume::Stop, FUEL_FOR_UNWINDING) {
-                Step::OutOfFuel | Step::Waiting(_) | Step::Parked { .. } => {}
-                Step::Done(_) | Step::Failed(_) | Step::Stopped => break,
-            }
-        }
-        self.ready.retain(|n| *n != number);
-        self.thread_ended(number);
-    }
-
-    fn stop_all_threads(&mut self) {
-        while let Some(number) = self.threads.keys().next_back().copied() {
-            self.stop_thread(number);
-        }
-        // Started while the others unwound: they never run.
-        drop(self.host.take_started());
-        self.host.close();
     }
 }

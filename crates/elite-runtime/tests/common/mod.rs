@@ -52,6 +52,8 @@ pub struct Ran {
     pub log: Vec<String>,
     /// `Type: message` of the uncaught exception.
     pub error: String,
+    /// The whole report of it.
+    pub report: String,
     /// What the arm was told.
     pub commands: Vec<CommandKind>,
 }
@@ -88,15 +90,20 @@ impl Timeline for Still {
 }
 
 #[derive(Default)]
-struct Listener(Mutex<(String, Vec<String>, String)>);
+struct Listener(Mutex<(String, Vec<String>, String, String)>);
 
 impl Observer for Listener {
     fn message(&self, message: &Message) {
-        let (printed, log, error) = &mut *self.0.lock().unwrap();
+        let (printed, log, error, full) = &mut *self.0.lock().unwrap();
         match message {
             Message::Print { text, .. } => printed.push_str(text),
             Message::Log { text, .. } | Message::Robot { text, .. } => log.push(text.clone()),
-            Message::ScriptError { summary, .. } => error.clone_from(summary),
+            Message::ScriptError {
+                summary, report, ..
+            } => {
+                error.clone_from(summary);
+                full.clone_from(report);
+            }
         }
     }
     fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
@@ -141,13 +148,14 @@ pub fn run(standing: &Standing, text: &str) -> Ran {
         supervisor.submit(program).await.unwrap();
         supervisor.ended().await.unwrap()
     });
-    let (printed, log, error) = std::mem::take(&mut *listener.0.lock().unwrap());
+    let (printed, log, error, report) = std::mem::take(&mut *listener.0.lock().unwrap());
     let commands = std::mem::take(&mut timeline.0.lock().unwrap().2);
     Ran {
         end,
         printed,
         log,
         error,
+        report,
         commands,
     }
 }

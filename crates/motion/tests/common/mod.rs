@@ -164,7 +164,7 @@ impl Bench {
                         l.jerk[joint] * (1.0 + 1e-3) + 1e-1,
                     ),
                 ] {
-                    if !(value.abs() <= most) {
+                    if value.is_nan() || value.abs() > most {
                         faults.push(format!(
                             "{name} {value} of joint {joint} in cycle {} ({:?}), allowed {most}",
                             state.cycle, state.motion_mode

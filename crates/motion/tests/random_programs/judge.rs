@@ -460,16 +460,16 @@ fn asked(kind: &CommandKind) -> (f64, Cap) {
     match *kind {
         CommandKind::MoveJ {
             speed,
-            duration,
+            duration: 0.0,
             radius,
             ..
-        } if duration == 0.0 => (radius, Cap::Joint(speed)),
+        } => (radius, Cap::Joint(speed)),
         CommandKind::MoveL {
             speed,
-            duration,
+            duration: 0.0,
             radius,
             ..
-        } if duration == 0.0 => (radius, Cap::Tcp(speed)),
+        } => (radius, Cap::Tcp(speed)),
         CommandKind::MoveC { speed, radius, .. } => (radius, Cap::Tcp(speed)),
         CommandKind::MoveJ { radius, .. } | CommandKind::MoveL { radius, .. } => {
             (radius, Cap::None)

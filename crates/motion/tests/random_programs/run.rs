@@ -23,7 +23,7 @@ pub struct Phase {
 
 /// What a phase belongs to.
 pub enum What {
-    Move(Sent),
+    Move(Box<Sent>),
     /// An online mode; ends with a stop.
     Online,
 }
@@ -134,14 +134,14 @@ impl Run {
         let is_moved_on = matches!(outcome, Outcome::Done);
         self.phases.push(Phase {
             from,
-            what: What::Move(Sent {
+            what: What::Move(Box::new(Sent {
                 id,
                 kind,
                 stood,
                 outcome,
                 ended,
                 is_disturbed,
-            }),
+            })),
         });
         if is_disturbed {
             self.bench.do_it(CommandKind::SetSpeedFraction(1.0));

@@ -247,3 +247,87 @@ pub mod any {
         })
     }
 }
+
+/// A disk that writes at a rate and stands still now and then, as a worn card does.
+pub struct SlowDisk<W> {
+    pub out: W,
+    pub bytes_per_sec: f64,
+    /// It stands still so often and so long.
+    pub stall_every: std::time::Duration,
+    pub stall: std::time::Duration,
+    pub last_stall: std::time::Instant,
+    pub stalls: Arc<std::sync::atomic::AtomicU64>,
+}
+
+impl<W: Write> Write for SlowDisk<W> {
+    fn write(&mut self, data: &[u8]) -> io::Result<usize> {
+        let secs = data.len() as f64 / self.bytes_per_sec;
+        std::thread::sleep(std::time::Duration::from_secs_f64(secs));
+        if self.last_stall.elapsed() >= self.stall_every {
+            std::thread::sleep(self.stall);
+            self.stalls
+                .fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            self.last_stall = std::time::Instant::now();
+        }
+        self.out.write(data)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// What recording onto a slow disk did to the thread that makes the cycles.
+#[derive(Debug)]
+pub struct SlowRun {
+    pub cycles: u64,
+    /// Records that the ring did not take.
+    pub lost: u64,
+    pub stalls: u64,
+    /// Times that the thread spent for the recording in each cycle, sorted.
+    pub costs: Vec<std::time::Duration>,
+    pub file: Vec<u8>,
+}
+
+/// Makes cycles at 250 Hz for `secs` of simulated time, `times` as fast as that, and records them onto a disk of
+/// 400 kB/s that stands still for 2 s in every 10 s, `times` as fast too. As the motion thread does, nobody waits.
+pub fn record_onto_a_slow_disk(secs: f64, times: f64) -> SlowRun {
+    use std::time::{Duration, Instant};
+    let out = Shared::default();
+    let stalls = Arc::default();
+    let disk = SlowDisk {
+        out: out.clone(),
+        bytes_per_sec: 400_000.0 * times,
+        stall_every: Duration::from_secs_f64(8.0 / times),
+        stall: Duration::from_secs_f64(2.0 / times),
+        last_stall: Instant::now(),
+        stalls: Arc::clone(&stalls),
+    };
+    let config = RecorderConfig {
+        notes_wait: false,
+        ..config()
+    };
+    let (mut motion, _script, recorder, _handle) = start(disk, config);
+    let ring = motion.records.as_mut().unwrap();
+    let (cycles, mut lost) = ((secs / STEP) as u64, 0);
+    let mut costs = Vec::with_capacity(cycles as usize);
+    let begin = Instant::now();
+    for cycle in 1..=cycles {
+        let due = begin + Duration::from_secs_f64(cycle as f64 * STEP / times);
+        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        let record = Record::Cycle(state(cycle));
+        let before = Instant::now();
+        lost += u64::from(ring.push(record).is_err());
+        costs.push(before.elapsed());
+    }
+    drop(motion);
+    let totals = recorder.finish().unwrap();
+    assert_eq!(totals.cycles + lost, cycles);
+    costs.sort_unstable();
+    SlowRun {
+        cycles,
+        lost,
+        stalls: stalls.load(std::sync::atomic::Ordering::Relaxed),
+        costs,
+        file: out.bytes(),
+    }
+}

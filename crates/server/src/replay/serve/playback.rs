@@ -290,7 +290,7 @@ impl rtsi::Controller for Playback {
     fn apply(&self, client: ClientId, _changes: &[Change], _written: &[Input]) -> u64 {
         // Inputs are refused when they are set up; without a recipe no values come.
         tracing::debug!(%client, "rtsi: values were refused: {READ_ONLY}");
-        0
+        self.now().state.cycle
     }
 }
 

@@ -1,0 +1,367 @@
+//! The arguments of a call, checked against the declaration, as what the builtins want.
+
+use std::fmt::Display;
+
+use ::kinematics::{JointPositions, RpyPose};
+use elite_lang::{ExceptionKind, Raised, Value};
+use motion_api::FreedriveFrame;
+
+use super::super::declare::{Default, Kind, Range, alternatives};
+use super::Call;
+use crate::message::{Message, Severity};
+
+impl Call<'_, '_> {
+    /// A finite number inside the declared range.
+    pub fn number(&mut self, index: usize) -> Result<f64, Raised> {
+        let Kind::Number(range) = self.parameter(index).kind else {
+            unreachable!("declared as another kind")
+        };
+        let Some(value) = self.given(index).cloned() else {
+            let Default::Number(default) = self.parameter(index).default else {
+                unreachable!("has no default")
+            };
+            return Ok(default);
+        };
+        let x = self.finite(index, &value)?;
+        if !range.contains(x) {
+            return Err(self.out_of_range(index, range, &value));
+        }
+        Ok(x)
+    }
+
+    /// `value` as a finite number.
+    fn finite(&mut self, index: usize, value: &Value) -> Result<f64, Raised> {
+        match value.as_f64() {
+            Some(x) if x.is_finite() => Ok(x),
+            Some(_) => {
+                let range = match self.parameter(index).kind {
+                    Kind::Number(range) => range,
+                    _ => Range::Any,
+                };
+                Err(self.out_of_range(index, range, value))
+            }
+            None => Err(self.wrong_type(index, "a number", value)),
+        }
+    }
+
+    fn out_of_range(&mut self, index: usize, range: Range, value: &Value) -> Raised {
+        match self.show(value) {
+            Ok(shown) => {
+                let text = format!("{} must be {range}, got {shown}", self.place(index));
+                self.error(ExceptionKind::ValueError, text)
+            }
+            Err(raised) => raised,
+        }
+    }
+
+    /// A whole number inside the declared range.
+    pub fn integer(&mut self, index: usize) -> Result<i64, Raised> {
+        let kind = self.parameter(index).kind;
+        if let (None, Default::Integer(default)) =
+            (self.given(index), self.parameter(index).default)
+        {
+            return Ok(default);
+        }
+        let value = self.required(index);
+        let Some(n) = value.as_i64() else {
+            let wanted = match &*value.type_name() {
+                "int" => "an integer of at most 64 bits",
+                _ => "an integer",
+            };
+            return Err(self.wrong_type(index, wanted, &value));
+        };
+        let allowed = match kind {
+            Kind::Integer(min, max) if n < min || n > max => match max {
+                i64::MAX => format!("at least {min}"),
+                _ => format!("{min} to {max}"),
+            },
+            Kind::OneOf(numbers) if !numbers.contains(&n) => alternatives(numbers),
+            _ => return Ok(n),
+        };
+        Err(self.not_allowed(index, &allowed, n))
+    }
+
+    /// A whole number that fits a byte: the declared range does.
+    pub fn byte(&mut self, index: usize) -> Result<u8, Raised> {
+        let n = self.integer(index)?;
+        u8::try_from(n).map_err(|_| self.not_allowed(index, "0 to 255", n))
+    }
+
+    /// `f(): x must be ALLOWED, got GIVEN`.
+    pub fn not_allowed(&mut self, index: usize, allowed: &str, given: impl Display) -> Raised {
+        let text = format!("{} must be {allowed}, got {given}", self.place(index));
+        self.error(ExceptionKind::ValueError, text)
+    }
+
+    /// `f(): x[k] must be ALLOWED, got GIVEN`; a `TypeError` where it is no whole number.
+    pub(in crate::builtins) fn item_not_allowed(
+        &mut self,
+        index: usize,
+        k: usize,
+        allowed: &str,
+        item: &Value,
+    ) -> Raised {
+        let kind = match item.as_i64() {
+            Some(_) => ExceptionKind::ValueError,
+            None => ExceptionKind::TypeError,
+        };
+        match self.show(item) {
+            Ok(shown) => {
+                let text = format!("{}[{k}] must be {allowed}, got {shown}", self.place(index));
+                self.error(kind, text)
+            }
+            Err(raised) => raised,
+        }
+    }
+
+    /// `f(): x must be ALLOWED, not TYPE`.
+    pub fn not_this_type(&mut self, index: usize, wanted: &str) -> Raised {
+        let value = self.required(index);
+        self.wrong_type(index, wanted, &value)
+    }
+
+    /// A text.
+    pub fn text(&mut self, index: usize) -> Result<String, Raised> {
+        if let (None, Default::Text(default)) = (self.given(index), self.parameter(index).default) {
+            return Ok(default.to_owned());
+        }
+        let value = self.required(index);
+        match value.as_str() {
+            Some(text) => Ok(text.to_owned()),
+            None => Err(self.wrong_type(index, "a string", &value)),
+        }
+    }
+
+    /// One of the declared words, by its place in the list.
+    pub fn word(&mut self, index: usize) -> Result<usize, Raised> {
+        let text = self.text(index)?;
+        let Kind::Word(words) = self.parameter(index).kind else {
+            unreachable!("declared as another kind")
+        };
+        match words.iter().position(|word| *word == text) {
+            Some(place) => Ok(place),
+            None => Err(self.not_allowed(index, &alternatives(words), format_args!("{text:?}"))),
+        }
+    }
+
+    /// A truth value; 0 and 1 are taken too.
+    pub fn boolean(&mut self, index: usize) -> Result<bool, Raised> {
+        let Some(value) = self.given(index).cloned() else {
+            return Ok(matches!(
+                self.parameter(index).default,
+                Default::Boolean(true)
+            ));
+        };
+        match value.as_bool() {
+            Some(b) => Ok(b),
+            None => Err(self.wrong_type(index, "True or False", &value)),
+        }
+    }
+
+    /// An argument that the language has already made sure is there.
+    pub fn required(&self, index: usize) -> Value {
+        self.given(index).cloned().unwrap_or(Value::None)
+    }
+
+    /// A list or tuple of exactly `N` finite numbers.
+    fn fixed<const N: usize>(
+        &mut self,
+        index: usize,
+        value: &Value,
+        wanted: &str,
+    ) -> Result<[f64; N], Raised> {
+        let Some(items) = value.as_items() else {
+            return Err(self.wrong_type(index, wanted, value));
+        };
+        if items.len() != N {
+            let text = format!(
+                "{} must be {wanted}, got {} numbers",
+                self.place(index),
+                items.len()
+            );
+            return Err(self.error(ExceptionKind::ValueError, text));
+        }
+        let mut out = [0.0; N];
+        for (k, item) in items.iter().enumerate() {
+            out[k] = self.finite_item(index, k, item)?;
+        }
+        Ok(out)
+    }
+
+    /// Entry `k` of a list argument, which must be a finite number.
+    fn finite_item(&mut self, index: usize, k: usize, item: &Value) -> Result<f64, Raised> {
+        let Some(x) = item.as_f64() else {
+            let text = format!(
+                "{}[{k}] must be a number, not {} ({})",
+                self.place(index),
+                item.type_name(),
+                self.show(item)?
+            );
+            return Err(self.error(ExceptionKind::TypeError, text));
+        };
+        if !x.is_finite() {
+            let text = format!(
+                "{}[{k}] must be a finite number, got {}",
+                self.place(index),
+                self.show(item)?
+            );
+            return Err(self.error(ExceptionKind::ValueError, text));
+        }
+        Ok(x)
+    }
+
+    /// The entries of a list or tuple.
+    pub fn list(&mut self, index: usize) -> Result<Vec<Value>, Raised> {
+        let value = self.required(index);
+        let wanted = match self.parameter(index).kind {
+            Kind::NumberOrList => "a number or a list of numbers",
+            Kind::NumberList => "a list of numbers",
+            Kind::Booleans(_) => "a list of True and False",
+            Kind::ListOrText => "a list or a string",
+            _ => "a list",
+        };
+        value
+            .as_items()
+            .ok_or_else(|| self.wrong_type(index, wanted, &value))
+    }
+
+    /// Any count of finite numbers; a single one counts as a list where that is declared.
+    pub fn number_list(&mut self, index: usize) -> Result<Vec<f64>, Raised> {
+        if self.parameter(index).kind == Kind::NumberOrList
+            && let Some(value) = self.given(index).cloned()
+            && value.as_f64().is_some()
+        {
+            return Ok(vec![self.finite(index, &value)?]);
+        }
+        let items = self.list(index)?;
+        let numbers = items.iter().enumerate();
+        numbers
+            .map(|(k, item)| self.finite_item(index, k, item))
+            .collect()
+    }
+
+    /// Truth values, as many as declared; 0 and 1 are taken too.
+    pub fn booleans(&mut self, index: usize) -> Result<Vec<bool>, Raised> {
+        let items = self.list(index)?;
+        if let Kind::Booleans(Some(count)) = self.parameter(index).kind
+            && items.len() != count
+        {
+            let text = format!(
+                "{} must be a list of {count} entries, each 0 or 1, got {} entries",
+                self.place(index),
+                items.len()
+            );
+            return Err(self.error(ExceptionKind::ValueError, text));
+        }
+        let mut flags = Vec::with_capacity(items.len());
+        for (k, item) in items.iter().enumerate() {
+            match item.as_f64() {
+                Some(0.0) => flags.push(false),
+                Some(1.0) => flags.push(true),
+                known => {
+                    let text = format!(
+                        "{}[{k}] must be True, False, 0 or 1, got {}",
+                        self.place(index),
+                        self.show(item)?
+                    );
+                    let kind = match known {
+                        Some(_) => ExceptionKind::ValueError,
+                        None => ExceptionKind::TypeError,
+                    };
+                    return Err(self.error(kind, text));
+                }
+            }
+        }
+        Ok(flags)
+    }
+
+    /// `N` numbers; zeros when omitted and declared so.
+    pub fn numbers<const N: usize>(&mut self, index: usize) -> Result<[f64; N], Raised> {
+        match self.given(index).cloned() {
+            None => Ok([0.0; N]),
+            Some(value) => self.fixed(index, &value, &format!("a list of {N} numbers")),
+        }
+    }
+
+    /// Six joint positions.
+    pub fn joints(&mut self, index: usize) -> Result<JointPositions, Raised> {
+        let value = self.required(index);
+        self.fixed(index, &value, "six joint positions in rad")
+            .map(JointPositions)
+    }
+
+    /// A pose.
+    pub fn pose(&mut self, index: usize) -> Result<RpyPose, Raised> {
+        let value = self.required(index);
+        self.fixed(index, &value, "a pose [x, y, z, Rx, Ry, Rz] in m and rad")
+            .map(RpyPose::from_array)
+    }
+
+    /// Six joint positions, or `None` when omitted, `None` or the manual's symbolic empty text.
+    pub fn joints_or_default(&mut self, index: usize) -> Result<Option<JointPositions>, Raised> {
+        if self.is_symbolic_default(index) {
+            Ok(None)
+        } else {
+            self.joints(index).map(Some)
+        }
+    }
+
+    /// A pose, or `None` when omitted, `None` or the manual's symbolic text.
+    pub fn pose_or_default(&mut self, index: usize) -> Result<Option<RpyPose>, Raised> {
+        if self.is_symbolic_default(index) {
+            Ok(None)
+        } else {
+            self.pose(index).map(Some)
+        }
+    }
+
+    /// Whether an argument is omitted, `None`, the empty text or the manual's word for its default. The manual spells
+    /// `active tcp` with a blank in some signatures and with an underscore in others; both are taken everywhere.
+    pub fn is_symbolic_default(&self, index: usize) -> bool {
+        match self.given(index) {
+            None | Some(Value::None) => true,
+            Some(value) => value.as_str().is_some_and(|text| {
+                text.is_empty()
+                    || matches!(self.parameter(index).default, Default::Symbolic(word)
+                        if word.replace('_', " ") == text.replace('_', " "))
+            }),
+        }
+    }
+
+    /// A number inside a range, or the nearest end of the range with a warning, once a task.
+    pub fn clamped(&mut self, index: usize, (min, max): (f64, f64)) -> Result<f64, Raised> {
+        let given = self.number(index)?;
+        if (min..=max).contains(&given) {
+            return Ok(given);
+        }
+        let used = given.clamp(min, max);
+        let place = self.place(index);
+        if self.context.warns_first(&place) {
+            let text = format!("{place} is {given}, allowed are {min} to {max}; {used} is used");
+            let origin = self.origin();
+            self.context
+                .observer()
+                .message(&Message::log(Severity::Warning, origin, text));
+        }
+        Ok(used)
+    }
+
+    /// A frame of the manual: `"base"`, `"tool"` or a pose relative to the base.
+    pub fn frame(&mut self, index: usize) -> Result<FreedriveFrame, Raised> {
+        let Some(value) = self.given(index).cloned() else {
+            return Ok(FreedriveFrame::Base);
+        };
+        match value.as_str().map(str::to_owned).as_deref() {
+            Some("base") => Ok(FreedriveFrame::Base),
+            Some("tool") => Ok(FreedriveFrame::Tool),
+            Some(other) => {
+                let text = format!(
+                    "{} must be \"base\", \"tool\" or a pose, got {other:?}",
+                    self.place(index)
+                );
+                Err(self.error(ExceptionKind::ValueError, text))
+            }
+            None => self.pose(index).map(FreedriveFrame::Pose),
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! How script threads of a task wait, wake, start and end.
+
+use elite_lang::{Resume, ScriptError, Step};
+use motion_api::{CommandKind, ThreadNumber};
+
+use super::scheduler::{Task, TaskEnd, Waiting};
+use super::wait::Wait;
+
+/// Safepoints for the `finally` and `with` blocks of a thread that is being stopped.
+const FUEL_FOR_UNWINDING: u32 = 200_000;
+/// How often a thread is told to stop before it is dropped as it is.
+const STOPS_MAX: u32 = 3;
+
+impl Task {
+    pub(super) fn suspend(&mut self, number: ThreadNumber, waiting: Waiting) {
+        if let Waiting::Token(token) = waiting
+            && self.context.wait_of(token) == Wait::Turn
+        {
+            self.context.end_wait(token);
+            self.ready.push_back(number);
+            return;
+        }
+        let Some(entry) = self.threads.get_mut(&number) else {
+            return;
+        };
+        entry.waiting = Some(waiting);
+        // A lock may be waited for, within bounds; time may not.
+        if entry.secondary.is_some() && matches!(waiting, Waiting::Parked { until: Some(_) }) {
+            let text = "RuntimeError: waiting is not allowed in a secondary program (sec)";
+            self.end_secondary(number, text);
+        }
+    }
+
+    /// Threads that the slice woke by what it did in the language (released a lock, put into a queue).
+    pub(super) fn ready_woken_threads(&mut self) {
+        for id in self.host.take_woken() {
+            let woken = self
+                .threads
+                .iter_mut()
+                .find(|(_, entry)| entry.script.id() == id);
+            if let Some((number, entry)) = woken
+                && matches!(entry.waiting, Some(Waiting::Parked { .. }))
+            {
+                entry.waiting = None;
+                self.ready.push_back(*number);
+            }
+        }
+    }
+
+    pub(super) fn start_requested_threads(&mut self) {
+        for (number, script) in self.host.take_started() {
+            self.add_thread(number, script, None);
+        }
+        for (number, function, args) in self.context.take_starts() {
+            match self.interpreter.spawn_call(function, args) {
+                Ok(script) => self.add_thread(number, script, None),
+                Err(error) => {
+                    self.context.thread_ended(number);
+                    self.report_script_error(&error);
+                    self.end = Some(TaskEnd::Failed);
+                }
+            }
+        }
+    }
+
+    pub(super) fn thread_ended(&mut self, number: ThreadNumber) {
+        self.threads.remove(&number);
+        self.context.thread_ended(number);
+        if number == ThreadNumber(0) {
+            self.end.get_or_insert(TaskEnd::Finished);
+        }
+    }
+
+    pub(super) fn thread_failed(&mut self, number: ThreadNumber, error: &ScriptError) {
+        let entry = self.threads.get(&number);
+        if entry.is_some_and(|entry| entry.secondary.is_some()) {
+            self.report_secondary_error(number, error);
+        } else {
+            self.report_script_error(error);
+            self.end = Some(TaskEnd::Failed);
+        }
+        self.thread_ended(number);
+    }
+
+    /// Stops a thread and what it was waiting for. Its `finally` and `with` blocks run first, within the language's bound.
+    pub(super) fn stop_thread(&mut self, number: ThreadNumber) {
+        match self.end_wait(number) {
+            Some(Wait::Command(id)) => {
+                self.settings.robot.forget(id);
+                self.tell_robot(CommandKind::Stop { only: id });
+            }
+            Some(Wait::Popup(id)) => drop(self.settings.panel.close_popup(id)),
+            Some(Wait::Outside(job)) => self.context.outside().cancel(job),
+            _ => {}
+        }
+        let Some(entry) = self.threads.get_mut(&number) else {
+            return;
+        };
+        self.context.enter(number, entry.secondary.is_some());
+        self.host.sockets().outside().forget(entry.script.id());
+        for _ in 0..STOPS_MAX {
+            // Out of fuel in its clean-up: the next stop unwinds without running more of it.
+            match entry.script.resume(Resume::Stop, FUEL_FOR_UNWINDING) {
+                Step::OutOfFuel | Step::Waiting(_) | Step::Parked { .. } => {}
+                Step::Done(_) | Step::Failed(_) | Step::Stopped => break,
+            }
+        }
+        self.ready.retain(|n| *n != number);
+        self.thread_ended(number);
+    }
+
+    pub(super) fn stop_all_threads(&mut self) {
+        while let Some(number) = self.threads.keys().next_back().copied() {
+            self.stop_thread(number);
+        }
+        // Started while the others unwound: they never run.
+        drop(self.host.take_started());
+        self.host.close();
+    }
+}
