@@ -2,8 +2,9 @@
 //!
 //! Obstacles stand still in the base frame. The tool touches them (its shape, or a ball of a millimetre at the TCP), and
 //! the links with their capsules. Geometry is in `solid`, forces are in `law`; the plant applies them. Nothing here
-//! allocates after the start.
+//! allocates after the start. What is done about obstacles side by side is in `among`.
 
+mod among;
 pub(crate) mod law;
 pub mod solid;
 
@@ -225,20 +226,36 @@ impl Contacts {
                     });
                 }
             }
-            let mut found = |place| {
-                touches.push(Touch {
-                    part: Part::Tool,
-                    obstacle: number,
-                    place,
-                });
-            };
-            if let Some(tool) = &self.tool {
-                let tool = tool.expressed_in(base_from_flange);
-                solid::solid(&tool, &obstacle.solid, MARGIN, &mut found);
-            } else {
+        }
+        let mut found = |obstacle, place| {
+            touches.push(Touch {
+                part: Part::Tool,
+                obstacle,
+                place,
+            });
+        };
+        match self.tool.map(|tool| tool.expressed_in(base_from_flange)) {
+            None => {
                 let tcp = *base_from_flange * *flange_from_tcp;
                 let center = tcp.transform_point(Vector3::new(0.0, 0.0, -TCP_BALL));
-                solid::ball(center, TCP_BALL, &obstacle.solid, MARGIN, &mut found);
+                among::ball(center, TCP_BALL, &self.obstacles, MARGIN, &mut found);
+            }
+            Some(Solid {
+                pose,
+                shape: Shape::Sphere { radius },
+            }) => among::ball(
+                pose.translation,
+                radius,
+                &self.obstacles,
+                MARGIN,
+                &mut found,
+            ),
+            Some(tool) => {
+                for (number, obstacle) in self.obstacles.iter().enumerate() {
+                    solid::solid(&tool, &obstacle.solid, MARGIN, &mut |place| {
+                        found(number, place);
+                    });
+                }
             }
         }
         touches

@@ -88,6 +88,42 @@ impl Solid {
         (distance, self.pose.rotate(out))
     }
 
+    /// The ways out of the solid from `point`, each as [`distance`](Self::distance) gives it: through the nearest face of
+    /// every kind from inside, the one way to the surface from outside.
+    pub(super) fn exits(&self, point: Vector3<f64>) -> [Option<(f64, Vector3<f64>)>; 3] {
+        let nearest = self.distance(point);
+        if nearest.0 >= 0.0 {
+            return [Some(nearest), None, None];
+        }
+        let p = self.pose.rotate_back(point - self.pose.translation);
+        match self.shape {
+            Shape::Box { half } => core::array::from_fn(|axis| {
+                let mut out = Vector3::zeros();
+                out[axis] = 1.0_f64.copysign(p[axis]);
+                Some((p[axis].abs() - half[axis], self.pose.rotate(out)))
+            }),
+            Shape::Cylinder { half_length, .. } => {
+                let end = Vector3::z() * 1.0_f64.copysign(p.z);
+                let through_end = (p.z.abs() - half_length, self.pose.rotate(end));
+                [Some(nearest), Some(through_end), None]
+            }
+            Shape::Sphere { .. } | Shape::Plane => [Some(nearest), None, None],
+        }
+    }
+
+    /// True when the nearest place of the surface, seen from a point outside, is on an edge, a corner or a rim.
+    pub(super) fn is_nearest_at_an_edge(&self, point: Vector3<f64>) -> bool {
+        let p = self.pose.rotate_back(point - self.pose.translation);
+        match self.shape {
+            Shape::Box { half } => (0..3).filter(|&axis| p[axis].abs() > half[axis]).count() > 1,
+            Shape::Cylinder {
+                radius,
+                half_length,
+            } => p.x.hypot(p.y) > radius && p.z.abs() > half_length,
+            Shape::Sphere { .. } | Shape::Plane => false,
+        }
+    }
+
     /// Radius of the ball around the origin of its frame that holds it, m; infinite for a plane.
     fn reach(&self) -> f64 {
         match self.shape {

@@ -1,0 +1,221 @@
+//! A ball among obstacles that stand side by side: a surface made of several boxes carries it across their joints.
+//!
+//! Taken one by one, a box would push a ball that is deep in it out through the nearest face, also where the next box
+//! begins; the next box would stop it at its side; and above a joint both would push. So a way out that ends deeper in
+//! another obstacle gives way to the next best one, edges and sides count only for what is left when the ball has left
+//! the neighbour, and where the sides of two obstacles have given way, their faces push once.
+
+use nalgebra::Vector3;
+
+use super::Obstacle;
+use super::solid::Place;
+
+/// An increase of depth that does not count, m.
+const DEEPER: f64 = 1e-6;
+/// Faces whose normals' product is larger may belong to one surface.
+const ALIKE: f64 = 0.5;
+
+/// Where a ball touches `obstacles`, or nearly, with the number of each.
+pub(super) fn ball(
+    center: Vector3<f64>,
+    radius: f64,
+    obstacles: &[Obstacle],
+    margin: f64,
+    found: &mut impl FnMut(usize, Place),
+) {
+    let ball = Ball {
+        center,
+        radius,
+        obstacles,
+    };
+    for (number, obstacle) in obstacles.iter().enumerate() {
+        if radius - obstacle.solid.distance(center).0 <= -margin {
+            continue;
+        }
+        let way = ball.way_out(number);
+        if let Some(depth) = ball.depth_beside_others(number, &way) {
+            found(
+                number,
+                Place {
+                    point: center - way.normal * radius,
+                    normal: way.normal,
+                    depth,
+                },
+            );
+        }
+    }
+}
+
+/// A way out of an obstacle.
+struct Way {
+    /// Of the face, m; negative inside.
+    distance: f64,
+    normal: Vector3<f64>,
+    /// A nearer one leads into another obstacle.
+    has_given_way: bool,
+}
+
+struct Ball<'a> {
+    center: Vector3<f64>,
+    radius: f64,
+    obstacles: &'a [Obstacle],
+}
+
+impl Ball<'_> {
+    /// The nearest way out of an obstacle that leads into no other one, or the nearest if all do.
+    fn way_out(&self, number: usize) -> Way {
+        let leads_into_another = |(distance, normal): &(f64, Vector3<f64>)| {
+            let outside = self.center + normal * (self.radius - distance);
+            self.obstacles.iter().enumerate().any(|(other, obstacle)| {
+                let before = obstacle.solid.distance(self.center).0.min(0.0);
+                other != number && obstacle.solid.distance(outside).0 < before - DEEPER
+            })
+        };
+        let solid = &self.obstacles[number].solid;
+        let nearest = solid.distance(self.center);
+        let mut chosen = nearest;
+        if nearest.0 < 0.0 {
+            let exits = solid.exits(self.center);
+            let free = exits
+                .iter()
+                .flatten()
+                .filter(|exit| !leads_into_another(exit));
+            let free = free.max_by(|a, b| a.0.total_cmp(&b.0));
+            chosen = free.copied().unwrap_or(nearest);
+        }
+        Way {
+            distance: chosen.0,
+            normal: chosen.1,
+            has_given_way: chosen.0 < nearest.0 - DEEPER,
+        }
+    }
+
+    /// How deep the ball is in an obstacle whose way out is given, for what its neighbours leave of it; `None` when they
+    /// leave nothing.
+    fn depth_beside_others(&self, number: usize, way: &Way) -> Option<f64> {
+        let solid = &self.obstacles[number].solid;
+        let mut depth = self.radius - way.distance;
+        let is_inside = way.distance < 0.0;
+        let is_at_an_edge = !is_inside && solid.is_nearest_at_an_edge(self.center);
+        for (other, neighbour) in self.obstacles.iter().enumerate() {
+            if other == number || neighbour.solid.distance(self.center).0 >= self.radius {
+                continue;
+            }
+            let its = self.way_out(other);
+            // Of two that are alike the deeper counts, then the earlier.
+            let comes_first = (its.distance, other) < (way.distance, number);
+            let is_alike = its.normal.dot(&way.normal) > ALIKE;
+            if is_inside {
+                if way.has_given_way && its.has_given_way && is_alike && comes_first {
+                    return None;
+                }
+            } else if comes_first && (is_at_an_edge || !is_alike) {
+                let left = self.center + its.normal * (self.radius - its.distance);
+                let remaining = self.radius - solid.distance(left).0;
+                if remaining <= 0.0 && depth > remaining {
+                    return None;
+                }
+                depth = depth.min(remaining);
+            }
+        }
+        Some(depth)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Shape, Solid};
+    use super::*;
+    use kinematics::{Pose, RpyPose};
+
+    const RADIUS: f64 = 0.001;
+
+    fn block(x: f64, z: f64, tilt: f64) -> Obstacle {
+        Obstacle {
+            name: String::new(),
+            solid: Solid {
+                pose: Pose::from_rpy(&RpyPose::from_array([x, 0.0, z, 0.0, tilt, 0.0])),
+                shape: Shape::Box {
+                    half: [0.015, 0.1, 0.02],
+                },
+            },
+            stiffness: Some(10_000.0),
+            damping: 0.0,
+            friction: 0.0,
+        }
+    }
+
+    /// The sum of depth times normal: the force for a stiffness of 1.
+    fn push(obstacles: &[Obstacle], x: f64, z: f64) -> Vector3<f64> {
+        let mut sum = Vector3::zeros();
+        let center = Vector3::new(x, 0.0, z);
+        ball(center, RADIUS, obstacles, 0.006, &mut |_, place| {
+            sum += place.normal * place.depth.max(0.0);
+        });
+        sum
+    }
+
+    #[test]
+    fn joints_of_a_floor_are_not_felt() {
+        // Tops at z = 0, the joint at x = 0.
+        let floor = [block(-0.015, -0.02, 0.0), block(0.015, -0.02, 0.0)];
+        for depth in [0.0005, 0.0015, 0.003, 0.008] {
+            for step in -50..=50_i32 {
+                let x = f64::from(step) * 1e-4 + 1e-7;
+                let push = push(&floor, x, RADIUS - depth);
+                assert!(
+                    (push - Vector3::z() * depth).norm() < 0.02 * depth + 1e-9,
+                    "{depth} {x} {push}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn facets_of_an_arch_push_along_their_normals() {
+        let tilt = 0.06_f64;
+        // Two facets that meet in an edge at the origin, the bodies below overlapping.
+        let facet = |side: f64| {
+            let (sin, cos) = (side * tilt).sin_cos();
+            let (along, below) = (side * 0.015, -0.02);
+            block(
+                along * cos + below * sin,
+                below * cos - along * sin,
+                side * tilt,
+            )
+        };
+        let arch = [facet(-1.0), facet(1.0)];
+        for depth in [0.0015, 0.003] {
+            for step in -80..=80_i32 {
+                let x = f64::from(step) * 1e-4 + 1e-7;
+                let top = -x.abs() * tilt.tan();
+                let push = push(&arch, x, top + RADIUS - depth);
+                let slope = (push.x / push.z).abs();
+                assert!(slope < tilt.tan() + 0.01, "{depth} {x} {push}");
+                assert!((push.z - depth).abs() < 0.05 * depth, "{depth} {x} {push}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_wall_on_a_floor_still_stops() {
+        let floor = block(0.0, -0.02, 0.0);
+        let mut wall = block(0.02, 0.0, 0.0);
+        // It reaches from below the floor's top to above it.
+        wall.solid.shape = Shape::Box {
+            half: [0.01, 0.1, 0.05],
+        };
+        // The ball has sunk 2 mm into the floor and 0.5 mm into the wall at x = 0.01.
+        let push = push(&[floor, wall], 0.01 - RADIUS + 0.0005, RADIUS - 0.002);
+        assert!(
+            (push - Vector3::new(-0.0005, 0.0, 0.002)).norm() < 1e-9,
+            "{push}"
+        );
+    }
+
+    #[test]
+    fn a_free_edge_pushes_sideways() {
+        let push = push(&[block(0.0, -0.02, 0.0)], 0.0149, -0.005);
+        assert!(push.x > 0.0 && push.z.abs() < 1e-12, "{push}");
+    }
+}
