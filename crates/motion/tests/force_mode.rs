@@ -304,6 +304,85 @@ fn tilted_and_faceted_surfaces_are_followed_there_and_back() {
 }
 
 #[test]
+fn an_arch_of_boxes_carries_the_tool_across_its_joints() {
+    for stiffness in [1e3, 1e4, 5e4] {
+        let mut config = over_plate(rigid("cs66"), 3e-3, stiffness, 0.0);
+        let level = config.surroundings.obstacles[0].clone();
+        // Faces of 30 mm on a circle of 0.5 m, whose bodies overlap below their joints.
+        let (radius, half) = (0.5_f64, [0.15, 0.015, 0.02]);
+        let per_face = 2.0 * f64::asin(half[1] / radius);
+        config.surroundings.obstacles = (-5_i32..=5)
+            .map(|k| {
+                let angle = per_face * f64::from(k);
+                let (sin, cos) = angle.sin_cos();
+                let middle = radius * (per_face / 2.0).cos() - half[2];
+                let mut face = level.clone();
+                face.solid.shape = Shape::Box { half };
+                face.solid.pose = level.solid.pose
+                    * Pose::from_translation(0.0, middle * sin, middle * cos - radius)
+                    * Pose::from_rpy(&RpyPose::from_array([0.0, 0.0, 0.0, -angle, 0.0, 0.0]));
+                face
+            })
+            .collect();
+        let rms = rms_there_and_back(config);
+        println!("{stiffness} N/m: rms {rms:.4} on an arch of boxes");
+        assert!(rms < 0.1, "{stiffness}: {rms}");
+    }
+}
+
+/// Where the TCP has gone to after some cycles of force mode without touch, base frame.
+fn gone(bench: &mut Bench, frame: [f64; 6], selection: [u8; 6], mode: u8) -> Vector3<f64> {
+    let start = bench.now().target_tcp_pose;
+    bench.send(CommandKind::ForceMode {
+        frame: RpyPose::from_array(frame),
+        selection: selection.map(|x| x == 1),
+        wrench: [0.0, 10.0, 0.0, 0.0, 0.0, 0.0],
+        mode,
+        speed_limits: [0.05; 6],
+    });
+    for _ in 0..150 {
+        press(bench);
+    }
+    Vector3::from(bench.now().target_tcp_pose.xyz) - Vector3::from(start.xyz)
+}
+
+#[test]
+fn in_point_mode_the_force_leads_to_the_point() {
+    let mut bench = Bench::new(ideal("cs66"));
+    let [x, y, z] = bench.now().target_tcp_pose.xyz;
+    let point = Vector3::new(0.3, 0.4, -0.1);
+    let frame = [x + point.x, y + point.y, z + point.z, 0.0, 0.0, 0.0];
+    let way = gone(&mut bench, frame, [0, 1, 0, 0, 0, 0], 1);
+    assert!(way.norm() > 1e-3, "{way}");
+    assert!(way.angle(&point) < 1e-3, "{way}");
+    bench.check_limits();
+}
+
+#[test]
+fn in_motion_mode_the_force_stands_across_the_motion() {
+    let mut bench = Bench::new(ideal("cs66"));
+    let start = bench.now().target_tcp_pose;
+    let mut goal = start;
+    goal.xyz[1] += 0.1;
+    bench.send(CommandKind::MoveL {
+        target: goal,
+        acceleration: 0.5,
+        speed: 0.05,
+        duration: 0.0,
+        radius: 0.0,
+    });
+    for _ in 0..50 {
+        press(&mut bench);
+    }
+    // X points along the motion, the base's y; so Y points against the base's x.
+    let way = gone(&mut bench, [0.0; 6], [0, 1, 0, 0, 0, 0], 2);
+    assert!(way.x < -1e-3, "{way}");
+    assert!(way.z.abs() < 1e-4, "{way}");
+    assert!(way.y > 0.02, "the motion goes on: {way}");
+    bench.check_limits();
+}
+
+#[test]
 fn a_new_target_and_new_axes_are_taken_without_a_jump() {
     let mut bench = Bench::new(over_plate(ideal("cs66"), 1e-3, 1e4, 0.0));
     bench.send(down(20.0, 0.1));
