@@ -5,6 +5,7 @@
 //! which `RuntimeError` is raised instead of running on. Differences: look-behind, `\d` and the like follow Unicode as
 //! regex-syntax has it; a group in a repetition that was not entered in its last round keeps its earlier text.
 
+mod found;
 mod translate;
 
 use std::cell::OnceCell;
@@ -16,8 +17,9 @@ use super::define::{Builder, Entry, instance, with_data};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::iter::NativeIter;
-use crate::value::{Bytes, Dict, Iter, R, Raised, Value};
+use crate::value::{Bytes, Iter, R, Raised, Value};
 
+use found::{MATCH, make_match, with_match};
 use translate::{Translated, flag, translate};
 
 /// Steps back that one search may take.
@@ -435,79 +437,8 @@ impl Scanner {
     }
 }
 
-/// What was found.
-struct Match {
-    pattern: Value,
-    compiled: Rc<Pattern>,
-    text: Text,
-    range: (usize, usize),
-    spans: Spans,
-}
-
-impl Match {
-    fn last_index(&self) -> Option<usize> {
-        // The group that ended last; of those that ended together the outermost, which is the first.
-        let closed = self.spans.iter().enumerate().skip(1);
-        let closed = closed.filter_map(|(index, span)| span.map(|(_, end)| (end, index)));
-        closed
-            .fold(
-                None,
-                |last: Option<(usize, usize)>, (end, index)| match last {
-                    Some((most, _)) if end <= most => last,
-                    _ => Some((end, index)),
-                },
-            )
-            .map(|(_, index)| index)
-    }
-
-    fn group(&self, ev: &Evaluator<'_>, key: &Value) -> R<usize> {
-        let index = match ev.plain(key) {
-            Value::Str(name) => {
-                let names = &self.compiled.parsed.names;
-                names
-                    .iter()
-                    .find(|(known, _)| known == name.as_str())
-                    .map(|(_, index)| *index)
-            }
-            other => usize::try_from(ev.index(&other)?)
-                .ok()
-                .filter(|index| *index < self.spans.len()),
-        };
-        index.ok_or_else(|| ev.raise(ExceptionKind::IndexError, "no such group"))
-    }
-
-    fn text_of(&self, group: usize, default: &Value) -> Value {
-        match self.spans.get(group).copied().flatten() {
-            Some(span) => self.text.slice(span),
-            None => default.clone(),
-        }
-    }
-}
-
 fn with_pattern(ev: &Evaluator<'_>, args: &[Value], act: impl FnOnce(&Rc<Pattern>) -> R) -> R {
     with_data(ev, &args[0], |pattern: &Rc<Pattern>| act(pattern))
-}
-
-fn with_match(ev: &Evaluator<'_>, args: &[Value], act: impl FnOnce(&Match) -> R) -> R {
-    with_data(ev, &args[0], act)
-}
-
-fn make_match(
-    ev: &Evaluator<'_>,
-    pattern: &Value,
-    compiled: &Rc<Pattern>,
-    text: &Text,
-    range: (usize, usize),
-    spans: Spans,
-) -> R {
-    let found = Match {
-        pattern: pattern.clone(),
-        compiled: compiled.clone(),
-        text: text.clone(),
-        range,
-        spans,
-    };
-    instance(ev, "_re.Match", found)
 }
 
 fn range(ev: &Evaluator<'_>, text: &Text, pos: &Value, endpos: &Value) -> R<(usize, usize)> {
@@ -764,83 +695,3 @@ fn substitute(ev: &Evaluator<'_>, pattern: &Rc<Pattern>, args: &[Value], most: i
     };
     Ok(Value::tuple(vec![result, Value::Int(count)]))
 }
-
-fn side(ev: &Evaluator<'_>, args: &[Value], pick: fn((usize, usize)) -> usize) -> R {
-    let zero = Value::Int(0);
-    with_match(ev, args, |found| {
-        let group = found.group(ev, args[1].given().unwrap_or(&zero))?;
-        Ok(found.spans[group].map_or(Value::Int(-1), |span| found.text.index(pick(span))))
-    })
-}
-
-const MATCH: &[Entry] = &[
-    ("group", "*groups", |ev, args| {
-        with_match(ev, args, |found| {
-            let wanted = args[1].as_items().unwrap_or_default();
-            let text = |key: &Value| Ok(found.text_of(found.group(ev, key)?, &Value::None));
-            match &wanted[..] {
-                [] => Ok(found.text_of(0, &Value::None)),
-                [key] => text(key),
-                keys => Ok(Value::tuple(keys.iter().map(text).collect::<R<_>>()?)),
-            }
-        })
-    }),
-    ("__getitem__", "group /", |ev, args| {
-        with_match(ev, args, |found| {
-            Ok(found.text_of(found.group(ev, &args[1])?, &Value::None))
-        })
-    }),
-    ("groups", "default?", |ev, args| {
-        let default = args[1].given().cloned().unwrap_or(Value::None);
-        with_match(ev, args, |found| {
-            Ok(Value::tuple(
-                (1..found.spans.len())
-                    .map(|group| found.text_of(group, &default))
-                    .collect(),
-            ))
-        })
-    }),
-    ("groupdict", "default?", |ev, args| {
-        let default = args[1].given().cloned().unwrap_or(Value::None);
-        with_match(ev, args, |found| {
-            let dict = Dict::new();
-            for (name, index) in &found.compiled.parsed.names {
-                dict.set_str(name, found.text_of(*index, &default));
-            }
-            Ok(Value::Dict(Rc::new(dict)))
-        })
-    }),
-    ("start", "group? /", |ev, args| {
-        side(ev, args, |span| span.0)
-    }),
-    ("end", "group? /", |ev, args| side(ev, args, |span| span.1)),
-    ("span", "group? /", |ev, args| {
-        Ok(Value::tuple(vec![
-            side(ev, args, |span| span.0)?,
-            side(ev, args, |span| span.1)?,
-        ]))
-    }),
-    ("expand", "template /", |ev, args| {
-        let module = ev.import("re")?;
-        let expand = ev.attribute(&module, ev.core.symbols.intern("_expand"))?;
-        ev.call(&expand, &mut [args[0].clone(), args[1].clone()], &[])
-    }),
-    ("__bool__", "", |_, _| Ok(Value::Bool(true))),
-    ("__repr__", "", |ev, args| {
-        with_match(ev, args, |found| {
-            let (start, end) = found.spans[0].unwrap_or_default();
-            let (start, end) = (
-                ev.str(&found.text.index(start))?,
-                ev.str(&found.text.index(end))?,
-            );
-            let text: String = ev
-                .repr(&found.text_of(0, &Value::None))?
-                .chars()
-                .take(50)
-                .collect();
-            Ok(Value::str(format!(
-                "<re.Match object; span=({start}, {end}), match={text}>"
-            )))
-        })
-    }),
-];
