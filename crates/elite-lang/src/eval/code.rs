@@ -67,6 +67,14 @@ impl Params {
     pub fn is_simple(&self) -> bool {
         self.names.len() == self.positional && self.star.is_none() && self.double_star.is_none()
     }
+
+    /// The slot of the parameter that can be given by this name.
+    #[inline]
+    pub fn by_name(&self, name: Symbol) -> Option<usize> {
+        let by_name = &self.names[self.positional_only..];
+        let index = by_name.iter().position(|param| *param == name)?;
+        Some(self.positional_only + index)
+    }
 }
 
 /// What a frame runs.

@@ -13,6 +13,7 @@ pub mod generator;
 pub mod run;
 pub mod stmt;
 pub mod types;
+pub mod walk;
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;

@@ -154,6 +154,18 @@ impl Value {
         Value::Tuple(Rc::new(Tuple::new(items)))
     }
 
+    /// A new tuple of two items.
+    #[inline]
+    pub fn pair(first: Value, second: Value) -> Value {
+        Value::Tuple(Rc::new(Tuple::of_two([first, second])))
+    }
+
+    /// A new tuple of three items.
+    #[inline]
+    pub fn triple(items: [Value; 3]) -> Value {
+        Value::Tuple(Rc::new(Tuple::of_three(items)))
+    }
+
     /// An integer of any size, in place if it fits.
     pub fn bigint(value: BigInt) -> Value {
         match i64::try_from(&value) {

@@ -246,20 +246,15 @@ fn sort(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         });
     }
     // The list is empty while it is sorted, so that key functions see no half-sorted state.
-    let items = std::mem::take(&mut *list.borrow_mut());
-    let backup = items.clone();
-    let result = ev.sort(items, key.as_ref(), reverse);
-    let (sorted, error) = match result {
-        Ok(sorted) => (sorted, None),
-        Err(raised) => (backup, Some(raised)),
-    };
+    let mut items = std::mem::take(&mut *list.borrow_mut());
+    let result = ev.sort(&mut items, key.as_ref(), reverse);
     let changed = !list.is_empty();
-    let meanwhile = std::mem::replace(&mut *list.borrow_mut(), sorted);
+    let meanwhile = std::mem::replace(&mut *list.borrow_mut(), items);
     list.account();
     drop(meanwhile);
-    match error {
-        Some(raised) => Err(raised),
-        None if changed => Err(ev.value_error("list modified during sort")),
-        None => Ok(Value::None),
+    result?;
+    match changed {
+        true => Err(ev.value_error("list modified during sort")),
+        false => Ok(Value::None),
     }
 }
