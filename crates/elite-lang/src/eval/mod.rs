@@ -11,6 +11,7 @@ pub mod cycles;
 pub mod expr;
 pub mod generator;
 pub mod run;
+pub mod steps;
 pub mod stmt;
 pub mod types;
 pub mod walk;

@@ -170,23 +170,3 @@ impl Expression for GeneratorExpression {
         ev.call_function(&function, &mut [iterator], &[])
     }
 }
-
-/// The body of a generator expression: the clauses, yielding each element.
-pub struct GeneratorBody {
-    /// What is yielded.
-    pub element: Expr,
-    /// From where; the iterable of the first clause is the parameter.
-    pub clauses: Clauses,
-    /// Where it is written.
-    pub span: Span,
-}
-
-impl Expression for GeneratorBody {
-    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        self.clauses.run(ev, f, &mut |ev, f| {
-            let value = self.element.eval(ev, f)?;
-            ev.yield_value(value).at(ev, f, self.span).map(|_| ())
-        })?;
-        Ok(Value::None)
-    }
-}

@@ -1,6 +1,6 @@
 //! Parts of nodes that are most often a local variable or a constant: those are read in place, without a further node.
 
-use super::names::{Const, Local, Peek};
+use super::names::{Const, Local};
 use crate::eval::{Evaluator, Expr, Expression, Frame};
 use crate::value::{R, Value};
 
