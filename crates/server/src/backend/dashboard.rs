@@ -14,7 +14,6 @@ use serde::Deserialize;
 use super::{Backend, locked};
 use crate::ports::dashboard::{Dashboard, Order};
 use crate::ports::description::{RobotDescription, TaskStatus};
-use crate::ports::primary;
 
 /// The configuration that is always there: the settings with which the server was started.
 const DEFAULT_CONFIGURATION: &str = "default.configuration";
@@ -49,7 +48,7 @@ impl Dashboard for Backend {
     }
 
     fn task_status(&self) -> TaskStatus {
-        primary::Backend::task_status(self)
+        self.feed.task_status()
     }
 
     fn description(&self) -> &RobotDescription {
