@@ -24,6 +24,7 @@ pub mod trash;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
+use compact_str::CompactString;
 use num_bigint::BigInt;
 
 pub use bytes::{ByteArray, Bytes};
@@ -138,8 +139,8 @@ pub type R<T = Value> = Result<T, Raised>;
 
 impl Value {
     /// A new string.
-    pub fn str(text: impl Into<String>) -> Value {
-        Value::Str(Rc::new(Str::new(text.into())))
+    pub fn str(text: impl Into<CompactString>) -> Value {
+        Value::Str(Rc::new(Str::new(text)))
     }
 
     /// A new list.
