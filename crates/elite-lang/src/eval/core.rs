@@ -44,6 +44,8 @@ pub struct Core {
     pub ascii: Vec<Value>,
     /// The empty string.
     pub empty_str: Value,
+    /// The empty tuple.
+    pub empty_tuple: Value,
     /// Safepoints left in the present slice.
     pub fuel: Cell<u32>,
     /// Safepoints left for the slices after it.
@@ -104,6 +106,7 @@ impl Core {
             stacks: StackPool::default(),
             ascii,
             empty_str: Value::str(""),
+            empty_tuple: Value::tuple(Vec::new()),
             fuel: Cell::new(0),
             fuel_left: Cell::new(0),
             depth: Cell::new(0),
@@ -234,7 +237,7 @@ impl Core {
     pub fn char_value(&self, c: char) -> Value {
         match self.ascii.get(c as usize) {
             Some(value) => value.clone(),
-            None => Value::str(c.to_string()),
+            None => Value::str(&*c.encode_utf8(&mut [0; 4])),
         }
     }
 

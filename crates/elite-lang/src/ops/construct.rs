@@ -81,11 +81,17 @@ impl Evaluator<'_> {
                 }
             };
             if !result.is_none() {
-                let name = self.core.types.name_of(&result);
-                return Err(self.type_error(format!("__init__() should return None, not '{name}'")));
+                return Err(self.init_returned(&result));
             }
         }
         Ok(object)
+    }
+
+    /// The error for an `__init__` that returned a value.
+    #[cold]
+    pub fn init_returned(&self, result: &Value) -> crate::value::Raised {
+        let name = self.core.types.name_of(result);
+        self.type_error(format!("__init__() should return None, not '{name}'"))
     }
 
     /// `object.__new__(class, …)`: for builtin types and their subclasses, what the builtin's own `__new__` does.

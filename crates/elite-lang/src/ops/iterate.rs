@@ -215,7 +215,7 @@ impl Evaluator<'_> {
                     match kind {
                         ViewKind::Keys => key,
                         ViewKind::Values => value,
-                        ViewKind::Items => Value::tuple(vec![key, value]),
+                        ViewKind::Items => Value::pair(key, value),
                     }
                 })
             }
@@ -311,6 +311,7 @@ impl Evaluator<'_> {
                     if keep {
                         return Ok(Some(value));
                     }
+                    self.safepoint()?;
                 }
                 Ok(None)
             }
@@ -322,7 +323,7 @@ impl Evaluator<'_> {
                 let number = count.borrow().clone();
                 let following = self.binary(crate::ast::BinaryOp::Add, &number, &Value::Int(1))?;
                 drop(count.replace(following));
-                Ok(Some(Value::tuple(vec![number, value])))
+                Ok(Some(Value::pair(number, value)))
             }
             Iter::Native(native) => native.steps.next(self),
             // The others are stepped by `next_of`.

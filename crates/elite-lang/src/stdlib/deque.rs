@@ -425,6 +425,7 @@ const METHODS: &[Entry] = &[
             .saturating_mul(times)
             .saturating_mul(size_of::<Value>());
         ev.check_allocation(bytes)?;
+        let times = if bytes == 0 { 0 } else { times };
         let product = make(ev, Vec::new(), own.maxlen.get())?;
         let deque = data(ev, &product)?;
         for _ in 0..times {

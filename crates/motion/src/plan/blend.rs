@@ -11,18 +11,31 @@
 
 use kinematics::{JointPositions, RobotModel};
 
-use super::able::{Able, PartBounds};
+use super::able::Shares;
+use super::curve::{CurveParts, CurveWish};
 use super::leg::{End, Leg};
-use super::{Arm, Warnings, Wish};
+use super::{Arm, Warnings};
 use crate::constants::{
-    BLEND_ENTRIES, BLEND_INTERVALS_PER_PART, BLEND_PARTS, POINT_SPEED_MARGIN, ZONE_STOPPING_SHARE,
+    BLEND_ENTRIES, BLEND_ENTRIES_PER_CYCLE, BLEND_PARTS, LATEST_ENTRY, ZONE_STOPPING_SHARE,
 };
 use crate::path::{Chain, Geometry, JointQuintic, Path, PathPoint, Piece};
 use crate::scalar::{Course, Drive, ScalarLimits, ScalarState, Stretch, Stretches, Travel};
-use crate::setpoint::elbow_speed;
 
 /// Places on a leg that are stepped through from its end to a place in its zone, so that the branch of solutions stays.
 const STEPS_TO_ENTRY: usize = 4;
+
+/// How the curve may be walked, in the order of liking: so many of its first parts for slowing down, the rest with one set
+/// of limits that leaves such shares to bends. The more a bend takes the less is there for a change of speed.
+const SHAPES: [(usize, Shares); 5] = [
+    (0, Shares::EVEN),
+    (0, Shares::PACED),
+    (2, Shares::PACED),
+    (3, Shares::PACED),
+    (4, Shares::PACED),
+];
+
+/// An entry that lies behind the arm by more than this share is past.
+const PASSED_ENTRY: f64 = 0.75;
 
 /// The attempts to join one leg to another, one a cycle.
 #[derive(Clone, Copy, Debug, Default)]
@@ -66,7 +79,7 @@ impl Junction {
         self.tried >= BLEND_ENTRIES.len()
     }
 
-    /// One attempt. `None` when the curve that is tried cannot be done from the present state.
+    /// The attempts of one cycle. `None` when none of the curves that are tried can be done from the present state.
     pub fn attempt(
         &mut self,
         first: &UnderWay,
@@ -74,11 +87,31 @@ impl Junction {
         arm: &Arm,
         warnings: &mut Warnings,
     ) -> Option<Joined> {
-        let share = *BLEND_ENTRIES.get(self.tried)?;
-        self.tried += 1;
-        let corner = Corner::new(first, next, share, arm, warnings)?;
-        corner.join(first, arm)
+        for _ in 0..BLEND_ENTRIES_PER_CYCLE {
+            let share = *BLEND_ENTRIES.get(self.tried)?;
+            self.tried += 1;
+            for scale in [Scale::Tcp, Scale::Joints, Scale::Speeds] {
+                let mut own = Warnings::default();
+                let corner = Corner::new(first, next, (share, scale), arm, &mut own);
+                if let Some(joined) = corner.and_then(|corner| corner.join(first, arm)) {
+                    own.iter().for_each(|warning| warnings.add(warning));
+                    return Some(joined);
+                }
+            }
+        }
+        None
     }
+}
+
+/// What is equally long per s on both legs next to the curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Scale {
+    /// The distance from the waypoint.
+    Tcp,
+    /// The way of the joints, where the TCP goes much farther on one leg than on the other for the same turning.
+    Joints,
+    /// What is done in the same time: the next leg at its own speed, the first at the speed that the arm has.
+    Speeds,
 }
 
 /// The curve and where it lies on both legs.
@@ -99,7 +132,7 @@ impl Corner {
     fn new(
         first: &UnderWay,
         next: &Leg,
-        share: f64,
+        (share, scale): (f64, Scale),
         arm: &Arm,
         warnings: &mut Warnings,
     ) -> Option<Self> {
@@ -109,8 +142,11 @@ impl Corner {
             speed: first.now.speed * piece.rate,
             acceleration: first.now.acceleration * piece.rate,
         };
-        let before = (leg.path.length() - now.position) * share;
-        if before <= 0.0 || next.path.length() <= 0.0 {
+        let zone = leg.path.length() - leg.zone;
+        let left = leg.path.length() - now.position;
+        // Not at once: the present state must lead there.
+        let before = (zone * share).min(left * LATEST_ENTRY);
+        if before <= 0.0 || before < zone * share * PASSED_ENTRY || next.path.length() <= 0.0 {
             return None;
         }
         let entry = leg.path.length() - before;
@@ -124,10 +160,17 @@ impl Corner {
             next.shorten(exit, arm, warnings);
         }
         let after = next.distance(arm.model, exit, End::First, measure);
-        let rate = (exit / after) / (before / radius);
         let start = point_at(&leg.path, arm.model, (now.position, &first.q), entry)?;
         let corner_q = leg.path.end().q;
         let end = point_at(&next.path, arm.model, (0.0, &corner_q), exit)?;
+        let rate = match scale {
+            Scale::Tcp => (exit / after) / (before / radius),
+            Scale::Joints => norm(&start.first) / norm(&end.first),
+            Scale::Speeds => limits_at(&next.course, exit)?.speed / now.speed,
+        };
+        if !(rate.is_finite() && rate > 0.0) {
+            return None;
+        }
         let end = PathPoint {
             first: end.first.map(|d| d * rate),
             second: end.second.map(|d| d * rate * rate),
@@ -145,6 +188,24 @@ impl Corner {
     }
 
     fn join(self, first: &UnderWay, arm: &Arm) -> Option<Joined> {
+        let parts = CurveParts::look(&self.curve, first.leg, arm)?;
+        let left = last_limits(&first.leg.course)?;
+        let right = slowed_by_rate(limits_at(&self.next.course, self.exit)?, self.rate);
+        let wish = self.wish(&parts, (&left, &right), first.leg);
+        SHAPES
+            .iter()
+            .find_map(|shape| self.join_as(*shape, &parts, &wish, (first, &right), arm))
+    }
+
+    /// With a curve in one or two stretches.
+    fn join_as(
+        &self,
+        (slowing, shares): (usize, Shares),
+        parts: &CurveParts,
+        wish: &CurveWish,
+        (first, right): (&UnderWay, &ScalarLimits),
+        arm: &Arm,
+    ) -> Option<Joined> {
         let (piece, leg, next) = (first.piece, first.leg, &self.next);
         let mut list = Stretches::NONE;
         let entry_in_chain = piece.begin + (self.entry - piece.from) / piece.rate;
@@ -153,13 +214,14 @@ impl Corner {
             (first.now.position, entry_in_chain),
             1.0 / piece.rate,
         );
-        let left = last_limits(&leg.course)?;
-        let right = slowed_by_rate(limits_at(&next.course, self.exit)?, self.rate);
-        let length = self.curve.length() / BLEND_PARTS as f64;
-        for part in 0..BLEND_PARTS {
-            let limits = self.part(part, (&left, &right), leg, arm)?;
-            list.push(Stretch::new(length, limits));
+        let length = |parts: usize| self.curve.length() * parts as f64 / BLEND_PARTS as f64;
+        if slowing > 0 {
+            let limits = parts.limits(0..slowing, wish, Shares::EVEN, arm)?;
+            list.push(Stretch::new(length(slowing), limits));
         }
+        let limits = parts.limits(slowing..BLEND_PARTS, wish, shares, arm)?;
+        let limits = alike(limits, right);
+        list.push(Stretch::new(length(BLEND_PARTS - slowing), limits));
         list.push_part(&next.course, (self.exit, next.path.length()), self.rate);
         let lead = self.entry - self.now.position;
         let begin = lead + self.curve.length();
@@ -196,82 +258,29 @@ impl Corner {
         })
     }
 
-    /// The limits of one part of the curve; `None` when it leaves the radius or a joint's range.
-    fn part(
+    /// How fast the curve is wanted between legs with the limits `left` and `right`.
+    fn wish(
         &self,
-        part: usize,
+        parts: &CurveParts,
         (left, right): (&ScalarLimits, &ScalarLimits),
         leg: &Leg,
-        arm: &Arm,
-    ) -> Option<ScalarLimits> {
-        let places = BLEND_PARTS * BLEND_INTERVALS_PER_PART;
-        let step = self.curve.length() / places as f64;
-        let tcp = &leg.flange_from_tcp;
-        let corner = arm.model.tcp_pose(&leg.path.end().q, tcp).translation;
-        let mut bounds = PartBounds::NONE;
-        let (mut tcp_per_s, mut turn_per_s) = (0.0_f64, 0.0_f64);
-        for place in 0..=BLEND_INTERVALS_PER_PART {
-            let s = step * (part * BLEND_INTERVALS_PER_PART + place) as f64;
-            let point = self.curve.point(s);
-            let q = JointPositions(point.q);
-            for joint in 0..6 {
-                let range = arm.limits.position_min[joint]..=arm.limits.position_max[joint];
-                if !range.contains(&q[joint]) {
-                    return None;
-                }
-                // Between two places a value exceeds both by no more than a parabola's height.
-                let rise = step * step / 8.0;
-                let (d1, d2, d3, d4) = (
-                    point.first[joint].abs(),
-                    point.second[joint].abs(),
-                    point.third[joint].abs(),
-                    point.fourth[joint].abs(),
-                );
-                bounds.first[joint] = bounds.first[joint].max(d1 + rise * d3);
-                bounds.second[joint] = bounds.second[joint].max(d2 + rise * d4);
-                bounds.third[joint] = bounds.third[joint].max(d3 + 0.5 * step * d4);
-                turn_per_s = turn_per_s.max(d1);
-            }
-            let frames = arm.model.forward(&q);
-            let position = (frames.base_from_flange * *tcp).translation;
-            if (position - corner).norm() > leg.radius {
-                return None;
-            }
-            let rates = kinematics::JointSpeeds(point.first);
-            tcp_per_s = tcp_per_s.max(frames.twist(&rates, position).linear.norm());
-            bounds.elbow = bounds.elbow.max(elbow_speed(&frames, &rates));
-            bounds.torque.cover(&q, &point.first, &point.second, arm);
-        }
-        bounds.tcp = tcp_per_s / POINT_SPEED_MARGIN;
-        let fastest = left.speed.max(right.speed);
-        let speed = if self.is_between_joint_legs(leg) {
+    ) -> CurveWish {
+        let (before, after) = parts.tcp_at_ends();
+        let (mut tcp, mut turn) = (f64::INFINITY, f64::INFINITY);
+        if self.is_between_joint_legs(leg) {
             // The leading joint turns one radian per s of the first leg, and `rate` of them on the second.
-            left.speed.max(right.speed * self.rate) / turn_per_s
-        } else {
-            let at = |s: f64| {
-                let point = self.curve.point(s);
-                let frames = arm.model.forward(&JointPositions(point.q));
-                let position = (frames.base_from_flange * *tcp).translation;
-                let rates = kinematics::JointSpeeds(point.first);
-                frames.twist(&rates, position).linear.norm()
-            };
-            let (before, after) = (at(0.0), at(self.curve.length()));
+            turn = left.speed.max(right.speed * self.rate);
+        } else if before.max(after) >= 1e-6 {
             // A tool that only turns has no TCP speed to keep to.
-            if before.max(after) < 1e-6 {
-                fastest
-            } else {
-                (before * left.speed).max(after * right.speed) / tcp_per_s
-            }
-        };
-        let wish = Wish {
-            speed: speed.min(fastest),
+            tcp = (before * left.speed).max(after * right.speed);
+        }
+        CurveWish {
+            speed: left.speed.max(right.speed),
+            tcp,
+            turn,
             // Where the slower leg accelerates gently the arm must still get down to its speed within the radius.
             acceleration: left.acceleration.max(right.acceleration),
-            duration: 0.0,
-            radius: 0.0,
-        };
-        let limits = Able::of(&bounds, arm.limits).at(&wish);
-        limits.are_usable().then_some(limits)
+        }
     }
 
     fn is_between_joint_legs(&self, leg: &Leg) -> bool {
@@ -302,6 +311,10 @@ fn point_at(
     Some(point)
 }
 
+fn norm(rates: &[f64; 6]) -> f64 {
+    rates.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
 fn last_limits(course: &Course) -> Option<ScalarLimits> {
     course.stretches().last().map(Stretch::paced)
 }
@@ -317,6 +330,16 @@ fn limits_at(course: &Course, s: f64) -> Option<ScalarLimits> {
         })
         .or(course.stretches().last())
         .map(Stretch::paced)
+}
+
+/// The limits of the neighbour where those are as fast: one stretch needs no end of acceleration between them.
+fn alike(limits: ScalarLimits, neighbour: &ScalarLimits) -> ScalarLimits {
+    let bears = |own: f64, other: f64| own >= other * (1.0 - 1e-9);
+    let is_as_fast = bears(limits.speed, neighbour.speed)
+        && bears(neighbour.speed, limits.speed)
+        && bears(limits.acceleration, neighbour.acceleration)
+        && bears(limits.jerk, neighbour.jerk);
+    if is_as_fast { *neighbour } else { limits }
 }
 
 /// Limits of an s of which `rate` go to one of another, in that other.

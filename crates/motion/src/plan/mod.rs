@@ -5,6 +5,7 @@
 mod able;
 mod blend;
 mod cartesian;
+mod curve;
 mod leg;
 mod micro_line;
 mod movej;

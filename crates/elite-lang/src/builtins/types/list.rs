@@ -205,8 +205,15 @@ fn count(ev: &Evaluator<'_>, sequence: &Value, value: &Value) -> R {
 fn index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let plain = ev.plain(&args[0]);
     let length = ev.len(&plain)?;
-    let start = clamp_start(ev, &args[2], length, 0)?;
-    let stop = clamp_start(ev, &args[3], length, length)?;
+    let bound = |value: &Value, default: usize| match value {
+        Value::Unbound => Ok(default),
+        value if ev.has_index(value) => clamp_start(ev, value, length, default),
+        _ => {
+            let text = "slice indices must be integers or have an __index__ method";
+            Err(ev.type_error(text))
+        }
+    };
+    let (start, stop) = (bound(&args[2], 0)?, bound(&args[3], length)?);
     for index in start..stop {
         let Some(item) = item_at(ev, &plain, index)? else {
             break;
@@ -246,20 +253,15 @@ fn sort(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         });
     }
     // The list is empty while it is sorted, so that key functions see no half-sorted state.
-    let items = std::mem::take(&mut *list.borrow_mut());
-    let backup = items.clone();
-    let result = ev.sort(items, key.as_ref(), reverse);
-    let (sorted, error) = match result {
-        Ok(sorted) => (sorted, None),
-        Err(raised) => (backup, Some(raised)),
-    };
+    let mut items = std::mem::take(&mut *list.borrow_mut());
+    let result = ev.sort(&mut items, key.as_ref(), reverse);
     let changed = !list.is_empty();
-    let meanwhile = std::mem::replace(&mut *list.borrow_mut(), sorted);
+    let meanwhile = std::mem::replace(&mut *list.borrow_mut(), items);
     list.account();
     drop(meanwhile);
-    match error {
-        Some(raised) => Err(raised),
-        None if changed => Err(ev.value_error("list modified during sort")),
-        None => Ok(Value::None),
+    result?;
+    match changed {
+        true => Err(ev.value_error("list modified during sort")),
+        false => Ok(Value::None),
     }
 }
