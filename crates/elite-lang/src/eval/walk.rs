@@ -32,7 +32,7 @@ impl Walk {
     }
 
     /// The next item; None at the end.
-    #[inline]
+    #[inline(always)]
     pub fn next(&mut self, ev: &Evaluator<'_>, f: &Frame<'_>, span: Span) -> R<Option<Value>> {
         match self {
             Walk::Range(next, step, left) => {

@@ -24,7 +24,7 @@ pub struct AssignLocal {
 impl Statement for AssignLocal {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
-        f.slots[self.slot as usize] = value;
+        f.slots[self.slot as usize].put(value);
         Flow::Next
     }
 }
@@ -80,7 +80,7 @@ impl<O: Operator, B: Peek> Statement for AugLocalPeek<O, B> {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let slot = self.slot as usize;
         if let Some(value) = fast(O::OP, &f.slots[slot], self.value.peek(f)) {
-            f.slots[slot] = value;
+            f.slots[slot].put(value);
             return Flow::Next;
         }
         attempt!(self.local.check(ev, f));
@@ -105,7 +105,7 @@ impl<O: Operator> Statement for AugLocal<O> {
         attempt!(self.local.check(ev, f));
         let value = attempt!(self.value.eval(ev, f));
         if let Some(value) = fast(O::OP, &f.slots[slot], &value) {
-            f.slots[slot] = value;
+            f.slots[slot].put(value);
             return Flow::Next;
         }
         slow_local(O::OP, slot, &value, ev, f, self.span).into()

@@ -48,7 +48,7 @@ impl LoopTarget {
     pub fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, item: Value) -> R<()> {
         match self {
             LoopTarget::Slot(slot) => {
-                f.slots[*slot as usize] = item;
+                f.slots[*slot as usize].put(item);
                 Ok(())
             }
             LoopTarget::Other(target) => target.assign(ev, f, item),
