@@ -16,7 +16,7 @@ use crate::value::{Class, Function, Instance, R, Symbol, Value};
 /// `function(a, b)` without stars and keywords.
 pub struct Call {
     /// What is called.
-    pub function: Expr,
+    pub function: Operand,
     /// With what.
     pub args: Box<[Operand]>,
     /// Where it is written.

@@ -18,7 +18,7 @@ pub struct AssignLocal {
     /// Its slot.
     pub slot: u32,
     /// The value.
-    pub value: Expr,
+    pub value: Operand,
 }
 
 impl Statement for AssignLocal {
@@ -34,7 +34,7 @@ pub struct Assign {
     /// The targets, left to right.
     pub targets: Box<[Box<dyn Target>]>,
     /// The value.
-    pub value: Expr,
+    pub value: Operand,
 }
 
 impl Statement for Assign {
@@ -55,7 +55,7 @@ pub struct AssignPair {
     /// The targets.
     pub targets: [Box<dyn Target>; 2],
     /// Their values.
-    pub values: [Expr; 2],
+    pub values: [Operand; 2],
 }
 
 impl Statement for AssignPair {
@@ -172,9 +172,9 @@ fn shaped<O: Operator>(slot: u32, value: Operand, target: Span, span: Span) -> B
             local,
             op,
         }),
-        Operand::Expr(value) => Box::new(AugLocal {
+        other => Box::new(AugLocal {
             slot,
-            value,
+            value: other.into_expr(),
             span,
             local,
             op,
@@ -185,13 +185,13 @@ fn shaped<O: Operator>(slot: u32, value: Operand, target: Span, span: Span) -> B
 /// `name op= value` for any other name.
 pub struct AugName {
     /// Reads the name.
-    pub read: Expr,
+    pub read: Operand,
     /// Writes it.
     pub target: Box<dyn Target>,
     /// The operator.
     pub op: BinaryOp,
     /// The other operand.
-    pub value: Expr,
+    pub value: Operand,
     /// Where it is written.
     pub span: Span,
 }
