@@ -399,11 +399,11 @@ impl Evaluator<'_> {
         let address = value.address().unwrap_or(0);
         Ok(match value {
             Value::Function(function) => {
-                format!("<function {} at {address:#x}>", function.code.qualname)
+                format!("<function {} at {address:#x}>", function.qualname())
             }
             Value::BoundMethod(method) => {
                 let name = match &method.function {
-                    Value::Function(function) => function.code.qualname.to_string(),
+                    Value::Function(function) => function.qualname().to_string(),
                     Value::Builtin(builtin) => {
                         let owner = self.core.types.name_of(&method.receiver);
                         return Ok(format!(
