@@ -192,11 +192,30 @@ impl Corner {
             let mut k = 0;
             for state in bench.states.iter().filter(|s| s.cycle + 2 >= ended) {
                 k += 1;
-                if k > 16 { break; }
+                if k > 16 {
+                    break;
+                }
                 let v = Vector3::from_row_slice(&state.target_tcp_speed[..3]).norm();
-                println!("  {} {:?} id {:?} share {:.4} v {:.5} maxqd {:.4}", state.cycle, ended, state.command_id, distance(state)/radius, v, state.target_qd.max_abs());
+                println!(
+                    "  {} {:?} id {:?} share {:.4} v {:.5} maxqd {:.4}",
+                    state.cycle,
+                    ended,
+                    state.command_id,
+                    distance(state) / radius,
+                    v,
+                    state.target_qd.max_abs()
+                );
             }
-            println!("step {} r {} planned {} turning {} warnings {:?}\n {:?}\n {:?}", self.step_time, self.radius, radius, counts_turning, bench.warnings, self.first, self.second);
+            println!(
+                "step {} r {} planned {} turning {} warnings {:?}\n {:?}\n {:?}",
+                self.step_time,
+                self.radius,
+                radius,
+                counts_turning,
+                bench.warnings,
+                self.first,
+                self.second
+            );
         }
         Found::Left(last.unwrap())
     }
@@ -237,7 +256,11 @@ fn every_blend_begins_at_the_latest_at_six_tenths_of_its_radius() {
             }
         }
     }
-    println!("{blends} blends, {} stopped {stopped:?}, {} late {late:?}", stopped.len(), late.len());
+    println!(
+        "{blends} blends, {} stopped {stopped:?}, {} late {late:?}",
+        stopped.len(),
+        late.len()
+    );
     assert!(late.is_empty(), "{late:?}");
     assert!(10 * stopped.len() < blends, "{stopped:?}");
 }
@@ -251,4 +274,3 @@ fn one() {
         println!("{seed}: {:?}", corner.run());
     }
 }
-

@@ -79,7 +79,11 @@ impl CurveParts {
             // A place between two parts belongs to both.
             let number = place / BLEND_INTERVALS_PER_PART;
             let is_shared = place.is_multiple_of(BLEND_INTERVALS_PER_PART);
-            let first = if is_shared { number.saturating_sub(1) } else { number };
+            let first = if is_shared {
+                number.saturating_sub(1)
+            } else {
+                number
+            };
             let mut torque = PartBounds::NONE.torque;
             torque.cover(&q, &point.first, &point.second, arm);
             for part in parts.iter_mut().take(number + 1).skip(first) {
