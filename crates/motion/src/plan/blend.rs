@@ -12,6 +12,7 @@
 //! has one set of limits, so that the speed does not ripple; only where the arm must slow down for it there are two.
 
 use kinematics::JointPositions;
+use motion_api::Warning;
 
 use super::able::{Able, PartBounds, Shares};
 use super::corner::{Corner, Curve, SCALES, limits_at, point_at};
@@ -41,6 +42,13 @@ const SLOWING: [(usize, f64); 6] = [(2, 1.0), (3, 1.0), (4, 1.0), (0, 2.0), (2, 
 /// A curve is worth slowing down for that bears at least this share of the present speed.
 const WORTH_SLOWING: f64 = 0.3;
 
+/// Paces of a leg that are tried so that it ends in time, and how much earlier it may be, s.
+const PACES_TRIED: u32 = 16;
+/// See [`PACES_TRIED`].
+const IN_TIME: f64 = 1e-4;
+/// See [`PACES_TRIED`]: from one to the next slower one.
+const WIDER: f64 = 1.4;
+
 /// How a curve is walked.
 #[derive(Clone, Copy, Debug)]
 struct Shape {
@@ -65,14 +73,12 @@ pub struct UnderWay<'a> {
     pub leg: &'a Leg,
     /// The leg's place in the chain.
     pub piece: &'a Piece,
-    /// The course over the chain.
-    pub course: &'a Course,
+    /// How the chain is travelled.
+    pub travel: &'a Travel,
     /// State along the chain.
     pub now: ScalarState,
     /// Where the joints are now.
     pub q: JointPositions,
-    /// What is wanted of the motion.
-    pub drive: Drive,
 }
 
 /// Two legs joined.
@@ -108,9 +114,9 @@ impl Junction {
             let Some(corner) = Corner::new(first, next, share, arm) else {
                 continue;
             };
-            if let Some(joined) = join(first, &corner, arm) {
+            if let Some((turn, shape, joined)) = join(first, &corner, arm) {
                 corner.warnings.iter().for_each(|w| warnings.add(w));
-                return Some(joined);
+                return Some(turn.in_time(shape, joined, arm, warnings));
             }
         }
         None
@@ -118,7 +124,14 @@ impl Junction {
 }
 
 /// Over the first curve that can be walked without slowing down on it, otherwise over the one that asks for least of it.
-fn join(first: &UnderWay, corner: &Corner, arm: &Arm) -> Option<Joined> {
+fn join<'a>(
+    first: &'a UnderWay<'a>,
+    corner: &'a Corner,
+    arm: &Arm,
+) -> Option<(Turn<'a>, Shape, Joined)> {
+    let first_of = |turn: &Turn, mut shapes: core::slice::Iter<Shape>| {
+        shapes.find_map(|shape| Some((*shape, turn.join(*shape, turn.pace(), arm)?)))
+    };
     let mut best: Option<(f64, Turn)> = None;
     for scale in SCALES {
         let Some(turn) = Turn::new(first, corner, corner.curve(scale), arm) else {
@@ -129,9 +142,9 @@ fn join(first: &UnderWay, corner: &Corner, arm: &Arm) -> Option<Joined> {
             .limits(0..BLEND_PARTS, &turn.wish, Shares::PACED, arm);
         let share = borne.map_or(0.0, |limits| limits.speed / corner.now.speed);
         if share >= 1.0
-            && let Some(joined) = EVENLY.iter().find_map(|shape| turn.join(*shape, arm))
+            && let Some((shape, joined)) = first_of(&turn, EVENLY.iter())
         {
-            return Some(joined);
+            return Some((turn, shape, joined));
         }
         if best.as_ref().is_none_or(|(most, _)| share > *most) {
             best = Some((share, turn));
@@ -143,10 +156,9 @@ fn join(first: &UnderWay, corner: &Corner, arm: &Arm) -> Option<Joined> {
         shares: Shares::PACED,
         hardness,
     });
-    EVENLY
-        .iter()
-        .chain(&shapes)
-        .find_map(|shape| turn.join(*shape, arm))
+    let (shape, joined) =
+        first_of(&turn, EVENLY.iter()).or_else(|| first_of(&turn, shapes.iter()))?;
+    Some((turn, shape, joined))
 }
 
 /// One curve at a corner, and what it bears.
@@ -199,9 +211,81 @@ impl<'a> Turn<'a> {
         })
     }
 
-    /// `None` when the curve cannot be walked as `shape` says from the present state.
-    fn join(&self, shape: Shape, arm: &Arm) -> Option<Joined> {
-        let (first, corner, next) = (self.first, self.corner, &self.corner.next);
+    /// `joined`, or the same at the pace that lets the second leg end in time where a duration is wanted of it. The time of a
+    /// leg counts from the waypoint before: from when the first leg would have ended, if that has a duration too, otherwise
+    /// from the middle of the curve.
+    fn in_time(&self, shape: Shape, joined: Joined, arm: &Arm, warnings: &mut Warnings) -> Joined {
+        let Drive::Go(fraction) = self.first.travel.wanted() else {
+            return joined;
+        };
+        let wanted = self.corner.next.duration;
+        if wanted <= 0.0 {
+            return joined;
+        }
+        let begins = if self.first.leg.duration > 0.0 {
+            self.first.travel.time_left()
+        } else {
+            let middle = self.corner.lead() + self.curve.quintic.length() / 2.0;
+            joined.travel.time_to(middle)
+        };
+        let due = begins + wanted / fraction;
+        let at = |pace: f64| {
+            let joined = self.join(shape, pace, arm)?;
+            Some((joined.travel.time_left() - due, joined))
+        };
+        let Some((late, fastest)) = at(1.0) else {
+            return joined;
+        };
+        if late > due * 1e-9 {
+            warnings.add(Warning::DurationStretched {
+                wanted,
+                planned: wanted + late * fraction,
+            });
+            return fastest;
+        }
+        // The time left grows with the inverse of the pace: widened until it is too long, then regula falsi (Illinois).
+        let (mut fast, mut slow) = ((1.0, late), None);
+        let mut found = fastest;
+        let mut inverse = 1.0 / self.pace();
+        for _ in 0..PACES_TRIED {
+            match at(1.0 / inverse) {
+                Some((late, joined)) if late <= 0.0 => {
+                    found = joined;
+                    if -late < IN_TIME {
+                        break;
+                    }
+                    fast = (inverse, late);
+                    slow = slow.map(|(slow, late)| (slow, 0.5 * late));
+                }
+                Some((late, _)) => {
+                    slow = Some((inverse, late));
+                    fast.1 *= 0.5;
+                }
+                // So slow a leg cannot be entered at the speed that the arm has.
+                None => slow = Some((inverse, f64::INFINITY)),
+            }
+            inverse = match slow {
+                Some((slow, late)) if late.is_finite() => {
+                    fast.0 + (slow - fast.0) * fast.1 / (fast.1 - late)
+                }
+                Some((slow, _)) => 0.5 * (fast.0 + slow),
+                None => WIDER * inverse,
+            };
+        }
+        found
+    }
+
+    /// The pace that the second leg was planned with.
+    fn pace(&self) -> f64 {
+        let stretches = self.corner.next.course.stretches();
+        stretches.first().map_or(1.0, |stretch| stretch.pace)
+    }
+
+    /// `None` when the curve cannot be walked as `shape` says from the present state, and the second leg at `pace`.
+    fn join(&self, shape: Shape, pace: f64, arm: &Arm) -> Option<Joined> {
+        let (first, corner) = (self.first, self.corner);
+        let mut next = corner.next;
+        next.course = next.course.at_pace(pace);
         let (piece, rate) = (first.piece, self.curve.rate);
         let mut list = Stretches::NONE;
         let wish = CurveWish {
@@ -213,7 +297,7 @@ impl<'a> Turn<'a> {
         } else {
             let entry_in_chain = piece.begin + (corner.entry - piece.from) / piece.rate;
             let part = (first.now.position, entry_in_chain);
-            list.push_part(first.course, part, 1.0 / piece.rate);
+            list.push_part(first.travel.course(), part, 1.0 / piece.rate);
         }
         let whole = self.curve.quintic.length();
         let length = |parts: usize| whole * parts as f64 / BLEND_PARTS as f64;
@@ -233,7 +317,7 @@ impl<'a> Turn<'a> {
         if next.radius > 0.0 {
             list = list.with_zone(zone, ZONE_STOPPING_SHARE, next.zone_speed / rate);
         }
-        let travel = Travel::joining(Course::moving(&list)?, corner.now, first.drive)?;
+        let travel = Travel::joining(Course::moving(&list)?, corner.now, first.travel.wanted())?;
         let chain = Chain::of_three([
             Piece {
                 path: first.leg.path,
@@ -257,7 +341,7 @@ impl<'a> Turn<'a> {
         Some(Joined {
             chain,
             travel,
-            leg: *next,
+            leg: next,
             zone,
         })
     }
