@@ -41,6 +41,11 @@ fn primary_clients_see_live_states_and_send_programs() {
 }
 
 #[test]
+fn every_port_tells_the_same_in_every_state() {
+    run("test_states");
+}
+
+#[test]
 fn inputs_are_set_through_the_http_port() {
     run("test_http");
 }

@@ -336,12 +336,13 @@ fn not_an_iterator(ev: &Evaluator<'_>, value: &Value) -> crate::value::Raised {
 }
 
 fn sorted(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let items = ev.collect(&args[0])?;
+    let mut items = ev.collect(&args[0])?;
     let reverse = match args[2].given() {
         Some(value) => !ev.to_int(value)?.is_zero(),
         None => false,
     };
-    ev.sort(items, args[1].given(), reverse).map(Value::list)
+    ev.sort(&mut items, args[1].given(), reverse)?;
+    Ok(Value::list(items))
 }
 
 fn sum(ev: &Evaluator<'_>, args: &mut [Value]) -> R {

@@ -101,7 +101,7 @@ fn ord(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn divmod(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let (a, b) = (&args[0], &args[1]);
     if let Some((quotient, remainder)) = ev.number_divmod(a, b)? {
-        return Ok(Value::tuple(vec![quotient, remainder]));
+        return Ok(Value::pair(quotient, remainder));
     }
     if let Some(result) = ev.binary_by_methods(known::DIVMOD, known::RDIVMOD, a, b)? {
         return Ok(result);

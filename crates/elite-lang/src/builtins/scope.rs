@@ -209,7 +209,7 @@ fn dir(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
             }
         }
     }
-    let mut names = ev.sort(names, None, false)?;
+    ev.sort(&mut names, None, false)?;
     names.dedup_by(|a, b| crate::ops::hash::quick_equal(a, b) == crate::ops::hash::Equal::Yes);
     Ok(Value::list(names))
 }

@@ -7,34 +7,57 @@ use super::Builtin;
 use crate::eval::Evaluator;
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
-use crate::value::{Instance, R, Str, Value};
+use crate::value::{Instance, R, Value};
 
 /// Runs shorter than this are extended by insertion.
 const RUN_MIN: usize = 24;
 
 impl Evaluator<'_> {
-    /// The items in order, by `key` if given. Equal items keep their order, also in reverse.
-    pub fn sort(&self, items: Vec<Value>, key: Option<&Value>, reverse: bool) -> R<Vec<Value>> {
-        let key = key.filter(|key| !key.is_none());
-        let mut items = items;
-        if reverse {
-            items.reverse();
-        }
-        let mut sorted = match key {
-            None => self.sort_plain(items)?,
-            Some(key) => {
-                let mut pairs = Vec::with_capacity(items.len());
-                for item in items {
-                    pairs.push((self.call1(key, item.clone())?, item));
-                }
-                let pairs = self.sort_by(pairs, |pair| &pair.0)?;
-                pairs.into_iter().map(|(_, item)| item).collect()
+    /// Puts the items in order, by `key` if given. Equal items keep their order, also in reverse. After an error the
+    /// items are as they were.
+    pub fn sort(&self, items: &mut Vec<Value>, key: Option<&Value>, reverse: bool) -> R<()> {
+        let mut keys = Vec::new();
+        if let Some(key) = key.filter(|key| !key.is_none()) {
+            keys.reserve_exact(items.len());
+            for item in &*items {
+                keys.push(self.call1(key, item.clone())?);
             }
-        };
-        if reverse {
-            sorted.reverse();
         }
-        Ok(sorted)
+        let has_keys = !keys.is_empty();
+        let by = if has_keys { &keys } else { &*items };
+        if !has_keys && by.iter().all(|item| matches!(item, Value::Int(_))) {
+            sort_integers(items, reverse);
+            return Ok(());
+        }
+        // Reversed twice, so that equal items keep their order.
+        let places = 0..by.len() as u32;
+        let order: Vec<u32> = match (Ranked::all(by), reverse) {
+            (Some(ranked), _) => in_order(ranked, by, reverse),
+            (None, false) => self.merge_sort_by(places.collect(), by)?,
+            (None, true) => self.merge_sort_by(places.rev().collect(), by)?,
+        };
+        let place = |at: &u32| std::mem::take(&mut items[*at as usize]);
+        let sorted: Vec<Value> = if reverse {
+            order.iter().rev().map(place).collect()
+        } else {
+            order.iter().map(place).collect()
+        };
+        *items = sorted;
+        Ok(())
+    }
+
+    /// The places of the values in their order, by comparisons that may run script code.
+    fn merge_sort_by(&self, places: Vec<u32>, by: &[Value]) -> R<Vec<u32>> {
+        merge_sort(places, &mut |a, b| {
+            let (a, b) = (&by[*a as usize], &by[*b as usize]);
+            match quick_order(a, b, 0) {
+                Some(order) => Ok(order == Ordering::Less),
+                None => {
+                    self.safepoint()?;
+                    self.less(a, b)
+                }
+            }
+        })
     }
 
     /// A key function for a comparison function as Python 2 had it (`functools.cmp_to_key`).
@@ -54,65 +77,95 @@ impl Evaluator<'_> {
             Ok(Value::Instance(Instance::new(class.clone(), payload)))
         }))
     }
+}
 
-    fn sort_plain(&self, items: Vec<Value>) -> R<Vec<Value>> {
-        if let Some(mut numbers) = all_of(&items, |item| {
-            if let Value::Int(int) = item {
-                Some(*int)
+fn sort_integers(items: &mut [Value], reverse: bool) {
+    let mut numbers: Vec<i64> = items.iter().map(integer).collect();
+    numbers.sort_unstable();
+    if reverse {
+        numbers.reverse();
+    }
+    for (item, number) in items.iter_mut().zip(numbers) {
+        *item = Value::Int(number);
+    }
+}
+
+fn integer(value: &Value) -> i64 {
+    if let Value::Int(int) = value { *int } else { 0 }
+}
+
+/// A value to sort by, with a number that is in the same order as far as it tells them apart.
+struct Ranked {
+    rank: i64,
+    place: u32,
+}
+
+impl Ranked {
+    /// Ranks of all values, if no comparison of two of them needs script code or fails; and whether the ranks alone
+    /// are their order.
+    fn all(values: &[Value]) -> Option<(Vec<Ranked>, bool)> {
+        let exact = match values.first()? {
+            Value::Int(_) if values.iter().all(|value| matches!(value, Value::Int(_))) => true,
+            Value::Float(_) if values.iter().all(is_simple_float) => true,
+            Value::Str(_) if values.iter().all(|value| matches!(value, Value::Str(_))) => false,
+            Value::Tuple(_) if have_same_columns(values.iter()) => false,
+            _ => return None,
+        };
+        let ranks = values.iter().map(rank).zip(0..);
+        let ranked = ranks.map(|(rank, place)| Ranked { rank, place });
+        Some((ranked.collect(), exact))
+    }
+}
+
+/// The rank of a value of which `Ranked::all` approves.
+fn rank(value: &Value) -> i64 {
+    match value {
+        Value::Int(int) => *int,
+        Value::Float(float) => {
+            // Zeros of both signs are equal; the bits of the others are in order once the negative ones are turned.
+            let bits = if *float == 0.0 {
+                0
             } else {
-                None
-            }
-        }) {
-            numbers.sort_unstable();
-            return Ok(numbers.into_iter().map(Value::Int).collect());
+                float.to_bits() as i64
+            };
+            bits ^ ((bits >> 63) as u64 >> 1) as i64
         }
-        self.sort_by(items, |item| item)
+        Value::Str(text) => {
+            let text = text.as_str().as_bytes();
+            let mut first = [0; 8];
+            let length = text.len().min(8);
+            first[..length].copy_from_slice(&text[..length]);
+            (u64::from_be_bytes(first) ^ (1 << 63)) as i64
+        }
+        Value::Tuple(tuple) => tuple.items().first().map_or(0, rank),
+        _ => 0,
     }
+}
 
-    /// Sorts by the value `by` gives.
-    fn sort_by<T>(&self, items: Vec<T>, by: impl Fn(&T) -> &Value) -> R<Vec<T>> {
-        let mut items = items;
-        if items.iter().all(|item| matches!(by(item), Value::Int(_))) {
-            items.sort_by_key(|item| {
-                if let Value::Int(int) = by(item) {
-                    *int
-                } else {
-                    0
-                }
-            });
-            return Ok(items);
-        }
-        if items
-            .iter()
-            .all(|item| matches!(by(item), Value::Float(float) if !float.is_nan()))
-        {
-            // Without NaN this is the order of numbers; zeros of both signs must count as equal.
-            items.sort_by(|a, b| {
-                float_of(by(a))
-                    .partial_cmp(&float_of(by(b)))
-                    .unwrap_or(Ordering::Equal)
-            });
-            return Ok(items);
-        }
-        if items.iter().all(|item| matches!(by(item), Value::Str(_))) {
-            items.sort_by(|a, b| text_of(by(a)).cmp(text_of(by(b))));
-            return Ok(items);
-        }
-        if have_same_columns(items.iter().map(&by)) {
-            items.sort_by(|a, b| quick_order(by(a), by(b), 0).unwrap_or(Ordering::Equal));
-            return Ok(items);
-        }
-        merge_sort(items, &mut |a, b| {
-            let (a, b) = (by(a), by(b));
-            match quick_order(a, b, 0) {
-                Some(order) => Ok(order == Ordering::Less),
-                None => {
-                    self.safepoint()?;
-                    self.less(a, b)
-                }
-            }
-        })
+/// The places of `values` in their order, equal ones as they stand; from the last to the first if `reverse`.
+fn in_order(ranked: (Vec<Ranked>, bool), values: &[Value], reverse: bool) -> Vec<u32> {
+    let (mut ranked, exact) = ranked;
+    let tie = |a: &Ranked, b: &Ranked| {
+        let order = a.place.cmp(&b.place);
+        if reverse { order.reverse() } else { order }
+    };
+    if exact {
+        ranked.sort_unstable_by(|a, b| a.rank.cmp(&b.rank).then_with(|| tie(a, b)));
+    } else {
+        ranked.sort_unstable_by(|a, b| {
+            let by_value = || {
+                let (a, b) = (&values[a.place as usize], &values[b.place as usize]);
+                quick_order(a, b, 0).unwrap_or(Ordering::Equal)
+            };
+            let order = a.rank.cmp(&b.rank).then_with(by_value);
+            order.then_with(|| tie(a, b))
+        });
     }
+    ranked.into_iter().map(|ranked| ranked.place).collect()
+}
+
+fn is_simple_float(value: &Value) -> bool {
+    matches!(value, Value::Float(float) if !float.is_nan())
 }
 
 /// Whether all are tuples of one length whose items at each place are all integers, all text or all numbers that are
@@ -136,26 +189,6 @@ fn have_same_columns<'v>(mut values: impl Iterator<Item = &'v Value>) -> bool {
             }
             _ => false,
         })
-}
-
-fn all_of<T>(items: &[Value], pick: impl Fn(&Value) -> Option<T>) -> Option<Vec<T>> {
-    items.iter().map(pick).collect()
-}
-
-fn float_of(value: &Value) -> f64 {
-    if let Value::Float(float) = value {
-        *float
-    } else {
-        0.0
-    }
-}
-
-fn text_of(value: &Value) -> &str {
-    if let Value::Str(text) = value {
-        Str::as_str(text)
-    } else {
-        ""
-    }
 }
 
 /// The order of two builtin values that needs no script code; None if it does, or if there is none.

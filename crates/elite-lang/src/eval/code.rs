@@ -3,6 +3,7 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
+use super::steps::Step;
 use super::{Evaluator, Expr, Flow, Frame, Statement};
 use crate::source::{SourceFile, Span};
 use crate::value::{R, Symbol, Value};
@@ -67,6 +68,14 @@ impl Params {
     pub fn is_simple(&self) -> bool {
         self.names.len() == self.positional && self.star.is_none() && self.double_star.is_none()
     }
+
+    /// The slot of the parameter that can be given by this name.
+    #[inline]
+    pub fn by_name(&self, name: Symbol) -> Option<usize> {
+        let by_name = &self.names[self.positional_only..];
+        let index = by_name.iter().position(|param| *param == name)?;
+        Some(self.positional_only + index)
+    }
 }
 
 /// What a frame runs.
@@ -75,6 +84,8 @@ pub enum Body {
     Block(Block),
     /// A single expression (lambdas).
     Expression(Expr),
+    /// The steps of a generator.
+    Steps(Box<[Step]>),
 }
 
 impl Body {
@@ -89,6 +100,17 @@ impl Body {
                 Flow::Next | Flow::Break | Flow::Continue => Ok(Value::None),
             },
             Body::Expression(expr) => expr.eval(ev, f),
+            // Only generators have steps; they stand at them and never run to the end at once.
+            Body::Steps(_) => Ok(Value::None),
+        }
+    }
+
+    /// The steps of a generator that has no stack of its own.
+    #[inline]
+    pub fn steps(&self) -> Option<&[Step]> {
+        match self {
+            Body::Steps(steps) => Some(steps),
+            Body::Block(_) | Body::Expression(_) => None,
         }
     }
 }

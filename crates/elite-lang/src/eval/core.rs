@@ -44,6 +44,8 @@ pub struct Core {
     pub ascii: Vec<Value>,
     /// The empty string.
     pub empty_str: Value,
+    /// The empty tuple.
+    pub empty_tuple: Value,
     /// Safepoints left in the present slice.
     pub fuel: Cell<u32>,
     /// Safepoints left for the slices after it.
@@ -104,6 +106,7 @@ impl Core {
             stacks: StackPool::default(),
             ascii,
             empty_str: Value::str(""),
+            empty_tuple: Value::tuple(Vec::new()),
             fuel: Cell::new(0),
             fuel_left: Cell::new(0),
             depth: Cell::new(0),

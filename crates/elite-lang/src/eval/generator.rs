@@ -1,4 +1,5 @@
-//! Generators: coroutines whose values go to whoever steps them.
+//! Generators: what hands values to whoever steps it. Most are a place in a list of steps (`steps`), the others are
+//! coroutines.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -7,6 +8,7 @@ use corosensei::stack::DefaultStack;
 use corosensei::{Coroutine, CoroutineResult};
 
 use super::coroutine::{Outlet, Request, Resume, StackKind, Stopping, limit_of};
+use super::steps::{Standing, Step};
 use super::{Core, Evaluator, Frame};
 use crate::errors::ExceptionKind;
 use crate::value::{Function, R, Raised, Value};
@@ -37,11 +39,15 @@ pub struct Generator {
     pub function: Rc<Function>,
     core: Rc<Core>,
     state: RefCell<State>,
+    /// Where it stands, if it has no stack of its own.
+    standing: RefCell<Option<Standing>>,
 }
 
 enum State {
     /// Not started: its slots, parameters bound.
     Fresh(Vec<Value>),
+    /// At the place in `standing`.
+    Standing,
     Suspended(GeneratorCoroutine),
     Running,
     Finished,
@@ -58,10 +64,15 @@ pub enum Stepped {
 impl Generator {
     /// A generator of `function` that starts with these slots.
     pub fn new(core: Rc<Core>, function: Rc<Function>, slots: Vec<Value>) -> Self {
+        let (state, standing) = match function.code.body.steps() {
+            Some(_) => (State::Standing, Some(Standing::new(slots))),
+            None => (State::Fresh(slots), None),
+        };
         Generator {
             function,
             core,
-            state: RefCell::new(State::Fresh(slots)),
+            state: RefCell::new(state),
+            standing: RefCell::new(standing),
         }
     }
 
@@ -77,7 +88,11 @@ impl Generator {
 
     /// Whether it stands at a `yield`.
     pub fn is_suspended(&self) -> bool {
-        matches!(&*self.state.borrow(), State::Suspended(_))
+        match &*self.state.borrow() {
+            State::Suspended(_) => true,
+            State::Standing => self.standing.borrow().as_ref().is_some_and(Standing::waits),
+            State::Fresh(_) | State::Running | State::Finished => false,
+        }
     }
 
     fn start(&self, slots: Vec<Value>) -> Option<GeneratorCoroutine> {
@@ -103,14 +118,22 @@ impl Generator {
 
     /// Whether the slots of a generator that has not started are given up, so that it is over.
     fn finish_fresh(&self) -> bool {
-        let mut state = self.state.borrow_mut();
-        let fresh = matches!(&*state, State::Fresh(_));
+        let fresh = match &*self.state.borrow() {
+            State::Fresh(_) => true,
+            State::Standing => !self.is_suspended(),
+            State::Suspended(_) | State::Running | State::Finished => false,
+        };
         if fresh {
-            let old = std::mem::replace(&mut *state, State::Finished);
-            drop(state);
-            drop(old);
+            self.finish();
         }
         fresh
+    }
+
+    /// It is over: what it holds is dropped, which may run script code.
+    fn finish(&self) {
+        let state = self.state.replace(State::Finished);
+        let standing = self.standing.take();
+        drop((state, standing));
     }
 }
 
@@ -121,6 +144,9 @@ impl Evaluator<'_> {
             && generator.finish_fresh()
         {
             return Err(raised.clone());
+        }
+        if let Some(steps) = generator.function.code.body.steps() {
+            return self.step_standing(generator, steps, input);
         }
         let state = std::mem::replace(&mut *generator.state.borrow_mut(), State::Running);
         let mut coroutine = match state {
@@ -135,14 +161,9 @@ impl Evaluator<'_> {
             State::Running => {
                 return Err(self.raise(ExceptionKind::ValueError, "generator already executing"));
             }
-            State::Finished => {
+            State::Finished | State::Standing => {
                 *generator.state.borrow_mut() = State::Finished;
-                return match input {
-                    ToGenerator::Throw(raised) => Err(raised),
-                    ToGenerator::Send(_) | ToGenerator::Resumed(_) => {
-                        Ok(Stepped::Returned(Value::None))
-                    }
-                };
+                return step_finished(input);
             }
         };
         let core = &self.core;
@@ -179,6 +200,39 @@ impl Evaluator<'_> {
         result
     }
 
+    /// The same for a generator without a stack of its own.
+    fn step_standing(
+        &self,
+        generator: &Generator,
+        steps: &[Step],
+        input: ToGenerator,
+    ) -> R<Stepped> {
+        let core = &*self.core;
+        let (depth, line) = (core.depth.get(), core.line.get());
+        match &mut *generator.state.borrow_mut() {
+            State::Finished => return step_finished(input),
+            State::Running => {
+                return Err(self.raise(ExceptionKind::ValueError, "generator already executing"));
+            }
+            _ if depth >= core.limits.call_depth => return Err(self.recursion_error()),
+            state => *state = State::Running,
+        }
+        core.depth.set(depth + 1);
+        let result = match &mut *generator.standing.borrow_mut() {
+            Some(standing) => self.with_stack(generator.function.code.stack_bytes, || {
+                self.go_on(steps, standing, &generator.function, input)
+            }),
+            None => step_finished(input),
+        };
+        match &result {
+            Ok(Stepped::Yielded(_)) => *generator.state.borrow_mut() = State::Standing,
+            Ok(Stepped::Returned(_)) | Err(_) => generator.finish(),
+        }
+        core.depth.set(depth);
+        core.line.set(line);
+        result
+    }
+
     /// `yield`: hands a value to whoever steps this generator; the value sent back is the result.
     pub fn yield_value(&self, value: Value) -> R {
         let Outlet::Generator(yielder) = &self.outlet else {
@@ -190,6 +244,14 @@ impl Evaluator<'_> {
             ToGenerator::Throw(raised) => Err(raised),
             ToGenerator::Resumed(_) => Err(Raised::Stop),
         }
+    }
+}
+
+/// What stepping a generator gives that is over.
+fn step_finished(input: ToGenerator) -> R<Stepped> {
+    match input {
+        ToGenerator::Throw(raised) => Err(raised),
+        ToGenerator::Send(_) | ToGenerator::Resumed(_) => Ok(Stepped::Returned(Value::None)),
     }
 }
 

@@ -11,8 +11,10 @@ pub mod cycles;
 pub mod expr;
 pub mod generator;
 pub mod run;
+pub mod steps;
 pub mod stmt;
 pub mod types;
+pub mod walk;
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;

@@ -99,10 +99,9 @@ impl Evaluator<'_> {
         }
         let mut more = params.double_star.map(|_| Dict::new());
         for (name, value) in keywords {
-            let by_name = &params.names[params.positional_only..];
-            match by_name.iter().position(|param| param == name) {
+            match params.by_name(*name) {
                 Some(index) => {
-                    let slot = &mut slots[params.positional_only + index];
+                    let slot = &mut slots[index];
                     if !slot.is_unbound() {
                         let error = self.multiple_values(&function.code, *name);
                         return Err(self.with_signature(error, function));
@@ -147,6 +146,9 @@ impl Evaluator<'_> {
                     }
                 }
             }
+        }
+        if params.names.len() == params.positional {
+            return Ok(());
         }
         let keyword_only = slots[params.positional..params.names.len()].iter_mut();
         for (slot, default) in keyword_only.zip(&function.keyword_defaults) {

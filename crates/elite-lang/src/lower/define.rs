@@ -6,7 +6,6 @@ use super::Lower;
 use crate::ast::{self, Constant, ExprKind, Stmt, StmtKind};
 use crate::eval::Expr;
 use crate::eval::code::{Body, Code, CodeKind, Params};
-use crate::eval::expr::comprehension::{Clauses, GeneratorBody};
 use crate::eval::expr::function::MakeFunction;
 use crate::eval::expr::names::Local;
 use crate::eval::stmt::define::{DefineClass, DefineFunction};
@@ -112,13 +111,17 @@ impl Lower<'_> {
         let decorators = self.decorators(&def.decorators);
         let layout = self.layout(def.scope);
         let prefix = format!("{}{}.<locals>.", self.prefix, def.name.name);
-        let (body, stack_bytes) = self.frame(def.scope, prefix, |lower| lower.block(&def.body));
+        let (body, stack_bytes) =
+            self.frame(def.scope, prefix, |lower| match layout.is_generator {
+                true => lower.generator_body(&def.body),
+                false => Body::Block(lower.block(&def.body)),
+            });
         let code = self.code(Parts {
             name: &def.name.name,
             doc: docstring(&def.body),
             params: self.params(&def.parameters),
             layout: layout.clone(),
-            body: Body::Block(body),
+            body,
             stack_bytes,
             span,
         });
@@ -164,17 +167,7 @@ impl Lower<'_> {
         let prefix = format!("{}<genexpr>.<locals>.", self.prefix);
         let (body, stack_bytes) = self.frame(comprehension.scope, prefix, |lower| {
             let first: Expr = Box::new(Local { slot: 0, span });
-            let clauses = lower.clauses(comprehension, first);
-            let clauses = Clauses {
-                clauses,
-                slots: Box::default(),
-                fresh_cells: Box::default(),
-            };
-            Box::new(GeneratorBody {
-                element: lower.expr(element),
-                clauses,
-                span: element.span,
-            }) as Expr
+            lower.generator_expression_body(comprehension, first, element)
         });
         let params = Params {
             names: Box::new([self.symbol(".0")]),
@@ -187,7 +180,7 @@ impl Lower<'_> {
             doc: None,
             params,
             layout: layout.clone(),
-            body: Body::Expression(body),
+            body,
             stack_bytes,
             span,
         });

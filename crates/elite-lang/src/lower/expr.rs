@@ -7,20 +7,24 @@ use crate::ast::{
     self, Arg, ComprehensionKind, Constant, Conversion, DictItem, ExprKind, FStringPart, UnaryOp,
 };
 use crate::eval::Expr;
+use crate::eval::expr::arguments::{CallArg, CallWith};
 use crate::eval::expr::attribute::{Attribute, Cache};
-use crate::eval::expr::binary::{Operand, Unary, binary};
+use crate::eval::expr::binary::{Unary, binary};
 use crate::eval::expr::boolean::{And, IfElse, Not, Or};
-use crate::eval::expr::call::{Call, CallArg, CallMethod, CallWith, SuperCall};
+use crate::eval::expr::call::{Call, CallMethod, SuperCall};
 use crate::eval::expr::compare::{Chain, compare};
 use crate::eval::expr::comprehension::{
     Clause, Clauses, DictComprehension, GeneratorExpression, ListComprehension, SetComprehension,
 };
 use crate::eval::expr::display::{
-    DictDisplay, DictElement, Element, ListDisplay, SetDisplay, TupleDisplay,
+    DictDisplay, DictElement, Element, ListDisplay, PairDisplay, SetDisplay, TripleDisplay,
+    TupleDisplay,
 };
 use crate::eval::expr::fstring::{FString, Part};
 use crate::eval::expr::item::{Item, SliceExpr};
+use crate::eval::expr::keywords::CallKeywords;
 use crate::eval::expr::names::{ClassName, Const, Free, Global, Local, LocalCell, Named};
+use crate::eval::expr::operand::Operand;
 use crate::eval::expr::yields::{Yield, YieldFrom};
 use crate::resolve::Place;
 use crate::source::Span;
@@ -54,7 +58,7 @@ impl Lower<'_> {
             ExprKind::Compare { left, rest } => self.comparison(left, rest, span),
             ExprKind::Call { function, args } => self.call(function, args, span),
             ExprKind::Attribute { value, name } => {
-                let (value, name) = (self.expr(value), self.symbol(&name.name));
+                let (value, name) = (self.operand(value), self.symbol(&name.name));
                 Box::new(Attribute {
                     value,
                     name,
@@ -63,8 +67,9 @@ impl Lower<'_> {
                 })
             }
             ExprKind::Subscript { value, index } => Box::new(Item {
-                value: self.expr(value),
-                index: self.expr(index),
+                keeps: keeps_locals(index),
+                value: self.operand(value),
+                index: self.operand(index),
                 span,
             }),
             ExprKind::Slice { lower, upper, step } => {
@@ -142,7 +147,7 @@ impl Lower<'_> {
         }
     }
 
-    /// An operand, as what it is.
+    /// A part of a node, as what it is.
     pub(super) fn operand(&mut self, expr: &ast::Expr) -> Operand {
         match &expr.kind {
             ExprKind::Constant(constant) => Operand::Const(self.constant(constant)),
@@ -207,24 +212,44 @@ impl Lower<'_> {
         if is_super && args.is_empty() {
             return self.super_call(function, span);
         }
-        let plain: Option<Vec<&ast::Expr>> = args
-            .iter()
-            .map(|arg| match arg {
-                Arg::Positional(expr) => Some(expr),
-                _ => None,
-            })
-            .collect();
-        let Some(plain) = plain else {
+        let mut names = std::collections::BTreeSet::new();
+        let unusual = args.iter().any(|arg| match arg {
+            Arg::Positional(_) => false,
+            // A name given twice is an error that `CallWith` tells of.
+            Arg::Keyword(name, _) => !names.insert(&*name.name),
+            Arg::Star(_) | Arg::DoubleStar(_) => true,
+        });
+        if unusual {
             let function = self.expr(function);
             return Box::new(CallWith {
                 function,
                 args: self.call_args(args),
                 span,
             });
-        };
-        let args = |lower: &mut Self| plain.iter().map(|arg| lower.expr(arg)).collect();
+        }
+        let mut plain: Vec<&ast::Expr> = Vec::new();
+        let mut named = Vec::new();
+        for arg in args {
+            match arg {
+                Arg::Keyword(name, expr) => named.push((name, expr)),
+                Arg::Positional(expr) | Arg::Star(expr) | Arg::DoubleStar(expr) => plain.push(expr),
+            }
+        }
+        if !named.is_empty() {
+            let function = self.expr(function);
+            let args = plain.iter().map(|arg| self.operand(arg)).collect();
+            let named = named.into_iter();
+            let keywords = named.map(|(name, expr)| (self.symbol(&name.name), self.operand(expr)));
+            return Box::new(CallKeywords {
+                function,
+                args,
+                keywords: keywords.collect(),
+                span,
+            });
+        }
+        let args = |lower: &mut Self| plain.iter().map(|arg| lower.operand(arg)).collect();
         if let ExprKind::Attribute { value, name } = &function.kind {
-            let (receiver, name) = (self.expr(value), self.symbol(&name.name));
+            let (receiver, name) = (self.operand(value), self.symbol(&name.name));
             let (attribute_span, cache) = (function.span, Cache::default());
             return Box::new(CallMethod {
                 receiver,
@@ -275,23 +300,37 @@ impl Lower<'_> {
     fn elements(&mut self, items: &[ast::Expr]) -> Box<[Element]> {
         let element = |item: &ast::Expr| match &item.kind {
             ExprKind::Starred(inner) => Element::Star(self.expr(inner), item.span),
-            _ => Element::One(self.expr(item)),
+            _ => Element::One(self.operand(item)),
         };
         items.iter().map(element).collect()
     }
 
     /// A tuple; one of constants is a constant.
     fn tuple(&mut self, items: &[ast::Expr]) -> Expr {
-        let constants: Option<Vec<Value>> = items
+        if items
             .iter()
-            .map(|item| match self.operand(item) {
-                Operand::Const(value) => Some(value),
+            .any(|item| matches!(item.kind, ExprKind::Starred(_)))
+        {
+            return Box::new(TupleDisplay(self.elements(items)));
+        }
+        let parts: Vec<Operand> = items.iter().map(|item| self.operand(item)).collect();
+        let constants: Option<Vec<Value>> = parts
+            .iter()
+            .map(|part| match part {
+                Operand::Const(value) => Some(value.clone()),
                 _ => None,
             })
             .collect();
-        match constants {
-            Some(values) => Box::new(Const(Value::tuple(values))),
-            None => Box::new(TupleDisplay(self.elements(items))),
+        if let Some(values) = constants {
+            return Box::new(Const(Value::tuple(values)));
+        }
+        let parts = match <[Operand; 2]>::try_from(parts) {
+            Ok(pair) => return Box::new(PairDisplay(pair)),
+            Err(parts) => parts,
+        };
+        match <[Operand; 3]>::try_from(parts) {
+            Ok(triple) => Box::new(TripleDisplay(triple)),
+            Err(parts) => Box::new(TupleDisplay(parts.into_iter().map(Element::One).collect())),
         }
     }
 
@@ -342,7 +381,7 @@ impl Lower<'_> {
                 Some(iterable) => iterable,
                 None => self.expr(&clause.iterable),
             };
-            let target = self.target(&clause.target);
+            let target = self.loop_target(&clause.target);
             let conditions = self.exprs(&clause.conditions);
             Clause {
                 target,
@@ -398,5 +437,17 @@ impl Lower<'_> {
         };
         self.scope = outer;
         node
+    }
+}
+
+/// Whether evaluating `expr` certainly leaves the local variables of its own frame as they are.
+pub(super) fn keeps_locals(expr: &ast::Expr) -> bool {
+    match &expr.kind {
+        ExprKind::Constant(_) | ExprKind::Name(_) => true,
+        ExprKind::Binary { left, right, .. } => keeps_locals(left) && keeps_locals(right),
+        ExprKind::Unary { operand, .. } => keeps_locals(operand),
+        ExprKind::Attribute { value, .. } => keeps_locals(value),
+        ExprKind::Subscript { value, index } => keeps_locals(value) && keeps_locals(index),
+        _ => false,
     }
 }

@@ -3,6 +3,7 @@
 
 mod define;
 mod expr;
+mod generator;
 mod stmt;
 mod target;
 

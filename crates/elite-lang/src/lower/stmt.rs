@@ -108,7 +108,7 @@ impl Lower<'_> {
                 iterable: self.expr(iterable),
                 span: iterable.span,
                 line: self.line(statement.span),
-                target: self.target(target),
+                target: self.loop_target(target),
                 body: self.block(body),
                 orelse: self.block(orelse),
             }),
@@ -180,12 +180,12 @@ impl Lower<'_> {
                 value: container,
                 index,
             } => {
-                let (container, index) = (self.expr(container), self.expr(index));
+                let (container, index) = (self.operand(container), self.operand(index));
                 Box::new(AugItem {
                     container,
                     index,
                     op,
-                    value: self.expr(value),
+                    value: self.operand(value),
                     item_span: target.span,
                     span,
                 })
@@ -196,7 +196,8 @@ impl Lower<'_> {
                     target,
                     cache: Cache::default(),
                     op,
-                    value: self.expr(value),
+                    keeps: super::expr::keeps_locals(value),
+                    value: self.operand(value),
                     span,
                 })
             }

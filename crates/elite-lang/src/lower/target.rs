@@ -1,7 +1,9 @@
 //! Targets.
 
 use super::Lower;
+use super::expr::keeps_locals;
 use crate::ast::{self, ExprKind};
+use crate::eval::stmt::loops::LoopTarget;
 use crate::eval::stmt::target::{
     AttributeTarget, ItemTarget, Shared, SharedTarget, Slot, Target, Unpack,
 };
@@ -15,8 +17,9 @@ impl Lower<'_> {
             ExprKind::Name(name) => self.name_target(name, span),
             ExprKind::Attribute { .. } => Box::new(self.attribute_target(target)),
             ExprKind::Subscript { value, index } => Box::new(ItemTarget {
-                value: self.expr(value),
-                index: self.expr(index),
+                keeps: keeps_locals(index),
+                value: self.operand(value),
+                index: self.operand(index),
                 span,
             }),
             ExprKind::Starred(inner) => self.target(inner),
@@ -40,6 +43,16 @@ impl Lower<'_> {
         }
     }
 
+    /// What a loop binds.
+    pub(super) fn loop_target(&mut self, target: &ast::Expr) -> LoopTarget {
+        if let ExprKind::Name(name) = &target.kind
+            && let Place::Local(slot) | Place::Class(slot) = self.place(name)
+        {
+            return LoopTarget::Slot(slot);
+        }
+        LoopTarget::Other(self.target(target))
+    }
+
     pub(super) fn targets(&mut self, targets: &[ast::Expr]) -> Box<[Box<dyn Target>]> {
         targets.iter().map(|target| self.target(target)).collect()
     }
@@ -48,7 +61,7 @@ impl Lower<'_> {
     pub(super) fn attribute_target(&mut self, target: &ast::Expr) -> AttributeTarget {
         let ExprKind::Attribute { value, name } = &target.kind else {
             // Only called for attributes.
-            let value = self.expr(target);
+            let value = self.operand(target);
             let name = self.symbol("");
             return AttributeTarget {
                 value,
@@ -57,7 +70,7 @@ impl Lower<'_> {
                 cache: Default::default(),
             };
         };
-        let (value, name) = (self.expr(value), self.symbol(&name.name));
+        let (value, name) = (self.operand(value), self.symbol(&name.name));
         AttributeTarget {
             value,
             name,

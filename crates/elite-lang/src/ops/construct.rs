@@ -81,11 +81,17 @@ impl Evaluator<'_> {
                 }
             };
             if !result.is_none() {
-                let name = self.core.types.name_of(&result);
-                return Err(self.type_error(format!("__init__() should return None, not '{name}'")));
+                return Err(self.init_returned(&result));
             }
         }
         Ok(object)
+    }
+
+    /// The error for an `__init__` that returned a value.
+    #[cold]
+    pub fn init_returned(&self, result: &Value) -> crate::value::Raised {
+        let name = self.core.types.name_of(result);
+        self.type_error(format!("__init__() should return None, not '{name}'"))
     }
 
     /// `object.__new__(class, …)`: for builtin types and their subclasses, what the builtin's own `__new__` does.
@@ -489,6 +495,9 @@ impl Evaluator<'_> {
             (Value::Range(range), known::START) => Value::Int(range.start),
             (Value::Range(range), known::STOP) => Value::Int(range.stop),
             (Value::Range(range), known::STEP) => Value::Int(range.step),
+            (Value::LongRange(range), known::START) => Value::bigint(range.start.clone()),
+            (Value::LongRange(range), known::STOP) => Value::bigint(range.stop.clone()),
+            (Value::LongRange(range), known::STEP) => Value::bigint(range.step.clone()),
             (Value::Slice(slice), known::START) => slice.start.clone(),
             (Value::Slice(slice), known::STOP) => slice.stop.clone(),
             (Value::Slice(slice), known::STEP) => slice.step.clone(),

@@ -3,6 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
+use crate::builtins::types::range::long_range_iterator;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::generator::{Stepped, ToGenerator};
@@ -31,6 +32,7 @@ impl Evaluator<'_> {
                 step: range.step,
                 left: Cell::new(range.len()),
             },
+            Value::LongRange(range) => long_range_iterator(self, range),
             Value::Dict(dict) => dict_iter(dict, ViewKind::Keys, false),
             Value::DictView(view) => dict_iter(&view.dict, view.kind, false),
             Value::Set(set) | Value::FrozenSet(set) => Iter::Set {
@@ -213,7 +215,7 @@ impl Evaluator<'_> {
                     match kind {
                         ViewKind::Keys => key,
                         ViewKind::Values => value,
-                        ViewKind::Items => Value::tuple(vec![key, value]),
+                        ViewKind::Items => Value::pair(key, value),
                     }
                 })
             }
@@ -320,9 +322,9 @@ impl Evaluator<'_> {
                 let number = count.borrow().clone();
                 let following = self.binary(crate::ast::BinaryOp::Add, &number, &Value::Int(1))?;
                 drop(count.replace(following));
-                Ok(Some(Value::tuple(vec![number, value])))
+                Ok(Some(Value::pair(number, value)))
             }
-            Iter::Native(native) => (native.next)(self),
+            Iter::Native(native) => native.steps.next(self),
             // The others are stepped by `next_of`.
             _ => Ok(None),
         }

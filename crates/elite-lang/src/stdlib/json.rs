@@ -574,15 +574,16 @@ impl Writer<'_, '_> {
             .map(|(_, key, value)| (key, value))
             .collect();
         if self.sort_keys {
-            let pairs = entries
+            let mut sorted: Vec<Value> = entries
                 .into_iter()
-                .map(|(key, value)| Value::tuple(vec![key, value]));
+                .map(|(key, value)| Value::pair(key, value))
+                .collect();
             // By the keys alone: values need not be comparable.
             let first =
                 crate::builtins::Builtin::bound(&self.ev.core, "key", "pair /", |ev, args| {
                     ev.item(&args[0], &Value::Int(0))
                 });
-            let sorted = self.ev.sort(pairs.collect(), Some(&first), false)?;
+            self.ev.sort(&mut sorted, Some(&first), false)?;
             let pair = |value: &Value| {
                 let items = value.as_items().unwrap_or_default();
                 (

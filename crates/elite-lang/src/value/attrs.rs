@@ -1,7 +1,6 @@
 //! Attributes by symbol, in the order they were first set. Indices stay valid: deleting leaves a hole.
 
-use std::collections::HashMap;
-
+use super::symbol::SymbolMap;
 use super::{Symbol, Value};
 
 /// Up to this many keys a scan is faster than a table.
@@ -12,7 +11,7 @@ const SCAN_MAX: usize = 8;
 pub struct AttrMap {
     keys: Vec<Symbol>,
     values: Vec<Value>,
-    index: HashMap<Symbol, u32>,
+    index: SymbolMap<u32>,
 }
 
 impl AttrMap {

@@ -4,10 +4,10 @@
 //! a version names one state of one class, and changes whenever a cached answer could.
 
 use std::cell::{Cell, OnceCell, Ref, RefCell};
-use std::collections::HashMap;
 use std::rc::{Rc, Weak};
 
 use super::attrs::AttrMap;
+use super::symbol::{SymbolMap, known};
 use super::{Symbol, Value, trash};
 
 /// How instances of a class are laid out: which builtin type they extend.
@@ -54,7 +54,7 @@ pub enum Base {
 /// Attributes of instances of one class: which slot holds which.
 #[derive(Default)]
 pub struct Layout {
-    index: HashMap<Symbol, u32>,
+    index: SymbolMap<u32>,
     names: Vec<Symbol>,
 }
 
@@ -85,6 +85,8 @@ impl Layout {
 /// A class.
 pub struct Class {
     name: RefCell<Rc<str>>,
+    /// CPython has this class in C, so messages name it with its module.
+    pub in_c: Cell<bool>,
     /// The builtin type its instances extend.
     pub base: Base,
     bases: Vec<Rc<Class>>,
@@ -100,6 +102,8 @@ pub struct Class {
     metaclass: OnceCell<Rc<Class>>,
     /// A `class` statement made it; only such classes can be changed.
     pub is_script: bool,
+    /// How instances are made, and the version that holds for.
+    making: Cell<(u32, Making)>,
     /// Makes instances without going through `__new__` and `__init__` of scripts.
     pub constructor: RefCell<Value>,
 }
@@ -118,6 +122,17 @@ fn fresh_version() -> u32 {
         version.set(next);
         next
     })
+}
+
+/// How calling a class of a script makes an instance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Making {
+    /// A plain object, then this `__init__`, which is a function.
+    Init(Location),
+    /// A plain object without `__init__`.
+    Bare,
+    /// With more care: `__new__`, a metaclass, a builtin type underneath.
+    General,
 }
 
 /// Where an attribute was found.
@@ -140,6 +155,7 @@ impl Class {
     ) -> Rc<Class> {
         let class = Rc::new(Class {
             name: RefCell::new(name.into()),
+            in_c: Cell::new(false),
             base,
             bases,
             ancestors,
@@ -150,6 +166,7 @@ impl Class {
             slots: RefCell::default(),
             metaclass: OnceCell::new(),
             is_script,
+            making: Cell::new((0, Making::General)),
             constructor: RefCell::default(),
         });
         for parent in &class.bases {
@@ -161,6 +178,17 @@ impl Class {
     /// `__name__`.
     pub fn name(&self) -> Rc<str> {
         self.name.borrow().clone()
+    }
+
+    /// The name in messages: of the library's types as CPython's own in C have it, `datetime.timedelta`.
+    pub fn type_name(&self) -> Rc<str> {
+        let name = self.name();
+        if self.in_c.get()
+            && let Some(Value::Str(module)) = self.attrs.borrow().get(super::symbol::known::MODULE)
+        {
+            return format!("{}.{name}", module.as_str()).into();
+        }
+        name
     }
 
     /// Changes `__name__`.
@@ -268,6 +296,31 @@ impl Class {
             .at(location.index as usize)
             .cloned()
             .unwrap_or_default()
+    }
+
+    /// How calling the class makes an instance.
+    #[inline]
+    pub fn making(&self) -> Making {
+        let (version, making) = self.making.get();
+        if version == self.version() {
+            return making;
+        }
+        let making = self.find_making();
+        self.making.set((self.version(), making));
+        making
+    }
+
+    #[cold]
+    fn find_making(&self) -> Making {
+        let is_plain = self.is_script
+            && self.base == Base::Object
+            && self.metaclass().is_none()
+            && self.lookup(known::NEW).is_none();
+        match self.locate(known::INIT) {
+            Some((location, Value::Function(_))) if is_plain => Making::Init(location),
+            None if is_plain => Making::Bare,
+            _ => Making::General,
+        }
     }
 
     /// Looks an attribute up in the classes after `class` in this one's resolution order, as `super` does.

@@ -90,28 +90,70 @@ impl Drop for List {
     }
 }
 
-/// A tuple.
+/// A tuple. Two or three items, the commonest numbers, are kept in the object itself.
 pub struct Tuple {
-    items: Vec<Value>,
+    items: Items,
+}
+
+enum Items {
+    Two([Value; 2]),
+    Three([Value; 3]),
+    Many(Vec<Value>),
 }
 
 impl Tuple {
     /// A tuple of these items.
     pub fn new(items: Vec<Value>) -> Self {
-        memory::track(items.capacity() * size_of::<Value>());
+        Tuple::counted(Items::Many(items))
+    }
+
+    /// A tuple of two items.
+    #[inline]
+    pub fn of_two(items: [Value; 2]) -> Self {
+        Tuple::counted(Items::Two(items))
+    }
+
+    /// A tuple of three items.
+    #[inline]
+    pub fn of_three(items: [Value; 3]) -> Self {
+        Tuple::counted(Items::Three(items))
+    }
+
+    #[inline]
+    fn counted(items: Items) -> Self {
+        memory::track(items.bytes());
         Tuple { items }
     }
 
     /// The items.
     #[inline]
     pub fn items(&self) -> &[Value] {
-        &self.items
+        match &self.items {
+            Items::Two(items) => items,
+            Items::Three(items) => items,
+            Items::Many(items) => items,
+        }
+    }
+}
+
+impl Items {
+    #[inline]
+    fn bytes(&self) -> usize {
+        match self {
+            Items::Two(items) => size_of_val(items),
+            Items::Three(items) => size_of_val(items),
+            Items::Many(items) => items.capacity() * size_of::<Value>(),
+        }
     }
 }
 
 impl Drop for Tuple {
     fn drop(&mut self) {
-        memory::release(self.items.capacity() * size_of::<Value>());
-        trash::dismantle(&mut self.items);
+        memory::release(self.items.bytes());
+        match &mut self.items {
+            Items::Two(items) => trash::dismantle_all(items),
+            Items::Three(items) => trash::dismantle_all(items),
+            Items::Many(items) => trash::dismantle(items),
+        }
     }
 }

@@ -34,7 +34,7 @@ pub use instance::Instance;
 pub use iter::Iter;
 pub use list::{List, Tuple};
 pub use module::Module;
-pub use range::{Range, Slice};
+pub use range::{LongRange, Range, Slice};
 pub use set::Set;
 pub use string::Str;
 pub use symbol::Symbol;
@@ -69,6 +69,8 @@ pub enum Value {
     Set(Rc<Set>),
     FrozenSet(Rc<Set>),
     Range(Rc<Range>),
+    /// Ranges that do not fit `Range`; never one that would.
+    LongRange(Rc<LongRange>),
     Slice(Rc<Slice>),
     Function(Rc<Function>),
     BoundMethod(Rc<BoundMethod>),
@@ -150,6 +152,18 @@ impl Value {
     /// A new tuple.
     pub fn tuple(items: Vec<Value>) -> Value {
         Value::Tuple(Rc::new(Tuple::new(items)))
+    }
+
+    /// A new tuple of two items.
+    #[inline]
+    pub fn pair(first: Value, second: Value) -> Value {
+        Value::Tuple(Rc::new(Tuple::of_two([first, second])))
+    }
+
+    /// A new tuple of three items.
+    #[inline]
+    pub fn triple(items: [Value; 3]) -> Value {
+        Value::Tuple(Rc::new(Tuple::of_three(items)))
     }
 
     /// An integer of any size, in place if it fits.
@@ -242,6 +256,7 @@ impl Value {
             Value::DictView(rc) => of(rc),
             Value::Set(rc) | Value::FrozenSet(rc) => of(rc),
             Value::Range(rc) => of(rc),
+            Value::LongRange(rc) => of(rc),
             Value::Slice(rc) => of(rc),
             Value::Function(rc) => of(rc),
             Value::BoundMethod(rc) => of(rc),

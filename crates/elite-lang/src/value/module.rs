@@ -1,9 +1,9 @@
 //! Modules and the namespaces of globals.
 
 use std::cell::RefCell;
-use std::collections::HashMap;
 use std::rc::Rc;
 
+use super::symbol::SymbolMap;
 use super::{CellVar, Symbol, Value};
 
 /// An imported module.
@@ -17,7 +17,7 @@ pub struct Module {
 /// Global variables by name. Code refers to the cells directly, so a lookup by name happens once.
 #[derive(Default)]
 pub struct Namespace {
-    cells: RefCell<HashMap<Symbol, Rc<CellVar>>>,
+    cells: RefCell<SymbolMap<Rc<CellVar>>>,
     order: RefCell<Vec<Symbol>>,
     /// Where names are looked up that are not here.
     parent: Option<Rc<Namespace>>,

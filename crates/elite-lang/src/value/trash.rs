@@ -13,10 +13,30 @@ thread_local! {
     static DEFERRED: RefCell<Vec<Value>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Drops the values a container held.
+/// Whether dropping a value may drop others.
+#[inline]
+fn nests(value: &Value) -> bool {
+    !matches!(
+        value,
+        Value::Unbound
+            | Value::None
+            | Value::Ellipsis
+            | Value::NotImplemented
+            | Value::Bool(_)
+            | Value::Int(_)
+            | Value::Float(_)
+            | Value::BigInt(_)
+            | Value::Complex(_)
+            | Value::Str(_)
+            | Value::Bytes(_)
+            | Value::ByteArray(_)
+    )
+}
+
+/// Drops the values a container held. Values that hold no others are left to be dropped where they are.
 #[inline]
 pub fn dismantle(values: &mut Vec<Value>) {
-    if !values.is_empty() {
+    if values.iter().any(nests) {
         let values = Cell::new(std::mem::take(values));
         dismantle_with(
             || drop(values.take()),
@@ -25,10 +45,27 @@ pub fn dismantle(values: &mut Vec<Value>) {
     }
 }
 
+/// The same for values that are part of the object itself.
+#[inline]
+pub fn dismantle_all(values: &mut [Value]) {
+    if values.iter().any(nests) {
+        let values = Cell::new(values);
+        dismantle_with(
+            || {
+                values
+                    .take()
+                    .iter_mut()
+                    .for_each(|value| drop(std::mem::take(value)))
+            },
+            |deferred| deferred.extend(values.take().iter_mut().map(std::mem::take)),
+        );
+    }
+}
+
 /// Drops the single value a container held.
 #[inline]
 pub fn dismantle_one(value: &mut Value) {
-    if value.address().is_some() {
+    if nests(value) {
         let value = Cell::new(std::mem::take(value));
         dismantle_with(
             || drop(value.take()),

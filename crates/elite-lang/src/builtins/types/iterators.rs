@@ -3,6 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
+use super::range::long_range_iterator;
 use super::{constructor, methods, raw_constructor, wrong_receiver};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
@@ -167,6 +168,7 @@ fn reversed(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 left: Cell::new(length),
             }
         }
+        Value::LongRange(range) => long_range_iterator(ev, &range.reversed()),
         Value::Dict(dict) => dict_iter(dict, ViewKind::Keys, true),
         Value::DictView(view) => dict_iter(&view.dict, view.kind, true),
         Value::Str(_) | Value::Tuple(_) | Value::Bytes(_) | Value::ByteArray(_) => {

@@ -379,7 +379,7 @@ fn partition(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
         (None, false) => [text, "", ""],
         (None, true) => ["", "", text],
     };
-    Ok(Value::tuple(parts.map(Value::str).to_vec()))
+    Ok(Value::triple(parts.map(Value::str)))
 }
 
 fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {

@@ -2,7 +2,9 @@
 
 use std::cell::Cell;
 
-use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use super::names::Peek;
+use super::operand::Operand;
+use crate::eval::{Evaluator, Expression, Frame, Located};
 use crate::source::Span;
 use crate::value::class::Location;
 use crate::value::symbol::known;
@@ -41,6 +43,22 @@ impl Cache {
         }
     }
 
+    /// The attribute of `value`, if the cache knows where it lies.
+    #[inline]
+    pub fn read(&self, value: &Value) -> Option<Value> {
+        let Value::Instance(instance) = value else {
+            return None;
+        };
+        match self.get(instance.class.version())? {
+            Hint::Slot(slot) => {
+                let found = instance.slot(slot as usize);
+                (!found.is_unbound()).then_some(found)
+            }
+            Hint::Plain(location) => Some(instance.class.at(location)),
+            Hint::Method(_) | Hint::Property(_) => None,
+        }
+    }
+
     fn set(&self, version: u32, hint: Hint) {
         self.entries[1].set(self.entries[0].get());
         self.entries[0].set(Some((version, hint)));
@@ -73,7 +91,7 @@ impl Cache {
 /// `value.name`
 pub struct Attribute {
     /// The object.
-    pub value: Expr,
+    pub value: Operand,
     /// The name.
     pub name: Symbol,
     /// Where it is written.
@@ -84,30 +102,38 @@ pub struct Attribute {
 
 impl Expression for Attribute {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        if let Operand::Local(local) = &self.value
+            && let Some(found) = self.cache.read(local.peek(f))
+        {
+            return Ok(found);
+        }
         let value = self.value.eval(ev, f)?;
-        if let Value::Instance(instance) = &value {
+        self.of(&value, ev, f)
+    }
+}
+
+impl Attribute {
+    #[inline]
+    fn of(&self, value: &Value, ev: &Evaluator<'_>, f: &Frame<'_>) -> R {
+        if let Some(found) = self.cache.read(value) {
+            return Ok(found);
+        }
+        if let Value::Instance(instance) = value {
             let class = &instance.class;
             match self.cache.get(class.version()) {
-                Some(Hint::Slot(slot)) => {
-                    let found = instance.slot(slot as usize);
-                    if !found.is_unbound() {
-                        return Ok(found);
-                    }
-                }
-                Some(Hint::Plain(location)) => return Ok(class.at(location)),
                 Some(Hint::Property(location)) => {
                     if let Value::Property(property) = class.at(location)
                         && !property.get.is_none()
                     {
-                        return ev.call1(&property.get, value).at(ev, f, self.span);
+                        return ev.call1(&property.get, value.clone()).at(ev, f, self.span);
                     }
                 }
-                Some(Hint::Method(_)) => {}
+                Some(_) => {}
                 None => {
                     self.cache.learn(class, self.name);
                 }
             }
         }
-        ev.attribute(&value, self.name).at(ev, f, self.span)
+        ev.attribute(value, self.name).at(ev, f, self.span)
     }
 }

@@ -2,12 +2,13 @@
 
 use std::marker::PhantomData;
 
-use super::names::{Const, Local, Peek};
+use super::names::{Const, Peek};
+use super::operand::Operand;
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::ops::arith::fast;
 use crate::source::Span;
-use crate::value::{R, Value};
+use crate::value::R;
 
 /// An operator as a type.
 pub trait Operator: 'static {
@@ -47,8 +48,7 @@ impl<O: Operator, A: Peek, B: Peek> Expression for PeekPeek<O, A, B> {
         }
         self.left.check(ev, f)?;
         self.right.check(ev, f)?;
-        let (a, b) = (a.clone(), b.clone());
-        ev.binary(O::OP, &a, &b).at(ev, f, self.span)
+        ev.binary(O::OP, a, b).at(ev, f, self.span)
     }
 }
 
@@ -68,8 +68,7 @@ impl<O: Operator, B: Peek> Expression for ExprPeek<O, B> {
             return Ok(value);
         }
         self.right.check(ev, f)?;
-        let b = b.clone();
-        ev.binary(O::OP, &a, &b).at(ev, f, self.span)
+        ev.binary(O::OP, &a, b).at(ev, f, self.span)
     }
 }
 
@@ -109,27 +108,6 @@ impl<O: Operator> Expression for ExprExpr<O> {
             return Ok(value);
         }
         ev.binary(O::OP, &a, &b).at(ev, f, self.span)
-    }
-}
-
-/// An operand as `lower` found it.
-pub enum Operand {
-    /// A local variable.
-    Local(Local),
-    /// A constant.
-    Const(Value),
-    /// Anything else.
-    Expr(Expr),
-}
-
-impl Operand {
-    /// As an expression.
-    pub fn into_expr(self) -> Expr {
-        match self {
-            Operand::Local(local) => Box::new(local),
-            Operand::Const(value) => Box::new(Const(value)),
-            Operand::Expr(expr) => expr,
-        }
     }
 }
 

@@ -3,19 +3,22 @@
 use std::rc::Rc;
 
 use super::attribute::{Cache, Hint};
+use super::keywords::call_with_keywords;
+use super::operand::Operand;
 use crate::errors::ExceptionKind;
 use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
-use crate::value::symbol::known;
-use crate::value::{Dict, Function, R, Symbol, Value};
+use crate::value::class::Making;
+use crate::value::instance::Payload;
+use crate::value::{Class, Function, Instance, R, Symbol, Value};
 
 /// `function(a, b)` without stars and keywords.
 pub struct Call {
     /// What is called.
     pub function: Expr,
     /// With what.
-    pub args: Box<[Expr]>,
+    pub args: Box<[Operand]>,
     /// Where it is written.
     pub span: Span,
 }
@@ -25,18 +28,77 @@ impl Expression for Call {
         let callee = self.function.eval(ev, f)?;
         match &callee {
             Value::Function(function) => call_script(function, None, &self.args, ev, f, self.span),
-            _ => with_args(&self.args, ev, f, |ev, f, args| {
-                ev.call_from(&callee, args, &[], Some(&mut *f))
-                    .at(ev, f, self.span)
-            }),
+            Value::Class(class) => make_instance(class, &self.args, ev, f, self.span),
+            _ => call_other(&callee, &self.args, ev, f, self.span),
         }
     }
 }
 
+/// Calls anything with arguments that are evaluated into a buffer.
+#[inline(never)]
+fn call_other(
+    callee: &Value,
+    args: &[Operand],
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+    span: Span,
+) -> R {
+    with_args(args, ev, f, |ev, f, args| {
+        ev.call_from(callee, args, &[], Some(&mut *f))
+            .at(ev, f, span)
+    })
+}
+
+/// Calls a class: a plain object gets the arguments evaluated straight into the slots of its `__init__`.
+#[inline(never)]
+fn make_instance(
+    class: &Rc<Class>,
+    args: &[Operand],
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+    span: Span,
+) -> R {
+    let version = class.version();
+    let init = match class.making() {
+        Making::Bare if args.is_empty() => {
+            return Ok(Value::Instance(Instance::new(class.clone(), Payload::None)));
+        }
+        Making::Init(location) => class.at(location),
+        _ => Value::Unbound,
+    };
+    let Value::Function(init) = &init else {
+        return call_other(&Value::Class(class.clone()), args, ev, f, span);
+    };
+    let (params, given) = (&init.code.params, args.len() + 1);
+    if !params.is_simple() || given > params.positional {
+        return call_other(&Value::Class(class.clone()), args, ev, f, span);
+    }
+    with_slots(init.code.slots, |slots| {
+        for (slot, arg) in slots[1..given].iter_mut().zip(args) {
+            *slot = arg.eval(ev, f)?;
+        }
+        if class.version() != version {
+            // An argument has changed the class.
+            let result = ev.instantiate(class, &mut slots[1..given], &[], Some(&mut *f));
+            return result.at(ev, f, span);
+        }
+        let object = Instance::new(class.clone(), Payload::None);
+        slots[0] = Value::Instance(object.clone());
+        if given < params.positional {
+            ev.fill_defaults(init, slots).at(ev, f, span)?;
+        }
+        let result = ev.run(init, slots).at(ev, f, span)?;
+        if !result.is_none() {
+            return Err(ev.init_returned(&result)).at(ev, f, span);
+        }
+        Ok(Value::Instance(object))
+    })
+}
+
 /// Evaluates arguments into a buffer and runs `inner` with them.
 #[inline]
-fn with_args(
-    args: &[Expr],
+pub(super) fn with_args(
+    args: &[Operand],
     ev: &Evaluator<'_>,
     f: &mut Frame<'_>,
     inner: impl FnOnce(&Evaluator<'_>, &mut Frame<'_>, &mut [Value]) -> R,
@@ -64,10 +126,10 @@ fn with_args(
 
 /// Calls a script function, its receiver (if any) before the arguments.
 #[inline]
-fn call_script(
+pub(super) fn call_script(
     function: &Rc<Function>,
     receiver: Option<Value>,
-    args: &[Expr],
+    args: &[Operand],
     ev: &Evaluator<'_>,
     f: &mut Frame<'_>,
     span: Span,
@@ -76,7 +138,7 @@ fn call_script(
     let first = usize::from(receiver.is_some());
     let given = args.len() + first;
     if !params.is_simple() || given > params.positional {
-        return call_bound(function, receiver, args, ev, f, span);
+        return call_with_keywords(function, receiver, args, &[], ev, f, span);
     }
     with_slots(function.code.slots, |slots| {
         if let Some(receiver) = receiver {
@@ -92,32 +154,14 @@ fn call_script(
     })
 }
 
-/// Calls a script function whose arguments need binding.
-#[inline(never)]
-fn call_bound(
-    function: &Rc<Function>,
-    receiver: Option<Value>,
-    args: &[Expr],
-    ev: &Evaluator<'_>,
-    f: &mut Frame<'_>,
-    span: Span,
-) -> R {
-    let mut values: Vec<Value> = Vec::with_capacity(args.len() + 1);
-    values.extend(receiver);
-    for arg in args {
-        values.push(arg.eval(ev, f)?);
-    }
-    ev.call_function(function, &mut values, &[]).at(ev, f, span)
-}
-
 /// `receiver.name(a, b)` without stars and keywords: no bound method is made.
 pub struct CallMethod {
     /// The object before the dot.
-    pub receiver: Expr,
+    pub receiver: Operand,
     /// The method.
     pub name: Symbol,
     /// With what.
-    pub args: Box<[Expr]>,
+    pub args: Box<[Operand]>,
     /// Where the attribute is written.
     pub attribute_span: Span,
     /// Where the call is written.
@@ -186,6 +230,13 @@ impl CallMethod {
 
     #[inline(never)]
     fn call_generally(&self, receiver: &Value, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        if let Value::Super(sup) = receiver
+            && let Some(Value::Function(function)) =
+                sup.receiver_class.lookup_after(&sup.class, self.name)
+        {
+            let receiver = Some(sup.receiver.clone());
+            return call_script(&function, receiver, &self.args, ev, f, self.span);
+        }
         let callee = ev
             .attribute(receiver, self.name)
             .at(ev, f, self.attribute_span)?;
@@ -200,173 +251,9 @@ impl CallMethod {
                     f,
                     self.span,
                 ),
-                _ => with_args(&self.args, ev, f, |ev, f, args| {
-                    ev.call_from(&callee, args, &[], Some(&mut *f))
-                        .at(ev, f, self.span)
-                }),
+                _ => call_other(&callee, &self.args, ev, f, self.span),
             },
-            _ => with_args(&self.args, ev, f, |ev, f, args| {
-                ev.call_from(&callee, args, &[], Some(&mut *f))
-                    .at(ev, f, self.span)
-            }),
-        }
-    }
-}
-
-/// An argument of a call with stars or keywords.
-pub enum CallArg {
-    /// By position.
-    Positional(Expr),
-    /// `*iterable`
-    Star(Expr),
-    /// By name.
-    Keyword(Symbol, Expr),
-    /// `**mapping`
-    DoubleStar(Expr),
-}
-
-/// A call with stars or keywords.
-pub struct CallWith {
-    /// What is called.
-    pub function: Expr,
-    /// With what, in the order of the text.
-    pub args: Box<[CallArg]>,
-    /// Where it is written.
-    pub span: Span,
-}
-
-impl Expression for CallWith {
-    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        let callee = self.function.eval(ev, f)?;
-        let mut positional = Vec::with_capacity(self.args.len());
-        let mut keywords = Vec::new();
-        gather(
-            &self.args,
-            &callee,
-            ev,
-            f,
-            self.span,
-            &mut positional,
-            &mut keywords,
-        )?;
-        ev.call_from(&callee, &mut positional, &keywords, Some(&mut *f))
-            .at(ev, f, self.span)
-    }
-}
-
-/// Evaluates arguments with stars and keywords. `callee` is only for messages.
-pub fn gather(
-    args: &[CallArg],
-    callee: &Value,
-    ev: &Evaluator<'_>,
-    f: &mut Frame<'_>,
-    span: Span,
-    positional: &mut Vec<Value>,
-    keywords: &mut Vec<(Symbol, Value)>,
-) -> R<()> {
-    let single = args
-        .iter()
-        .filter(|arg| matches!(arg, CallArg::Positional(_) | CallArg::Star(_)))
-        .count()
-        == 1;
-    for arg in args {
-        match arg {
-            CallArg::Positional(expr) => positional.push(expr.eval(ev, f)?),
-            CallArg::Star(expr) => {
-                let iterable = expr.eval(ev, f)?;
-                let items = ev.collect(&iterable).map_err(|raised| {
-                    let raised = ev.not_unpackable(raised, &iterable);
-                    let plain = !matches!(iterable, Value::Instance(_));
-                    if single && plain && ev.is_kind(&raised, ExceptionKind::TypeError) {
-                        let (label, name) =
-                            (ev.callee_label(callee), ev.core.types.name_of(&iterable));
-                        return ev.type_error(format!(
-                            "{label} argument after * must be an iterable, not {name}"
-                        ));
-                    }
-                    raised
-                });
-                positional.extend(items.at(ev, f, span)?);
-            }
-            CallArg::Keyword(name, expr) => {
-                let value = expr.eval(ev, f)?;
-                add_keyword(*name, value, callee, ev, keywords).at(ev, f, span)?;
-            }
-            CallArg::DoubleStar(expr) => {
-                let mapping = expr.eval(ev, f)?;
-                gather_mapping(&mapping, callee, ev, keywords).at(ev, f, span)?;
-            }
-        }
-    }
-    Ok(())
-}
-
-fn gather_mapping(
-    mapping: &Value,
-    callee: &Value,
-    ev: &Evaluator<'_>,
-    keywords: &mut Vec<(Symbol, Value)>,
-) -> R<()> {
-    let dict = Dict::new();
-    ev.update_from_mapping(&dict, mapping).map_err(|raised| {
-        let no_mapping = match mapping {
-            Value::Instance(instance) => {
-                instance.extended().is_none() && instance.class.lookup(known::KEYS).is_none()
-            }
-            _ => true,
-        };
-        if ev.is_kind(&raised, ExceptionKind::TypeError) && no_mapping {
-            let (label, name) = (ev.callee_label(callee), ev.core.types.name_of(mapping));
-            return ev.type_error(format!(
-                "{label} argument after ** must be a mapping, not {name}"
-            ));
-        }
-        raised
-    })?;
-    for (_, key, value) in dict.entries() {
-        let Value::Str(text) = ev.plain(&key) else {
-            return Err(ev.type_error("keywords must be strings"));
-        };
-        add_keyword(
-            ev.core.symbols.intern(text.as_str()),
-            value,
-            callee,
-            ev,
-            keywords,
-        )?;
-    }
-    Ok(())
-}
-
-fn add_keyword(
-    name: Symbol,
-    value: Value,
-    callee: &Value,
-    ev: &Evaluator<'_>,
-    keywords: &mut Vec<(Symbol, Value)>,
-) -> R<()> {
-    if keywords.iter().any(|(other, _)| *other == name) {
-        let (label, name) = (ev.callee_label(callee), ev.core.symbols.name(name));
-        return Err(ev.type_error(format!(
-            "{label} got multiple values for keyword argument '{name}'"
-        )));
-    }
-    keywords.push((name, value));
-    Ok(())
-}
-
-impl Evaluator<'_> {
-    /// How messages about a call name what is called.
-    fn callee_label(&self, callee: &Value) -> String {
-        match callee {
-            Value::Function(function) => format!("__main__.{}()", function.code.qualname),
-            Value::Builtin(builtin) => format!("{}()", builtin.full_label()),
-            Value::BoundMethod(method) => self.callee_label(&method.function),
-            Value::Class(class) if class.is_script => {
-                format!("__main__.{}()", self.qualname_of(class))
-            }
-            Value::Class(class) => format!("{}()", class.name()),
-            other => format!("{} object", self.core.types.name_of(other)),
+            _ => call_other(&callee, &self.args, ev, f, self.span),
         }
     }
 }

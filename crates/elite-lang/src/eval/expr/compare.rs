@@ -2,8 +2,8 @@
 
 use std::marker::PhantomData;
 
-use super::binary::Operand;
 use super::names::{Const, Peek};
+use super::operand::Operand;
 use crate::ast::CompareOp;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::ops::compare::fast;
@@ -41,8 +41,8 @@ impl<O: Ordering, A: Peek, B: Peek> PeekPeek<O, A, B> {
     fn slow(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.left.check(ev, f)?;
         self.right.check(ev, f)?;
-        let (a, b) = (self.left.peek(f).clone(), self.right.peek(f).clone());
-        ev.compare(O::OP, &a, &b).at(ev, f, self.span)
+        ev.compare(O::OP, self.left.peek(f), self.right.peek(f))
+            .at(ev, f, self.span)
     }
 }
 
@@ -80,8 +80,8 @@ struct ExprPeek<O, B> {
 impl<O: Ordering, B: Peek> ExprPeek<O, B> {
     fn slow(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, a: &Value) -> R {
         self.right.check(ev, f)?;
-        let b = self.right.peek(f).clone();
-        ev.compare(O::OP, a, &b).at(ev, f, self.span)
+        ev.compare(O::OP, a, self.right.peek(f))
+            .at(ev, f, self.span)
     }
 }
 
@@ -138,8 +138,8 @@ impl<O: Ordering> Expression for ExprExpr<O> {
 /// `is`, `in` and their opposites.
 struct Membership {
     op: CompareOp,
-    left: Expr,
-    right: Expr,
+    left: Operand,
+    right: Operand,
     span: Span,
 }
 
@@ -150,12 +150,23 @@ impl Expression for Membership {
 
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         let a = self.left.eval(ev, f)?;
+        if let Operand::Local(right) = &self.right {
+            right.check(ev, f)?;
+            return self.holds(&a, right.peek(f), ev, f);
+        }
         let b = self.right.eval(ev, f)?;
+        self.holds(&a, &b, ev, f)
+    }
+}
+
+impl Membership {
+    #[inline]
+    fn holds(&self, a: &Value, b: &Value, ev: &Evaluator<'_>, f: &Frame<'_>) -> R<bool> {
         match self.op {
-            CompareOp::Is => Ok(a.is(&b)),
-            CompareOp::IsNot => Ok(!a.is(&b)),
-            CompareOp::In => ev.contains(&b, &a).at(ev, f, self.span),
-            _ => ev.contains(&b, &a).at(ev, f, self.span).map(|found| !found),
+            CompareOp::Is => Ok(a.is(b)),
+            CompareOp::IsNot => Ok(!a.is(b)),
+            CompareOp::In => ev.contains(b, a).at(ev, f, self.span),
+            _ => ev.contains(b, a).at(ev, f, self.span).map(|found| !found),
         }
     }
 }
@@ -208,8 +219,8 @@ pub fn compare(op: CompareOp, left: Operand, right: Operand, span: Span) -> Expr
         CompareOp::Ge => shaped::<op::Ge>(left, right, span),
         _ => Box::new(Membership {
             op,
-            left: left.into_expr(),
-            right: right.into_expr(),
+            left,
+            right,
             span,
         }),
     }

@@ -2,7 +2,8 @@
 
 use std::rc::Rc;
 
-use crate::eval::stmt::target::Target;
+use crate::eval::stmt::loops::LoopTarget;
+use crate::eval::walk::Walk;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
 use crate::value::{CellVar, Dict, R, Set, Value};
@@ -10,7 +11,7 @@ use crate::value::{CellVar, Dict, R, Set, Value};
 /// One `for target in iterable if …`.
 pub struct Clause {
     /// What is bound.
-    pub target: Box<dyn Target>,
+    pub target: LoopTarget,
     /// What is walked through.
     pub iterable: Expr,
     /// What must hold.
@@ -62,8 +63,8 @@ impl Clauses {
         body: &mut dyn FnMut(&Evaluator<'_>, &mut Frame<'_>) -> R<()>,
     ) -> R<()> {
         let clause = &self.clauses[index];
-        let iterator = ev.iter(&iterable).at(ev, f, clause.span)?;
-        'items: while let Some(item) = ev.next(&iterator).at(ev, f, clause.span)? {
+        let mut walk = Walk::over(iterable, ev, f, clause.span)?;
+        'items: while let Some(item) = walk.next(ev, f, clause.span)? {
             ev.safepoint()?;
             clause.target.assign(ev, f, item)?;
             for condition in &clause.conditions {
@@ -167,25 +168,5 @@ impl Expression for GeneratorExpression {
         let iterator = ev.iter(&iterable).at(ev, f, self.span)?;
         let function = self.function.make(ev, f)?;
         ev.call_function(&function, &mut [iterator], &[])
-    }
-}
-
-/// The body of a generator expression: the clauses, yielding each element.
-pub struct GeneratorBody {
-    /// What is yielded.
-    pub element: Expr,
-    /// From where; the iterable of the first clause is the parameter.
-    pub clauses: Clauses,
-    /// Where it is written.
-    pub span: Span,
-}
-
-impl Expression for GeneratorBody {
-    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        self.clauses.run(ev, f, &mut |ev, f| {
-            let value = self.element.eval(ev, f)?;
-            ev.yield_value(value).at(ev, f, self.span).map(|_| ())
-        })?;
-        Ok(Value::None)
     }
 }

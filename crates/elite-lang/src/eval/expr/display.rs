@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use super::operand::Operand;
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
@@ -10,7 +11,7 @@ use crate::value::{Dict, R, Raised, Set, Value};
 /// An item of a display.
 pub enum Element {
     /// A value.
-    One(Expr),
+    One(Operand),
     /// `*iterable`
     Star(Expr, Span),
 }
@@ -44,6 +45,29 @@ impl Expression for ListDisplay {
 
 /// `(a, b, *c)`
 pub struct TupleDisplay(pub Box<[Element]>);
+
+/// `(a, b)`
+pub struct PairDisplay(pub [Operand; 2]);
+
+impl Expression for PairDisplay {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let first = self.0[0].eval(ev, f)?;
+        let second = self.0[1].eval(ev, f)?;
+        Ok(Value::pair(first, second))
+    }
+}
+
+/// `(a, b, c)`
+pub struct TripleDisplay(pub [Operand; 3]);
+
+impl Expression for TripleDisplay {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let first = self.0[0].eval(ev, f)?;
+        let second = self.0[1].eval(ev, f)?;
+        let third = self.0[2].eval(ev, f)?;
+        Ok(Value::triple([first, second, third]))
+    }
+}
 
 impl Expression for TupleDisplay {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {

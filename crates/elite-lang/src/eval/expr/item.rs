@@ -2,6 +2,8 @@
 
 use std::rc::Rc;
 
+use super::names::Peek;
+use super::operand::Operand;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
 use crate::value::{R, Slice, Value};
@@ -9,18 +11,35 @@ use crate::value::{R, Slice, Value};
 /// `value[index]`
 pub struct Item {
     /// The container.
-    pub value: Expr,
+    pub value: Operand,
     /// The index.
-    pub index: Expr,
+    pub index: Operand,
+    /// Evaluating the index leaves local variables as they are.
+    pub keeps: bool,
     /// Where it is written.
     pub span: Span,
 }
 
 impl Expression for Item {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let span = self.span;
+        if let (Operand::Local(local), true) = (&self.value, self.keeps) {
+            local.check(ev, f)?;
+            return match &self.index {
+                Operand::Local(index) => {
+                    index.check(ev, f)?;
+                    ev.item(local.peek(f), index.peek(f)).at(ev, f, span)
+                }
+                Operand::Const(index) => ev.item(local.peek(f), index).at(ev, f, span),
+                Operand::Expr(index) => {
+                    let index = index.eval(ev, f)?;
+                    ev.item(local.peek(f), &index).at(ev, f, span)
+                }
+            };
+        }
         let value = self.value.eval(ev, f)?;
         let index = self.index.eval(ev, f)?;
-        ev.item(&value, &index).at(ev, f, self.span)
+        ev.item(&value, &index).at(ev, f, span)
     }
 }
 

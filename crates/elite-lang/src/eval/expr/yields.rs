@@ -51,15 +51,11 @@ fn delegate(iterable: &Value, ev: &Evaluator<'_>) -> R {
             Stepped::Yielded(value) => value,
             Stepped::Returned(value) => return Ok(value),
         };
-        step = match ev.yield_value(value) {
-            Ok(sent) => ev.step_with(&iterator, sent)?,
-            Err(Raised::Stop) => return Err(Raised::Stop),
-            Err(raised) if ev.is_kind(&raised, ExceptionKind::GeneratorExit) => {
-                ev.close_iterator(&iterator)?;
-                return Err(raised);
-            }
-            Err(raised) => ev.throw_into(&iterator, raised)?,
+        let input = match ev.yield_value(value) {
+            Ok(sent) => ToGenerator::Send(sent),
+            Err(raised) => ToGenerator::Throw(raised),
         };
+        step = ev.pass_on(&iterator, input)?;
     }
 }
 
@@ -103,7 +99,7 @@ impl Evaluator<'_> {
     }
 
     /// Raises an exception where an iterator stands.
-    fn throw_into(&self, iterator: &Value, raised: Raised) -> R<Stepped> {
+    pub fn throw_into(&self, iterator: &Value, raised: Raised) -> R<Stepped> {
         if let Value::Generator(generator) = iterator {
             let step = self.step_generator(generator, ToGenerator::Throw(raised));
             return step.map_err(|raised| self.generator_error(raised));

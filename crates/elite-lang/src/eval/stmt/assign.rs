@@ -5,8 +5,9 @@ use std::rc::Rc;
 
 use super::target::{AttributeTarget, Target};
 use crate::ast::BinaryOp;
-use crate::eval::expr::binary::{Operand, Operator, op};
+use crate::eval::expr::binary::{Operator, op};
 use crate::eval::expr::names::{Const, Peek};
+use crate::eval::expr::operand::Operand;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
 use crate::ops::arith::fast;
 use crate::source::Span;
@@ -199,13 +200,7 @@ impl Statement for AugName {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let old = attempt!(self.read.eval(ev, f));
         let value = attempt!(self.value.eval(ev, f));
-        let new = match fast(self.op, &old, &value) {
-            Some(new) => new,
-            None => attempt!(
-                ev.binary_in_place(self.op, &old, &value)
-                    .at(ev, f, self.span)
-            ),
-        };
+        let new = attempt!(combine(self.op, &old, &value, ev, f, self.span));
         self.target.assign(ev, f, new).into()
     }
 }
@@ -219,23 +214,26 @@ pub struct AugAttribute {
     /// The operator.
     pub op: BinaryOp,
     /// The other operand.
-    pub value: Expr,
+    pub value: Operand,
+    /// Evaluating the other operand leaves local variables as they are.
+    pub keeps: bool,
     /// Where it is written.
     pub span: Span,
 }
 
 impl Statement for AugAttribute {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        if let (Operand::Local(local), true) = (&self.target.value, self.keeps) {
+            attempt!(local.check(ev, f));
+            let old = attempt!(self.read(ev, f, local.peek(f)));
+            let value = attempt!(self.value.eval(ev, f));
+            let new = attempt!(combine(self.op, &old, &value, ev, f, self.span));
+            return self.target.set(ev, f, local.peek(f), new).into();
+        }
         let object = attempt!(self.target.value.eval(ev, f));
         let old = attempt!(self.read(ev, f, &object));
         let value = attempt!(self.value.eval(ev, f));
-        let new = match fast(self.op, &old, &value) {
-            Some(new) => new,
-            None => attempt!(
-                ev.binary_in_place(self.op, &old, &value)
-                    .at(ev, f, self.span)
-            ),
-        };
+        let new = attempt!(combine(self.op, &old, &value, ev, f, self.span));
         self.target.set(ev, f, &object, new).into()
     }
 }
@@ -243,35 +241,45 @@ impl Statement for AugAttribute {
 impl AugAttribute {
     #[inline]
     fn read(&self, ev: &Evaluator<'_>, f: &Frame<'_>, object: &Value) -> R {
-        if let Value::Instance(instance) = object {
-            match self.cache.get(instance.class.version()) {
-                Some(crate::eval::expr::attribute::Hint::Slot(slot)) => {
-                    let found = instance.slot(slot as usize);
-                    if !found.is_unbound() {
-                        return Ok(found);
-                    }
-                }
-                Some(_) => {}
-                None => {
-                    self.cache.learn(&instance.class, self.target.name);
-                }
-            }
+        if let Some(found) = self.cache.read(object) {
+            return Ok(found);
+        }
+        if let Value::Instance(instance) = object
+            && self.cache.get(instance.class.version()).is_none()
+        {
+            self.cache.learn(&instance.class, self.target.name);
         }
         ev.attribute(object, self.target.name)
             .at(ev, f, self.target.span)
     }
 }
 
+/// `old op= value`
+#[inline]
+fn combine(
+    op: BinaryOp,
+    old: &Value,
+    value: &Value,
+    ev: &Evaluator<'_>,
+    f: &Frame<'_>,
+    span: Span,
+) -> R {
+    match fast(op, old, value) {
+        Some(new) => Ok(new),
+        None => ev.binary_in_place(op, old, value).at(ev, f, span),
+    }
+}
+
 /// `container[index] op= value`
 pub struct AugItem {
     /// The container.
-    pub container: Expr,
+    pub container: Operand,
     /// The index.
-    pub index: Expr,
+    pub index: Operand,
     /// The operator.
     pub op: BinaryOp,
     /// The other operand.
-    pub value: Expr,
+    pub value: Operand,
     /// Where the item is written.
     pub item_span: Span,
     /// Where the statement is written.
@@ -284,13 +292,7 @@ impl Statement for AugItem {
         let index = attempt!(self.index.eval(ev, f));
         let old = attempt!(ev.item(&container, &index).at(ev, f, self.item_span));
         let value = attempt!(self.value.eval(ev, f));
-        let new = match fast(self.op, &old, &value) {
-            Some(new) => new,
-            None => attempt!(
-                ev.binary_in_place(self.op, &old, &value)
-                    .at(ev, f, self.span)
-            ),
-        };
+        let new = attempt!(combine(self.op, &old, &value, ev, f, self.span));
         ev.set_item(&container, &index, new)
             .at(ev, f, self.item_span)
             .into()

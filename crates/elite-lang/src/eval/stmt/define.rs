@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::code::Code;
-use crate::eval::expr::call::{CallArg, gather};
+use crate::eval::expr::arguments::{CallArg, gather};
 use crate::eval::expr::function::{MakeFunction, closure};
 use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};

@@ -2,7 +2,8 @@
 
 use super::target::Target;
 use crate::eval::code::Block;
-use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
+use crate::eval::walk::Walk;
+use crate::eval::{Evaluator, Expr, Flow, Frame, Statement, attempt};
 use crate::source::Span;
 use crate::value::{R, Value};
 
@@ -33,10 +34,32 @@ impl Statement for While {
     }
 }
 
+/// What a loop binds each turn.
+pub enum LoopTarget {
+    /// A local variable.
+    Slot(u32),
+    /// Anything else.
+    Other(Box<dyn Target>),
+}
+
+impl LoopTarget {
+    /// Binds it.
+    #[inline]
+    pub fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, item: Value) -> R<()> {
+        match self {
+            LoopTarget::Slot(slot) => {
+                f.slots[*slot as usize] = item;
+                Ok(())
+            }
+            LoopTarget::Other(target) => target.assign(ev, f, item),
+        }
+    }
+}
+
 /// `for target in iterable: … else: …`
 pub struct For {
     /// What is bound each turn.
-    pub target: Box<dyn Target>,
+    pub target: LoopTarget,
     /// What is walked through.
     pub iterable: Expr,
     /// Where that is written.
@@ -49,78 +72,20 @@ pub struct For {
     pub orelse: Block,
 }
 
-/// What a turn of a loop leads to.
-enum Turn {
-    Next,
-    End(Flow),
-}
-
-impl For {
-    #[inline]
-    fn turn(&self, item: Value, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Turn {
-        if let Err(raised) = self.target.assign(ev, f, item) {
-            return Turn::End(Flow::Raise(raised));
-        }
-        match self.body.exec(ev, f) {
-            Flow::Next | Flow::Continue => {}
-            Flow::Break => return Turn::End(Flow::Next),
-            other => return Turn::End(other),
-        }
-        ev.core.line.set(self.line);
-        match ev.safepoint() {
-            Ok(()) => Turn::Next,
-            Err(raised) => Turn::End(Flow::Raise(raised)),
-        }
-    }
-
-    #[inline]
-    fn items(
-        &self,
-        ev: &Evaluator<'_>,
-        f: &mut Frame<'_>,
-        mut next: impl FnMut(&Evaluator<'_>, &Frame<'_>) -> R<Option<Value>>,
-    ) -> Flow {
-        while let Some(item) = attempt!(next(ev, f)) {
-            match self.turn(item, ev, f) {
-                Turn::Next => {}
-                Turn::End(flow) => return flow,
-            }
-        }
-        self.orelse.exec(ev, f)
-    }
-}
-
 impl Statement for For {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let iterable = attempt!(self.iterable.eval(ev, f));
-        match &iterable {
-            Value::Range(range) => {
-                let (mut value, step, mut left) = (range.start, range.step, range.len());
-                self.items(ev, f, |_, _| {
-                    if left == 0 {
-                        return Ok(None);
-                    }
-                    left -= 1;
-                    let now = value;
-                    value = value.wrapping_add(step);
-                    Ok(Some(Value::Int(now)))
-                })
+        let mut walk = attempt!(Walk::over(iterable, ev, f, self.span));
+        while let Some(item) = attempt!(walk.next(ev, f, self.span)) {
+            attempt!(self.target.assign(ev, f, item));
+            match self.body.exec(ev, f) {
+                Flow::Next | Flow::Continue => {}
+                Flow::Break => return Flow::Next,
+                other => return other,
             }
-            Value::List(list) => {
-                let mut index = 0;
-                self.items(ev, f, |_, _| {
-                    index += 1;
-                    Ok(list.get(index - 1))
-                })
-            }
-            Value::Tuple(tuple) => {
-                let mut items = tuple.items().iter();
-                self.items(ev, f, |_, _| Ok(items.next().cloned()))
-            }
-            _ => {
-                let iterator = attempt!(ev.iter(&iterable).at(ev, f, self.span));
-                self.items(ev, f, |ev, f| ev.next(&iterator).at(ev, f, self.span))
-            }
+            ev.core.line.set(self.line);
+            attempt!(ev.safepoint());
         }
+        self.orelse.exec(ev, f)
     }
 }

@@ -4,7 +4,9 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
-use crate::eval::{Evaluator, Expr, Frame, Located};
+use crate::eval::expr::names::Peek;
+use crate::eval::expr::operand::Operand;
+use crate::eval::{Evaluator, Frame, Located};
 use crate::source::Span;
 use crate::value::{CellVar, R, Raised, Symbol, Value};
 
@@ -120,7 +122,7 @@ impl Target for SharedTarget {
 /// `value.name`
 pub struct AttributeTarget {
     /// The object.
-    pub value: Expr,
+    pub value: Operand,
     /// The name.
     pub name: Symbol,
     /// Where it is written.
@@ -196,6 +198,10 @@ impl Evaluator<'_> {
 
 impl Target for AttributeTarget {
     fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
+        if let Operand::Local(local) = &self.value {
+            local.check(ev, f)?;
+            return self.set(ev, f, local.peek(f), value);
+        }
         let object = self.value.eval(ev, f)?;
         self.set(ev, f, &object, value)
     }
@@ -209,15 +215,24 @@ impl Target for AttributeTarget {
 /// `value[index]`
 pub struct ItemTarget {
     /// The container.
-    pub value: Expr,
+    pub value: Operand,
     /// The index.
-    pub index: Expr,
+    pub index: Operand,
+    /// Evaluating the index leaves local variables as they are.
+    pub keeps: bool,
     /// Where it is written.
     pub span: Span,
 }
 
 impl Target for ItemTarget {
     fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
+        if let (Operand::Local(local), true) = (&self.value, self.keeps) {
+            local.check(ev, f)?;
+            let index = self.index.eval(ev, f)?;
+            return ev
+                .set_item(local.peek(f), &index, value)
+                .at(ev, f, self.span);
+        }
         let container = self.value.eval(ev, f)?;
         let index = self.index.eval(ev, f)?;
         ev.set_item(&container, &index, value).at(ev, f, self.span)

@@ -264,15 +264,23 @@ class Counter(dict):
         return not self == other
 
     def __le__(self, other):
+        if not isinstance(other, Counter):
+            return NotImplemented
         return all(self[key] <= other[key] for both in (self, other) for key in both)
 
     def __lt__(self, other):
+        if not isinstance(other, Counter):
+            return NotImplemented
         return self <= other and self != other
 
     def __ge__(self, other):
+        if not isinstance(other, Counter):
+            return NotImplemented
         return other <= self
 
     def __gt__(self, other):
+        if not isinstance(other, Counter):
+            return NotImplemented
         return other < self
 
     def _combined(self, other, combine):

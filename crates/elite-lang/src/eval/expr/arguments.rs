@@ -1,0 +1,165 @@
+//! Calls with stars, and what the arguments of any call mean: gathering them as Python does, with its messages.
+
+use crate::errors::ExceptionKind;
+use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::source::Span;
+use crate::value::symbol::known;
+use crate::value::{Dict, R, Symbol, Value};
+
+/// An argument of a call with stars or keywords.
+pub enum CallArg {
+    /// By position.
+    Positional(Expr),
+    /// `*iterable`
+    Star(Expr),
+    /// By name.
+    Keyword(Symbol, Expr),
+    /// `**mapping`
+    DoubleStar(Expr),
+}
+
+/// A call with stars or keywords.
+pub struct CallWith {
+    /// What is called.
+    pub function: Expr,
+    /// With what, in the order of the text.
+    pub args: Box<[CallArg]>,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Expression for CallWith {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let callee = self.function.eval(ev, f)?;
+        let mut positional = Vec::with_capacity(self.args.len());
+        let mut keywords = Vec::new();
+        gather(
+            &self.args,
+            &callee,
+            ev,
+            f,
+            self.span,
+            &mut positional,
+            &mut keywords,
+        )?;
+        ev.call_from(&callee, &mut positional, &keywords, Some(&mut *f))
+            .at(ev, f, self.span)
+    }
+}
+
+/// Evaluates arguments with stars and keywords. `callee` is only for messages.
+pub fn gather(
+    args: &[CallArg],
+    callee: &Value,
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+    span: Span,
+    positional: &mut Vec<Value>,
+    keywords: &mut Vec<(Symbol, Value)>,
+) -> R<()> {
+    let single = args
+        .iter()
+        .filter(|arg| matches!(arg, CallArg::Positional(_) | CallArg::Star(_)))
+        .count()
+        == 1;
+    for arg in args {
+        match arg {
+            CallArg::Positional(expr) => positional.push(expr.eval(ev, f)?),
+            CallArg::Star(expr) => {
+                let iterable = expr.eval(ev, f)?;
+                let items = ev.collect(&iterable).map_err(|raised| {
+                    let raised = ev.not_unpackable(raised, &iterable);
+                    let plain = !matches!(iterable, Value::Instance(_));
+                    if single && plain && ev.is_kind(&raised, ExceptionKind::TypeError) {
+                        let (label, name) =
+                            (ev.callee_label(callee), ev.core.types.name_of(&iterable));
+                        return ev.type_error(format!(
+                            "{label} argument after * must be an iterable, not {name}"
+                        ));
+                    }
+                    raised
+                });
+                positional.extend(items.at(ev, f, span)?);
+            }
+            CallArg::Keyword(name, expr) => {
+                let value = expr.eval(ev, f)?;
+                add_keyword(*name, value, callee, ev, keywords).at(ev, f, span)?;
+            }
+            CallArg::DoubleStar(expr) => {
+                let mapping = expr.eval(ev, f)?;
+                gather_mapping(&mapping, callee, ev, keywords).at(ev, f, span)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn gather_mapping(
+    mapping: &Value,
+    callee: &Value,
+    ev: &Evaluator<'_>,
+    keywords: &mut Vec<(Symbol, Value)>,
+) -> R<()> {
+    let dict = Dict::new();
+    ev.update_from_mapping(&dict, mapping).map_err(|raised| {
+        let no_mapping = match mapping {
+            Value::Instance(instance) => {
+                instance.extended().is_none() && instance.class.lookup(known::KEYS).is_none()
+            }
+            _ => true,
+        };
+        if ev.is_kind(&raised, ExceptionKind::TypeError) && no_mapping {
+            let (label, name) = (ev.callee_label(callee), ev.core.types.name_of(mapping));
+            return ev.type_error(format!(
+                "{label} argument after ** must be a mapping, not {name}"
+            ));
+        }
+        raised
+    })?;
+    for (_, key, value) in dict.entries() {
+        let Value::Str(text) = ev.plain(&key) else {
+            return Err(ev.type_error("keywords must be strings"));
+        };
+        add_keyword(
+            ev.core.symbols.intern(text.as_str()),
+            value,
+            callee,
+            ev,
+            keywords,
+        )?;
+    }
+    Ok(())
+}
+
+fn add_keyword(
+    name: Symbol,
+    value: Value,
+    callee: &Value,
+    ev: &Evaluator<'_>,
+    keywords: &mut Vec<(Symbol, Value)>,
+) -> R<()> {
+    if keywords.iter().any(|(other, _)| *other == name) {
+        let (label, name) = (ev.callee_label(callee), ev.core.symbols.name(name));
+        return Err(ev.type_error(format!(
+            "{label} got multiple values for keyword argument '{name}'"
+        )));
+    }
+    keywords.push((name, value));
+    Ok(())
+}
+
+impl Evaluator<'_> {
+    /// How messages about a call name what is called.
+    fn callee_label(&self, callee: &Value) -> String {
+        match callee {
+            Value::Function(function) => format!("__main__.{}()", function.code.qualname),
+            Value::Builtin(builtin) => format!("{}()", builtin.full_label()),
+            Value::BoundMethod(method) => self.callee_label(&method.function),
+            Value::Class(class) if class.is_script => {
+                format!("__main__.{}()", self.qualname_of(class))
+            }
+            Value::Class(class) => format!("{}()", class.name()),
+            other => format!("{} object", self.core.types.name_of(other)),
+        }
+    }
+}

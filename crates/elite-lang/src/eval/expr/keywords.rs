@@ -1,0 +1,133 @@
+//! Calls with keywords and calls of functions that take more than plain positional parameters: if the arguments fit,
+//! they are evaluated straight into the slots of the function.
+
+use std::rc::Rc;
+
+use super::operand::Operand;
+use crate::eval::code::Params;
+use crate::eval::run::with_slots;
+use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::source::Span;
+use crate::value::{Dict, Function, R, Symbol, Value};
+
+/// `function(a, b, name=c)` without stars.
+pub struct CallKeywords {
+    /// What is called.
+    pub function: Expr,
+    /// What is given by position.
+    pub args: Box<[Operand]>,
+    /// What is given by name.
+    pub keywords: Box<[(Symbol, Operand)]>,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Expression for CallKeywords {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let callee = self.function.eval(ev, f)?;
+        let (function, receiver) = match &callee {
+            Value::BoundMethod(method) => (&method.function, Some(&method.receiver)),
+            other => (other, None),
+        };
+        if let Value::Function(function) = function {
+            let (args, keywords) = (&self.args, &self.keywords);
+            return call_with_keywords(
+                function,
+                receiver.cloned(),
+                args,
+                keywords,
+                ev,
+                f,
+                self.span,
+            );
+        }
+        let (mut args, keywords) = gather(None, &self.args, &self.keywords, ev, f)?;
+        ev.call_from(&callee, &mut args, &keywords, Some(&mut *f))
+            .at(ev, f, self.span)
+    }
+}
+
+/// Arguments by position and by name.
+type Arguments = (Vec<Value>, Vec<(Symbol, Value)>);
+
+/// Evaluates arguments in the order of the text.
+fn gather(
+    receiver: Option<Value>,
+    args: &[Operand],
+    keywords: &[(Symbol, Operand)],
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+) -> R<Arguments> {
+    let mut positional = Vec::with_capacity(args.len() + 1);
+    positional.extend(receiver);
+    for arg in args {
+        positional.push(arg.eval(ev, f)?);
+    }
+    let mut named = Vec::with_capacity(keywords.len());
+    for (name, value) in keywords {
+        named.push((*name, value.eval(ev, f)?));
+    }
+    Ok((positional, named))
+}
+
+/// Calls a script function of any kind, its receiver (if any) before the arguments.
+#[inline(never)]
+pub(super) fn call_with_keywords(
+    function: &Rc<Function>,
+    receiver: Option<Value>,
+    args: &[Operand],
+    keywords: &[(Symbol, Operand)],
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+    span: Span,
+) -> R {
+    let params = &function.code.params;
+    let first = usize::from(receiver.is_some());
+    let given = args.len() + first;
+    if !fit(params, given, keywords) {
+        let (mut args, keywords) = gather(receiver, args, keywords, ev, f)?;
+        return ev
+            .call_function(function, &mut args, &keywords)
+            .at(ev, f, span);
+    }
+    with_slots(function.code.slots, |slots| {
+        let mut more = Vec::new();
+        let mut place = |index: usize, value: Value, slots: &mut [Value]| match params.positional {
+            count if index < count => slots[index] = value,
+            _ => more.push(value),
+        };
+        if let Some(receiver) = receiver {
+            place(0, receiver, slots);
+        }
+        for (index, arg) in (first..).zip(args) {
+            place(index, arg.eval(ev, f)?, slots);
+        }
+        for (name, value) in keywords {
+            let value = value.eval(ev, f)?;
+            if let Some(index) = params.by_name(*name) {
+                slots[index] = value;
+            }
+        }
+        if let Some(star) = params.star {
+            slots[star] = match more.is_empty() {
+                true => ev.core.empty_tuple.clone(),
+                false => Value::tuple(more),
+            };
+        }
+        if let Some(double_star) = params.double_star {
+            slots[double_star] = Value::Dict(Rc::new(Dict::new()));
+        }
+        ev.fill_defaults(function, slots).at(ev, f, span)?;
+        ev.run(function, slots).at(ev, f, span)
+    })
+}
+
+/// Whether every argument has a parameter of its own; defaults aside, binding them cannot fail then.
+#[inline]
+fn fit(params: &Params, given: usize, keywords: &[(Symbol, Operand)]) -> bool {
+    (given <= params.positional || params.star.is_some())
+        && keywords.iter().all(|(name, _)| {
+            let index = params.by_name(*name);
+            index.is_some_and(|index| index >= given.min(params.positional))
+        })
+}

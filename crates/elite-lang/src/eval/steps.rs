@@ -1,0 +1,306 @@
+//! Bodies of generators as lists of steps, which stop at a `yield` and go on from there.
+//!
+//! A body whose `yield`s stand where a statement can stop (`yield x`, `a = yield x`, `yield from x` in blocks of `if`,
+//! `while` and `for`) needs no native stack of its own: its place is a number, its loops are a list. All others, with
+//! `yield` inside an expression or within `try` or `with`, are coroutines (`generator`). `lower` decides.
+
+use super::expr::operand::Operand;
+use super::generator::{Stepped, ToGenerator};
+use super::stmt::loops::LoopTarget;
+use super::stmt::target::Target;
+use super::walk::Walk;
+use super::{Evaluator, Expr, Flow, Frame, Located, Statement};
+use crate::errors::ExceptionKind;
+use crate::source::Span;
+use crate::value::{Function, R, Raised, Value, trash};
+use std::rc::Rc;
+
+/// Index of a step.
+pub type Place = u32;
+
+/// One step of a body.
+pub enum Step {
+    /// A statement without `yield`, and where `break` and `continue` in it lead.
+    Run {
+        line: u32,
+        statement: Box<dyn Statement>,
+        on_break: Place,
+        on_continue: Place,
+    },
+    /// Goes on elsewhere.
+    Jump(Place),
+    /// Goes on elsewhere unless the test holds.
+    Unless {
+        line: u32,
+        test: Expr,
+        otherwise: Place,
+    },
+    /// The end of a turn of a loop: a safepoint, then its next turn.
+    Turn { line: u32, head: Place },
+    /// Begins a `for` loop.
+    Begin {
+        line: u32,
+        iterable: Expr,
+        span: Span,
+    },
+    /// Binds the next item of the innermost `for` loop; at its end goes on elsewhere.
+    Next {
+        target: LoopTarget,
+        span: Span,
+        end: Place,
+    },
+    /// Leaves the innermost `for` loop before its end.
+    Leave,
+    /// `sent = yield value`
+    Yield {
+        line: u32,
+        value: Operand,
+        sent: Option<Box<dyn Target>>,
+        span: Span,
+    },
+    /// `sent = yield from iterable`
+    Delegate {
+        line: u32,
+        iterable: Expr,
+        sent: Option<Box<dyn Target>>,
+        span: Span,
+    },
+    /// `return value`
+    Return { line: u32, value: Operand },
+}
+
+/// Where a generator stands.
+pub struct Standing {
+    slots: Vec<Value>,
+    /// The `for` loops and `yield from`s it is in, innermost last.
+    walks: Vec<Walk>,
+    at: usize,
+    /// It stands at the `yield` there, which has handed its value out.
+    waits: bool,
+}
+
+impl Standing {
+    /// At the beginning, parameters bound.
+    pub fn new(slots: Vec<Value>) -> Self {
+        Standing {
+            slots,
+            walks: Vec::new(),
+            at: 0,
+            waits: false,
+        }
+    }
+
+    /// Whether it stands at a `yield`.
+    pub fn waits(&self) -> bool {
+        self.waits
+    }
+}
+
+impl Drop for Standing {
+    fn drop(&mut self) {
+        let mut values = std::mem::take(&mut self.slots);
+        // A generator may stand in the loop of a generator in the loop of a generator …
+        values.extend(self.walks.drain(..).filter_map(|walk| match walk {
+            Walk::Iterator(iterator) => Some(iterator),
+            _ => None,
+        }));
+        trash::dismantle(&mut values);
+    }
+}
+
+impl Evaluator<'_> {
+    /// Goes on to the next `yield` or the end.
+    pub(super) fn go_on(
+        &self,
+        steps: &[Step],
+        standing: &mut Standing,
+        function: &Rc<Function>,
+        input: ToGenerator,
+    ) -> R<Stepped> {
+        let Standing {
+            slots,
+            walks,
+            at,
+            waits,
+        } = standing;
+        let f = &mut Frame { slots, function };
+        let line = &self.core.line;
+        if std::mem::take(waits) {
+            match (&steps[*at], input) {
+                (
+                    Step::Yield {
+                        line: number, sent, ..
+                    },
+                    ToGenerator::Send(value),
+                ) => {
+                    line.set(*number);
+                    if let Some(sent) = sent {
+                        sent.assign(self, f, value)?;
+                    }
+                }
+                (
+                    Step::Delegate {
+                        line: number,
+                        sent,
+                        span,
+                        ..
+                    },
+                    input,
+                ) => {
+                    line.set(*number);
+                    let Some(Walk::Iterator(iterator)) = walks.last() else {
+                        return Err(Raised::Stop);
+                    };
+                    match self.pass_on(iterator, input).at(self, f, *span)? {
+                        Stepped::Yielded(value) => {
+                            *waits = true;
+                            return Ok(Stepped::Yielded(value));
+                        }
+                        Stepped::Returned(value) => {
+                            walks.pop();
+                            if let Some(sent) = sent {
+                                sent.assign(self, f, value)?;
+                            }
+                        }
+                    }
+                }
+                (
+                    Step::Yield {
+                        line: number, span, ..
+                    },
+                    ToGenerator::Throw(raised),
+                ) => {
+                    line.set(*number);
+                    return Err(self.trace(f, *span, raised));
+                }
+                // It waits at no other step, and makes no requests of its own.
+                _ => return Err(Raised::Stop),
+            }
+            *at += 1;
+        }
+        while let Some(step) = steps.get(*at) {
+            match step {
+                Step::Run {
+                    line: number,
+                    statement,
+                    on_break,
+                    on_continue,
+                } => {
+                    line.set(*number);
+                    match statement.exec(self, f) {
+                        Flow::Next => {}
+                        Flow::Break => {
+                            *at = *on_break as usize;
+                            continue;
+                        }
+                        Flow::Continue => {
+                            *at = *on_continue as usize;
+                            continue;
+                        }
+                        Flow::Return(value) => return Ok(Stepped::Returned(value)),
+                        Flow::Raise(raised) => return Err(raised),
+                    }
+                }
+                Step::Jump(place) => {
+                    *at = *place as usize;
+                    continue;
+                }
+                Step::Unless {
+                    line: number,
+                    test,
+                    otherwise,
+                } => {
+                    line.set(*number);
+                    if !test.truth(self, f)? {
+                        *at = *otherwise as usize;
+                        continue;
+                    }
+                }
+                Step::Turn { line: number, head } => {
+                    line.set(*number);
+                    self.safepoint()?;
+                    *at = *head as usize;
+                    continue;
+                }
+                Step::Begin {
+                    line: number,
+                    iterable,
+                    span,
+                } => {
+                    line.set(*number);
+                    let iterable = iterable.eval(self, f)?;
+                    walks.push(Walk::over(iterable, self, f, *span)?);
+                }
+                Step::Next { target, span, end } => {
+                    let item = match walks.last_mut() {
+                        Some(walk) => walk.next(self, f, *span)?,
+                        None => None,
+                    };
+                    match item {
+                        Some(item) => target.assign(self, f, item)?,
+                        None => {
+                            walks.pop();
+                            *at = *end as usize;
+                            continue;
+                        }
+                    }
+                }
+                Step::Leave => drop(walks.pop()),
+                Step::Yield {
+                    line: number,
+                    value,
+                    ..
+                } => {
+                    line.set(*number);
+                    let value = value.eval(self, f)?;
+                    *waits = true;
+                    return Ok(Stepped::Yielded(value));
+                }
+                Step::Delegate {
+                    line: number,
+                    iterable,
+                    sent,
+                    span,
+                } => {
+                    line.set(*number);
+                    let iterable = iterable.eval(self, f)?;
+                    let iterator = self.iter(&iterable).at(self, f, *span)?;
+                    match self.step_with(&iterator, Value::None).at(self, f, *span)? {
+                        Stepped::Yielded(value) => {
+                            walks.push(Walk::Iterator(iterator));
+                            *waits = true;
+                            return Ok(Stepped::Yielded(value));
+                        }
+                        Stepped::Returned(value) => {
+                            if let Some(sent) = sent {
+                                sent.assign(self, f, value)?;
+                            }
+                        }
+                    }
+                }
+                Step::Return {
+                    line: number,
+                    value,
+                } => {
+                    line.set(*number);
+                    return Ok(Stepped::Returned(value.eval(self, f)?));
+                }
+            }
+            *at += 1;
+        }
+        Ok(Stepped::Returned(Value::None))
+    }
+
+    /// Hands what a generator was resumed with to the iterator it delegates to.
+    pub fn pass_on(&self, iterator: &Value, input: ToGenerator) -> R<Stepped> {
+        match input {
+            ToGenerator::Send(sent) => self.step_with(iterator, sent),
+            ToGenerator::Throw(Raised::Stop) | ToGenerator::Resumed(_) => Err(Raised::Stop),
+            ToGenerator::Throw(raised) if self.is_kind(&raised, ExceptionKind::GeneratorExit) => {
+                self.close_iterator(iterator)?;
+                Err(raised)
+            }
+            ToGenerator::Throw(raised) => self.throw_into(iterator, raised),
+        }
+    }
+}

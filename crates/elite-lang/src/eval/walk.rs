@@ -1,0 +1,58 @@
+//! Walking through an iterable in a loop: the common builtin types are stepped in place, without an iterator object.
+
+use std::rc::Rc;
+
+use super::{Evaluator, Frame, Located};
+use crate::source::Span;
+use crate::value::{List, R, Tuple, Value};
+
+/// A loop's place in what it walks through.
+pub enum Walk {
+    /// A range: the next integer, the step, how many are left.
+    Range(i64, i64, u64),
+    /// A list, which may change meanwhile, and the next index.
+    List(Rc<List>, usize),
+    /// A tuple and the next index.
+    Tuple(Rc<Tuple>, usize),
+    /// An iterator.
+    Iterator(Value),
+}
+
+impl Walk {
+    /// Begins to walk through `iterable`, which is written at `span`.
+    #[inline]
+    pub fn over(iterable: Value, ev: &Evaluator<'_>, f: &Frame<'_>, span: Span) -> R<Walk> {
+        Ok(match iterable {
+            Value::Range(range) => Walk::Range(range.start, range.step, range.len()),
+            Value::List(list) => Walk::List(list, 0),
+            Value::Tuple(tuple) => Walk::Tuple(tuple, 0),
+            iterator @ (Value::Iter(_) | Value::Generator(_)) => Walk::Iterator(iterator),
+            other => Walk::Iterator(ev.iter(&other).at(ev, f, span)?),
+        })
+    }
+
+    /// The next item; None at the end.
+    #[inline]
+    pub fn next(&mut self, ev: &Evaluator<'_>, f: &Frame<'_>, span: Span) -> R<Option<Value>> {
+        match self {
+            Walk::Range(next, step, left) => {
+                if *left == 0 {
+                    return Ok(None);
+                }
+                *left -= 1;
+                let value = *next;
+                *next = value.wrapping_add(*step);
+                Ok(Some(Value::Int(value)))
+            }
+            Walk::List(list, index) => {
+                *index += 1;
+                Ok(list.get(*index - 1))
+            }
+            Walk::Tuple(tuple, index) => {
+                *index += 1;
+                Ok(tuple.items().get(*index - 1).cloned())
+            }
+            Walk::Iterator(iterator) => ev.next(iterator).at(ev, f, span),
+        }
+    }
+}

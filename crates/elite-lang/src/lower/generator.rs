@@ -1,0 +1,355 @@
+//! Bodies of generators: as steps where that is possible, otherwise as trees that run on a stack of their own.
+
+use super::Lower;
+use crate::ast::{self, ExprKind, Stmt, StmtKind};
+use crate::eval::Expr;
+use crate::eval::code::Body;
+use crate::eval::expr::operand::Operand;
+use crate::eval::steps::{Place, Step};
+use crate::eval::stmt::target::Target;
+use crate::lint::visit;
+use crate::source::Span;
+use crate::value::Value;
+
+/// A place that is filled in when it is known.
+const LATER: Place = Place::MAX;
+
+/// What `break` and `continue` in the innermost loop lead to: the steps that do not know yet.
+#[derive(Default)]
+struct Loop {
+    breaks: Vec<usize>,
+    continues: Vec<usize>,
+}
+
+/// The steps made so far.
+#[derive(Default)]
+struct Made {
+    steps: Vec<Step>,
+    loops: Vec<Loop>,
+}
+
+impl Made {
+    fn here(&self) -> Place {
+        self.steps.len() as Place
+    }
+
+    /// Adds a step; returns its index, to fill its place in later.
+    fn add(&mut self, step: Step) -> usize {
+        self.steps.push(step);
+        self.steps.len() - 1
+    }
+
+    /// The place that the steps lead to which go on elsewhere: the next step to be added.
+    fn lead_here(&mut self, steps: &[usize]) {
+        let here = self.here();
+        for index in steps {
+            match &mut self.steps[*index] {
+                Step::Jump(place)
+                | Step::Unless {
+                    otherwise: place, ..
+                }
+                | Step::Next { end: place, .. } => *place = here,
+                _ => {}
+            }
+        }
+    }
+
+    /// The innermost loop is done: its `continue`s lead to `turn`, its `break`s here.
+    fn end_loop(&mut self, turn: Place) {
+        let here = self.here();
+        let Some(ended) = self.loops.pop() else {
+            return;
+        };
+        for (indices, place) in [(ended.continues, turn), (ended.breaks, here)] {
+            for index in indices {
+                match &mut self.steps[index] {
+                    Step::Run { on_continue, .. } if place == turn => *on_continue = place,
+                    Step::Run { on_break, .. } => *on_break = place,
+                    Step::Jump(to) => *to = place,
+                    _ => {}
+                }
+            }
+        }
+    }
+}
+
+impl Lower<'_> {
+    /// The body of a generator function.
+    pub(super) fn generator_body(&mut self, body: &[Stmt]) -> Body {
+        if !body.iter().all(can_stop) {
+            return Body::Block(self.block(body));
+        }
+        let mut made = Made::default();
+        self.steps(body, &mut made);
+        Body::Steps(made.steps.into())
+    }
+
+    /// The body of a generator expression; its first iterable is the parameter.
+    pub(super) fn generator_expression_body(
+        &mut self,
+        comprehension: &ast::Comprehension,
+        first: Expr,
+        element: &ast::Expr,
+    ) -> Body {
+        let line = self.line(element.span);
+        let mut made = Made::default();
+        let mut turns = Vec::new();
+        let mut first = Some(first);
+        for clause in &comprehension.clauses {
+            let iterable = match first.take() {
+                Some(first) => first,
+                None => self.expr(&clause.iterable),
+            };
+            let span = clause.iterable.span;
+            made.add(Step::Begin {
+                line,
+                iterable,
+                span,
+            });
+            let head = made.here();
+            let target = self.loop_target(&clause.target);
+            let next = made.add(Step::Next {
+                target,
+                span,
+                end: LATER,
+            });
+            let mut skips = Vec::new();
+            for condition in &clause.conditions {
+                let test = self.expr(condition);
+                skips.push(made.add(Step::Unless {
+                    line,
+                    test,
+                    otherwise: LATER,
+                }));
+            }
+            turns.push((head, next, skips));
+        }
+        let value = self.operand(element);
+        made.add(Step::Yield {
+            line,
+            value,
+            sent: None,
+            span: element.span,
+        });
+        for (head, next, skips) in turns.into_iter().rev() {
+            made.lead_here(&skips);
+            made.add(Step::Turn { line, head });
+            made.lead_here(&[next]);
+        }
+        Body::Steps(made.steps.into())
+    }
+
+    fn steps(&mut self, body: &[Stmt], made: &mut Made) {
+        self.deeper(|lower| {
+            for statement in body {
+                lower.step(statement, made);
+            }
+        });
+    }
+
+    fn step(&mut self, statement: &Stmt, made: &mut Made) {
+        let line = self.line(statement.span);
+        match &statement.kind {
+            StmtKind::Return(value) => {
+                let value = match value {
+                    Some(value) => self.operand(value),
+                    None => Operand::Const(Value::None),
+                };
+                made.add(Step::Return { line, value });
+            }
+            _ if !yields(statement) => self.plain_step(statement, line, made),
+            StmtKind::Expr(value) => self.stop(value, None, line, made),
+            StmtKind::Assign { targets, value } => {
+                let target = targets.first().map(|target| self.target(target));
+                self.stop(value, target, line, made);
+            }
+            StmtKind::If { branches, orelse } => self.if_steps(branches, orelse, made),
+            StmtKind::While { test, body, orelse } => {
+                let line = self.line(test.span);
+                let head = made.here();
+                let test = self.expr(test);
+                let unless = made.add(Step::Unless {
+                    line,
+                    test,
+                    otherwise: LATER,
+                });
+                made.loops.push(Loop::default());
+                self.steps(body, made);
+                let turn = made.here();
+                made.add(Step::Turn { line, head });
+                made.lead_here(&[unless]);
+                // `break` leaves the `else` block out, which belongs to the loop around already.
+                let ended = made.loops.pop();
+                self.steps(orelse, made);
+                made.loops.extend(ended);
+                made.end_loop(turn);
+            }
+            StmtKind::For {
+                target,
+                iterable,
+                body,
+                orelse,
+            } => self.for_steps(target, iterable, body, orelse, line, made),
+            // `can_stop` lets no other statement with a `yield` through.
+            _ => {}
+        }
+    }
+
+    /// A statement without `yield`.
+    fn plain_step(&mut self, statement: &Stmt, line: u32, made: &mut Made) {
+        let Some(node) = self.statement(statement) else {
+            return;
+        };
+        let index = made.add(Step::Run {
+            line,
+            statement: node,
+            on_break: LATER,
+            on_continue: LATER,
+        });
+        if let Some(innermost) = made.loops.last_mut() {
+            innermost.breaks.push(index);
+            innermost.continues.push(index);
+        }
+    }
+
+    /// `sent = yield …`
+    fn stop(
+        &mut self,
+        value: &ast::Expr,
+        sent: Option<Box<dyn Target>>,
+        line: u32,
+        made: &mut Made,
+    ) {
+        let span: Span = value.span;
+        made.add(match &value.kind {
+            ExprKind::YieldFrom(iterable) => Step::Delegate {
+                line,
+                iterable: self.expr(iterable),
+                sent,
+                span,
+            },
+            ExprKind::Yield(Some(value)) => Step::Yield {
+                line,
+                value: self.operand(value),
+                sent,
+                span,
+            },
+            _ => Step::Yield {
+                line,
+                value: Operand::Const(Value::None),
+                sent,
+                span,
+            },
+        });
+    }
+
+    fn if_steps(&mut self, branches: &[(ast::Expr, Vec<Stmt>)], orelse: &[Stmt], made: &mut Made) {
+        let mut ends = Vec::new();
+        for (test, body) in branches {
+            let line = self.line(test.span);
+            let test = self.expr(test);
+            let unless = made.add(Step::Unless {
+                line,
+                test,
+                otherwise: LATER,
+            });
+            self.steps(body, made);
+            ends.push(made.add(Step::Jump(LATER)));
+            made.lead_here(&[unless]);
+        }
+        self.steps(orelse, made);
+        made.lead_here(&ends);
+    }
+
+    fn for_steps(
+        &mut self,
+        target: &ast::Expr,
+        iterable: &ast::Expr,
+        body: &[Stmt],
+        orelse: &[Stmt],
+        line: u32,
+        made: &mut Made,
+    ) {
+        let span = iterable.span;
+        let iterable = self.expr(iterable);
+        made.add(Step::Begin {
+            line,
+            iterable,
+            span,
+        });
+        let head = made.here();
+        let target = self.loop_target(target);
+        let next = made.add(Step::Next {
+            target,
+            span,
+            end: LATER,
+        });
+        made.loops.push(Loop::default());
+        self.steps(body, made);
+        let turn = made.here();
+        made.add(Step::Turn { line, head });
+        made.lead_here(&[next]);
+        let ended = made.loops.pop();
+        self.steps(orelse, made);
+        let over = made.add(Step::Jump(LATER));
+        made.loops.extend(ended);
+        made.end_loop(turn);
+        made.add(Step::Leave);
+        made.lead_here(&[over]);
+    }
+}
+
+/// Whether a statement can be taken apart into steps: no `yield` in it, or only where a step can stop.
+fn can_stop(statement: &Stmt) -> bool {
+    if !yields(statement) {
+        return true;
+    }
+    let stops = |value: &ast::Expr| match &value.kind {
+        ExprKind::Yield(Some(inner)) | ExprKind::YieldFrom(inner) => !has_yield(inner),
+        ExprKind::Yield(None) => true,
+        _ => false,
+    };
+    match &statement.kind {
+        StmtKind::Expr(value) => stops(value),
+        StmtKind::Assign { targets, value } => match &targets[..] {
+            [target] => stops(value) && !has_yield(target),
+            _ => false,
+        },
+        StmtKind::If { branches, orelse } => {
+            let mut tests = branches.iter().map(|(test, _)| test);
+            let bodies = branches.iter().flat_map(|(_, body)| body);
+            !tests.any(has_yield) && bodies.chain(orelse).all(can_stop)
+        }
+        StmtKind::While { test, body, orelse } => {
+            !has_yield(test) && body.iter().chain(orelse).all(can_stop)
+        }
+        StmtKind::For {
+            target,
+            iterable,
+            body,
+            orelse,
+        } => {
+            let heads = !has_yield(target) && !has_yield(iterable);
+            heads && body.iter().chain(orelse).all(can_stop)
+        }
+        _ => false,
+    }
+}
+
+/// Whether there is a `yield` of the function itself in a statement.
+fn yields(statement: &Stmt) -> bool {
+    let mut found = false;
+    visit::own_expressions(statement, &mut |expr| found = found || has_yield(expr));
+    let own = match &statement.kind {
+        StmtKind::Function(_) | StmtKind::Class(_) => Vec::new(),
+        _ => visit::blocks(statement),
+    };
+    found || own.into_iter().flatten().any(yields)
+}
+
+/// Whether there is a `yield` in an expression; those of lambdas in it count too.
+fn has_yield(expr: &ast::Expr) -> bool {
+    let mut found = matches!(expr.kind, ExprKind::Yield(_) | ExprKind::YieldFrom(_));
+    visit::parts(expr, &mut |part| found = found || has_yield(part));
+    found
+}
