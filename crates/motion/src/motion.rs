@@ -67,15 +67,15 @@ impl Motion {
     /// The motion as the planner of a blend sees it; `None` while it is held or stopped, or not on its last leg.
     pub(crate) fn under_way(&self, q: JointPositions) -> Option<UnderWay<'_>> {
         let now = self.travel.state();
-        let drive = self.travel.wanted();
-        let is_going = matches!(drive, Drive::Go(_)) && !self.is_stopping && !self.is_finished();
+        let is_going = matches!(self.travel.wanted(), Drive::Go(_))
+            && !self.is_stopping
+            && !self.is_finished();
         (is_going && self.chain.is_in_last(now.position)).then_some(UnderWay {
             leg: &self.leg,
             piece: self.chain.last(),
-            course: self.travel.course(),
+            travel: &self.travel,
             now,
             q,
-            drive,
         })
     }
 
