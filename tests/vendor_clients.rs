@@ -31,6 +31,11 @@ fn dashboard_users_power_the_arm_and_play_tasks() {
 }
 
 #[test]
+fn what_dashboard_users_mistype_has_one_reply_and_no_effect() {
+    run("test_dashboard_input");
+}
+
+#[test]
 fn external_control_leads_the_arm_through_its_sockets() {
     run("test_external_control");
 }
