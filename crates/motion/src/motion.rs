@@ -3,11 +3,14 @@
 use kinematics::JointPositions;
 use motion_api::{CommandId, MotionMode};
 
-use crate::constants::ZONE_STOPPING_SHARE;
+use crate::constants::{LONGEST, ZONE_STOPPING_SHARE};
 use crate::path::{Chain, Ground};
 use crate::plan::{Joined, Leg, UnderWay};
-use crate::scalar::{Drive, Travel};
+use crate::scalar::{Drive, ScalarState, Travel};
 use crate::setpoint::Setpoint;
+
+/// Places on the way to where a halt leads, so that the branch of solutions stays.
+const HALT_PLACES: usize = 4;
 
 /// A motion under way.
 #[derive(Clone, Copy, Debug)]
@@ -97,6 +100,21 @@ impl Motion {
             return Some(self.chain.end());
         }
         self.chain.at(ground, &s, near)
+    }
+
+    /// Where the joints would be if it halted now; `near` is where they are. `None` when the path is lost.
+    pub(crate) fn halted(&self, ground: &Ground, near: &JointPositions) -> Option<JointPositions> {
+        let mut travel = self.travel;
+        let now = travel.state().position;
+        travel.drive(Drive::Halt);
+        // Longer than any halt: the state is that at its end.
+        let end = travel.advance(LONGEST).position;
+        let mut q = *near;
+        for step in 1..=HALT_PLACES {
+            let place = now + (end - now) * step as f64 / HALT_PLACES as f64;
+            q = self.chain.at(ground, &ScalarState::at_rest(place), &q)?.q;
+        }
+        Some(q)
     }
 
     /// Where the joints will be at the end.

@@ -75,6 +75,13 @@ impl Cycle {
             self.upcoming = Some(upcoming);
             return;
         };
+        // Where the way ends is known only now: another solution than the nearest may be behind a plane with its elbow.
+        if !self.has_no_planes()
+            && let Err(refusal) = self.check_target(&leg.path.end().q)
+        {
+            self.refuse(upcoming.id, refusal);
+            return;
+        }
         let mut is_joined = false;
         match self.generator {
             Generator::Path(_) => {
