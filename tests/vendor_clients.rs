@@ -31,13 +31,28 @@ fn dashboard_users_power_the_arm_and_play_tasks() {
 }
 
 #[test]
+fn what_dashboard_users_mistype_has_one_reply_and_no_effect() {
+    run("test_dashboard_input");
+}
+
+#[test]
 fn external_control_leads_the_arm_through_its_sockets() {
     run("test_external_control");
 }
 
 #[test]
+fn external_control_survives_kills_broken_messages_and_stops() {
+    run("test_external_faults");
+}
+
+#[test]
 fn primary_clients_see_live_states_and_send_programs() {
     run("test_primary");
+}
+
+#[test]
+fn every_port_tells_the_same_in_every_state() {
+    run("test_states");
 }
 
 #[test]

@@ -17,6 +17,13 @@ TASKS = {
 
 
 class Commands(unittest.TestCase):
+    def test_what_a_command_sets_is_true_in_the_reply_to_the_next_line(self):
+        with Server() as server:
+            dashboard = Dashboard(server.ports["dashboard"])
+            for percent in (55, 10, 100, 2, 73):
+                self.assertEqual(dashboard.ask(f"speed -v {percent}"), f"Setting speed: {percent}\r\n")
+                self.assertIn(f"Target Speed Fraction: {percent}%\r\n", dashboard.ask("status"))
+
     def test_power_brakes_and_modes(self):
         with Server("--powered-off") as server:
             dashboard = Dashboard(server.ports["dashboard"])

@@ -1,11 +1,14 @@
 """Port 30004: every variable of the table, set by the plant, a script or a client, and read back through a socket."""
 
+import itertools
 import math
+import re
 import time
 import unittest
 
-from elite import Dashboard, Primary, Rtsi
-from server import Server
+import cs66
+from elite import FORMATS, Dashboard, Primary, Rtsi
+from server import REPOSITORY, Server
 
 # Name, type, and how the value is checked: a number, a tuple, or a function of the value. What changes with the motion is
 # checked in a test of its own.
@@ -188,11 +191,114 @@ VENDOR_INPUTS = [
 ]
 
 
+# Registers by number: name without it, numbers, type. A test of its own sets each to a value of its own.
+REGISTERS = [("_bit_register", range(64, 128), "BOOL"), ("_int_register", range(48), "INT32"), ("_double_register", range(48), "DOUBLE")]
+
+
+def page():
+    """What docs/RTSI.md says, which is made from the code: name and type of every output, and of every input."""
+    text = (REPOSITORY / "docs" / "RTSI.md").read_text()
+    directions = []
+    for chapter in text.split("\n## ")[1:]:
+        variables = {}
+        for first, last, kind in re.findall(r"^\| `(\w+)`(?: to `(\w+)`)? \| (\w+) \|$", chapter, re.M):
+            group, start = re.fullmatch(r"(.*?)(\d*)", first).groups()
+            end = re.search(r"\d+$", last or first)
+            names = [f"{group}{n}" for n in range(int(start), int(end[0]) + 1)] if last else [first]
+            variables.update({name: kind for name in names})
+        directions.append(variables)
+    return directions
+
+
 def zeros(recipe):
     return {n: (0.0,) * 6 if t == "VECTOR6D" else 0 for n, t in zip(recipe.names, recipe.types)}
 
 
 class Table(unittest.TestCase):
+    def test_every_variable_of_the_controller_has_a_row(self):
+        outputs, inputs = page()
+        self.assertTrue(set(outputs.values()) | set(inputs.values()) <= set(FORMATS))
+        rows = {name: kind for name, kind, _ in OUTPUTS}
+        registers = {f"{side}{group}{n}": kind for side in ("input", "output") for group, numbers, kind in REGISTERS for n in numbers}
+        self.assertEqual({**rows, **registers}, outputs)
+        written = {name: kind for name, kind in registers.items() if name.startswith("input")}
+        self.assertEqual({**dict(VENDOR_INPUTS), **written}, inputs)
+
+    def test_places_are_those_of_the_joints_by_the_geometry_of_the_arm(self):
+        with Server("--tcp", "0.01,0.02,0.1,0,0,0") as server:
+            rtsi = Rtsi(server.ports["rtsi"])
+            sides = ("actual", "target")
+            names = [f"{side}_{what}" for side in sides for what in ("joint_positions", "TCP_pose", "TCP_speed")]
+            rtsi.set_up_outputs(names + ["elbow_position", "timestamp", "actual_joint_speeds"])
+            rtsi.start()
+            Primary(server.ports["primary"]).send_script("def m():\n movej([0.8,-1.2,1.2,-1.2,-1.4,0.3])\nend")
+            rtsi.until(lambda v: v["actual_joint_speeds"][0] > 0.2)
+            before, here, after = rtsi.read(), rtsi.read(), rtsi.read()
+            for side in sides:
+                links = cs66.frames(here[f"{side}_joint_positions"])
+                flange = [row[:3] for row in links[5][:3]]
+                tcp = cs66.plus([row[3] for row in links[5][:3]], cs66.rotate(flange, (0.01, 0.02, 0.1)))
+                pose = here[f"{side}_TCP_pose"]
+                for found, wanted in zip(pose[:3], tcp):
+                    self.assertAlmostEqual(found, wanted, places=9)
+                for found, wanted in zip(itertools.chain(*cs66.rotation(pose[3:])), itertools.chain(*flange)):
+                    self.assertAlmostEqual(found, wanted, places=9)
+                # The mean of a cycle before and one after: wrong by the jerk alone.
+                span = after["timestamp"] - before["timestamp"]
+                for axis in range(3):
+                    slope = (after[f"{side}_TCP_pose"][axis] - before[f"{side}_TCP_pose"][axis]) / span
+                    self.assertAlmostEqual(here[f"{side}_TCP_speed"][axis], slope, delta=2e-3, msg=f"{side} {axis}")
+            elbow = [row[3] for row in cs66.frames(here["actual_joint_positions"])[1][:3]]
+            for found, wanted in zip(here["elbow_position"], elbow):
+                self.assertAlmostEqual(found, wanted, places=9)
+
+    def test_an_external_wrench_acts_only_while_it_is_enabled_and_the_sensor_reads_it_exactly(self):
+        mass, cog, tcp = 1.25, [0.01, 0.02, 0.03], [0.0, 0.01, 0.1]
+        wrench = [3.0, -4.0, 12.0, 0.5, -0.25, 0.125]
+        sensor = {"sensor_mass": 0.5, "sensor_measuring_offset": [0.0, 0.0, 0.04], "sensor_cog": [0.0, 0.0, 0.02]}
+        calls = [
+            (None, False),
+            ("ft_rtsi_input_enable(True)", {}),
+            ("ft_rtsi_input_enable(False)", False),
+            (f"ft_rtsi_input_enable(True, {', '.join(f'{k}={v}' for k, v in sensor.items())})", sensor),
+            ("ft_rtsi_input_enable(False)", False),
+        ]
+        payload = ",".join(map(str, [mass, *cog]))
+        # The ideal arm stands still to the last bit, so nothing but weight and wrench is read.
+        with Server("--plant", "ideal", "--tcp", f"{tcp[0]},{tcp[1]},{tcp[2]},0,0,0", "--payload", payload) as server:
+            rtsi = Rtsi(server.ports["rtsi"])
+            primary = Primary(server.ports["primary"])
+            inputs = rtsi.set_up_inputs(["external_force_torque"])
+            rtsi.set_up_outputs(["actual_TCP_pose", "actual_TCP_force", "ft_raw_wrench", "output_int_register0"])
+            rtsi.start()
+            rtsi.write(inputs, {"external_force_torque": wrench})
+            for number, (call, enabled) in enumerate(calls):
+                if call:
+                    primary.send_script(f"def s():\n  {call}\n  sync()\n  write_output_integer_register(0, {number})\nend")
+                rtsi.until(lambda v: v["output_int_register0"] == number)
+                rtsi.read()  # a cycle later
+                v = rtsi.read()
+                r = cs66.rotation(v["actual_TCP_pose"][3:])
+                force, moment = [0.0] * 3, [0.0] * 3
+                if enabled is not False:
+                    own, about, centre = (enabled.get(key) for key in sensor)
+                    weight = [0.0, 0.0, -cs66.GRAVITY * (own or 0.0)]
+                    about = cs66.rotate(r, cs66.minus(about or tcp, tcp))  # from the TCP, base axes
+                    centre = cs66.rotate(r, cs66.minus(centre or tcp, tcp))
+                    force = cs66.minus(wrench[:3], weight)
+                    itself = cs66.cross(cs66.minus(centre, about), weight)
+                    moment = cs66.plus(cs66.minus(wrench[3:], itself), cs66.cross(about, force))
+                felt = cs66.rotate_back(r, force) + cs66.rotate_back(r, moment)
+                hanging = cs66.rotate_back(r, [0.0, 0.0, -cs66.GRAVITY * mass])
+                raw = cs66.plus(felt, hanging + cs66.cross(cs66.minus(cog, tcp), hanging))
+                for name, wanted in [("actual_TCP_force", felt), ("ft_raw_wrench", raw)]:
+                    for axis in range(6):
+                        self.assertAlmostEqual(v[name][axis], wanted[axis], delta=1e-9, msg=f"{call}: {name}[{axis}]")
+            # Ownership ends with the connection; what was written last stays.
+            rtsi.close()
+            other = Rtsi(server.ports["rtsi"])
+            other.set_up_inputs(["external_force_torque"])
+
     def test_every_output_has_its_type_and_its_value(self):
         with Server("--step-ms", "4", cell=CELL) as server:
             rtsi = Rtsi(server.ports["rtsi"])
@@ -240,15 +346,13 @@ class Table(unittest.TestCase):
                     self.assertTrue(good, f"{name} is {value}")
 
     def test_every_register_has_a_name_of_its_own_in_both_directions(self):
-        bits, words = range(64, 128), range(48)
-        values = {f"_bit_register{n}": n % 3 == 0 for n in bits}
-        values.update({f"_int_register{n}": (-1) ** n * (n + 1) * 12345 for n in words})
-        values.update({f"_double_register{n}": n / 7 - 3 for n in words})
+        of_its_own = {"BOOL": lambda n: n % 3 == 0, "INT32": lambda n: (-1) ** n * (n + 1) * 12345, "DOUBLE": lambda n: n / 7 - 3}
+        values = {f"{group}{n}": of_its_own[kind](n) for group, numbers, kind in REGISTERS for n in numbers}
         with Server() as server:
             rtsi = Rtsi(server.ports["rtsi"])
             inputs = rtsi.set_up_inputs([f"input{name}" for name in values])
             outputs = rtsi.set_up_outputs([f"{side}{name}" for side in ("input", "output") for name in values])
-            kinds = ["BOOL"] * 64 + ["INT32"] * 48 + ["DOUBLE"] * 48
+            kinds = [kind for _, numbers, kind in REGISTERS for _ in numbers]
             self.assertEqual((inputs.types, outputs.types), (kinds, 2 * kinds))
             rtsi.start()
             rtsi.write(inputs, {f"input{name}": value for name, value in values.items()})
@@ -259,7 +363,7 @@ class Table(unittest.TestCase):
                 "   write_output_float_register(n, read_input_float_register(n))\n"
                 "  sync()\n end\nend"
             )
-            last = f"output_double_register{words[-1]}"
+            last = "output_double_register47"
             rtsi.until(lambda v: v[last] == values["_double_register47"])
             found = rtsi.latest()
             for side in ("input", "output"):

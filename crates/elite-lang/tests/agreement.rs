@@ -24,6 +24,7 @@ const OF_THE_SURROUNDINGS: &[&str] = &[
     "appears twice",
     "is given twice",
     "is declared nonlocal, but no function around binds it",
+    "'nonlocal' at the top level",
 ];
 
 fn our_errors(text: &str) -> Vec<Diagnostic> {

@@ -33,6 +33,14 @@ fn several_errors_are_reported_in_one_go() {
 }
 
 #[test]
+fn a_header_that_does_not_parse_takes_its_clauses_and_its_end_along() {
+    insta::assert_snapshot!(findings(
+        "def pick(height, speed=0.2)\n    x = 1\nend\nif x == 1\n    y = 1\nelif x == 2:\n    y = = 2\nelse:\n    y = 3\nend\n\
+         try\n    z = 1\nexcept ValueError:\n    z = 2\nfinally:\n    z = 3\nlast = )\nend\n"
+    ));
+}
+
+#[test]
 fn places_are_whole_characters_in_every_script() {
     let deep = format!("位{}", "(位".repeat(150));
     let wide = format!("x = 位{}", " + 位".repeat(2000));

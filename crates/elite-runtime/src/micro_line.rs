@@ -54,7 +54,7 @@ pub enum MicroLineError {
         count: usize,
     },
     /// The file holds too little or too much.
-    #[error("it has {count} points, allowed are 2 to {POINTS_MAX}")]
+    #[error("2 to {POINTS_MAX} points are allowed, it has {count}")]
     Count {
         /// Points found.
         count: usize,
@@ -336,10 +336,10 @@ mod tests {
             say("0,0,nan,0,0,0"),
             "line 1: \"nan\" is not a finite number"
         );
-        assert_eq!(say("# nothing"), "it has 0 points, allowed are 2 to 100000");
+        assert_eq!(say("# nothing"), "2 to 100000 points are allowed, it has 0");
         assert_eq!(
             say(&"0 0 0 0 0 0\n".repeat(100_002)),
-            "it has 100001 points, allowed are 2 to 100000"
+            "2 to 100000 points are allowed, it has 100001"
         );
     }
 

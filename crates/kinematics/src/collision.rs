@@ -159,6 +159,21 @@ impl CollisionModel {
         least
     }
 
+    /// Radius of the housing around the elbow, m: the thickest capsule of upper arm and forearm that the axis of joint 3
+    /// goes through. `None` for an arm without such capsules. The same at any `frames`.
+    pub fn elbow_radius(&self, frames: &Frames) -> Option<f64> {
+        let elbow = frames.base_from_joint[2];
+        // Longer than any link is thick.
+        let reach = elbow.rotate(Vector3::z());
+        let (below, above) = (elbow.translation - reach, elbow.translation + reach);
+        [2, 3]
+            .into_iter()
+            .flat_map(|link| self.placed(link, frames))
+            .filter(|c| segment_distance(c.p0, c.p1, below, above) <= c.radius)
+            .map(|capsule| capsule.radius)
+            .max_by(f64::total_cmp)
+    }
+
     /// The smallest distance between an obstacle capsule (base frame) and the links that move, with the link.
     pub fn obstacle_distance(
         &self,

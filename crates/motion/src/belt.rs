@@ -8,11 +8,13 @@ use motion_api::{CommandId, EncoderRange, PulseDecoding, Refusal, StopReason};
 use nalgebra::{Unit, Vector3};
 
 use crate::config::MotionLimits;
-use crate::constants::{SHARE_OF_BELT, SHARE_ON_BELT, SLOWEST};
+use crate::constants::{LIMIT_SLACK, SHARE_OF_BELT, SHARE_ON_BELT, SLOWEST};
 use crate::cycle::{Cycle, Generator};
 use crate::intake::{Answer, Ending, bad_value};
+use crate::modes::axis::Axis;
 use crate::modes::conveyor::{Route, Tracking};
 use crate::modes::encoder::Encoder;
+use crate::modes::states;
 use crate::setpoint::Setpoint;
 use crate::waiting::WaitingFor;
 
@@ -122,8 +124,11 @@ impl Cycle {
         let carried = tracking
             .carry(nominal, &self.commanded, &self.model, &self.flange_from_tcp)
             .ok_or(StopReason::ConveyorLost)?;
-        // A motion is planned where it begins; carried on, it may ask more of the joints than they can do.
-        if is_within_rates(&carried, &self.commanded, self.step, &self.limits) {
+        // A motion is planned where it begins; carried on, it may ask more of the joints than they can do. It is stopped
+        // while the joints can still come to rest within their limits.
+        let able = is_within_rates(&carried, &self.commanded, self.step, &self.limits)
+            && leaves_a_way_to_rest(&carried, &self.limits);
+        if able {
             Ok(carried)
         } else {
             Err(StopReason::ConveyorLost)
@@ -199,6 +204,20 @@ fn is_within_rates(next: &Setpoint, before: &Setpoint, step: f64, limits: &Motio
         let jerk = (next.qdd[joint] - before.qdd[joint]) / step;
         next.qdd[joint].abs() <= limits.acceleration[joint] * (1.0 + RATE_SLACK)
             && jerk.abs() <= limits.jerk[joint] * (1.0 + RATE_SLACK)
+    })
+}
+
+/// No joint exceeds its speed or leaves its range when all of them brake from here.
+fn leaves_a_way_to_rest(from: &Setpoint, limits: &MotionLimits) -> bool {
+    states(from).iter().enumerate().all(|(joint, state)| {
+        let axis = Axis {
+            min: limits.position_min[joint] - LIMIT_SLACK,
+            max: limits.position_max[joint] + LIMIT_SLACK,
+            speed: limits.speed[joint] + LIMIT_SLACK / 2.0,
+            acceleration: limits.acceleration[joint] * (1.0 + RATE_SLACK),
+            jerk: limits.jerk[joint],
+        };
+        axis.is_safe(state)
     })
 }
 

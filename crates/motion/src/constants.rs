@@ -155,9 +155,15 @@ pub const BLEND_PARTS: usize = 8;
 /// See [`BLEND_PARTS`].
 pub const BLEND_INTERVALS_PER_PART: usize = 3;
 
-/// Where a blend begins: at these shares of the way that is left to the waypoint. One is tried in a cycle, until one can
-/// be done at the speed that the arm has.
-pub const BLEND_ENTRIES: [f64; 6] = [0.97, 0.85, 0.7, 0.55, 0.4, 0.25];
+/// Where a blend begins: at these shares of the zone before the waypoint, tried one after the other until one can be done at
+/// the speed that the arm has. The path is left at 0.6 of the radius at the latest wherever that is possible.
+pub const BLEND_ENTRIES: [f64; 7] = [1.0, 0.86, 0.74, 0.64, 0.5, 0.37, 0.25];
+/// See [`BLEND_ENTRIES`]: so many in one cycle.
+pub const BLEND_ENTRIES_PER_CYCLE: usize = 2;
+/// See [`BLEND_ENTRIES`]: at most this share of the way that is left, so that the entry lies ahead of the arm.
+pub const LATEST_ENTRY: f64 = 0.97;
+/// See [`BLEND_ENTRIES`]: a place that would have to be moved on to less than this share is passed.
+pub const PASSED_ENTRY: f64 = 0.75;
 
 /// A joint that would turn by more than this on a metre of the line counts as singular, rad/m: at the joint's full speed
 /// the TCP would crawl at 3 mm/s.

@@ -151,6 +151,8 @@ impl Io {
             IoChange::ProgramRunning(running) => self.program_running = running,
             _ => {}
         }
+        self.image.config.freedrive_by_input =
+            self.freedrive_inputs != 0 || self.freedrive_registers != [0; 2];
     }
 
     /// Everything that happens by itself at the simulated time `now`, s: run-state outputs, then timed inputs, then wires.
@@ -384,7 +386,7 @@ mod tests {
         let action = InputAction::Freedrive;
         io.apply(&IoChange::DigitalInAction { bit: 2, action });
         io.apply(&IoChange::BooleanRegisterAction { index: 100, action });
-        assert!(!io.wants_freedrive());
+        assert!(!io.wants_freedrive() && io.image.config.freedrive_by_input);
         io.apply(&IoChange::digital_in(DigitalBank::Standard, 2, true));
         assert!(io.wants_freedrive());
         io.apply(&IoChange::digital_in(DigitalBank::Standard, 2, false));
@@ -393,6 +395,6 @@ mod tests {
         advance(&mut io, 0.0);
         assert!(io.wants_freedrive());
         io.apply(&IoChange::InputActionsToDefault);
-        assert!(!io.wants_freedrive());
+        assert!(!io.wants_freedrive() && !io.image.config.freedrive_by_input);
     }
 }

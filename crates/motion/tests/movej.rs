@@ -90,6 +90,7 @@ fn a_motion_to_where_the_arm_stands_is_done_at_once_or_after_its_duration() {
         "{}",
         bench.now().cycle
     );
+    assert!(bench.warnings.is_empty(), "{:?}", bench.warnings);
 }
 
 #[test]

@@ -2,44 +2,38 @@
 //!
 //! Owns the threads (motion, pump, recorder) and the order in which they end. What `serve` adds are the ports.
 
+mod clock;
+mod loaded_model;
+
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{OnceLock, Weak, mpsc};
-use std::thread::{self, JoinHandle, Thread};
-use std::time::Duration;
+use std::sync::{Arc, OnceLock, Weak};
 
 use elite_runtime::message::{Message, Observer, RECORDING_ALARM_CODE, Severity};
 use elite_runtime::panel::Operator;
 use elite_runtime::{Panel, Permissions, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use io_bus::Fieldbus;
-use kinematics::{ModelError, RobotModel};
-use motion::realtime::{ClockMeter, MotionThread, RealTimeline, RealtimeOptions};
-use motion::virtual_time::{IdlePacer, VirtualTimeline};
+use kinematics::ModelError;
+use motion::realtime::ClockMeter;
 use motion::{Cycle, CycleConfig};
-use motion_api::{BorderSizes, SnapshotCell, Timeline, border};
-use recorder::{
-    RecordError, Recorder, RecorderConfig, RecorderHandle, RecorderMeter, Setup, Viewer,
-};
+use motion_api::{BorderSizes, SnapshotCell, border};
+use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, RecorderMeter, Viewer};
 use thiserror::Error;
 use tokio_util::sync::CancellationToken;
 
 use crate::announce::{Announcer, Console};
 use crate::cell::{Cell, CellError};
 use crate::config::RobotConfig;
+use crate::describe::describe;
 use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
-use crate::options::{ClockChoice, ModelChoice, Permission, PlantChoice};
+use crate::options::{ClockChoice, Permission};
+use crate::ports::description::RobotDescription;
 use crate::recording_files;
 use crate::shutdown;
-use crate::start_configuration::{self, SetupError, cycle_config};
-
-/// How often the pump looks for events when no motion thread wakes it (virtual clock, nothing running).
-const IDLE_PUMP: Duration = Duration::from_millis(2);
-
-/// Simulated time zero of the virtual clock, ns since 1970: 2026-01-01T00:00:00Z.
-const VIRTUAL_EPOCH_NS: u64 = 1_767_225_600_000_000_000;
+use crate::start_configuration::{SetupError, cycle_config};
+use clock::{Clock, Pump, start_clock};
+use loaded_model::{LoadedModel, setup};
 
 /// What kept the controller from starting; each is a sentence for the person who typed the command.
 #[derive(Debug, Error)]
@@ -99,11 +93,7 @@ pub struct Controller {
     recorder: Option<Recorder>,
     recording_path: Option<PathBuf>,
     viewer: Viewer,
-}
-
-enum Clock {
-    Real(MotionThread),
-    Virtual(Option<IdlePacer>),
+    description: RobotDescription,
 }
 
 impl Controller {
@@ -130,6 +120,7 @@ impl Controller {
         };
         let (motion_end, mut script_end) = border(sizes, &first);
         let safety = cycle_config.safety;
+        let description = describe(&cycle_config)?;
         let model = Arc::new(cycle_config.limited_model()?);
         let cycle = Cycle::new(cycle_config, motion_end)?;
 
@@ -210,6 +201,7 @@ impl Controller {
             recorder,
             recording_path: path,
             viewer,
+            description,
         })
     }
 
@@ -246,6 +238,11 @@ impl Controller {
     /// The file that is being recorded.
     pub fn recording_path(&self) -> Option<&Path> {
         self.recording_path.as_deref()
+    }
+
+    /// What ports tell of the arm.
+    pub const fn description(&self) -> &RobotDescription {
+        &self.description
     }
 
     /// Makes what viewers show of the arm and its cell.
@@ -314,69 +311,6 @@ impl Controller {
     }
 }
 
-/// A model with what the recording needs to build it again.
-struct LoadedModel {
-    model: RobotModel,
-    given: String,
-    urdf: Option<String>,
-}
-
-impl LoadedModel {
-    fn open(choice: &ModelChoice) -> Result<Self, StartError> {
-        let given = choice.to_string();
-        let (model, urdf) = match choice {
-            ModelChoice::BuiltIn(name) => (RobotModel::built_in(name), None),
-            ModelChoice::Urdf(path) => {
-                let text =
-                    std::fs::read_to_string(path).map_err(|source| StartError::ModelFile {
-                        path: path.clone(),
-                        source,
-                    })?;
-                (RobotModel::from_urdf(&text), Some(text))
-            }
-        };
-        let model = model.map_err(|source| StartError::Model {
-            model: given.clone(),
-            source,
-        })?;
-        for warning in model.warnings() {
-            tracing::warn!("model {given}: {warning}");
-        }
-        Ok(Self { model, given, urdf })
-    }
-}
-
-fn setup(
-    config: &RobotConfig,
-    loaded: &LoadedModel,
-    cell: Option<&Cell>,
-    powered_off: bool,
-) -> Setup {
-    let (clock, epoch_ns) = match config.clock {
-        ClockChoice::Virtual => ("virtual", VIRTUAL_EPOCH_NS),
-        ClockChoice::Realtime => ("realtime", unix_nanos()),
-    };
-    Setup {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        model: loaded.given.clone(),
-        urdf: loaded.urdf.clone(),
-        cell: cell.map(|cell| cell.text().to_owned()),
-        home: config.home,
-        tcp: config.tcp,
-        payload: config.payload,
-        step_time: config.step.as_secs(),
-        seed: config.seed,
-        plant: match config.plant {
-            PlantChoice::Rigid => start_configuration::RIGID.to_owned(),
-            PlantChoice::Ideal => start_configuration::IDEAL.to_owned(),
-        },
-        clock: clock.to_owned(),
-        powered_off,
-        epoch_ns,
-        part: 1,
-    }
-}
-
 /// Links that stand in an obstacle at the start never touch it: better said than wondered about.
 fn warn_of_overlaps(config: &CycleConfig) {
     let around = &config.surroundings;
@@ -397,81 +331,6 @@ fn warn_of_settings_without_effect(config: &RobotConfig) {
         tracing::warn!(
             "--allow fs and --allow process: the functions they are about are not available in this version"
         );
-    }
-}
-
-fn unix_nanos() -> u64 {
-    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
-    since.map_or(0, |d| u64::try_from(d.as_nanos()).unwrap_or(u64::MAX))
-}
-
-fn start_clock(
-    choice: ClockChoice,
-    console: Console,
-    cycle: Cycle,
-    pump: Thread,
-) -> Result<(Clock, Arc<dyn Timeline>), StartError> {
-    match choice {
-        ClockChoice::Realtime => {
-            let options = RealtimeOptions {
-                wake: vec![pump],
-                ..RealtimeOptions::default()
-            };
-            let thread = MotionThread::start(cycle, options)?;
-            for warning in thread.warnings() {
-                tracing::warn!("{warning}");
-            }
-            Ok((Clock::Real(thread), Arc::new(RealTimeline)))
-        }
-        ClockChoice::Virtual => {
-            let timeline = Arc::new(VirtualTimeline::new(cycle, Vec::new())?);
-            // `run` has exactly one task; before and after it nothing needs time to pass.
-            let pacer = match console {
-                Console::Log => Some(IdlePacer::start(timeline.clone())?),
-                Console::Stdout => None,
-            };
-            Ok((Clock::Virtual(pacer), timeline))
-        }
-    }
-}
-
-/// The thread that carries events from the motion thread to whoever waits for them.
-struct Pump {
-    thread: JoinHandle<()>,
-    ending: Arc<AtomicBool>,
-}
-
-impl Pump {
-    /// Starts the thread; it begins once it is given the robot.
-    fn start() -> io::Result<(Self, mpsc::Sender<Arc<Robot>>)> {
-        let ending = Arc::new(AtomicBool::new(false));
-        let (sender, receiver) = mpsc::channel::<Arc<Robot>>();
-        let told = ending.clone();
-        let thread = thread::Builder::new()
-            .name("pump".to_owned())
-            .spawn(move || {
-                let Ok(robot) = receiver.recv() else { return };
-                while !told.load(Ordering::Acquire) {
-                    robot.pump();
-                    if robot.timeline().is_virtual() {
-                        thread::park_timeout(IDLE_PUMP);
-                    } else {
-                        thread::park();
-                    }
-                }
-            })?;
-        Ok((Self { thread, ending }, sender))
-    }
-
-    fn thread(&self) -> Thread {
-        self.thread.thread().clone()
-    }
-
-    fn stop(self) {
-        self.ending.store(true, Ordering::Release);
-        self.thread.thread().unpark();
-        // A panic of the pump was printed when it happened.
-        let _ = self.thread.join();
     }
 }
 

@@ -12,7 +12,7 @@ use motion_api::{Frame, RobotState, ThreadNumber};
 use tokio::sync::{broadcast, watch};
 
 use crate::ports::description::{Peripherals, TaskStatus};
-use crate::ports::rtsi::outputs::Sample;
+use crate::ports::sample::{Beats, Sample};
 
 /// How many cycles a listener may be behind before it loses some: a quarter of a second.
 const CYCLES_WAITING_MAX: usize = 64;
@@ -21,6 +21,7 @@ const CYCLES_WAITING_MAX: usize = 64;
 pub struct Feed {
     model: Arc<RobotModel>,
     samples: broadcast::Sender<Arc<Sample>>,
+    beats: Beats,
     task: OnceLock<watch::Receiver<SupervisorStatus>>,
     script_line: AtomicU32,
 }
@@ -31,6 +32,7 @@ impl Feed {
         Self {
             model,
             samples: broadcast::channel(CYCLES_WAITING_MAX).0,
+            beats: Beats::default(),
             task: OnceLock::new(),
             script_line: AtomicU32::new(0),
         }
@@ -45,6 +47,11 @@ impl Feed {
     /// Every cycle from now on.
     pub fn subscribe(&self) -> broadcast::Receiver<Arc<Sample>> {
         self.samples.subscribe()
+    }
+
+    /// One cycle in a tenth of a second.
+    pub const fn beats(&self) -> &Beats {
+        &self.beats
     }
 
     /// What the main task is doing.
@@ -67,15 +74,23 @@ impl Feed {
 
     /// Shows a cycle to whoever listens.
     pub fn cycle_ended(&self, frame: &Frame) {
-        if self.samples.receiver_count() == 0 {
+        let is_beat = self.beats.begin_with(frame.state.time);
+        let is_followed = self.samples.receiver_count() > 0;
+        if !is_beat && !is_followed {
             return;
         }
-        let sample = self.sample(frame);
-        // That the last listener has gone in between is fine.
-        let _ = self.samples.send(Arc::new(sample));
+        let sample = Arc::new(self.sample(frame));
+        if is_beat {
+            self.beats.show(sample.clone());
+        }
+        if is_followed {
+            // That the last listener has gone in between is fine.
+            let _ = self.samples.send(sample);
+        }
     }
 
-    fn sample(&self, frame: &Frame) -> Sample {
+    /// What listeners are shown of a cycle.
+    pub fn sample(&self, frame: &Frame) -> Sample {
         let state = &frame.state;
         Sample {
             state: *state,

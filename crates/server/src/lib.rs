@@ -10,6 +10,7 @@ pub mod cli;
 pub mod commands;
 pub mod config;
 pub mod controller;
+pub mod describe;
 pub mod feed;
 pub mod log_dir;
 pub mod logging;

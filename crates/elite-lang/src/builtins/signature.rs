@@ -241,13 +241,28 @@ impl Evaluator<'_> {
         if most == 0 {
             return self.type_error(format!("{label}() takes no arguments ({given} given)"));
         }
-        let by_tuple = ["sorted", "classmethod", "staticmethod"].contains(&builtin.name);
+        let by_tuple =
+            ["sorted", "classmethod", "staticmethod", "cycle", "pairwise"].contains(&builtin.name);
         if required == most && most == 1 && !by_tuple {
             return self.type_error(format!(
                 "{label}() takes exactly one argument ({given} given)"
             ));
         }
         let name = builtin.name;
+        let keywords = builtin.owner.is_none()
+            && signature.positional_only < signature.positional
+            && !matches!(builtin.body, BuiltinBody::Native(_));
+        if keywords && given > most {
+            let word = if required == most {
+                "exactly"
+            } else {
+                "at most"
+            };
+            return self.type_error(format!(
+                "{name}() takes {word} {most} argument{} ({given} given)",
+                plural(most)
+            ));
+        }
         if required == most {
             return self.type_error(format!(
                 "{name} expected {most} argument{}, got {given}",

@@ -69,6 +69,7 @@ builtin_types! {
     str_ascii_iterator = "str_ascii_iterator", Iterator;
     bytes_iterator = "bytes_iterator", Iterator;
     range_iterator = "range_iterator", Iterator;
+    longrange_iterator = "longrange_iterator", Iterator;
     dict_keyiterator = "dict_keyiterator", Iterator;
     dict_valueiterator = "dict_valueiterator", Iterator;
     dict_itemiterator = "dict_itemiterator", Iterator;
@@ -165,7 +166,7 @@ impl Types {
             },
             Value::Set(_) => &self.set,
             Value::FrozenSet(_) => &self.frozenset,
-            Value::Range(_) => &self.range,
+            Value::Range(_) | Value::LongRange(_) => &self.range,
             Value::Slice(_) => &self.slice,
             Value::Function(_) => &self.function,
             Value::BoundMethod(_) => &self.method,
@@ -182,7 +183,7 @@ impl Types {
         }
     }
 
-    fn of_iterator(&self, iter: &Iter) -> &Rc<Class> {
+    fn of_iterator<'v>(&'v self, iter: &'v Iter) -> &'v Rc<Class> {
         match iter {
             Iter::List { .. } => &self.list_iterator,
             Iter::Tuple { .. } => &self.tuple_iterator,
@@ -210,7 +211,8 @@ impl Types {
             Iter::Zip { .. } => &self.zip,
             Iter::Enumerate { .. } => &self.enumerate,
             Iter::Sequence { reversed: true, .. } => &self.reversed,
-            Iter::Sequence { .. } | Iter::Native(_) => &self.iterator,
+            Iter::Sequence { .. } => &self.iterator,
+            Iter::Native(native) => &native.class,
         }
     }
 
@@ -224,13 +226,7 @@ impl Types {
 
     /// The name of a value's type, as messages use it.
     pub fn name_of(&self, value: &Value) -> Rc<str> {
-        match value {
-            Value::Iter(iter) => match &**iter {
-                Iter::Native(native) => native.type_name.into(),
-                iter => self.of_iterator(iter).name(),
-            },
-            _ => self.of(value).name(),
-        }
+        self.of(value).type_name()
     }
 
     /// Drops the attributes of all types, to break cycles when an interpreter ends.

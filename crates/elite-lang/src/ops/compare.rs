@@ -8,7 +8,7 @@ use crate::ast::CompareOp;
 use crate::eval::Evaluator;
 use crate::value::int::Int;
 use crate::value::symbol::known;
-use crate::value::{R, Symbol, Value};
+use crate::value::{LongRange, R, Symbol, Value};
 
 /// The result of comparing two numbers of the commonest types; None if they are of others.
 #[inline(always)]
@@ -222,6 +222,10 @@ impl Evaluator<'_> {
                     && (x.is_empty() || (x.start == y.start && (x.len() == 1 || x.step == y.step)));
                 equality(op, equal)
             }
+            (Value::Range(_) | Value::LongRange(_), Value::LongRange(_))
+            | (Value::LongRange(_), Value::Range(_)) => {
+                equality(op, LongRange::of(a) == LongRange::of(b))
+            }
             (Value::Slice(x), Value::Slice(y)) => {
                 let parts = [(&x.start, &y.start), (&x.stop, &y.stop), (&x.step, &y.step)];
                 let mut equal = true;
@@ -322,6 +326,10 @@ impl Evaluator<'_> {
             Value::Range(range) => match Int::of(item) {
                 Some(Int::Small(int)) => Ok(range.position(int).is_some()),
                 Some(Int::Big(_)) => Ok(false),
+                None => self.contains_by_iteration(container, item),
+            },
+            Value::LongRange(range) => match item.as_big() {
+                Some(int) => Ok(range.position(&int).is_some()),
                 None => self.contains_by_iteration(container, item),
             },
             Value::Bytes(_) | Value::ByteArray(_) => self.bytes_contain(container, item),

@@ -181,6 +181,7 @@ fn quick_hash_at(value: &Value, depth: u32) -> Option<u64> {
             combine.finish()
         }
         Value::Range(range) => range_hash(range),
+        Value::LongRange(range) => long_range_hash(range),
         Value::Function(_)
         | Value::Builtin(_)
         | Value::Class(_)
@@ -204,7 +205,7 @@ fn range_hash(range: &crate::value::Range) -> u64 {
     let mut combine = TupleHash::default();
     let len = range.len();
     let none = quick_hash_at(&Value::None, 0).unwrap_or(0);
-    combine.add(len);
+    combine.add(hash_i64(len as i64) as u64);
     combine.add(if len == 0 {
         none
     } else {
@@ -214,6 +215,24 @@ fn range_hash(range: &crate::value::Range) -> u64 {
         none
     } else {
         hash_i64(range.step) as u64
+    });
+    combine.finish()
+}
+
+fn long_range_hash(range: &crate::value::LongRange) -> u64 {
+    let none = quick_hash_at(&Value::None, 0).unwrap_or(0);
+    let number = |number: &BigInt| quick_hash_at(&Value::bigint(number.clone()), 0).unwrap_or(0);
+    let mut combine = TupleHash::default();
+    combine.add(number(range.len()));
+    combine.add(if range.is_empty() {
+        none
+    } else {
+        number(&range.start)
+    });
+    combine.add(if *range.len() <= BigInt::from(1) {
+        none
+    } else {
+        number(&range.step)
     });
     combine.finish()
 }

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::symbol::known;
-use crate::value::{Bytes, List, R, Raised, Range, Slice, Str, Value};
+use crate::value::{Bytes, List, LongRange, R, Raised, Range, Slice, Str, Value};
 
 /// A slice with the length of its sequence worked in (Python's `slice.indices`).
 #[derive(Clone, Copy, Debug)]
@@ -248,13 +248,28 @@ impl Evaluator<'_> {
                     .ok_or_else(|| self.raise(ExceptionKind::IndexError, error()))
             }
             Value::Range(range) => {
-                let at = self.sequence_index(index, "range")?;
+                let at = match self.sequence_index(index, "range") {
+                    Err(raised) if self.is_kind(&raised, ExceptionKind::IndexError) => {
+                        return Err(self.range_index_error());
+                    }
+                    place => place?,
+                };
                 match self.place(at, range.len() as usize) {
                     Some(place) => Ok(Value::Int(range.at(place as u64))),
-                    None => {
-                        Err(self
-                            .raise(ExceptionKind::IndexError, "range object index out of range"))
+                    None => Err(self.range_index_error()),
+                }
+            }
+            Value::LongRange(range) => {
+                let index = match self.sequence_index(index, "range") {
+                    // Further than 64 bits reach.
+                    Err(raised) if self.is_kind(&raised, ExceptionKind::IndexError) => {
+                        self.to_int(index)?.to_big()
                     }
+                    place => place?.into(),
+                };
+                match range.at(&index) {
+                    Some(value) => Ok(Value::bigint(value)),
+                    None => Err(self.range_index_error()),
                 }
             }
             Value::Instance(instance) => match instance.class.lookup(known::GETITEM) {
@@ -283,6 +298,11 @@ impl Evaluator<'_> {
             },
             _ => Err(self.not_subscriptable(value)),
         }
+    }
+
+    #[cold]
+    fn range_index_error(&self) -> Raised {
+        self.raise(ExceptionKind::IndexError, "range object index out of range")
     }
 
     #[cold]
@@ -329,15 +349,31 @@ impl Evaluator<'_> {
                 let bounds = self.bounds(slice, data.len())?;
                 Value::ByteArray(Rc::new(crate::value::ByteArray::new(pick(&data, bounds))))
             }
-            Value::Range(range) => {
+            Value::Range(range) if !matches!(slice.step, Value::BigInt(_)) => {
                 let bounds = self.bounds(slice, range.len() as usize)?;
-                let at = |index: i64| range.start.saturating_add(index.saturating_mul(range.step));
-                let step = range.step.saturating_mul(bounds.step);
-                Value::Range(Rc::new(Range {
-                    start: at(bounds.start),
-                    stop: at(bounds.stop),
-                    step,
-                }))
+                let at = |index: i64| {
+                    i128::from(range.start) + i128::from(index) * i128::from(range.step)
+                };
+                let step = i128::from(range.step) * i128::from(bounds.step);
+                Value::range(at(bounds.start).into(), at(bounds.stop).into(), step.into())
+            }
+            Value::Range(_) | Value::LongRange(_) => {
+                let Some(range) = LongRange::of(value) else {
+                    return Err(self.not_subscriptable(value));
+                };
+                let bound = |value: &Value| -> R<Option<num_bigint::BigInt>> {
+                    if value.is_none() {
+                        return Ok(None);
+                    }
+                    // For what is no index, the message slices have.
+                    self.slice_index(value)?;
+                    Ok(Some(self.to_int(value)?.to_big()))
+                };
+                let step = bound(&slice.step)?.unwrap_or(1.into());
+                if step == num_bigint::BigInt::ZERO {
+                    return Err(self.value_error("slice step cannot be zero"));
+                }
+                range.slice(bound(&slice.start)?, bound(&slice.stop)?, step)
             }
             _ => return Err(self.not_subscriptable(value)),
         })

@@ -3,6 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
+use crate::builtins::types::range::long_range_iterator;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::generator::{Stepped, ToGenerator};
@@ -31,6 +32,7 @@ impl Evaluator<'_> {
                 step: range.step,
                 left: Cell::new(range.len()),
             },
+            Value::LongRange(range) => long_range_iterator(self, range),
             Value::Dict(dict) => dict_iter(dict, ViewKind::Keys, false),
             Value::DictView(view) => dict_iter(&view.dict, view.kind, false),
             Value::Set(set) | Value::FrozenSet(set) => Iter::Set {
@@ -378,7 +380,7 @@ impl Evaluator<'_> {
                 let pair = self.next_pair_lazily(iter)?;
                 Ok(pair.map(|(number, value)| Value::pair(number, value)))
             }
-            Iter::Native(native) => (native.next)(self),
+            Iter::Native(native) => native.steps.next(self),
             // The others are stepped by `next_of`.
             _ => Ok(None),
         }

@@ -6,7 +6,7 @@ use crate::ast::Conversion;
 use crate::eval::Evaluator;
 use crate::format::{Spec, float};
 use crate::value::symbol::known;
-use crate::value::{Dict, Instance, R, Value};
+use crate::value::{Dict, Instance, Iter, R, Value};
 
 impl Evaluator<'_> {
     /// Python's `str(value)`.
@@ -189,6 +189,20 @@ impl Evaluator<'_> {
                 let _ = match range.step {
                     1 => write!(out, "range({}, {})", range.start, range.stop),
                     step => write!(out, "range({}, {}, {step})", range.start, range.stop),
+                };
+            }
+            Value::LongRange(range) => {
+                let (start, stop) = (
+                    self.big_to_text(&range.start)?,
+                    self.big_to_text(&range.stop)?,
+                );
+                let _ = match i64::try_from(&range.step) {
+                    Ok(1) => write!(out, "range({start}, {stop})"),
+                    _ => write!(
+                        out,
+                        "range({start}, {stop}, {})",
+                        self.big_to_text(&range.step)?
+                    ),
                 };
             }
             Value::List(_)
@@ -385,11 +399,11 @@ impl Evaluator<'_> {
         let address = value.address().unwrap_or(0);
         Ok(match value {
             Value::Function(function) => {
-                format!("<function {} at {address:#x}>", function.code.qualname)
+                format!("<function {} at {address:#x}>", function.qualname())
             }
             Value::BoundMethod(method) => {
                 let name = match &method.function {
-                    Value::Function(function) => function.code.qualname.to_string(),
+                    Value::Function(function) => function.qualname().to_string(),
                     Value::Builtin(builtin) => {
                         let owner = self.core.types.name_of(&method.receiver);
                         return Ok(format!(
@@ -420,10 +434,16 @@ impl Evaluator<'_> {
                 let (class, receiver) = (sup.class.name(), sup.receiver_class.name());
                 format!("<super: <class '{class}'>, <{receiver} object>>")
             }
-            other => format!(
-                "<{} object at {address:#x}>",
-                self.core.types.name_of(other)
-            ),
+            other => {
+                if let Value::Iter(iter) = other
+                    && let Iter::Native(native) = &**iter
+                    && let Some(text) = self.recurse(|| native.steps.repr(self))?
+                {
+                    return Ok(text);
+                }
+                let name = self.core.types.name_of(other);
+                format!("<{name} object at {address:#x}>")
+            }
         })
     }
 

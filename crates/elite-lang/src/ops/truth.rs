@@ -46,6 +46,13 @@ impl Evaluator<'_> {
             Value::Bytes(bytes) => bytes.data().len(),
             Value::ByteArray(bytes) => bytes.data.borrow().len(),
             Value::Range(range) => range.len() as usize,
+            Value::LongRange(range) => match usize::try_from(range.len()) {
+                Ok(length) if i64::try_from(length).is_ok() => length,
+                _ => {
+                    let text = "Python int too large to convert to C ssize_t";
+                    return Err(self.raise(crate::errors::ExceptionKind::OverflowError, text));
+                }
+            },
             value if super::binary::has_methods(value) => {
                 let Some(length) = self.special(value, known::LEN, &mut [])? else {
                     return Err(self.no_len(value));
@@ -78,6 +85,7 @@ fn other_truth(value: &Value) -> bool {
         Value::Bytes(bytes) => !bytes.data().is_empty(),
         Value::ByteArray(bytes) => !bytes.data.borrow().is_empty(),
         Value::Range(range) => !range.is_empty(),
+        Value::LongRange(range) => !range.is_empty(),
         _ => true,
     }
 }

@@ -110,7 +110,7 @@ impl Parser<'_> {
                         continue;
                     }
                 }
-                _ => self.statement_or_recover(body, true),
+                _ => self.statement_or_recover(body),
             }
         }
     }

@@ -37,7 +37,7 @@ impl Parser<'_> {
                 // of `\N{…}`.
                 let hidden = match escaped.chars().next() {
                     Some('N') if !literal.raw && escaped.starts_with("N{") => {
-                        escaped.find('}').map_or(1, |end| end + 1)
+                        escaped.find('}').map_or(escaped.len(), |end| end + 1)
                     }
                     Some('{' | '}') | None => 0,
                     Some('\\') if literal.raw => 0,

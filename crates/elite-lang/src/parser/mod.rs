@@ -123,7 +123,7 @@ impl<'f> Parser<'f> {
     fn statements_until_end(&mut self) -> Vec<Stmt> {
         let mut body = Vec::new();
         while self.kind() != TokenKind::EndOfFile {
-            self.statement_or_recover(&mut body, false);
+            self.statement_or_recover(&mut body);
         }
         body
     }

@@ -10,9 +10,9 @@ use crate::spelling::nearest;
 impl Parser<'_> {
     /// One statement (or one line of them) into `body`. After an error, skips to the next line; what is indented
     /// below a header that did not parse is still read for its errors.
-    pub(super) fn statement_or_recover(&mut self, body: &mut Vec<Stmt>, in_block: bool) {
+    pub(super) fn statement_or_recover(&mut self, body: &mut Vec<Stmt>) {
         let before = self.at;
-        match self.statement(body, in_block) {
+        match self.statement(body) {
             Ok(()) => {}
             Err(Failed) => {
                 let reported = self.diagnostics.len();
@@ -32,7 +32,22 @@ impl Parser<'_> {
         }
     }
 
+    /// Leaves a statement that did not parse: its line, the block below it, and what belongs to that block.
     fn recover(&mut self) {
+        if !self.skip_line_and_block() {
+            return;
+        }
+        // The clauses and the `end` of the statement mean nothing without its header; only what they hold is read.
+        while matches!(self.kind(), T::Elif | T::Else | T::Except | T::Finally) {
+            self.skip_line_and_block();
+        }
+        if self.eat(T::End).is_some() {
+            self.eat(T::Newline);
+        }
+    }
+
+    /// Skips the rest of the line; whether a block was below it, which has been read for its errors.
+    fn skip_line_and_block(&mut self) -> bool {
         while !matches!(
             self.kind(),
             T::Newline | T::EndOfFile | T::Indent | T::Dedent
@@ -40,16 +55,18 @@ impl Parser<'_> {
             self.bump();
         }
         self.eat(T::Newline);
-        if self.eat(T::Indent).is_some() {
-            let mut dropped = Vec::new();
-            while !matches!(self.kind(), T::Dedent | T::EndOfFile) {
-                self.statement_or_recover(&mut dropped, true);
-            }
-            self.eat(T::Dedent);
+        if self.eat(T::Indent).is_none() {
+            return false;
         }
+        let mut dropped = Vec::new();
+        while !matches!(self.kind(), T::Dedent | T::EndOfFile) {
+            self.statement_or_recover(&mut dropped);
+        }
+        self.eat(T::Dedent);
+        true
     }
 
-    fn statement(&mut self, body: &mut Vec<Stmt>, in_block: bool) -> Parse<()> {
+    fn statement(&mut self, body: &mut Vec<Stmt>) -> Parse<()> {
         match self.kind() {
             T::Newline => {
                 self.bump();
@@ -66,10 +83,7 @@ impl Parser<'_> {
                     }
                     Ok(())
                 }
-                None => {
-                    let _ = in_block;
-                    self.simple_line(body)
-                }
+                None => self.simple_line(body),
             },
         }
     }
@@ -85,7 +99,7 @@ impl Parser<'_> {
         // Read the block as if it were not indented, so that its own errors show too.
         let mut dropped = Vec::new();
         while !matches!(self.kind(), T::Dedent | T::EndOfFile) {
-            self.statement_or_recover(&mut dropped, true);
+            self.statement_or_recover(&mut dropped);
         }
         self.eat(T::Dedent);
         let _ = failed;

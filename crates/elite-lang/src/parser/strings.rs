@@ -15,6 +15,21 @@ pub(super) struct Literal {
     pub(super) body: Span,
 }
 
+/// What a literal is, and the byte of the file its text begins at.
+#[derive(Clone, Copy)]
+enum Base {
+    Text(usize),
+    Bytes(usize),
+}
+
+impl Base {
+    fn start(self) -> usize {
+        match self {
+            Base::Text(start) | Base::Bytes(start) => start,
+        }
+    }
+}
+
 impl Parser<'_> {
     /// One or more string literals side by side.
     pub(super) fn strings(&mut self) -> Parse<Expr> {
@@ -91,15 +106,21 @@ impl Parser<'_> {
         while let Some(backslash) = rest.find('\\') {
             out.push_str(&normalized(&rest[..backslash]));
             let at = span.end as usize - (rest.len() - backslash);
-            rest = self.escape(&rest[backslash + 1..], at, &mut out);
+            rest = self.escape(
+                &rest[backslash + 1..],
+                at,
+                Base::Text(span.start as usize),
+                &mut out,
+            );
         }
         out.push_str(&normalized(rest));
         out
     }
 
-    /// One escape after its backslash (which is at byte `at`) into `out`; returns what follows it.
-    /// `\e` and `\oNN` are additions of the manual (1.2.1); an unknown escape keeps its backslash, as in Python.
-    fn escape<'t>(&mut self, rest: &'t str, at: usize, out: &mut String) -> &'t str {
+    /// One escape after its backslash (which is at byte `at` of a text from byte `base` on) into `out`; returns what
+    /// follows it. `\e` and `\oNN` are additions of the manual (1.2.1); an unknown escape keeps its backslash, as in
+    /// Python.
+    fn escape<'t>(&mut self, rest: &'t str, at: usize, base: Base, out: &mut String) -> &'t str {
         let Some(c) = rest.chars().next() else {
             return rest;
         };
@@ -116,27 +137,17 @@ impl Parser<'_> {
             't' => '\t',
             'v' => '\x0b',
             'e' => '\x1b',
-            'N' => {
-                let end = match after.strip_prefix('{') {
-                    Some(name) => name.find('}').map_or(after.len(), |end| end + 2),
-                    None => 0,
-                };
-                let span = Span::new(at, at + 2 + end);
-                let message = "characters by name are not supported";
-                let help = "write the number of the character: '\\u00b0'";
-                self.report(Diagnostic::error("not-supported", span, message).with_help(help));
-                return &after[end..];
-            }
-            'x' => return self.coded(after, 2, 16, at, out),
-            'u' => return self.coded(after, 4, 16, at, out),
-            'U' => return self.coded(after, 8, 16, at, out),
+            'N' => return self.named(after, at, base, out),
+            'x' => return self.coded(after, 'x', 2, at, base, out),
+            'u' => return self.coded(after, 'u', 4, at, base, out),
+            'U' => return self.coded(after, 'U', 8, at, base, out),
             'o' if after.starts_with(|d: char| d.is_digit(8)) => {
                 let length = after.chars().take(2).take_while(|d| d.is_digit(8)).count();
-                return self.coded(after, length, 8, at, out);
+                return self.octal(after, length, out);
             }
             '0'..='7' => {
                 let length = rest.chars().take(3).take_while(|d| d.is_digit(8)).count();
-                return self.coded(rest, length, 8, at, out);
+                return self.octal(rest, length, out);
             }
             _ => {
                 out.push('\\');
@@ -147,38 +158,91 @@ impl Parser<'_> {
         after
     }
 
-    /// A character given by `length` digits of its code.
+    /// A character by its name in braces, after `\N`.
+    fn named<'t>(&mut self, after: &'t str, at: usize, base: Base, out: &mut String) -> &'t str {
+        let (length, reason) = match after.strip_prefix('{') {
+            None => (2, "malformed \\N character escape"),
+            Some(name) => match name.find('}') {
+                None => (2 + after.len(), "malformed \\N character escape"),
+                Some(0) => (3, "malformed \\N character escape"),
+                Some(end) => match unicode_names2::character(&name[..end]) {
+                    Some(c) => {
+                        out.push(c);
+                        return &name[end + 1..];
+                    }
+                    None => (end + 4, "unknown Unicode character name"),
+                },
+            },
+        };
+        self.undecodable(at, length, base, reason);
+        &after[length - 2..]
+    }
+
+    /// A character given by `length` hexadecimal digits of its code.
     fn coded<'t>(
         &mut self,
         digits: &'t str,
+        kind: char,
         length: usize,
-        radix: u32,
         at: usize,
+        base: Base,
         out: &mut String,
     ) -> &'t str {
-        let code = digits
-            .get(..length)
-            .filter(|d| d.chars().all(|c| c.is_digit(radix)));
-        let code = code.and_then(|d| u32::from_str_radix(d, radix).ok());
-        let span = Span::new(at, at + 2);
-        let Some(code) = code else {
-            self.report(Diagnostic::error(
-                "syntax",
-                span,
-                format!("this escape needs {length} digits"),
-            ));
-            return digits;
-        };
+        let valid = digits.bytes().take(length);
+        let valid = valid.take_while(u8::is_ascii_hexdigit).count();
+        if valid < length {
+            if let Base::Bytes(start) = base {
+                let place = at - start;
+                let message = format!("(value error) invalid \\x escape at position {place}");
+                let span = Span::new(at, at + 2 + valid);
+                self.report(Diagnostic::error("syntax", span, message));
+            } else {
+                let reason = format!("truncated \\{kind}{} escape", "X".repeat(length));
+                self.undecodable(at, 2 + valid, base, &reason);
+            }
+            return &digits[valid..];
+        }
+        let code = u32::from_str_radix(&digits[..length], 16).unwrap_or(u32::MAX);
         match char::from_u32(code) {
             Some(c) => out.push(c),
+            None if code > 0x10_ffff => {
+                self.undecodable(at, 2 + length, base, "illegal Unicode character");
+            }
             None => {
                 let message = format!(
                     "U+{code:04X} is no character; surrogates cannot stand alone in a string"
                 );
+                let span = Span::new(at, at + 2 + length);
                 self.report(Diagnostic::error("syntax", span, message));
             }
         }
         &digits[length..]
+    }
+
+    /// A character given by `length` octal digits of its code.
+    fn octal<'t>(&mut self, digits: &'t str, length: usize, out: &mut String) -> &'t str {
+        let code = u32::from_str_radix(&digits[..length], 8).ok();
+        // Three octal digits stay far below the surrogates.
+        out.extend(code.and_then(char::from_u32));
+        &digits[length..]
+    }
+
+    /// An escape of `length` bytes at `at` that stands for no character, in CPython's words: it counts places in the
+    /// text as its codec sees it, where a character beyond ASCII is an escape of ten.
+    fn undecodable(&mut self, at: usize, length: usize, base: Base, reason: &str) {
+        let span = Span::new(at, at + length);
+        let width = |span: Span| -> usize {
+            let text = normalized(self.file.slice(span));
+            text.chars()
+                .map(|c| if c.is_ascii() { 1 } else { 10 })
+                .sum()
+        };
+        let first = width(Span::new(base.start(), at));
+        let last = first + width(span) - 1;
+        let message = format!(
+            "(unicode error) 'unicodeescape' codec can't decode bytes in position {first}-{last}: {reason}"
+        );
+        self.report(Diagnostic::error("syntax", span, message));
     }
 
     fn byte_body(&mut self, literal: &Literal) -> Vec<u8> {
@@ -200,7 +264,8 @@ impl Parser<'_> {
             }
             let at = literal.body.end as usize - (rest.len() - backslash);
             let mut decoded = String::new();
-            rest = self.escape(escape, at, &mut decoded);
+            let base = Base::Bytes(literal.body.start as usize);
+            rest = self.escape(escape, at, base, &mut decoded);
             // Escapes in bytes give codes up to 255; `\777` wraps, as in Python.
             out.extend(decoded.chars().map(|c| c as u32 as u8));
         }

@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use crate::builtins::types::install_next;
 use crate::builtins::{BoundFn, Builtin, BuiltinBody, RawFn, Signature};
 use crate::eval::{Core, Evaluator};
 use crate::value::class::Base;
@@ -60,37 +61,78 @@ impl<'b, 'y> Builder<'b, 'y> {
         constructor: Option<(&str, BoundFn)>,
         methods: &[Entry],
     ) -> Rc<Class> {
-        let core = self.core();
-        let object = core.types.object.clone();
-        let class = Class::new(
-            name,
-            Base::Native,
-            vec![object.clone()],
-            vec![object],
-            false,
-        );
-        core.classes.borrow_mut().push(Rc::downgrade(&class));
-        class.set(known::MODULE, Value::str(&*self.module.name));
+        let class = self.new_class(name, Base::Native);
         if let Some((signature, body)) = constructor {
-            *class.constructor.borrow_mut() = Builtin::bound(core, name, signature, body);
+            *class.constructor.borrow_mut() = Builtin::bound(self.core(), name, signature, body);
         }
         for (method, signature, body) in methods {
-            let signature = Signature::parse(&format!("self {signature}"), &core.symbols);
-            let body = BuiltinBody::Bound(*body);
-            let builtin = Builtin {
-                name: method,
-                owner: Some(name),
-                module: None,
-                signature,
-                body,
-            };
-            class.set(
-                core.symbols.intern(method),
-                Value::Builtin(Rc::new(builtin)),
-            );
+            let builtin = self.builtin(name, method, &format!("self {signature}"), *body);
+            class.set(self.core().symbols.intern(method), builtin);
         }
+        class
+    }
+
+    fn new_class(&self, name: &'static str, base: Base) -> Rc<Class> {
+        let core = self.core();
+        let object = core.types.object.clone();
+        let class = Class::new(name, base, vec![object.clone()], vec![object], false);
+        core.classes.borrow_mut().push(Rc::downgrade(&class));
+        class.set(known::MODULE, Value::str(&*self.module.name));
+        class.in_c.set(true);
         self.value(name, Value::Class(class.clone()));
         class
+    }
+
+    fn builtin(
+        &self,
+        owner: &'static str,
+        name: &'static str,
+        signature: &str,
+        body: BoundFn,
+    ) -> Value {
+        Value::Builtin(Rc::new(Builtin {
+            name,
+            owner: Some(owner),
+            module: None,
+            signature: Signature::parse(signature, &self.core().symbols),
+            body: BuiltinBody::Bound(body),
+        }))
+    }
+
+    /// A class of iterators (`Iter::Native`).
+    pub fn iterator_class(
+        &self,
+        name: &'static str,
+        constructor: Option<(&str, BoundFn)>,
+    ) -> Rc<Class> {
+        let class = self.new_class(name, Base::Iterator);
+        if let Some((signature, body)) = constructor {
+            *class.constructor.borrow_mut() = Builtin::bound(self.core(), name, signature, body);
+        }
+        install_next(self.core(), &class);
+        class
+    }
+
+    /// Like `iterator_class`, with a constructor that takes its arguments as they come.
+    pub fn raw_iterator_class(&self, name: &'static str, constructor: RawFn) -> Rc<Class> {
+        let class = self.iterator_class(name, None);
+        *class.constructor.borrow_mut() = Builtin::raw(name, constructor);
+        class
+    }
+
+    /// One more method of a class of this module.
+    pub fn method(&self, class: &Class, name: &'static str, signature: &str, body: BoundFn) {
+        let builtin = self.builtin("object", name, &format!("self {signature}"), body);
+        class.set(self.core().symbols.intern(name), builtin);
+    }
+
+    /// A class method of a class of this module; the class is its first argument.
+    pub fn class_method(&self, class: &Class, name: &'static str, signature: &str, body: BoundFn) {
+        let builtin = self.builtin("type", name, &format!("cls {signature}"), body);
+        class.set(
+            self.core().symbols.intern(name),
+            Value::ClassMethod(Rc::new(builtin)),
+        );
     }
 
     /// A read-only attribute of a class.
@@ -110,19 +152,23 @@ impl<'b, 'y> Builder<'b, 'y> {
     }
 }
 
+/// A class of a native module: `_collections.deque`.
+pub fn native_class(ev: &Evaluator<'_>, class: &str) -> R<Rc<Class>> {
+    let (module, name) = class.split_once('.').unwrap_or(("", class));
+    if let Value::Module(module) = ev.import(module)?
+        && let Some(Value::Class(class)) = module.namespace.get(ev.core.symbols.intern(name))
+    {
+        return Ok(class);
+    }
+    Err(ev.type_error(format!("{class} is not a class")))
+}
+
 /// An instance of a class of a native module.
 pub fn instance(ev: &Evaluator<'_>, class: &str, data: impl std::any::Any) -> R {
-    let (module, name) = class.split_once('.').unwrap_or(("", class));
-    let Value::Module(module) = ev.import(module)? else {
-        return Err(ev.type_error(format!("{class} is not a class")));
-    };
-    match module.namespace.get(ev.core.symbols.intern(name)) {
-        Some(Value::Class(class)) => Ok(Value::Instance(Instance::new(
-            class,
-            Payload::Object(Box::new(data)),
-        ))),
-        _ => Err(ev.type_error(format!("{class} is not a class"))),
-    }
+    Ok(Value::Instance(Instance::new(
+        native_class(ev, class)?,
+        Payload::Object(Box::new(data)),
+    )))
 }
 
 /// Runs `inner` on the Rust data of a receiver, which may be an instance of a subclass.

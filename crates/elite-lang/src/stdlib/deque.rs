@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use super::define::{Builder, Entry, instance, with_data};
+use super::define::{Builder, Entry, instance, native_class, with_data};
 use crate::ast::CompareOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
@@ -27,6 +27,9 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         crate::value::symbol::known::MODULE,
         Value::str("collections"),
     );
+    for name in ["_deque_iterator", "_deque_reverse_iterator"] {
+        module.iterator_class(name, None);
+    }
     module.property(&class, "maxlen", |ev, args| {
         with_data(ev, &args[0], |deque: &Rc<Deque>| Ok(deque.maxlen_value()))
     });
@@ -166,29 +169,33 @@ fn mutated(ev: &Evaluator<'_>) -> Raised {
     )
 }
 
-fn iterator(deque: Rc<Deque>, reversed: bool) -> Value {
-    let (next, generation) = (Cell::new(0), deque.generation.get());
-    Value::Iter(Rc::new(Iter::Native(NativeIter {
-        type_name: if reversed {
+fn iterator(ev: &Evaluator<'_>, deque: Rc<Deque>, reversed: bool) -> R {
+    let class = native_class(
+        ev,
+        if reversed {
             "_collections._deque_reverse_iterator"
         } else {
             "_collections._deque_iterator"
         },
-        next: Box::new(move |ev| {
-            if deque.generation.get() != generation {
-                return Err(mutated(ev));
-            }
-            let items = deque.items.borrow();
-            let at = next.get();
-            next.set(at + 1);
-            let at = if reversed {
-                items.len().wrapping_sub(at + 1)
-            } else {
-                at
-            };
-            Ok(items.get(at).cloned())
-        }),
-    })))
+    )?;
+    let (next, generation) = (Cell::new(0), deque.generation.get());
+    let step = move |ev: &Evaluator<'_>| {
+        if deque.generation.get() != generation {
+            return Err(mutated(ev));
+        }
+        let items = deque.items.borrow();
+        let at = next.get();
+        next.set(at + 1);
+        let at = if reversed {
+            items.len().wrapping_sub(at + 1)
+        } else {
+            at
+        };
+        Ok(items.get(at).cloned())
+    };
+    Ok(Value::Iter(Rc::new(Iter::Native(NativeIter::new(
+        class, step,
+    )))))
 }
 
 fn find(ev: &Evaluator<'_>, deque: &Deque, wanted: &Value) -> R<Option<usize>> {
@@ -374,10 +381,10 @@ const METHODS: &[Entry] = &[
         Ok(Value::Bool(find(ev, &deque, &args[1])?.is_some()))
     }),
     ("__iter__", "", |ev, args| {
-        Ok(iterator(data(ev, &args[0])?, false))
+        iterator(ev, data(ev, &args[0])?, false)
     }),
     ("__reversed__", "", |ev, args| {
-        Ok(iterator(data(ev, &args[0])?, true))
+        iterator(ev, data(ev, &args[0])?, true)
     }),
     ("__eq__", "other /", |ev, args| {
         compare(ev, args, CompareOp::Eq)
@@ -395,7 +402,13 @@ const METHODS: &[Entry] = &[
         compare(ev, args, CompareOp::Ge)
     }),
     ("__add__", "other /", |ev, args| {
-        let (own, other) = (data(ev, &args[0])?, data(ev, &args[1])?);
+        let own = data(ev, &args[0])?;
+        let Ok(other) = data(ev, &args[1]) else {
+            let name = ev.core.types.name_of(&args[1]);
+            return Err(ev.type_error(format!(
+                "can only concatenate deque (not \"{name}\") to deque"
+            )));
+        };
         let sum = make(ev, own.to_vec(), own.maxlen.get())?;
         extend(ev, &*data(ev, &sum)?, &Value::list(other.to_vec()), false)?;
         Ok(sum)
@@ -423,7 +436,7 @@ const METHODS: &[Entry] = &[
     }),
     ("__repr__", "", |ev, args| {
         let deque = data(ev, &args[0])?;
-        let name = ev.core.types.name_of(&args[0]);
+        let name = ev.core.types.of(&args[0]).name();
         let items = ev.recurse(|| ev.repr(&Value::list(deque.to_vec())))?;
         Ok(Value::str(match deque.maxlen.get() {
             Some(most) => format!("{name}({items}, maxlen={most})"),

@@ -8,6 +8,7 @@ mod binary;
 mod define;
 mod deque;
 mod files;
+mod itertools;
 mod json;
 mod math;
 mod process;
@@ -61,11 +62,13 @@ const MODULES: &[(&str, Content)] = &[
     ("collections", Script(include_str!("lib/collections.py"))),
     ("contextlib", Script(include_str!("lib/contextlib.py"))),
     ("copy", Script(include_str!("lib/copy.py"))),
+    ("dataclasses", Script(include_str!("lib/dataclasses.py"))),
     ("datetime", Script(include_str!("lib/datetime.py"))),
+    ("enum", Script(include_str!("lib/enum.py"))),
     ("functools", Script(include_str!("lib/functools.py"))),
     ("heapq", Script(include_str!("lib/heapq.py"))),
     ("io", Script(include_str!("lib/io.py"))),
-    ("itertools", Script(include_str!("lib/itertools.py"))),
+    ("itertools", Native(itertools::fill)),
     ("json", Script(include_str!("lib/json.py"))),
     ("math", Native(math::fill)),
     ("operator", Script(include_str!("lib/operator.py"))),
@@ -85,6 +88,42 @@ const MODULES: &[(&str, Content)] = &[
     ("time", Script(include_str!("lib/time.py"))),
     ("typing", Script(include_str!("lib/typing.py"))),
 ];
+
+/// Classes of embedded scripts that CPython has in C, in which module there: its messages name them with it.
+const IN_C: &[(&str, &str, &[&str])] = &[
+    (
+        "collections",
+        "collections",
+        &["OrderedDict", "defaultdict"],
+    ),
+    (
+        "datetime",
+        "datetime",
+        &[
+            "date",
+            "datetime",
+            "time",
+            "timedelta",
+            "timezone",
+            "tzinfo",
+        ],
+    ),
+    ("functools", "functools", &["partial"]),
+    ("io", "_io", &["BytesIO", "StringIO"]),
+    ("queue", "_queue", &["SimpleQueue"]),
+    ("struct", "_struct", &["Struct"]),
+];
+
+fn mark_as_c(ev: &Evaluator<'_>, module: &Module) {
+    let found = IN_C.iter().find(|(name, _, _)| *name == &*module.name);
+    let (_, home, names) = found.copied().unwrap_or_default();
+    for name in names {
+        if let Some(Value::Class(class)) = module.namespace.get(ev.core.symbols.intern(name)) {
+            class.in_c.set(true);
+            class.set(known::MODULE, Value::str(home));
+        }
+    }
+}
 
 /// The names of all modules that are meant for scripts.
 pub fn module_names() -> impl Iterator<Item = &'static str> {
@@ -110,6 +149,9 @@ pub fn load(ev: &Evaluator<'_>, name: &str) -> R<Option<Rc<Module>>> {
         Script(text) => run_script(ev, &module, text),
     };
     core.loading.set(core.loading.get() - 1);
+    if filled.is_ok() {
+        mark_as_c(ev, &module);
+    }
     if let Err(raised) = filled {
         core.modules
             .borrow_mut()

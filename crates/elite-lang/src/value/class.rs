@@ -85,6 +85,8 @@ impl Layout {
 /// A class.
 pub struct Class {
     name: RefCell<Rc<str>>,
+    /// CPython has this class in C, so messages name it with its module.
+    pub in_c: Cell<bool>,
     /// The builtin type its instances extend.
     pub base: Base,
     bases: Vec<Rc<Class>>,
@@ -153,6 +155,7 @@ impl Class {
     ) -> Rc<Class> {
         let class = Rc::new(Class {
             name: RefCell::new(name.into()),
+            in_c: Cell::new(false),
             base,
             bases,
             ancestors,
@@ -175,6 +178,17 @@ impl Class {
     /// `__name__`.
     pub fn name(&self) -> Rc<str> {
         self.name.borrow().clone()
+    }
+
+    /// The name in messages: of the library's types as CPython's own in C have it, `datetime.timedelta`.
+    pub fn type_name(&self) -> Rc<str> {
+        let name = self.name();
+        if self.in_c.get()
+            && let Some(Value::Str(module)) = self.attrs.borrow().get(super::symbol::known::MODULE)
+        {
+            return format!("{}.{name}", module.as_str()).into();
+        }
+        name
     }
 
     /// Changes `__name__`.

@@ -4,7 +4,8 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use super::dict::ViewKind;
-use super::{Bytes, Dict, List, Set, Str, Tuple, Value, trash};
+use super::{Bytes, Class, Dict, List, R, Set, Str, Tuple, Value, trash};
+use crate::eval::Evaluator;
 
 /// An iterator. What can run script code while stepping keeps nothing borrowed meanwhile.
 pub enum Iter {
@@ -78,21 +79,52 @@ pub enum Iter {
     Native(NativeIter),
 }
 
-/// What a library iterator does for its next value; None ends it.
-pub type NativeNext = dyn Fn(&crate::eval::Evaluator<'_>) -> super::R<Option<Value>>;
+/// What an iterator of the library does. A closure that makes the next value is one, as long as it holds no values that
+/// can hold others.
+pub trait LibraryIterator {
+    /// The next value; None ends it.
+    fn next(&self, ev: &Evaluator<'_>) -> R<Option<Value>>;
+
+    /// Runs `each` on the values it holds, for the search for cycles.
+    fn visit(&self, _each: &mut dyn FnMut(&Value)) {}
+
+    /// Gives the values it holds away; it is at its end then.
+    fn clear(&self, _held: &mut Vec<Value>) {}
+
+    /// Its `repr`, if it has one of its own.
+    fn repr(&self, _ev: &Evaluator<'_>) -> R<Option<String>> {
+        Ok(None)
+    }
+}
+
+impl<F: Fn(&Evaluator<'_>) -> R<Option<Value>>> LibraryIterator for F {
+    fn next(&self, ev: &Evaluator<'_>) -> R<Option<Value>> {
+        self(ev)
+    }
+}
 
 /// An iterator of the library.
 pub struct NativeIter {
-    /// Name of its type.
-    pub type_name: &'static str,
-    /// The next value.
-    pub next: Box<NativeNext>,
+    /// Its type.
+    pub class: Rc<Class>,
+    /// What it does.
+    pub steps: Box<dyn LibraryIterator>,
+}
+
+impl NativeIter {
+    /// An iterator of this type.
+    pub fn new(class: Rc<Class>, steps: impl LibraryIterator + 'static) -> Self {
+        NativeIter {
+            class,
+            steps: Box::new(steps),
+        }
+    }
 }
 
 impl Iter {
     /// The name of its type.
-    pub fn type_name(&self) -> &'static str {
-        match self {
+    pub fn type_name(&self) -> Rc<str> {
+        let name = match self {
             Iter::List { .. } => "list_iterator",
             Iter::Tuple { .. } => "tuple_iterator",
             Iter::Str { .. } => "str_iterator",
@@ -133,8 +165,9 @@ impl Iter {
             Iter::Filter { .. } => "filter",
             Iter::Zip { .. } => "zip",
             Iter::Enumerate { .. } => "enumerate",
-            Iter::Native(native) => native.type_name,
-        }
+            Iter::Native(native) => return native.class.type_name(),
+        };
+        name.into()
     }
 }
 
@@ -148,6 +181,11 @@ impl Drop for Iter {
             Iter::Zip { sources, .. } => trash::dismantle(sources),
             Iter::Filter { source, .. } | Iter::Enumerate { source, .. } => {
                 trash::dismantle_one(source)
+            }
+            Iter::Native(native) => {
+                let mut held = Vec::new();
+                native.steps.clear(&mut held);
+                trash::dismantle(&mut held);
             }
             _ => {}
         }

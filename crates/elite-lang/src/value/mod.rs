@@ -35,7 +35,7 @@ pub use instance::Instance;
 pub use iter::Iter;
 pub use list::{List, Tuple};
 pub use module::Module;
-pub use range::{Range, Slice};
+pub use range::{LongRange, Range, Slice};
 pub use set::Set;
 pub use string::Str;
 pub use symbol::Symbol;
@@ -75,6 +75,8 @@ pub enum Value {
     Set(Rc<Set>),
     FrozenSet(Rc<Set>),
     Range(Rc<Range>),
+    /// Ranges that do not fit `Range`; never one that would.
+    LongRange(Rc<LongRange>),
     Slice(Rc<Slice>),
     Function(Rc<Function>),
     BoundMethod(Rc<BoundMethod>),
@@ -287,6 +289,7 @@ impl Value {
             Value::DictView(rc) => of(rc),
             Value::Set(rc) | Value::FrozenSet(rc) => of(rc),
             Value::Range(rc) => of(rc),
+            Value::LongRange(rc) => of(rc),
             Value::Slice(rc) => of(rc),
             Value::Function(rc) => of(rc),
             Value::BoundMethod(rc) => of(rc),

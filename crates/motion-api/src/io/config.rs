@@ -27,6 +27,8 @@ pub struct IoConfig {
     pub tool_analog_mode: u8,
     /// Supply of the tool connector: 0, 12 or 24 V.
     pub tool_voltage: u8,
+    /// An input or a boolean register has the action "freedrive" (manual 5.27 to 5.30).
+    pub freedrive_by_input: bool,
 }
 
 impl Default for IoConfig {
@@ -43,6 +45,7 @@ impl Default for IoConfig {
             tool_pins: [pin(true), pin(true), pin(false), pin(false)],
             tool_analog_mode: 0,
             tool_voltage: 0,
+            freedrive_by_input: false,
         }
     }
 }
@@ -65,7 +68,9 @@ impl IoConfig {
                 | u64::from(pin.is_output) << 3;
             bits |= pin << (8 + 4 * k);
         }
-        bits | u64::from(self.tool_analog_mode & 3) << 24 | u64::from(self.tool_voltage) << 32
+        bits | u64::from(self.tool_analog_mode & 3) << 24
+            | u64::from(self.freedrive_by_input) << 26
+            | u64::from(self.tool_voltage) << 32
     }
 
     /// The inverse of [`to_bits`](Self::to_bits).
@@ -85,6 +90,7 @@ impl IoConfig {
             tool_pins: [pin(0), pin(1), pin(2), pin(3)],
             tool_analog_mode: (bits >> 24 & 3) as u8,
             tool_voltage: (bits >> 32 & 0xFF) as u8,
+            freedrive_by_input: bits >> 26 & 1 != 0,
         }
     }
 

@@ -38,15 +38,15 @@ impl Follower {
         let error = position - now.position;
         let slope = self.position_gain / self.speed_gain;
         let approach = braking_speed(error, slope, BRAKING_SHARE * axis.acceleration);
-        self.towards(now, speed + approach, axis)
+        self.towards(now, speed + approach, 0.0, axis)
     }
 
-    /// The same, but no faster than what still allows to stop at `newest`, which moves on with `newest_speed`: the last
-    /// that is known of a stream whose mean is followed.
+    /// The same for a reference with an acceleration of its own, but no faster than what still allows to stop at `newest`,
+    /// which moves on with `newest_speed`: the last that is known of a stream whose mean is followed.
     pub fn acceleration_before(
         &self,
         now: &ScalarState,
-        (position, speed): (f64, f64),
+        (position, speed, acceleration): (f64, f64, f64),
         (newest, newest_speed): (f64, f64),
         axis: &Axis,
     ) -> f64 {
@@ -55,19 +55,24 @@ impl Follower {
         let wanted = speed + braking_speed(position - now.position, slope, braking);
         let way = newest - now.position;
         let most = newest_speed + braking_speed(way, slope, braking);
-        let wanted = if way > 0.0 {
+        let held_back = if way > 0.0 {
             wanted.min(most)
         } else {
             wanted.max(most)
         };
-        self.towards(now, wanted, axis)
+        let acceleration = if held_back == wanted {
+            acceleration
+        } else {
+            0.0
+        };
+        self.towards(now, held_back, acceleration, axis)
     }
 
-    /// The acceleration on the way to a speed.
-    fn towards(&self, now: &ScalarState, speed: f64, axis: &Axis) -> f64 {
+    /// The acceleration on the way to a speed that itself changes by `acceleration`.
+    fn towards(&self, now: &ScalarState, speed: f64, acceleration: f64, axis: &Axis) -> f64 {
         let wanted_speed = speed.clamp(-axis.speed, axis.speed);
         let wanted_acceleration =
-            (self.speed_gain / self.acceleration_gain) * (wanted_speed - now.speed);
+            acceleration + (self.speed_gain / self.acceleration_gain) * (wanted_speed - now.speed);
         let jerk = self.acceleration_gain
             * (wanted_acceleration.clamp(-axis.acceleration, axis.acceleration) - now.acceleration);
         (now.acceleration + self.step * jerk.clamp(-axis.jerk, axis.jerk))

@@ -2,6 +2,7 @@
 //!
 //! The points are joined by straight lines, each as long as its `t`; the mean over the look-ahead window smooths them;
 //! a tracking law whose bandwidth follows the gain makes the setpoints, pieces of constant jerk and so a cubic spline.
+//! It knows the mean's speed and acceleration, so that what moves evenly or swings slowly comes out as it went in, late.
 //! The arm is never faster than what lets it stop at the newest point, which the mean has not reached yet.
 //! When the stream stops the reference stands at its last point and the arm comes to rest there. Nothing here needs the
 //! points to come evenly: a late one is a reference that stood still for a while.
@@ -23,6 +24,10 @@ const WINDOW_MAX: usize = (LOOKAHEAD_RANGE.1 / STEP_RANGE.0) as usize + 1;
 
 /// Cycles over which the speed of the newest points is taken.
 const RECENT: usize = 2;
+
+/// The speed with which the reference enters and leaves the window is taken over one of so many parts of it: less shows
+/// every late point as an acceleration, more knows the acceleration too late.
+const WINDOW_ENDS: usize = 8;
 
 /// Bandwidth of the tracking law, rad/s, for a gain: a spring of stiffness proportional to the gain. 300 gives 35.
 fn bandwidth(gain: f64) -> f64 {
@@ -109,6 +114,8 @@ impl Servo {
         let back = |cycles: usize| (self.newest + WINDOW_MAX - cycles) % WINDOW_MAX;
         let (newest, oldest) = (self.window[self.newest], self.window[back(self.length)]);
         let recent = self.window[back(RECENT)];
+        let end = (self.length / WINDOW_ENDS).max(1);
+        let (young, old) = (self.window[back(end)], self.window[back(self.length - end)]);
         let mut mean = [0.0; 6];
         for cycle in 0..self.length {
             for (sum, value) in mean.iter_mut().zip(self.window[back(cycle)]) {
@@ -128,9 +135,12 @@ impl Servo {
                 return ScalarState::at_rest(newest[joint]);
             }
             let newest_speed = (newest[joint] - recent[joint]) / (RECENT as f64 * step);
+            // The mean's speed changes by what enters the window and what leaves it.
+            let change = (newest[joint] - young[joint]) - (old[joint] - oldest[joint]);
+            let acceleration = change / (end * self.length) as f64 / step.powi(2);
             let wanted = self.law.acceleration_before(
                 &now[joint],
-                (mean[joint], speed),
+                (mean[joint], speed, acceleration),
                 (newest[joint], newest_speed),
                 &arm.able[joint],
             );

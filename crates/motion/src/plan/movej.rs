@@ -51,7 +51,7 @@ pub fn plan_movej(
         able.acceleration = able.acceleration.min(torques.acceleration_limit(speed));
     }
     let chosen = wish.within(&able);
-    if wish.duration == 0.0 {
+    if wish.duration == 0.0 && line.length() > 0.0 {
         if chosen.speed < wish.speed * (1.0 - 1e-9) {
             warnings.add(Warning::SpeedLimited {
                 wanted: wish.speed,

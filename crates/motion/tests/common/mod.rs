@@ -9,6 +9,8 @@
     reason = "default speeds as the manual prints them"
 )]
 
+pub mod draw;
+
 use kinematics::{JointPositions, RobotModel, RpyPose};
 use motion::{Cycle, CycleConfig, MotionLimits, PlantKind, Timing};
 use motion_api::{

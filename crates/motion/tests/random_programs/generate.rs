@@ -10,6 +10,7 @@ use motion::{CycleConfig, LimitOverrides, PlantKind};
 use motion_api::CommandKind;
 use nalgebra::Vector3;
 
+use crate::common::draw::{Draw, fold};
 use crate::common::ideal;
 
 /// One program and the robot it runs on.
@@ -133,7 +134,7 @@ impl Program {
 
     /// The program of a seed.
     pub fn draw(model: &'static str, seed: u64) -> Self {
-        let mut draw = Draw(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ fold(model));
+        let mut draw = Draw::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ fold(model));
         let arm = RobotModel::built_in(model).unwrap();
         let middle = JointPositions(std::array::from_fn(|joint| {
             let usual = [0.0, -1.5, 1.7, -1.7, -1.5, 0.0][joint];
@@ -382,44 +383,4 @@ impl Writer {
             rpy: [0.0; 3],
         }
     }
-}
-
-/// Numbers from a seed (splitmix64).
-pub struct Draw(u64);
-
-impl Draw {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (self.bits() >> 11) as f64 / (1u64 << 53) as f64 * (high - low)
-    }
-
-    /// As often below as above the geometric middle.
-    fn spread(&mut self, low: f64, high: f64) -> f64 {
-        self.between(low.ln(), high.ln()).exp()
-    }
-
-    /// Both ends included.
-    fn whole(&mut self, low: usize, high: usize) -> usize {
-        low + (self.bits() % (high - low + 1) as u64) as usize
-    }
-
-    fn chance(&mut self, share: f64) -> bool {
-        self.between(0.0, 1.0) < share
-    }
-
-    fn pick<'a, T>(&mut self, from: &'a [T]) -> &'a T {
-        &from[self.whole(0, from.len() - 1)]
-    }
-}
-
-fn fold(text: &str) -> u64 {
-    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    })
 }

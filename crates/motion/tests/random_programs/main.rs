@@ -1,6 +1,7 @@
 //! Random programs on all six arms, every cycle judged: no limit exceeded, no way left, every end exact.
 //!
-//! A few programs an arm run here; `ELITE_PROGRAMS=500` runs that many, `ELITE_PROGRAM=SEED` a single one and prints it.
+//! A few programs an arm run here; `ELITE_PROGRAMS=500` runs that many, from seed `ELITE_FIRST` on where that is set,
+//! `ELITE_PROGRAM=SEED` a single one and prints it.
 //! With `ELITE_DURATIONS=FILE` the durations of movej from rest to rest are appended to a table, which
 //! `tests/peers/movej_oracle.py` compares with an independent planner.
 #![allow(missing_docs, reason = "a test of its own")]
@@ -35,7 +36,10 @@ fn number(name: &str) -> Option<u64> {
 fn every_program_is_right(model: &'static str) {
     let seeds = match number("ELITE_PROGRAM") {
         Some(seed) => seed..seed + 1,
-        None => 0..number("ELITE_PROGRAMS").unwrap_or(PROGRAMS),
+        None => {
+            let first = number("ELITE_FIRST").unwrap_or(0);
+            first..first + number("ELITE_PROGRAMS").unwrap_or(PROGRAMS)
+        }
     };
     let count = seeds.end - seeds.start;
     let mut all = Tally::default();

@@ -159,7 +159,7 @@ impl Way {
         share.clamp(0.0, 1.0)
     }
 
-    fn pose(&self, share: f64) -> Pose {
+    pub fn pose(&self, share: f64) -> Pose {
         let Self::Tcp {
             from,
             to,

@@ -230,7 +230,7 @@ pub mod any {
             digital_out: io.1,
             analog_in: io.2,
             analog_out: io.3,
-            io_config: IoConfig::from_bits(io.4 & 0x0000_0018_0333_7F3F),
+            io_config: IoConfig::from_bits(io.4 & 0x0000_0018_0733_7F3F),
             records_lost: io.5,
             step_duration_us: r.0[2],
             wakeup_latency_us: r.1[9],

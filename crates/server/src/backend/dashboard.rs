@@ -1,6 +1,7 @@
 //! What the dashboard asks of the controller: power, tasks from the task folder, configurations, remote control.
 
 use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use elite_lang::SourceFile;
 use elite_runtime::message::{Message, Observer, Severity};
@@ -13,10 +14,14 @@ use serde::Deserialize;
 use super::{Backend, locked};
 use crate::ports::dashboard::{Dashboard, Order};
 use crate::ports::description::{RobotDescription, TaskStatus};
-use crate::ports::primary;
 
 /// The configuration that is always there: the settings with which the server was started.
 const DEFAULT_CONFIGURATION: &str = "default.configuration";
+
+/// A reply waits no longer than this for a cycle that takes its command.
+const TAKEN_WITHIN: Duration = Duration::from_millis(100);
+/// Time between two looks at the cycle's number.
+const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
 /// What was loaded by name.
 #[derive(Debug, Default)]
@@ -43,7 +48,7 @@ impl Dashboard for Backend {
     }
 
     fn task_status(&self) -> TaskStatus {
-        primary::Backend::task_status(self)
+        self.feed.task_status()
     }
 
     fn description(&self) -> &RobotDescription {
@@ -63,17 +68,16 @@ impl Dashboard for Backend {
     }
 
     async fn order(&self, order: Order) {
-        let command = |kind| self.supervisor.command(kind);
         match order {
-            Order::PowerOn => command(CommandKind::PowerOn),
+            Order::PowerOn => self.take(CommandKind::PowerOn).await,
             Order::PowerOff => {
                 self.supervisor.stop();
-                command(CommandKind::PowerOff);
+                self.take(CommandKind::PowerOff).await;
             }
-            Order::ReleaseBrakes => command(CommandKind::ReleaseBrakes),
-            Order::UnlockProtectiveStop => command(CommandKind::UnlockProtectiveStop),
-            Order::RestartSafetyBoard => command(CommandKind::RestartSafetyBoard),
-            Order::SetSpeed(fraction) => command(CommandKind::SetSpeedFraction(fraction)),
+            Order::ReleaseBrakes => self.take(CommandKind::ReleaseBrakes).await,
+            Order::UnlockProtectiveStop => self.take(CommandKind::UnlockProtectiveStop).await,
+            Order::RestartSafetyBoard => self.take(CommandKind::RestartSafetyBoard).await,
+            Order::SetSpeed(fraction) => self.take(CommandKind::SetSpeedFraction(fraction)).await,
             Order::RemoteControl(on) => self.remote.store(on, Ordering::Relaxed),
             Order::Log(text) => {
                 let message = Message::log(Severity::Info, Origin::default(), text);
@@ -112,7 +116,7 @@ impl Dashboard for Backend {
         };
         if let Some(tcp) = configuration.tcp {
             let tcp = RpyPose::from_array(tcp);
-            self.supervisor.command(CommandKind::SetTcp(tcp));
+            self.take(CommandKind::SetTcp(tcp)).await;
         }
         if let Some([mass, cog @ ..]) = configuration.payload {
             let payload = Payload {
@@ -120,11 +124,10 @@ impl Dashboard for Backend {
                 cog: cog.into(),
                 ..Payload::default()
             };
-            self.supervisor.command(CommandKind::SetPayload(payload));
+            self.take(CommandKind::SetPayload(payload)).await;
         }
         if let Some(fraction) = configuration.speed {
-            self.supervisor
-                .command(CommandKind::SetSpeedFraction(fraction));
+            self.take(CommandKind::SetSpeedFraction(fraction)).await;
         }
         locked(&self.loaded).configuration = Some(path.to_owned());
         Ok(())
@@ -172,6 +175,20 @@ impl Dashboard for Backend {
         match self.supervisor.submit(program).await {
             Ok(_) => Ok(()),
             Err(error) => Err(error.to_string()),
+        }
+    }
+}
+
+impl Backend {
+    /// Gives the robot a command and returns when a cycle has taken it, so that what a client asks next, in the next line or
+    /// on another port, is already answered by a state with it.
+    async fn take(&self, command: CommandKind) {
+        let before = self.robot.state().cycle;
+        self.supervisor.command(command);
+        let patience = tokio::time::Instant::now() + TAKEN_WITHIN;
+        // The cycle that runs now may have looked at its commands already.
+        while self.robot.state().cycle < before + 2 && tokio::time::Instant::now() < patience {
+            tokio::time::sleep(LOOK_AGAIN).await;
         }
     }
 }

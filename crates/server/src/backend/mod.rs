@@ -16,21 +16,20 @@ use elite_runtime::message::{Message, RECORDING_ALARM_CODE, Severity};
 use elite_runtime::panel::{FLAGS, PopupStyle};
 use elite_runtime::{ProgramText, Robot, Supervisor};
 use io_bus::Fieldbus;
-use kinematics::RobotModel;
 use motion::realtime::ClockMeter;
-use motion_api::{CommandId, CommandKind, MotionMode, RegisterImages, RobotState};
+use motion_api::{CommandId, CommandKind, Frame, MotionMode, RegisterImages, RobotState};
 use recorder::RecorderMeter;
 use serde_json::{Value, json};
-use tokio::sync::broadcast;
+use tokio::sync::{broadcast, watch};
 use tokio_util::sync::CancellationToken;
 
 use crate::announce::Announcer;
 use crate::config::ServeConfig;
 use crate::controller::Controller;
-use crate::feed::{Feed, task_status};
+use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
 use crate::ports::ClientId;
-use crate::ports::description::{Peripherals, RobotDescription, TaskStatus, ToolSerial};
+use crate::ports::description::{RobotDescription, TaskStatus, ToolSerial};
 use crate::ports::http;
 use crate::ports::http::metrics::{Figures, RecordingFigures};
 use crate::ports::interpreter::codec::{Command, Discard};
@@ -38,6 +37,7 @@ use crate::ports::interpreter::{self, Verdict};
 use crate::ports::primary::codec::{ErrorData, Exception, Level, Source};
 use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
 use crate::ports::primary::{self, Hub, Submission};
+use crate::ports::sample::Sample;
 use dashboard::{Configuration, Loaded};
 use elite_runtime::task_folder::TaskFolder;
 pub use lifetime::Lifetime;
@@ -95,7 +95,7 @@ impl Backend {
             robot: controller.robot().clone(),
             fieldbus: controller.fieldbus().clone(),
             supervisor: controller.supervisor().clone(),
-            description: describe(controller.robot().model()),
+            description: controller.description().clone(),
             hub,
             remote: AtomicBool::new(!config.local),
             clock: controller.clock_meter(),
@@ -208,30 +208,30 @@ pub async fn forward_messages(
 }
 
 impl primary::Backend for Backend {
-    fn state(&self) -> RobotState {
-        self.robot.state()
+    fn beats(&self) -> watch::Receiver<Option<Arc<Sample>>> {
+        self.feed.beats().subscribe()
     }
 
-    fn task_status(&self) -> TaskStatus {
-        task_status(self.supervisor.status().state)
+    fn sample(&self) -> Sample {
+        self.feed.sample(&Frame {
+            state: self.robot.state(),
+            registers: self.robot.registers().images(),
+        })
     }
 
     fn description(&self) -> &RobotDescription {
         &self.description
     }
 
-    fn peripherals(&self) -> Peripherals {
-        let settings = self.fieldbus.tool_serial.settings();
-        Peripherals {
-            tool_serial: settings.map(|s| ToolSerial {
-                baud_rate: s.baud_rate,
-                parity: s.parity.into(),
-                stop_bits: s.stop_bits.into(),
-                modbus_rtu: s.modbus_rtu,
-                for_daemon: s.for_daemon,
-            }),
-            ..Peripherals::of(&self.robot.state())
-        }
+    fn tool_serial(&self) -> Option<ToolSerial> {
+        let settings = self.fieldbus.tool_serial.settings()?;
+        Some(ToolSerial {
+            baud_rate: settings.baud_rate,
+            parity: settings.parity.into(),
+            stop_bits: settings.stop_bits.into(),
+            modbus_rtu: settings.modbus_rtu,
+            for_daemon: settings.for_daemon,
+        })
     }
 
     fn unix_millis(&self) -> u64 {
@@ -286,7 +286,10 @@ impl primary::Backend for Backend {
                 }
             }
             ControlPhrase::PowerOn => self.supervisor.command(CommandKind::PowerOn),
-            ControlPhrase::PowerOff => self.supervisor.command(CommandKind::PowerOff),
+            ControlPhrase::PowerOff => {
+                self.supervisor.stop();
+                self.supervisor.command(CommandKind::PowerOff);
+            }
             ControlPhrase::ReleaseBrakes => self.supervisor.command(CommandKind::ReleaseBrakes),
             ControlPhrase::UnlockProtectiveStop => {
                 self.supervisor.command(CommandKind::UnlockProtectiveStop)
@@ -364,7 +367,7 @@ impl http::Source for Backend {
     }
 
     fn task_status(&self) -> TaskStatus {
-        primary::Backend::task_status(self)
+        self.feed.task_status()
     }
 
     fn panel(&self) -> Value {
@@ -439,25 +442,4 @@ fn name_of(program: &Program) -> String {
         .filter(|name| !name.is_empty() && name.len() <= 100)
         .unwrap_or(LINE_NAME)
         .to_owned()
-}
-
-/// Motor current at a joint's nominal torque, A. No public figure exists: the simulator's own choice, so that currents
-/// of all models and joints are alike.
-const NOMINAL_AMPERES: f64 = 12.5;
-
-/// Figures of the arm for the ports.
-pub(crate) fn describe(model: &RobotModel) -> RobotDescription {
-    let limits = model.limits();
-    let dh = model.dh().map(|table| table.modified());
-    RobotDescription {
-        name: model.name().to_uppercase(),
-        robot_type: model.type_number().unwrap_or(0),
-        position_limits: std::array::from_fn(|j| (limits.position_min[j], limits.position_max[j])),
-        speed_limits: limits.speed.0,
-        acceleration_limits: limits.acceleration.0,
-        dh_a: dh.map_or([0.0; 6], |t| t.a),
-        dh_d: dh.map_or([0.0; 6], |t| t.d),
-        dh_alpha: dh.map_or([0.0; 6], |t| t.alpha),
-        torque_per_ampere: limits.effort.0.map(|nominal| nominal / NOMINAL_AMPERES),
-    }
 }

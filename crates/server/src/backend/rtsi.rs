@@ -10,9 +10,10 @@ use tokio::sync::broadcast;
 use super::Backend;
 use crate::ports::ClientId;
 use crate::ports::description::RobotDescription;
+use crate::ports::primary;
 use crate::ports::rtsi::Controller;
 use crate::ports::rtsi::inputs::{Change, Input};
-use crate::ports::rtsi::outputs::Sample;
+use crate::ports::sample::Sample;
 
 impl Controller for Backend {
     fn description(&self) -> &RobotDescription {
@@ -21,6 +22,10 @@ impl Controller for Backend {
 
     fn samples(&self) -> broadcast::Receiver<Arc<Sample>> {
         self.feed.subscribe()
+    }
+
+    fn sample(&self) -> Sample {
+        primary::Backend::sample(self)
     }
 
     fn apply(&self, _client: ClientId, changes: &[Change], written: &[Input]) -> u64 {

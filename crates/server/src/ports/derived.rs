@@ -18,7 +18,17 @@ pub const fn is_powered(mode: RobotMode) -> bool {
     )
 }
 
-/// The mode of every joint and of the tool follows the robot's (SDK include/Elite/DataType.hpp).
+/// The mode of the tool: numbers as those of a joint, but it has neither motor nor brake, so the SDK knows no "motor
+/// initialisation" and no "backdrive" for it.
+pub const fn tool_mode(mode: RobotMode) -> u8 {
+    match mode {
+        RobotMode::PowerOn => joint_mode(RobotMode::Booting),
+        RobotMode::Backdrive => joint_mode(RobotMode::Running),
+        other => joint_mode(other),
+    }
+}
+
+/// The mode of every joint follows the robot's (SDK include/Elite/DataType.hpp).
 pub const fn joint_mode(mode: RobotMode) -> u8 {
     match mode {
         RobotMode::Running => 253,
@@ -82,5 +92,25 @@ pub fn robot_current(state: &RobotState, robot: &RobotDescription) -> f64 {
         IDLE_AMPERES + motors.sum::<f64>()
     } else {
         0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn joints_and_tool_have_only_modes_that_the_sdk_knows() {
+        let joint = [
+            235, 236, 238, 239, 240, 245, 246, 247, 249, 251, 252, 253, 255,
+        ];
+        for mode in (-1..=9).map(RobotMode::from_number) {
+            assert!(joint.contains(&joint_mode(mode)), "{mode:?}");
+            let no_mode_of_a_tool = [238, 240, 246, 251].contains(&tool_mode(mode));
+            assert!(
+                joint.contains(&tool_mode(mode)) && !no_mode_of_a_tool,
+                "{mode:?}"
+            );
+        }
     }
 }

@@ -28,6 +28,10 @@ pub struct RobotDescription {
     pub dh_alpha: [f64; 6],
     /// Joint torque a motor current of 1 A makes, Nm/A. No public figure exists: the simulator's own choice.
     pub torque_per_ampere: [f64; 6],
+    /// Radius of the ball around the elbow that holds the joint's housing, m; 0 for an arm without collision geometry.
+    pub elbow_radius: f64,
+    /// Changes with every setting of the safety system.
+    pub safety_checksum: u32,
 }
 
 impl RobotDescription {
@@ -50,6 +54,8 @@ impl RobotDescription {
             dh_d: [0.1625, 0.0, 0.0, 0.1475, 0.0965, 0.092],
             dh_alpha: [0.0, FRAC_PI_2, 0.0, 0.0, FRAC_PI_2, -FRAC_PI_2],
             torque_per_ampere: [12.0, 12.0, 12.0, 8.0, 8.0, 8.0],
+            elbow_radius: 0.0625,
+            safety_checksum: 0x5AFE_C0DE,
         }
     }
 }
@@ -71,6 +77,8 @@ pub struct Peripherals {
     pub tool_serial: Option<ToolSerial>,
     /// The arm can be led by hand.
     pub freedrive: bool,
+    /// An input can ask for it.
+    pub freedrive_by_input: bool,
     /// Collisions with obstacles are watched for.
     pub collision_detection: bool,
 }
@@ -85,6 +93,7 @@ impl Peripherals {
             tool_voltage: io.tool_voltage,
             tool_pin_modes: io.tool_pins.map(|pin| pin.mode),
             freedrive: state.motion_mode == MotionMode::Freedrive,
+            freedrive_by_input: io.freedrive_by_input,
             collision_detection: state.collision_detection,
             ..Self::default()
         }

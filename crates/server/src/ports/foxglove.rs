@@ -21,7 +21,7 @@ use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
 
 use crate::ports::listen::{PortMeter, serve_port};
-use crate::ports::rtsi::outputs::Sample;
+use crate::ports::sample::Sample;
 
 /// Topics that clients can follow.
 const TOPICS: [Topic; 6] = [

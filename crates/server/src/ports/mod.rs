@@ -11,6 +11,7 @@ pub mod listen;
 pub mod modbus;
 pub mod primary;
 pub mod rtsi;
+pub mod sample;
 pub mod text;
 
 pub use listen::ClientId;

@@ -22,10 +22,12 @@ use crate::cell::{Cell, CellError};
 use crate::cli::ReplayPortArgs;
 use crate::commands::serve::{Listeners, ServeError, bound_ports, open_ports};
 use crate::config::{ConfigError, PRIMARY_PORT, PortSettings};
+use crate::describe::describe;
 use crate::options::PortSetting;
 use crate::ports::foxglove::View;
 use crate::ports::listen::PortMeter;
 use crate::ports::{foxglove, http, primary, rtsi};
+use crate::start_configuration::cycle_config;
 use crate::{ready_file, shutdown};
 use playback::Playback;
 
@@ -71,7 +73,9 @@ pub(super) fn serve(
     let cell = cell.map(|text| Cell::from_text(text, name)).transpose()?;
     let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
     let viewer = Viewer::new(model.clone(), obstacles, setup.epoch_ns);
-    let playback = Arc::new(Playback::new(recording.name(), model, setup));
+    let config = cycle_config(setup, model.clone(), cell.as_ref()).map_err(RerunError::Setup)?;
+    let description = describe(&config).map_err(RerunError::Config)?;
+    let playback = Arc::new(Playback::new(recording.name(), model, description, setup));
 
     let fixed =
         |setting: Option<PortSetting>, number| setting.unwrap_or(PortSetting::Number(number));

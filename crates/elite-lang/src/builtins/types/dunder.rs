@@ -270,12 +270,17 @@ const SET_IN_PLACE: List = in_place_methods! {
 const NEXT: List = &[
     ("__iter__", "", |_, args| Ok(args[0].clone())),
     ("__next__", "", |ev, args| {
-        match ev.step_with(&args[0], Value::None)? {
+        match ev.step_with(&ev.plain(&args[0]), Value::None)? {
             crate::eval::generator::Stepped::Yielded(value) => Ok(value),
             crate::eval::generator::Stepped::Returned(value) => ev.stop_iteration(value),
         }
     }),
 ];
+
+/// Gives a class of iterators `__iter__` and `__next__`.
+pub fn install_next(core: &Rc<Core>, class: &Rc<Class>) {
+    methods(core, class, NEXT);
+}
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;

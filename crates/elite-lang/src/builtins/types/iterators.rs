@@ -3,6 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
+use super::range::long_range_iterator;
 use super::{constructor, methods, raw_constructor, wrong_receiver};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
@@ -167,6 +168,7 @@ fn reversed(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 left: Cell::new(length),
             }
         }
+        Value::LongRange(range) => long_range_iterator(ev, &range.reversed()),
         Value::Dict(dict) => dict_iter(dict, ViewKind::Keys, true),
         Value::DictView(view) => dict_iter(&view.dict, view.kind, true),
         Value::Str(_) | Value::Tuple(_) | Value::Bytes(_) | Value::ByteArray(_) => {
@@ -182,6 +184,12 @@ fn reversed(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 return Err(not_reversible(ev, value));
             }
             backwards(ev, value)?
+        }
+        Value::Class(class) if class.meta_method(known::REVERSED).is_some() => {
+            return match ev.special(value, known::REVERSED, &mut [])? {
+                Some(result) => Ok(result),
+                None => Err(not_reversible(ev, value)),
+            };
         }
         other => return Err(not_reversible(ev, other)),
     };

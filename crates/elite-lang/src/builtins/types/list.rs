@@ -1,12 +1,11 @@
-//! `list`, `tuple` and `range`.
+//! `list` and `tuple`.
 
 use std::rc::Rc;
 
 use super::{clamp_start, constructor, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
-use crate::value::int::Int;
-use crate::value::{Iter, List, R, Range, Slice, Value};
+use crate::value::{Iter, List, R, Value};
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
@@ -23,8 +22,6 @@ pub(super) fn install(core: &Rc<Core>) {
             Some(iterable) => ev.collect(iterable).map(Value::tuple),
         }
     });
-    constructor(core, &types.range, "start stop? step? /", range);
-    constructor(core, &types.slice, "start stop? step? /", slice);
     methods(
         core,
         &types.list,
@@ -58,15 +55,6 @@ pub(super) fn install(core: &Rc<Core>) {
             ("index", "value start? stop? /", index),
         ],
     );
-    methods(
-        core,
-        &types.range,
-        &[
-            ("count", "value /", |ev, args| count(ev, &args[0], &args[1])),
-            ("index", "value /", range_index),
-        ],
-    );
-    methods(core, &types.slice, &[("indices", "length /", indices)]);
 }
 
 /// The list behind a receiver.
@@ -196,14 +184,11 @@ fn clear(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(Value::None)
 }
 
-/// Items of a list, tuple or range, one by one.
+/// Items of a list or tuple, one by one.
 fn item_at(ev: &Evaluator<'_>, value: &Value, index: usize) -> R<Option<Value>> {
     Ok(match ev.plain(value) {
         Value::List(list) => list.get(index),
         Value::Tuple(tuple) => tuple.items().get(index).cloned(),
-        Value::Range(range) => {
-            ((index as u64) < range.len()).then(|| Value::Int(range.at(index as u64)))
-        }
         _ => None,
     })
 }
@@ -272,74 +257,4 @@ fn sort(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         true => Err(ev.value_error("list modified during sort")),
         false => Ok(Value::None),
     }
-}
-
-fn range(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let bound = |value: &Value| -> R<i64> {
-        match ev.to_int(value)? {
-            Int::Small(small) => Ok(small),
-            Int::Big(_) => Err(ev.raise(
-                ExceptionKind::OverflowError,
-                "a bound of a range must fit 64 bits",
-            )),
-        }
-    };
-    let first = bound(&args[0])?;
-    let (start, stop) = match args[1].given() {
-        Some(stop) => (first, bound(stop)?),
-        None => (0, first),
-    };
-    let step = match args[2].given() {
-        Some(step) => bound(step)?,
-        None => 1,
-    };
-    if step == 0 {
-        return Err(ev.value_error("range() arg 3 must not be zero"));
-    }
-    Ok(Value::Range(Rc::new(Range { start, stop, step })))
-}
-
-fn range_index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let position = match (&args[0], Int::of(&args[1])) {
-        (Value::Range(range), Some(Int::Small(value))) => range.position(value),
-        _ => None,
-    };
-    match position {
-        Some(position) => Ok(Value::Int(position as i64)),
-        None if Int::of(&args[1]).is_none() => {
-            Err(ev.value_error("sequence.index(x): x not in sequence"))
-        }
-        None => Err(ev.value_error(format!("{} is not in range", ev.repr(&args[1])?))),
-    }
-}
-
-fn slice(_: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let given = |value: &Value| value.given().cloned().unwrap_or(Value::None);
-    let slice = match args[1].given() {
-        Some(stop) => Slice {
-            start: args[0].clone(),
-            stop: stop.clone(),
-            step: given(&args[2]),
-        },
-        None => Slice {
-            start: Value::None,
-            stop: args[0].clone(),
-            step: Value::None,
-        },
-    };
-    Ok(Value::Slice(Rc::new(slice)))
-}
-
-fn indices(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let Value::Slice(slice) = &args[0] else {
-        return Err(wrong_receiver(ev, "slice", &args[0]));
-    };
-    let length = usize::try_from(ev.index(&args[1])?);
-    let length = length.map_err(|_| ev.value_error("length should not be negative"))?;
-    let bounds = ev.bounds(slice, length)?;
-    Ok(Value::tuple(
-        [bounds.start, bounds.stop, bounds.step]
-            .map(Value::Int)
-            .to_vec(),
-    ))
 }

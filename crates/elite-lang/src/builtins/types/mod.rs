@@ -11,10 +11,13 @@ mod iterators;
 mod list;
 mod number;
 mod object;
+pub mod range;
 mod set;
 mod string;
 mod string_methods;
 pub mod union;
+
+pub use dunder::install_next;
 
 use std::rc::Rc;
 
@@ -30,6 +33,7 @@ pub fn install(core: &Rc<Core>) {
     string_methods::install(core);
     bytes::install(core);
     list::install(core);
+    range::install(core);
     dict::install(core);
     set::install(core);
     function::install(core);

@@ -526,10 +526,10 @@ const PATTERN: &[Entry] = &[
                 };
                 found.map(make).transpose()
             };
-            Ok(Value::Iter(Rc::new(Iter::Native(NativeIter {
-                type_name: "callable_iterator",
-                next: Box::new(next),
-            }))))
+            let class = ev.core.types.callable_iterator.clone();
+            Ok(Value::Iter(Rc::new(Iter::Native(NativeIter::new(
+                class, next,
+            )))))
         })
     }),
     ("split", "string maxsplit?", |ev, args| {

@@ -7,15 +7,17 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::sync::{broadcast, watch};
-use tokio::time::{MissedTickBehavior, interval};
+use tokio::time::timeout;
 use tokio_util::sync::CancellationToken;
 
 use super::Backend;
 use super::codec::{Exception, Source, encode_exception};
-use super::state_message::{StateInputs, encode_state};
+use super::state_message::encode_state;
+use crate::ports::description::RobotDescription;
+use crate::ports::sample::Sample;
 
-/// A state message goes out this often (SDK user guide: 10 Hz).
-pub const STATE_PERIOD: Duration = Duration::from_millis(100);
+/// Between two beats, when simulated time keeps wall pace.
+const STATE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Exceptions that wait for a session that is behind; one more pushes the oldest out.
 const EXCEPTIONS_WAITING_MAX: usize = 256;
@@ -65,21 +67,31 @@ impl Hub {
     }
 
     /// Replaces the state that clients are sent.
-    pub fn publish_state(&self, inputs: &StateInputs<'_>) {
-        self.state.send_replace(Some(encode_state(inputs).into()));
+    pub fn publish_state(&self, sample: &Sample, robot: &RobotDescription) {
+        let message = encode_state(sample, robot);
+        self.state.send_replace(Some(message.into()));
     }
 
-    /// Publishes the robot's state ten times a second until `shutdown`.
+    /// Publishes a state in every beat until `shutdown`; without a beat for a while, the state as it is. (A virtual clock
+    /// may stand still, or run ahead of the wall: then clients get the latest state, at most twice as often.)
     pub async fn publish_states(&self, backend: &impl Backend, shutdown: CancellationToken) {
-        let mut ticks = interval(STATE_PERIOD);
-        ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        while let Some(_tick) = shutdown.run_until_cancelled(ticks.tick()).await {
-            self.publish_state(&StateInputs {
-                state: &backend.state(),
-                task: backend.task_status(),
-                robot: backend.description(),
-                peripherals: &backend.peripherals(),
-            });
+        let mut beats = backend.beats();
+        beats.mark_changed(); // the first state goes out at once
+        loop {
+            let next = timeout(STATE_PERIOD * 2, beats.changed());
+            let sample = match shutdown.run_until_cancelled(next).await {
+                Some(Ok(Ok(()))) => beats.borrow_and_update().clone(),
+                Some(Err(_elapsed)) => None,
+                // Whoever gives the beat is gone, and the controller with it.
+                Some(Ok(Err(_))) | None => return,
+            };
+            let mut sample = sample.unwrap_or_else(|| Arc::new(backend.sample()));
+            Arc::make_mut(&mut sample).peripherals.tool_serial = backend.tool_serial();
+            self.publish_state(&sample, backend.description());
+            let rest = tokio::time::sleep(STATE_PERIOD / 2);
+            if shutdown.run_until_cancelled(rest).await.is_none() {
+                return;
+            }
         }
     }
 }

@@ -11,13 +11,14 @@ pub mod state_message;
 
 use std::sync::Arc;
 
-use motion_api::RobotState;
 use tokio::net::TcpListener;
+use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 
 use crate::ports::ClientId;
-use crate::ports::description::{Peripherals, RobotDescription, TaskStatus};
+use crate::ports::description::{RobotDescription, ToolSerial};
 use crate::ports::listen::{PortMeter, serve_port};
+use crate::ports::sample::Sample;
 use framing::{ControlPhrase, Program};
 pub use hub::Hub;
 
@@ -33,14 +34,14 @@ pub struct Submission {
 /// What this port asks of the controller. Errors of programs come back through the [`Hub`]: there is no reply to a
 /// script on this port.
 pub trait Backend: Send + Sync + 'static {
-    /// The latest snapshot.
-    fn state(&self) -> RobotState;
-    /// What the main task is doing.
-    fn task_status(&self) -> TaskStatus;
+    /// One cycle in a tenth of a second, to be shown to every client.
+    fn beats(&self) -> watch::Receiver<Option<Arc<Sample>>>;
+    /// The controller as it is now.
+    fn sample(&self) -> Sample;
     /// The arm; the same values every time.
     fn description(&self) -> &RobotDescription;
-    /// Settings beside the state.
-    fn peripherals(&self) -> Peripherals;
+    /// The serial port of the tool, if it is configured. The cycle knows nothing of it.
+    fn tool_serial(&self) -> Option<ToolSerial>;
     /// The controller's time for messages, ms since 1970.
     fn unix_millis(&self) -> u64;
     /// True when the text parses as it stands. Asked only when a client fell silent in the middle of a block.

@@ -8,9 +8,10 @@ use motion_api::{RobotState, SafetyMode};
 use super::codec::{ROBOT_STATE, Writer};
 use crate::ports::derived::{
     io_current, is_powered, joint_current, joint_mode, robot_current, supply_voltage, tool_current,
-    tool_temperature,
+    tool_mode, tool_temperature,
 };
 use crate::ports::description::{AnalogDomain, Peripherals, RobotDescription, TaskStatus};
+use crate::ports::sample::Sample;
 
 /// Length of the whole message.
 pub const STATE_MESSAGE_BYTES: usize = 1157;
@@ -23,21 +24,21 @@ pub const STATE_MESSAGE_BYTES: usize = 1157;
 )]
 const MOTION_DEFAULTS: [f64; 5] = [1.047197, 1.396263, 0.25, 1.2, 0.0];
 
-/// Everything a state message is made of.
-#[derive(Clone, Copy, Debug)]
-pub struct StateInputs<'a> {
-    /// The snapshot of one cycle.
-    pub state: &'a RobotState,
-    /// What the main task is doing.
-    pub task: TaskStatus,
-    /// The arm.
-    pub robot: &'a RobotDescription,
-    /// The rest.
-    pub peripherals: &'a Peripherals,
+struct Inputs<'a> {
+    state: &'a RobotState,
+    task: TaskStatus,
+    robot: &'a RobotDescription,
+    peripherals: &'a Peripherals,
 }
 
 /// The whole message.
-pub fn encode_state(inputs: &StateInputs<'_>) -> Vec<u8> {
+pub fn encode_state(sample: &Sample, robot: &RobotDescription) -> Vec<u8> {
+    let inputs = &Inputs {
+        state: &sample.state,
+        task: sample.task,
+        robot,
+        peripherals: &sample.peripherals,
+    };
     let mut out = Writer::message(ROBOT_STATE);
     out.part(0, |out| robot_mode_data(out, inputs));
     out.part(1, |out| joint_data(out, inputs));
@@ -51,7 +52,7 @@ pub fn encode_state(inputs: &StateInputs<'_>) -> Vec<u8> {
     out.finish()
 }
 
-fn robot_mode_data(out: &mut Writer, inputs: &StateInputs<'_>) {
+fn robot_mode_data(out: &mut Writer, inputs: &Inputs<'_>) {
     let state = inputs.state;
     // Simulated time since the controller started, µs.
     out.u64((state.time * 1e6) as u64);
@@ -77,7 +78,7 @@ fn robot_mode_data(out: &mut Writer, inputs: &StateInputs<'_>) {
     out.u32(0);
 }
 
-fn joint_data(out: &mut Writer, inputs: &StateInputs<'_>) {
+fn joint_data(out: &mut Writer, inputs: &Inputs<'_>) {
     let state = inputs.state;
     for joint in 0..6 {
         let torque = state.actual_torque[joint];
@@ -96,7 +97,7 @@ fn joint_data(out: &mut Writer, inputs: &StateInputs<'_>) {
     }
 }
 
-fn cartesian_info(out: &mut Writer, inputs: &StateInputs<'_>) {
+fn cartesian_info(out: &mut Writer, inputs: &Inputs<'_>) {
     out.f64s(&inputs.state.actual_tcp_pose.to_array());
     out.f64s(&inputs.state.tcp_offset.to_array());
 }
@@ -119,7 +120,7 @@ fn configuration_data(out: &mut Writer, robot: &RobotDescription) {
     out.u32(0); // robot structure, tool I/O type, two reserved
 }
 
-fn masterboard_data(out: &mut Writer, inputs: &StateInputs<'_>) {
+fn masterboard_data(out: &mut Writer, inputs: &Inputs<'_>) {
     let (state, peripherals) = (inputs.state, inputs.peripherals);
     out.u32(state.digital_in as u32);
     out.u32(state.digital_out as u32);
@@ -138,15 +139,15 @@ fn masterboard_data(out: &mut Writer, inputs: &StateInputs<'_>) {
     out.u8(0);
 }
 
-fn additional_info(out: &mut Writer, inputs: &StateInputs<'_>) {
+fn additional_info(out: &mut Writer, inputs: &Inputs<'_>) {
     out.flag(inputs.peripherals.freedrive);
     out.flag(false);
-    out.flag(false); // freedrive by I/O enabled
+    out.flag(inputs.peripherals.freedrive_by_input);
     out.flag(inputs.peripherals.collision_detection);
     out.u8(0);
 }
 
-fn tool_data(out: &mut Writer, inputs: &StateInputs<'_>) {
+fn tool_data(out: &mut Writer, inputs: &Inputs<'_>) {
     let (state, peripherals) = (inputs.state, inputs.peripherals);
     out.u8(peripherals.analog_out_domains[2] as u8);
     out.u8(peripherals.analog_in_domains[2] as u8);
@@ -156,18 +157,18 @@ fn tool_data(out: &mut Writer, inputs: &StateInputs<'_>) {
     out.u8(peripherals.tool_voltage);
     out.f32(tool_current(state));
     out.f32(tool_temperature(state));
-    out.u8(joint_mode(state.robot_mode));
+    out.u8(tool_mode(state.robot_mode));
 }
 
-fn safety_state(out: &mut Writer, inputs: &StateInputs<'_>) {
-    out.u32(0); // checksum of the safety configuration
-    out.u8(0); // operational mode
+fn safety_state(out: &mut Writer, inputs: &Inputs<'_>) {
+    out.u32(inputs.robot.safety_checksum);
+    out.u8(0); // operational mode: there is no selector
     out.u8(0);
     out.f64s(&inputs.state.elbow_position);
-    out.f64(0.0); // radius of the elbow's sphere
+    out.f64(inputs.robot.elbow_radius);
 }
 
-fn tool_communication(out: &mut Writer, inputs: &StateInputs<'_>) {
+fn tool_communication(out: &mut Writer, inputs: &Inputs<'_>) {
     let serial = inputs.peripherals.tool_serial;
     out.flag(serial.is_some());
     out.u32(serial.map_or(0, |s| s.baud_rate));

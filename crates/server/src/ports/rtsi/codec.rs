@@ -33,10 +33,56 @@ pub mod letter {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum TextLevel {
+    /// Something failed and ended what was going on.
+    Exception = 0,
     /// Something failed.
     Error = 1,
     /// Something was ignored.
     Warning = 2,
+    /// To know.
+    Info = 3,
+}
+
+impl TextLevel {
+    /// The level with this number; beyond the last it is information.
+    pub const fn from_number(number: u8) -> Self {
+        match number {
+            0 => Self::Exception,
+            1 => Self::Error,
+            2 => Self::Warning,
+            _ => Self::Info,
+        }
+    }
+}
+
+/// A text message as clients send it; those of the controller look different ([`append_text`]).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TextMessage {
+    /// What.
+    pub text: String,
+    /// Who says it.
+    pub source: String,
+    /// How bad it is.
+    pub level: TextLevel,
+}
+
+/// Reads a client's text message: text and source, a length before each, then the level. Bytes that are no UTF-8 are
+/// replaced. `None` when lengths and bytes do not fit together.
+pub fn text_message(payload: &[u8]) -> Option<TextMessage> {
+    let (text, rest) = counted(payload)?;
+    let (source, rest) = counted(rest)?;
+    let [level] = *rest else { return None };
+    Some(TextMessage {
+        text,
+        source,
+        level: TextLevel::from_number(level),
+    })
+}
+
+fn counted(bytes: &[u8]) -> Option<(String, &[u8])> {
+    let (count, rest) = bytes.split_first()?;
+    let (text, rest) = rest.split_at_checked(usize::from(*count))?;
+    Some((String::from_utf8_lossy(text).into_owned(), rest))
 }
 
 /// The type of a variable.
@@ -267,6 +313,35 @@ mod tests {
         assert_eq!(packet(&[0, 5, b'V', 0, 1, 9]), whole(b'V', &[0, 1], 5));
         assert_eq!(packet(&[0, 3, b'S']), whole(b'S', &[], 3));
         assert_eq!(packet(&[0, 2, b'S']), Err(NotRtsi(2)));
+    }
+
+    #[test]
+    fn text_messages_of_clients_have_the_bytes_of_the_page() {
+        let message = |text: &str, source: &str, level| {
+            Some(TextMessage {
+                text: text.to_owned(),
+                source: source.to_owned(),
+                level,
+            })
+        };
+        for (payload, wanted) in [
+            (
+                &b"\x02hi\x03app\x03"[..],
+                message("hi", "app", TextLevel::Info),
+            ),
+            (b"\0\0\0", message("", "", TextLevel::Exception)),
+            (
+                b"\x02h\xff\x01a\x01",
+                message("h\u{FFFD}", "a", TextLevel::Error),
+            ),
+            (b"\x01x\x01y\x02", message("x", "y", TextLevel::Warning)),
+            (b"\x02hi\x03app", None),
+            (b"\x02hi\x03app\x03\x03", None),
+            (b"\xffhi", None),
+            (b"", None),
+        ] {
+            assert_eq!(text_message(payload), wanted, "{payload:?}");
+        }
     }
 
     #[test]

@@ -3,8 +3,10 @@
 //! The SDK sends its whole recipe each time one value changes, with old masks still set and never-written values 0. So
 //! digital and analog outputs are touched only where the mask says so; registers and the external wrench have no mask.
 
+use core::ops::Range;
+
 use super::codec::{Kind, Value};
-use super::outputs::register_number;
+use super::outputs::split_register;
 use crate::ports::description::AnalogDomain;
 
 /// One variable.
@@ -65,20 +67,36 @@ const NAMED: [(&str, Input); 15] = [
     ("input_bit_registers32_to_63", Input::Bits(32)),
 ];
 
+/// Registers have one variable each; the first 64 boolean ones come in words.
+const NUMBERED: [(&str, Range<u8>, fn(u8) -> Input); 3] = [
+    ("input_bit_register", 64..128, Input::Bit),
+    ("input_int_register", 0..48, Input::Int),
+    ("input_double_register", 0..48, Input::Double),
+];
+
 impl Input {
     /// The variable of this name.
     pub fn by_name(name: &str) -> Option<Self> {
         if let Some((_, input)) = NAMED.iter().find(|(known, _)| *known == name) {
             return Some(*input);
         }
-        let digits = name.trim_start_matches(|c: char| !c.is_ascii_digit());
-        let number = register_number(digits)?;
-        match &name[..name.len() - digits.len()] {
-            "input_bit_register" if (64..128).contains(&number) => Some(Self::Bit(number)),
-            "input_int_register" if number < 48 => Some(Self::Int(number)),
-            "input_double_register" if number < 48 => Some(Self::Double(number)),
-            _ => None,
-        }
+        let (group, number) = split_register(name)?;
+        let mut groups = NUMBERED.iter();
+        let (.., variable) =
+            groups.find(|(g, numbers, _)| *g == group && numbers.contains(&number))?;
+        Some(variable(number))
+    }
+
+    /// Every variable that stands alone, with its name.
+    pub fn named() -> impl Iterator<Item = (&'static str, Self)> {
+        NAMED.into_iter()
+    }
+
+    /// Every group of registers: the name without its number, the numbers, and the first variable.
+    pub fn numbered() -> impl Iterator<Item = (&'static str, Range<u8>, Self)> {
+        NUMBERED
+            .iter()
+            .map(|(group, numbers, variable)| (*group, numbers.clone(), variable(numbers.start)))
     }
 
     /// Its name.

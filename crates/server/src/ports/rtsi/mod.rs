@@ -18,8 +18,8 @@ use tokio_util::sync::CancellationToken;
 use crate::ports::ClientId;
 use crate::ports::description::RobotDescription;
 use crate::ports::listen::{PortMeter, serve_port};
+use crate::ports::sample::Sample;
 use inputs::{Change, Input};
-use outputs::Sample;
 use owners::Owners;
 
 /// What this port asks of the controller.
@@ -28,6 +28,8 @@ pub trait Controller: Send + Sync + 'static {
     fn description(&self) -> &RobotDescription;
     /// Every cycle's sample from now on, in order. A receiver that falls behind loses the oldest.
     fn samples(&self) -> broadcast::Receiver<Arc<Sample>>;
+    /// The controller as it is now: repeated when no cycle comes.
+    fn sample(&self) -> Sample;
     /// Why no client may write, where that is so; said to whoever sets up inputs.
     fn read_only(&self) -> Option<&'static str> {
         None

@@ -2,31 +2,17 @@
 //!
 //! The types matter to the bit: the SDK throws when one differs (SDK recipe file and getters; public clients).
 
+use core::ops::Range;
+
 use motion_api::{RegisterImage, RegisterImages, RobotMode, RobotState, SafetyMode};
 
 use super::codec::{Kind, Value};
 use crate::ports::derived::{
     io_current, is_powered, joint_current, joint_mode, robot_current, supply_voltage, tool_current,
-    tool_temperature,
+    tool_mode, tool_temperature,
 };
-use crate::ports::description::{AnalogDomain, Peripherals, RobotDescription, TaskStatus};
-
-/// Everything that clients can read, as it was at the end of one cycle.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Sample {
-    /// The snapshot.
-    pub state: RobotState,
-    /// What the main task is doing.
-    pub task: TaskStatus,
-    /// The line that the main task executes, 0 when none does.
-    pub script_line: u32,
-    /// Velocity of the elbow in the base frame, m/s.
-    pub elbow_velocity: [f64; 3],
-    /// The registers.
-    pub registers: RegisterImages,
-    /// Settings beside the state.
-    pub peripherals: Peripherals,
-}
+use crate::ports::description::{AnalogDomain, RobotDescription, TaskStatus};
+use crate::ports::sample::Sample;
 
 /// One variable.
 #[derive(Clone, Copy, Debug)]
@@ -68,20 +54,23 @@ impl Output {
         if let Some(named) = NAMED.iter().find(|named| named.name == name) {
             return Some(Self::Named(named));
         }
-        let digits = name.trim_start_matches(|c: char| !c.is_ascii_digit());
-        let group = &name[..name.len() - digits.len()];
-        let number = register_number(digits)?;
-        let bits = (64..128).contains(&number);
-        let words = (0..48).contains(&number);
-        match group {
-            "input_bit_register" if bits => Some(Self::InputBit(number)),
-            "output_bit_register" if bits => Some(Self::OutputBit(number)),
-            "input_int_register" if words => Some(Self::InputInt(number)),
-            "output_int_register" if words => Some(Self::OutputInt(number)),
-            "input_double_register" if words => Some(Self::InputDouble(number)),
-            "output_double_register" if words => Some(Self::OutputDouble(number)),
-            _ => None,
-        }
+        let (group, number) = split_register(name)?;
+        let mut groups = NUMBERED.iter();
+        let (.., variable) =
+            groups.find(|(g, numbers, _)| *g == group && numbers.contains(&number))?;
+        Some(variable(number))
+    }
+
+    /// Every variable that stands alone, with its name.
+    pub fn named() -> impl Iterator<Item = (&'static str, Self)> {
+        NAMED.iter().map(|named| (named.name, Self::Named(named)))
+    }
+
+    /// Every group of registers: the name without its number, the numbers, and the first variable.
+    pub fn numbered() -> impl Iterator<Item = (&'static str, Range<u8>, Self)> {
+        NUMBERED
+            .iter()
+            .map(|(group, numbers, variable)| (*group, numbers.clone(), variable(numbers.start)))
     }
 
     /// Its type.
@@ -116,10 +105,22 @@ impl Output {
     }
 }
 
-/// The number at the end of a register's name; `07` is not the name of register 7.
-pub(super) fn register_number(digits: &str) -> Option<u8> {
+/// Registers have one variable each; the first 64 boolean ones come in words.
+const NUMBERED: [(&str, Range<u8>, fn(u8) -> Output); 6] = [
+    ("input_bit_register", 64..128, Output::InputBit),
+    ("output_bit_register", 64..128, Output::OutputBit),
+    ("input_int_register", 0..48, Output::InputInt),
+    ("output_int_register", 0..48, Output::OutputInt),
+    ("input_double_register", 0..48, Output::InputDouble),
+    ("output_double_register", 0..48, Output::OutputDouble),
+];
+
+/// The name of a register without its number, and the number; `07` is not the number of register 7.
+pub(super) fn split_register(name: &str) -> Option<(&str, u8)> {
+    let group = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    let digits = &name[group.len()..];
     let number: u8 = digits.parse().ok()?;
-    (number.to_string() == digits).then_some(number)
+    (number.to_string() == digits).then_some((group, number))
 }
 
 macro_rules! named {
@@ -169,7 +170,7 @@ static NAMED: &[Named] = named! {
     standard_analog_output0: F64 = |s: &Source<'_>| s.state.analog_out[0];
     standard_analog_output1: F64 = |s: &Source<'_>| s.state.analog_out[1];
     io_current: F64 = |s: &Source<'_>| io_current(s.state);
-    tool_mode: U32 = |s: &Source<'_>| u32::from(joint_mode(s.state.robot_mode));
+    tool_mode: U32 = |s: &Source<'_>| u32::from(tool_mode(s.state.robot_mode));
     tool_analog_input_types: U32 = |s: &Source<'_>| s.sample.peripherals.analog_in_domains[2] as u32;
     tool_analog_output_types: U32 = |s: &Source<'_>| s.sample.peripherals.analog_out_domains[2] as u32;
     tool_analog_input: F64 = |s: &Source<'_>| s.state.analog_in[2];
@@ -177,7 +178,7 @@ static NAMED: &[Named] = named! {
     tool_output_voltage: F64 = |s: &Source<'_>| f64::from(s.sample.peripherals.tool_voltage);
     tool_output_current: F64 = |s: &Source<'_>| tool_current(s.state);
     tool_temperature: F64 = |s: &Source<'_>| tool_temperature(s.state);
-    tool_digital_mode: U8 = |_: &Source<'_>| 0;
+    tool_digital_mode: U8 = |_: &Source<'_>| SINGLE_NEEDLE;
     tool_digital0_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[0];
     tool_digital1_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[1];
     tool_digital2_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[2];
@@ -187,6 +188,10 @@ static NAMED: &[Named] = named! {
     input_bit_registers0_to_31: U32 = |s: &Source<'_>| word(&s.sample.registers.input, 0);
     input_bit_registers32_to_63: U32 = |s: &Source<'_>| word(&s.sample.registers.input, 32);
 };
+
+/// The pins of the tool work one by one. No function of the manual joins two or three of them to carry more current, so
+/// this never changes.
+const SINGLE_NEEDLE: u8 = 0;
 
 /// 32 of the first 64 boolean registers.
 const fn word(bank: &RegisterImage, first: u32) -> u32 {
@@ -242,11 +247,12 @@ fn analog_io_types(s: &Source<'_>) -> u32 {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(in crate::ports) mod tests {
     use super::*;
+    use crate::ports::description::Peripherals;
     use kinematics::JointPositions;
 
-    pub(in crate::ports::rtsi) fn sample() -> Sample {
+    pub(in crate::ports) fn sample() -> Sample {
         let state = RobotState::at_start(JointPositions([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]), 0.004);
         Sample {
             state,

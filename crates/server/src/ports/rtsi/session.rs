@@ -5,19 +5,23 @@
 
 use std::io;
 use std::sync::Arc;
+use std::time::Duration;
 
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::broadcast::error::RecvError;
+use tokio::time::{Instant, sleep_until};
 
 use super::Controller;
 use super::codec::{
     PROTOCOL_VERSION, TextLevel, Value, append_packet, append_text, letter, names, packet,
+    text_message,
 };
 use super::inputs::{Input, Written};
-use super::outputs::{Output, Sample};
+use super::outputs::Output;
 use super::owners::{Claims, Owners};
 use crate::ports::ClientId;
-use crate::ports::description::CONTROLLER_VERSION;
+use crate::ports::description::{CONTROLLER_VERSION, RobotDescription};
+use crate::ports::sample::Sample;
 
 /// Packages a second at most (SDK user guide).
 const FREQUENCY_MAX: f64 = 250.0;
@@ -37,6 +41,10 @@ const DATA_BYTES_MAX: usize = 32 * 1024;
 
 /// With so many bytes of replies unread, nothing more is read from the client.
 const REPLY_BYTES_MAX: usize = 64 * 1024;
+
+/// When no cycle comes for so long (a virtual clock may stand still), data is repeated: after a second without any the
+/// SDK's receiver gives up for good.
+const SILENCE: Duration = Duration::from_millis(500);
 
 /// What is read at once.
 const READ_BYTES: usize = 16 * 1024;
@@ -67,6 +75,7 @@ pub async fn serve(
         out: Vec::new(),
     };
     let mut samples = controller.samples();
+    let mut silent_at = Instant::now() + SILENCE;
     let mut received = Vec::new();
     let mut buffer = vec![0; READ_BYTES];
     loop {
@@ -85,14 +94,24 @@ pub async fn serve(
                 talk.take_packets(&mut received).await?;
                 if talk.started && !was_started {
                     samples = controller.samples(); // the past is of no interest
+                    silent_at = Instant::now() + SILENCE;
                 }
             }
-            sample = samples.recv(), if talk.started => match sample {
-                Ok(sample) if talk.out.len() < DATA_BYTES_MAX => talk.send_data(&sample),
-                Ok(_) => tracing::trace!(%client, "rtsi: a package is left out, the client reads too slowly"),
-                Err(RecvError::Lagged(missed)) => tracing::debug!(%client, missed, "rtsi: cycles were missed"),
-                Err(RecvError::Closed) => return Ok(()),
-            },
+            sample = samples.recv(), if talk.started => {
+                silent_at = Instant::now() + SILENCE;
+                match sample {
+                    Ok(sample) if talk.out.len() < DATA_BYTES_MAX => talk.send_data(&sample),
+                    Ok(_) => tracing::trace!(%client, "rtsi: a package is left out, the client reads too slowly"),
+                    Err(RecvError::Lagged(missed)) => tracing::debug!(%client, missed, "rtsi: cycles were missed"),
+                    Err(RecvError::Closed) => return Ok(()),
+                }
+            }
+            () = sleep_until(silent_at), if talk.started => {
+                silent_at += SILENCE;
+                if talk.out.len() < DATA_BYTES_MAX {
+                    talk.repeat_data();
+                }
+            }
         }
     }
 }
@@ -122,6 +141,17 @@ struct OutputRecipe {
     variables: Vec<Output>,
     /// The first cycle in which the next package is due.
     due_cycle: u64,
+}
+
+impl OutputRecipe {
+    fn append(&self, out: &mut Vec<u8>, sample: &Sample, robot: &RobotDescription) {
+        append_packet(out, letter::DATA, |out| {
+            out.push(self.id);
+            for output in &self.variables {
+                output.value(sample, robot).write(out);
+            }
+        });
+    }
 }
 
 struct InputRecipe {
@@ -166,10 +196,16 @@ impl<C: Controller> Talk<'_, C> {
                 self.reply(letter, &[1]);
             }
             letter::DATA => self.take_data(payload),
-            letter::TEXT => {
-                let text = String::from_utf8_lossy(&payload[..payload.len().min(512)]);
-                tracing::info!(client = %self.client, "rtsi: message of the client: {text:?}");
-            }
+            letter::TEXT => match text_message(payload) {
+                Some(message) => tracing::info!(
+                    client = %self.client,
+                    level = ?message.level,
+                    "rtsi: {:?} says {:?}",
+                    message.source,
+                    message.text
+                ),
+                None => self.warn("a text message is two texts with their lengths and a level"),
+            },
             other => self.warn(&format!("packets of type {other} are not known")),
         }
     }
@@ -325,12 +361,15 @@ impl<C: Controller> Talk<'_, C> {
             };
             let periods = (cycle - first) / every + 1;
             recipe.due_cycle = first.saturating_add(every.saturating_mul(periods));
-            append_packet(&mut self.out, letter::DATA, |out| {
-                out.push(recipe.id);
-                for output in &recipe.variables {
-                    output.value(sample, robot).write(out);
-                }
-            });
+            recipe.append(&mut self.out, sample, robot);
+        }
+    }
+
+    /// A package of every recipe, whether due or not.
+    fn repeat_data(&mut self) {
+        let (sample, robot) = (self.controller.sample(), self.controller.description());
+        for recipe in &self.outputs {
+            recipe.append(&mut self.out, &sample, robot);
         }
     }
 

@@ -11,12 +11,11 @@ use recorder::{
     CommandMessage, Entry, LogLevel, LogMessage, ScriptMessage, Setup, VariableMessage,
 };
 use serde_json::{Value, json};
-use tokio::sync::broadcast;
+use tokio::sync::{broadcast, watch};
 
-use crate::backend::describe;
 use crate::feed::elbow_velocity;
 use crate::ports::ClientId;
-use crate::ports::description::{Peripherals, RobotDescription, TaskStatus};
+use crate::ports::description::{Peripherals, RobotDescription, TaskStatus, ToolSerial};
 use crate::ports::foxglove::LogLine;
 use crate::ports::http;
 use crate::ports::http::metrics::Figures;
@@ -25,7 +24,7 @@ use crate::ports::primary::framing::ControlPhrase;
 use crate::ports::primary::{self, Hub, Submission};
 use crate::ports::rtsi;
 use crate::ports::rtsi::inputs::{Change, Input};
-use crate::ports::rtsi::outputs::Sample;
+use crate::ports::sample::{Beats, Sample};
 use crate::replay::register_write::RegisterWrite;
 use crate::replay::script;
 
@@ -44,6 +43,7 @@ pub(super) struct Playback {
     epoch_ns: u64,
     hub: Hub,
     samples: broadcast::Sender<Arc<Sample>>,
+    beats: Beats,
     log_lines: broadcast::Sender<LogLine>,
     durations: Histogram,
     latencies: Histogram,
@@ -62,7 +62,12 @@ struct Now {
 
 impl Playback {
     /// Before its first message. `name` is the file, for people.
-    pub(super) fn new(name: &str, model: RobotModel, setup: &Setup) -> Self {
+    pub(super) fn new(
+        name: &str,
+        model: RobotModel,
+        description: RobotDescription,
+        setup: &Setup,
+    ) -> Self {
         let now = Now {
             state: RobotState::at_start(setup.home, setup.step_time),
             task: TaskStatus::Stopped,
@@ -73,11 +78,12 @@ impl Playback {
         };
         Self {
             name: name.to_owned(),
-            description: describe(&model),
+            description,
             model,
             epoch_ns: setup.epoch_ns,
             hub: Hub::default(),
             samples: broadcast::channel(WAITING_MAX).0,
+            beats: Beats::default(),
             log_lines: broadcast::channel(WAITING_MAX).0,
             durations: Histogram::default(),
             latencies: Histogram::default(),
@@ -132,20 +138,25 @@ impl Playback {
             self.durations.add(micros(state.step_duration_us));
             self.latencies.add(micros(state.wakeup_latency_us));
         }
-        let sample = {
-            let mut now = self.now();
-            now.state = state;
-            Sample {
-                state,
-                task: now.task,
-                script_line: now.line,
-                elbow_velocity: elbow_velocity(&self.model, &state),
-                registers: self.registers.images(),
-                peripherals: Peripherals::of(&state),
-            }
-        };
+        self.now().state = state;
+        let sample = Arc::new(self.sample());
+        if self.beats.begin_with(state.time) {
+            self.beats.show(sample.clone());
+        }
         // Nobody listening is fine.
-        let _ = self.samples.send(Arc::new(sample));
+        let _ = self.samples.send(sample);
+    }
+
+    fn sample(&self) -> Sample {
+        let now = self.now();
+        Sample {
+            state: now.state,
+            task: now.task,
+            script_line: now.line,
+            elbow_velocity: elbow_velocity(&self.model, &now.state),
+            registers: self.registers.images(),
+            peripherals: Peripherals::of(&now.state),
+        }
     }
 
     fn script(&self, script: ScriptMessage) {
@@ -240,20 +251,20 @@ impl Playback {
 }
 
 impl primary::Backend for Playback {
-    fn state(&self) -> RobotState {
-        self.now().state
+    fn beats(&self) -> watch::Receiver<Option<Arc<Sample>>> {
+        self.beats.subscribe()
     }
 
-    fn task_status(&self) -> TaskStatus {
-        self.now().task
+    fn sample(&self) -> Sample {
+        self.sample()
     }
 
     fn description(&self) -> &RobotDescription {
         &self.description
     }
 
-    fn peripherals(&self) -> Peripherals {
-        Peripherals::of(&self.now().state)
+    fn tool_serial(&self) -> Option<ToolSerial> {
+        None // recordings do not tell
     }
 
     fn unix_millis(&self) -> u64 {
@@ -281,6 +292,10 @@ impl rtsi::Controller for Playback {
 
     fn samples(&self) -> broadcast::Receiver<Arc<Sample>> {
         self.samples.subscribe()
+    }
+
+    fn sample(&self) -> Sample {
+        self.sample()
     }
 
     fn read_only(&self) -> Option<&'static str> {
@@ -345,7 +360,7 @@ mod tests {
 
     fn playback() -> Playback {
         let model = RobotModel::built_in("cs66").unwrap();
-        Playback::new("a.mcap", model, &Setup::default())
+        Playback::new("a.mcap", model, RobotDescription::cs66(), &Setup::default())
     }
 
     fn io(name: &str, value: IoValue) -> Entry {
@@ -385,7 +400,7 @@ mod tests {
     #[test]
     fn the_task_runs_from_its_start_to_its_end_and_is_held_in_between() {
         let playback = playback();
-        let status = || primary::Backend::task_status(&playback);
+        let status = || http::Source::task_status(&playback);
         let script = |text: Option<&str>, line: Option<u32>| {
             Entry::Script(ScriptMessage {
                 program: "p".to_owned(),

@@ -2,23 +2,25 @@
 
 use std::sync::{Arc, Mutex};
 
-use kinematics::JointPositions;
-use motion_api::RobotState;
 use proptest::prelude::*;
 use tokio::io::{DuplexStream, duplex};
+use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio::time::{advance, sleep};
 
 use super::*;
-use crate::ports::description::{Peripherals, RobotDescription, TaskStatus};
+use crate::ports::description::{RobotDescription, ToolSerial};
 use crate::ports::listen::{PortMeter, bind};
 use crate::ports::primary::codec::ROBOT_EXCEPTION;
 use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
 use crate::ports::primary::state_message::STATE_MESSAGE_BYTES;
+use crate::ports::rtsi::outputs::tests::sample;
+use crate::ports::sample::Sample;
 
 /// A controller that only writes down what it was asked.
 struct Fake {
     description: RobotDescription,
+    beats: watch::Sender<Option<Arc<Sample>>>,
     asked: Mutex<Vec<Asked>>,
 }
 
@@ -32,6 +34,7 @@ impl Fake {
     fn new() -> Arc<Self> {
         Arc::new(Self {
             description: RobotDescription::cs66(),
+            beats: watch::Sender::new(None),
             asked: Mutex::default(),
         })
     }
@@ -53,17 +56,17 @@ impl Fake {
 }
 
 impl Backend for Fake {
-    fn state(&self) -> RobotState {
-        RobotState::at_start(JointPositions::ZERO, 0.004)
+    fn beats(&self) -> watch::Receiver<Option<Arc<Sample>>> {
+        self.beats.subscribe()
     }
-    fn task_status(&self) -> TaskStatus {
-        TaskStatus::Running
+    fn sample(&self) -> Sample {
+        sample()
     }
     fn description(&self) -> &RobotDescription {
         &self.description
     }
-    fn peripherals(&self) -> Peripherals {
-        Peripherals::default()
+    fn tool_serial(&self) -> Option<ToolSerial> {
+        None
     }
     fn unix_millis(&self) -> u64 {
         1_700_000_000_000
@@ -108,14 +111,7 @@ fn rig(room: usize) -> Rig {
 
 impl Rig {
     fn publish(&self) {
-        let peripherals = Peripherals::default();
-        self.hub
-            .publish_state(&crate::ports::primary::state_message::StateInputs {
-                state: &self.backend.state(),
-                task: TaskStatus::Stopped,
-                robot: &self.backend.description,
-                peripherals: &peripherals,
-            });
+        self.hub.publish_state(&sample(), &self.backend.description);
     }
 
     fn announce(&self, text: &str) {
@@ -185,32 +181,92 @@ async fn programs_and_orders_are_handed_over_in_the_order_in_which_they_came() {
     );
 }
 
-#[tokio::test(start_paused = true)]
-async fn the_latest_state_comes_first_without_any_request() {
-    let (backend, hub) = (Fake::new(), Hub::default());
-    let shutdown = CancellationToken::new();
-    let publisher = tokio::spawn({
-        let (backend, hub, shutdown) = (Arc::clone(&backend), hub.clone(), shutdown.clone());
-        async move { hub.publish_states(&*backend, shutdown).await }
-    });
-    sleep(Duration::from_millis(250)).await;
-    let (mut client, server) = duplex(64 * 1024);
-    let start = Instant::now();
-    let session = tokio::spawn({
-        let (hub, shutdown) = (hub.clone(), shutdown.clone());
-        async move { serve(server, ClientId(1), &*backend, &hub, shutdown).await }
-    });
-    let mut times = Vec::new();
-    for _ in 0..11 {
-        let (kind, body) = message(&mut client).await;
-        assert_eq!((kind, body.len()), (16, STATE_MESSAGE_BYTES - 5));
-        times.push(start.elapsed().as_millis());
+/// A publisher of states and a client of its, in paused time.
+struct Publisher {
+    backend: Arc<Fake>,
+    client: DuplexStream,
+    shutdown: CancellationToken,
+    tasks: (JoinHandle<()>, JoinHandle<SessionEnd>),
+}
+
+impl Publisher {
+    fn start() -> Self {
+        let (backend, hub) = (Fake::new(), Hub::default());
+        let shutdown = CancellationToken::new();
+        let (client, server) = duplex(64 * 1024);
+        let publishing = tokio::spawn({
+            let (backend, hub, shutdown) = (Arc::clone(&backend), hub.clone(), shutdown.clone());
+            async move { hub.publish_states(&*backend, shutdown).await }
+        });
+        let serving = tokio::spawn({
+            let (backend, shutdown) = (Arc::clone(&backend), shutdown.clone());
+            async move { serve(server, ClientId(1), &*backend, &hub, shutdown).await }
+        });
+        Self {
+            backend,
+            client,
+            shutdown,
+            tasks: (publishing, serving),
+        }
     }
-    assert!(times[0] < 2, "{times:?}");
-    assert!((940..=1000).contains(&times[10]), "ten a second: {times:?}");
-    shutdown.cancel();
-    publisher.await.unwrap();
-    assert_eq!(session.await.unwrap(), SessionEnd::Shutdown);
+
+    fn beat(&self, time: f64) {
+        let mut sample = sample();
+        sample.state.time = time;
+        self.backend.beats.send_replace(Some(Arc::new(sample)));
+    }
+
+    /// Its time stamp, µs.
+    async fn state(&mut self) -> u64 {
+        let (kind, body) = message(&mut self.client).await;
+        assert_eq!((kind, body.len()), (16, STATE_MESSAGE_BYTES - 5));
+        u64::from_be_bytes(*body[5..].first_chunk().unwrap())
+    }
+
+    async fn end(self) {
+        self.shutdown.cancel();
+        self.tasks.0.await.unwrap();
+        assert_eq!(self.tasks.1.await.unwrap(), SessionEnd::Shutdown);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_state_goes_out_in_every_beat_without_any_request() {
+    let mut publisher = Publisher::start();
+    assert_eq!(publisher.state().await, 0, "at once");
+    for beat in 1..=20_u32 {
+        // The wall clock wanders; the beat is that of the cycles.
+        sleep(Duration::from_millis(if beat % 2 == 0 { 80 } else { 120 })).await;
+        publisher.beat(f64::from(beat) * 0.125);
+        let before = Instant::now();
+        assert_eq!(publisher.state().await, u64::from(beat) * 125_000);
+        assert!(before.elapsed() < Duration::from_millis(2));
+    }
+    publisher.end().await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn without_a_beat_the_state_is_repeated_and_of_too_many_the_latest_counts() {
+    let mut publisher = Publisher::start();
+    publisher.beat(1.0);
+    assert_eq!(publisher.state().await, 1_000_000);
+    let start = Instant::now();
+    for _ in 0..4 {
+        assert_eq!(publisher.state().await, 0, "as the controller is now");
+    }
+    assert!(start.elapsed() <= Duration::from_secs(1));
+    let start = Instant::now();
+    for beat in 1..=1000_u32 {
+        publisher.beat(f64::from(beat));
+        sleep(Duration::from_millis(1)).await;
+    }
+    let mut count = 0;
+    while publisher.state().await != 1_000_000_000 {
+        count += 1;
+    }
+    let rate = f64::from(count) / start.elapsed().as_secs_f64();
+    assert!((10.0..=21.0).contains(&rate), "{rate} states a second");
+    publisher.end().await;
 }
 
 #[tokio::test(start_paused = true)]

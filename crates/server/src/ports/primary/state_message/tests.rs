@@ -7,7 +7,7 @@ use kinematics::{JointPositions, JointSpeeds, JointTorques, RpyPose};
 
 use super::*;
 use crate::ports::description::ToolSerial;
-use motion_api::RobotMode;
+use motion_api::{RegisterImages, RobotMode};
 
 /// A state in which no two fields are alike.
 fn state() -> RobotState {
@@ -55,18 +55,21 @@ fn peripherals() -> Peripherals {
             for_daemon: true,
         }),
         freedrive: true,
+        freedrive_by_input: true,
         collision_detection: true,
     }
 }
 
 fn message(state: &RobotState, task: TaskStatus) -> Vec<u8> {
-    let (robot, peripherals) = (RobotDescription::cs66(), peripherals());
-    encode_state(&StateInputs {
-        state,
+    let sample = Sample {
+        state: *state,
         task,
-        robot: &robot,
-        peripherals: &peripherals,
-    })
+        script_line: 0,
+        elbow_velocity: [0.0; 3],
+        registers: RegisterImages::default(),
+        peripherals: peripherals(),
+    };
+    encode_state(&sample, &RobotDescription::cs66())
 }
 
 /// Python's `struct.unpack(">…", bytes)`: counts before letters, every value as f64, and the rest of the bytes.
@@ -170,7 +173,7 @@ fn one_format_string_reads_the_whole_message() {
     assert_eq!(values[21..26], [347.0, 1.0, 0.1, 0.11, 0.01]);
     assert_eq!(values[95..98], [101.0, 4.0, 0.41]);
     assert_eq!(values[166], 6206.0);
-    assert_eq!(values[219..223], [0.31, 0.32, 0.33, 0.0]);
+    assert_eq!(values[219..223], [0.31, 0.32, 0.33, 0.0625]);
     assert_eq!(values.len(), 233);
 }
 
@@ -259,14 +262,22 @@ fn masterboard_data_stands_at_the_offsets_of_the_page() {
 #[test]
 fn the_small_parts_stand_at_the_offsets_of_the_page() {
     let message = message(&state(), TaskStatus::Stopped);
-    assert_eq!(at(&part(&message, 8), 5, "4?B"), [1.0, 0.0, 0.0, 1.0, 0.0]);
+    assert_eq!(at(&part(&message, 8), 5, "4?B"), [1.0, 0.0, 1.0, 1.0, 0.0]);
     assert_eq!(
         at(&part(&message, 2), 5, "2B2dfB2fB"),
         [1.0, 0.0, 6.25, 3.25, 24.0, 24.0, 6.25, 36.0, 253.0]
     );
     assert_eq!(
         at(&part(&message, 10), 5, "IbB4d"),
-        [0.0, 0.0, 0.0, 0.31, 0.32, 0.33, 0.0]
+        [
+            f64::from(0x5AFE_C0DE_u32),
+            0.0,
+            0.0,
+            0.31,
+            0.32,
+            0.33,
+            0.0625
+        ]
     );
     assert_eq!(
         at(&part(&message, 11), 5, "?3I?B2f"),

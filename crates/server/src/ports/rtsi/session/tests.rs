@@ -1,5 +1,7 @@
 //! Conversations as the SDK holds them, over an in-memory stream.
 
+mod golden;
+
 use std::sync::Mutex;
 use std::time::Duration;
 
@@ -26,6 +28,9 @@ impl Controller for Fake {
     }
     fn samples(&self) -> broadcast::Receiver<Arc<Sample>> {
         self.samples.subscribe()
+    }
+    fn sample(&self) -> Sample {
+        sample()
     }
     fn apply(&self, client: ClientId, changes: &[Change], written: &[Input]) -> u64 {
         self.applied
@@ -267,6 +272,27 @@ async fn a_lost_cycle_does_not_move_the_ones_after_it() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn data_never_stops_for_a_second_while_started_even_if_no_cycle_comes() {
+    let controller = Fake::new();
+    let mut rig = connect(&controller, &Owners::default(), 1, 4096);
+    rig.outputs(250.0, "timestamp").await;
+    rig.outputs(0.1, "timestamp").await;
+    assert_eq!(rig.ask(letter::START, &[]).await, [1]);
+    let start = Instant::now();
+    for repetition in 1..=4 {
+        assert_eq!(rig.receive().await.1[0], 1);
+        assert_eq!(rig.receive().await.1[0], 2);
+        assert_eq!(start.elapsed().as_millis(), 500 * repetition);
+        // Whatever the client says meanwhile.
+        rig.send(letter::TEXT, b"\x02hi\x03app\x03").await;
+    }
+    assert_eq!(rig.ask(letter::PAUSE, &[]).await, [1]);
+    rig.nothing().await;
+    tokio::time::sleep(Duration::from_secs(2)).await;
+    rig.nothing().await;
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_rate_close_to_zero_sends_once_and_no_more() {
     let controller = Fake::new();
     let mut rig = connect(&controller, &Owners::default(), 1, 64 * 1024);
@@ -358,6 +384,9 @@ async fn inputs_are_applied_while_paused_and_wrong_packages_are_told() {
         rig.send(letter::DATA, payload).await;
         assert_eq!(rig.text().await, text);
     }
+    rig.send(letter::TEXT, b"\x05hi").await;
+    let sentence = "a text message is two texts with their lengths and a level";
+    assert_eq!(rig.text().await, sentence);
     rig.send(b'?', &[]).await;
     assert_eq!(rig.text().await, "packets of type 63 are not known");
     assert_eq!(rig.ask(letter::PROTOCOL, &[0, 2]).await, [0]);

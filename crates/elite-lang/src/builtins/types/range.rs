@@ -1,0 +1,149 @@
+//! `range` and `slice`.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use num_bigint::BigInt;
+
+use super::{constructor, methods, wrong_receiver};
+use crate::eval::{Core, Evaluator};
+use crate::value::int::Int;
+use crate::value::iter::{LibraryIterator, NativeIter};
+use crate::value::{Iter, LongRange, R, Range, Slice, Value};
+
+pub(super) fn install(core: &Rc<Core>) {
+    let types = &core.types;
+    constructor(core, &types.range, "start stop? step? /", range);
+    constructor(core, &types.slice, "start stop? step? /", slice);
+    methods(
+        core,
+        &types.range,
+        &[("count", "value /", count), ("index", "value /", index)],
+    );
+    methods(core, &types.slice, &[("indices", "length /", indices)]);
+}
+
+fn range(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let first = ev.to_int(&args[0])?;
+    let (start, stop) = match args[1].given() {
+        Some(stop) => (first, ev.to_int(stop)?),
+        None => (Int::Small(0), first),
+    };
+    let step = match args[2].given() {
+        Some(step) => ev.to_int(step)?,
+        None => Int::Small(1),
+    };
+    if step.is_zero() {
+        return Err(ev.value_error("range() arg 3 must not be zero"));
+    }
+    if let (Int::Small(start), Int::Small(stop), Int::Small(step)) = (&start, &stop, &step) {
+        let (start, stop, step) = (*start, *stop, *step);
+        if let Some(range) = Range::new(start, stop, step) {
+            return Ok(Value::Range(Rc::new(range)));
+        }
+    }
+    Ok(Value::range(start.to_big(), stop.to_big(), step.to_big()))
+}
+
+/// Counts through a range whose numbers may leave 64 bits.
+struct LongRangeIterator {
+    next: RefCell<BigInt>,
+    step: BigInt,
+    left: RefCell<BigInt>,
+}
+
+impl LibraryIterator for LongRangeIterator {
+    fn next(&self, _: &Evaluator<'_>) -> R<Option<Value>> {
+        let mut left = self.left.borrow_mut();
+        if *left == BigInt::ZERO {
+            return Ok(None);
+        }
+        *left -= 1;
+        let mut next = self.next.borrow_mut();
+        let following = &*next + &self.step;
+        Ok(Some(Value::bigint(std::mem::replace(
+            &mut *next, following,
+        ))))
+    }
+}
+
+/// An iterator over a range whose numbers may leave 64 bits.
+pub fn long_range_iterator(ev: &Evaluator<'_>, range: &LongRange) -> Iter {
+    Iter::Native(NativeIter::new(
+        ev.core.types.longrange_iterator.clone(),
+        LongRangeIterator {
+            next: RefCell::new(range.start.clone()),
+            step: range.step.clone(),
+            left: RefCell::new(range.len().clone()),
+        },
+    ))
+}
+
+fn position(range: &Value, int: &Int) -> Option<BigInt> {
+    match (range, int) {
+        (Value::Range(range), Int::Small(value)) => range.position(*value).map(BigInt::from),
+        (Value::LongRange(range), value) => range.position(&value.to_big()),
+        _ => None,
+    }
+}
+
+fn count(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    if let Some(int) = Int::of(&args[1]) {
+        return Ok(Value::Int(i64::from(position(&args[0], &int).is_some())));
+    }
+    let (items, mut count) = (ev.iter(&args[0])?, 0);
+    while let Some(item) = ev.next(&items)? {
+        count += i64::from(ev.equal(&item, &args[1])?);
+        ev.safepoint()?;
+    }
+    Ok(Value::Int(count))
+}
+
+fn index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    if let Some(int) = Int::of(&args[1]) {
+        return match position(&args[0], &int) {
+            Some(position) => Ok(Value::bigint(position)),
+            None => Err(ev.value_error(format!("{} is not in range", ev.repr(&args[1])?))),
+        };
+    }
+    let (items, mut index) = (ev.iter(&args[0])?, 0);
+    while let Some(item) = ev.next(&items)? {
+        if ev.equal(&item, &args[1])? {
+            return Ok(Value::Int(index));
+        }
+        index += 1;
+        ev.safepoint()?;
+    }
+    Err(ev.value_error("sequence.index(x): x not in sequence"))
+}
+
+fn slice(_: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let given = |value: &Value| value.given().cloned().unwrap_or(Value::None);
+    let slice = match args[1].given() {
+        Some(stop) => Slice {
+            start: args[0].clone(),
+            stop: stop.clone(),
+            step: given(&args[2]),
+        },
+        None => Slice {
+            start: Value::None,
+            stop: args[0].clone(),
+            step: Value::None,
+        },
+    };
+    Ok(Value::Slice(Rc::new(slice)))
+}
+
+fn indices(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let Value::Slice(slice) = &args[0] else {
+        return Err(wrong_receiver(ev, "slice", &args[0]));
+    };
+    let length = usize::try_from(ev.index(&args[1])?);
+    let length = length.map_err(|_| ev.value_error("length should not be negative"))?;
+    let bounds = ev.bounds(slice, length)?;
+    Ok(Value::tuple(
+        [bounds.start, bounds.stop, bounds.step]
+            .map(Value::Int)
+            .to_vec(),
+    ))
+}

@@ -1,0 +1,182 @@
+//! `itertools`: iterators that share what they have read: `tee` and `groupby`.
+//!
+//! What is shared lies in lists of the language, so that references are counted and cycles are found.
+
+use std::cell::Cell;
+use std::rc::Rc;
+
+use super::{Steps, lazy, note};
+use crate::eval::Evaluator;
+use crate::stdlib::define::{Builder, Entry};
+use crate::value::iter::NativeIter;
+use crate::value::{Iter, List, R, Value};
+
+pub(super) const CLASSES: &[Entry] = &[
+    ("groupby", "iterable key?", groupby),
+    ("_tee", "iterable /", |ev, args| {
+        let source = ev.iter(&args[0])?;
+        branch(ev, source, Value::list(Vec::new()))
+    }),
+];
+
+pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+    module.iterator_class("_grouper", None);
+    module.functions(&[("tee", "iterable n? /", tee)]);
+    let class = crate::stdlib::define::native_class(module.ev, "itertools._tee")?;
+    module.method(&class, "__copy__", "", |ev, args| {
+        let (source, node) = parts(&args[0]);
+        branch(ev, source, node)
+    });
+    Ok(())
+}
+
+/// A branch of a `tee`: the source, and the place in a chain of `[value, rest]`, which ends with an empty list where
+/// nobody has read further.
+fn branch(ev: &Evaluator<'_>, source: Value, node: Value) -> R {
+    lazy(ev, "itertools._tee", vec![source, node], (), |ev, own| {
+        let Value::List(node) = own.get(1) else {
+            return Ok(None);
+        };
+        if node.is_empty() {
+            let Some(value) = own.step(ev, 0)? else {
+                return Ok(None);
+            };
+            // Another branch may have read while the source was stepped.
+            if node.is_empty() {
+                note(ev, &node);
+                node.push(value);
+                node.push(Value::list(Vec::new()));
+                ev.check_memory()?;
+            }
+        }
+        own.set(1, node.get(1).unwrap_or_default());
+        Ok(node.get(0))
+    })
+}
+
+/// What a branch holds.
+fn parts(value: &Value) -> (Value, Value) {
+    let mut held = Vec::new();
+    if let Value::Iter(iter) = value
+        && let Iter::Native(NativeIter { steps, .. }) = &**iter
+    {
+        steps.visit(&mut |value| held.push(value.clone()));
+    }
+    let node = held.pop().unwrap_or_default();
+    (held.pop().unwrap_or_default(), node)
+}
+
+fn tee(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let count = match args[1].given() {
+        Some(n) => ev.index(n)?,
+        None => 2,
+    };
+    let Ok(count) = usize::try_from(count) else {
+        return Err(ev.value_error("n must be >= 0"));
+    };
+    ev.check_allocation(count.saturating_mul(8 * size_of::<Value>()))?;
+    let iterator = ev.iter(&args[0])?;
+    let (mut source, mut node) = (iterator.clone(), Value::list(Vec::new()));
+    // A branch of another `tee` is the first of the new ones, and the others share what it has read.
+    let shared = &*ev.core.types.name_of(&iterator) == "itertools._tee";
+    if shared {
+        (source, node) = parts(&iterator);
+    }
+    let mut branches = Vec::with_capacity(count);
+    if shared && count > 0 {
+        branches.push(iterator);
+    }
+    while branches.len() < count {
+        branches.push(branch(ev, source.clone(), node.clone())?);
+    }
+    Ok(Value::tuple(branches))
+}
+
+/// Places in the list `groupby` shares with its groups.
+const SOURCE: usize = 0;
+const KEY: usize = 1;
+const TARGET: usize = 2;
+const CURRENT_KEY: usize = 3;
+const CURRENT: usize = 4;
+
+fn put(list: &Rc<List>, index: usize, value: Value) {
+    let old = match list.borrow_mut().get_mut(index) {
+        Some(place) => std::mem::replace(place, value),
+        None => value,
+    };
+    drop(old);
+}
+
+/// Reads the next value and its key; whether there is one.
+fn advance(ev: &Evaluator<'_>, shared: &Rc<List>) -> R<bool> {
+    let at = |index| shared.get(index).unwrap_or_default();
+    let source = at(SOURCE);
+    if source.is_unbound() {
+        return Ok(false);
+    }
+    let Some(value) = ev.next(&source)? else {
+        return Ok(false);
+    };
+    let key = match at(KEY) {
+        Value::None => value.clone(),
+        function => ev.call1(&function, value.clone())?,
+    };
+    put(shared, CURRENT, value);
+    put(shared, CURRENT_KEY, key);
+    Ok(true)
+}
+
+/// As CPython's itertoolsmodule.c has it.
+fn groupby(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let key = args[1].given().cloned().unwrap_or(Value::None);
+    let none = Value::default;
+    let shared = Value::list(vec![ev.iter(&args[0])?, key, none(), none(), none()]);
+    if let Value::List(shared) = &shared {
+        note(ev, shared);
+    }
+    let group = Rc::new(Cell::new(0u64));
+    lazy(ev, "itertools.groupby", vec![shared], group, |ev, own| {
+        let Value::List(shared) = own.get(0) else {
+            return Ok(None);
+        };
+        own.state.set(own.state.get() + 1);
+        loop {
+            let at = |index| shared.get(index).unwrap_or_default();
+            let (current, target) = (at(CURRENT_KEY), at(TARGET));
+            if !current.is_unbound() && (target.is_unbound() || !ev.equal(&target, &current)?) {
+                break;
+            }
+            if !advance(ev, &shared)? {
+                return Ok(None);
+            }
+            ev.safepoint()?;
+        }
+        let key = shared.get(CURRENT_KEY).unwrap_or_default();
+        put(&shared, TARGET, key.clone());
+        let state = (own.state.clone(), own.state.get());
+        let held = vec![Value::List(shared), key.clone()];
+        let members = lazy(ev, "itertools._grouper", held, state, grouper_next)?;
+        Ok(Some(Value::tuple(vec![key, members])))
+    })
+}
+
+fn grouper_next(ev: &Evaluator<'_>, own: &Steps<(Rc<Cell<u64>>, u64)>) -> R<Option<Value>> {
+    let Value::List(shared) = own.get(0) else {
+        return Ok(None);
+    };
+    let (current, number) = &own.state;
+    if current.get() != *number {
+        return Ok(None);
+    }
+    let at = |index| shared.get(index).unwrap_or_default();
+    if at(CURRENT).is_unbound() && !advance(ev, &shared)? {
+        return Ok(None);
+    }
+    if !ev.equal(&own.get(1), &at(CURRENT_KEY))? {
+        return Ok(None);
+    }
+    let value = at(CURRENT);
+    put(&shared, CURRENT, Value::Unbound);
+    put(&shared, CURRENT_KEY, Value::Unbound);
+    Ok(Some(value))
+}

@@ -1,0 +1,98 @@
+//! The thread or timeline that moves time, and the pump that carries events from there to whoever waits for them.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
+use std::thread::{self, JoinHandle, Thread};
+use std::time::Duration;
+
+use elite_runtime::Robot;
+use motion::Cycle;
+use motion::realtime::{MotionThread, RealTimeline, RealtimeOptions};
+use motion::virtual_time::{IdlePacer, VirtualTimeline};
+use motion_api::Timeline;
+
+use super::StartError;
+use crate::announce::Console;
+use crate::options::ClockChoice;
+
+/// How often the pump looks for events when no motion thread wakes it (virtual clock, nothing running).
+const IDLE_PUMP: Duration = Duration::from_millis(2);
+
+/// What moves time.
+pub(super) enum Clock {
+    Real(MotionThread),
+    Virtual(Option<IdlePacer>),
+}
+
+/// Starts the clock; under the real one the `pump` is woken after each cycle.
+pub(super) fn start_clock(
+    choice: ClockChoice,
+    console: Console,
+    cycle: Cycle,
+    pump: Thread,
+) -> Result<(Clock, Arc<dyn Timeline>), StartError> {
+    match choice {
+        ClockChoice::Realtime => {
+            let options = RealtimeOptions {
+                wake: vec![pump],
+                ..RealtimeOptions::default()
+            };
+            let thread = MotionThread::start(cycle, options)?;
+            for warning in thread.warnings() {
+                tracing::warn!("{warning}");
+            }
+            Ok((Clock::Real(thread), Arc::new(RealTimeline)))
+        }
+        ClockChoice::Virtual => {
+            let timeline = Arc::new(VirtualTimeline::new(cycle, Vec::new())?);
+            // `run` has exactly one task; before and after it nothing needs time to pass.
+            let pacer = match console {
+                Console::Log => Some(IdlePacer::start(timeline.clone())?),
+                Console::Stdout => None,
+            };
+            Ok((Clock::Virtual(pacer), timeline))
+        }
+    }
+}
+
+/// The thread that carries events from the motion thread to whoever waits for them.
+pub(super) struct Pump {
+    thread: JoinHandle<()>,
+    ending: Arc<AtomicBool>,
+}
+
+impl Pump {
+    /// Starts the thread; it begins once it is given the robot.
+    pub(super) fn start() -> io::Result<(Self, mpsc::Sender<Arc<Robot>>)> {
+        let ending = Arc::new(AtomicBool::new(false));
+        let (sender, receiver) = mpsc::channel::<Arc<Robot>>();
+        let told = ending.clone();
+        let thread = thread::Builder::new()
+            .name("pump".to_owned())
+            .spawn(move || {
+                let Ok(robot) = receiver.recv() else { return };
+                while !told.load(Ordering::Acquire) {
+                    robot.pump();
+                    if robot.timeline().is_virtual() {
+                        thread::park_timeout(IDLE_PUMP);
+                    } else {
+                        thread::park();
+                    }
+                }
+            })?;
+        Ok((Self { thread, ending }, sender))
+    }
+
+    pub(super) fn thread(&self) -> Thread {
+        self.thread.thread().clone()
+    }
+
+    pub(super) fn stop(self) {
+        self.ending.store(true, Ordering::Release);
+        self.thread.thread().unpark();
+        // A panic of the pump was printed when it happened.
+        let _ = self.thread.join();
+    }
+}

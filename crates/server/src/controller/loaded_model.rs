@@ -1,0 +1,82 @@
+//! The arm that was chosen, and what a recording must keep to build it again.
+
+use kinematics::RobotModel;
+use recorder::Setup;
+
+use super::StartError;
+use crate::cell::Cell;
+use crate::config::RobotConfig;
+use crate::options::{ClockChoice, ModelChoice, PlantChoice};
+use crate::start_configuration;
+
+/// Simulated time zero of the virtual clock, ns since 1970: 2026-01-01T00:00:00Z.
+const VIRTUAL_EPOCH_NS: u64 = 1_767_225_600_000_000_000;
+
+/// A model with what the recording needs to build it again.
+pub(super) struct LoadedModel {
+    pub(super) model: RobotModel,
+    given: String,
+    urdf: Option<String>,
+}
+
+impl LoadedModel {
+    pub(super) fn open(choice: &ModelChoice) -> Result<Self, StartError> {
+        let given = choice.to_string();
+        let (model, urdf) = match choice {
+            ModelChoice::BuiltIn(name) => (RobotModel::built_in(name), None),
+            ModelChoice::Urdf(path) => {
+                let text =
+                    std::fs::read_to_string(path).map_err(|source| StartError::ModelFile {
+                        path: path.clone(),
+                        source,
+                    })?;
+                (RobotModel::from_urdf(&text), Some(text))
+            }
+        };
+        let model = model.map_err(|source| StartError::Model {
+            model: given.clone(),
+            source,
+        })?;
+        for warning in model.warnings() {
+            tracing::warn!("model {given}: {warning}");
+        }
+        Ok(Self { model, given, urdf })
+    }
+}
+
+/// How the controller is started, for the recording.
+pub(super) fn setup(
+    config: &RobotConfig,
+    loaded: &LoadedModel,
+    cell: Option<&Cell>,
+    powered_off: bool,
+) -> Setup {
+    let (clock, epoch_ns) = match config.clock {
+        ClockChoice::Virtual => ("virtual", VIRTUAL_EPOCH_NS),
+        ClockChoice::Realtime => ("realtime", unix_nanos()),
+    };
+    Setup {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        model: loaded.given.clone(),
+        urdf: loaded.urdf.clone(),
+        cell: cell.map(|cell| cell.text().to_owned()),
+        home: config.home,
+        tcp: config.tcp,
+        payload: config.payload,
+        step_time: config.step.as_secs(),
+        seed: config.seed,
+        plant: match config.plant {
+            PlantChoice::Rigid => start_configuration::RIGID.to_owned(),
+            PlantChoice::Ideal => start_configuration::IDEAL.to_owned(),
+        },
+        clock: clock.to_owned(),
+        powered_off,
+        epoch_ns,
+        part: 1,
+    }
+}
+
+fn unix_nanos() -> u64 {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    since.map_or(0, |d| u64::try_from(d.as_nanos()).unwrap_or(u64::MAX))
+}

@@ -1,0 +1,94 @@
+//! docs/RTSI.md is made from the declarations in the code; here it is checked, and with `UPDATE_DOCS=1` written. The
+//! client tests (tests/clients/test_rtsi.py) read it: a variable without a row in their table fails them.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::fmt::Write as _;
+use std::ops::Range;
+use std::path::Path;
+
+use server::ports::rtsi::codec::Kind;
+use server::ports::rtsi::inputs::Input;
+use server::ports::rtsi::outputs::Output;
+
+const HEAD: &str = "# Variables of RTSI (port 30004)
+
+Made from the code by `UPDATE_DOCS=1 cargo test -p server --test rtsi_docs`. Every variable has a row in the table of
+`tests/clients/test_rtsi.py`, which sets it from the arm, a script or a client and reads it back through a socket.
+";
+
+fn table(
+    out: &mut String,
+    named: impl Iterator<Item = (&'static str, Kind)>,
+    numbered: impl Iterator<Item = (&'static str, Range<u8>, Kind)>,
+) {
+    out.push_str("\n| variable | type |\n|---|---|\n");
+    for (name, kind) in named {
+        writeln!(out, "| `{name}` | {} |", kind.name()).unwrap();
+    }
+    for (group, numbers, kind) in numbered {
+        let (first, last) = (numbers.start, numbers.end - 1);
+        writeln!(
+            out,
+            "| `{group}{first}` to `{group}{last}` | {} |",
+            kind.name()
+        )
+        .unwrap();
+    }
+}
+
+fn page() -> String {
+    let mut page = HEAD.to_owned();
+    page.push_str("\n## Outputs: what clients read\n");
+    table(
+        &mut page,
+        Output::named().map(|(name, output)| (name, output.kind())),
+        Output::numbered().map(|(group, numbers, first)| (group, numbers, first.kind())),
+    );
+    page.push_str("\n## Inputs: what clients write\n");
+    table(
+        &mut page,
+        Input::named().map(|(name, input)| (name, input.kind())),
+        Input::numbered().map(|(group, numbers, first)| (group, numbers, first.kind())),
+    );
+    page
+}
+
+#[test]
+fn the_page_of_variables_is_current() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/RTSI.md");
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        std::fs::write(&path, page()).unwrap();
+    }
+    let written = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(
+        written == page(),
+        "docs/RTSI.md is not what the code says: run this test with UPDATE_DOCS=1"
+    );
+}
+
+#[test]
+fn every_name_of_the_page_is_found_by_that_name() {
+    for (name, output) in Output::named() {
+        assert_eq!(Output::by_name(name).unwrap().kind(), output.kind());
+    }
+    for (group, numbers, first) in Output::numbered() {
+        for number in numbers {
+            let found = Output::by_name(&format!("{group}{number}")).unwrap();
+            assert_eq!(found.kind(), first.kind());
+        }
+    }
+    for (name, input) in Input::named() {
+        assert_eq!(
+            (Input::by_name(name), input.name()),
+            (Some(input), name.to_owned())
+        );
+    }
+    for (group, numbers, first) in Input::numbered() {
+        for number in numbers {
+            let name = format!("{group}{number}");
+            let found = Input::by_name(&name).unwrap();
+            assert_eq!((found.kind(), found.name()), (first.kind(), name));
+        }
+    }
+}
