@@ -530,6 +530,29 @@ class Sessions(unittest.TestCase):
                 rtsi.read()
                 rtsi.close()
 
+    def test_recipes_are_set_up_while_data_flows(self):
+        with Server() as server:
+            rtsi = Rtsi(server.ports["rtsi"])
+            rtsi.set_up_outputs(["timestamp"])
+            rtsi.start()
+            for number in range(2, 12):
+                start = time.monotonic()
+                if number % 2:
+                    recipe = rtsi.set_up_outputs(["robot_mode", "timestamp"], 125)
+                else:
+                    recipe = rtsi.set_up_inputs([f"input_int_register{number}"])
+                    rtsi.write(recipe, {f"input_int_register{number}": number})
+                self.assertLess(time.monotonic() - start, 1)
+                self.assertEqual(recipe.number, number, "recipes of both kinds are counted together")
+            rtsi.start()  # again: nothing to complain about
+            seen = set()
+            end = time.monotonic() + 5
+            while len(seen) < len(rtsi.outputs):
+                self.assertLess(time.monotonic(), end, f"{seen}")
+                letter, payload = rtsi.packet()
+                self.assertEqual(letter, "U")
+                seen.add(payload[0])
+
     def test_an_input_written_while_paused_is_there_after_the_next_start(self):
         with Server() as server:
             rtsi = Rtsi(server.ports["rtsi"])
