@@ -104,9 +104,18 @@ fn scripts_can_watch_every_input_and_nothing_else() {
         assert!(is_rtsi_input(&name), "{name}");
     }
     for (name, _) in Output::named() {
-        assert_eq!(is_rtsi_input(name), Input::by_name(name).is_some(), "{name}");
+        assert_eq!(
+            is_rtsi_input(name),
+            Input::by_name(name).is_some(),
+            "{name}"
+        );
     }
-    for name in ["input_int_register48", "input_bit_register63", "output_int_register0", "rtsi"] {
+    for name in [
+        "input_int_register48",
+        "input_bit_register63",
+        "output_int_register0",
+        "rtsi",
+    ] {
         assert!(!is_rtsi_input(name), "{name}");
     }
 }
