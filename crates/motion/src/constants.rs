@@ -162,6 +162,8 @@ pub const BLEND_ENTRIES: [f64; 7] = [1.0, 0.86, 0.74, 0.64, 0.5, 0.37, 0.25];
 pub const BLEND_ENTRIES_PER_CYCLE: usize = 2;
 /// See [`BLEND_ENTRIES`]: at most this share of the way that is left, so that the entry lies ahead of the arm.
 pub const LATEST_ENTRY: f64 = 0.97;
+/// See [`BLEND_ENTRIES`]: a place that would have to be moved on to less than this share is passed.
+pub const PASSED_ENTRY: f64 = 0.75;
 
 /// A joint that would turn by more than this on a metre of the line counts as singular, rad/m: at the joint's full speed
 /// the TCP would crawl at 3 mm/s.

@@ -88,14 +88,27 @@ fn print(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         }
     }
     text.push_str(&end);
-    match args.keyword(known::FILE) {
-        None | Some(Value::None) => ev.print(&text),
+    let file = match args.keyword(known::FILE) {
+        None | Some(Value::None) => redirected(ev),
+        Some(file) => Some(file.clone()),
+    };
+    match file {
+        None => ev.print(&text),
         Some(file) => {
-            let write = ev.attribute(file, ev.core.symbols.intern("write"))?;
+            let write = ev.attribute(&file, ev.core.symbols.intern("write"))?;
             ev.call1(&write, Value::str(text))?;
         }
     }
     Ok(Value::None)
+}
+
+/// What a program has put in the place of `sys.stdout`.
+fn redirected(ev: &Evaluator<'_>) -> Option<Value> {
+    let modules = ev.core.modules.borrow();
+    let sys = modules.iter().find(|module| &*module.name == "sys")?;
+    let get = |name| sys.namespace.get(ev.core.symbols.intern(name));
+    let (now, own) = (get("stdout")?, get("__stdout__")?);
+    (!now.is(&own)).then_some(now)
 }
 
 fn all(ev: &Evaluator<'_>, args: &mut [Value]) -> R {

@@ -42,9 +42,6 @@ impl Spec {
     /// Parses a specification for a value of type `type_name`; the error is the message of a `ValueError`.
     pub fn parse(text: &str, type_name: &str) -> Result<Self, String> {
         let numeric = type_name != "str";
-        let invalid =
-            || format!("Invalid format specifier '{text}' for object of type '{type_name}'");
-        let chars: Vec<char> = text.chars().collect();
         let mut spec = Spec {
             fill: ' ',
             align: None,
@@ -56,75 +53,71 @@ impl Spec {
             precision: None,
             kind: None,
         };
-        let is_align = |c: &char| matches!(c, '<' | '>' | '=' | '^');
-        let mut at = 0;
-        let mut filled = false;
-        if chars.get(1).is_some_and(is_align) {
-            (spec.fill, spec.align, at) = (chars[0], Some(chars[1]), 2);
-            filled = true;
-        } else if chars.first().is_some_and(is_align) {
-            (spec.align, at) = (Some(chars[0]), 1);
+        let is_align = |c: char| matches!(c, '<' | '>' | '=' | '^');
+        let mut rest = text;
+        let mut chars = text.chars();
+        let (first, second) = (chars.next(), chars.next());
+        let filled = second.is_some_and(is_align);
+        if let (Some(fill), true) = (first, filled) {
+            (spec.fill, spec.align, rest) = (fill, second, chars.as_str());
+        } else if first.is_some_and(is_align) {
+            (spec.align, rest) = (first, &text[1..]);
         }
-        if let Some(sign @ ('+' | '-' | ' ')) = chars.get(at) {
-            spec.sign = *sign;
-            at += 1;
-        }
-        let flag = |c: char, at: &mut usize| {
-            let found = chars.get(*at) == Some(&c);
-            *at += usize::from(found);
-            found
-        };
-        spec.no_negative_zero = flag('z', &mut at);
-        spec.alternate = flag('#', &mut at);
-        if !filled && flag('0', &mut at) {
+        spec.sign = flag(&mut rest, |c| matches!(c, '+' | '-' | ' ')).unwrap_or('-');
+        spec.no_negative_zero = flag(&mut rest, |c| c == 'z').is_some();
+        spec.alternate = flag(&mut rest, |c| c == '#').is_some();
+        if !filled && flag(&mut rest, |c| c == '0').is_some() {
             spec.fill = '0';
             if numeric {
                 spec.align.get_or_insert('=');
             }
         }
-        let number = |at: &mut usize| -> Result<Option<usize>, String> {
-            let start = *at;
-            let mut value = 0usize;
-            while let Some(digit) = chars.get(*at).and_then(|c| c.to_digit(10)) {
-                value = value.saturating_mul(10).saturating_add(digit as usize);
-                *at += 1;
-            }
-            if value > SIZE_MAX {
-                return Err("Too many decimal digits in format string".to_owned());
-            }
-            Ok((*at > start).then_some(value))
-        };
-        spec.width = number(&mut at)?.unwrap_or(0);
-        if let Some(grouping @ (',' | '_')) = chars.get(at) {
-            spec.grouping = Some(*grouping);
-            at += 1;
-            if let Some(',' | '_') = chars.get(at) {
-                return Err("Cannot specify both ',' and '_'.".to_owned());
-            }
+        spec.width = number(&mut rest)?.unwrap_or(0);
+        spec.grouping = flag(&mut rest, |c| matches!(c, ',' | '_'));
+        if spec.grouping.is_some() && rest.starts_with([',', '_']) {
+            return Err("Cannot specify both ',' and '_'.".to_owned());
         }
-        if chars.get(at) == Some(&'.') {
-            at += 1;
-            spec.precision = number(&mut at)?;
+        if flag(&mut rest, |c| c == '.').is_some() {
+            spec.precision = number(&mut rest)?;
             if spec.precision.is_none() {
                 return Err("Format specifier missing precision".to_owned());
             }
         }
-        if let Some(kind) = chars.get(at) {
-            spec.kind = Some(*kind);
-            at += 1;
+        spec.kind = flag(&mut rest, |_| true);
+        if !rest.is_empty() {
+            return Err(format!(
+                "Invalid format specifier '{text}' for object of type '{type_name}'"
+            ));
         }
         if let (Some(grouping), Some(kind)) = (spec.grouping, spec.kind)
-            && at == chars.len()
             && !"deEfFgG%".contains(kind)
             && !(grouping == '_' && "boxX".contains(kind))
         {
             return Err(format!("Cannot specify '{grouping}' with '{kind}'."));
         }
-        if at != chars.len() {
-            Err(invalid())
-        } else {
-            Ok(spec)
-        }
+        Ok(spec)
+    }
+}
+
+/// Takes the next character of a specification, if it is one that `is` means.
+fn flag(rest: &mut &str, is: impl Fn(char) -> bool) -> Option<char> {
+    let c = rest.chars().next().filter(|c| is(*c))?;
+    *rest = &rest[c.len_utf8()..];
+    Some(c)
+}
+
+/// Takes a number of a specification, if there is one.
+fn number(rest: &mut &str) -> Result<Option<usize>, String> {
+    let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+    let (number, after) = rest.split_at(digits);
+    *rest = after;
+    if number.is_empty() {
+        return Ok(None);
+    }
+    // Too long for the type is too big as well.
+    match number.parse::<usize>() {
+        Ok(value) if value <= SIZE_MAX => Ok(Some(value)),
+        _ => Err("Too many decimal digits in format string".to_owned()),
     }
 }
 
@@ -180,6 +173,10 @@ fn text(text: &str, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> 
     if let Some(message) = refused {
         return Err(ev.value_error(message));
     }
+    if spec.width == 0 && spec.precision.is_none() {
+        out.push_str(text);
+        return Ok(());
+    }
     let cut: String;
     let shown = match spec.precision {
         Some(precision) if precision < text.chars().count() => {
@@ -198,6 +195,14 @@ fn text(text: &str, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> 
 
 fn integer(int: &Int, spec: &Spec, type_name: &str, ev: &Evaluator<'_>, out: &mut String) -> R<()> {
     let kind = spec.kind.unwrap_or('d');
+    if let (Int::Small(small), 'd', None, None) = (int, kind, spec.grouping, spec.precision) {
+        let start = out.len();
+        let sign = sign_of(*small < 0, spec);
+        out.push_str(sign);
+        push_digits(small.unsigned_abs(), 1, out);
+        fill_up(start, sign.len(), spec, out);
+        return Ok(());
+    }
     if "eEfFgG%".contains(kind) {
         return real(ev.int_to_f64(int)?, spec, "int", ev, out);
     }
@@ -219,7 +224,8 @@ fn integer(int: &Int, spec: &Spec, type_name: &str, ev: &Evaluator<'_>, out: &mu
     let every = if kind == 'd' { 3 } else { 4 };
     let sign = sign_of(int.is_negative(), spec);
     let prefix = if spec.alternate { prefix } else { "" };
-    number(&format!("{sign}{prefix}"), &digits, "", every, spec, out);
+    let sign = format!("{sign}{prefix}");
+    grouped_number(&sign, &digits, "", every, spec, out);
     Ok(())
 }
 
@@ -286,6 +292,24 @@ fn sign_of(negative: bool, spec: &Spec) -> &'static str {
 }
 
 fn real(value: f64, spec: &Spec, type_name: &str, ev: &Evaluator<'_>, out: &mut String) -> R<()> {
+    if spec.grouping.is_none() && !spec.no_negative_zero {
+        let start = out.len();
+        let sign = sign_of(value.is_sign_negative() && !value.is_nan(), spec);
+        out.push_str(sign);
+        match (spec.kind, spec.precision) {
+            (Some('f'), precision) => {
+                float::push_fixed(value.abs(), precision.unwrap_or(6), spec.alternate, out);
+            }
+            (None, None) => float::push_repr(value.abs(), out),
+            _ => {
+                let (body, tail) = real_body(value.abs(), spec, type_name, ev)?;
+                out.push_str(&body);
+                out.push_str(tail);
+            }
+        }
+        fill_up(start, sign.len(), spec, out);
+        return Ok(());
+    }
     let (body, tail) = real_body(value.abs(), spec, type_name, ev)?;
     let mut negative = value.is_sign_negative() && !value.is_nan();
     if spec.no_negative_zero && !body.contains(|c: char| ('1'..='9').contains(&c)) {
@@ -299,7 +323,7 @@ fn real(value: f64, spec: &Spec, type_name: &str, ev: &Evaluator<'_>, out: &mut 
         ..spec.clone()
     };
     let spec = if finite { spec } else { &spec_without_grouping };
-    number(
+    grouped_number(
         sign_of(negative, spec),
         digits,
         &format!("{fraction}{tail}"),
@@ -390,24 +414,76 @@ fn complex(re: f64, im: f64, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) 
 }
 
 /// Appends sign, digits (grouped) and the rest, padded to the width.
-fn number(sign: &str, digits: &str, rest: &str, every: usize, spec: &Spec, out: &mut String) {
-    let align = spec.align.unwrap_or('>');
-    let Some(separator) = spec.grouping else {
-        let mut body = String::with_capacity(digits.len() + rest.len());
-        body.push_str(digits);
-        body.push_str(rest);
-        return pad(sign, &body, align, spec, out);
-    };
-    let mut digits = digits.to_owned();
-    if align == '=' && spec.fill == '0' {
-        // Zeros that fill the width are grouped, too.
-        let wanted = spec.width.saturating_sub(sign.len() + rest.len());
-        while grouped_length(digits.len(), every) < wanted {
-            digits.insert(0, '0');
+fn grouped_number(
+    sign: &str,
+    digits: &str,
+    rest: &str,
+    every: usize,
+    spec: &Spec,
+    out: &mut String,
+) {
+    let start = out.len();
+    out.push_str(sign);
+    match spec.grouping {
+        None => out.push_str(digits),
+        Some(separator) => {
+            let mut digits = digits.to_owned();
+            if spec.align.unwrap_or('>') == '=' && spec.fill == '0' {
+                // Zeros that fill the width are grouped, too.
+                let wanted = spec.width.saturating_sub(sign.len() + rest.len());
+                while grouped_length(digits.len(), every) < wanted {
+                    digits.insert(0, '0');
+                }
+            }
+            out.push_str(&grouped(&digits, separator, every));
         }
     }
-    let body = format!("{}{rest}", grouped(&digits, separator, every));
-    pad(sign, &body, align, spec, out);
+    out.push_str(rest);
+    fill_up(start, sign.len(), spec, out);
+}
+
+/// Appends a number in decimal, with at least so many digits.
+pub fn push_digits(number: u64, least: usize, out: &mut String) {
+    let mut digits = [b'0'; 20];
+    let mut at = digits.len();
+    let mut rest = number;
+    while rest > 0 {
+        at -= 1;
+        digits[at] = b'0' + (rest % 10) as u8;
+        rest /= 10;
+    }
+    let at = at.min(digits.len() - least.min(digits.len()));
+    out.push_str(std::str::from_utf8(&digits[at..]).unwrap_or_default());
+}
+
+/// Fills a number that was appended at byte `start`, with a sign of `sign` bytes, up to the width.
+fn fill_up(start: usize, sign: usize, spec: &Spec, out: &mut String) {
+    if spec.width == 0 {
+        return;
+    }
+    let missing = spec.width.saturating_sub(out[start..].chars().count());
+    if missing == 0 {
+        return;
+    }
+    let mut fill = |at: usize, count: usize| {
+        if at > out.len() {
+            out.extend(std::iter::repeat_n(spec.fill, count));
+        } else {
+            out.insert_str(
+                at,
+                &std::iter::repeat_n(spec.fill, count).collect::<String>(),
+            );
+        }
+    };
+    match spec.align.unwrap_or('>') {
+        '<' => fill(usize::MAX, missing),
+        '=' => fill(start + sign, missing),
+        '^' => {
+            fill(start, missing / 2);
+            fill(usize::MAX, missing - missing / 2);
+        }
+        _ => fill(start, missing),
+    }
 }
 
 fn grouped_length(digits: usize, every: usize) -> usize {

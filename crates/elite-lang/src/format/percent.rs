@@ -20,7 +20,7 @@ struct Conversion {
 /// Where the values come from.
 struct Source<'v> {
     mapping: Option<&'v Value>,
-    items: Vec<Value>,
+    items: &'v [Value],
     next: usize,
     /// A key has been used: the mapping is no argument of its own any more.
     keyed: bool,
@@ -58,7 +58,7 @@ impl Evaluator<'_> {
         let mut source = match args {
             Value::Tuple(tuple) => Source {
                 mapping: None,
-                items: tuple.items().to_vec(),
+                items: tuple.items(),
                 next: 0,
                 keyed: false,
                 of_bytes: what == "bytes",
@@ -71,7 +71,7 @@ impl Evaluator<'_> {
                             || matches!(instance.extended(), Some(Value::Dict(_))));
                 Source {
                     mapping: is_mapping.then_some(other),
-                    items: vec![other.clone()],
+                    items: std::slice::from_ref(other),
                     next: 0,
                     keyed: false,
                     of_bytes: what == "bytes",
@@ -256,7 +256,10 @@ impl Evaluator<'_> {
             ..spec.clone()
         };
         match kind {
-            's' | 'b' => text(&self.str(value)?, &as_text, self, out),
+            's' | 'b' => match value {
+                Value::Str(value) => text(value.as_str(), &as_text, self, out),
+                other => text(&self.str(other)?, &as_text, self, out),
+            },
             'r' => text(&self.repr(value)?, &as_text, self, out),
             'a' => text(&self.ascii(value)?, &as_text, self, out),
             'c' => {

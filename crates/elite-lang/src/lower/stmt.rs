@@ -9,6 +9,7 @@ use crate::eval::expr::attribute::Cache;
 use crate::eval::stmt::assign::{
     Assign, AssignLocal, AssignPair, AugAttribute, AugItem, AugName, augmented_local,
 };
+use crate::eval::stmt::class_body::Annotate;
 use crate::eval::stmt::control::{Break, Continue, If, Return, ReturnNone};
 use crate::eval::stmt::handle::{Finally, Handler, Try};
 use crate::eval::stmt::handle_star::TryStar;
@@ -19,6 +20,7 @@ use crate::eval::stmt::with::With;
 use crate::eval::{Expr, Statement};
 use crate::resolve::Place;
 use crate::source::Span;
+use crate::value::Value;
 
 type Node = Box<dyn Statement>;
 
@@ -42,9 +44,15 @@ impl Lower<'_> {
             }
             StmtKind::Assign { targets, value } => self.assign(targets, value),
             StmtKind::AugAssign { target, op, value } => self.augmented(target, *op, value, span),
-            StmtKind::AnnAssign { target, value, .. } => {
-                let value = value.as_ref()?;
-                self.assign(std::slice::from_ref(target), value)
+            StmtKind::AnnAssign {
+                target,
+                annotation,
+                value,
+            } => {
+                let assigned = value
+                    .as_ref()
+                    .map(|value| self.assign(std::slice::from_ref(target), value));
+                return self.annotate(target, annotation, assigned);
             }
             StmtKind::Delete(targets) => Box::new(Delete(self.targets(targets))),
             StmtKind::Pass | StmtKind::Global(_) | StmtKind::Nonlocal(_) => return None,
@@ -124,6 +132,28 @@ impl Lower<'_> {
         }
     }
 
+    /// Keeps the annotation of a name of a class; those of other names have no effect.
+    fn annotate(
+        &mut self,
+        target: &ast::Expr,
+        annotation: &ast::Expr,
+        assign: Option<Node>,
+    ) -> Option<Node> {
+        let ExprKind::Name(name) = &target.kind else {
+            return assign;
+        };
+        let Place::Class(annotations) = self.place("__annotations__") else {
+            return assign;
+        };
+        Some(Box::new(Annotate {
+            assign,
+            annotations,
+            name: self.core.symbols.value(self.symbol(name)),
+            annotation: self.expr(annotation),
+            text: Value::str(self.file.slice(annotation.span)),
+        }))
+    }
+
     fn assign(&mut self, targets: &[ast::Expr], value: &ast::Expr) -> Node {
         if let [target] = targets {
             if let (ExprKind::Tuple(names), ExprKind::Tuple(values)) = (&target.kind, &value.kind)
@@ -139,7 +169,7 @@ impl Lower<'_> {
                 });
             }
             if let ExprKind::Name(name) = &target.kind
-                && let Place::Local(slot) | Place::Class(slot) = self.place(name)
+                && let Place::Local(slot) = self.place(name)
             {
                 return Box::new(AssignLocal {
                     slot,

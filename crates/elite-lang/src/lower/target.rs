@@ -3,6 +3,7 @@
 use super::Lower;
 use super::expr::keeps_locals;
 use crate::ast::{self, ExprKind};
+use crate::eval::stmt::class_body::ClassSlot;
 use crate::eval::stmt::loops::LoopTarget;
 use crate::eval::stmt::target::{
     AttributeTarget, ItemTarget, Shared, SharedTarget, Slot, Target, Unpack,
@@ -81,7 +82,8 @@ impl Lower<'_> {
 
     pub(super) fn name_target(&mut self, name: &str, span: Span) -> Box<dyn Target> {
         let place = match self.place(name) {
-            Place::Local(slot) | Place::Class(slot) => return Box::new(Slot { slot, span }),
+            Place::Local(slot) => return Box::new(Slot { slot, span }),
+            Place::Class(slot) => return Box::new(ClassSlot { slot, span }),
             Place::Cell(slot) => Shared::Cell(slot),
             Place::Free(index) => Shared::Free(index),
             Place::Global => {

@@ -319,8 +319,9 @@ impl Evaluator<'_> {
         }
     }
 
+    /// The error for an attribute that is not there, with a suggestion.
     #[cold]
-    fn attribute_error(&self, value: &Value, name: Symbol) -> Raised {
+    pub fn attribute_error(&self, value: &Value, name: Symbol) -> Raised {
         let name = self.core.symbols.name(name);
         let message = match value {
             Value::Class(class) => {
@@ -512,6 +513,10 @@ impl Evaluator<'_> {
                         .map(|_| ());
                 }
                 self.plain_delete_attribute(value, instance, name)
+            }
+            Value::Class(class) if class.meta_method(known::DELATTR).is_some() => {
+                let name = self.core.symbols.value(name);
+                self.special(value, known::DELATTR, &mut [name]).map(|_| ())
             }
             Value::Class(class) if class.is_script && class.remove(name) => Ok(()),
             Value::Module(module) if module.namespace.get(name).is_some() => {

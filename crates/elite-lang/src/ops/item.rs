@@ -367,7 +367,7 @@ impl Evaluator<'_> {
                 return Value::Str(text.clone());
             }
             let part = text.slice(bounds.start as usize, bounds.stop as usize);
-            return Value::Str(Rc::new(Str::counted(part.to_owned(), length)));
+            return Value::Str(Rc::new(Str::counted(part, length)));
         }
         let picked: String = if text.is_ascii() {
             bounds

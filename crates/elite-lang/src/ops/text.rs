@@ -13,7 +13,11 @@ impl Evaluator<'_> {
     pub fn str(&self, value: &Value) -> R<String> {
         match value {
             Value::Str(text) => Ok(text.as_str().to_owned()),
-            Value::Int(int) => Ok(int.to_string()),
+            Value::Int(int) => {
+                let mut text = String::with_capacity(20);
+                push_int(*int, &mut text);
+                Ok(text)
+            }
             Value::Instance(instance) => self.instance_str(value, instance),
             Value::Class(class) if class.meta_method(known::STR).is_some() => {
                 match self.special(value, known::STR, &mut [])? {
@@ -29,6 +33,7 @@ impl Evaluator<'_> {
     pub fn str_value(&self, value: &Value) -> R {
         match value {
             Value::Str(_) => Ok(value.clone()),
+            Value::Int(int @ 0..10) => Ok(self.core.ascii[b'0' as usize + *int as usize].clone()),
             other => self.str(other).map(Value::str),
         }
     }
@@ -394,11 +399,11 @@ impl Evaluator<'_> {
         let address = value.address().unwrap_or(0);
         Ok(match value {
             Value::Function(function) => {
-                format!("<function {} at {address:#x}>", function.code.qualname)
+                format!("<function {} at {address:#x}>", function.qualname())
             }
             Value::BoundMethod(method) => {
                 let name = match &method.function {
-                    Value::Function(function) => function.code.qualname.to_string(),
+                    Value::Function(function) => function.qualname().to_string(),
                     Value::Builtin(builtin) => {
                         let owner = self.core.types.name_of(&method.receiver);
                         return Ok(format!(
@@ -511,10 +516,11 @@ impl Evaluator<'_> {
             }
         }
         if spec.is_empty() {
-            if let Value::Str(text) = value {
-                out.push_str(text.as_str());
-            } else {
-                out.push_str(&self.str(value)?);
+            match value {
+                Value::Str(text) => out.push_str(text.as_str()),
+                Value::Int(int) => push_int(*int, out),
+                Value::Float(float) => crate::format::float::push_repr(*float, out),
+                other => out.push_str(&self.str(other)?),
             }
             return self.check_allocation(out.len());
         }
@@ -621,4 +627,12 @@ pub fn quote_bytes(data: &[u8], out: &mut String) {
         }
     }
     out.push(quote);
+}
+
+/// Appends an integer in decimal.
+fn push_int(int: i64, out: &mut String) {
+    if int < 0 {
+        out.push('-');
+    }
+    crate::format::push_digits(int.unsigned_abs(), 1, out);
 }

@@ -185,6 +185,12 @@ fn reversed(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             }
             backwards(ev, value)?
         }
+        Value::Class(class) if class.meta_method(known::REVERSED).is_some() => {
+            return match ev.special(value, known::REVERSED, &mut [])? {
+                Some(result) => Ok(result),
+                None => Err(not_reversible(ev, value)),
+            };
+        }
         other => return Err(not_reversible(ev, other)),
     };
     Ok(Value::Iter(Rc::new(iter)))

@@ -206,6 +206,10 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 /// An integer in text; None if it is none.
 fn parse_int(ev: &Evaluator<'_>, text: &str, base: u32) -> R<Option<Value>> {
     let trimmed = text.trim();
+    // The commonest: few digits, which always fit.
+    if base == 10 && trimmed.len() <= 18 && trimmed.bytes().all(|byte| byte.is_ascii_digit()) {
+        return Ok(trimmed.parse().ok().map(Value::Int));
+    }
     let (negative, digits) = match trimmed.strip_prefix('-') {
         Some(rest) => (true, rest),
         None => (false, trimmed.strip_prefix('+').unwrap_or(trimmed)),
@@ -301,6 +305,11 @@ fn float(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 /// A float in text, as `float` reads it.
 pub(crate) fn parse_float(text: &str) -> Option<f64> {
     let trimmed = text.trim();
+    // The commonest; what else the standard library reads are words.
+    let is_plain = |byte: u8| byte.is_ascii_digit() || b"+-.eE".contains(&byte);
+    if trimmed.bytes().all(is_plain) {
+        return trimmed.parse().ok();
+    }
     let unsigned = trimmed.trim_start_matches(['+', '-']);
     if trimmed.len() - unsigned.len() > 1 {
         return None;

@@ -2,6 +2,8 @@
 
 use std::rc::Rc;
 
+use compact_str::CompactString;
+
 use super::string::{receiver, text_argument};
 use super::{clamp_start, methods, raw_method};
 use crate::errors::ExceptionKind;
@@ -300,9 +302,10 @@ fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
                 parts.reverse();
                 return Ok(Value::list(parts.into_iter().map(Value::str).collect()));
             }
-            return Ok(Value::list(
-                text.splitn(parts, separator).map(Value::str).collect(),
-            ));
+            return Ok(Value::list(match one_byte(separator) {
+                Some(c) => text.splitn(parts, c).map(Value::str).collect(),
+                None => text.splitn(parts, separator).map(Value::str).collect(),
+            }));
         }
     };
     Ok(Value::list(parts.into_iter().map(Value::str).collect()))
@@ -363,16 +366,25 @@ fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(Value::list(lines))
 }
 
+/// A separator that is a single ASCII character, which is searched for much faster.
+fn one_byte(separator: &str) -> Option<char> {
+    match separator.as_bytes() {
+        [byte] => Some(char::from(*byte)),
+        _ => None,
+    }
+}
+
 fn partition(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
     let (text, separator) = (receiver(ev, &args[0])?, text_argument(ev, &args[1])?);
     if separator.is_empty() {
         return Err(ev.value_error("empty separator"));
     }
     let (text, separator) = (text.as_str(), separator.as_str());
-    let found = if from_right {
-        text.rfind(separator)
-    } else {
-        text.find(separator)
+    let found = match (from_right, one_byte(separator)) {
+        (false, Some(c)) => text.find(c),
+        (true, Some(c)) => text.rfind(c),
+        (false, None) => text.find(separator),
+        (true, None) => text.rfind(separator),
     };
     let parts = match (found, from_right) {
         (Some(at), _) => [&text[..at], separator, &text[at + separator.len()..]],
@@ -382,8 +394,41 @@ fn partition(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
     Ok(Value::triple(parts.map(Value::str)))
 }
 
+/// Texts with a separator between them; None if there is anything else among the items.
+fn join_texts(ev: &Evaluator<'_>, items: &[Value], separator: &Str) -> R<Option<Value>> {
+    let gaps = items.len().saturating_sub(1);
+    let mut bytes = separator.as_str().len().saturating_mul(gaps);
+    let mut chars = separator.len().saturating_mul(gaps);
+    for item in items {
+        let Value::Str(text) = item else {
+            return Ok(None);
+        };
+        bytes = bytes.saturating_add(text.as_str().len());
+        chars = chars.saturating_add(text.len());
+    }
+    ev.check_allocation(bytes)?;
+    let mut out = CompactString::with_capacity(bytes);
+    for (index, item) in items.iter().enumerate() {
+        if index > 0 {
+            out.push_str(separator.as_str());
+        }
+        if let Value::Str(text) = item {
+            out.push_str(text.as_str());
+        }
+    }
+    Ok(Some(Value::Str(Rc::new(Str::counted(out, chars)))))
+}
+
 fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let separator = receiver(ev, &args[0])?;
+    let joined = match &args[1] {
+        Value::List(list) => join_texts(ev, &list.borrow(), &separator)?,
+        Value::Tuple(tuple) => join_texts(ev, tuple.items(), &separator)?,
+        _ => None,
+    };
+    if let Some(joined) = joined {
+        return Ok(joined);
+    }
     let items = ev.collect(&args[1]).map_err(|raised| {
         if ev.is_kind(&raised, ExceptionKind::TypeError)
             && !matches!(args[1], Value::Instance(_) | Value::Generator(_))
@@ -516,6 +561,15 @@ fn count(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn affix(ev: &Evaluator<'_>, args: &[Value], method: &str, test: impl Fn(&str, &str) -> bool) -> R {
+    if let [
+        Value::Str(text),
+        Value::Str(part),
+        Value::Unbound,
+        Value::Unbound,
+    ] = args
+    {
+        return Ok(Value::Bool(test(text.as_str(), part.as_str())));
+    }
     let text = receiver(ev, &args[0])?;
     let slice = within(ev, &text, &args[2], &args[3])?.map(|(_, slice)| slice);
     let check = |part: &Value| -> R<bool> {
