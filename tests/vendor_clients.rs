@@ -31,6 +31,11 @@ fn dashboard_users_power_the_arm_and_play_tasks() {
 }
 
 #[test]
+fn what_dashboard_users_mistype_has_one_reply_and_no_effect() {
+    run("test_dashboard_input");
+}
+
+#[test]
 fn external_control_leads_the_arm_through_its_sockets() {
     run("test_external_control");
 }
@@ -48,6 +53,11 @@ fn primary_clients_see_live_states_and_send_programs() {
 #[test]
 fn every_port_tells_the_same_in_every_state() {
     run("test_states");
+}
+
+#[test]
+fn points_streamed_to_the_interpreter_lead_the_arm() {
+    run("test_interpreter");
 }
 
 #[test]

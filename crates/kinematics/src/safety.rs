@@ -16,6 +16,9 @@ pub const SAFETY_PLANES_MAX: usize = 8;
 /// Pairs of configurable inputs that can switch planes: CI0/1, CI2/3, CI4/5, CI6/7.
 pub const CI_PAIRS: usize = 4;
 
+/// Joint positions may lie outside their ranges by this, rad: what printing and reading them again leaves.
+pub const POSITION_SLACK: f64 = 1e-6;
+
 /// A safety setting that cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -344,7 +347,8 @@ impl SafetyBounds {
         None
     }
 
-    /// What keeps the arm from standing at `q`: a joint outside its range (first), or a plane.
+    /// What keeps the arm from standing at `q`: a joint outside its range (first; [`POSITION_SLACK`] is for rounding), or a
+    /// plane.
     pub fn violation_at(
         &self,
         model: &RobotModel,
@@ -353,7 +357,12 @@ impl SafetyBounds {
         switches: &PlaneSwitches,
     ) -> Option<SafetyViolation> {
         let limits = model.limits();
-        if let Some((joint, value_rad)) = limits.position_violation(q) {
+        let outside = (0..6).find(|&joint| {
+            let (min, max) = (limits.position_min[joint], limits.position_max[joint]);
+            !(min - POSITION_SLACK..=max + POSITION_SLACK).contains(&q[joint])
+        });
+        if let Some(joint) = outside {
+            let value_rad = q[joint];
             return Some(SafetyViolation::JointPosition {
                 joint,
                 value_rad,

@@ -1,13 +1,65 @@
-//! Braking joint by joint: what a protective stop does, whatever the arm was on.
+//! Braking: what a protective stop does.
 //!
-//! Each joint comes to rest as fast as its own acceleration and jerk limits allow; the path is left.
+//! Each joint comes to rest as fast as its own acceleration and jerk limits allow; the path is left. Where that would lead
+//! behind a safety plane a planned motion halts on its path instead.
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds};
 
 use crate::config::MotionLimits;
 use crate::constants::SETTLING_TIME;
+use crate::motion::Motion;
+use crate::path::Ground;
 use crate::scalar::{Profile, ScalarState};
 use crate::setpoint::Setpoint;
+
+/// A stop under way.
+#[derive(Clone, Copy, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "lives in place for the life of the controller; the cycle must not allocate"
+)]
+pub(crate) enum Brake {
+    /// The joints brake one by one.
+    Joints(JointBrake),
+    /// A motion halts on its path; how long its target has stood, s.
+    OnPath(Motion, f64),
+}
+
+impl Brake {
+    /// Halts `motion` on its path.
+    pub(crate) fn on_path(mut motion: Motion) -> Self {
+        motion.is_stopping = true;
+        Self::OnPath(motion, 0.0)
+    }
+
+    /// The setpoint `step` seconds later; `None` when the path is lost.
+    pub(crate) fn next(
+        &mut self,
+        step: f64,
+        ground: &Ground,
+        near: &JointPositions,
+    ) -> Option<Setpoint> {
+        match self {
+            Self::Joints(brake) => Some(brake.next(step)),
+            Self::OnPath(motion, stood) => {
+                if motion.is_standing() {
+                    *stood += step;
+                }
+                motion.next(step, 0.0, ground, near)
+            }
+        }
+    }
+
+    /// True when the target stands and the arm has come to rest as well, or has had its time to.
+    pub(crate) fn has_settled(&self, arm_rests: bool) -> bool {
+        match self {
+            Self::Joints(brake) => brake.has_settled(arm_rests),
+            Self::OnPath(motion, stood) => {
+                motion.is_standing() && (arm_rests || *stood >= SETTLING_TIME)
+            }
+        }
+    }
+}
 
 /// Six joints on their way to rest.
 #[derive(Clone, Copy, Debug)]

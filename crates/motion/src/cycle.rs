@@ -4,16 +4,16 @@
 //! [`Cycle::tick`] decides what time is. Allocates nothing, locks nothing, waits for nothing, logs nothing.
 
 use kinematics::chain::Frames;
-use kinematics::safety::{PlaneSwitches, SafetyBounds, SafetyViolation};
+use kinematics::safety::SafetyBounds;
 use kinematics::{Dynamics, JointPositions, Payload, Pose, RobotModel, RpyPose, Wrench};
-use motion_api::{Command, CommandId, MotionEnd, Outcome, RobotMode, SafetyMode, StopReason};
+use motion_api::{Command, CommandId, MotionEnd, Outcome, RobotMode, StopReason};
 use nalgebra::Vector3;
 use rtrb::Consumer;
 
-use crate::brake::JointBrake;
-use crate::collision::{CollisionDetection, torques_of};
+use crate::brake::Brake;
+use crate::collision::CollisionDetection;
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
-use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, SLOWEST_FRACTION, TRACKING_LIMIT, fault};
+use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, SLOWEST_FRACTION, fault};
 use crate::contact::Contacts;
 use crate::external::External;
 use crate::force_mode::ForceMode;
@@ -22,7 +22,7 @@ use crate::machine::Machine;
 use crate::micro_points::MicroPoints;
 use crate::modes::conveyor::Tracking;
 use crate::modes::encoder::Encoder;
-use crate::modes::{Kind, Online, stands};
+use crate::modes::{Online, stands};
 use crate::motion::Motion;
 use crate::outbox::Outbox;
 use crate::path::Ground;
@@ -57,7 +57,7 @@ pub(crate) enum Generator {
     /// An online mode makes each setpoint from the one before.
     Online(Online),
     /// A protective stop brakes the joints.
-    Brake(JointBrake),
+    Brake(Brake),
 }
 
 /// The controller of one arm.
@@ -74,7 +74,7 @@ pub struct Cycle {
 
     pub(crate) machine: Machine,
     pub(crate) generator: Generator,
-    safety_inputs: SafetyInputs,
+    pub(crate) safety_inputs: SafetyInputs,
     /// The next motion, until it begins.
     pub(crate) upcoming: Option<Upcoming>,
     pub(crate) waiting: Waiting,
@@ -210,7 +210,8 @@ impl Cycle {
 
     /// The generator's setpoint, or why there is none.
     fn generate(&mut self) -> Result<Setpoint, StopReason> {
-        let fraction = self.fraction();
+        let slowing = self.tracking.as_ref().map_or(1.0, |t| t.slowing);
+        let fraction = self.fraction() * slowing;
         if matches!(self.generator, Generator::Online(_)) {
             return Ok(self.generate_online());
         }
@@ -219,14 +220,35 @@ impl Cycle {
             model: &self.model,
             points: self.micro_points.points(),
         };
+        let near = &self.target.q;
+        let is_free = self.has_no_planes();
+        let lost = StopReason::Internal {
+            code: fault::PATH_LOST,
+        };
         match &mut self.generator {
             Generator::Hold | Generator::Online(_) => Ok(Setpoint::standing(self.target.q)),
-            Generator::Brake(brake) => Ok(brake.next(self.step)),
-            Generator::Path(motion) => motion
-                .next(self.step, fraction, &ground, &self.target.q)
-                .ok_or(StopReason::Internal {
-                    code: fault::PATH_LOST,
-                }),
+            Generator::Brake(brake) => brake.next(self.step, &ground, near).ok_or(lost),
+            Generator::Path(motion) if is_free => {
+                motion.next(self.step, fraction, &ground, near).ok_or(lost)
+            }
+            Generator::Path(motion) => {
+                // Where it must stop for a safety plane it stays in the state before.
+                let mut moved = *motion;
+                let wanted = moved.next(self.step, fraction, &ground, near).ok_or(lost)?;
+                self.check_planes_on_path(&moved, &wanted)?;
+                if let Generator::Path(motion) = &mut self.generator {
+                    *motion = moved;
+                }
+                Ok(wanted)
+            }
+        }
+    }
+
+    /// What paths are followed with.
+    pub(crate) fn ground(&self) -> Ground<'_> {
+        Ground {
+            model: &self.model,
+            points: self.micro_points.points(),
         }
     }
 
@@ -252,8 +274,11 @@ impl Cycle {
         });
         checked.unwrap_or_else(|reason| {
             let mut brake = self.protective_stop(reason);
-            let first = brake.next(self.step);
+            let at = self.commanded.q;
+            let first = brake.next(self.step, &self.ground(), &at);
             self.generator = Generator::Brake(brake);
+            // A path that is lost is left where it is.
+            let first = first.unwrap_or(Setpoint::standing(at));
             let braking = LimitedSetpoint::while_braking(first, &self.commanded, &self.limits);
             self.target_frames = self.model.forward(&braking.get().q);
             braking
@@ -274,176 +299,6 @@ impl Cycle {
             self.actual = self.plant.stand(&self.dynamics, &self.contacts);
             self.stand_at_actual();
         }
-    }
-
-    /// Does the arm follow?
-    fn check_arm(&mut self) {
-        if !self.actual.is_finite() {
-            self.plant.reset(&self.commanded.q);
-            self.sensor.restart();
-            self.actual = self.plant.stand(&self.dynamics, &self.contacts);
-            self.brake(StopReason::Internal {
-                code: fault::PLANT_DIVERGED,
-            });
-        }
-        if self.machine.stop_reason().is_some() {
-            return;
-        }
-        for (joint, number) in (0u8..6).enumerate() {
-            let error = (self.actual.q[joint] - self.commanded.q[joint]).abs();
-            if error > TRACKING_LIMIT {
-                self.brake(StopReason::TrackingError {
-                    joint: number,
-                    error,
-                    limit: TRACKING_LIMIT,
-                });
-                return;
-            }
-        }
-        let limit = self.limits.tcp_force;
-        if let Some(force) = self.sensor.exceeds(limit)
-            && self.is_under_servo()
-            && !self.is_led()
-        {
-            self.brake(StopReason::TcpForce { force, limit });
-            return;
-        }
-        if let Some(reason) = self.collision_found() {
-            self.brake(reason);
-        }
-    }
-
-    /// Somebody leads the arm by hand.
-    fn is_led(&self) -> bool {
-        matches!(
-            &self.generator,
-            Generator::Online(online) if matches!(online.kind, Kind::Freedrive(_))
-        )
-    }
-
-    /// A collision, unless the hand that leads the arm is what is felt.
-    fn collision_found(&self) -> Option<StopReason> {
-        if self.is_led() || !self.is_under_servo() {
-            return None;
-        }
-        let frames = self.model.forward(&self.actual.q);
-        let tcp = frames.base_from_flange * self.flange_from_tcp;
-        let effort = &self.model.limits().effort;
-        let is_pressing = self.force.is_at_work();
-        self.collision.collision(effort, is_pressing, &frames, &tcp)
-    }
-
-    /// The wrench on the tool in this cycle, and the plant's share of it.
-    fn feel_hand(&mut self) {
-        let frames = self.model.forward(&self.actual.q);
-        let tcp = frames.base_from_flange * self.flange_from_tcp;
-        let time = self.out.cycle as f64 * self.step;
-        self.hand = self
-            .external
-            .at(time, &frames.base_from_flange, &tcp, &self.gravity);
-        self.plant.push(&Push {
-            wrench: self.hand,
-            flange_from_tcp: self.flange_from_tcp,
-        });
-    }
-
-    /// What the force sensor said at the end of the last cycle, compensated: what the environment applies to the tool, base
-    /// axes, about the TCP.
-    /// Freedrive and force mode follow this reading.
-    pub(crate) const fn felt(&self) -> Wrench {
-        self.sensor.felt
-    }
-
-    /// What sensors say at the end of the cycle: force, encoders, collision observer, temperatures.
-    fn measure(&mut self) {
-        self.measure_force();
-        let time = self.out.cycle as f64 * self.step;
-        for encoder in &mut self.encoders {
-            encoder.sample(time, self.io.image.digital_in.into());
-        }
-        if self.is_under_servo() && self.actual.is_finite() {
-            let frames = self.model.forward(&self.actual.q);
-            let tcp = frames.base_from_flange * self.flange_from_tcp;
-            let at_tool = torques_of(&self.environment(), &frames, &tcp);
-            self.collision
-                .observe(&self.actual, &at_tool, &self.dynamics, self.step);
-            if self.force.is_at_work() {
-                self.collision.press_on_purpose();
-            }
-        } else {
-            self.collision.stand();
-            self.sensor.stand();
-        }
-        let is_powered = self.machine.robot_mode() != RobotMode::PowerOff;
-        let torque = if self.is_under_servo() {
-            self.actual.torque
-        } else {
-            kinematics::JointTorques::ZERO
-        };
-        let effort = &self.model.limits().effort;
-        self.thermal.pass(&torque, effort, is_powered, self.step);
-    }
-
-    /// What hand, loads and obstacles did to the tool: base axes, about the TCP.
-    fn environment(&self) -> Wrench {
-        let contact = &self.actual.contact;
-        Wrench {
-            force: self.hand.force + contact.force,
-            moment: self.hand.moment + contact.moment,
-        }
-    }
-
-    fn measure_force(&mut self) {
-        if !self.actual.is_finite() {
-            return;
-        }
-        let environment = self.environment();
-        let frames = self.model.forward(&self.actual.q);
-        self.sensor.measure(
-            &environment,
-            &self.payload,
-            (&frames, &self.actual.qd),
-            &self.flange_from_tcp,
-            &self.gravity,
-            self.step,
-        );
-    }
-
-    /// Which safety planes count now: by mode, and by pairs of configurable inputs (bits 16 to 23) that are both high.
-    pub(crate) fn plane_switches(&self) -> PlaneSwitches {
-        PlaneSwitches {
-            reduced: self.machine.safety_mode() == SafetyMode::Reduced,
-            ci_pairs: core::array::from_fn(|pair| {
-                self.io.image.digital_in >> (16 + 2 * pair) & 3 == 3
-            }),
-        }
-    }
-
-    /// Would the arm, braking from `wanted`, come to rest behind a safety plane, and deeper than it is now?
-    fn check_planes(&self, wanted: &Setpoint) -> Result<(), StopReason> {
-        if self.safety.planes().next().is_none() {
-            return Ok(());
-        }
-        let switches = self.plane_switches();
-        let violation = |q| {
-            let frames = self.model.forward(q);
-            self.safety
-                .plane_violation(&frames, &self.flange_from_tcp, &switches)
-        };
-        let end = JointBrake::new(wanted, &self.limits).end();
-        let Some(SafetyViolation::Plane { plane, depth_m, .. }) = violation(&end) else {
-            return Ok(());
-        };
-        // An arm that stands behind a plane already must be able to come back.
-        if let Some(SafetyViolation::Plane { depth_m: now, .. }) = violation(&self.commanded.q)
-            && depth_m <= now + 1e-9
-        {
-            return Ok(());
-        }
-        Err(StopReason::SafetyPlane {
-            plane: plane as u8,
-            depth: depth_m,
-        })
     }
 
     /// The limits that motions are planned with now.
@@ -520,60 +375,6 @@ impl Cycle {
         }
     }
 
-    /// Enters a protective stop that begins with the next setpoint.
-    fn brake(&mut self, reason: StopReason) {
-        let brake = self.protective_stop(reason);
-        self.generator = Generator::Brake(brake);
-    }
-
-    /// Power and brakes take time; safety inputs are looked at.
-    fn advance_machine(&mut self) {
-        if self.machine.advance(self.step) {
-            self.stand_at_actual();
-        }
-        let lines = self.safety_inputs.lines(self.io.image.digital_in);
-        self.look_for_emergency(|machine| machine.observe(lines));
-    }
-
-    /// Where `begins` says that an emergency stop begins, the joints brake; once they stand the power goes off.
-    pub(crate) fn look_for_emergency(&mut self, begins: impl FnOnce(&mut Machine) -> bool) {
-        let is_held_by_servos = self.is_under_servo();
-        if !begins(&mut self.machine) {
-            return;
-        }
-        let reason = StopReason::EmergencyStop;
-        self.out.stopped(reason);
-        if is_held_by_servos && !matches!(self.generator, Generator::Brake(_)) {
-            let brake = self.brake_from_target(reason);
-            self.generator = Generator::Brake(brake);
-        }
-    }
-
-    /// Reports a protective stop, ends the motion with it, and gives the braking from the present target.
-    fn protective_stop(&mut self, reason: StopReason) -> JointBrake {
-        if self.machine.protective_stop(reason) {
-            self.out.stopped(reason);
-        }
-        self.brake_from_target(reason)
-    }
-
-    /// Ends the motion with `reason` and gives the braking from the present target.
-    fn brake_from_target(&mut self, reason: StopReason) -> JointBrake {
-        let running = self.running();
-        if running != CommandId::NONE && !self.has_call_ended() {
-            self.out.ended(running, Outcome::ProtectiveStop(reason));
-        }
-        if let Some(deferred) = self.deferred.take() {
-            self.out.ended(deferred.id, Outcome::ProtectiveStop(reason));
-        }
-        self.is_paused = false;
-        self.upcoming = None;
-        self.tracking = None;
-        self.force.pressing = None;
-        self.target = self.commanded;
-        JointBrake::new(&self.commanded, &self.limits)
-    }
-
     /// The servos hold the arm, not the brakes: those do without power, and at the end of a protective stop.
     pub(crate) fn is_under_servo(&self) -> bool {
         self.machine.is_under_servo()
@@ -623,21 +424,6 @@ impl Cycle {
         match &self.generator {
             Generator::Path(motion) => motion.end(),
             _ => self.target.q,
-        }
-    }
-
-    /// Brings a moving arm to rest on its path, as a stop command would; for the end of the controller.
-    pub fn stop_moving(&mut self) {
-        if let Some(deferred) = self.deferred.take() {
-            self.out.ended(deferred.id, Outcome::Aborted);
-        }
-        if let Some(upcoming) = self.upcoming.take() {
-            self.out.ended(upcoming.id, Outcome::Aborted);
-        }
-        match &mut self.generator {
-            Generator::Online(online) => online.stop(&self.target),
-            Generator::Path(motion) => motion.is_stopping = true,
-            Generator::Hold | Generator::Brake(_) => {}
         }
     }
 

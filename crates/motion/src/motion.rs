@@ -3,11 +3,14 @@
 use kinematics::JointPositions;
 use motion_api::{CommandId, MotionMode};
 
-use crate::constants::ZONE_STOPPING_SHARE;
+use crate::constants::{LONGEST, ZONE_STOPPING_SHARE};
 use crate::path::{Chain, Ground};
 use crate::plan::{Joined, Leg, UnderWay};
-use crate::scalar::{Drive, Travel};
+use crate::scalar::{Drive, ScalarState, Travel};
 use crate::setpoint::Setpoint;
+
+/// Places on the way to where a halt leads, so that the branch of solutions stays.
+const HALT_PLACES: usize = 4;
 
 /// A motion under way.
 #[derive(Clone, Copy, Debug)]
@@ -67,15 +70,15 @@ impl Motion {
     /// The motion as the planner of a blend sees it; `None` while it is held or stopped, or not on its last leg.
     pub(crate) fn under_way(&self, q: JointPositions) -> Option<UnderWay<'_>> {
         let now = self.travel.state();
-        let drive = self.travel.wanted();
-        let is_going = matches!(drive, Drive::Go(_)) && !self.is_stopping && !self.is_finished();
+        let is_going = matches!(self.travel.wanted(), Drive::Go(_))
+            && !self.is_stopping
+            && !self.is_finished();
         (is_going && self.chain.is_in_last(now.position)).then_some(UnderWay {
             leg: &self.leg,
             piece: self.chain.last(),
-            course: self.travel.course(),
+            travel: &self.travel,
             now,
             q,
-            drive,
         })
     }
 
@@ -97,6 +100,21 @@ impl Motion {
             return Some(self.chain.end());
         }
         self.chain.at(ground, &s, near)
+    }
+
+    /// Where the joints would be if it halted now; `near` is where they are. `None` when the path is lost.
+    pub(crate) fn halted(&self, ground: &Ground, near: &JointPositions) -> Option<JointPositions> {
+        let mut travel = self.travel;
+        let now = travel.state().position;
+        travel.drive(Drive::Halt);
+        // Longer than any halt: the state is that at its end.
+        let end = travel.advance(LONGEST).position;
+        let mut q = *near;
+        for step in 1..=HALT_PLACES {
+            let place = now + (end - now) * step as f64 / HALT_PLACES as f64;
+            q = self.chain.at(ground, &ScalarState::at_rest(place), &q)?.q;
+        }
+        Some(q)
     }
 
     /// Where the joints will be at the end.

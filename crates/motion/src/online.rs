@@ -4,8 +4,7 @@
 //! thread without a stop, or from one whose call has returned; a planned motion that follows an online mode waits for the
 //! arm to come to rest, and so does an online mode that follows a motion with a blend radius; everything else is refused. The modes themselves are in `modes`.
 
-use kinematics::safety::SafetyViolation;
-use kinematics::{JointPositions, JointSpeeds, Pose, RpyPose, Wrench};
+use kinematics::{JointPositions, JointSpeeds, Wrench};
 use motion_api::{
     Command, CommandId, CommandKind, FreedriveFrame, IoChange, MotionMode, Origin, Outcome,
     Refusal, Warning,
@@ -13,7 +12,7 @@ use motion_api::{
 use nalgebra::Vector3;
 
 use crate::constants::{
-    GRAVITY_MAX, LIMIT_SLACK, LONGEST, PAYLOAD_MASS_MAX, SLOWEST, TOOL_REACH_MAX, WRENCH_MAX,
+    GRAVITY_MAX, LONGEST, PAYLOAD_MASS_MAX, SLOWEST, TOOL_REACH_MAX, WRENCH_MAX,
 };
 use crate::cycle::{Cycle, Generator};
 use crate::external::PortSensor;
@@ -430,51 +429,6 @@ impl Cycle {
         let levels = if level { mask } else { 0 };
         self.io.apply(&IoChange::DigitalIn { mask, levels });
         Ok(Ending::Now)
-    }
-
-    /// A target must lie inside the joint ranges and before the safety planes.
-    pub(crate) fn check_target(&self, q: &JointPositions) -> Result<(), Refusal> {
-        for (joint, number) in (0u8..6).enumerate() {
-            let (min, max) = (
-                self.limits.position_min[joint],
-                self.limits.position_max[joint],
-            );
-            if !(q[joint] >= min - LIMIT_SLACK && q[joint] <= max + LIMIT_SLACK) {
-                return Err(Refusal::JointLimit {
-                    joint: number,
-                    value: q[joint],
-                    min,
-                    max,
-                });
-            }
-        }
-        let frames = self.model.forward(q);
-        match self
-            .safety
-            .plane_violation(&frames, &self.flange_from_tcp, &self.plane_switches())
-        {
-            Some(SafetyViolation::Plane { plane, depth_m, .. }) => Err(Refusal::SafetyPlane {
-                plane: plane as u8,
-                depth: depth_m,
-            }),
-            _ => Ok(()),
-        }
-    }
-
-    /// The same for a TCP pose that can be reached; whether it can is found by the planner.
-    pub(crate) fn check_target_pose(&self, pose: &RpyPose) -> Result<(), Refusal> {
-        if self.safety.planes().next().is_none() || !pose.is_finite() {
-            return Ok(());
-        }
-        let base_from_tcp = Pose::from_rpy(pose);
-        let near = &self.target.q;
-        match self
-            .model
-            .inverse_nearest(&base_from_tcp, &self.flange_from_tcp, near)
-        {
-            Some(q) => self.check_target(&q),
-            None => Ok(()),
-        }
     }
 }
 

@@ -75,8 +75,17 @@ impl Cycle {
             self.upcoming = Some(upcoming);
             return;
         };
+        // Where the way ends is known only now: another solution than the nearest may be behind a plane with its elbow.
+        if !self.has_no_planes()
+            && let Err(refusal) = self.check_target(&leg.path.end().q)
+        {
+            self.refuse(upcoming.id, refusal);
+            return;
+        }
+        let mut is_joined = false;
         match self.generator {
             Generator::Path(_) => {
+                is_joined = true;
                 if !self.join(&mut upcoming, &leg) {
                     self.upcoming = Some(upcoming);
                     return;
@@ -96,7 +105,11 @@ impl Cycle {
             Generator::Brake(_) => return,
         }
         for warning in warnings.iter() {
-            self.out.warned(upcoming.id, warning);
+            // How long it would take from rest says nothing once it begins at speed.
+            let is_of_rest = matches!(warning, Warning::DurationStretched { .. });
+            if !(is_joined && is_of_rest) {
+                self.out.warned(upcoming.id, warning);
+            }
         }
     }
 

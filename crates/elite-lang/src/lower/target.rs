@@ -51,6 +51,17 @@ impl Lower<'_> {
         {
             return LoopTarget::Slot(slot);
         }
+        if let ExprKind::Tuple(items) | ExprKind::List(items) = &target.kind
+            && let [first, second] = &items[..]
+            && !matches!(first.kind, ExprKind::Starred(_))
+            && !matches!(second.kind, ExprKind::Starred(_))
+        {
+            return LoopTarget::Pair(Unpack {
+                targets: Box::new([self.target(first), self.target(second)]),
+                star: None,
+                span: target.span,
+            });
+        }
         LoopTarget::Other(self.target(target))
     }
 

@@ -121,12 +121,15 @@ impl Instance {
         }
     }
 
-    /// Attribute in slot `slot`; `Unbound` if not set or if the attributes are in a dictionary.
-    #[inline]
-    pub fn slot(&self, slot: usize) -> Value {
+    /// Attribute in slot `slot`; None if not set or if the attributes are in a dictionary.
+    #[inline(always)]
+    pub fn slot(&self, slot: usize) -> Option<Value> {
         match &*self.attrs.borrow() {
-            Attrs::Slots(slots) => slots.get(slot).cloned().unwrap_or_default(),
-            Attrs::Dict(_) => Value::Unbound,
+            Attrs::Slots(slots) => match slots.get(slot) {
+                None | Some(Value::Unbound) => None,
+                Some(value) => Some(value.clone()),
+            },
+            Attrs::Dict(_) => None,
         }
     }
 
@@ -144,6 +147,11 @@ impl Instance {
     pub fn set_slot(&self, slot: usize, value: Value) -> Result<(), Value> {
         let old = match &mut *self.attrs.borrow_mut() {
             Attrs::Slots(slots) => match slots.get_mut(slot) {
+                // Dropping a number runs no script code.
+                Some(place) if place.is_flat() => {
+                    place.put(value);
+                    return Ok(());
+                }
                 Some(place) => std::mem::replace(place, value),
                 None => {
                     slots.resize_with(slot, Value::default);

@@ -2,42 +2,65 @@
 //! first leg, the curve and the second leg.
 //!
 //! The next leg is known at the earliest when the arm enters the zone. The curve begins a little further on, at a share of
-//! the way that is left, and ends at the same distance behind the waypoint. It is made in joint space (see
-//! [`JointQuintic`]), so that any two kinds of legs join alike, without inverse kinematics on the way.
+//! the zone, and ends at the same distance behind the waypoint. It is made in joint space (see
+//! [`JointQuintic`](crate::path::JointQuintic)), so that any two kinds of legs join alike, without inverse kinematics on
+//! the way.
 //!
 //! The curve's s is that of the first leg; the second leg's is scaled so that equal distances from the waypoint are
-//! equally long. On the curve neither leg's speed is exceeded: not the faster one's TCP speed where a leg is one of the
-//! TCP, not the faster one's leading joint between two joint legs.
+//! equally long, or otherwise where the arm would be too fast for that. On the curve neither leg's speed is exceeded: not
+//! the faster one's TCP speed where a leg is one of the TCP, not the faster one's leading joint between two joint legs. It
+//! has one set of limits, so that the speed does not ripple; only where the arm must slow down for it there are two.
 
-use kinematics::{JointPositions, RobotModel};
+use kinematics::JointPositions;
+use motion_api::Warning;
 
-use super::able::Shares;
+use super::able::{Able, PartBounds, Shares};
+use super::corner::{Corner, Curve, SCALES, limits_at, point_at};
 use super::curve::{CurveParts, CurveWish};
-use super::leg::{End, Leg};
-use super::{Arm, Warnings};
-use crate::constants::{
-    BLEND_ENTRIES, BLEND_ENTRIES_PER_CYCLE, BLEND_PARTS, LATEST_ENTRY, ZONE_STOPPING_SHARE,
-};
-use crate::path::{Chain, Geometry, JointQuintic, Path, PathPoint, Piece};
+use super::leg::Leg;
+use super::{Arm, Warnings, Wish};
+use crate::constants::{BLEND_ENTRIES, BLEND_ENTRIES_PER_CYCLE, BLEND_PARTS, ZONE_STOPPING_SHARE};
+use crate::path::{Chain, Geometry, Path, Piece};
 use crate::scalar::{Course, Drive, ScalarLimits, ScalarState, Stretch, Stretches, Travel};
+use crate::setpoint::elbow_speed;
 
-/// Places on a leg that are stepped through from its end to a place in its zone, so that the branch of solutions stays.
-const STEPS_TO_ENTRY: usize = 4;
-
-/// How the curve may be walked, in the order of liking: so many of its first parts for slowing down, the rest with one set
-/// of limits that leaves such shares to bends. The more a bend takes the less is there for a change of speed.
-const SHAPES: [(usize, Shares); 5] = [
-    (0, Shares::EVEN),
-    (0, Shares::PACED),
-    (2, Shares::PACED),
-    (3, Shares::PACED),
-    (4, Shares::PACED),
+/// How a curve may be walked without slowing down on it, in the order of liking.
+const EVENLY: [Shape; 2] = [
+    Shape {
+        slowing: 0,
+        shares: Shares::EVEN,
+        hardness: 1.0,
+    },
+    Shape {
+        slowing: 0,
+        shares: Shares::PACED,
+        hardness: 1.0,
+    },
 ];
+/// Counts of first parts that are there for slowing down, and how much harder than asked that may be.
+const SLOWING: [(usize, f64); 6] = [(2, 1.0), (3, 1.0), (4, 1.0), (0, 2.0), (2, 2.0), (4, 2.0)];
+/// A curve is worth slowing down for that bears at least this share of the present speed.
+const WORTH_SLOWING: f64 = 0.3;
 
-/// An entry that lies behind the arm by more than this share is past.
-const PASSED_ENTRY: f64 = 0.75;
+/// Paces of a leg that are tried so that it ends in time, and how much earlier it may be, s.
+const PACES_TRIED: u32 = 16;
+/// See [`PACES_TRIED`].
+const IN_TIME: f64 = 1e-4;
+/// See [`PACES_TRIED`]: from one to the next slower one.
+const WIDER: f64 = 1.4;
 
-/// The attempts to join one leg to another, one a cycle.
+/// How a curve is walked.
+#[derive(Clone, Copy, Debug)]
+struct Shape {
+    /// So many of its first parts are for slowing down.
+    slowing: usize,
+    /// What bends may take of the joints' limits on the rest: the more, the less is there for a change of speed.
+    shares: Shares,
+    /// The slowing may be this much harder than the legs are asked to accelerate.
+    hardness: f64,
+}
+
+/// The attempts to join one leg to another, some in each cycle.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Junction {
     tried: usize,
@@ -50,14 +73,12 @@ pub struct UnderWay<'a> {
     pub leg: &'a Leg,
     /// The leg's place in the chain.
     pub piece: &'a Piece,
-    /// The course over the chain.
-    pub course: &'a Course,
+    /// How the chain is travelled.
+    pub travel: &'a Travel,
     /// State along the chain.
     pub now: ScalarState,
     /// Where the joints are now.
     pub q: JointPositions,
-    /// What is wanted of the motion.
-    pub drive: Drive,
 }
 
 /// Two legs joined.
@@ -90,246 +111,268 @@ impl Junction {
         for _ in 0..BLEND_ENTRIES_PER_CYCLE {
             let share = *BLEND_ENTRIES.get(self.tried)?;
             self.tried += 1;
-            for scale in [Scale::Tcp, Scale::Joints, Scale::Speeds] {
-                let mut own = Warnings::default();
-                let corner = Corner::new(first, next, (share, scale), arm, &mut own);
-                if let Some(joined) = corner.and_then(|corner| corner.join(first, arm)) {
-                    own.iter().for_each(|warning| warnings.add(warning));
-                    return Some(joined);
-                }
+            let Some(corner) = Corner::new(first, next, share, arm) else {
+                continue;
+            };
+            if let Some((turn, shape, joined)) = join(first, &corner, arm) {
+                corner.warnings.iter().for_each(|w| warnings.add(w));
+                return Some(turn.in_time(shape, joined, arm, warnings));
             }
         }
         None
     }
 }
 
-/// What is equally long per s on both legs next to the curve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Scale {
-    /// The distance from the waypoint.
-    Tcp,
-    /// The way of the joints, where the TCP goes much farther on one leg than on the other for the same turning.
-    Joints,
-    /// What is done in the same time: the next leg at its own speed, the first at the speed that the arm has.
-    Speeds,
+/// Over the first curve that can be walked without slowing down on it, otherwise over the one that asks for least of it.
+fn join<'a>(
+    first: &'a UnderWay<'a>,
+    corner: &'a Corner,
+    arm: &Arm,
+) -> Option<(Turn<'a>, Shape, Joined)> {
+    let first_of = |turn: &Turn, mut shapes: core::slice::Iter<Shape>| {
+        shapes.find_map(|shape| Some((*shape, turn.join(*shape, turn.pace(), arm)?)))
+    };
+    let mut best: Option<(f64, Turn)> = None;
+    for scale in SCALES {
+        let Some(turn) = Turn::new(first, corner, corner.curve(scale), arm) else {
+            continue;
+        };
+        let borne = turn
+            .parts
+            .limits(0..BLEND_PARTS, &turn.wish, Shares::PACED, arm);
+        let share = borne.map_or(0.0, |limits| limits.speed / corner.now.speed);
+        if share >= 1.0
+            && let Some((shape, joined)) = first_of(&turn, EVENLY.iter())
+        {
+            return Some((turn, shape, joined));
+        }
+        if best.as_ref().is_none_or(|(most, _)| share > *most) {
+            best = Some((share, turn));
+        }
+    }
+    let (_, turn) = best.filter(|(share, _)| *share >= WORTH_SLOWING)?;
+    let shapes = SLOWING.map(|(slowing, hardness)| Shape {
+        slowing,
+        shares: Shares::PACED,
+        hardness,
+    });
+    let (shape, joined) =
+        first_of(&turn, EVENLY.iter()).or_else(|| first_of(&turn, shapes.iter()))?;
+    Some((turn, shape, joined))
 }
 
-/// The curve and where it lies on both legs.
-struct Corner {
-    /// State along the first leg, in its own s.
-    now: ScalarState,
-    /// The first leg's s where the curve begins.
-    entry: f64,
-    /// The second leg's s where it ends.
-    exit: f64,
-    /// The second leg's s per s of the curve.
-    rate: f64,
-    curve: JointQuintic,
-    next: Leg,
+/// One curve at a corner, and what it bears.
+struct Turn<'a> {
+    first: &'a UnderWay<'a>,
+    corner: &'a Corner,
+    curve: Curve,
+    parts: CurveParts,
+    wish: CurveWish,
+    /// Limits of the next leg where the curve ends, in the curve's s.
+    right: ScalarLimits,
 }
 
-impl Corner {
+impl<'a> Turn<'a> {
+    /// `None` when the curve leaves the radius or a joint's range, or there is none.
     fn new(
-        first: &UnderWay,
-        next: &Leg,
-        (share, scale): (f64, Scale),
+        first: &'a UnderWay<'a>,
+        corner: &'a Corner,
+        curve: Option<Curve>,
         arm: &Arm,
-        warnings: &mut Warnings,
     ) -> Option<Self> {
-        let (piece, leg) = (first.piece, first.leg);
-        let now = ScalarState {
-            position: piece.from + (first.now.position - piece.begin) * piece.rate,
-            speed: first.now.speed * piece.rate,
-            acceleration: first.now.acceleration * piece.rate,
-        };
-        let zone = leg.path.length() - leg.zone;
-        let left = leg.path.length() - now.position;
-        // Not at once: the present state must lead there.
-        let before = (zone * share).min(left * LATEST_ENTRY);
-        if before <= 0.0 || before < zone * share * PASSED_ENTRY || next.path.length() <= 0.0 {
-            return None;
+        let curve = curve?;
+        let parts = CurveParts::look(&curve.quintic, first.leg, arm)?;
+        let left = first.leg.course.stretches().last().map(Stretch::paced)?;
+        let right = slowed_by_rate(limits_at(&corner.next.course, corner.exit)?, curve.rate);
+        let (before, after) = parts.tcp_at_ends();
+        let (mut tcp, mut turn) = (f64::INFINITY, f64::INFINITY);
+        let is_joint = |leg: &Leg| matches!(leg.path.geometry(), Geometry::Joint(_));
+        if is_joint(first.leg) && is_joint(&corner.next) {
+            // The leading joint turns one radian per s of the first leg, and `rate` of them on the second.
+            turn = left.speed.max(right.speed * curve.rate);
+        } else if before.max(after) >= 1e-6 {
+            // A tool that only turns has no TCP speed to keep to.
+            tcp = (before * left.speed).max(after * right.speed);
         }
-        let entry = leg.path.length() - before;
-        let radius = leg.distance(arm.model, entry, End::Last, leg.measure);
-        let mut next = *next;
-        let (place, measure) = next.place(arm.model, radius, End::First);
-        let mut exit = place.unwrap_or(next.path.length() / 2.0);
-        if exit > next.zone {
-            let length = next.path.length();
-            exit = length * exit / (exit + length - next.zone);
-            next.shorten(exit, arm, warnings);
-        }
-        let after = next.distance(arm.model, exit, End::First, measure);
-        let start = point_at(&leg.path, arm.model, (now.position, &first.q), entry)?;
-        let corner_q = leg.path.end().q;
-        let end = point_at(&next.path, arm.model, (0.0, &corner_q), exit)?;
-        let rate = match scale {
-            Scale::Tcp => (exit / after) / (before / radius),
-            Scale::Joints => norm(&start.first) / norm(&end.first),
-            Scale::Speeds => limits_at(&next.course, exit)?.speed / now.speed,
+        let wish = CurveWish {
+            speed: left.speed.max(right.speed),
+            tcp,
+            turn,
+            // Where the slower leg accelerates gently the arm must still get down to its speed within the radius.
+            acceleration: left.acceleration.max(right.acceleration),
         };
-        if !(rate.is_finite() && rate > 0.0) {
-            return None;
-        }
-        let end = PathPoint {
-            first: end.first.map(|d| d * rate),
-            second: end.second.map(|d| d * rate * rate),
-            ..end
-        };
-        let curve = JointQuintic::between(&start, &end, before + exit / rate);
         Some(Self {
-            now,
-            entry,
-            exit,
-            rate,
+            first,
+            corner,
             curve,
-            next,
+            parts,
+            wish,
+            right,
         })
     }
 
-    fn join(self, first: &UnderWay, arm: &Arm) -> Option<Joined> {
-        let parts = CurveParts::look(&self.curve, first.leg, arm)?;
-        let left = last_limits(&first.leg.course)?;
-        let right = slowed_by_rate(limits_at(&self.next.course, self.exit)?, self.rate);
-        let wish = self.wish(&parts, (&left, &right), first.leg);
-        SHAPES
-            .iter()
-            .find_map(|shape| self.join_as(*shape, &parts, &wish, (first, &right), arm))
+    /// `joined`, or the same at the pace that lets the second leg end in time where a duration is wanted of it. The time of a
+    /// leg counts from the waypoint before: from when the first leg would have ended, if that has a duration too, otherwise
+    /// from the middle of the curve.
+    fn in_time(&self, shape: Shape, joined: Joined, arm: &Arm, warnings: &mut Warnings) -> Joined {
+        let Drive::Go(fraction) = self.first.travel.wanted() else {
+            return joined;
+        };
+        let wanted = self.corner.next.duration;
+        if wanted <= 0.0 {
+            return joined;
+        }
+        let begins = if self.first.leg.duration > 0.0 {
+            self.first.travel.time_left()
+        } else {
+            let middle = self.corner.lead() + self.curve.quintic.length() / 2.0;
+            joined.travel.time_to(middle)
+        };
+        let due = begins + wanted / fraction;
+        let at = |pace: f64| {
+            let joined = self.join(shape, pace, arm)?;
+            Some((joined.travel.time_left() - due, joined))
+        };
+        let Some((late, fastest)) = at(1.0) else {
+            return joined;
+        };
+        if late > due * 1e-9 {
+            warnings.add(Warning::DurationStretched {
+                wanted,
+                planned: wanted + late * fraction,
+            });
+            return fastest;
+        }
+        // The time left grows with the inverse of the pace: widened until it is too long, then regula falsi (Illinois).
+        let (mut fast, mut slow) = ((1.0, late), None);
+        let mut found = fastest;
+        let mut inverse = 1.0 / self.pace();
+        for _ in 0..PACES_TRIED {
+            match at(1.0 / inverse) {
+                Some((late, joined)) if late <= 0.0 => {
+                    found = joined;
+                    if -late < IN_TIME {
+                        break;
+                    }
+                    fast = (inverse, late);
+                    slow = slow.map(|(slow, late)| (slow, 0.5 * late));
+                }
+                Some((late, _)) => {
+                    slow = Some((inverse, late));
+                    fast.1 *= 0.5;
+                }
+                // So slow a leg cannot be entered at the speed that the arm has.
+                None => slow = Some((inverse, f64::INFINITY)),
+            }
+            inverse = match slow {
+                Some((slow, late)) if late.is_finite() => {
+                    fast.0 + (slow - fast.0) * fast.1 / (fast.1 - late)
+                }
+                Some((slow, _)) => 0.5 * (fast.0 + slow),
+                None => WIDER * inverse,
+            };
+        }
+        found
     }
 
-    /// With a curve in one or two stretches.
-    fn join_as(
-        &self,
-        (slowing, shares): (usize, Shares),
-        parts: &CurveParts,
-        wish: &CurveWish,
-        (first, right): (&UnderWay, &ScalarLimits),
-        arm: &Arm,
-    ) -> Option<Joined> {
-        let (piece, leg, next) = (first.piece, first.leg, &self.next);
+    /// The pace that the second leg was planned with.
+    fn pace(&self) -> f64 {
+        let stretches = self.corner.next.course.stretches();
+        stretches.first().map_or(1.0, |stretch| stretch.pace)
+    }
+
+    /// `None` when the curve cannot be walked as `shape` says from the present state, and the second leg at `pace`.
+    fn join(&self, shape: Shape, pace: f64, arm: &Arm) -> Option<Joined> {
+        let (first, corner) = (self.first, self.corner);
+        let mut next = corner.next;
+        next.course = next.course.at_pace(pace);
+        let (piece, rate) = (first.piece, self.curve.rate);
         let mut list = Stretches::NONE;
-        let entry_in_chain = piece.begin + (self.entry - piece.from) / piece.rate;
-        list.push_part(
-            first.course,
-            (first.now.position, entry_in_chain),
-            1.0 / piece.rate,
-        );
-        let length = |parts: usize| self.curve.length() * parts as f64 / BLEND_PARTS as f64;
-        if slowing > 0 {
-            let limits = parts.limits(0..slowing, wish, Shares::EVEN, arm)?;
-            list.push(Stretch::new(length(slowing), limits));
+        let wish = CurveWish {
+            acceleration: self.wish.acceleration * shape.hardness,
+            ..self.wish
+        };
+        if shape.hardness > 1.0 {
+            list.push(self.hard_lead(wish.acceleration, arm)?);
+        } else {
+            let entry_in_chain = piece.begin + (corner.entry - piece.from) / piece.rate;
+            let part = (first.now.position, entry_in_chain);
+            list.push_part(first.travel.course(), part, 1.0 / piece.rate);
         }
-        let limits = parts.limits(slowing..BLEND_PARTS, wish, shares, arm)?;
-        let limits = alike(limits, right);
-        list.push(Stretch::new(length(BLEND_PARTS - slowing), limits));
-        list.push_part(&next.course, (self.exit, next.path.length()), self.rate);
-        let lead = self.entry - self.now.position;
-        let begin = lead + self.curve.length();
-        let zone = begin + (next.zone - self.exit) / self.rate;
+        let whole = self.curve.quintic.length();
+        let length = |parts: usize| whole * parts as f64 / BLEND_PARTS as f64;
+        if shape.slowing > 0 {
+            let parts = 0..shape.slowing;
+            let limits = self.parts.limits(parts, &wish, Shares::EVEN, arm)?;
+            list.push(Stretch::new(length(shape.slowing), limits));
+        }
+        let parts = shape.slowing..BLEND_PARTS;
+        let limits = self.parts.limits(parts, &self.wish, shape.shares, arm)?;
+        let limits = alike(limits, &self.right);
+        list.push(Stretch::new(length(BLEND_PARTS - shape.slowing), limits));
+        list.push_part(&next.course, (corner.exit, next.path.length()), rate);
+        let lead = corner.lead();
+        let begin = lead + whole;
+        let zone = begin + (next.zone - corner.exit) / rate;
         if next.radius > 0.0 {
-            list = list.with_zone(zone, ZONE_STOPPING_SHARE, next.zone_speed / self.rate);
+            list = list.with_zone(zone, ZONE_STOPPING_SHARE, next.zone_speed / rate);
         }
-        let travel = Travel::joining(Course::moving(&list)?, self.now, first.drive)?;
+        let travel = Travel::joining(Course::moving(&list)?, corner.now, first.travel.wanted())?;
         let chain = Chain::of_three([
             Piece {
-                path: leg.path,
-                from: self.now.position,
+                path: first.leg.path,
+                from: corner.now.position,
                 rate: 1.0,
                 begin: 0.0,
             },
             Piece {
-                path: Path::new(Geometry::Blend(self.curve)),
+                path: Path::new(Geometry::Blend(self.curve.quintic)),
                 from: 0.0,
                 rate: 1.0,
                 begin: lead,
             },
             Piece {
                 path: next.path,
-                from: self.exit,
-                rate: self.rate,
+                from: corner.exit,
+                rate,
                 begin,
             },
         ]);
         Some(Joined {
             chain,
             travel,
-            leg: *next,
+            leg: next,
             zone,
         })
     }
 
-    /// How fast the curve is wanted between legs with the limits `left` and `right`.
-    fn wish(
-        &self,
-        parts: &CurveParts,
-        (left, right): (&ScalarLimits, &ScalarLimits),
-        leg: &Leg,
-    ) -> CurveWish {
-        let (before, after) = parts.tcp_at_ends();
-        let (mut tcp, mut turn) = (f64::INFINITY, f64::INFINITY);
-        if self.is_between_joint_legs(leg) {
-            // The leading joint turns one radian per s of the first leg, and `rate` of them on the second.
-            turn = left.speed.max(right.speed * self.rate);
-        } else if before.max(after) >= 1e-6 {
-            // A tool that only turns has no TCP speed to keep to.
-            tcp = (before * left.speed).max(after * right.speed);
+    /// What is left of the first leg, to be walked with more acceleration than was asked for, as far as the joints can.
+    fn hard_lead(&self, acceleration: f64, arm: &Arm) -> Option<Stretch> {
+        let (first, corner) = (self.first, self.corner);
+        let path = &first.leg.path;
+        let now = corner.now.position;
+        let mut bounds = PartBounds::NONE;
+        let mut left = path.point(arm.model, now, &first.q)?;
+        for share in [0.5, 1.0] {
+            let place = now + corner.lead() * share;
+            let right = point_at(path, arm.model, (left.s, &left.q), place)?;
+            let frames = arm.model.forward(&right.q);
+            let elbow = elbow_speed(&frames, &kinematics::JointSpeeds(right.first));
+            bounds.cover(&left, &right, elbow, arm);
+            left = right;
         }
-        CurveWish {
-            speed: left.speed.max(right.speed),
-            tcp,
-            turn,
-            // Where the slower leg accelerates gently the arm must still get down to its speed within the radius.
-            acceleration: left.acceleration.max(right.acceleration),
-        }
+        let limits = Able::of(&bounds, arm.limits).at(&Wish {
+            speed: limits_at(&first.leg.course, now)?
+                .speed
+                .max(corner.now.speed),
+            acceleration,
+            duration: 0.0,
+            radius: 0.0,
+        });
+        limits
+            .are_usable()
+            .then_some(Stretch::new(corner.lead(), limits))
     }
-
-    fn is_between_joint_legs(&self, leg: &Leg) -> bool {
-        matches!(
-            (leg.path.geometry(), self.next.path.geometry()),
-            (Geometry::Joint(_), Geometry::Joint(_))
-        )
-    }
-}
-
-/// The path's point at `s`, found by stepping from a known place.
-fn point_at(
-    path: &Path,
-    model: &RobotModel,
-    (from, q): (f64, &JointPositions),
-    s: f64,
-) -> Option<PathPoint> {
-    let mut point = PathPoint {
-        s: from,
-        q: *q,
-        first: [0.0; 6],
-        second: [0.0; 6],
-    };
-    for step in 1..=STEPS_TO_ENTRY {
-        let place = from + (s - from) * step as f64 / STEPS_TO_ENTRY as f64;
-        point = path.point(model, place, &point.q)?;
-    }
-    Some(point)
-}
-
-fn norm(rates: &[f64; 6]) -> f64 {
-    rates.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-fn last_limits(course: &Course) -> Option<ScalarLimits> {
-    course.stretches().last().map(Stretch::paced)
-}
-
-fn limits_at(course: &Course, s: f64) -> Option<ScalarLimits> {
-    let mut end = 0.0;
-    course
-        .stretches()
-        .iter()
-        .find(|stretch| {
-            end += stretch.length;
-            end > s
-        })
-        .or(course.stretches().last())
-        .map(Stretch::paced)
 }
 
 /// The limits of the neighbour where those are as fast: one stretch needs no end of acceleration between them.

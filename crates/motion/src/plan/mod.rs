@@ -5,6 +5,7 @@
 mod able;
 mod blend;
 mod cartesian;
+mod corner;
 mod curve;
 mod leg;
 mod micro_line;

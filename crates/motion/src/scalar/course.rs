@@ -256,6 +256,17 @@ impl Course {
         self
     }
 
+    /// The same way with every stretch at this fraction of what is allowed on it. For a way that is gone on with: the time it
+    /// takes from rest is not worked out.
+    #[must_use]
+    pub fn at_pace(mut self, pace: f64) -> Self {
+        for stretch in &mut self.stretches.list {
+            stretch.exit_speed *= pace / stretch.pace;
+            stretch.pace = pace;
+        }
+        self
+    }
+
     /// The same way from rest with a zone at its end as of [`Stretches::with_zone`], in `duration` seconds, or as fast as
     /// it is when that is longer or 0. What the zone costs is made up for before it.
     pub fn with_zone(&self, zone: f64, share: f64, fastest: f64, duration: f64) -> Option<Self> {

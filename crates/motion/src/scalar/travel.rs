@@ -141,6 +141,43 @@ impl Travel {
         }
     }
 
+    /// Time until the position is `place`, or until the end and its rest, s; infinite when it is not reached. As of now: what is
+    /// wanted stays as it is.
+    pub fn time_to(&self, place: f64) -> f64 {
+        let mut travel = *self;
+        if travel.planned != Some(travel.wanted) && !travel.finished {
+            travel.replan();
+        }
+        let mut time = 0.0;
+        for _ in 0..=MAX_STRETCHES {
+            let left = (travel.profile.duration() - travel.time).max(0.0);
+            if travel.finished {
+                return time;
+            }
+            if travel.current().is_some() {
+                let reaches = |after: f64| {
+                    travel.behind + travel.profile.at(travel.time + after).position >= place
+                };
+                if reaches(left) && place < travel.course.length() {
+                    return time + first_true(left, reaches);
+                }
+            } else {
+                return time + left;
+            }
+            if !travel.at_end_of_stretch() {
+                return f64::INFINITY;
+            }
+            time += left;
+            travel.next_stretch(0.0);
+        }
+        time
+    }
+
+    /// Time until the end of the course, s; infinite when it is not reached.
+    pub fn time_left(&self) -> f64 {
+        self.time_to(f64::INFINITY)
+    }
+
     fn at_end_of_stretch(&self) -> bool {
         self.current()
             .is_none_or(|s| self.profile.end().position >= s.length)
@@ -206,6 +243,20 @@ impl Travel {
             }
         }
     }
+}
+
+/// Where between 0 and `most` something becomes true that is true at `most`.
+fn first_true(most: f64, is_true: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, most);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if is_true(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high
 }
 
 /// Brakes to rest within the stretch, or, where that does not fit, as far as it does.

@@ -1,0 +1,152 @@
+//! The safety planes in the cycle: which targets they allow, and where a motion must stop for them.
+//!
+//! Owns when they are asked; what they hold back is in `kinematics::safety`, which `is_within_safety_limits` asks as well.
+//!
+//! A setpoint passes while there is a way to rest before the planes: the joints brake one by one, which leaves the path a
+//! little, or a planned motion halts on its path. So a motion whose whole path is allowed is never stopped, however near
+//! to a plane it passes, and one that is stopped does not cross it.
+
+use kinematics::safety::{PlaneSwitches, SafetyViolation};
+use kinematics::{JointPositions, Pose, RpyPose};
+use motion_api::{Refusal, SafetyMode, StopReason};
+
+use crate::brake::JointBrake;
+use crate::cycle::{Cycle, Generator};
+use crate::motion::Motion;
+use crate::setpoint::Setpoint;
+
+/// An arm behind a plane already may be as deep as it is, up to rounding, m.
+const DEPTH_SLACK: f64 = 1e-9;
+
+impl Cycle {
+    /// Which safety planes count now: by mode, and by pairs of configurable inputs (bits 16 to 23) that are both high.
+    pub(crate) fn plane_switches(&self) -> PlaneSwitches {
+        PlaneSwitches {
+            reduced: self.machine.safety_mode() == SafetyMode::Reduced,
+            ci_pairs: core::array::from_fn(|pair| {
+                self.io.image.digital_in >> (16 + 2 * pair) & 3 == 3
+            }),
+        }
+    }
+
+    /// A target must lie inside the joint ranges and before the safety planes.
+    pub(crate) fn check_target(&self, q: &JointPositions) -> Result<(), Refusal> {
+        let switches = self.plane_switches();
+        let violation = self
+            .safety
+            .violation_at(&self.model, q, &self.flange_from_tcp, &switches);
+        match violation {
+            Some(SafetyViolation::JointPosition {
+                joint,
+                value_rad,
+                min_rad,
+                max_rad,
+            }) => Err(Refusal::JointLimit {
+                joint: joint as u8,
+                value: value_rad,
+                min: min_rad,
+                max: max_rad,
+            }),
+            Some(SafetyViolation::Plane { plane, depth_m, .. }) => Err(Refusal::SafetyPlane {
+                plane: plane as u8,
+                depth: depth_m,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// The same for a TCP pose that can be reached; whether it can is found by the planner.
+    pub(crate) fn check_target_pose(&self, pose: &RpyPose) -> Result<(), Refusal> {
+        if self.has_no_planes() || !pose.is_finite() {
+            return Ok(());
+        }
+        let base_from_tcp = Pose::from_rpy(pose);
+        let near = self.next_start();
+        match self
+            .model
+            .inverse_nearest(&base_from_tcp, &self.flange_from_tcp, &near)
+        {
+            Some(q) => self.check_target(&q),
+            None => Ok(()),
+        }
+    }
+
+    /// A setpoint that is made cycle by cycle: the joints must be able to brake before the planes.
+    pub(crate) fn check_planes(&self, wanted: &Setpoint) -> Result<(), StopReason> {
+        // A planned motion by itself has been looked at before, and so has what brakes already.
+        let is_looked_at = match &self.generator {
+            Generator::Path(_) => self.is_path_all(),
+            Generator::Brake(_) => true,
+            Generator::Hold | Generator::Online(_) => false,
+        };
+        if is_looked_at || self.has_no_planes() {
+            return Ok(());
+        }
+        let end = JointBrake::new(wanted, &self.limits).end();
+        self.crossed_at(&end).map_or(Ok(()), Err)
+    }
+
+    /// A motion that would go on to `wanted`: it, or the joints, must be able to come to rest before the planes.
+    pub(crate) fn check_planes_on_path(
+        &self,
+        motion: &Motion,
+        wanted: &Setpoint,
+    ) -> Result<(), StopReason> {
+        if self.has_no_planes() || !self.is_path_all() {
+            return Ok(());
+        }
+        let end = JointBrake::new(wanted, &self.limits).end();
+        let Some(crossed) = self.crossed_at(&end) else {
+            return Ok(());
+        };
+        if self.crossed_at(&wanted.q).is_some() {
+            return Err(crossed);
+        }
+        let halted = motion.halted(&self.ground(), &wanted.q);
+        match halted.and_then(|end| self.crossed_at(&end)) {
+            None if halted.is_some() => Ok(()),
+            _ => Err(crossed),
+        }
+    }
+
+    /// Whether a planned motion must halt on its path because its joints, braking one by one, would cross a plane.
+    pub(crate) fn must_halt_on_path(&self) -> bool {
+        self.is_path_all() && {
+            let end = JointBrake::new(&self.commanded, &self.limits).end();
+            self.crossed_at(&end).is_some()
+        }
+    }
+
+    /// The plane that the arm at `q` is behind, and deeper than it is now: one that stands behind a plane must be able to come
+    /// back.
+    fn crossed_at(&self, q: &JointPositions) -> Option<StopReason> {
+        let switches = self.plane_switches();
+        let violation = |q| {
+            let frames = self.model.forward(q);
+            self.safety
+                .plane_violation(&frames, &self.flange_from_tcp, &switches)
+        };
+        let Some(SafetyViolation::Plane { plane, depth_m, .. }) = violation(q) else {
+            return None;
+        };
+        if let Some(SafetyViolation::Plane { depth_m: now, .. }) = violation(&self.commanded.q)
+            && depth_m <= now + DEPTH_SLACK
+        {
+            return None;
+        }
+        Some(StopReason::SafetyPlane {
+            plane: plane as u8,
+            depth: depth_m,
+        })
+    }
+
+    /// The path is all that moves the arm: neither a belt nor force mode is added to it.
+    fn is_path_all(&self) -> bool {
+        self.tracking.is_none() && !self.force.is_at_work()
+    }
+
+    /// Nothing but the ranges of the joints bounds where the arm may be.
+    pub(crate) fn has_no_planes(&self) -> bool {
+        self.safety.planes().next().is_none()
+    }
+}
