@@ -456,8 +456,14 @@ impl Evaluator<'_> {
         match class.lookup(name) {
             Some(Value::Property(property)) => {
                 if property.set.is_none() {
-                    let (name, class) = (self.core.symbols.name(name), self.qualname_of(class));
-                    let message = format!("property '{name}' of '{class}' object has no setter");
+                    let in_c = class.in_c.get();
+                    let (name, full) = (self.core.symbols.name(name), class.type_name());
+                    let class = self.qualname_of(class);
+                    let message = if in_c {
+                        format!("attribute '{name}' of '{full}' objects is not writable")
+                    } else {
+                        format!("property '{name}' of '{class}' object has no setter")
+                    };
                     return Err(self.raise(ExceptionKind::AttributeError, message));
                 }
                 return self
