@@ -317,7 +317,10 @@ fn real(value: f64, spec: &Spec, type_name: &str, ev: &Evaluator<'_>, out: &mut 
     }
     let (body, tail) = real_body(value.abs(), spec, type_name, ev)?;
     let mut negative = value.is_sign_negative() && !value.is_nan();
-    if spec.no_negative_zero && !body.contains(|c: char| ('1'..='9').contains(&c)) {
+    if spec.no_negative_zero
+        && value.is_finite()
+        && !body.contains(|c: char| ('1'..='9').contains(&c))
+    {
         negative = false;
     }
     let split = body.find(['.', 'e', 'E', '%']).unwrap_or(body.len());
