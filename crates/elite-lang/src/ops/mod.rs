@@ -13,6 +13,7 @@ pub mod dict;
 pub mod hash;
 pub mod item;
 pub mod iterate;
+pub mod search;
 pub mod sequence;
 pub mod text;
 pub mod truth;
