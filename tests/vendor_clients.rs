@@ -56,6 +56,11 @@ fn every_port_tells_the_same_in_every_state() {
 }
 
 #[test]
+fn points_streamed_to_the_interpreter_lead_the_arm() {
+    run("test_interpreter");
+}
+
+#[test]
 fn inputs_are_set_through_the_http_port() {
     run("test_http");
 }

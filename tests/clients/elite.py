@@ -331,6 +331,7 @@ class Primary(Client):
                 raise TimeoutError("primary: no exception")
             if message[0] != 20:
                 continue
+            self.exception_time = struct.unpack(">Q", message[1][:8])[0] / 1000
             kind = message[1][9]
             first, second = struct.unpack(">ii", message[1][10:18])
             if kind == 10:

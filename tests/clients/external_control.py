@@ -53,6 +53,11 @@ class Listener:
         except OSError:
             return True
 
+    def stop(self):
+        """Nobody listens on the port any more."""
+        self.server.shutdown(socket.SHUT_RDWR)
+        self.server.close()
+
     def close(self):
         self.server.close()
         if self.connection:
@@ -63,9 +68,13 @@ class Driver:
     """Headless: the program goes to 30001 at once. Timeouts are longer than the vendor's 200 ms: a busy machine may keep this
     client from its turn for as long."""
 
-    def __init__(self, primary_port, servo_time=0.004, lookahead=0.1, gain=300):
+    def __init__(self, primary_port, servo_time=0.004, lookahead=0.1, gain=300, listening=True):
         self.primary = Primary(primary_port)
         self.reverse, self.trajectory, self.command = Listener(), Listener(), Listener()
+        if not listening:
+            self.reverse.stop()
+            self.trajectory.stop()
+            self.command.stop()
         fill = {
             "SERVER_IP": self.primary.local_ip,
             "REVERSE_PORT": self.reverse.port,

@@ -264,6 +264,7 @@ class Stopped(unittest.TestCase):
             driver.primary.send_script("sec s():\n  ft_rtsi_input_enable(True)\nend")
             lead(driver, rtsi)
             listener = Primary(server.ports["primary"])
+            listener.state()  # it hears everything from now on
             rtsi.write(inputs, {"external_force_torque": [200, 0, 0, 0, 0, 0]})
             rtsi.until(lambda v: v["safety_status"] == 3)
             rtsi.write(inputs, {"external_force_torque": [0] * 6})
@@ -302,6 +303,7 @@ class Stopped(unittest.TestCase):
             dashboard = Dashboard(server.ports["dashboard"])
             dashboard.ask("remoteControl -off")
             listener = Primary(server.ports["primary"])
+            listener.state()  # it hears everything from now on
             driver = Driver(server.ports["primary"])
             self.assertIn("remote control", listener.exception()[3])
             self.assertFalse(driver.reverse.connected.wait(0.5))
@@ -314,6 +316,38 @@ class Stopped(unittest.TestCase):
             driver.idle()
             lead(driver, rtsi, -0.002)
             self.assertTrue(driver.stop())
+
+    def test_a_pc_that_does_not_listen_is_given_up_at_once(self):
+        with Server() as server:
+            start = time.monotonic()
+            driver = Driver(server.ports["primary"], listening=False)
+            listener = Primary(server.ports["primary"])
+            listener.state()  # it hears everything from now on
+            listener.until(lambda s: s.running)
+            listener.until(lambda s: not s.running, 5)
+            self.assertLess(time.monotonic() - start, 4)
+            self.assertIn("nothing came in time: 0 of 8", server.stderr())
+            driver.close()
+
+    def test_a_motion_without_power_ends_the_program_with_an_error_and_it_is_sent_again(self):
+        with Server("--powered-off") as server:
+            rtsi = watch(server, self.NAMES)
+            listener = Primary(server.ports["primary"])
+            listener.state()  # it hears everything from now on
+            for enter in (MODES["speedj"], MODES["trajectory"], lambda d, _: d.servoj(HOME, 5000)):
+                driver = Driver(server.ports["primary"])
+                driver.wait_connected()
+                driver.idle()
+                enter(driver, rtsi)
+                kind, line, _, text = listener.exception()
+                self.assertEqual(kind, 10)
+                self.assertIn("POWER_OFF", text)
+                self.assertGreater(line, 1)
+                rtsi.until(lambda v: v["runtime_state"] == 3)
+            dashboard = Dashboard(server.ports["dashboard"])
+            dashboard.power_on()
+            dashboard.brake_release()
+            self.again(driver, rtsi)
 
     def again(self, driver, rtsi):
         for listener in (driver.reverse, driver.trajectory, driver.command):

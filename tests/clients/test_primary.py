@@ -93,6 +93,7 @@ class Programs(unittest.TestCase):
                 self.assertEqual((kind, line), (10, 2))
                 self.assertGreater(column, 1)
                 self.assertIn("SyntaxError", text)
+                self.assertAlmostEqual(client.exception_time, time.time(), delta=5)
             self.assertLess(time.monotonic() - start, 1)
             sender.state()
 
@@ -224,12 +225,15 @@ class Senders(unittest.TestCase):
         self.send(b"def f():\n  sleep(4)\nend\n")
         self.rtsi.until(lambda v: v["runtime_state"] == 1)
         start = time.monotonic()
-        self.send(b"def g():\n  write_output_integer_register(0, 7)\nend\n")
-        self.assertIn("running", self.primary.exception()[3])
+        for second in [b"def g():\n  write_output_integer_register(0, 7)\nend\n", b"movej([1,-1.5708,1.5708,-1.5708,-1.5708,0])\n"]:
+            self.send(second)
+            self.assertIn("running", self.primary.exception()[3])
         self.rtsi.until(lambda v: v["runtime_state"] == 3)
         self.assertGreater(time.monotonic() - start, 2)
         time.sleep(0.3)
-        self.assertEqual(self.rtsi.latest()["output_int_register0"], 0)
+        found = self.rtsi.latest()
+        self.assertEqual((found["output_int_register0"], found["runtime_state"]), (0, 3))
+        self.assertLess(abs(found["actual_joint_positions"][0]), 0.01)
 
 
 if __name__ == "__main__":

@@ -47,7 +47,7 @@ impl Lower<'_> {
     /// What a loop binds.
     pub(super) fn loop_target(&mut self, target: &ast::Expr) -> LoopTarget {
         if let ExprKind::Name(name) = &target.kind
-            && let Place::Local(slot) | Place::Class(slot) = self.place(name)
+            && let Place::Local(slot) = self.place(name)
         {
             return LoopTarget::Slot(slot);
         }

@@ -365,6 +365,7 @@ impl Evaluator<'_> {
                     if keep {
                         return Ok(Some(value));
                     }
+                    self.safepoint()?;
                 }
                 Ok(None)
             }

@@ -36,6 +36,16 @@ pub enum Payload {
     Value(RefCell<Value>),
     /// Data of the library or the embedder.
     Object(Box<dyn Any>),
+    /// Data of the library that holds values, and how to reach them.
+    Holding(Box<dyn Any>, &'static Holds),
+}
+
+/// How the search for cycles reaches the values that data of the library holds.
+pub struct Holds {
+    /// Runs a function on each of them.
+    pub visit: fn(&dyn Any, &mut dyn FnMut(&Value)),
+    /// Lets go of them.
+    pub clear: fn(&dyn Any),
 }
 
 impl Instance {
@@ -59,9 +69,14 @@ impl Instance {
             Attrs::Slots(mut slots) => trash::dismantle(&mut slots),
             Attrs::Dict(dict) => dict.clear(),
         }
+        match &self.payload {
+            Payload::Exception(state) => state.clear(),
+            Payload::Holding(data, holds) => (holds.clear)(&**data),
+            _ => {}
+        }
     }
 
-    /// Runs `each` on the attributes and the builtin value it extends, unless they are being changed.
+    /// Runs `each` on the attributes and on what it holds beyond them, unless they are being changed.
     pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
         if let Ok(attrs) = self.attrs.try_borrow() {
             match &*attrs {
@@ -69,10 +84,15 @@ impl Instance {
                 Attrs::Dict(dict) => each(&Value::Dict(dict.clone())),
             }
         }
-        if let Payload::Value(value) = &self.payload
-            && let Ok(value) = value.try_borrow()
-        {
-            each(&value);
+        match &self.payload {
+            Payload::Value(value) => {
+                if let Ok(value) = value.try_borrow() {
+                    each(&value);
+                }
+            }
+            Payload::Exception(state) => state.visit(each),
+            Payload::Holding(data, holds) => (holds.visit)(&**data, each),
+            Payload::None | Payload::Object(_) => {}
         }
     }
 
@@ -96,7 +116,7 @@ impl Instance {
     /// The library data of type `T`.
     pub fn object<T: 'static>(&self) -> Option<&T> {
         match &self.payload {
-            Payload::Object(object) => object.downcast_ref(),
+            Payload::Object(object) | Payload::Holding(object, _) => object.downcast_ref(),
             _ => None,
         }
     }
@@ -246,7 +266,7 @@ impl Drop for Instance {
                 trash::dismantle(&mut values);
             }
             Payload::Value(value) => trash::dismantle_one(value.get_mut()),
-            Payload::None | Payload::Object(_) => {}
+            Payload::None | Payload::Object(_) | Payload::Holding(..) => {}
         }
     }
 }

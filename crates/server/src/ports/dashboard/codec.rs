@@ -237,6 +237,8 @@ impl Command {
             Self::Stop => Some("stop"),
             Self::LoadTask(_) => Some("task"),
             Self::LoadConfiguration(_) => Some("configuration"),
+            // A program changes it.
+            Self::SetVariable(..) => Some("variable"),
             _ => None,
         }
     }

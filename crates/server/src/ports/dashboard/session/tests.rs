@@ -239,7 +239,15 @@ async fn without_remote_control_tasks_are_not_touched() {
         ("robotMode", "robotMode: POWER_OFF"),
     ])
     .await;
-    for word in ["play", "pause", "stop", "task -p a", "configuration -p a"] {
+    let words = [
+        "play",
+        "pause",
+        "stop",
+        "task -p a",
+        "configuration -p a",
+        "variable -set a 1",
+    ];
+    for word in words {
         let name = word.split(' ').next().unwrap();
         let reply = rig.ask(word).await;
         assert_eq!(
