@@ -381,11 +381,10 @@ fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn partition(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
-    let (text, separator) = (receiver(ev, &args[0])?, text_argument(ev, &args[1])?);
+    let (whole, separator) = (receiver(ev, &args[0])?, text_argument(ev, &args[1])?);
     if separator.is_empty() {
         return Err(ev.value_error("empty separator"));
     }
-    let (whole, text_object) = (&*text, &text);
     let text = whole.as_str();
     let found = if from_right {
         search::rfind(text, separator.as_str())
@@ -393,12 +392,12 @@ fn partition(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
         search::find(text, separator.as_str())
     };
     let empty = || ev.core.empty_str.clone();
-    let all = || Value::Str(text_object.clone());
+    let all = || Value::Str(whole.clone());
     Ok(Value::triple(match (found, from_right) {
         (Some(at), _) => [
-            part_of(whole, &text[..at]),
+            part_of(&whole, &text[..at]),
             Value::Str(separator.clone()),
-            part_of(whole, &text[at + separator.as_str().len()..]),
+            part_of(&whole, &text[at + separator.as_str().len()..]),
         ],
         (None, false) => [all(), empty(), empty()],
         (None, true) => [empty(), empty(), all()],
