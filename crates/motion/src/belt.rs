@@ -3,7 +3,7 @@
 //! Owns when tracking begins and ends; how it moves the arm is in `modes::conveyor`, what encoders count in
 //! `modes::encoder`.
 
-use kinematics::{Pose, RpyPose};
+use kinematics::{JointSpeeds, Pose, RpyPose};
 use motion_api::{CommandId, EncoderRange, PulseDecoding, Refusal, StopReason};
 use nalgebra::{Unit, Vector3};
 
@@ -14,8 +14,9 @@ use crate::intake::{Answer, Ending, bad_value};
 use crate::modes::axis::Axis;
 use crate::modes::conveyor::{Route, Tracking};
 use crate::modes::encoder::Encoder;
-use crate::modes::states;
-use crate::setpoint::Setpoint;
+use crate::modes::points::Points;
+use crate::modes::{online_axes, states};
+use crate::setpoint::{Setpoint, elbow_speed};
 use crate::waiting::WaitingFor;
 
 impl Cycle {
@@ -108,17 +109,42 @@ impl Cycle {
         };
         let belt = self.encoders[tracking.encoder].position();
         let tcp = (self.target_frames.base_from_flange * self.flange_from_tcp).translation;
-        let unit = tracking.unit_twist(tcp).to_vector();
-        if let Some(rate) = self.target_frames.jacobian(tcp).lu().solve(&unit) {
+        let twist = tracking.unit_twist(tcp);
+        let jacobian = self.target_frames.jacobian(tcp).lu();
+        if let Some(per_way) = jacobian.solve(&twist.to_vector()) {
             let able = (0..6).fold(f64::INFINITY, |least, joint| {
-                least.min(self.limits.acceleration[joint] / rate[joint].abs())
+                least.min(self.limits.acceleration[joint] / per_way[joint].abs())
             });
             // While the arm does nothing else the belt may use what motions would need.
             let share = match self.generator {
                 Generator::Hold => SHARE_OF_BELT + SHARE_ON_BELT,
                 _ => SHARE_OF_BELT,
             };
-            tracking.limit(share * able);
+            let elbow = elbow_speed(&self.target_frames, &JointSpeeds(per_way.into()));
+            let points = [
+                (twist.linear.norm(), self.limits.tcp_speed),
+                (elbow, self.limits.elbow_speed),
+            ];
+            let rate = tracking.rate(belt.1);
+            let mut fastest = f64::INFINITY;
+            for (number, (per_way, limit)) in points.into_iter().enumerate() {
+                let (value, most) = (rate * per_way, FASTEST_BELT * limit);
+                if value > most && !tracking.is_stopping() {
+                    return Err(match number {
+                        0 => StopReason::TcpSpeed { value, limit },
+                        _ => StopReason::ElbowSpeed { value, limit },
+                    });
+                }
+                fastest = fastest.min(value.max(BELT_SHARE_OF_POINTS * limit) / per_way);
+            }
+            tracking.limit(share * able, fastest);
+            // Motions that are planned now have what the belt leaves.
+            let speed = rate.max(tracking.speed());
+            let left = points.map(|(per_way, limit)| {
+                (BELT_SHARE_OF_POINTS * limit - speed * per_way).max(LEAST_POINT_SHARE * limit)
+            });
+            self.limits_on_belt.tcp_speed = left[0];
+            self.limits_on_belt.elbow_speed = left[1];
         }
         tracking.advance(belt, self.step);
         let carried = tracking
@@ -128,11 +154,39 @@ impl Cycle {
         // while the joints can still come to rest within their limits.
         let able = is_within_rates(&carried, &self.commanded, self.step, &self.limits)
             && leaves_a_way_to_rest(&carried, &self.limits);
-        if able {
-            Ok(carried)
-        } else {
-            Err(StopReason::ConveyorLost)
+        if !able {
+            return Err(StopReason::ConveyorLost);
         }
+        self.slow_for_points(&carried)?;
+        Ok(carried)
+    }
+
+    /// The setpoint of the belt within the speed limits of TCP and elbow, also while the joints come to rest; a motion on
+    /// the belt is slowed down when it comes near to them.
+    fn slow_for_points(&mut self, carried: &Setpoint) -> Result<(), StopReason> {
+        let arm = (&self.model, &self.flange_from_tcp);
+        let Some(points) = Points::new(arm.0, arm.1, &self.limits, &carried.q) else {
+            return Ok(());
+        };
+        let axes = online_axes(&self.limits, self.step);
+        if !points.is_safe(&states(carried), &axes, self.step) {
+            return Err(points.too_fast(&carried.qd));
+        }
+        let soon = JointSpeeds(core::array::from_fn(|joint| {
+            carried.qd[joint] + AHEAD * carried.qdd[joint]
+        }));
+        let used = points.used(&carried.qd).max(points.used(&soon));
+        if let Some(tracking) = &mut self.tracking {
+            let change = if used > SLOWING_FROM {
+                -SLOWING_RATE * self.step
+            } else if used < SPEEDING_UNTIL {
+                SPEEDING_RATE * self.step
+            } else {
+                0.0
+            };
+            tracking.slowing = (tracking.slowing + change).clamp(0.0, 1.0);
+        }
+        Ok(())
     }
 
     /// Ends tracking once it has come to rest: from then on the generator starts where the arm is.
@@ -197,6 +251,25 @@ impl Cycle {
         Ok(Ending::Now)
     }
 }
+
+/// Share of the speed limits of TCP and elbow that a belt and what is planned on it may use together.
+const BELT_SHARE_OF_POINTS: f64 = 0.93;
+/// A belt is followed up to this share of them.
+const FASTEST_BELT: f64 = 0.985;
+/// Share of them that a motion on a belt is planned with at least, however much the belt takes: the two need not have the
+/// same direction.
+const LEAST_POINT_SHARE: f64 = 0.1;
+/// A motion on a belt is slowed down above this share of those limits, looked at so far ahead, s, and so fast, 1/s; it is let go
+/// on below the other share.
+const SLOWING_FROM: f64 = 0.96;
+/// See [`SLOWING_FROM`].
+const AHEAD: f64 = 0.08;
+/// See [`SLOWING_FROM`].
+const SLOWING_RATE: f64 = 8.0;
+/// See [`SLOWING_FROM`].
+const SPEEDING_UNTIL: f64 = 0.85;
+/// See [`SLOWING_FROM`].
+const SPEEDING_RATE: f64 = 1.0;
 
 /// No joint exceeds its acceleration, or its jerk between two setpoints that are `step` seconds apart.
 fn is_within_rates(next: &Setpoint, before: &Setpoint, step: f64, limits: &MotionLimits) -> bool {

@@ -140,12 +140,12 @@ pub const STRAIGHT_ARC: f64 = 1e-6;
 
 /// Share of a blend zone in which a motion whose successor is not known yet could stop: it enters the zone no faster. The
 /// rest of the zone is time for the successor to arrive.
-pub const ZONE_STOPPING_SHARE: f64 = 0.8;
+pub const ZONE_STOPPING_SHARE: f64 = 0.7;
 
 /// Share of the speed at which a curve through the whole zone could turn straight back: a motion whose successor is not known
 /// yet enters the zone no faster, so that the sharpest turn finds it slow enough. The curve begins a cycle or two into the
 /// zone and is then a little shorter.
-pub const ZONE_TURNING_SHARE: f64 = 0.9;
+pub const ZONE_TURNING_SHARE: f64 = 0.8;
 
 /// Places at which the beginning of a blend zone is searched before it is narrowed down.
 pub const ZONE_PLACES: usize = 16;
@@ -157,7 +157,7 @@ pub const BLEND_INTERVALS_PER_PART: usize = 3;
 
 /// Where a blend begins: at these shares of the zone before the waypoint, tried one after the other until one can be done at
 /// the speed that the arm has. The path is left at 0.6 of the radius at the latest wherever that is possible.
-pub const BLEND_ENTRIES: [f64; 7] = [1.0, 0.86, 0.74, 0.64, 0.5, 0.37, 0.25];
+pub const BLEND_ENTRIES: [f64; 7] = [1.0, 0.86, 0.74, 0.63, 0.5, 0.37, 0.25];
 /// See [`BLEND_ENTRIES`]: so many in one cycle.
 pub const BLEND_ENTRIES_PER_CYCLE: usize = 2;
 /// See [`BLEND_ENTRIES`]: at most this share of the way that is left, so that the entry lies ahead of the arm.

@@ -210,7 +210,8 @@ impl Cycle {
 
     /// The generator's setpoint, or why there is none.
     fn generate(&mut self) -> Result<Setpoint, StopReason> {
-        let fraction = self.fraction();
+        let slowing = self.tracking.as_ref().map_or(1.0, |t| t.slowing);
+        let fraction = self.fraction() * slowing;
         if matches!(self.generator, Generator::Online(_)) {
             return Ok(self.generate_online());
         }

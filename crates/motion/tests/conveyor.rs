@@ -11,14 +11,16 @@
 
 mod common;
 
-use common::{Bench, ideal, movej, movel};
+use common::draw::Draw;
+use common::{Bench, MODELS, ideal, movej, movel};
 use core::f64::consts::TAU;
 use kinematics::safety::{PlaneMode, SafetyPlane};
 use kinematics::{Pose, RobotModel, RpyPose, SafetyBounds};
 use motion::modes::encoder::Belt;
 use motion::{CycleConfig, PlantKind};
 use motion_api::{
-    CommandId, CommandKind, EncoderRange, MotionMode, Outcome, PulseDecoding, Refusal, StopReason,
+    CommandId, CommandKind, EncoderRange, MotionMode, Outcome, PulseDecoding, Refusal, RobotState,
+    StopReason,
 };
 use nalgebra::Vector3;
 
@@ -327,4 +329,92 @@ fn fast_moves_on_a_belt_keep_the_joint_limits() {
     bench.do_it(CommandKind::StopConveyorTracking);
     assert!(bench.stops.is_empty());
     bench.check_limits();
+}
+
+/// A belt and a motion on it under limits of TCP and elbow: never over them, in a protective stop neither.
+#[test]
+fn on_a_belt_the_speed_limits_of_tcp_and_elbow_are_kept() {
+    let (mut done, mut stopped, mut too_fast, mut slow) = (0, 0, 0, 0);
+    for seed in 0..60 {
+        let mut draw = Draw::new(seed);
+        let model = *draw.pick(&MODELS);
+        let mut config = CycleConfig {
+            step_time: *draw.pick(&[0.002, 0.004, 0.008]),
+            ..ideal(model)
+        };
+        let belt_speed = draw.spread(0.02, 0.4);
+        config.belts[0] = Some(Belt {
+            encoder: 0,
+            ticks_per_second: belt_speed * TICKS,
+            start_at: 0.2,
+        });
+        let (tcp, elbow) = (draw.spread(0.05, 1.0), draw.spread(0.05, 1.0));
+        config.limits.tcp_speed = Some(tcp);
+        config.limits.elbow_speed = draw.chance(0.5).then_some(elbow);
+        let elbow = config.limits.elbow_speed.unwrap_or(f64::INFINITY);
+        let mut bench = Bench::new(config);
+        let track = if draw.chance(0.5) {
+            linear([0.0, 1.0, 0.0])
+        } else {
+            CommandKind::TrackConveyorCircular {
+                center: RpyPose::from_array([-0.6, 0.3, 0.0, 0.0, 0.0, 0.0]),
+                ticks_per_revolution: TICKS * TAU,
+                rotate_tool: draw.chance(0.5),
+                encoder: 0,
+            }
+        };
+        bench.do_it(track);
+        bench.run((1.0 / bench.cycle.step_time()) as usize);
+        for _ in 0..2 {
+            let mut goal = bench.states[0].target_tcp_pose;
+            (0..3).for_each(|k| goal.xyz[k] += draw.between(-0.1, 0.1));
+            let id = bench.send(CommandKind::MoveL {
+                target: goal,
+                acceleration: draw.spread(0.5, 10.0),
+                speed: draw.spread(0.05, 1.5),
+                duration: 0.0,
+                radius: 0.0,
+            });
+            let late = bench.now().time + 5.0;
+            while bench.outcome(id).is_none() && bench.now().time < late {
+                bench.tick();
+            }
+            done += usize::from(bench.outcome(id) == Some(Outcome::Done));
+        }
+        bench.do_it(CommandKind::StopConveyorTracking);
+        bench.run(300);
+        bench.check_limits();
+        stopped += bench.stops.len();
+        let at = format!(
+            "{seed} {model} belt {belt_speed} tcp {tcp} elbow {elbow} {:?}",
+            bench.stops
+        );
+        if matches!(track, CommandKind::TrackConveyorLinear { .. }) && belt_speed > tcp {
+            // It cannot be followed, and nobody is left to believe that it is.
+            assert_eq!(bench.stops.len(), 1, "{at}");
+            too_fast += 1;
+        } else if belt_speed < 0.2 * tcp.min(elbow) {
+            assert!(bench.stops.is_empty(), "{at}");
+            slow += 1;
+        }
+        for pair in bench.states.windows(2) {
+            let step = bench.cycle.step_time();
+            let way = |xyz: fn(&RobotState) -> [f64; 3]| {
+                (Vector3::from(xyz(&pair[1])) - Vector3::from(xyz(&pair[0]))).norm() / step
+            };
+            let (v, e) = (way(|s| s.target_tcp_pose.xyz), way(|s| s.elbow_position));
+            assert!(
+                v <= tcp * (1.0 + 1e-6),
+                "{at}: TCP at {v} in cycle {}",
+                pair[1].cycle
+            );
+            assert!(
+                e <= elbow * (1.0 + 1e-6),
+                "{at}: elbow at {e} in cycle {}",
+                pair[1].cycle
+            );
+        }
+    }
+    println!("{done} motions done, {stopped} stopped, {too_fast} belts too fast, {slow} slow");
+    assert!(done > 40 && too_fast > 3 && slow > 5);
 }

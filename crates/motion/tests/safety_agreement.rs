@@ -90,6 +90,16 @@ impl Case {
         let mut bounds = SafetyBounds::default()
             .with_tool(tool)
             .with_restricted_elbow(draw.chance(0.4));
+        // Along a plane at a tenth of a millimetre, where leaving the path is crossing it.
+        let mut along = None;
+        if draw.chance(0.3) {
+            let normal = Vector3::from_fn(|_, _| draw.between(-1.0, 1.0)).normalize();
+            let reach = draw.spread(1e-6, 1e-3);
+            let point = start.translation - normal * reach;
+            let plane = SafetyPlane::new(point.into(), normal.into(), PlaneMode::Normal, None);
+            bounds = bounds.with_tool(None).with_plane(plane.unwrap()).unwrap();
+            along = Some(normal);
+        }
         for _ in 0..draw.whole(0, 3) {
             let normal = Vector3::from_fn(|_, _| draw.between(-1.0, 1.0)).normalize();
             let reach = draw.spread(0.001, 0.3);
@@ -118,9 +128,12 @@ impl Case {
             };
             (kind, bounds.violation_at(&model, &target, &tcp, &switches))
         } else {
-            let spread = draw.spread(0.002, 0.15);
+            let spread = draw.spread(0.002, 0.25);
             let mut vector = |most: f64| Vector3::from_fn(|_, _| draw.between(-most, most));
-            let (by, turn) = (vector(spread), vector(2.0 * spread));
+            let (mut by, turn) = (vector(spread), vector(2.0 * spread));
+            if let Some(normal) = along {
+                by -= normal * by.dot(&normal);
+            }
             let target = Pose::new(
                 rotation_from_rotvec(turn) * start.rotation,
                 start.translation + by,
@@ -233,4 +246,64 @@ fn what_is_within_the_safety_limits_is_accepted_and_never_stopped() {
     );
     assert!(tally.allowed > 50 && tally.refused > 50, "{tally:?}");
     assert!(5 * tally.impossible < tally.allowed, "{tally:?}");
+}
+
+#[test]
+fn an_arc_that_bulges_through_a_plane_stops_on_it_before_the_plane() {
+    for model in MODELS {
+        for bulge in [1e-4, 2e-3, 0.02] {
+            let mut config = ideal(model);
+            let home = config.home;
+            let start = config.model.tcp_pose(&home, &Pose::IDENTITY);
+            let radius = 0.1;
+            // Turned about z at the centre of the arc: at right angles to its start it is farthest out.
+            let at = |angle: f64| {
+                let (sine, cosine) = angle.sin_cos();
+                let by = Vector3::new(radius * sine, 0.0, radius * (cosine - 1.0));
+                Pose::new(start.rotation, start.translation + by).to_rpy()
+            };
+            let highest = start.translation.z - bulge;
+            let plane = SafetyPlane::new(
+                [0.0, 0.0, highest],
+                [0.0, 0.0, -1.0],
+                PlaneMode::Normal,
+                None,
+            );
+            config.safety = SafetyBounds::default().with_plane(plane.unwrap()).unwrap();
+            let mut bench = Bench::new(config);
+            // From behind the plane back before it is allowed.
+            let begin = CommandKind::MoveL {
+                target: at(-1.2),
+                acceleration: 1.2,
+                speed: 0.25,
+                duration: 0.0,
+                radius: 0.0,
+            };
+            assert_eq!(bench.do_it(begin), Outcome::Done, "{model} {bulge}");
+            let first = bench.states.len();
+            let outcome = bench.do_it(CommandKind::MoveC {
+                via: at(-0.8),
+                target: at(1.2),
+                acceleration: 10.0,
+                speed: 1.0,
+                radius: 0.0,
+                fixed: false,
+            });
+            assert!(
+                matches!(outcome, Outcome::ProtectiveStop(_)),
+                "{model} {bulge}: {outcome:?}"
+            );
+            bench.run(300);
+            bench.check_limits();
+            assert!(bench.cycle.is_standing() && bench.stops.len() == 1);
+            let centre = start.translation.z - radius;
+            for state in &bench.states[first..] {
+                let [x, _, z] = state.target_tcp_pose.xyz;
+                assert!(z <= highest, "{model} {bulge}: {z} over {highest}");
+                // On the arc unless the joints could brake faster beside it.
+                let off = (x - start.translation.x).hypot(z - centre) - radius;
+                assert!(off.abs() < 0.01, "{model} {bulge}: {off}");
+            }
+        }
+    }
 }

@@ -117,6 +117,7 @@ fn all(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         if !ev.truth(&value)? {
             return Ok(Value::Bool(false));
         }
+        ev.safepoint()?;
     }
     Ok(Value::Bool(true))
 }
@@ -127,6 +128,7 @@ fn any(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         if ev.truth(&value)? {
             return Ok(Value::Bool(true));
         }
+        ev.safepoint()?;
     }
     Ok(Value::Bool(false))
 }
@@ -285,6 +287,10 @@ fn isinstance(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn issubclass(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     match &args[0] {
         Value::Class(class) => ev.is_subclass(class, &args[1]).map(Value::Bool),
+        // The classes are looked at one by one.
+        _ if matches!(&args[1], Value::Tuple(classes) if classes.items().is_empty()) => {
+            Ok(Value::Bool(false))
+        }
         _ => Err(ev.type_error("issubclass() arg 1 must be a class")),
     }
 }
@@ -359,6 +365,7 @@ fn sorted(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn sum(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let iterator = ev.iter(&args[0])?;
     let mut total = args[1].given().cloned().unwrap_or(Value::Int(0));
     let wrong = match &total {
         Value::Str(_) => Some("sum() can't sum strings [use ''.join(seq) instead]"),
@@ -369,8 +376,8 @@ fn sum(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     if let Some(text) = wrong {
         return Err(ev.type_error(text));
     }
-    let iterator = ev.iter(&args[0])?;
     while let Some(value) = ev.next(&iterator)? {
+        ev.safepoint()?;
         total = match crate::ops::arith::fast(crate::ast::BinaryOp::Add, &total, &value) {
             Some(total) => total,
             None => ev.binary(crate::ast::BinaryOp::Add, &total, &value)?,
@@ -423,6 +430,7 @@ fn extreme(ev: &Evaluator<'_>, args: &mut Args<'_>, name: &str, better: CompareO
             let iterator = ev.iter(iterable)?;
             while let Some(value) = ev.next(&iterator)? {
                 consider(value)?;
+                ev.safepoint()?;
             }
         }
         values => {

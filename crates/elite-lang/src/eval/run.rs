@@ -1,5 +1,6 @@
 //! Entering functions: slots, binding of arguments, checks of depth, fuel and native stack.
 
+use std::mem::ManuallyDrop;
 use std::rc::Rc;
 
 use super::code::{Code, CodeKind};
@@ -7,13 +8,35 @@ use super::generator::Generator;
 use super::{Evaluator, Frame};
 use crate::value::{CellVar, Dict, Function, R, Symbol, Value};
 
+/// Empty slots on the native stack.
+struct Slots<const N: usize>(ManuallyDrop<[Value; N]>);
+
+impl<const N: usize> Slots<N> {
+    #[inline(always)]
+    fn empty() -> Self {
+        Slots(ManuallyDrop::new([const { Value::Unbound }; N]))
+    }
+}
+
+impl<const N: usize> Drop for Slots<N> {
+    /// Most slots hold numbers or nothing, which need no call.
+    #[inline(always)]
+    fn drop(&mut self) {
+        for slot in self.0.iter_mut() {
+            if !slot.is_flat() {
+                drop(std::mem::take(slot));
+            }
+        }
+    }
+}
+
 /// Runs `inner` with `count` empty slots: on the native stack if they are few.
 #[inline(always)]
 pub fn with_slots<T>(count: usize, inner: impl FnOnce(&mut [Value]) -> T) -> T {
     match count {
-        0..=4 => inner(&mut [const { Value::Unbound }; 4][..count]),
-        5..=8 => inner(&mut [const { Value::Unbound }; 8][..count]),
-        9..=16 => inner(&mut [const { Value::Unbound }; 16][..count]),
+        0..=4 => inner(&mut Slots::<4>::empty().0[..count]),
+        5..=8 => inner(&mut Slots::<8>::empty().0[..count]),
+        9..=16 => inner(&mut Slots::<16>::empty().0[..count]),
         _ => inner(&mut vec![Value::Unbound; count]),
     }
 }

@@ -232,17 +232,14 @@ impl Evaluator<'_> {
                     walks.push(Walk::over(iterable, self, f, *span)?);
                 }
                 Step::Next { target, span, end } => {
-                    let item = match walks.last_mut() {
-                        Some(walk) => walk.next(self, f, *span)?,
-                        None => None,
+                    let bound = match walks.last_mut() {
+                        Some(walk) => target.bind_next(walk, self, f, *span)?,
+                        None => false,
                     };
-                    match item {
-                        Some(item) => target.assign(self, f, item)?,
-                        None => {
-                            walks.pop();
-                            *at = *end as usize;
-                            continue;
-                        }
+                    if !bound {
+                        walks.pop();
+                        *at = *end as usize;
+                        continue;
                     }
                 }
                 Step::Leave => drop(walks.pop()),

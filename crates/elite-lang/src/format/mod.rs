@@ -206,6 +206,9 @@ fn integer(int: &Int, spec: &Spec, type_name: &str, ev: &Evaluator<'_>, out: &mu
     if "eEfFgG%".contains(kind) {
         return real(ev.int_to_f64(int)?, spec, "int", ev, out);
     }
+    if !"bcdnoxX".contains(kind) {
+        return Err(unknown_kind(ev, kind, type_name));
+    }
     if spec.precision.is_some() {
         return Err(ev.value_error("Precision not allowed in integer format specifier"));
     }
@@ -378,6 +381,9 @@ fn complex(re: f64, im: f64, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) 
         let text = "'=' alignment flag is not allowed in complex format specifier";
         return Err(ev.value_error(text));
     }
+    if let Some(kind) = spec.kind.filter(|kind| !"eEfFgGn".contains(*kind)) {
+        return Err(unknown_kind(ev, kind, "complex"));
+    }
     if spec.align == Some('=') || spec.fill == '0' {
         return Err(ev.value_error("Zero padding is not allowed in complex format specifier"));
     }
@@ -397,14 +403,11 @@ fn complex(re: f64, im: f64, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) 
         }
         Ok(text)
     };
-    let text = if spec.kind.is_none() && spec.precision.is_none() {
-        float::complex_repr(re, im)
-    } else if spec.kind.is_none() {
-        let imaginary = part(im, '+')?;
+    let text = if spec.kind.is_none() {
         if re == 0.0 && re.is_sign_positive() {
-            format!("{}j", imaginary.trim_start_matches('+'))
+            format!("{}j", part(im, spec.sign)?)
         } else {
-            format!("({}{imaginary}j)", part(re, spec.sign)?)
+            format!("({}{}j)", part(re, spec.sign)?, part(im, '+')?)
         }
     } else {
         format!("{}{}j", part(re, spec.sign)?, part(im, '+')?)

@@ -65,7 +65,11 @@ impl Evaluator<'_> {
             },
             other => {
                 // Anything with items counts, as in CPython.
-                let is_mapping = matches!(other, Value::Dict(_) | Value::List(_) | Value::Range(_))
+                let is_mapping = matches!(
+                    other,
+                    Value::Dict(_) | Value::List(_) | Value::Range(_) | Value::LongRange(_)
+                ) || what != "bytes"
+                    && matches!(other, Value::Bytes(_) | Value::ByteArray(_))
                     || matches!(other, Value::Instance(instance)
                         if instance.class.lookup(crate::value::symbol::known::GETITEM).is_some()
                             || matches!(instance.extended(), Some(Value::Dict(_))));
@@ -207,6 +211,11 @@ impl Evaluator<'_> {
             let value = self.next_argument(source)?;
             return match value {
                 Value::Int(size) => Ok(size.clamp(-(i32::MAX as i64), i32::MAX as i64)),
+                Value::Bool(size) => Ok(i64::from(size)),
+                Value::BigInt(_) => Err(self.raise(
+                    crate::errors::ExceptionKind::OverflowError,
+                    "Python int too large to convert to C ssize_t",
+                )),
                 _ => Err(self.type_error("* wants int")),
             };
         }
@@ -265,6 +274,11 @@ impl Evaluator<'_> {
             'c' => {
                 let text_value = match self.plain(value) {
                     Value::Str(text) if text.len() == 1 => text.as_str().to_owned(),
+                    Value::Bool(flag) => char::from(u8::from(flag)).to_string(),
+                    Value::BigInt(_) => {
+                        let kind = crate::errors::ExceptionKind::OverflowError;
+                        return Err(self.raise(kind, "%c arg not in range(0x110000)"));
+                    }
                     Value::Int(code) => match u32::try_from(code).ok().and_then(char::from_u32) {
                         Some(c) => c.to_string(),
                         None => {

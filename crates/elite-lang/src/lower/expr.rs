@@ -156,7 +156,12 @@ impl Lower<'_> {
                     slot,
                     span: expr.span,
                 }),
-                _ => Operand::Expr(self.expr(expr)),
+                Place::Free(index) => Operand::Free(Free {
+                    index,
+                    span: expr.span,
+                }),
+                Place::Global => Operand::Global(self.global(name, expr.span)),
+                Place::Cell(_) | Place::Class(_) => Operand::Expr(self.expr(expr)),
             },
             ExprKind::Unary {
                 op: UnaryOp::Neg,
@@ -261,7 +266,7 @@ impl Lower<'_> {
             });
         }
         Box::new(Call {
-            function: self.expr(function),
+            function: self.operand(function),
             args: args(self),
             span,
         })
@@ -282,7 +287,7 @@ impl Lower<'_> {
         let callee = self.expr(function);
         if !in_class {
             return Box::new(Call {
-                function: callee,
+                function: Operand::Expr(callee),
                 args: Box::default(),
                 span,
             });

@@ -59,7 +59,7 @@ impl Lower<'_> {
             StmtKind::Break => Box::new(Break),
             StmtKind::Continue => Box::new(Continue),
             StmtKind::Return(None) => Box::new(ReturnNone),
-            StmtKind::Return(Some(value)) => Box::new(Return(self.expr(value))),
+            StmtKind::Return(Some(value)) => Box::new(Return(self.operand(value))),
             StmtKind::Raise { exception, cause } => {
                 let exception = exception.as_ref().map(|expr| self.expr(expr));
                 let cause = cause.as_ref().map(|expr| self.expr(expr));
@@ -162,7 +162,7 @@ impl Lower<'_> {
                     .iter()
                     .all(|expr| !matches!(expr.kind, ExprKind::Starred(_)))
             {
-                let values = [self.expr(x), self.expr(y)];
+                let values = [self.operand(x), self.operand(y)];
                 return Box::new(AssignPair {
                     targets: [self.target(first), self.target(second)],
                     values,
@@ -173,11 +173,11 @@ impl Lower<'_> {
             {
                 return Box::new(AssignLocal {
                     slot,
-                    value: self.expr(value),
+                    value: self.operand(value),
                 });
             }
         }
-        let value = self.expr(value);
+        let value = self.operand(value);
         Box::new(Assign {
             targets: self.targets(targets),
             value,
@@ -197,7 +197,7 @@ impl Lower<'_> {
                     let value = self.operand(value);
                     return augmented_local(op, slot, value, target.span, span);
                 }
-                let (read, value) = (self.expr(target), self.expr(value));
+                let (read, value) = (self.operand(target), self.operand(value));
                 Box::new(AugName {
                     read,
                     target: self.target(target),

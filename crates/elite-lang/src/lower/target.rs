@@ -47,9 +47,20 @@ impl Lower<'_> {
     /// What a loop binds.
     pub(super) fn loop_target(&mut self, target: &ast::Expr) -> LoopTarget {
         if let ExprKind::Name(name) = &target.kind
-            && let Place::Local(slot) | Place::Class(slot) = self.place(name)
+            && let Place::Local(slot) = self.place(name)
         {
             return LoopTarget::Slot(slot);
+        }
+        if let ExprKind::Tuple(items) | ExprKind::List(items) = &target.kind
+            && let [first, second] = &items[..]
+            && !matches!(first.kind, ExprKind::Starred(_))
+            && !matches!(second.kind, ExprKind::Starred(_))
+        {
+            return LoopTarget::Pair(Unpack {
+                targets: Box::new([self.target(first), self.target(second)]),
+                star: None,
+                span: target.span,
+            });
         }
         LoopTarget::Other(self.target(target))
     }

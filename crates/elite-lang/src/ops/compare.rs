@@ -386,6 +386,7 @@ impl Evaluator<'_> {
             if self.equal(&other, item)? {
                 return Ok(true);
             }
+            self.safepoint()?;
         }
         Ok(false)
     }

@@ -470,6 +470,9 @@ impl Evaluator<'_> {
             *function.defaults.borrow_mut() = defaults.into();
             return Ok(());
         }
+        if new.holds_values() {
+            self.core.note_function(function);
+        }
         let mut attrs = function.attrs.borrow_mut();
         let old = attrs
             .get_or_insert_with(|| Box::new(AttrMap::default()))

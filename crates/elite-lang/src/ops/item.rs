@@ -125,6 +125,28 @@ impl Evaluator<'_> {
         self.item_of(value, index)
     }
 
+    /// `value[index]` where that runs no script code and is no error; None otherwise.
+    #[inline]
+    pub fn item_at_once(&self, value: &Value, index: &Value) -> Option<Value> {
+        match (value, index) {
+            (Value::List(list), Value::Int(at)) => {
+                let items = list.borrow();
+                items.get(self.place(*at, items.len())?).cloned()
+            }
+            (Value::Tuple(tuple), Value::Int(at)) => {
+                let items = tuple.items();
+                items.get(self.place(*at, items.len())?).cloned()
+            }
+            (Value::Dict(dict), Value::Str(_) | Value::Int(_)) => {
+                match dict.find(crate::ops::hash::quick_hash(index)?, index) {
+                    crate::value::dict::Found::At(at) => Some(dict.value_at(at)),
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+
     #[cold]
     fn index_error(&self, what: &str) -> Raised {
         self.raise(

@@ -92,7 +92,8 @@ impl Evaluator<'_> {
             }
         };
         self.check_allocation(bytes.saturating_mul(count))?;
-        Ok(count)
+        // Nothing, however often, is nothing.
+        Ok(if bytes == 0 { 0 } else { count })
     }
 
     fn repeat(&self, sequence: &Value, count: &Int) -> R<Option<Value>> {

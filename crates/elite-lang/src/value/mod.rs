@@ -95,6 +95,7 @@ pub enum Value {
 }
 
 const _: () = assert!(size_of::<Value>() == 16);
+
 const _: () = assert!(size_of::<Result<Value, Raised>>() == 16);
 
 /// A variable shared between a function and functions inside it.
@@ -145,6 +146,32 @@ impl std::fmt::Debug for Raised {
 pub type R<T = Value> = Result<T, Raised>;
 
 impl Value {
+    /// Whether dropping it does nothing.
+    #[inline(always)]
+    pub fn is_flat(&self) -> bool {
+        matches!(
+            self,
+            Value::Unbound
+                | Value::None
+                | Value::Ellipsis
+                | Value::NotImplemented
+                | Value::Bool(_)
+                | Value::Int(_)
+                | Value::Float(_)
+        )
+    }
+
+    /// Replaces it. Numbers go over and away without a call: the commonest values of variables are numbers.
+    #[inline(always)]
+    pub fn put(&mut self, value: Value) {
+        let old = std::mem::replace(self, value);
+        if old.is_flat() {
+            std::mem::forget(old);
+        } else {
+            drop(old);
+        }
+    }
+
     /// A new string.
     pub fn str(text: impl Into<CompactString>) -> Value {
         Value::Str(Rc::new(Str::new(text)))

@@ -51,8 +51,11 @@ pub struct Tracking {
     /// The arm's way: m or rad.
     way: ScalarState,
     axis: Axis,
-    /// Acceleration where the joints allow it, in units of the way.
+    /// Acceleration and speed where the joints allow them, in units of the way.
     hardest: f64,
+    fastest: f64,
+    /// Fraction at which a motion on the belt goes on, so that TCP and elbow are not too fast.
+    pub slowing: f64,
     law: Follower,
     is_stopping: bool,
 }
@@ -88,6 +91,8 @@ impl Tracking {
                 jerk: acceleration / ACCELERATION_RISE,
             },
             hardest: acceleration,
+            fastest: SPEED_MAX / lever,
+            slowing: 1.0,
             law: Follower::new(BANDWIDTH, step),
             is_stopping: false,
         }
@@ -126,10 +131,23 @@ impl Tracking {
         }
     }
 
-    /// Where the joints can do less, the way changes more slowly: `acceleration` in units of the way.
-    pub fn limit(&mut self, acceleration: f64) {
+    /// Where the joints can do less, the way changes more slowly, and where TCP or elbow may not be as fast it is caught up
+    /// with more slowly: `acceleration` and `speed` in units of the way.
+    pub fn limit(&mut self, acceleration: f64, speed: f64) {
         self.axis.acceleration = self.hardest.min(acceleration).max(1e-3);
         self.axis.jerk = self.axis.acceleration / ACCELERATION_RISE;
+        // Not below what the arm has already: it slows down with the belt.
+        self.axis.speed = self.fastest.min(speed).max(self.way.speed.abs());
+    }
+
+    /// Speed of the belt when the encoder runs at `rate` ticks/s, and of the arm's way: m/s or rad/s, without sign.
+    pub fn rate(&self, rate: f64) -> f64 {
+        (rate * self.per_tick).abs()
+    }
+
+    /// See [`rate`](Self::rate).
+    pub fn speed(&self) -> f64 {
+        self.way.speed.abs()
     }
 
     /// One step further: the encoder was at `ticks` with `rate` (ticks/s) when the step began.

@@ -17,7 +17,7 @@ pub mod follower;
 pub(crate) mod force;
 pub mod freedrive;
 pub mod joint_speed;
-mod points;
+pub(crate) mod points;
 pub mod servo;
 pub mod tcp_speed;
 
@@ -71,14 +71,7 @@ impl<'a> OnlineArm<'a> {
         step: f64,
         (fraction, is_paused): (f64, bool),
     ) -> Self {
-        let axes: [Axis; 6] = core::array::from_fn(|joint| Axis {
-            min: limits.position_min[joint],
-            max: limits.position_max[joint],
-            // Within a step the speed may be higher than at its ends by that.
-            speed: limits.speed[joint] - limits.jerk[joint] * step * step / 8.0,
-            acceleration: limits.acceleration[joint],
-            jerk: limits.jerk[joint],
-        });
+        let axes = online_axes(limits, step);
         let effort = &model.limits().effort;
         let torque = torque_share(dynamics, effort, &axes, at);
         let points = Points::new(model, flange_from_tcp, limits, &at.q);
@@ -135,6 +128,18 @@ impl<'a> OnlineArm<'a> {
             points: self.points.as_ref(),
         }
     }
+}
+
+/// What each joint may do in online modes.
+pub(crate) fn online_axes(limits: &MotionLimits, step: f64) -> [Axis; 6] {
+    core::array::from_fn(|joint| Axis {
+        min: limits.position_min[joint],
+        max: limits.position_max[joint],
+        // Within a step the speed may be higher than at its ends by that.
+        speed: limits.speed[joint] - limits.jerk[joint] * step * step / 8.0,
+        acceleration: limits.acceleration[joint],
+        jerk: limits.jerk[joint],
+    })
 }
 
 /// The share of every joint's acceleration at which the drives can accelerate all of them at once, whatever the signs.

@@ -6,6 +6,7 @@
 //! checked, more coarsely further on.
 
 use kinematics::{Frames, JointPositions, JointSpeeds, Pose, RobotModel};
+use motion_api::StopReason;
 use nalgebra::Vector3;
 
 use super::axis::Axis;
@@ -27,7 +28,7 @@ const HALVINGS: u32 = 6;
 
 /// What limits the speeds of TCP and elbow, where anything does.
 #[derive(Clone, Copy)]
-pub(super) struct Points<'a> {
+pub(crate) struct Points<'a> {
     model: &'a RobotModel,
     flange_from_tcp: &'a Pose,
     frames: Frames,
@@ -38,7 +39,7 @@ pub(super) struct Points<'a> {
 
 impl<'a> Points<'a> {
     /// With the arm at `q`; `None` without limits.
-    pub(super) fn new(
+    pub(crate) fn new(
         model: &'a RobotModel,
         flange_from_tcp: &'a Pose,
         limits: &MotionLimits,
@@ -63,6 +64,28 @@ impl<'a> Points<'a> {
         let tcp = self.frames.twist(qd, self.tcp).linear.norm();
         let elbow = elbow_speed(&self.frames, qd);
         AIMED_SHARE * (self.tcp_speed / tcp).min(self.elbow_speed / elbow)
+    }
+
+    /// Share of the limits that TCP or elbow use at `qd`, whichever uses more.
+    pub(crate) fn used(&self, qd: &JointSpeeds) -> f64 {
+        AIMED_SHARE / self.factor(qd)
+    }
+
+    /// The limit that is about to be exceeded from `qd` on: the one of which more is used.
+    pub(crate) fn too_fast(&self, qd: &JointSpeeds) -> StopReason {
+        let tcp = self.frames.twist(qd, self.tcp).linear.norm();
+        let elbow = elbow_speed(&self.frames, qd);
+        if tcp / self.tcp_speed >= elbow / self.elbow_speed {
+            StopReason::TcpSpeed {
+                value: tcp,
+                limit: self.tcp_speed,
+            }
+        } else {
+            StopReason::ElbowSpeed {
+                value: elbow,
+                limit: self.elbow_speed,
+            }
+        }
     }
 
     /// `wanted` if it is safe, otherwise the safe state nearest to it on the way to braking.
@@ -100,7 +123,7 @@ impl<'a> Points<'a> {
     }
 
     /// Whether braking from `states` keeps both limits.
-    pub(super) fn is_safe(&self, states: &[ScalarState; 6], axes: &[Axis; 6], step: f64) -> bool {
+    pub(crate) fn is_safe(&self, states: &[ScalarState; 6], axes: &[Axis; 6], step: f64) -> bool {
         let ramps: [Ramp; 6] = core::array::from_fn(|joint| {
             let (state, axis) = (&states[joint], &axes[joint]);
             ramp(

@@ -26,11 +26,11 @@ pub(super) fn install(core: &Rc<Core>) {
         })))
     });
     constructor(core, &types.enumerate, "iterable start?", |ev, args| {
-        let source = ev.iter(&args[0])?;
         let start = match args[1].given() {
             Some(start) => ev.to_int(start)?.into_value(),
             None => Value::Int(0),
         };
+        let source = ev.iter(&args[0])?;
         Ok(Value::Iter(Rc::new(Iter::Enumerate {
             source,
             count: RefCell::new(start),

@@ -172,6 +172,16 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             Some(_) => Err(ev.type_error("int() missing string argument")),
         };
     };
+    let base = match base {
+        Some(given) => {
+            let number = ev.clamped_index(given)?;
+            if number != 0 && !(2..=36).contains(&number) {
+                return Err(ev.value_error("int() base must be >= 2 and <= 36, or 0"));
+            }
+            Some(number)
+        }
+        None => None,
+    };
     let text = match value {
         Value::Str(text) => text.as_str().to_owned(),
         other => match ev.plain(other) {
@@ -185,13 +195,7 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             },
         },
     };
-    let base = match base {
-        Some(base) => ev.index(base)?,
-        None => 10,
-    };
-    if base != 0 && !(2..=36).contains(&base) {
-        return Err(ev.value_error("int() base must be >= 2 and <= 36, or 0"));
-    }
+    let base = base.unwrap_or(10);
     match parse_int(ev, &text, base as u32)? {
         Some(int) => Ok(int),
         None => {
@@ -426,10 +430,10 @@ fn to_bytes(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         Some(length) => ev.index(length)?,
         None => 1,
     };
+    let big_endian = byte_order(ev, &args[2])?;
     let length = usize::try_from(length)
         .map_err(|_| ev.value_error("length argument must be non-negative"))?;
     ev.check_allocation(length)?;
-    let big_endian = byte_order(ev, &args[2])?;
     let signed = args[3].given().map_or(Ok(false), |value| ev.truth(value))?;
     if int.is_negative() && !signed {
         return Err(ev.raise(

@@ -24,7 +24,7 @@ pub(super) fn install(core: &Rc<Core>) {
                 mapped(ev, args, |text| text.to_lowercase())
             }),
             ("casefold", "", |ev, args| {
-                mapped(ev, args, |text| text.to_lowercase().replace('ß', "ss"))
+                mapped(ev, args, unicode::casefold)
             }),
             ("capitalize", "", |ev, args| mapped(ev, args, capitalize)),
             ("title", "", |ev, args| mapped(ev, args, title)),
@@ -232,8 +232,10 @@ fn swapcase(text: &str) -> String {
     for c in text.chars() {
         if c.is_uppercase() {
             out.extend(c.to_lowercase())
-        } else {
+        } else if c.is_lowercase() {
             out.extend(c.to_uppercase())
+        } else {
+            out.push(c);
         }
     }
     out
@@ -343,7 +345,7 @@ fn split_spaces(text: &str, most: usize, from_right: bool) -> Vec<&str> {
 }
 
 fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let keep = args[1].given().map_or(Ok(false), |value| ev.truth(value))?;
+    let keep = args[1].given().map_or(Ok(0), |value| ev.index(value))? != 0;
     let text = receiver(ev, &args[0])?;
     let text = text.as_str();
     let is_end = |c: char| {

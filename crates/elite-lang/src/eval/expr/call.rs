@@ -16,7 +16,7 @@ use crate::value::{Class, Function, Instance, R, Symbol, Value};
 /// `function(a, b)` without stars and keywords.
 pub struct Call {
     /// What is called.
-    pub function: Expr,
+    pub function: Operand,
     /// With what.
     pub args: Box<[Operand]>,
     /// Where it is written.
@@ -75,7 +75,7 @@ fn make_instance(
     }
     with_slots(init.code.slots, |slots| {
         for (slot, arg) in slots[1..given].iter_mut().zip(args) {
-            *slot = arg.eval(ev, f)?;
+            slot.put(arg.eval(ev, f)?);
         }
         if class.version() != version {
             // An argument has changed the class.
@@ -83,7 +83,7 @@ fn make_instance(
             return result.at(ev, f, span);
         }
         let object = Instance::new(class.clone(), Payload::None);
-        slots[0] = Value::Instance(object.clone());
+        slots[0].put(Value::Instance(object.clone()));
         if given < params.positional {
             ev.fill_defaults(init, slots).at(ev, f, span)?;
         }
@@ -142,10 +142,10 @@ pub(super) fn call_script(
     }
     with_slots(function.code.slots, |slots| {
         if let Some(receiver) = receiver {
-            slots[0] = receiver;
+            slots[0].put(receiver);
         }
         for (slot, arg) in slots[first..given].iter_mut().zip(args) {
-            *slot = arg.eval(ev, f)?;
+            slot.put(arg.eval(ev, f)?);
         }
         if given < params.positional {
             ev.fill_defaults(function, slots).at(ev, f, span)?;
