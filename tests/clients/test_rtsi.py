@@ -547,6 +547,22 @@ class Sessions(unittest.TestCase):
                 rtsi.read()
                 rtsi.close()
 
+    def test_data_and_states_go_on_while_a_virtual_clock_stands_still(self):
+        with Server("--clock", "virtual") as server:
+            primary, rtsi = Primary(server.ports["primary"]), Rtsi(server.ports["rtsi"])
+            rtsi.set_up_outputs(["timestamp", "runtime_state"])
+            rtsi.start()
+            primary.send_script("def busy():\n  while True:\n    pass\n  end\nend")
+            rtsi.until(lambda v: v["runtime_state"] == 1)
+            time.sleep(0.2)
+            first = rtsi.latest()
+            for _ in range(3):
+                again = rtsi.read(1.0)  # within the second after which the vendor's client gives up
+                primary.state(1.0)
+            self.assertEqual(again["timestamp"], first["timestamp"])
+            primary.send_script("stop task")
+            rtsi.until(lambda v: v["runtime_state"] == 3 and v["timestamp"] > first["timestamp"])
+
     def test_recipes_are_set_up_while_data_flows(self):
         with Server() as server:
             rtsi = Rtsi(server.ports["rtsi"])
