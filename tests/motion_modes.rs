@@ -8,7 +8,7 @@
 
 mod common;
 
-use common::{printed_in_cell as printed, run_in_cell};
+use common::{printed_in_cell as printed, run_in_cell, run_script};
 
 #[test]
 fn streams_and_speeds_do_what_their_calls_say() {
