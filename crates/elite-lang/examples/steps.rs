@@ -4,7 +4,9 @@
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use elite_lang::{Host, Interpreter, KnownNames, Limits, Resume, SourceFile, Step, ThreadId, compile};
+use elite_lang::{
+    Host, Interpreter, KnownNames, Limits, Resume, SourceFile, Step, ThreadId, compile,
+};
 
 struct Silent;
 
@@ -46,7 +48,12 @@ fn main() {
     let mut steps: Vec<Duration> = Vec::new();
     let begin = Instant::now();
     // Until every object has been there for some searches.
-    while interpreter.global("i").and_then(|i| i.as_i64()).unwrap_or(0) < 3 * objects as i64 {
+    while interpreter
+        .global("i")
+        .and_then(|i| i.as_i64())
+        .unwrap_or(0)
+        < 3 * objects as i64
+    {
         let step = Instant::now();
         if !matches!(thread.resume(Resume::Continue, 1_000), Step::OutOfFuel) {
             return eprintln!("the program has ended");
@@ -58,7 +65,12 @@ fn main() {
     let ended = matches!(thread.resume(Resume::Stop, 0), Step::Stopped);
     let stop = stop.elapsed();
     steps.sort();
-    let at = |part: usize| steps.get(steps.len() * part / 1000).copied().unwrap_or_default();
+    let at = |part: usize| {
+        steps
+            .get(steps.len() * part / 1000)
+            .copied()
+            .unwrap_or_default()
+    };
     println!(
         "{objects} objects kept, {} steps in {all:?}: half of them within {:?}, 99.9 % within {:?}, slowest {:?}; stop {stop:?} ({})",
         steps.len(),

@@ -34,7 +34,8 @@ impl<const N: usize> Drop for Slots<N> {
 #[inline(always)]
 pub fn with_slots<T>(count: usize, inner: impl FnOnce(&mut [Value]) -> T) -> T {
     match count {
-        0..=4 => inner(&mut Slots::<4>::empty().0[..count]),
+        0..=2 => inner(&mut Slots::<2>::empty().0[..count]),
+        3..=4 => inner(&mut Slots::<4>::empty().0[..count]),
         5..=8 => inner(&mut Slots::<8>::empty().0[..count]),
         9..=16 => inner(&mut Slots::<16>::empty().0[..count]),
         _ => inner(&mut vec![Value::Unbound; count]),

@@ -4,6 +4,8 @@
 //! `while` and `for`) needs no native stack of its own: its place is a number, its loops are a list. All others, with
 //! `yield` inside an expression or within `try` or `with`, are coroutines (`generator`). `lower` decides.
 
+use std::rc::Rc;
+
 use super::expr::operand::Operand;
 use super::generator::{Stepped, ToGenerator};
 use super::stmt::loops::LoopTarget;
@@ -13,7 +15,6 @@ use super::{Evaluator, Expr, Flow, Frame, Located, Statement};
 use crate::errors::ExceptionKind;
 use crate::source::Span;
 use crate::value::{Function, R, Raised, Value, trash};
-use std::rc::Rc;
 
 /// Index of a step.
 pub type Place = u32;

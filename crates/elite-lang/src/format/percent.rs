@@ -24,15 +24,57 @@ struct Source<'v> {
     next: usize,
     /// A key has been used: the mapping is no argument of its own any more.
     keyed: bool,
-    /// The result is bytes.
-    of_bytes: bool,
+    /// What the result is, `string` or `bytes`.
+    what: &'static str,
+}
+
+impl<'v> Source<'v> {
+    fn of_items(items: &'v [Value], what: &'static str) -> Self {
+        Source {
+            mapping: None,
+            items,
+            next: 0,
+            keyed: false,
+            what,
+        }
+    }
+
+    fn of(args: &'v Value, what: &'static str) -> Self {
+        if let Value::Tuple(tuple) = args {
+            return Source::of_items(tuple.items(), what);
+        }
+        // Anything with items counts, as in CPython.
+        let is_mapping = matches!(
+            args,
+            Value::Dict(_) | Value::List(_) | Value::Range(_) | Value::LongRange(_)
+        ) || what != "bytes"
+            && matches!(args, Value::Bytes(_) | Value::ByteArray(_))
+            || matches!(args, Value::Instance(instance)
+                if instance.class.lookup(crate::value::symbol::known::GETITEM).is_some()
+                    || matches!(instance.extended(), Some(Value::Dict(_))));
+        Source {
+            mapping: is_mapping.then_some(args),
+            ..Source::of_items(std::slice::from_ref(args), what)
+        }
+    }
+
+    fn of_bytes(&self) -> bool {
+        self.what == "bytes"
+    }
 }
 
 impl Evaluator<'_> {
     /// `format % args`
     pub fn percent_format(&self, format: &str, args: &Value) -> R<String> {
         let mut out = String::with_capacity(format.len() + 16);
-        self.percent(format, args, "string", &mut out)?;
+        self.percent(format, Source::of(args, "string"), &mut out)?;
+        Ok(out)
+    }
+
+    /// `format % (item, …)`
+    pub fn percent_format_items(&self, format: &str, items: &[Value]) -> R<String> {
+        let mut out = String::with_capacity(format.len() + 16);
+        self.percent(format, Source::of_items(items, "string"), &mut out)?;
         Ok(out)
     }
 
@@ -41,7 +83,7 @@ impl Evaluator<'_> {
         let data = self.bytes_like(format).unwrap_or_default();
         let text: String = data.iter().map(|byte| char::from(*byte)).collect();
         let mut out = String::new();
-        self.percent(&text, args, "bytes", &mut out)?;
+        self.percent(&text, Source::of(args, "bytes"), &mut out)?;
         let data: Vec<u8> = out
             .chars()
             .map(|c| u8::try_from(c as u32).unwrap_or(b'?'))
@@ -54,34 +96,7 @@ impl Evaluator<'_> {
         })
     }
 
-    fn percent(&self, format: &str, args: &Value, what: &str, out: &mut String) -> R<()> {
-        let mut source = match args {
-            Value::Tuple(tuple) => Source {
-                mapping: None,
-                items: tuple.items(),
-                next: 0,
-                keyed: false,
-                of_bytes: what == "bytes",
-            },
-            other => {
-                // Anything with items counts, as in CPython.
-                let is_mapping = matches!(
-                    other,
-                    Value::Dict(_) | Value::List(_) | Value::Range(_) | Value::LongRange(_)
-                ) || what != "bytes"
-                    && matches!(other, Value::Bytes(_) | Value::ByteArray(_))
-                    || matches!(other, Value::Instance(instance)
-                        if instance.class.lookup(crate::value::symbol::known::GETITEM).is_some()
-                            || matches!(instance.extended(), Some(Value::Dict(_))));
-                Source {
-                    mapping: is_mapping.then_some(other),
-                    items: std::slice::from_ref(other),
-                    next: 0,
-                    keyed: false,
-                    of_bytes: what == "bytes",
-                }
-            }
-        };
+    fn percent(&self, format: &str, mut source: Source<'_>, out: &mut String) -> R<()> {
         let mut rest = format;
         while let Some(percent) = rest.find('%') {
             out.push_str(&rest[..percent]);
@@ -91,6 +106,7 @@ impl Evaluator<'_> {
         out.push_str(rest);
         let all_used = source.next >= source.items.len() || source.mapping.is_some();
         if !all_used {
+            let what = source.what;
             return Err(self.type_error(format!(
                 "not all arguments converted during {what} formatting"
             )));
@@ -162,7 +178,7 @@ impl Evaluator<'_> {
             out.push('%');
             return Ok(rest);
         }
-        if !"sradiuoxXeEfFgGcb".contains(kind) || (kind == 'b' && !source.of_bytes) {
+        if !"sradiuoxXeEfFgGcb".contains(kind) || (kind == 'b' && !source.of_bytes()) {
             let index =
                 format[..at].chars().count() + text_after.chars().count() - rest.chars().count();
             let code = kind as u32;
@@ -174,7 +190,7 @@ impl Evaluator<'_> {
             Some(value) => value,
             None => self.next_argument(source)?,
         };
-        let value = match (source.of_bytes, kind) {
+        let value = match (source.of_bytes(), kind) {
             (true, 's' | 'b' | 'c') => self.byte_argument(kind, value)?,
             _ => value,
         };

@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use super::Lower;
+use super::expr::keeps_locals;
 use crate::ast::{self, ExprKind, Stmt, StmtKind};
 use crate::eval::code::Block;
 use crate::eval::expr::attribute::Cache;
@@ -210,10 +211,12 @@ impl Lower<'_> {
                 value: container,
                 index,
             } => {
+                let keeps = keeps_locals(index) && keeps_locals(value);
                 let (container, index) = (self.operand(container), self.operand(index));
                 Box::new(AugItem {
                     container,
                     index,
+                    keeps,
                     op,
                     value: self.operand(value),
                     item_span: target.span,
@@ -226,7 +229,7 @@ impl Lower<'_> {
                     target,
                     cache: Cache::default(),
                     op,
-                    keeps: super::expr::keeps_locals(value),
+                    keeps: keeps_locals(value),
                     value: self.operand(value),
                     span,
                 })

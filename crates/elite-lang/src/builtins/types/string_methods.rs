@@ -8,7 +8,7 @@ use super::string::{receiver, text_argument};
 use super::{clamp_start, methods, raw_method};
 use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
-use crate::ops::unicode;
+use crate::ops::{search, unicode};
 use crate::value::{Bytes, R, Str, Value};
 
 pub(super) fn install(core: &Rc<Core>) {
@@ -286,7 +286,8 @@ fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
         Some(value) => usize::try_from(ev.clamped_index(value)?).unwrap_or(usize::MAX),
         None => usize::MAX,
     };
-    let text = text.as_str();
+    let whole = &*text;
+    let text = whole.as_str();
     let parts: Vec<&str> = match args[1].given() {
         None | Some(Value::None) => split_spaces(text, most, from_right),
         Some(separator) => {
@@ -298,19 +299,30 @@ fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
             if separator.is_empty() {
                 return Err(ev.value_error("empty separator"));
             }
-            let parts = most.saturating_add(1);
             if from_right {
-                let mut parts: Vec<&str> = text.rsplitn(parts, separator).collect();
+                let most = most.saturating_add(1);
+                let mut parts: Vec<&str> = text.rsplitn(most, separator).collect();
                 parts.reverse();
                 return Ok(Value::list(parts.into_iter().map(Value::str).collect()));
             }
-            return Ok(Value::list(match one_byte(separator) {
-                Some(c) => text.splitn(parts, c).map(Value::str).collect(),
-                None => text.splitn(parts, separator).map(Value::str).collect(),
-            }));
+            let mut parts = Vec::new();
+            search::split(text, separator, most, |part| {
+                parts.push(part_of(whole, part))
+            });
+            return Ok(Value::list(parts));
         }
     };
-    Ok(Value::list(parts.into_iter().map(Value::str).collect()))
+    let parts = parts.into_iter().map(|part| part_of(whole, part));
+    Ok(Value::list(parts.collect()))
+}
+
+/// A part of a text as a string of its own.
+#[inline]
+fn part_of(whole: &Str, part: &str) -> Value {
+    if whole.is_ascii() {
+        return Value::Str(Rc::new(Str::counted(part, part.len())));
+    }
+    Value::str(part)
 }
 
 /// Splits at runs of white space, at most `most` times; the rest keeps its inner white space.
@@ -368,32 +380,28 @@ fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(Value::list(lines))
 }
 
-/// A separator that is a single ASCII character, which is searched for much faster.
-fn one_byte(separator: &str) -> Option<char> {
-    match separator.as_bytes() {
-        [byte] => Some(char::from(*byte)),
-        _ => None,
-    }
-}
-
 fn partition(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
-    let (text, separator) = (receiver(ev, &args[0])?, text_argument(ev, &args[1])?);
+    let (whole, separator) = (receiver(ev, &args[0])?, text_argument(ev, &args[1])?);
     if separator.is_empty() {
         return Err(ev.value_error("empty separator"));
     }
-    let (text, separator) = (text.as_str(), separator.as_str());
-    let found = match (from_right, one_byte(separator)) {
-        (false, Some(c)) => text.find(c),
-        (true, Some(c)) => text.rfind(c),
-        (false, None) => text.find(separator),
-        (true, None) => text.rfind(separator),
+    let text = whole.as_str();
+    let found = if from_right {
+        search::rfind(text, separator.as_str())
+    } else {
+        search::find(text, separator.as_str())
     };
-    let parts = match (found, from_right) {
-        (Some(at), _) => [&text[..at], separator, &text[at + separator.len()..]],
-        (None, false) => [text, "", ""],
-        (None, true) => ["", "", text],
-    };
-    Ok(Value::triple(parts.map(Value::str)))
+    let empty = || ev.core.empty_str.clone();
+    let all = || Value::Str(whole.clone());
+    Ok(Value::triple(match (found, from_right) {
+        (Some(at), _) => [
+            part_of(&whole, &text[..at]),
+            Value::Str(separator.clone()),
+            part_of(&whole, &text[at + separator.as_str().len()..]),
+        ],
+        (None, false) => [all(), empty(), empty()],
+        (None, true) => [empty(), empty(), all()],
+    }))
 }
 
 /// Texts with a separator between them; None if there is anything else among the items.
@@ -537,9 +545,9 @@ fn find(ev: &Evaluator<'_>, args: &[Value], from_right: bool, required: bool) ->
     let (text, part) = (receiver(ev, &args[0])?, text_argument(ev, &args[1])?);
     let found = within(ev, &text, &args[2], &args[3])?.and_then(|(start, slice)| {
         let at = if from_right {
-            slice.rfind(part.as_str())
+            search::rfind(slice, part.as_str())
         } else {
-            slice.find(part.as_str())
+            search::find(slice, part.as_str())
         }?;
         Some(start + slice[..at].chars().count())
     });

@@ -104,6 +104,11 @@ impl Expression for Attribute {
         {
             return Ok(found);
         }
+        if let Some(cell) = self.value.shared(f)
+            && let Some(found) = self.cache.read(&cell.value.borrow())
+        {
+            return Ok(found);
+        }
         let value = self.value.eval(ev, f)?;
         self.of(&value, ev, f)
     }

@@ -280,6 +280,8 @@ pub struct AugItem {
     pub op: BinaryOp,
     /// The other operand.
     pub value: Operand,
+    /// Evaluating the index and the other operand leaves local variables as they are.
+    pub keeps: bool,
     /// Where the item is written.
     pub item_span: Span,
     /// Where the statement is written.
@@ -288,6 +290,15 @@ pub struct AugItem {
 
 impl Statement for AugItem {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        if let (Operand::Local(local), true) = (&self.container, self.keeps) {
+            attempt!(local.check(ev, f));
+            let index = attempt!(self.index.eval(ev, f));
+            let old = attempt!(ev.item(local.peek(f), &index).at(ev, f, self.item_span));
+            let value = attempt!(self.value.eval(ev, f));
+            let new = attempt!(combine(self.op, &old, &value, ev, f, self.span));
+            let set = ev.set_item(local.peek(f), &index, new);
+            return set.at(ev, f, self.item_span).into();
+        }
         let container = attempt!(self.container.eval(ev, f));
         let index = attempt!(self.index.eval(ev, f));
         let old = attempt!(ev.item(&container, &index).at(ev, f, self.item_span));
