@@ -8,7 +8,7 @@
 
 mod common;
 
-use common::{printed_in_cell as printed, run_in_cell};
+use common::{printed_in_cell as printed, run_in_cell, run_script};
 
 #[test]
 fn streams_and_speeds_do_what_their_calls_say() {
@@ -222,4 +222,26 @@ end
         "",
     );
     assert_eq!(out, "refused\n");
+}
+
+#[test]
+fn a_run_ends_at_the_waypoint_of_its_last_motion_however_slowly_that_goes() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = "def slow():\n    p = get_target_tcp_pose()\n    p[1] = p[1] + 0.08\n    movel(p, v=0.006, r=0.05)\n    print(p[1])\nend\n";
+    let output = run_script(folder.path(), script, &["--record", "slow.mcap"]);
+    assert_eq!(output.status.code(), Some(0));
+    let wanted: f64 = String::from_utf8(output.stdout)
+        .unwrap()
+        .trim()
+        .parse()
+        .unwrap();
+    let recording = common::read_recording(&folder.path().join("slow.mcap"));
+    let last = recording.cycles.last().unwrap();
+    assert!(last.time > 12.0, "{}", last.time);
+    assert!(
+        (last.target_tcp_pose[1] - wanted).abs() < 1e-9,
+        "{}",
+        last.target_tcp_pose[1]
+    );
+    assert!(last.target_qd.iter().all(|v| *v == 0.0));
 }

@@ -26,6 +26,11 @@ fn rtsi_clients_get_and_set_every_variable() {
 }
 
 #[test]
+fn rtsi_conversations_go_as_clients_hold_them() {
+    run("test_rtsi_sessions");
+}
+
+#[test]
 fn dashboard_users_power_the_arm_and_play_tasks() {
     run("test_dashboard");
 }

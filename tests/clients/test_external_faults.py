@@ -6,6 +6,7 @@ import struct
 import time
 import unittest
 import urllib.request
+from concurrent.futures import ThreadPoolExecutor
 
 from elite import Dashboard, Primary, Rtsi
 from external_control import FREEDRIVE, POSE, SERVOJ_QUEUE, SPEEDJ, SPEEDL, TRAJECTORY, ZOOM, Driver
@@ -95,29 +96,25 @@ MODES = {
 class Killed(unittest.TestCase):
     NAMES = ["actual_joint_positions", "actual_joint_speeds", "actual_TCP_pose", "robot_status_bits", "runtime_state"]
 
-    def check(self, kill, prepare=lambda server: None):
-        """The task is killed in the middle of every mode: its sockets close, the arm rests, and a new one starts at once."""
+    def check(self, way):
+        kill, prepare = way
         with Server() as server:
             rtsi = watch(server, self.NAMES)
             for name, enter in MODES.items():
-                with self.subTest(mode=name):
-                    prepare(server)
-                    driver = Driver(server.ports["primary"])
-                    driver.wait_connected()
-                    driver.idle()
-                    enter(driver, rtsi)
-                    if name == "freedrive":
-                        rtsi.until(lambda v: v["robot_status_bits"] & 4)
-                    else:
-                        rtsi.until(lambda v: not at_rest(v))
-                    kill(server)
-                    start = time.monotonic()
-                    sockets = (driver.reverse, driver.trajectory, driver.command)
-                    while not all(s.is_closed_by_robot() for s in sockets):
-                        self.assertLess(time.monotonic() - start, 2, "the sockets of a killed task stay open")
-                        time.sleep(0.005)
-                    rtsi.until(lambda v: v["runtime_state"] == 3 and not v["robot_status_bits"] & 4 and at_rest(v))
-                    driver.close()
+                prepare(server)
+                driver = Driver(server.ports["primary"])
+                driver.wait_connected()
+                driver.idle()
+                enter(driver, rtsi)
+                rtsi.until(lambda v: v["robot_status_bits"] & 4 if name == "freedrive" else not at_rest(v))
+                kill(server)
+                start = time.monotonic()
+                sockets = (driver.reverse, driver.trajectory, driver.command)
+                while not all(s.is_closed_by_robot() for s in sockets):
+                    self.assertLess(time.monotonic() - start, 2, f"{name}: the sockets of a killed task stay open")
+                    time.sleep(0.005)
+                rtsi.until(lambda v: v["runtime_state"] == 3 and not v["robot_status_bits"] & 4 and at_rest(v))
+                driver.close()
             # After all of that: nothing is left of any of them.
             prepare(server)
             driver = Driver(server.ports["primary"])
@@ -126,19 +123,19 @@ class Killed(unittest.TestCase):
             lead(driver, rtsi)
             self.assertTrue(driver.stop())
 
-    def test_by_a_control_phrase(self):
-        self.check(lambda server: Primary(server.ports["primary"]).send_script("stop task"))
-
-    def test_by_the_dashboard(self):
-        self.check(lambda server: Dashboard(server.ports["dashboard"]).stop())
-
-    def test_by_taking_the_power(self):
-        def power(server):
+    def test_a_task_killed_in_any_mode_leaves_its_sockets_closed_the_arm_at_rest_and_room_for_the_next(self):
+        def power_on(server):
             dashboard = Dashboard(server.ports["dashboard"])
             dashboard.power_on()
             dashboard.brake_release()
 
-        self.check(lambda server: Dashboard(server.ports["dashboard"]).power_off(), power)
+        ways = [
+            (lambda server: Primary(server.ports["primary"]).send_script("stop task"), lambda server: None),
+            (lambda server: Dashboard(server.ports["dashboard"]).stop(), lambda server: None),
+            (lambda server: Dashboard(server.ports["dashboard"]).power_off(), power_on),
+        ]
+        with ThreadPoolExecutor(len(ways)) as pool:
+            list(pool.map(self.check, ways))
 
 
 class Messages(unittest.TestCase):

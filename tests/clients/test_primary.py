@@ -59,9 +59,13 @@ class States(unittest.TestCase):
             watching = Primary(server.ports["primary"])
             watching.state()
             start = time.monotonic()
-            for _ in range(10):
-                watching.state()
+            stamps = [fields(watching.state(), 0, "Q")[0] for _ in range(10)]
             self.assertAlmostEqual(time.monotonic() - start, 1.0, delta=0.25)
+            # They are those of the cycles, not of a timer: a tenth of a second apart to the microsecond. Of states that come
+            # too late for this client it sees the latest.
+            steps = [later - earlier for earlier, later in zip(stamps, stamps[1:])]
+            self.assertTrue(all(step % 100_000 == 0 for step in steps), steps)
+            self.assertEqual(sorted(steps)[len(steps) // 2], 100_000)
             del sleeping
 
     def test_ten_connections_dropped_without_goodbye_disturb_nobody(self):

@@ -230,7 +230,7 @@ impl Evaluator<'_> {
                 let parts = [(&x.start, &y.start), (&x.stop, &y.stop), (&x.step, &y.step)];
                 let mut equal = true;
                 for (x, y) in parts {
-                    equal = equal && self.equal(x, y)?;
+                    equal = equal && self.recurse(|| self.equal(x, y))?;
                 }
                 equality(op, equal)
             }

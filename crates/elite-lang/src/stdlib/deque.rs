@@ -28,6 +28,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         crate::value::symbol::known::MODULE,
         Value::str("collections"),
     );
+    class.set(crate::value::symbol::known::HASH, Value::None);
     for name in ["_deque_iterator", "_deque_reverse_iterator"] {
         module.iterator_class(name, None);
     }

@@ -45,10 +45,13 @@ pub enum Payload {
     Holding(Box<dyn Any>, &'static Holds),
 }
 
+/// Runs a function on each value that data of the library holds.
+pub type Visit = fn(&dyn Any, &mut dyn FnMut(&Value));
+
 /// How the search for cycles reaches the values that data of the library holds.
 pub struct Holds {
     /// Runs a function on each of them.
-    pub visit: fn(&dyn Any, &mut dyn FnMut(&Value)),
+    pub visit: Visit,
     /// Lets go of them.
     pub clear: fn(&dyn Any),
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use motion_api::{CommandId, CommandKind, MotionMode, RobotMode, ThreadNumber};
 use tokio::time::{Instant, sleep_until};
 
-use super::scheduler::{Task, TaskEnd, Waiting};
+use super::scheduler::{Control, Task, TaskEnd, Waiting};
 use super::wait::Wait;
 
 /// Longest time to wait for the arm to stand after the end of a program, in simulated seconds.
@@ -154,7 +154,8 @@ impl Task {
     }
 
     /// Ends what still moves, within a bound, until the arm stands. A motion that has returned in its blend zone goes on to
-    /// its waypoint if the program ran to its end, and is stopped like any other if it was cut off.
+    /// its waypoint if the program ran to its end, however long that takes, unless somebody stops it; it is stopped like any
+    /// other if it was cut off.
     pub(super) async fn settle(&mut self, end: &TaskEnd) {
         let robot = self.settings.robot.clone();
         let started = robot.state();
@@ -171,7 +172,8 @@ impl Task {
         if self.paused {
             self.tell_robot(CommandKind::Resume);
         }
-        let deadline = started.time + SETTLE_TIME_MAX;
+        let mut deadline = started.time + SETTLE_TIME_MAX;
+        let mut goes_on = *end == TaskEnd::Finished;
         // One cycle at least, so that commands the program sent last are taken and recorded.
         let first = started.cycle + 1;
         loop {
@@ -179,8 +181,20 @@ impl Task {
             let stands =
                 state.target_qd.max_abs() == 0.0 && state.actual_qd.max_abs() < STANDSTILL_SPEED;
             let powered = state.robot_mode == RobotMode::Running;
-            if state.cycle > first && (!powered || stands) || state.time > deadline {
+            let is_on_its_way = goes_on && is_planned(state.motion_mode);
+            let is_over = state.time > deadline && !is_on_its_way;
+            if state.cycle > first && (!powered || stands) || is_over {
                 return;
+            }
+            // No program is left to pause or to join; the arm can still be stopped.
+            while let Ok(control) = self.controls.try_recv() {
+                if goes_on && matches!(control, Control::Stop) {
+                    goes_on = false;
+                    deadline = state.time + SETTLE_TIME_MAX;
+                    self.tell_robot(CommandKind::Stop {
+                        only: CommandId::NONE,
+                    });
+                }
             }
             if robot.timeline().advance() {
                 robot.pump();
@@ -189,4 +203,12 @@ impl Task {
             }
         }
     }
+}
+
+/// A motion along a planned path.
+fn is_planned(mode: MotionMode) -> bool {
+    matches!(
+        mode,
+        MotionMode::MoveJ | MotionMode::MoveL | MotionMode::MoveC
+    )
 }

@@ -8,7 +8,7 @@
 use nalgebra::Vector3;
 
 use super::Obstacle;
-use super::solid::Place;
+use super::nearest::Place;
 
 /// An increase of depth that does not count, m.
 const DEEPER: f64 = 1e-6;

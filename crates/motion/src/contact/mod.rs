@@ -1,11 +1,12 @@
 //! What the arm can touch, where it does, and with what force.
 //!
 //! Obstacles stand still in the base frame. The tool touches them (its shape, or a ball of a millimetre at the TCP), and
-//! the links with their capsules. Geometry is in `solid`, forces are in `law`; the plant applies them. Nothing here
+//! the links with their capsules. Geometry is in `solid` and `nearest`, forces are in `law`; the plant applies them. Nothing here
 //! allocates after the start. What is done about obstacles side by side is in `among`.
 
 mod among;
 pub(crate) mod law;
+mod nearest;
 pub mod solid;
 
 use kinematics::{
@@ -15,7 +16,7 @@ use nalgebra::Vector3;
 
 use law::ContactForces;
 pub use law::HARD;
-use solid::Place;
+use nearest::Place;
 pub use solid::{Shape, Solid};
 
 /// Radius of the ball that touches when no tool is given, m. Its foremost point is the TCP.
@@ -61,7 +62,7 @@ impl Surroundings {
             for link in 1..=DOF {
                 let mut is_inside = false;
                 for capsule in model.collision().placed(link, &frames) {
-                    solid::capsule(&capsule, &obstacle.solid, 0.0, &mut |place| {
+                    nearest::capsule(&capsule, &obstacle.solid, 0.0, &mut |place| {
                         is_inside |= !is_beyond_flange(link, &place, &frames);
                     });
                 }
@@ -215,7 +216,7 @@ impl Contacts {
         for (number, obstacle) in self.obstacles.iter().enumerate() {
             for link in (1..=DOF).filter(|link| !self.apart.contains(&(*link, number))) {
                 for capsule in self.links.placed(link, frames) {
-                    solid::capsule(&capsule, &obstacle.solid, MARGIN, &mut |place| {
+                    nearest::capsule(&capsule, &obstacle.solid, MARGIN, &mut |place| {
                         if !is_beyond_flange(link, &place, frames) {
                             touches.push(Touch {
                                 part: Part::Link(link - 1),
@@ -252,7 +253,7 @@ impl Contacts {
             ),
             Some(tool) => {
                 for (number, obstacle) in self.obstacles.iter().enumerate() {
-                    solid::solid(&tool, &obstacle.solid, MARGIN, &mut |place| {
+                    nearest::solid(&tool, &obstacle.solid, MARGIN, &mut |place| {
                         found(number, place);
                     });
                 }

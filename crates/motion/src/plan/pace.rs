@@ -11,6 +11,7 @@ use super::parts::Part;
 use super::{Arm, Wish};
 use crate::constants::{LINE_PARTS_MAX, PACE_ATTEMPTS, PACE_KNOT_TIME, PACE_SHARE};
 use crate::path::{PACE_POINTS, Pace};
+use crate::scalar::ramp::ramp;
 use crate::scalar::{Course, ScalarLimits, Stretch, Stretches};
 
 /// A pace counts as reached where at least this share of the wanted speed is borne.
@@ -75,8 +76,7 @@ impl PacePlanner {
         let Some(pace) = self.pace() else {
             return Some(None);
         };
-        let mut list = Stretches::NONE;
-        let mut group: Option<Group> = None;
+        let mut walked = Walked::NONE;
         let mut is_reached = true;
         let mut begin = 0.0;
         for (part, allowed) in parts.iter().zip(&mut self.allowed) {
@@ -97,28 +97,18 @@ impl PacePlanner {
                     return Some(None);
                 }
                 let is_even = piece.first >= 1.0 - EVEN && bend <= EVEN * allowed.acceleration;
-                match &mut group {
-                    Some(group) if group.is_even == is_even => group.add(piece.length, &limits),
-                    _ => {
-                        if let Some(done) = group.take() {
-                            list.push(Stretch::new(done.length, done.limits));
-                        }
-                        group = Some(Group {
-                            is_even,
-                            length: piece.length,
-                            limits,
-                        });
-                    }
-                }
+                walked.push(Step {
+                    length: piece.length,
+                    limits,
+                    is_even,
+                })?;
             }
             begin = end;
         }
         if !is_reached && self.attempts < PACE_ATTEMPTS {
             return None;
         }
-        if let Some(done) = group {
-            list.push(Stretch::new(done.length, done.limits));
-        }
+        let list = walked.stretches(self.speed);
         Some(Course::new(list.as_slice()).map(|course| (pace, course)))
     }
 
@@ -191,21 +181,111 @@ fn at_speed(wish: &Wish, speed: f64, bend: f64, first: f64) -> Wish {
     }
 }
 
-/// Neighbouring intervals of one kind.
-struct Group {
-    is_even: bool,
+/// Most pieces of a pace between its knots and the ends of the parts.
+const STEPS_MAX: usize = PACE_POINTS + LINE_PARTS_MAX;
+
+/// A piece of the parameter, or some neighbouring ones, with limits of its own.
+#[derive(Clone, Copy, Debug)]
+struct Step {
     length: f64,
     limits: ScalarLimits,
+    /// The way is walked evenly there.
+    is_even: bool,
 }
 
-impl Group {
-    fn add(&mut self, length: f64, limits: &ScalarLimits) {
-        self.length += length;
+impl Step {
+    const NONE: Self = Self {
+        length: 0.0,
+        limits: ScalarLimits {
+            speed: f64::INFINITY,
+            acceleration: f64::INFINITY,
+            jerk: f64::INFINITY,
+        },
+        is_even: false,
+    };
+
+    /// Takes in a neighbour.
+    fn join(&mut self, other: &Self) {
+        self.length += other.length;
         self.limits = ScalarLimits {
-            speed: self.limits.speed.min(limits.speed),
-            acceleration: self.limits.acceleration.min(limits.acceleration),
-            jerk: self.limits.jerk.min(limits.jerk),
+            speed: self.limits.speed.min(other.limits.speed),
+            acceleration: self.limits.acceleration.min(other.limits.acceleration),
+            jerk: self.limits.jerk.min(other.limits.jerk),
         };
+    }
+}
+
+/// The pieces in order.
+struct Walked {
+    steps: [Step; STEPS_MAX],
+    count: usize,
+}
+
+impl Walked {
+    const NONE: Self = Self {
+        steps: [Step::NONE; STEPS_MAX],
+        count: 0,
+    };
+
+    /// `None` when there are too many.
+    fn push(&mut self, step: Step) -> Option<()> {
+        *self.steps.get_mut(self.count)? = step;
+        self.count += 1;
+        Some(())
+    }
+
+    /// Starting and stopping have the limits of the pieces on which they happen; in between, where the speed along the
+    /// parameter does not change, neighbours of one kind are one.
+    fn stretches(&self, speed: f64) -> Stretches {
+        let steps = self.steps.get(..self.count).unwrap_or(&[]);
+        let reaching = |mut steps: core::slice::Iter<Step>, is_backwards: bool| {
+            let mut all = Step::NONE;
+            let mut count = 0;
+            while let Some(step) = if is_backwards {
+                steps.next_back()
+            } else {
+                steps.next()
+            } {
+                all.join(step);
+                count += 1;
+                let limits = &all.limits;
+                let goal = speed.min(limits.speed);
+                let way = ramp(0.0, 0.0, goal, limits.acceleration, limits.jerk).distance;
+                if way <= all.length {
+                    break;
+                }
+            }
+            count
+        };
+        let (mut first, mut last) = (reaching(steps.iter(), false), reaching(steps.iter(), true));
+        if first + last > steps.len() {
+            (first, last) = (0, 0);
+        }
+        let kind = |number: usize| {
+            if number < first {
+                0
+            } else if number >= steps.len() - last {
+                1
+            } else {
+                2 + usize::from(steps.get(number).is_some_and(|step| step.is_even))
+            }
+        };
+        let mut list = Stretches::NONE;
+        let mut group: Option<(usize, Step)> = None;
+        for (number, step) in steps.iter().enumerate() {
+            match &mut group {
+                Some((of, all)) if *of == kind(number) => all.join(step),
+                _ => {
+                    if let Some((_, done)) = group.replace((kind(number), *step)) {
+                        list.push(Stretch::new(done.length, done.limits));
+                    }
+                }
+            }
+        }
+        if let Some((_, done)) = group {
+            list.push(Stretch::new(done.length, done.limits));
+        }
+        list
     }
 }
 

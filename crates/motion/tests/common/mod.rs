@@ -10,6 +10,7 @@
 )]
 
 pub mod draw;
+pub mod force;
 
 use kinematics::{JointPositions, RobotModel, RpyPose};
 use motion::{Cycle, CycleConfig, MotionLimits, PlantKind, Timing};

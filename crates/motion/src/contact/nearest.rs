@@ -1,0 +1,427 @@
+//! Where two simple convex bodies are nearest or deepest in each other.
+//!
+//! Signed distances are convex along a straight line, so the nearest place of an edge is found by golden section. Owns
+//! geometry only; forces are in `law`, the distances in `solid`.
+
+use core::f64::consts::TAU;
+
+use kinematics::{Capsule, Pose};
+use nalgebra::Vector3;
+
+use super::solid::{Shape, Solid};
+
+/// A place where two bodies touch or nearly touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place {
+    /// On the surface of the body that touches, base frame, m.
+    pub point: Vector3<f64>,
+    /// Unit vector out of the obstacle.
+    pub normal: Vector3<f64>,
+    /// How deep, m; negative when there is a gap.
+    pub depth: f64,
+}
+
+/// Steps of the golden section: an edge is narrowed down to 1e-9 of its length.
+const SECTIONS: usize = 44;
+/// Samples around a rim, and steps of the golden section between two of them.
+const RIM_SAMPLES: u8 = 16;
+const RIM_SECTIONS: usize = 30;
+/// An inner place of an edge counts beside its ends when it is deeper by this, m.
+const DEEPER: f64 = 1e-9;
+
+/// Where a ball touches `obstacle`.
+pub(super) fn ball(
+    center: Vector3<f64>,
+    radius: f64,
+    obstacle: &Solid,
+    margin: f64,
+    found: &mut impl FnMut(Place),
+) {
+    let (distance, normal) = obstacle.distance(center);
+    let depth = radius - distance;
+    if depth > -margin {
+        found(Place {
+            point: center - normal * radius,
+            normal,
+            depth,
+        });
+    }
+}
+
+/// Where a capsule touches `obstacle`: its ends, and the nearest place between them.
+pub(super) fn capsule(
+    capsule: &Capsule,
+    obstacle: &Solid,
+    margin: f64,
+    found: &mut impl FnMut(Place),
+) {
+    let (p0, p1, radius) = (capsule.p0, capsule.p1, capsule.radius);
+    let length = (p1 - p0).norm();
+    if obstacle.distance((p0 + p1) / 2.0).0 - length / 2.0 - radius > margin {
+        return;
+    }
+    ball(p0, radius, obstacle, margin, found);
+    if length < DEEPER {
+        return;
+    }
+    ball(p1, radius, obstacle, margin, found);
+    if let Some(p) = inner_minimum(obstacle, p0, p1, margin + radius) {
+        ball(p, radius, obstacle, margin, found);
+    }
+}
+
+/// Where a box, cylinder or ball touches `obstacle`.
+pub(super) fn solid(body: &Solid, obstacle: &Solid, margin: f64, found: &mut impl FnMut(Place)) {
+    let center = body.pose.translation;
+    if obstacle.distance(center).0 - body.reach() > margin {
+        return;
+    }
+    if let Shape::Sphere { radius } = body.shape {
+        return ball(center, radius, obstacle, margin, found);
+    }
+    if let Shape::Sphere { radius } = obstacle.shape {
+        // Seen from the body, and turned round.
+        let (distance, out) = body.distance(obstacle.pose.translation);
+        if distance - radius < margin {
+            found(Place {
+                point: obstacle.pose.translation - out * distance,
+                normal: -out,
+                depth: radius - distance,
+            });
+        }
+        return;
+    }
+    features(body, obstacle, margin, &mut |point, distance, out| {
+        found(Place {
+            point,
+            normal: out,
+            depth: -distance,
+        });
+    });
+    if obstacle.shape != Shape::Plane {
+        features(obstacle, body, margin, &mut |point, distance, out| {
+            found(Place {
+                point,
+                normal: -out,
+                depth: -distance,
+            });
+        });
+    }
+}
+
+/// The corners, edges and rims of `body` that come nearest to `other`, within `margin`.
+fn features(
+    body: &Solid,
+    other: &Solid,
+    margin: f64,
+    found: &mut impl FnMut(Vector3<f64>, f64, Vector3<f64>),
+) {
+    let mut look = |point| {
+        let (distance, out) = other.distance(point);
+        if distance < margin {
+            found(point, distance, out);
+        }
+    };
+    match body.shape {
+        Shape::Box { half } => {
+            let corner = |signs: [bool; 3]| {
+                let side = |k: usize| if signs[k] { half[k] } else { -half[k] };
+                body.pose
+                    .transform_point(Vector3::new(side(0), side(1), side(2)))
+            };
+            for number in 0..8_usize {
+                look(corner([number & 1 > 0, number & 2 > 0, number & 4 > 0]));
+            }
+            for axis in 0..3_usize {
+                for number in 0..4_usize {
+                    let mut low = [false; 3];
+                    low[(axis + 1) % 3] = number & 1 > 0;
+                    low[(axis + 2) % 3] = number & 2 > 0;
+                    let mut high = low;
+                    high[axis] = true;
+                    let inner = inner_minimum(other, corner(low), corner(high), margin);
+                    inner.into_iter().for_each(&mut look);
+                }
+            }
+        }
+        Shape::Cylinder {
+            radius,
+            half_length,
+        } => {
+            let axis = body.pose.rotate(Vector3::z());
+            let ends = [1.0, -1.0].map(|side| body.pose.translation + axis * (side * half_length));
+            for end in ends {
+                let (first, second) = rim(body, end, axis, other);
+                look(end + first * radius);
+                // Two more places make a flat end stand on three feet.
+                let (c, s) = (-0.5, 3.0_f64.sqrt() / 2.0);
+                look(end + (first * c + second * s) * radius);
+                look(end + (first * c - second * s) * radius);
+            }
+            let middle = inner_minimum(other, ends[0], ends[1], margin + radius);
+            if let Some(middle) = middle {
+                let (first, _) = rim(body, middle, axis, other);
+                look(middle + first * radius);
+            }
+        }
+        // Balls and planes have none; they are looked at from the other side.
+        Shape::Sphere { .. } | Shape::Plane => {}
+    }
+}
+
+/// The direction from `center` across `axis` to the place of the circle that is nearest to `other`, and the one at right
+/// angles to it. A circle has no convex distance: it is sampled, then narrowed down around the best sample.
+fn rim(
+    body: &Solid,
+    center: Vector3<f64>,
+    axis: Vector3<f64>,
+    other: &Solid,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let radius = match body.shape {
+        Shape::Cylinder { radius, .. } => radius,
+        _ => 0.0,
+    };
+    let x = body.pose.rotate(Vector3::x());
+    let y = axis.cross(&x);
+    let towards = |angle: f64| x * angle.cos() + y * angle.sin();
+    let at = |angle: f64| other.distance(center + towards(angle) * radius).0;
+    let (mut best, mut least, mut most) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
+    for k in 0..RIM_SAMPLES {
+        let angle = TAU * f64::from(k) / f64::from(RIM_SAMPLES);
+        let distance = at(angle);
+        most = most.max(distance);
+        if distance < least {
+            (best, least) = (angle, distance);
+        }
+    }
+    // A rim that lies flat touches everywhere alike.
+    if most - least > DEEPER {
+        let around = TAU / f64::from(RIM_SAMPLES);
+        best = least_between(best - around, best + around, RIM_SECTIONS, at).0;
+    }
+    let direction = towards(best);
+    (direction, axis.cross(&direction))
+}
+
+/// The place strictly between `p0` and `p1` that is nearest to `other`, if it is nearer than both ends and within
+/// `margin`.
+fn inner_minimum(
+    other: &Solid,
+    p0: Vector3<f64>,
+    p1: Vector3<f64>,
+    margin: f64,
+) -> Option<Vector3<f64>> {
+    let at = |t: f64| other.distance(p0 + (p1 - p0) * t).0;
+    let (first, last) = (at(0.0), at(1.0));
+    // No distance changes faster than the place.
+    if other.shape == Shape::Plane || (first + last - (p1 - p0).norm()) / 2.0 > margin {
+        return None;
+    }
+    let (t, least) = least_between(0.0, 1.0, SECTIONS, at);
+    (least < first.min(last) - DEEPER && least < margin).then(|| p0 + (p1 - p0) * t)
+}
+
+/// Where between `low` and `high` a function with one minimum has it, and the minimum: golden section.
+fn least_between(
+    mut low: f64,
+    mut high: f64,
+    sections: usize,
+    at: impl Fn(f64) -> f64,
+) -> (f64, f64) {
+    let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
+    let width = high - low;
+    let (mut a, mut b) = (high - golden * width, low + golden * width);
+    let (mut at_a, mut at_b) = (at(a), at(b));
+    for _ in 0..sections {
+        if at_a <= at_b {
+            high = b;
+            (b, at_b) = (a, at_a);
+            a = high - golden * (high - low);
+            at_a = at(a);
+        } else {
+            low = a;
+            (a, at_a) = (b, at_b);
+            b = low + golden * (high - low);
+            at_b = at(b);
+        }
+    }
+    if at_a <= at_b { (a, at_a) } else { (b, at_b) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kinematics::RpyPose;
+    use proptest::prelude::*;
+
+    fn shape() -> impl Strategy<Value = Shape> {
+        let length = 0.02..0.5_f64;
+        prop_oneof![
+            [length.clone(), length.clone(), length.clone()].prop_map(|half| Shape::Box { half }),
+            (length.clone(), length.clone()).prop_map(|(radius, half_length)| Shape::Cylinder {
+                radius,
+                half_length
+            }),
+            length.prop_map(|radius| Shape::Sphere { radius }),
+            Just(Shape::Plane),
+        ]
+    }
+
+    fn placed(shape: impl Strategy<Value = Shape>) -> impl Strategy<Value = Solid> {
+        let pose = (
+            prop::array::uniform3(-1.0..1.0_f64),
+            prop::array::uniform3(-3.0..3.0_f64),
+        );
+        (shape, pose).prop_map(|(shape, (xyz, rpy))| Solid {
+            pose: Pose::from_rpy(&RpyPose { xyz, rpy }),
+            shape,
+        })
+    }
+
+    fn deepest(body: &Solid, obstacle: &Solid, margin: f64) -> Option<Place> {
+        let mut most: Option<Place> = None;
+        solid(body, obstacle, margin, &mut |place| {
+            if most.is_none_or(|m| m.depth < place.depth) {
+                most = Some(place);
+            }
+        });
+        most
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+
+        #[test]
+        fn the_way_out_leads_to_the_surface(
+            body in placed(shape()),
+            point in prop::array::uniform3(-1.5..1.5_f64),
+        ) {
+            let point = Vector3::from(point);
+            let (distance, out) = body.distance(point);
+            prop_assert!((out.norm() - 1.0).abs() < 1e-12);
+            let (left, _) = body.distance(point - out * distance);
+            prop_assert!(left.abs() < 1e-9, "{left}");
+            // Nowhere is the surface nearer.
+            for direction in [Vector3::x(), Vector3::y(), Vector3::z(), -out] {
+                let (there, _) = body.distance(point + direction * (0.5 * distance.abs()));
+                prop_assert!(there * distance >= -1e-12);
+            }
+        }
+
+        #[test]
+        fn a_tool_that_is_moved_out_by_the_depth_just_touches(
+            tool in placed(shape().prop_filter("tools have a size", |s| *s != Shape::Plane)),
+            obstacle in placed(Just(Shape::Plane)),
+        ) {
+            // Against a plane everything is exact.
+            let (height, normal) = obstacle.distance(tool.pose.translation);
+            let near = Solid {
+                pose: Pose::new(tool.pose.rotation, tool.pose.translation - normal * height),
+                shape: tool.shape,
+            };
+            let place = deepest(&near, &obstacle, 1e-9).expect("its middle is in the plane");
+            prop_assert!(place.depth > 0.0);
+            let shifted = Solid {
+                pose: Pose::new(near.pose.rotation, near.pose.translation + normal * place.depth),
+                shape: near.shape,
+            };
+            let touching = deepest(&shifted, &obstacle, 1e-6).expect("it touches");
+            prop_assert!(touching.depth.abs() < 1e-9, "{}", touching.depth);
+        }
+
+        /// Points of the surface of one body inside the other are never deeper than what is found, but for the sampling.
+        #[test]
+        fn no_point_of_a_tool_lies_deeper_than_what_is_found(
+            tool in placed(shape().prop_filter("tools have a size", |s| *s != Shape::Plane)),
+            obstacle in placed(shape()),
+            towards in 0.3..1.0_f64,
+        ) {
+            // Brought together until they overlap a little.
+            let (distance, out) = obstacle.distance(tool.pose.translation);
+            prop_assume!(distance > 0.0);
+            let mut tool = tool;
+            tool.pose.translation += out * 1.5;
+            let mut place = None;
+            for _ in 0..600 {
+                place = deepest(&tool, &obstacle, 1e-9);
+                if place.is_some_and(|p| p.depth > 0.0) {
+                    break;
+                }
+                tool.pose.translation -= out * 0.005 * towards;
+            }
+            prop_assume!(place.is_some());
+            let found = place.map_or(0.0, |p| p.depth);
+            for a in -10..=10_i32 {
+                for b in -10..=10_i32 {
+                    for c in [-1.0, -0.5, 0.0, 0.5, 1.0] {
+                        let (u, v) = (f64::from(a) / 10.0, f64::from(b) / 10.0);
+                        let local = match tool.shape {
+                            Shape::Box { half } => Vector3::new(u * half[0], v * half[1], c * half[2]),
+                            Shape::Cylinder { radius, half_length } => {
+                                let angle = 3.2 * u;
+                                Vector3::new(v * radius * angle.cos(), v * radius * angle.sin(), c * half_length)
+                            }
+                            Shape::Sphere { radius } => {
+                                let p = Vector3::new(u, v, c);
+                                if p.norm() > 0.0 { p * (radius / p.norm()) } else { p }
+                            }
+                            Shape::Plane => continue,
+                        };
+                        let (distance, _) = obstacle.distance(tool.pose.transform_point(local));
+                        // A step of the approach is 5 mm: that deep at most, and rims of cylinders within a tenth of it.
+                        prop_assert!(-distance <= found + 5e-4, "{distance} {found}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn crossed_edges_meet_between_their_ends() {
+        let half = [0.5, 0.02, 0.02];
+        let beam = |z: f64, turn: f64| Solid {
+            pose: Pose::from_rpy(&RpyPose::from_array([
+                0.0,
+                0.0,
+                z,
+                core::f64::consts::FRAC_PI_4,
+                0.0,
+                turn,
+            ])),
+            shape: Shape::Box { half },
+        };
+        let (lower, upper) = (beam(0.0, 0.0), beam(0.056, 1.5));
+        let place = deepest(&upper, &lower, 0.01).unwrap();
+        let height = 0.02 * 2.0_f64.sqrt();
+        assert!(
+            (place.depth - (2.0 * height - 0.056) * core::f64::consts::FRAC_1_SQRT_2).abs() < 1e-6,
+            "{place:?}"
+        );
+        assert!(place.point.xy().norm() < 1e-3, "{place:?}");
+    }
+
+    #[test]
+    fn a_capsule_across_a_beam_touches_in_its_middle() {
+        let beam = Solid {
+            pose: Pose::IDENTITY,
+            shape: Shape::Box {
+                half: [0.5, 0.02, 0.02],
+            },
+        };
+        let bar = Capsule {
+            p0: Vector3::new(0.1, -0.4, 0.05),
+            p1: Vector3::new(0.1, 0.5, 0.041),
+            radius: 0.03,
+        };
+        let mut places = Vec::new();
+        capsule(&bar, &beam, 1e-3, &mut |place| places.push(place));
+        let [place] = places[..] else {
+            panic!("{places:?}");
+        };
+        assert!(
+            (place.point.y - 0.02).abs() < 2e-3 && (place.normal.z - 1.0).abs() < 1e-3,
+            "{place:?}"
+        );
+        assert!(place.depth > 0.004 && place.depth < 0.006, "{place:?}");
+    }
+}

@@ -1,0 +1,183 @@
+//! The border seen from outside: what a tick puts out, rings that are full or too small, configurations that do not fit.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+#![allow(
+    clippy::approx_constant,
+    reason = "joint angles and speeds as people type them"
+)]
+
+mod common;
+
+use common::{Bench, ideal, movej};
+use kinematics::{JointPositions, JointSpeeds, Payload, RpyPose};
+use motion::{ConfigError, Cycle, CycleConfig, Timing};
+use motion_api::{
+    BorderSizes, CommandId, CommandKind, Event, MotionMode, Origin, Outcome, Record, Refusal,
+    RobotMode, SafetyMode, StopReason, border,
+};
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+
+fn far() -> JointPositions {
+    let mut q = ideal("cs66").home;
+    q[0] += 2.0;
+    q[4] -= 1.0;
+    q
+}
+
+fn moving(cycles: usize) -> (Bench, CommandId) {
+    let mut bench = Bench::new(ideal("cs66"));
+    let id = bench.send(movej(far()));
+    bench.run(cycles);
+    (bench, id)
+}
+
+#[test]
+fn the_snapshot_already_shows_the_end_when_the_event_arrives() {
+    let config = ideal("cs66");
+    let (motion, mut script) = border(BorderSizes::default(), &config.first_state());
+    let mut cycle = Cycle::new(config, motion).unwrap();
+    script
+        .commands
+        .send(Origin::default(), movej(far()))
+        .unwrap();
+    for _ in 0..10_000 {
+        cycle.tick(Timing::default());
+        if let Some(Event::Ended { cycle, .. }) = script.events.next_event() {
+            let state = script.snapshot.read();
+            assert_eq!(state.cycle, cycle);
+            assert_eq!(state.target_q, far());
+            return;
+        }
+    }
+    panic!("no end");
+}
+
+#[test]
+fn one_tick_makes_one_cycle_record_and_one_for_each_command() {
+    let config = ideal("cs66");
+    let (motion, mut script) = border(BorderSizes::default(), &config.first_state());
+    let mut cycle = Cycle::new(config, motion).unwrap();
+    for _ in 0..100 {
+        script
+            .commands
+            .send(Origin::default(), CommandKind::Resume)
+            .unwrap();
+    }
+    let mut commands = 0;
+    for tick in 1..=3 {
+        cycle.tick(Timing::default());
+        let mut cycles = 0;
+        while let Some(record) = script.records.as_mut().unwrap().next_record() {
+            match record {
+                Record::Cycle(state) => {
+                    cycles += 1;
+                    assert_eq!(state.cycle, tick);
+                }
+                Record::Command { cycle, command } => {
+                    commands += 1;
+                    assert_eq!((cycle, command.id.0), (tick, commands));
+                }
+                Record::Registers { .. } => panic!("no register was written"),
+            }
+        }
+        assert_eq!(cycles, 1);
+    }
+    assert_eq!(commands, 100);
+}
+
+#[test]
+fn commands_wait_until_their_ends_have_room_and_none_is_lost() {
+    let sizes = BorderSizes {
+        commands: 1024,
+        events: 40,
+        records: None,
+        frames: 0,
+    };
+    let config = ideal("cs66");
+    let (motion, mut script) = border(sizes, &config.first_state());
+    let mut cycle = Cycle::new(config, motion).unwrap();
+    for _ in 0..1000 {
+        script
+            .commands
+            .send(
+                Origin::default(),
+                CommandKind::Stop {
+                    only: CommandId::NONE,
+                },
+            )
+            .unwrap();
+    }
+    let mut ended = Vec::new();
+    for tick in 0..2000 {
+        cycle.tick(Timing::default());
+        // A slow reader: nothing at all for a while, then one event a cycle.
+        if tick > 100
+            && let Some(Event::Ended { id, .. }) = script.events.next_event()
+        {
+            ended.push(id.0);
+        }
+    }
+    assert_eq!(ended, (1..=1000).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_full_record_ring_counts_losses_and_does_not_wait() {
+    let sizes = BorderSizes {
+        records: Some(10),
+        ..BorderSizes::default()
+    };
+    let config = ideal("cs66");
+    let (motion, script) = border(sizes, &config.first_state());
+    let mut cycle = Cycle::new(config, motion).unwrap();
+    for _ in 0..15 {
+        cycle.tick(Timing::default());
+    }
+    assert_eq!(script.snapshot.read().records_lost, 4);
+}
+
+#[test]
+fn a_border_too_small_for_its_promises_is_an_error() {
+    let config = ideal("cs66");
+    let sizes = BorderSizes {
+        events: 4,
+        ..BorderSizes::default()
+    };
+    let (motion, _script) = border(sizes, &config.first_state());
+    let error = Cycle::new(config, motion).err().unwrap();
+    assert!(matches!(
+        error,
+        ConfigError::RingTooSmall {
+            ring: "event",
+            given: 4,
+            ..
+        }
+    ));
+}
+
+#[test]
+fn configurations_that_do_not_fit_are_errors_that_name_the_setting() {
+    type Change = fn(&mut CycleConfig);
+    let broken: [(Change, &str); 5] = [
+        (|c| c.step_time = 0.01, "0.01 s"),
+        (|c| c.home[2] = 4.0, "joint 3"),
+        (
+            |c| c.limits.joint_speed = Some(JointSpeeds([99.0; 6])),
+            "joint_speed",
+        ),
+        (|c| c.limits.tcp_speed = Some(0.0), "tcp_speed"),
+        (
+            |c| c.limits.joint_position_min = Some(JointPositions([0.0; 6])),
+            "home puts joint 2",
+        ),
+    ];
+    for (change, expected) in broken {
+        let mut config = ideal("cs66");
+        change(&mut config);
+        let message = config.resolve().unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+}
