@@ -8,22 +8,13 @@
 
 mod common;
 
-use common::run_script;
+use common::run_in_cell;
 use kinematics::{Pose, RobotModel};
 
 /// What the script printed, what it said, and the exit status.
 fn run(text: &str, cell: &str, options: &[&str]) -> (String, String, Option<i32>) {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("cell.toml"), cell).unwrap();
-    let mut all = vec!["--cell", "cell.toml", "--tcp", "0,0,0.1,0,0,0"];
-    all.extend(options);
-    let output = run_script(folder.path(), text, &all);
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (
-        text(&output.stdout),
-        text(&output.stderr),
-        output.status.code(),
-    )
+    let options = [&["--tcp", "0,0,0.1,0,0,0"], options].concat();
+    run_in_cell(text, cell, &options)
 }
 
 /// The TCP at home with the tool of these tests, m.

@@ -8,28 +8,19 @@
 
 mod common;
 
-use common::run_script;
+use common::run_in_cell;
 
 /// A level plate of 20 N/mm, 20 mm below the TCP of the home position with the tool of these tests.
 const PLATE: &str = "[[obstacle]]\nname = \"plate\"\nshape = \"plane\"\npose = [0, 0, SURFACE, 0, 0, 0]\nstiffness = 2e4\n";
 
 /// What the script printed, what it said, and the exit status.
 fn run(text: &str, cell: &str) -> (String, String, Option<i32>) {
-    let folder = tempfile::tempdir().unwrap();
     let model = kinematics::RobotModel::built_in("cs66").unwrap();
     let home = recorder::Setup::default().home;
     let tool = kinematics::Pose::from_translation(0.0, 0.0, 0.15);
     let surface = model.tcp_pose(&home, &tool).translation.z - 0.02;
     let cell = cell.replace("SURFACE", &surface.to_string());
-    std::fs::write(folder.path().join("cell.toml"), cell).unwrap();
-    let options = ["--cell", "cell.toml", "--tcp", "0,0,0.15,0,0,0"];
-    let output = run_script(folder.path(), text, &options);
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (
-        text(&output.stdout),
-        text(&output.stderr),
-        output.status.code(),
-    )
+    run_in_cell(text, &cell, &["--tcp", "0,0,0.15,0,0,0"])
 }
 
 fn printed(text: &str, cell: &str) -> String {

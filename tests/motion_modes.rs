@@ -8,26 +8,7 @@
 
 mod common;
 
-use common::run_script;
-
-/// What the script printed, and the exit status.
-fn run(text: &str, cell: &str) -> (String, String, Option<i32>) {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("cell.toml"), cell).unwrap();
-    let output = run_script(folder.path(), text, &["--cell", "cell.toml"]);
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (
-        text(&output.stdout),
-        text(&output.stderr),
-        output.status.code(),
-    )
-}
-
-fn printed(text: &str, cell: &str) -> String {
-    let (out, err, status) = run(text, cell);
-    assert_eq!(status, Some(0), "{err}");
-    out
-}
+use common::{printed_in_cell as printed, run_in_cell, run_script};
 
 #[test]
 fn streams_and_speeds_do_what_their_calls_say() {
@@ -210,7 +191,7 @@ def p():
     speedl([0,0,-0.2,0,0,0], 1.0, 3.0)
 end
 "#;
-    let (out, err, status) = run(script, cell);
+    let (out, err, status) = run_in_cell(script, cell, &[]);
     assert_eq!(status, Some(1), "{err}");
     assert_eq!(
         out,

@@ -26,13 +26,28 @@ fn rtsi_clients_get_and_set_every_variable() {
 }
 
 #[test]
+fn rtsi_conversations_go_as_clients_hold_them() {
+    run("test_rtsi_sessions");
+}
+
+#[test]
 fn dashboard_users_power_the_arm_and_play_tasks() {
     run("test_dashboard");
 }
 
 #[test]
+fn what_dashboard_users_mistype_has_one_reply_and_no_effect() {
+    run("test_dashboard_input");
+}
+
+#[test]
 fn external_control_leads_the_arm_through_its_sockets() {
     run("test_external_control");
+}
+
+#[test]
+fn external_control_survives_kills_broken_messages_and_stops() {
+    run("test_external_faults");
 }
 
 #[test]
@@ -43,6 +58,11 @@ fn primary_clients_see_live_states_and_send_programs() {
 #[test]
 fn every_port_tells_the_same_in_every_state() {
     run("test_states");
+}
+
+#[test]
+fn points_streamed_to_the_interpreter_lead_the_arm() {
+    run("test_interpreter");
 }
 
 #[test]

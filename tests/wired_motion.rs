@@ -8,16 +8,7 @@
 
 mod common;
 
-use common::run_script;
-
-fn printed(text: &str, cell: &str) -> String {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("cell.toml"), cell).unwrap();
-    let output = run_script(folder.path(), text, &["--cell", "cell.toml"]);
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{error}");
-    String::from_utf8(output.stdout).unwrap()
-}
+use common::printed_in_cell as printed;
 
 /// Configurable outputs 0 and 1 drive the two high-speed inputs.
 const CHANNELS: &str = r#"

@@ -51,8 +51,15 @@ class Dashboard(Client):
         return reply.decode()
 
     def ask(self, command):
-        self.socket.sendall(command.encode() + b"\n")
+        self.socket.sendall((command if isinstance(command, bytes) else command.encode()) + b"\n")
         return self._read()
+
+    def replies(self, count):
+        """So many replies that may have come in one piece; each of one line."""
+        text = ""
+        while text.count("\r\n") < count:
+            text += self.socket.recv(4096).decode()
+        return text.split("\r\n")[:-1]
 
     def expect(self, command, pattern):
         """Sends a command whose reply must contain `pattern` (a regular expression)."""
@@ -324,6 +331,7 @@ class Primary(Client):
                 raise TimeoutError("primary: no exception")
             if message[0] != 20:
                 continue
+            self.exception_time = struct.unpack(">Q", message[1][:8])[0] / 1000
             kind = message[1][9]
             first, second = struct.unpack(">ii", message[1][10:18])
             if kind == 10:

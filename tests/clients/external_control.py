@@ -53,6 +53,11 @@ class Listener:
         except OSError:
             return True
 
+    def stop(self):
+        """Nobody listens on the port any more."""
+        self.server.shutdown(socket.SHUT_RDWR)
+        self.server.close()
+
     def close(self):
         self.server.close()
         if self.connection:
@@ -60,11 +65,16 @@ class Listener:
 
 
 class Driver:
-    """Headless: the program goes to 30001 at once."""
+    """Headless: the program goes to 30001 at once. Timeouts are longer than the vendor's 200 ms: a busy machine may keep this
+    client from its turn for as long."""
 
-    def __init__(self, primary_port, servo_time=0.004, lookahead=0.1, gain=300):
+    def __init__(self, primary_port, servo_time=0.004, lookahead=0.1, gain=300, listening=True):
         self.primary = Primary(primary_port)
         self.reverse, self.trajectory, self.command = Listener(), Listener(), Listener()
+        if not listening:
+            self.reverse.stop()
+            self.trajectory.stop()
+            self.command.stop()
         fill = {
             "SERVER_IP": self.primary.local_ip,
             "REVERSE_PORT": self.reverse.port,
@@ -95,17 +105,17 @@ class Driver:
             if not listener.connected.wait(seconds):
                 raise TimeoutError("the program has not connected")
 
-    def write(self, mode, values=(), timeout_ms=200):
+    def write(self, mode, values=(), timeout_ms=1000):
         words = [0] * 8
         words[0], words[7] = timeout_ms, mode
         for index, value in enumerate(values):
             words[1 + index] = round(value * ZOOM)
         self.reverse.send_words(words)
 
-    def action(self, mode, action, count=0, timeout_ms=200):
+    def action(self, mode, action, count=0, timeout_ms=1000):
         self.reverse.send_words([timeout_ms, action, count, 0, 0, 0, 0, mode])
 
-    def servoj(self, joints, timeout_ms=200):
+    def servoj(self, joints, timeout_ms=1000):
         self.write(SERVOJ, joints, timeout_ms)
 
     def idle(self, timeout_ms=0):

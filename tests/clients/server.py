@@ -24,7 +24,7 @@ class Server:
     def __init__(self, *options, tasks=None, cell=None):
         self.folder = tempfile.TemporaryDirectory(prefix="eliteserver-")
         folder = pathlib.Path(self.folder.name)
-        task_folder = folder / "tasks"
+        task_folder = self.task_folder = folder / "tasks"
         task_folder.mkdir()
         for name, text in (tasks or {}).items():
             (task_folder / name).write_text(text)

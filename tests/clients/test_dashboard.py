@@ -117,7 +117,8 @@ class Commands(unittest.TestCase):
             dashboard.ask("variable -set count [1, 2]")
             dashboard.ask("popup -c")
             dashboard.poll("variable -get count", "[1, 2]", seconds=5)
-            self.assertRegex(dashboard.ask("variable -set count (("), "no value")
+            for value in ["((", "1; popup('x')", "1) ; popup((2", "= 2", "2\r3"]:
+                self.assertRegex(dashboard.ask(f"variable -set count {value}"), "no value")
             dashboard.stop()
 
     def test_configurations(self):

@@ -57,11 +57,15 @@ class States(unittest.TestCase):
         with Server() as server:
             sleeping = [Primary(server.ports["primary"]) for _ in range(5)]  # never read
             watching = Primary(server.ports["primary"])
-            watching.state()
+            watching.until(lambda s: fields(s, 0, "Q")[0] >= 100_000)  # before the first tenth there is the very first cycle
             start = time.monotonic()
-            for _ in range(10):
-                watching.state()
+            stamps = [fields(watching.state(), 0, "Q")[0] for _ in range(10)]
             self.assertAlmostEqual(time.monotonic() - start, 1.0, delta=0.25)
+            # They are those of the cycles, not of a timer: a tenth of a second apart to the microsecond. Of states that come
+            # too late for this client it sees the latest.
+            steps = [later - earlier for earlier, later in zip(stamps, stamps[1:])]
+            self.assertTrue(all(step % 100_000 == 0 for step in steps), steps)
+            self.assertEqual(sorted(steps)[len(steps) // 2], 100_000)
             del sleeping
 
     def test_ten_connections_dropped_without_goodbye_disturb_nobody(self):
@@ -93,6 +97,7 @@ class Programs(unittest.TestCase):
                 self.assertEqual((kind, line), (10, 2))
                 self.assertGreater(column, 1)
                 self.assertIn("SyntaxError", text)
+                self.assertAlmostEqual(client.exception_time, time.time(), delta=5)
             self.assertLess(time.monotonic() - start, 1)
             sender.state()
 
@@ -127,6 +132,112 @@ class Programs(unittest.TestCase):
             primary.send_script("set unlock protective stop")
             primary.until(lambda s: not s.protective, 5)
             self.assertEqual(dashboard.ask("safety -s"), "Safety status: NORMAL\r\n")
+
+
+class Senders(unittest.TestCase):
+    """The bytes that the known clients send, as they send them."""
+
+    def setUp(self):
+        pty = "[[serial]]\nport = 'tool'\ndevice = '/dev/ptmx'\n"
+        self.server = Server(cell=pty)
+        self.addCleanup(self.server.__exit__)
+        self.primary = Primary(self.server.ports["primary"])
+        self.rtsi = Rtsi(self.server.ports["rtsi"])
+        self.rtsi.set_up_outputs(["runtime_state", "output_int_register0", "actual_digital_output_bits", "actual_joint_positions"])
+        self.rtsi.start()
+
+    def send(self, *pieces):
+        for piece in pieces:
+            self.primary.socket.sendall(piece)
+
+    def register(self, value):
+        self.rtsi.until(lambda v: v["output_int_register0"] == value)
+
+    def test_the_serial_helper_of_the_sdk_configures_the_tool_with_and_without_a_program(self):
+        helper = (
+            b"sec tool_rs485_config():\n    set_tool_analog_io_work_mode(0)\n"
+            b"    tool_serial_config(True,%d,0,1)\nend\n\n"
+        )
+        layout = "?3I?B2f"
+        self.assertFalse(fields(self.primary.state(), 11, layout)[0])
+        self.send(helper % 115200)
+        self.primary.until(lambda s: fields(s, 11, layout)[:4] == (True, 115200, 0, 1))
+        self.send(b"def f():\n  sleep(100)\nend\n\n")
+        self.primary.until(lambda s: s.running)
+        self.send(helper % 9600)
+        state = self.primary.until(lambda s: fields(s, 11, layout)[:4] == (True, 9600, 0, 1))
+        self.assertTrue(state.running)
+        # The helper of the control box: the same words for another port. There is no line: an error, and nothing else.
+        self.send(b"sec board_rs485_config():\n    masterboard_serial_config(True,115200,0,1)\nend\n\n")
+        self.assertTrue(self.primary.until(lambda s: True).running)
+
+    def test_the_script_node_of_ros(self):
+        self.send(b"sec hello():\n\ttextmsg(\"script_sender connected\")\nend\n", b'popup("hello")\n')
+        end = time.monotonic() + 5
+        while "script_sender connected" not in self.server.stderr():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.02)
+        Dashboard(self.server.ports["dashboard"]).expect("popup -c", "Closing popup")
+
+    def test_a_running_script_is_stopped_and_sent_again(self):
+        whole = b"def f():\n\twrite_output_integer_register(0, %d)\n\t\n\tsleep(100)\nend\n"
+        self.send(whole % 1)
+        self.register(1)
+        for number in range(2, 7):
+            self.send(b"stop task\n\n")
+            self.rtsi.until(lambda v: v["runtime_state"] == 3)
+            self.send(whole % number)
+            self.register(number)
+
+    def test_bare_lines_of_field_clients(self):
+        self.send(b"movel([-0.49,-0.14,0.48,-3.1416,0,1.5708], a=0.8, v=0.1)\r\n")
+        self.rtsi.until(lambda v: v["runtime_state"] == 1)
+        self.rtsi.until(lambda v: v["runtime_state"] == 3)
+        before = self.rtsi.latest()["actual_joint_positions"][5]
+        self.send(b"speedj([0,0,0,0,0,0.2], 1.4, 0.2)\n")
+        self.rtsi.until(lambda v: v["actual_joint_positions"][5] > before + 0.01)
+        self.rtsi.until(lambda v: v["runtime_state"] == 3)
+        # A bare `if` is a line of its own, and the line after it too.
+        self.send(b"if True:\n  write_output_integer_register(0, 1)\n")
+        self.assertEqual(self.primary.exception()[:2], (10, 1))
+
+    def test_blocks_with_inner_ends_and_windows_line_ends_from_a_client_that_is_gone_at_once(self):
+        for number, newline in enumerate([b"\n", b"\r\n"], 1):
+            lines = [
+                b"def f():",
+                b"  if True:",
+                b"    for n in range(3):",
+                b"      sync()",
+                b"    end",
+                b"  end",
+                b"  def g():",
+                b"    write_output_integer_register(0, %d)" % number,
+                b"  end",
+                b"  g()",
+                b"end",
+                b"",
+            ]
+            quick = socket.create_connection(("127.0.0.1", self.server.ports["primary"]))
+            quick.sendall(newline.join(lines))
+            quick.close()
+            self.register(number)
+            self.rtsi.until(lambda v: v["runtime_state"] == 3)
+        self.send(b"f()\n")
+        self.assertIn("NameError", self.primary.exception()[3])
+
+    def test_a_second_program_is_refused_and_does_not_start_later(self):
+        self.send(b"def f():\n  sleep(4)\nend\n")
+        self.rtsi.until(lambda v: v["runtime_state"] == 1)
+        start = time.monotonic()
+        for second in [b"def g():\n  write_output_integer_register(0, 7)\nend\n", b"movej([1,-1.5708,1.5708,-1.5708,-1.5708,0])\n"]:
+            self.send(second)
+            self.assertIn("running", self.primary.exception()[3])
+        self.rtsi.until(lambda v: v["runtime_state"] == 3)
+        self.assertGreater(time.monotonic() - start, 2)
+        time.sleep(0.3)
+        found = self.rtsi.latest()
+        self.assertEqual((found["output_int_register0"], found["runtime_state"]), (0, 3))
+        self.assertLess(abs(found["actual_joint_positions"][0]), 0.01)
 
 
 if __name__ == "__main__":

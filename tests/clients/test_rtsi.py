@@ -7,7 +7,7 @@ import time
 import unittest
 
 import cs66
-from elite import FORMATS, Dashboard, Primary, Rtsi
+from elite import FORMATS, Primary, Rtsi
 from server import REPOSITORY, Server
 
 # Name, type, and how the value is checked: a number, a tuple, or a function of the value. What changes with the motion is
@@ -463,6 +463,23 @@ class Table(unittest.TestCase):
             for name, value in wanted.items():
                 self.assertAlmostEqual(after[name], value, places=9, msg=name)
 
+    def test_an_output_is_set_in_the_cycle_after_its_package(self):
+        with Server() as server:
+            rtsi = Rtsi(server.ports["rtsi"])
+            inputs = rtsi.set_up_inputs(["standard_digital_output_mask", "standard_digital_output"])
+            rtsi.set_up_outputs(["timestamp", "actual_digital_output_bits"])
+            rtsi.start()
+            self.assertEqual(rtsi.read()["actual_digital_output_bits"], 0, "nothing is set at the start")
+            cycles = []
+            for number in range(41):
+                level = number % 2 ^ 1
+                before = rtsi.latest()
+                rtsi.write(inputs, {"standard_digital_output_mask": 1, "standard_digital_output": level})
+                after = rtsi.until(lambda v: v["actual_digital_output_bits"] == level)
+                cycles.append(round((after["timestamp"] - before["timestamp"]) / 0.004))
+            # The vendor's test allows four. On a busy machine this client may miss some itself, hence the median.
+            self.assertLessEqual(sorted(cycles)[len(cycles) // 2], 4, f"{cycles}")
+
     def test_a_script_reads_what_a_client_wrote(self):
         with Server() as server:
             rtsi = Rtsi(server.ports["rtsi"])
@@ -483,91 +500,6 @@ class Table(unittest.TestCase):
                 and v["output_double_register6"] == 0.1
                 and v["output_bit_register70"]
             )
-
-
-class Watchdog(unittest.TestCase):
-    def test_a_program_that_hears_from_its_client_too_rarely_is_held_or_ended(self):
-        for action, state in [("pause", 2), ("stop", 3)]:
-            with self.subTest(action=action), Server() as server:
-                rtsi = Rtsi(server.ports["rtsi"])
-                inputs = rtsi.set_up_inputs(["input_int_register0"])
-                rtsi.set_up_outputs(["runtime_state"])
-                rtsi.start()
-                Primary(server.ports["primary"]).send_script(
-                    f"def w():\n  rtsi_set_watchdog('input_int_register0', 10, '{action}')\n"
-                    "  while True:\n    sync()\n  end\nend"
-                )
-                rtsi.until(lambda v: v["runtime_state"] == 1)
-                end = time.monotonic() + 0.6
-                while time.monotonic() < end:
-                    rtsi.write(inputs, {"input_int_register0": 1})
-                    self.assertEqual(rtsi.latest()["runtime_state"], 1)
-                    time.sleep(0.03)
-                start = time.monotonic()
-                rtsi.until(lambda v: v["runtime_state"] == state)
-                self.assertLess(time.monotonic() - start, 0.5)
-
-
-class Sessions(unittest.TestCase):
-    def test_names_that_do_not_exist_or_are_taken_are_said(self):
-        with Server() as server:
-            rtsi = Rtsi(server.ports["rtsi"])
-            with self.assertRaisesRegex(LookupError, "NOT_FOUND"):
-                rtsi.set_up_outputs(["timestamp", "speed_slider_mask"])
-            first = Rtsi(server.ports["rtsi"])
-            first.set_up_inputs(["speed_slider_mask"])
-            second = Rtsi(server.ports["rtsi"])
-            with self.assertRaisesRegex(LookupError, "IN_USE"):
-                second.set_up_inputs(["speed_slider_mask"])
-
-    def test_six_reconnects_within_a_second_each_get_their_inputs(self):
-        with Server() as server:
-            for _ in range(6):
-                rtsi = Rtsi(server.ports["rtsi"])
-                rtsi.set_up_inputs([name for name, _ in VENDOR_INPUTS])
-                rtsi.set_up_outputs(VENDOR_OUTPUTS)
-                rtsi.start()
-                rtsi.read()
-                rtsi.close()
-
-    def test_an_input_written_while_paused_is_there_after_the_next_start(self):
-        with Server() as server:
-            rtsi = Rtsi(server.ports["rtsi"])
-            rtsi.set_up_outputs(["target_speed_fraction"], 125)
-            rtsi.start()
-            rtsi.read()
-            rtsi.pause()
-            inputs = rtsi.set_up_inputs(["speed_slider_mask", "speed_slider_fraction"])
-            rtsi.write(inputs, {"speed_slider_mask": 1, "speed_slider_fraction": 0.25})
-            rtsi.start()
-            self.assertEqual(rtsi.until(lambda v: True)["target_speed_fraction"], 0.25)
-
-    def test_data_flows_in_every_mode_and_every_client_has_its_own_rate(self):
-        with Server("--powered-off") as server:
-            fast, slow = Rtsi(server.ports["rtsi"]), Rtsi(server.ports["rtsi"])
-            fast.set_up_outputs(["timestamp", "robot_mode"], 250)
-            slow.set_up_outputs(["timestamp", "robot_mode"], 50)
-            fast.start()
-            slow.start()
-            dashboard = Dashboard(server.ports["dashboard"])
-            modes = []
-            dashboard.expect("robotControl -on", "Powering on")
-            dashboard.expect("brakeRelease", "Brake")
-            end = time.monotonic() + 1.2
-            while time.monotonic() < end:
-                values = fast.read()
-                if values["robot_mode"] not in modes:
-                    modes.append(values["robot_mode"])
-            self.assertEqual(modes[-3:], [4, 5, 7], "power on, idle, running")
-            times = [slow.read()["timestamp"] for _ in range(20)]
-            # Every fifth cycle. On a machine that is busy the server may see that cycle late and send a later one instead; the
-            # next package is on the beat again, so no error adds up.
-            steps = [round((later - earlier) / 0.004) for earlier, later in zip(times, times[1:])]
-            self.assertEqual(sorted(steps)[len(steps) // 2], 5, steps)
-            self.assertAlmostEqual(sum(steps), 5 * len(steps), delta=4, msg=f"{steps}")
-            dashboard.power_off()
-            fast.until(lambda v: v["robot_mode"] == 3)
-            self.assertEqual(slow.until(lambda v: v["robot_mode"] == 3)["robot_mode"], 3)
 
 
 if __name__ == "__main__":

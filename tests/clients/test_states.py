@@ -266,6 +266,7 @@ def check_programs(state):
         ports.dashboard.stop()
         ports.stays((mode, safety, STOPPED), 0.1)
         listener = Primary(server.ports["primary"])
+        listener.state()  # it hears everything from now on
         listener.send_script(MOVE)
         if name in ("running", "reduced"):
             ports.until(lambda view: view == (mode, safety, RUNS))
@@ -329,6 +330,7 @@ class Ways(unittest.TestCase):
             ports.primary.send_script(MOVE)
             ports.primary.until(lambda s: abs(s.actual_q[0]) > 0.1)
             listener = Primary(server.ports["primary"])
+            listener.state()  # it hears everything from now on
             ports.push(200)
             kind, _, _, text = listener.exception()
             self.assertEqual(kind, 6, text)

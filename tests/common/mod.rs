@@ -318,6 +318,27 @@ pub fn run_script(folder: &Path, text: &str, options: &[&str]) -> Output {
         .unwrap()
 }
 
+/// Runs a program in a cell; what it printed, what it said, and its exit status.
+pub fn run_in_cell(text: &str, cell: &str, options: &[&str]) -> (String, String, Option<i32>) {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("cell.toml"), cell).unwrap();
+    let options = [&["--cell", "cell.toml"], options].concat();
+    let output = run_script(folder.path(), text, &options);
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (
+        text(&output.stdout),
+        text(&output.stderr),
+        output.status.code(),
+    )
+}
+
+/// What a program prints that ends well in a cell.
+pub fn printed_in_cell(text: &str, cell: &str) -> String {
+    let (out, err, status) = run_in_cell(text, cell, &[]);
+    assert_eq!(status, Some(0), "{err}");
+    out
+}
+
 /// The example program of the README.
 pub fn first_light() -> String {
     std::fs::read_to_string(example_path()).unwrap()

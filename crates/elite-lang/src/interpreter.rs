@@ -214,6 +214,16 @@ impl ScriptThread {
         }
         let core = self.core.clone();
         core.memory_resume();
+        if core.is_searching() {
+            if resume == Resume::Stop {
+                core.abandon_search();
+            } else if !core.search_slice() {
+                // No script code runs before the search for cycles is over.
+                core.memory_pause();
+                self.coroutine = Some(coroutine);
+                return Step::OutOfFuel;
+            }
+        }
         let outer = core.switch_to(self.state);
         core.set_fuel(fuel);
         let result = coroutine.resume(resume);

@@ -104,9 +104,11 @@ impl SourceFile {
         self.line_starts.partition_point(|start| *start <= offset) as u32
     }
 
-    /// Line and column of the byte at `offset`; offsets past the end mean the end.
+    /// Line and column of the byte at `offset`; offsets past the end mean the end of the last line, since behind a final
+    /// newline there is no line to show.
     pub fn position(&self, offset: u32) -> Position {
-        let offset = offset.min(self.text.len() as u32);
+        let end = self.text.strip_suffix('\n').unwrap_or(&self.text);
+        let offset = offset.min(end.trim_end_matches('\r').len() as u32);
         let line = self.line_of(offset);
         let start = self.line_starts[line as usize - 1] as usize;
         let before = self.text.get(start..offset as usize).unwrap_or("");
@@ -145,5 +147,15 @@ mod tests {
         assert_eq!(file.line_text(4), "y");
         assert_eq!(file.line_count(), 4);
         assert_eq!(file.line_text(5), "");
+    }
+
+    #[test]
+    fn the_end_of_the_text_is_the_end_of_its_last_line() {
+        for text in ["if x:\n", "if x:\r\n", "if x:"] {
+            let position = SourceFile::new("t", text).position(99);
+            assert_eq!(position, Position { line: 1, column: 6 }, "{text:?}");
+        }
+        let position = SourceFile::new("t", "").position(0);
+        assert_eq!(position, Position { line: 1, column: 1 });
     }
 }

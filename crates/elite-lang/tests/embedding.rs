@@ -148,6 +148,22 @@ fn a_stop_runs_with_exits_and_finally_blocks_of_generators() {
 }
 
 #[test]
+fn a_stop_and_a_wait_reach_generators_without_a_stack_of_their_own() {
+    let task = Task::with(vec![wait_native()], Limits::default());
+    let mut thread = task.spawn(
+        "def g():\n    yield 1\n    wait(7)\n    yield 2\n    while True:\n        if 0: yield 3\n\
+         def over(h):\n    yield from h\n\
+         try:\n    for x in over(g()): print(x)\nexcept:\n    print('caught')\nfinally:\n    print('finally')\n",
+    );
+    let step = thread.resume(Resume::Continue, 1000);
+    assert!(matches!(step, Step::Waiting(WaitToken(7))));
+    let step = thread.resume(Resume::Continue, 1000);
+    assert!(matches!(step, Step::OutOfFuel));
+    assert!(matches!(thread.resume(Resume::Stop, 1000), Step::Stopped));
+    assert_eq!(task.host.output.take(), "1\n2\nfinally\n");
+}
+
+#[test]
 fn a_stop_cannot_be_swallowed_by_return_break_or_an_exception_in_finally() {
     for leave in ["return 1", "raise ValueError('x')"] {
         let task = Task::with(vec![wait_native()], Limits::default());
@@ -327,7 +343,11 @@ fn deep_structures_are_dropped_without_deep_recursion() {
                 class N: pass\nn = N()\nfor i in range(200000):\n    m = N()\n    m.next = n\n    n = m\ndel n, m\n\
                 f = None\ndef wrap(f): return lambda: f\nfor i in range(200000): f = wrap(f)\ndel f\n\
                 e = None\nfor i in range(50000):\n    x = ValueError(1)\n    x.__context__ = e\n    e = x\ndel e, x\n\
-                it = iter([1])\nfor i in range(200000): it = map(abs, it)\ndel it\nprint('done')\n";
+                it = iter([1])\nfor i in range(200000): it = map(abs, it)\ndel it\n\
+                t = ()\nfor i in range(200000): t = (t, i)\ndel t\n\
+                t = ()\nfor i in range(200000): t = (i, t, i)\ndel t\n\
+                def C(below):\n    class D: inner = below\n    return D\nc = None\nfor i in range(5000): c = C(c)\ndel c\n\
+                g = iter([1])\nfor i in range(100000): g = (x for x in g)\ndel g\nprint('done')\n";
     assert_eq!(run(text), "done\n");
 }
 

@@ -102,6 +102,67 @@ fn tables() -> String {
     out
 }
 
+/// Why modules do without names of CPython's.
+const ABSENT: &[(&str, &str)] = &[
+    (
+        "contextlib",
+        "coroutines of `async`, which the language has not",
+    ),
+    ("io", "layers of files that `open` does not make"),
+    (
+        "os",
+        "users, groups, scheduling, terminals, pipes and processes of the controller's host are not the program's; \
+         processes go through `subprocess`",
+    ),
+    ("os.path", "about descriptors"),
+    ("re", "deprecated in CPython, too"),
+    (
+        "signal",
+        "a program's signals are its own; there are no masks",
+    ),
+    (
+        "socket",
+        "TCP and UDP over IPv4 only; names are resolved by `connect` and `create_connection`",
+    ),
+    ("statistics", "rarely used"),
+    ("sys", "inner parts of CPython, and of `async`"),
+    ("threading", "an exception in a thread ends the program"),
+    ("time", "POSIX threads, which script threads are not"),
+];
+
+/// Each module beside CPython's of the same name (`cpython_names.py` writes the list).
+fn beside_cpython() -> String {
+    let mut out =
+        String::from("| module | names of CPython 3.11's | absent, and why |\n|---|---|---|\n");
+    for line in include_str!("cpython_names.txt").lines() {
+        let (module, names) = line.split_once(": ").unwrap();
+        let names: Vec<&str> = names.split(' ').collect();
+        let absent = run(&format!(
+            "import {module} as module\n\
+             print(' '.join(n for n in '{}'.split() if not hasattr(module, n)))",
+            names.join(" ")
+        ));
+        let (constants, absent): (Vec<&str>, Vec<&str>) = absent
+            .split_whitespace()
+            .partition(|name| !name.contains(|c: char| c.is_ascii_lowercase()));
+        let count = names.len() - absent.len() - constants.len();
+        let mut why = String::new();
+        if count < names.len() {
+            let found = ABSENT.iter().find(|(name, _)| *name == module);
+            let (_, reason) = found
+                .unwrap_or_else(|| panic!("why does `{module}` lack {absent:?} {constants:?}?"));
+            why = code(&absent);
+            if !constants.is_empty() {
+                let and = if absent.is_empty() { "" } else { " and " };
+                write!(why, "{and}{} constants", constants.len()).unwrap();
+            }
+            write!(why, ": {reason}").unwrap();
+        }
+        writeln!(out, "| `{module}` | {count} of {} | {why} |", names.len()).unwrap();
+    }
+    out
+}
+
 fn exception_tree(kind: ExceptionKind, depth: usize, out: &mut String) {
     writeln!(out, "{}{}", "  ".repeat(depth), kind.name()).unwrap();
     for child in ExceptionKind::ALL
@@ -132,6 +193,7 @@ fn the_tables_of_the_language_page_are_up_to_date() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/LANGUAGE.md");
     let text = std::fs::read_to_string(&path).unwrap();
     let wanted = replaced(&replaced(&text, "limits", &limits()), "tables", &tables());
+    let wanted = replaced(&wanted, "modules beside CPython's", &beside_cpython());
     if std::env::var_os("UPDATE_DOCS").is_some() {
         std::fs::write(&path, &wanted).unwrap();
         return;

@@ -198,3 +198,27 @@ fn a_regular_expression_that_steps_back_without_end_is_an_error() {
     let refused = "import re\nfor p in ('(' * 500 + ')' * 500, 'a{100000}{100000}', '((a{1000}){1000}){1000}', 'a' * 2_000_000, '(?:a{50000}){50000}'):\n    try:\n        re.compile(p)\n        print('compiled')\n    except (re.error, ValueError) as e:\n        print('refused')\n";
     assert_eq!(support::run(refused), "refused\n".repeat(5));
 }
+
+#[test]
+fn what_nests_a_hundred_thousand_deep_is_refused_and_dropped_without_harm() {
+    let limits = Limits {
+        memory_bytes: 1 << 30,
+        ..Limits::default()
+    };
+    let out = Task::with(Vec::new(), limits).run(include_str!("robustness/deep.script"));
+    assert!(out.ends_with("\nall\n"), "{out}");
+    for kind in ["list", "tuple", "dict", "talks"] {
+        for question in ["repr", "eq", "deepcopy"] {
+            let line = format!("{kind} {question} RecursionError\n");
+            assert!(out.contains(&line), "{line} is not in {out}");
+        }
+    }
+    for line in [
+        "tuple hash RecursionError\n",
+        "talks hash RecursionError\n",
+        "list json RecursionError\n",
+        "slice eq RecursionError\n",
+    ] {
+        assert!(out.contains(line), "{line} is not in {out}");
+    }
+}

@@ -14,8 +14,8 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use common::{Ran, Standing, run};
-use elite_runtime::{Permissions, TaskEnd};
+use common::{Ran, Standing, run, run_while};
+use elite_runtime::{Permissions, TaskEnd, TaskState};
 
 /// An empty folder of one test.
 fn folder(name: &str) -> PathBuf {
@@ -26,17 +26,27 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn allowed(text: &str) -> Ran {
+    run(&permitted(), text)
+}
+
+/// An arm whose programs may do everything.
+fn permitted() -> Standing {
     let permissions = Permissions {
         files: true,
         processes: true,
         environment: true,
         network: true,
     };
-    let standing = Standing {
+    Standing {
         permissions,
         ..Standing::default()
-    };
-    run(&standing, text)
+    }
+}
+
+/// Whether a process runs; one that nobody has waited for stays in the table as a zombie.
+fn runs(process: u32) -> bool {
+    std::fs::read_to_string(format!("/proc/{process}/stat"))
+        .is_ok_and(|stat| !stat.contains(") Z "))
 }
 
 /// Runs a program in an empty folder, here and under CPython.
@@ -143,12 +153,7 @@ print(int(p.stdout.readline()))
     assert_eq!((ran.end, ran.error.as_str()), (TaskEnd::Finished, ""));
     let child: u32 = ran.printed.trim().parse().unwrap();
     let deadline = Instant::now() + Duration::from_secs(5);
-    // A process nobody has waited for stays in the table as a zombie.
-    let runs = || {
-        std::fs::read_to_string(format!("/proc/{child}/stat"))
-            .is_ok_and(|stat| !stat.contains(") Z "))
-    };
-    while runs() {
+    while runs(child) {
         assert!(Instant::now() < deadline, "process {child} lives on");
         std::thread::sleep(Duration::from_millis(10));
     }
@@ -176,6 +181,97 @@ print(time.monotonic() - begin < 0.1)
     assert_eq!(
         (ran.printed.as_str(), ran.error.as_str()),
         ("0 True\nTrue\n", "")
+    );
+}
+
+/// Ways of a program to wait for a process that takes a minute; each prints the process's number first.
+const WAITS: [&str; 3] = [
+    "p = subprocess.Popen(['sleep', '60']); print(p.pid, 'waits'); p.wait()",
+    "p = subprocess.Popen(['sleep', '60'], stdout=subprocess.PIPE); print(p.pid, 'waits'); p.stdout.read()",
+    "p = subprocess.Popen(['sleep', '60'], stdin=subprocess.PIPE, stdout=subprocess.PIPE); print(p.pid, 'waits'); p.communicate(b'x')",
+];
+
+#[test]
+fn a_stop_reaches_a_program_that_waits_for_a_process() {
+    for wait in WAITS {
+        let text = format!(
+            "import subprocess\ntry:\n    {wait}\nexcept BaseException: print('caught')\nfinally: print('cleaned')\nprint('after')\n"
+        );
+        let mut took = Duration::ZERO;
+        let ran = run_while(&permitted(), &text, async |supervisor, printed| {
+            printed.wait_for("waits").await;
+            tokio::time::sleep(Duration::from_millis(30)).await;
+            let begin = Instant::now();
+            supervisor.stop();
+            supervisor.ended().await;
+            took = begin.elapsed();
+        });
+        assert_eq!(
+            (ran.end, ran.error.as_str()),
+            (TaskEnd::Stopped, ""),
+            "{wait}"
+        );
+        assert!(took < Duration::from_millis(100), "{wait}: {took:?}");
+        let (process, rest) = ran.printed.split_once(' ').unwrap();
+        assert_eq!(rest, "waits\ncleaned\n", "{wait}");
+        // The group is killed with the task; the system may take a moment.
+        let deadline = Instant::now() + Duration::from_secs(5);
+        while runs(process.parse().unwrap()) {
+            assert!(
+                Instant::now() < deadline,
+                "{wait}: process {process} lives on"
+            );
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+#[test]
+fn a_stop_reaches_subprocess_run() {
+    let text =
+        "import subprocess\nprint('waits')\nsubprocess.run(['sleep', '60'])\nprint('after')\n";
+    let mut took = Duration::ZERO;
+    let ran = run_while(&permitted(), text, async |supervisor, printed| {
+        printed.wait_for("waits").await;
+        tokio::time::sleep(Duration::from_millis(50)).await;
+        let begin = Instant::now();
+        supervisor.stop();
+        supervisor.ended().await;
+        took = begin.elapsed();
+    });
+    assert_eq!(
+        (ran.end, ran.printed.as_str()),
+        (TaskEnd::Stopped, "waits\n")
+    );
+    assert!(took < Duration::from_millis(100), "{took:?}");
+}
+
+#[test]
+fn a_pause_holds_a_program_that_waits_for_a_process() {
+    let text =
+        "import subprocess\nprint('waits')\nsubprocess.run(['sleep', '0.2'])\nprint('after')\n";
+    let mut took = Duration::ZERO;
+    let mut held = String::new();
+    let ran = run_while(&permitted(), text, async |supervisor, printed| {
+        printed.wait_for("waits").await;
+        tokio::time::sleep(Duration::from_millis(30)).await;
+        let begin = Instant::now();
+        supervisor.pause();
+        let mut status = supervisor.watch();
+        let _ = status
+            .wait_for(|status| status.state == TaskState::Paused)
+            .await;
+        took = begin.elapsed();
+        // The process ends meanwhile; the program does not go on before it is let.
+        tokio::time::sleep(Duration::from_millis(300)).await;
+        held = printed.text();
+        supervisor.resume();
+    });
+    assert!(took < Duration::from_millis(100), "{took:?}");
+    assert_eq!(held, "waits\n");
+    assert_eq!(
+        (ran.end, ran.printed.as_str()),
+        (TaskEnd::Finished, "waits\nafter\n")
     );
 }
 

@@ -3,6 +3,8 @@
 //! Owns one connection and the bytes that were received and not read yet. Reads may wait while other threads send. A read
 //! that is dropped loses nothing: bytes leave the socket only into the buffer, and the buffer only as a result.
 
+pub mod decode;
+
 use std::io;
 use std::mem::MaybeUninit;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,18 +15,16 @@ use tokio::net::TcpStream;
 use tokio::sync::Mutex;
 use tokio::time::{Instant, timeout, timeout_at};
 
+use decode::{Found, floats, saturated, text};
+
+pub use decode::TEXT_BYTES_MAX;
+
 /// How long a connection may take (manual 7.1.1), a reply of `socket_get_var` (7.1.4), and a send to a peer that does not
 /// read (our choice).
 pub const CONNECT_TIME: Duration = Duration::from_secs(2);
 
-/// Most bytes of text one read gives (manual 7.1.9).
-pub const TEXT_BYTES_MAX: usize = 2047;
-
 /// Bytes kept unread; beyond, the peer has to wait.
 const UNREAD_BYTES_MAX: usize = 64 << 10;
-
-/// Longest frame of numbers in parentheses that is waited for.
-const FRAME_BYTES_MAX: usize = 4096;
 
 /// One connection to a server.
 #[derive(Debug)]
@@ -32,14 +32,6 @@ pub struct ScriptSocket {
     stream: TcpStream,
     unread: Mutex<Vec<u8>>,
     is_closed: AtomicBool,
-}
-
-/// What a search in the unread bytes has found.
-enum Found<T> {
-    /// The result; its bytes are gone from the buffer.
-    Result(T),
-    /// More bytes are needed.
-    NotYet,
 }
 
 impl ScriptSocket {
@@ -211,106 +203,6 @@ async fn within<T>(deadline: Option<Instant>, future: impl Future<Output = T>) -
         Some(deadline) => timeout_at(deadline, future).await.ok(),
         None => Some(future.await),
     }
-}
-
-fn find(bytes: &[u8], wanted: &[u8]) -> Option<usize> {
-    if wanted.is_empty() {
-        return Some(0);
-    }
-    bytes.windows(wanted.len()).position(|part| part == wanted)
-}
-
-fn floats(unread: &mut Vec<u8>, count: usize, is_last: bool) -> Found<Vec<f64>> {
-    let Some(begin) = unread.iter().position(|byte| *byte == b'(') else {
-        // Noise between frames.
-        unread.clear();
-        return if is_last {
-            Found::Result(Vec::new())
-        } else {
-            Found::NotYet
-        };
-    };
-    unread.drain(..begin);
-    let Some(end) = unread.iter().position(|byte| *byte == b')') else {
-        if unread.len() > FRAME_BYTES_MAX {
-            // No frame is that long: look for the next one behind this parenthesis.
-            unread.drain(..1);
-            return floats(unread, count, is_last);
-        }
-        return if is_last {
-            Found::Result(Vec::new())
-        } else {
-            Found::NotYet
-        };
-    };
-    let frame: Vec<u8> = unread.drain(..=end).collect();
-    let frame = String::from_utf8_lossy(&frame[1..end]);
-    let fields = frame.split([',', ' ', '\t', '\r', '\n']);
-    let numbers: Result<Vec<f64>, _> = fields
-        .filter(|field| !field.is_empty())
-        .take(count)
-        .map(str::parse)
-        .collect();
-    Found::Result(numbers.unwrap_or_default())
-}
-
-fn text(unread: &mut Vec<u8>, prefix: &[u8], suffix: &[u8], is_last: bool) -> Found<String> {
-    let nothing = |is_last| {
-        if is_last {
-            Found::Result(String::new())
-        } else {
-            Found::NotYet
-        }
-    };
-    let Some(at) = find(unread, prefix) else {
-        // The prefix may have come in part; before it nothing is wanted.
-        let keep = unread.len().min(prefix.len().saturating_sub(1));
-        if unread.len() > TEXT_BYTES_MAX {
-            unread.drain(..unread.len() - keep);
-        }
-        return nothing(is_last);
-    };
-    let begin = at + prefix.len();
-    let rest = &unread[begin..];
-    let (length, taken) = if suffix.is_empty() {
-        let length = rest.len().min(TEXT_BYTES_MAX);
-        (length, length)
-    } else {
-        match find(rest, suffix) {
-            Some(length) if length <= TEXT_BYTES_MAX => (length, length + suffix.len()),
-            // Longer than one read gives: the first part now, the rest with the next read.
-            _ if rest.len() >= TEXT_BYTES_MAX + suffix.len() => (TEXT_BYTES_MAX, TEXT_BYTES_MAX),
-            _ => return nothing(is_last),
-        }
-    };
-    if length == 0 && suffix.is_empty() {
-        return nothing(is_last);
-    }
-    // A character that was cut in two stays whole for the next read.
-    let (length, taken) = match std::str::from_utf8(&rest[..length]) {
-        Err(cut) if cut.error_len().is_none() && cut.valid_up_to() > 0 && taken == length => {
-            (cut.valid_up_to(), cut.valid_up_to())
-        }
-        _ => (length, taken),
-    };
-    let found = String::from_utf8_lossy(&rest[..length]).into_owned();
-    unread.drain(..begin + taken);
-    Found::Result(found)
-}
-
-/// A decimal integer, cut to 32 bits at the ends; `None` when it is none.
-fn saturated(text: &str) -> Option<i32> {
-    let text = text.trim();
-    let digits = text.strip_prefix(['-', '+']).unwrap_or(text);
-    if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit()) {
-        return None;
-    }
-    let limit = if text.starts_with('-') {
-        i32::MIN
-    } else {
-        i32::MAX
-    };
-    Some(text.parse().unwrap_or(limit))
 }
 
 #[cfg(test)]

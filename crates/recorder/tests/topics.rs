@@ -328,8 +328,10 @@ fn chunks_are_small_compressed_and_short() {
             "{chunk:?}"
         );
     }
+    // Small chunks compress less, and a loaded machine makes more of them.
     let per_cycle = bytes.len() as f64 / CYCLES as f64;
-    assert!(per_cycle < 1000.0, "{per_cycle} bytes a cycle");
+    let allowed = 800.0 + 30.0 * summary.chunk_indexes.len() as f64;
+    assert!(per_cycle < allowed, "{per_cycle} bytes a cycle");
 }
 
 #[test]

@@ -255,44 +255,25 @@ pub struct ReplayArgs {
 
 /// Where `replay --serve` listens. The same services as those of `serve`, but for the ones that only take orders.
 #[derive(Args, Clone, Debug, Default)]
+#[group(requires = "serve")]
 pub struct ReplayPortArgs {
     /// Address that every port listens on [default: 127.0.0.1]
-    #[arg(long, value_name = "ADDR", requires = "serve")]
+    #[arg(long, value_name = "ADDR")]
     pub bind: Option<IpAddr>,
     /// Robot state out; scripts are refused [default: 30001]
-    #[arg(
-        long,
-        value_name = "PORT|off",
-        requires = "serve",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub primary_port: Option<PortSetting>,
     /// Cyclic data out; inputs are refused [default: 30004]
-    #[arg(
-        long,
-        value_name = "PORT|off",
-        requires = "serve",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub rtsi_port: Option<PortSetting>,
     /// Health and metrics [default: 8080]
-    #[arg(
-        long,
-        value_name = "PORT|off",
-        requires = "serve",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub http_port: Option<PortSetting>,
     /// Live data for the Foxglove app [default: off]
-    #[arg(
-        long,
-        value_name = "PORT|off",
-        requires = "serve",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub foxglove_port: Option<PortSetting>,
     /// Where to write process id and ports as JSON once every port listens
-    #[arg(long, value_name = "PATH", requires = "serve")]
+    #[arg(long, value_name = "PATH")]
     pub ready_file: Option<PathBuf>,
 }
 
@@ -350,6 +331,25 @@ mod tests {
     #[test]
     fn the_declaration_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_replay_has_ports_only_when_it_serves() {
+        for option in [
+            "--bind ::1",
+            "--primary-port 0",
+            "--rtsi-port off",
+            "--http-port 1",
+            "--foxglove-port 8765",
+            "--ready-file a",
+        ] {
+            let error = parse(&format!("eliteserver replay a.mcap {option}")).unwrap_err();
+            assert!(error.to_string().contains("--serve"), "{option}: {error}");
+            parse(&format!("eliteserver replay a.mcap --serve {option}")).unwrap();
+        }
+        let two = "eliteserver replay a.mcap --serve --rtsi-port 0 --http-port -1";
+        assert!(parse(two).unwrap_err().to_string().contains("-1"));
+        parse("eliteserver replay a.mcap --serve --rtsi-port 0 --http-port off").unwrap();
     }
 
     #[test]

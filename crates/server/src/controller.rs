@@ -106,7 +106,6 @@ impl Controller {
         console: Console,
         powered_off: bool,
     ) -> Result<Self, StartError> {
-        warn_of_settings_without_effect(config);
         let loaded = LoadedModel::open(&config.model)?;
         let cell = config.cell.as_deref().map(Cell::load).transpose()?;
         let setup = setup(config, &loaded, cell.as_ref(), powered_off);
@@ -318,18 +317,6 @@ fn warn_of_overlaps(config: &CycleConfig) {
         let name = &around.obstacles[obstacle].name;
         tracing::warn!(
             "link {link} of the arm stands in obstacle {name:?} at the start; the two never touch"
-        );
-    }
-}
-
-/// Settings that this version takes but cannot act on yet are named, not ignored.
-fn warn_of_settings_without_effect(config: &RobotConfig) {
-    if [Permission::Fs, Permission::Process]
-        .iter()
-        .any(|permission| config.allow.contains(permission))
-    {
-        tracing::warn!(
-            "--allow fs and --allow process: the functions they are about are not available in this version"
         );
     }
 }

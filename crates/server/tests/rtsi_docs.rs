@@ -92,3 +92,30 @@ fn every_name_of_the_page_is_found_by_that_name() {
         }
     }
 }
+
+#[test]
+fn scripts_can_watch_every_input_and_nothing_else() {
+    use elite_runtime::panel::is_rtsi_input;
+    let numbered = |(group, numbers, _): (&'static str, Range<u8>, Input)| {
+        numbers.map(move |number| format!("{group}{number}"))
+    };
+    let named = Input::named().map(|(name, _)| name.to_owned());
+    for name in named.chain(Input::numbered().flat_map(numbered)) {
+        assert!(is_rtsi_input(&name), "{name}");
+    }
+    for (name, _) in Output::named() {
+        assert_eq!(
+            is_rtsi_input(name),
+            Input::by_name(name).is_some(),
+            "{name}"
+        );
+    }
+    for name in [
+        "input_int_register48",
+        "input_bit_register63",
+        "output_int_register0",
+        "rtsi",
+    ] {
+        assert!(!is_rtsi_input(name), "{name}");
+    }
+}

@@ -25,7 +25,8 @@ fuzz_target!(|data: &[u8]| {
         };
         let bytes = encode(&reply);
         assert!(bytes.len() <= REPLY_BYTES_MAX && bytes.ends_with(b"\r\n"));
-        assert!(core::str::from_utf8(&bytes).is_ok());
+        let text = core::str::from_utf8(&bytes).unwrap();
+        assert!(text.split("\r\n").all(|line| !line.contains(char::is_control)));
     }
     assert_eq!(whole, lines(data.chunks(1)));
 });

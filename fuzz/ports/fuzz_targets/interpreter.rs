@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use server::ports::interpreter::codec::{Frame, Framer, ack};
+use server::ports::interpreter::codec::{Frame, Framer, ack, executed};
 
 fn frames<'a>(pieces: impl Iterator<Item = &'a [u8]>) -> Vec<Frame> {
     let mut framer = Framer::default();
@@ -18,7 +18,11 @@ fuzz_target!(|data: &[u8]| {
     let whole = frames([data].into_iter());
     for frame in &whole {
         let reply = match frame {
-            Frame::Statement(text) => ack(1, text),
+            Frame::Statement(text) => {
+                let run = executed(text);
+                assert!(run.starts_with(text.as_str()) && run.len() <= 2 * text.len() + 3);
+                ack(1, text)
+            }
             Frame::Command(command) => command.reply(1),
             Frame::Rejected(rejection) => rejection.reply(),
             Frame::Http => continue,

@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use server::ports::rtsi::codec::{Kind, Value, letter, names, packet};
+use server::ports::rtsi::codec::{Kind, Value, letter, names, packet, text_message};
 use server::ports::rtsi::inputs::{Input, Written};
 use server::ports::rtsi::outputs::Output;
 
@@ -43,6 +43,13 @@ fuzz_target!(|data: &[u8]| {
                     .filter_map(|input| Some((*input, Value::read(input.kind(), &mut values)?)))
                     .collect();
                 let _ = written.take(&package);
+            }
+            letter::TEXT => {
+                if let Some(message) = text_message(found.payload) {
+                    // Every byte is in a text, a length or the level; one that is no UTF-8 becomes three.
+                    let length = message.text.len() + message.source.len();
+                    assert!((found.payload.len() - 3..=3 * found.payload.len()).contains(&length));
+                }
             }
             other => {
                 let kind = KINDS[usize::from(other) % KINDS.len()];

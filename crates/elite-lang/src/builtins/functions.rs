@@ -88,14 +88,27 @@ fn print(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         }
     }
     text.push_str(&end);
-    match args.keyword(known::FILE) {
-        None | Some(Value::None) => ev.print(&text),
+    let file = match args.keyword(known::FILE) {
+        None | Some(Value::None) => redirected(ev),
+        Some(file) => Some(file.clone()),
+    };
+    match file {
+        None => ev.print(&text),
         Some(file) => {
-            let write = ev.attribute(file, ev.core.symbols.intern("write"))?;
+            let write = ev.attribute(&file, ev.core.symbols.intern("write"))?;
             ev.call1(&write, Value::str(text))?;
         }
     }
     Ok(Value::None)
+}
+
+/// What a program has put in the place of `sys.stdout`.
+fn redirected(ev: &Evaluator<'_>) -> Option<Value> {
+    let modules = ev.core.modules.borrow();
+    let sys = modules.iter().find(|module| &*module.name == "sys")?;
+    let get = |name| sys.namespace.get(ev.core.symbols.intern(name));
+    let (now, own) = (get("stdout")?, get("__stdout__")?);
+    (!now.is(&own)).then_some(now)
 }
 
 fn all(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -104,6 +117,7 @@ fn all(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         if !ev.truth(&value)? {
             return Ok(Value::Bool(false));
         }
+        ev.safepoint()?;
     }
     Ok(Value::Bool(true))
 }
@@ -114,6 +128,7 @@ fn any(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         if ev.truth(&value)? {
             return Ok(Value::Bool(true));
         }
+        ev.safepoint()?;
     }
     Ok(Value::Bool(false))
 }
@@ -272,6 +287,10 @@ fn isinstance(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn issubclass(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     match &args[0] {
         Value::Class(class) => ev.is_subclass(class, &args[1]).map(Value::Bool),
+        // The classes are looked at one by one.
+        _ if matches!(&args[1], Value::Tuple(classes) if classes.items().is_empty()) => {
+            Ok(Value::Bool(false))
+        }
         _ => Err(ev.type_error("issubclass() arg 1 must be a class")),
     }
 }
@@ -346,6 +365,7 @@ fn sorted(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn sum(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let iterator = ev.iter(&args[0])?;
     let mut total = args[1].given().cloned().unwrap_or(Value::Int(0));
     let wrong = match &total {
         Value::Str(_) => Some("sum() can't sum strings [use ''.join(seq) instead]"),
@@ -356,8 +376,8 @@ fn sum(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     if let Some(text) = wrong {
         return Err(ev.type_error(text));
     }
-    let iterator = ev.iter(&args[0])?;
     while let Some(value) = ev.next(&iterator)? {
+        ev.safepoint()?;
         total = match crate::ops::arith::fast(crate::ast::BinaryOp::Add, &total, &value) {
             Some(total) => total,
             None => ev.binary(crate::ast::BinaryOp::Add, &total, &value)?,
@@ -410,6 +430,7 @@ fn extreme(ev: &Evaluator<'_>, args: &mut Args<'_>, name: &str, better: CompareO
             let iterator = ev.iter(iterable)?;
             while let Some(value) = ev.next(&iterator)? {
                 consider(value)?;
+                ev.safepoint()?;
             }
         }
         values => {

@@ -137,7 +137,7 @@ fn pow(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 return Ok(result);
             }
         }
-        if all_numbers {
+        if all_numbers || matches!(args[1], Value::Float(_)) || matches!(modulus, Value::Float(_)) {
             let text = "pow() 3rd argument not allowed unless all arguments are integers";
             return Err(ev.type_error(text));
         }

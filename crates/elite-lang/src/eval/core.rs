@@ -237,7 +237,7 @@ impl Core {
     pub fn char_value(&self, c: char) -> Value {
         match self.ascii.get(c as usize) {
             Some(value) => value.clone(),
-            None => Value::str(c.to_string()),
+            None => Value::str(&*c.encode_utf8(&mut [0; 4])),
         }
     }
 

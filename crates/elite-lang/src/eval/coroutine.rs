@@ -159,7 +159,19 @@ impl Evaluator<'_> {
     #[cold]
     #[inline(never)]
     pub(super) fn out_of_fuel(&self) -> R<()> {
-        self.core.collect_if_due();
+        if self.core.stopping.get() == Stopping::No
+            && !self.core.is_searching()
+            && self.core.begin_search_if_due()
+            && !self.core.search_slice()
+        {
+            if self.core.loading.get() == 0 {
+                // The driver goes on with the search before it resumes any thread.
+                self.suspend(Request::OutOfFuel)?;
+                return self.check_memory();
+            }
+            // A module must not be seen half loaded.
+            self.core.collect();
+        }
         if self.core.refuel() {
             return self.check_memory();
         }

@@ -76,6 +76,17 @@ impl Generator {
         }
     }
 
+    /// Runs `each` on what it refers to: its function and, before it has started, its arguments. What lies on its native
+    /// stack cannot be seen.
+    pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        each(&Value::Function(self.function.clone()));
+        if let Ok(state) = self.state.try_borrow()
+            && let State::Fresh(slots) = &*state
+        {
+            slots.iter().for_each(each);
+        }
+    }
+
     /// Whether it has ended.
     pub fn is_finished(&self) -> bool {
         matches!(&*self.state.borrow(), State::Finished)

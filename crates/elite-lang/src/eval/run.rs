@@ -1,5 +1,6 @@
 //! Entering functions: slots, binding of arguments, checks of depth, fuel and native stack.
 
+use std::mem::ManuallyDrop;
 use std::rc::Rc;
 
 use super::code::{Code, CodeKind};
@@ -7,13 +8,36 @@ use super::generator::Generator;
 use super::{Evaluator, Frame};
 use crate::value::{CellVar, Dict, Function, R, Symbol, Value};
 
+/// Empty slots on the native stack.
+struct Slots<const N: usize>(ManuallyDrop<[Value; N]>);
+
+impl<const N: usize> Slots<N> {
+    #[inline(always)]
+    fn empty() -> Self {
+        Slots(ManuallyDrop::new([const { Value::Unbound }; N]))
+    }
+}
+
+impl<const N: usize> Drop for Slots<N> {
+    /// Most slots hold numbers or nothing, which need no call.
+    #[inline(always)]
+    fn drop(&mut self) {
+        for slot in self.0.iter_mut() {
+            if !slot.is_flat() {
+                drop(std::mem::take(slot));
+            }
+        }
+    }
+}
+
 /// Runs `inner` with `count` empty slots: on the native stack if they are few.
 #[inline(always)]
 pub fn with_slots<T>(count: usize, inner: impl FnOnce(&mut [Value]) -> T) -> T {
     match count {
-        0..=4 => inner(&mut [const { Value::Unbound }; 4][..count]),
-        5..=8 => inner(&mut [const { Value::Unbound }; 8][..count]),
-        9..=16 => inner(&mut [const { Value::Unbound }; 16][..count]),
+        0..=2 => inner(&mut Slots::<2>::empty().0[..count]),
+        3..=4 => inner(&mut Slots::<4>::empty().0[..count]),
+        5..=8 => inner(&mut Slots::<8>::empty().0[..count]),
+        9..=16 => inner(&mut Slots::<16>::empty().0[..count]),
         _ => inner(&mut vec![Value::Unbound; count]),
     }
 }
@@ -103,7 +127,7 @@ impl Evaluator<'_> {
                 Some(index) => {
                     let slot = &mut slots[index];
                     if !slot.is_unbound() {
-                        let error = self.multiple_values(&function.code, *name);
+                        let error = self.multiple_values(function, *name);
                         return Err(self.with_signature(error, function));
                     }
                     *slot = value.clone();
@@ -167,11 +191,11 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn multiple_values(&self, code: &Code, name: Symbol) -> crate::value::Raised {
+    fn multiple_values(&self, function: &Function, name: Symbol) -> crate::value::Raised {
         let name = self.core.symbols.name(name);
         self.type_error(format!(
             "{}() got multiple values for argument '{name}'",
-            code.qualname
+            function.qualname()
         ))
     }
 
@@ -196,14 +220,14 @@ impl Evaluator<'_> {
             let message = "got some positional-only arguments passed as keyword arguments";
             return self.type_error(format!(
                 "{}() {message}: '{}'",
-                code.qualname,
+                function.qualname(),
                 names.join(", ")
             ));
         }
         let name = symbols.name(name);
         self.type_error(format!(
             "{}() got an unexpected keyword argument '{name}'",
-            code.qualname
+            function.qualname()
         ))
     }
 
@@ -214,7 +238,7 @@ impl Evaluator<'_> {
         given: usize,
         slots: &[Value],
     ) -> crate::value::Raised {
-        let (code, params) = (&function.code, &function.code.params);
+        let params = &function.code.params;
         let defaults = function.defaults.borrow().len();
         let takes = match defaults {
             0 => params.positional.to_string(),
@@ -246,7 +270,7 @@ impl Evaluator<'_> {
         };
         self.type_error(format!(
             "{}() takes {takes} positional argument{plural} but {given} given",
-            code.qualname
+            function.qualname()
         ))
     }
 
@@ -256,7 +280,7 @@ impl Evaluator<'_> {
         let without_default = params.positional - function.defaults.borrow().len();
         let missing = (0..without_default).filter(|index| slots[*index].is_unbound());
         let names = missing.map(|index| params.names[index]).collect();
-        self.missing(&function.code, "positional", names)
+        self.missing(function, "positional", names)
     }
 
     #[cold]
@@ -269,10 +293,10 @@ impl Evaluator<'_> {
         let missing =
             (params.positional..params.names.len()).filter(|index| slots[*index].is_unbound());
         let names = missing.map(|index| params.names[index]).collect();
-        self.missing(&function.code, "keyword-only", names)
+        self.missing(function, "keyword-only", names)
     }
 
-    fn missing(&self, code: &Code, kind: &str, names: Vec<Symbol>) -> crate::value::Raised {
+    fn missing(&self, function: &Function, kind: &str, names: Vec<Symbol>) -> crate::value::Raised {
         let names: Vec<String> = names
             .iter()
             .map(|name| format!("'{}'", self.core.symbols.name(*name)))
@@ -286,7 +310,7 @@ impl Evaluator<'_> {
         let count = names.len();
         self.type_error(format!(
             "{}() missing {count} required {kind} argument{plural}: {list}",
-            code.qualname
+            function.qualname()
         ))
     }
 }

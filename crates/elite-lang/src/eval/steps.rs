@@ -4,6 +4,8 @@
 //! `while` and `for`) needs no native stack of its own: its place is a number, its loops are a list. All others, with
 //! `yield` inside an expression or within `try` or `with`, are coroutines (`generator`). `lower` decides.
 
+use std::rc::Rc;
+
 use super::expr::operand::Operand;
 use super::generator::{Stepped, ToGenerator};
 use super::stmt::loops::LoopTarget;
@@ -13,7 +15,6 @@ use super::{Evaluator, Expr, Flow, Frame, Located, Statement};
 use crate::errors::ExceptionKind;
 use crate::source::Span;
 use crate::value::{Function, R, Raised, Value, trash};
-use std::rc::Rc;
 
 /// Index of a step.
 pub type Place = u32;
@@ -232,17 +233,14 @@ impl Evaluator<'_> {
                     walks.push(Walk::over(iterable, self, f, *span)?);
                 }
                 Step::Next { target, span, end } => {
-                    let item = match walks.last_mut() {
-                        Some(walk) => walk.next(self, f, *span)?,
-                        None => None,
+                    let bound = match walks.last_mut() {
+                        Some(walk) => target.bind_next(walk, self, f, *span)?,
+                        None => false,
                     };
-                    match item {
-                        Some(item) => target.assign(self, f, item)?,
-                        None => {
-                            walks.pop();
-                            *at = *end as usize;
-                            continue;
-                        }
+                    if !bound {
+                        walks.pop();
+                        *at = *end as usize;
+                        continue;
                     }
                 }
                 Step::Leave => drop(walks.pop()),

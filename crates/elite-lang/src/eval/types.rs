@@ -73,6 +73,10 @@ builtin_types! {
     dict_keyiterator = "dict_keyiterator", Iterator;
     dict_valueiterator = "dict_valueiterator", Iterator;
     dict_itemiterator = "dict_itemiterator", Iterator;
+    dict_reversekeyiterator = "dict_reversekeyiterator", Iterator;
+    dict_reversevalueiterator = "dict_reversevalueiterator", Iterator;
+    dict_reverseitemiterator = "dict_reverseitemiterator", Iterator;
+    bytearray_iterator = "bytearray_iterator", Iterator;
     set_iterator = "set_iterator", Iterator;
     list_reverseiterator = "list_reverseiterator", Iterator;
     callable_iterator = "callable_iterator", Iterator;
@@ -192,6 +196,15 @@ impl Types {
             Iter::Bytes { .. } => &self.bytes_iterator,
             Iter::Range { .. } => &self.range_iterator,
             Iter::Dict {
+                kind,
+                reversed: true,
+                ..
+            } => match kind {
+                ViewKind::Keys => &self.dict_reversekeyiterator,
+                ViewKind::Values => &self.dict_reversevalueiterator,
+                ViewKind::Items => &self.dict_reverseitemiterator,
+            },
+            Iter::Dict {
                 kind: ViewKind::Keys,
                 ..
             } => &self.dict_keyiterator,
@@ -211,6 +224,10 @@ impl Types {
             Iter::Zip { .. } => &self.zip,
             Iter::Enumerate { .. } => &self.enumerate,
             Iter::Sequence { reversed: true, .. } => &self.reversed,
+            Iter::Sequence {
+                object: Value::ByteArray(_),
+                ..
+            } => &self.bytearray_iterator,
             Iter::Sequence { .. } => &self.iterator,
             Iter::Native(native) => &native.class,
         }

@@ -6,6 +6,14 @@ use super::{Evaluator, Frame, Located};
 use crate::source::Span;
 use crate::value::{List, R, Tuple, Value};
 
+/// What a loop with two targets gets each turn.
+pub enum Pair {
+    /// Both values: no tuple has been made.
+    Two(Value, Value),
+    /// Something to unpack.
+    One(Value),
+}
+
 /// A loop's place in what it walks through.
 pub enum Walk {
     /// A range: the next integer, the step, how many are left.
@@ -32,7 +40,7 @@ impl Walk {
     }
 
     /// The next item; None at the end.
-    #[inline]
+    #[inline(always)]
     pub fn next(&mut self, ev: &Evaluator<'_>, f: &Frame<'_>, span: Span) -> R<Option<Value>> {
         match self {
             Walk::Range(next, step, left) => {
@@ -54,5 +62,16 @@ impl Walk {
             }
             Walk::Iterator(iterator) => ev.next(iterator).at(ev, f, span),
         }
+    }
+
+    /// The next item for a loop with two targets; None at the end.
+    #[inline]
+    pub fn next_pair(&mut self, ev: &Evaluator<'_>, f: &Frame<'_>, span: Span) -> R<Option<Pair>> {
+        if let Walk::Iterator(Value::Iter(iter)) = self
+            && let Some(pair) = ev.next_pair(iter).at(ev, f, span)?
+        {
+            return Ok(pair.map(|(first, second)| Pair::Two(first, second)));
+        }
+        Ok(self.next(ev, f, span)?.map(Pair::One))
     }
 }

@@ -2,26 +2,35 @@
 
 /// Python's `repr(float)`: the shortest digits that read back as the same float.
 pub fn repr(value: f64) -> String {
+    let mut text = String::with_capacity(24);
+    push_repr(value, &mut text);
+    text
+}
+
+/// Appends Python's `repr(float)`.
+pub fn push_repr(value: f64, out: &mut String) {
+    use std::fmt::Write as _;
     if let Some(text) = not_finite(value) {
-        return text.to_owned();
+        return out.push_str(text);
     }
-    // Rust finds the same shortest digits; only the layout differs.
-    let text = format!("{value:e}");
-    let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    if (-4..16).contains(&exponent) {
-        let plain = format!("{value}");
-        return if plain.contains('.') {
-            plain
-        } else {
-            plain + ".0"
-        };
+    // Rust finds the same shortest digits; only the layout differs. The bounds are floats themselves, so the digits
+    // of what lies between them have exponents from -4 to 15. Writing to a string cannot fail.
+    let start = out.len();
+    if value == 0.0 || (1e-4..1e16).contains(&value.abs()) {
+        let _ = write!(out, "{value}");
+        if !out[start..].contains('.') {
+            out.push_str(".0");
+        }
+        return;
     }
-    format!(
-        "{digits}e{}{:02}",
-        if exponent < 0 { '-' } else { '+' },
-        exponent.abs()
-    )
+    let _ = write!(out, "{value:e}");
+    let Some(at) = out[start..].find('e') else {
+        return;
+    };
+    let exponent: i32 = out[start + at + 1..].parse().unwrap_or(0);
+    out.truncate(start + at);
+    let sign = if exponent < 0 { '-' } else { '+' };
+    let _ = write!(out, "e{sign}{:02}", exponent.abs());
 }
 
 fn not_finite(value: f64) -> Option<&'static str> {
@@ -49,43 +58,61 @@ pub fn complex_repr(re: f64, im: f64) -> String {
 
 /// `f` format of a non-negative number.
 pub fn fixed(value: f64, precision: usize, alternate: bool) -> String {
+    let mut text = String::new();
+    push_fixed(value, precision, alternate, &mut text);
+    text
+}
+
+/// Appends the `f` format of a non-negative number.
+pub fn push_fixed(value: f64, precision: usize, alternate: bool, out: &mut String) {
+    use std::fmt::Write as _;
     if let Some(text) = not_finite(value) {
-        return text.to_owned();
+        return out.push_str(text);
     }
-    let text =
-        fixed_by_integers(value, precision).unwrap_or_else(|| format!("{value:.precision$}"));
+    if !push_fixed_by_integers(value, precision, out) {
+        // Writing to a string cannot fail.
+        let _ = write!(out, "{value:.precision$}");
+    }
     if alternate && precision == 0 {
-        text + "."
-    } else {
-        text
+        out.push('.');
     }
 }
 
-/// Most decimals that `fixed_by_integers` gives: with them a mantissa times their power of ten fits 128 bits.
+/// Most decimals that `push_fixed_by_integers` gives: with them a mantissa times their power of ten fits 128 bits.
 const DECIMALS_MAX: usize = 18;
 
-/// The decimals of a non-negative number below 2^53, exact, halves to even; None for others. A double is m·2^-s, so it is
-/// m·10^p, shifted: faster than the general algorithm, which is at its slowest where decimals come out even.
-fn fixed_by_integers(value: f64, precision: usize) -> Option<String> {
+/// Appends the decimals of a non-negative number below 2^53, exact, halves to even; false for others. A double is
+/// m·2^-s, so it is m·10^p, shifted: faster than the general algorithm, which is at its slowest where decimals come
+/// out even.
+fn push_fixed_by_integers(value: f64, precision: usize, out: &mut String) -> bool {
     let bits = value.to_bits();
     let (exponent, fraction) = (bits >> 52, bits & ((1 << 52) - 1));
-    let shift = 1075_u64.checked_sub(exponent)?;
+    let Some(shift) = 1075_u64.checked_sub(exponent) else {
+        return false;
+    };
     if precision > DECIMALS_MAX || exponent == 0 || !(1..=120).contains(&shift) {
-        return None;
+        return false;
     }
-    let scaled = u128::from(fraction | 1 << 52) * 10_u128.pow(precision as u32);
+    let unit = 10_u64.pow(precision as u32);
+    let scaled = u128::from(fraction | 1 << 52) * u128::from(unit);
     let (whole, rest) = (scaled >> shift, scaled & ((1 << shift) - 1));
     let half = 1_u128 << (shift - 1);
     let up = rest > half || rest == half && whole & 1 == 1;
     let digits = whole + u128::from(up);
-    let mut text = match u64::try_from(digits) {
-        Ok(digits) => format!("{digits:0width$}", width = precision + 1),
-        Err(_) => format!("{digits:0width$}", width = precision + 1),
+    // The whole part is below 2^53, and the decimals are below the unit.
+    let (whole, decimals) = match u64::try_from(digits) {
+        Ok(digits) => (digits / unit, digits % unit),
+        Err(_) => {
+            let unit = u128::from(unit);
+            ((digits / unit) as u64, (digits % unit) as u64)
+        }
     };
+    super::push_digits(whole, 1, out);
     if precision > 0 {
-        text.insert(text.len() - precision, '.');
+        out.push('.');
+        super::push_digits(decimals, precision, out);
     }
-    Some(text)
+    true
 }
 
 /// `e` format of a non-negative number.

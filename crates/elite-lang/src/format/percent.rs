@@ -20,19 +20,61 @@ struct Conversion {
 /// Where the values come from.
 struct Source<'v> {
     mapping: Option<&'v Value>,
-    items: Vec<Value>,
+    items: &'v [Value],
     next: usize,
     /// A key has been used: the mapping is no argument of its own any more.
     keyed: bool,
-    /// The result is bytes.
-    of_bytes: bool,
+    /// What the result is, `string` or `bytes`.
+    what: &'static str,
+}
+
+impl<'v> Source<'v> {
+    fn of_items(items: &'v [Value], what: &'static str) -> Self {
+        Source {
+            mapping: None,
+            items,
+            next: 0,
+            keyed: false,
+            what,
+        }
+    }
+
+    fn of(args: &'v Value, what: &'static str) -> Self {
+        if let Value::Tuple(tuple) = args {
+            return Source::of_items(tuple.items(), what);
+        }
+        // Anything with items counts, as in CPython.
+        let is_mapping = matches!(
+            args,
+            Value::Dict(_) | Value::List(_) | Value::Range(_) | Value::LongRange(_)
+        ) || what != "bytes"
+            && matches!(args, Value::Bytes(_) | Value::ByteArray(_))
+            || matches!(args, Value::Instance(instance)
+                if instance.class.lookup(crate::value::symbol::known::GETITEM).is_some()
+                    || matches!(instance.extended(), Some(Value::Dict(_))));
+        Source {
+            mapping: is_mapping.then_some(args),
+            ..Source::of_items(std::slice::from_ref(args), what)
+        }
+    }
+
+    fn of_bytes(&self) -> bool {
+        self.what == "bytes"
+    }
 }
 
 impl Evaluator<'_> {
     /// `format % args`
     pub fn percent_format(&self, format: &str, args: &Value) -> R<String> {
         let mut out = String::with_capacity(format.len() + 16);
-        self.percent(format, args, "string", &mut out)?;
+        self.percent(format, Source::of(args, "string"), &mut out)?;
+        Ok(out)
+    }
+
+    /// `format % (item, …)`
+    pub fn percent_format_items(&self, format: &str, items: &[Value]) -> R<String> {
+        let mut out = String::with_capacity(format.len() + 16);
+        self.percent(format, Source::of_items(items, "string"), &mut out)?;
         Ok(out)
     }
 
@@ -41,7 +83,7 @@ impl Evaluator<'_> {
         let data = self.bytes_like(format).unwrap_or_default();
         let text: String = data.iter().map(|byte| char::from(*byte)).collect();
         let mut out = String::new();
-        self.percent(&text, args, "bytes", &mut out)?;
+        self.percent(&text, Source::of(args, "bytes"), &mut out)?;
         let data: Vec<u8> = out
             .chars()
             .map(|c| u8::try_from(c as u32).unwrap_or(b'?'))
@@ -54,30 +96,7 @@ impl Evaluator<'_> {
         })
     }
 
-    fn percent(&self, format: &str, args: &Value, what: &str, out: &mut String) -> R<()> {
-        let mut source = match args {
-            Value::Tuple(tuple) => Source {
-                mapping: None,
-                items: tuple.items().to_vec(),
-                next: 0,
-                keyed: false,
-                of_bytes: what == "bytes",
-            },
-            other => {
-                // Anything with items counts, as in CPython.
-                let is_mapping = matches!(other, Value::Dict(_) | Value::List(_) | Value::Range(_))
-                    || matches!(other, Value::Instance(instance)
-                        if instance.class.lookup(crate::value::symbol::known::GETITEM).is_some()
-                            || matches!(instance.extended(), Some(Value::Dict(_))));
-                Source {
-                    mapping: is_mapping.then_some(other),
-                    items: vec![other.clone()],
-                    next: 0,
-                    keyed: false,
-                    of_bytes: what == "bytes",
-                }
-            }
-        };
+    fn percent(&self, format: &str, mut source: Source<'_>, out: &mut String) -> R<()> {
         let mut rest = format;
         while let Some(percent) = rest.find('%') {
             out.push_str(&rest[..percent]);
@@ -87,6 +106,7 @@ impl Evaluator<'_> {
         out.push_str(rest);
         let all_used = source.next >= source.items.len() || source.mapping.is_some();
         if !all_used {
+            let what = source.what;
             return Err(self.type_error(format!(
                 "not all arguments converted during {what} formatting"
             )));
@@ -158,7 +178,7 @@ impl Evaluator<'_> {
             out.push('%');
             return Ok(rest);
         }
-        if !"sradiuoxXeEfFgGcb".contains(kind) || (kind == 'b' && !source.of_bytes) {
+        if !"sradiuoxXeEfFgGcb".contains(kind) || (kind == 'b' && !source.of_bytes()) {
             let index =
                 format[..at].chars().count() + text_after.chars().count() - rest.chars().count();
             let code = kind as u32;
@@ -170,7 +190,7 @@ impl Evaluator<'_> {
             Some(value) => value,
             None => self.next_argument(source)?,
         };
-        let value = match (source.of_bytes, kind) {
+        let value = match (source.of_bytes(), kind) {
             (true, 's' | 'b' | 'c') => self.byte_argument(kind, value)?,
             _ => value,
         };
@@ -207,6 +227,11 @@ impl Evaluator<'_> {
             let value = self.next_argument(source)?;
             return match value {
                 Value::Int(size) => Ok(size.clamp(-(i32::MAX as i64), i32::MAX as i64)),
+                Value::Bool(size) => Ok(i64::from(size)),
+                Value::BigInt(_) => Err(self.raise(
+                    crate::errors::ExceptionKind::OverflowError,
+                    "Python int too large to convert to C ssize_t",
+                )),
                 _ => Err(self.type_error("* wants int")),
             };
         }
@@ -256,12 +281,20 @@ impl Evaluator<'_> {
             ..spec.clone()
         };
         match kind {
-            's' | 'b' => text(&self.str(value)?, &as_text, self, out),
+            's' | 'b' => match value {
+                Value::Str(value) => text(value.as_str(), &as_text, self, out),
+                other => text(&self.str(other)?, &as_text, self, out),
+            },
             'r' => text(&self.repr(value)?, &as_text, self, out),
             'a' => text(&self.ascii(value)?, &as_text, self, out),
             'c' => {
                 let text_value = match self.plain(value) {
                     Value::Str(text) if text.len() == 1 => text.as_str().to_owned(),
+                    Value::Bool(flag) => char::from(u8::from(flag)).to_string(),
+                    Value::BigInt(_) => {
+                        let kind = crate::errors::ExceptionKind::OverflowError;
+                        return Err(self.raise(kind, "%c arg not in range(0x110000)"));
+                    }
                     Value::Int(code) => match u32::try_from(code).ok().and_then(char::from_u32) {
                         Some(c) => c.to_string(),
                         None => {

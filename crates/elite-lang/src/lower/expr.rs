@@ -4,7 +4,8 @@ use std::rc::Rc;
 
 use super::Lower;
 use crate::ast::{
-    self, Arg, ComprehensionKind, Constant, Conversion, DictItem, ExprKind, FStringPart, UnaryOp,
+    self, Arg, BinaryOp, ComprehensionKind, Constant, Conversion, DictItem, ExprKind, FStringPart,
+    UnaryOp,
 };
 use crate::eval::Expr;
 use crate::eval::expr::arguments::{CallArg, CallWith};
@@ -25,6 +26,7 @@ use crate::eval::expr::item::{Item, SliceExpr};
 use crate::eval::expr::keywords::CallKeywords;
 use crate::eval::expr::names::{ClassName, Const, Free, Global, Local, LocalCell, Named};
 use crate::eval::expr::operand::Operand;
+use crate::eval::expr::percent::PercentFormat;
 use crate::eval::expr::yields::{Yield, YieldFrom};
 use crate::resolve::Place;
 use crate::source::Span;
@@ -51,6 +53,9 @@ impl Lower<'_> {
             ExprKind::And(operands) => Box::new(And(self.exprs(operands))),
             ExprKind::Or(operands) => Box::new(Or(self.exprs(operands))),
             ExprKind::Binary { op, left, right } => {
+                if let Some(node) = self.percent_format(*op, left, right, span) {
+                    return node;
+                }
                 let (left, right) = (self.operand(left), self.operand(right));
                 binary(*op, left, right, span)
             }
@@ -156,7 +161,12 @@ impl Lower<'_> {
                     slot,
                     span: expr.span,
                 }),
-                _ => Operand::Expr(self.expr(expr)),
+                Place::Free(index) => Operand::Free(Free {
+                    index,
+                    span: expr.span,
+                }),
+                Place::Global => Operand::Global(self.global(name, expr.span)),
+                Place::Cell(_) | Place::Class(_) => Operand::Expr(self.expr(expr)),
             },
             ExprKind::Unary {
                 op: UnaryOp::Neg,
@@ -168,6 +178,35 @@ impl Lower<'_> {
             },
             _ => Operand::Expr(self.expr(expr)),
         }
+    }
+
+    /// A constant text with a tuple after `%`.
+    fn percent_format(
+        &mut self,
+        op: BinaryOp,
+        left: &ast::Expr,
+        right: &ast::Expr,
+        span: Span,
+    ) -> Option<Expr> {
+        let (BinaryOp::Mod, ExprKind::Tuple(items)) = (op, &right.kind) else {
+            return None;
+        };
+        let ExprKind::Constant(text @ Constant::Str(_)) = &left.kind else {
+            return None;
+        };
+        let is_starred = |item: &ast::Expr| matches!(item.kind, ExprKind::Starred(_));
+        let Value::Str(format) = self.constant(text) else {
+            return None;
+        };
+        if items.iter().any(is_starred) {
+            return None;
+        }
+        let items = items.iter().map(|item| self.operand(item)).collect();
+        Some(Box::new(PercentFormat {
+            format,
+            items,
+            span,
+        }))
     }
 
     fn unary(&mut self, op: UnaryOp, operand: &ast::Expr, span: Span) -> Expr {
@@ -261,7 +300,7 @@ impl Lower<'_> {
             });
         }
         Box::new(Call {
-            function: self.expr(function),
+            function: self.operand(function),
             args: args(self),
             span,
         })
@@ -282,7 +321,7 @@ impl Lower<'_> {
         let callee = self.expr(function);
         if !in_class {
             return Box::new(Call {
-                function: callee,
+                function: Operand::Expr(callee),
                 args: Box::default(),
                 span,
             });

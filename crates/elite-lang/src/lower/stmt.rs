@@ -3,12 +3,14 @@
 use std::rc::Rc;
 
 use super::Lower;
+use super::expr::keeps_locals;
 use crate::ast::{self, ExprKind, Stmt, StmtKind};
 use crate::eval::code::Block;
 use crate::eval::expr::attribute::Cache;
 use crate::eval::stmt::assign::{
     Assign, AssignLocal, AssignPair, AugAttribute, AugItem, AugName, augmented_local,
 };
+use crate::eval::stmt::class_body::Annotate;
 use crate::eval::stmt::control::{Break, Continue, If, Return, ReturnNone};
 use crate::eval::stmt::handle::{Finally, Handler, Try};
 use crate::eval::stmt::handle_star::TryStar;
@@ -19,6 +21,7 @@ use crate::eval::stmt::with::With;
 use crate::eval::{Expr, Statement};
 use crate::resolve::Place;
 use crate::source::Span;
+use crate::value::Value;
 
 type Node = Box<dyn Statement>;
 
@@ -42,16 +45,22 @@ impl Lower<'_> {
             }
             StmtKind::Assign { targets, value } => self.assign(targets, value),
             StmtKind::AugAssign { target, op, value } => self.augmented(target, *op, value, span),
-            StmtKind::AnnAssign { target, value, .. } => {
-                let value = value.as_ref()?;
-                self.assign(std::slice::from_ref(target), value)
+            StmtKind::AnnAssign {
+                target,
+                annotation,
+                value,
+            } => {
+                let assigned = value
+                    .as_ref()
+                    .map(|value| self.assign(std::slice::from_ref(target), value));
+                return self.annotate(target, annotation, assigned);
             }
             StmtKind::Delete(targets) => Box::new(Delete(self.targets(targets))),
             StmtKind::Pass | StmtKind::Global(_) | StmtKind::Nonlocal(_) => return None,
             StmtKind::Break => Box::new(Break),
             StmtKind::Continue => Box::new(Continue),
             StmtKind::Return(None) => Box::new(ReturnNone),
-            StmtKind::Return(Some(value)) => Box::new(Return(self.expr(value))),
+            StmtKind::Return(Some(value)) => Box::new(Return(self.operand(value))),
             StmtKind::Raise { exception, cause } => {
                 let exception = exception.as_ref().map(|expr| self.expr(expr));
                 let cause = cause.as_ref().map(|expr| self.expr(expr));
@@ -124,6 +133,28 @@ impl Lower<'_> {
         }
     }
 
+    /// Keeps the annotation of a name of a class; those of other names have no effect.
+    fn annotate(
+        &mut self,
+        target: &ast::Expr,
+        annotation: &ast::Expr,
+        assign: Option<Node>,
+    ) -> Option<Node> {
+        let ExprKind::Name(name) = &target.kind else {
+            return assign;
+        };
+        let Place::Class(annotations) = self.place("__annotations__") else {
+            return assign;
+        };
+        Some(Box::new(Annotate {
+            assign,
+            annotations,
+            name: self.core.symbols.value(self.symbol(name)),
+            annotation: self.expr(annotation),
+            text: Value::str(self.file.slice(annotation.span)),
+        }))
+    }
+
     fn assign(&mut self, targets: &[ast::Expr], value: &ast::Expr) -> Node {
         if let [target] = targets {
             if let (ExprKind::Tuple(names), ExprKind::Tuple(values)) = (&target.kind, &value.kind)
@@ -132,22 +163,22 @@ impl Lower<'_> {
                     .iter()
                     .all(|expr| !matches!(expr.kind, ExprKind::Starred(_)))
             {
-                let values = [self.expr(x), self.expr(y)];
+                let values = [self.operand(x), self.operand(y)];
                 return Box::new(AssignPair {
                     targets: [self.target(first), self.target(second)],
                     values,
                 });
             }
             if let ExprKind::Name(name) = &target.kind
-                && let Place::Local(slot) | Place::Class(slot) = self.place(name)
+                && let Place::Local(slot) = self.place(name)
             {
                 return Box::new(AssignLocal {
                     slot,
-                    value: self.expr(value),
+                    value: self.operand(value),
                 });
             }
         }
-        let value = self.expr(value);
+        let value = self.operand(value);
         Box::new(Assign {
             targets: self.targets(targets),
             value,
@@ -167,7 +198,7 @@ impl Lower<'_> {
                     let value = self.operand(value);
                     return augmented_local(op, slot, value, target.span, span);
                 }
-                let (read, value) = (self.expr(target), self.expr(value));
+                let (read, value) = (self.operand(target), self.operand(value));
                 Box::new(AugName {
                     read,
                     target: self.target(target),
@@ -180,10 +211,12 @@ impl Lower<'_> {
                 value: container,
                 index,
             } => {
+                let keeps = keeps_locals(index) && keeps_locals(value);
                 let (container, index) = (self.operand(container), self.operand(index));
                 Box::new(AugItem {
                     container,
                     index,
+                    keeps,
                     op,
                     value: self.operand(value),
                     item_span: target.span,
@@ -196,7 +229,7 @@ impl Lower<'_> {
                     target,
                     cache: Cache::default(),
                     op,
-                    keeps: super::expr::keeps_locals(value),
+                    keeps: keeps_locals(value),
                     value: self.operand(value),
                     span,
                 })

@@ -3,6 +3,7 @@
 use super::Lower;
 use super::expr::keeps_locals;
 use crate::ast::{self, ExprKind};
+use crate::eval::stmt::class_body::ClassSlot;
 use crate::eval::stmt::loops::LoopTarget;
 use crate::eval::stmt::target::{
     AttributeTarget, ItemTarget, Shared, SharedTarget, Slot, Target, Unpack,
@@ -46,9 +47,20 @@ impl Lower<'_> {
     /// What a loop binds.
     pub(super) fn loop_target(&mut self, target: &ast::Expr) -> LoopTarget {
         if let ExprKind::Name(name) = &target.kind
-            && let Place::Local(slot) | Place::Class(slot) = self.place(name)
+            && let Place::Local(slot) = self.place(name)
         {
             return LoopTarget::Slot(slot);
+        }
+        if let ExprKind::Tuple(items) | ExprKind::List(items) = &target.kind
+            && let [first, second] = &items[..]
+            && !matches!(first.kind, ExprKind::Starred(_))
+            && !matches!(second.kind, ExprKind::Starred(_))
+        {
+            return LoopTarget::Pair(Unpack {
+                targets: Box::new([self.target(first), self.target(second)]),
+                star: None,
+                span: target.span,
+            });
         }
         LoopTarget::Other(self.target(target))
     }
@@ -81,7 +93,8 @@ impl Lower<'_> {
 
     pub(super) fn name_target(&mut self, name: &str, span: Span) -> Box<dyn Target> {
         let place = match self.place(name) {
-            Place::Local(slot) | Place::Class(slot) => return Box::new(Slot { slot, span }),
+            Place::Local(slot) => return Box::new(Slot { slot, span }),
+            Place::Class(slot) => return Box::new(ClassSlot { slot, span }),
             Place::Cell(slot) => Shared::Cell(slot),
             Place::Free(index) => Shared::Free(index),
             Place::Global => {

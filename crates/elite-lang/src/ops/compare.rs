@@ -230,7 +230,7 @@ impl Evaluator<'_> {
                 let parts = [(&x.start, &y.start), (&x.stop, &y.stop), (&x.step, &y.step)];
                 let mut equal = true;
                 for (x, y) in parts {
-                    equal = equal && self.equal(x, y)?;
+                    equal = equal && self.recurse(|| self.equal(x, y))?;
                 }
                 equality(op, equal)
             }
@@ -312,7 +312,7 @@ impl Evaluator<'_> {
             Value::Dict(dict) => Ok(self.dict_find(dict, item)?.is_some()),
             Value::Set(set) | Value::FrozenSet(set) => self.set_contains(set, item),
             Value::Str(text) => match item {
-                Value::Str(part) => Ok(text.as_str().contains(part.as_str())),
+                Value::Str(part) => Ok(super::search::find(text.as_str(), part.as_str()).is_some()),
                 _ => match self.plain(item) {
                     Value::Str(part) => Ok(text.as_str().contains(part.as_str())),
                     other => {
@@ -386,6 +386,7 @@ impl Evaluator<'_> {
             if self.equal(&other, item)? {
                 return Ok(true);
             }
+            self.safepoint()?;
         }
         Ok(false)
     }

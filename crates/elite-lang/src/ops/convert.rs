@@ -28,6 +28,17 @@ impl Evaluator<'_> {
         )))
     }
 
+    /// Whether a value can be an index: an integer or something with `__index__`.
+    pub fn has_index(&self, value: &Value) -> bool {
+        match value {
+            Value::Instance(instance) => {
+                instance.extended().as_ref().and_then(Int::of).is_some()
+                    || instance.class.lookup(known::INDEX).is_some()
+            }
+            value => Int::of(value).is_some(),
+        }
+    }
+
     /// Like `to_int`, within 64 bits.
     #[inline]
     pub fn index(&self, value: &Value) -> R<i64> {

@@ -240,6 +240,60 @@ impl Evaluator<'_> {
         })
     }
 
+    /// The next item of an iterator whose items are pairs, without a tuple; None for any other iterator.
+    #[inline]
+    pub fn next_pair(&self, iter: &Iter) -> R<Option<Option<(Value, Value)>>> {
+        match iter {
+            Iter::Dict {
+                dict,
+                kind: ViewKind::Items,
+                position,
+                length,
+                reversed: false,
+            } if dict.len() == length.get() => {
+                let entry = dict.next_entry(position.get());
+                Ok(Some(entry.map(|(at, key, value)| {
+                    position.set(at);
+                    (key, value)
+                })))
+            }
+            Iter::Enumerate { .. } => self.recurse(|| self.next_pair_lazily(iter)).map(Some),
+            Iter::Zip {
+                sources,
+                strict: false,
+            } if sources.len() == 2 => self.recurse(|| self.next_pair_lazily(iter)).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    /// The pairs of `enumerate` and of `zip` with two sources.
+    fn next_pair_lazily(&self, iter: &Iter) -> R<Option<(Value, Value)>> {
+        match iter {
+            Iter::Enumerate { source, count } => {
+                let Some(value) = self.next(source)? else {
+                    return Ok(None);
+                };
+                let number = count.borrow().clone();
+                let following = match number {
+                    Value::Int(number) if number < i64::MAX => Value::Int(number + 1),
+                    _ => self.binary(crate::ast::BinaryOp::Add, &number, &Value::Int(1))?,
+                };
+                drop(count.replace(following));
+                Ok(Some((number, value)))
+            }
+            Iter::Zip { sources, .. } => {
+                let [first, second] = &sources[..] else {
+                    return Ok(None);
+                };
+                let Some(first) = self.next(first)? else {
+                    return Ok(None);
+                };
+                Ok(self.next(second)?.map(|second| (first, second)))
+            }
+            _ => Ok(None),
+        }
+    }
+
     /// Iterators that may run script code.
     fn next_lazy(&self, iter: &Iter) -> R<Option<Value>> {
         match iter {
@@ -311,18 +365,21 @@ impl Evaluator<'_> {
                     if keep {
                         return Ok(Some(value));
                     }
+                    self.safepoint()?;
                 }
                 Ok(None)
             }
+            Iter::Zip {
+                sources,
+                strict: false,
+            } if sources.len() == 2 => {
+                let pair = self.next_pair_lazily(iter)?;
+                Ok(pair.map(|(first, second)| Value::pair(first, second)))
+            }
             Iter::Zip { sources, strict } => self.next_zip(sources, *strict),
-            Iter::Enumerate { source, count } => {
-                let Some(value) = self.next(source)? else {
-                    return Ok(None);
-                };
-                let number = count.borrow().clone();
-                let following = self.binary(crate::ast::BinaryOp::Add, &number, &Value::Int(1))?;
-                drop(count.replace(following));
-                Ok(Some(Value::pair(number, value)))
+            Iter::Enumerate { .. } => {
+                let pair = self.next_pair_lazily(iter)?;
+                Ok(pair.map(|(number, value)| Value::pair(number, value)))
             }
             Iter::Native(native) => native.steps.next(self),
             // The others are stepped by `next_of`.

@@ -2,6 +2,8 @@
 
 use std::rc::Rc;
 
+use compact_str::CompactString;
+
 use crate::ast::BinaryOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
@@ -33,7 +35,7 @@ impl Evaluator<'_> {
             (Value::Str(a), Value::Str(b)) => {
                 let bytes = a.as_str().len() + b.as_str().len();
                 self.check_allocation(bytes)?;
-                let mut text = String::with_capacity(bytes);
+                let mut text = CompactString::with_capacity(bytes);
                 text.push_str(a.as_str());
                 text.push_str(b.as_str());
                 Value::Str(Rc::new(Str::counted(text, a.len() + b.len())))
@@ -90,7 +92,8 @@ impl Evaluator<'_> {
             }
         };
         self.check_allocation(bytes.saturating_mul(count))?;
-        Ok(count)
+        // Nothing, however often, is nothing.
+        Ok(if bytes == 0 { 0 } else { count })
     }
 
     fn repeat(&self, sequence: &Value, count: &Int) -> R<Option<Value>> {

@@ -1,19 +1,23 @@
-//! `str`, `repr` and `format` of values.
+//! `str`, `ascii` and `format` of values, and how strings and bytes are quoted.
 
 use std::fmt::Write as _;
 
 use crate::ast::Conversion;
 use crate::eval::Evaluator;
-use crate::format::{Spec, float};
+use crate::format::Spec;
 use crate::value::symbol::known;
-use crate::value::{Dict, Instance, Iter, R, Value};
+use crate::value::{Instance, R, Value};
 
 impl Evaluator<'_> {
     /// Python's `str(value)`.
     pub fn str(&self, value: &Value) -> R<String> {
         match value {
             Value::Str(text) => Ok(text.as_str().to_owned()),
-            Value::Int(int) => Ok(int.to_string()),
+            Value::Int(int) => {
+                let mut text = String::with_capacity(20);
+                push_int(*int, &mut text);
+                Ok(text)
+            }
             Value::Instance(instance) => self.instance_str(value, instance),
             Value::Class(class) if class.meta_method(known::STR).is_some() => {
                 match self.special(value, known::STR, &mut [])? {
@@ -29,6 +33,7 @@ impl Evaluator<'_> {
     pub fn str_value(&self, value: &Value) -> R {
         match value {
             Value::Str(_) => Ok(value.clone()),
+            Value::Int(int @ 0..10) => Ok(self.core.ascii[b'0' as usize + *int as usize].clone()),
             other => self.str(other).map(Value::str),
         }
     }
@@ -141,7 +146,7 @@ impl Evaluator<'_> {
         })
     }
 
-    fn expect_text(&self, value: &Value, method: &str) -> R<String> {
+    pub(super) fn expect_text(&self, value: &Value, method: &str) -> R<String> {
         match self.plain(value) {
             Value::Str(text) => Ok(text.as_str().to_owned()),
             other => {
@@ -149,297 +154,6 @@ impl Evaluator<'_> {
                 Err(self.type_error(format!("{method} returned non-string (type {name})")))
             }
         }
-    }
-
-    /// Python's `repr(value)`.
-    pub fn repr(&self, value: &Value) -> R<String> {
-        let mut out = String::new();
-        let mut inside = Vec::new();
-        self.repr_into(value, &mut out, &mut inside)?;
-        Ok(out)
-    }
-
-    /// Appends the `repr`. `inside` holds the addresses of the containers around, to stop at circles.
-    fn repr_into(&self, value: &Value, out: &mut String, inside: &mut Vec<usize>) -> R<()> {
-        match value {
-            Value::Unbound => out.push_str("<unbound>"),
-            Value::None => out.push_str("None"),
-            Value::Ellipsis => out.push_str("Ellipsis"),
-            Value::NotImplemented => out.push_str("NotImplemented"),
-            Value::Bool(flag) => out.push_str(if *flag { "True" } else { "False" }),
-            Value::Int(int) => {
-                let _ = write!(out, "{int}");
-            }
-            Value::Float(value) => out.push_str(&float::repr(*value)),
-            Value::BigInt(big) => out.push_str(&self.big_to_text(big)?),
-            Value::Complex(complex) => out.push_str(&float::complex_repr(complex.0, complex.1)),
-            Value::Str(text) => quote(text.as_str(), out),
-            Value::Bytes(bytes) => quote_bytes(bytes.data(), out),
-            Value::ByteArray(bytes) => {
-                out.push_str("bytearray(");
-                quote_bytes(&bytes.data.borrow(), out);
-                out.push(')');
-            }
-            Value::Range(range) => {
-                let _ = match range.step {
-                    1 => write!(out, "range({}, {})", range.start, range.stop),
-                    step => write!(out, "range({}, {}, {step})", range.start, range.stop),
-                };
-            }
-            Value::LongRange(range) => {
-                let (start, stop) = (
-                    self.big_to_text(&range.start)?,
-                    self.big_to_text(&range.stop)?,
-                );
-                let _ = match i64::try_from(&range.step) {
-                    Ok(1) => write!(out, "range({start}, {stop})"),
-                    _ => write!(
-                        out,
-                        "range({start}, {stop}, {})",
-                        self.big_to_text(&range.step)?
-                    ),
-                };
-            }
-            Value::List(_)
-            | Value::Tuple(_)
-            | Value::Dict(_)
-            | Value::DictView(_)
-            | Value::Set(_)
-            | Value::FrozenSet(_)
-            | Value::Slice(_) => return self.recurse(|| self.container_repr(value, out, inside)),
-            Value::Instance(instance) => {
-                let text = self.recurse(|| self.instance_repr(value, instance))?;
-                out.push_str(&text);
-            }
-            Value::Class(class) if class.meta_method(known::REPR).is_some() => {
-                let text = self.recurse(|| self.special(value, known::REPR, &mut []))?;
-                if let Some(text) = text {
-                    out.push_str(&self.expect_text(&text, "__repr__")?);
-                }
-            }
-            other => out.push_str(&self.object_repr(other)?),
-        }
-        self.check_allocation(out.len())
-    }
-
-    fn container_repr(&self, value: &Value, out: &mut String, inside: &mut Vec<usize>) -> R<()> {
-        let address = value.address().unwrap_or(0);
-        if inside.contains(&address) {
-            out.push_str(match value {
-                Value::List(_) => "[...]",
-                Value::Tuple(_) => "(...)",
-                Value::Dict(_) => "{...}",
-                _ => "set(...)",
-            });
-            return Ok(());
-        }
-        inside.push(address);
-        let result = self.container_repr_inside(value, out, inside);
-        inside.pop();
-        result
-    }
-
-    fn container_repr_inside(
-        &self,
-        value: &Value,
-        out: &mut String,
-        inside: &mut Vec<usize>,
-    ) -> R<()> {
-        match value {
-            Value::List(list) => {
-                out.push('[');
-                let mut index = 0;
-                // Item by item: a `__repr__` of the script may change the list.
-                while let Some(item) = list.get(index) {
-                    out.push_str(if index > 0 { ", " } else { "" });
-                    self.repr_into(&item, out, inside)?;
-                    index += 1;
-                }
-                out.push(']');
-            }
-            Value::Tuple(tuple) => {
-                out.push('(');
-                self.repr_items(tuple.items(), out, inside)?;
-                out.push_str(if tuple.items().len() == 1 { ",)" } else { ")" });
-            }
-            Value::Dict(dict) => self.dict_repr(dict, out, inside)?,
-            Value::DictView(view) => {
-                let name = self.core.types.name_of(value);
-                let _ = write!(out, "{name}([");
-                let items = self.collect(&Value::DictView(view.clone()))?;
-                self.repr_items(&items, out, inside)?;
-                out.push_str("])");
-            }
-            Value::Set(set) | Value::FrozenSet(set) => {
-                let frozen = matches!(value, Value::FrozenSet(_));
-                let items: Vec<Value> = set.elements().into_iter().map(|(_, key)| key).collect();
-                match (items.is_empty(), frozen) {
-                    (true, false) => out.push_str("set()"),
-                    (true, true) => out.push_str("frozenset()"),
-                    (false, frozen) => {
-                        out.push_str(if frozen { "frozenset({" } else { "{" });
-                        self.repr_items(&items, out, inside)?;
-                        out.push_str(if frozen { "})" } else { "}" });
-                    }
-                }
-            }
-            Value::Slice(slice) => {
-                out.push_str("slice(");
-                self.repr_items(
-                    &[slice.start.clone(), slice.stop.clone(), slice.step.clone()],
-                    out,
-                    inside,
-                )?;
-                out.push(')');
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-
-    fn repr_items(&self, items: &[Value], out: &mut String, inside: &mut Vec<usize>) -> R<()> {
-        for (index, item) in items.iter().enumerate() {
-            out.push_str(if index > 0 { ", " } else { "" });
-            self.repr_into(item, out, inside)?;
-        }
-        Ok(())
-    }
-
-    fn dict_repr(&self, dict: &Dict, out: &mut String, inside: &mut Vec<usize>) -> R<()> {
-        out.push('{');
-        for (index, (_, key, value)) in dict.entries().into_iter().enumerate() {
-            out.push_str(if index > 0 { ", " } else { "" });
-            self.repr_into(&key, out, inside)?;
-            out.push_str(": ");
-            self.repr_into(&value, out, inside)?;
-        }
-        out.push('}');
-        Ok(())
-    }
-
-    fn instance_repr(&self, value: &Value, instance: &Instance) -> R<String> {
-        if let Some(method) = instance.class.lookup(known::REPR) {
-            let text = self.call_method_value(&method, value, &mut [])?;
-            return self.expect_text(&text, "__repr__");
-        }
-        self.natural_repr(value)
-    }
-
-    /// The `repr` of an object whose class defines none.
-    pub fn natural_repr(&self, value: &Value) -> R<String> {
-        let Value::Instance(instance) = value else {
-            return self.repr(value);
-        };
-        if let Some(state) = instance.exception() {
-            let args = self.repr(&state.args())?;
-            let single = matches!(&state.args(), Value::Tuple(tuple) if tuple.items().len() == 1);
-            let args = if single {
-                format!("{})", args.trim_end_matches(",)"))
-            } else {
-                args
-            };
-            return Ok(format!("{}{args}", instance.class.name()));
-        }
-        match instance.extended() {
-            Some(extended) => {
-                let text = self.repr(&extended)?;
-                let named = matches!(extended, Value::Set(_) | Value::FrozenSet(_));
-                let inner = text
-                    .strip_prefix("frozenset(")
-                    .and_then(|text| text.strip_suffix(')'))
-                    .unwrap_or(if text == "set()" { "" } else { &text });
-                Ok(if named {
-                    format!("{}({inner})", instance.class.name())
-                } else {
-                    text
-                })
-            }
-            None => {
-                let module = self.module_prefix(&instance.class);
-                let address = value.address().unwrap_or(0);
-                Ok(format!(
-                    "<{module}{} object at {address:#x}>",
-                    self.qualname_of(&instance.class)
-                ))
-            }
-        }
-    }
-
-    /// `module.` as it stands before the name of a class; empty for builtin types.
-    pub fn module_prefix(&self, class: &crate::value::Class) -> String {
-        match class.own_attrs().get(known::MODULE) {
-            Some(Value::Str(module)) => format!("{}.", module.as_str()),
-            _ if class.is_script => "__main__.".to_owned(),
-            _ => String::new(),
-        }
-    }
-
-    /// `__qualname__` of a class.
-    pub fn qualname_of(&self, class: &crate::value::Class) -> String {
-        match class.own_attrs().get(known::QUALNAME) {
-            Some(Value::Str(text)) => text.as_str().to_owned(),
-            _ => class.name().to_string(),
-        }
-    }
-
-    /// `repr` of an instance of a subclass of a builtin type as the builtin has it: sets carry the name of the class.
-    pub fn extended_repr(&self, value: &Value) -> R<String> {
-        match (value, self.plain(value)) {
-            (Value::Instance(_), Value::Set(_) | Value::FrozenSet(_)) => self.natural_repr(value),
-            (_, plain) => self.repr(&plain),
-        }
-    }
-
-    fn object_repr(&self, value: &Value) -> R<String> {
-        let address = value.address().unwrap_or(0);
-        Ok(match value {
-            Value::Function(function) => {
-                format!("<function {} at {address:#x}>", function.code.qualname)
-            }
-            Value::BoundMethod(method) => {
-                let name = match &method.function {
-                    Value::Function(function) => function.code.qualname.to_string(),
-                    Value::Builtin(builtin) => {
-                        let owner = self.core.types.name_of(&method.receiver);
-                        return Ok(format!(
-                            "<built-in method {} of {owner} object at {address:#x}>",
-                            builtin.name
-                        ));
-                    }
-                    other => self.repr(other)?,
-                };
-                format!("<bound method {name} of {}>", self.repr(&method.receiver)?)
-            }
-            Value::Builtin(builtin) => match builtin.owner {
-                Some(owner) => format!("<method '{}' of '{owner}' objects>", builtin.name),
-                None => format!("<built-in function {}>", builtin.name),
-            },
-            Value::Class(class) => {
-                let module = self.module_prefix(class);
-                format!("<class '{module}{}'>", self.qualname_of(class))
-            }
-            Value::Module(module) => format!("<module '{}' (built-in)>", module.name),
-            Value::Generator(generator) => {
-                format!(
-                    "<generator object {} at {address:#x}>",
-                    generator.function.code.qualname
-                )
-            }
-            Value::Super(sup) => {
-                let (class, receiver) = (sup.class.name(), sup.receiver_class.name());
-                format!("<super: <class '{class}'>, <{receiver} object>>")
-            }
-            other => {
-                if let Value::Iter(iter) = other
-                    && let Iter::Native(native) = &**iter
-                    && let Some(text) = self.recurse(|| native.steps.repr(self))?
-                {
-                    return Ok(text);
-                }
-                let name = self.core.types.name_of(other);
-                format!("<{name} object at {address:#x}>")
-            }
-        })
     }
 
     /// An integer of any size in decimal; refused beyond the limit on digits, as in CPython.
@@ -511,10 +225,11 @@ impl Evaluator<'_> {
             }
         }
         if spec.is_empty() {
-            if let Value::Str(text) = value {
-                out.push_str(text.as_str());
-            } else {
-                out.push_str(&self.str(value)?);
+            match value {
+                Value::Str(text) => out.push_str(text.as_str()),
+                Value::Int(int) => push_int(*int, out),
+                Value::Float(float) => crate::format::float::push_repr(*float, out),
+                other => out.push_str(&self.str(other)?),
             }
             return self.check_allocation(out.len());
         }
@@ -621,4 +336,12 @@ pub fn quote_bytes(data: &[u8], out: &mut String) {
         }
     }
     out.push(quote);
+}
+
+/// Appends an integer in decimal.
+fn push_int(int: i64, out: &mut String) {
+    if int < 0 {
+        out.push('-');
+    }
+    crate::format::push_digits(int.unsigned_abs(), 1, out);
 }

@@ -221,3 +221,20 @@ pub fn push_title(c: char, out: &mut String) {
         }
     }
 }
+
+/// Text with differences of case removed (full case folding): the small letters of the capitals, except for letters whose
+/// folding Unicode lists apart.
+pub fn casefold(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            _ if c.is_ascii() => out.push(c.to_ascii_lowercase()),
+            'ı' => out.push(c),
+            'ẞ' => out.push_str("ss"),
+            // Cherokee folds to its capitals.
+            '\u{13a0}'..='\u{13fd}' | '\u{ab70}'..='\u{abbf}' => out.extend(c.to_uppercase()),
+            _ => out.extend(c.to_uppercase().flat_map(char::to_lowercase)),
+        }
+    }
+    out
+}

@@ -197,9 +197,19 @@ impl Scopes {
                 self.expr(value);
                 self.target(target);
             }
-            StmtKind::AnnAssign { target, value, .. } => {
+            StmtKind::AnnAssign {
+                target,
+                annotation,
+                value,
+            } => {
                 value.iter().for_each(|value| self.expr(value));
                 self.target(target);
+                // Classes keep the annotations of their names.
+                if self.scope().kind == ScopeKind::Class && matches!(target.kind, ExprKind::Name(_))
+                {
+                    self.bind("__annotations__", target.span);
+                    self.expr(annotation);
+                }
                 if value.is_some() {
                     self.note_variable(target);
                 }

@@ -368,6 +368,9 @@ fn half_from_f64(value: f64) -> Option<u16> {
         return Some(sign | 0x7c00);
     }
     let magnitude = value.abs();
+    if magnitude == 0.0 {
+        return Some(sign);
+    }
     // Numbers below 2^-14 share the spacing 2^-24.
     let (_, exponent) = libm::frexp(magnitude);
     let exponent = (exponent - 1).max(-14);

@@ -6,7 +6,7 @@ use crate::builtins::types::install_next;
 use crate::builtins::{BoundFn, Builtin, BuiltinBody, RawFn, Signature};
 use crate::eval::{Core, Evaluator};
 use crate::value::class::Base;
-use crate::value::instance::Payload;
+use crate::value::instance::{Holds, Payload};
 use crate::value::symbol::known;
 use crate::value::{Class, Instance, Module, R, Value};
 
@@ -168,6 +168,19 @@ pub fn instance(ev: &Evaluator<'_>, class: &str, data: impl std::any::Any) -> R 
     Ok(Value::Instance(Instance::new(
         native_class(ev, class)?,
         Payload::Object(Box::new(data)),
+    )))
+}
+
+/// An instance of a class of a native module whose data holds values.
+pub fn holding(
+    ev: &Evaluator<'_>,
+    class: &str,
+    data: impl std::any::Any,
+    holds: &'static Holds,
+) -> R {
+    Ok(Value::Instance(Instance::new(
+        native_class(ev, class)?,
+        Payload::Holding(Box::new(data), holds),
     )))
 }
 

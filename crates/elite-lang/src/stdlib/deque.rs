@@ -4,11 +4,12 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use super::define::{Builder, Entry, instance, native_class, with_data};
+use super::define::{Builder, Entry, holding, native_class, with_data};
 use crate::ast::CompareOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::limits::memory;
+use crate::value::instance::Holds;
 use crate::value::iter::NativeIter;
 use crate::value::{Iter, R, Raised, Value, trash};
 
@@ -27,6 +28,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         crate::value::symbol::known::MODULE,
         Value::str("collections"),
     );
+    class.set(crate::value::symbol::known::HASH, Value::None);
     for name in ["_deque_iterator", "_deque_reverse_iterator"] {
         module.iterator_class(name, None);
     }
@@ -117,7 +119,37 @@ fn make(ev: &Evaluator<'_>, items: Vec<Value>, maxlen: Option<usize>) -> R {
     *deque.items.borrow_mut() = items.into();
     deque.maxlen.set(maxlen);
     deque.changed();
-    instance(ev, "_collections.deque", Rc::new(deque))
+    holding(ev, "_collections.deque", Rc::new(deque), &HOLDS)
+}
+
+/// How the search for cycles reaches the items.
+static HOLDS: Holds = Holds {
+    visit: |data, each| {
+        if let Some(deque) = data.downcast_ref::<Rc<Deque>>()
+            // An iterator shares the deque; then its items are not only its own.
+            && Rc::strong_count(deque) == 1
+            && let Ok(items) = deque.items.try_borrow()
+        {
+            items.iter().for_each(each);
+        }
+    },
+    clear: |data| {
+        if let Some(deque) = data.downcast_ref::<Rc<Deque>>() {
+            let items = std::mem::take(&mut *deque.items.borrow_mut());
+            drop(items);
+            deque.changed();
+        }
+    },
+};
+
+/// Tells the search for cycles that the deque has got a value which can hold others.
+fn note(ev: &Evaluator<'_>, receiver: &Value, item: &Value) {
+    if let Value::Instance(instance) = receiver
+        && !instance.noted.get()
+        && item.holds_values()
+    {
+        ev.core.note_instance(instance);
+    }
 }
 
 /// The data behind a receiver.
@@ -226,12 +258,14 @@ const METHODS: &[Entry] = &[
     }),
     ("append", "item /", |ev, args| {
         let deque = data(ev, &args[0])?;
+        note(ev, &args[0], &args[1]);
         deque.push(std::mem::take(&mut args[1]), false);
         ev.check_allocation(deque.tracked.get())?;
         Ok(Value::None)
     }),
     ("appendleft", "item /", |ev, args| {
         let deque = data(ev, &args[0])?;
+        note(ev, &args[0], &args[1]);
         deque.push(std::mem::take(&mut args[1]), true);
         ev.check_allocation(deque.tracked.get())?;
         Ok(Value::None)
@@ -239,9 +273,11 @@ const METHODS: &[Entry] = &[
     ("pop", "", |ev, args| pop(ev, &args[0], false)),
     ("popleft", "", |ev, args| pop(ev, &args[0], true)),
     ("extend", "iterable /", |ev, args| {
+        note(ev, &args[0], &args[1]);
         extend(ev, &*data(ev, &args[0])?, &args[1], false).map(|()| Value::None)
     }),
     ("extendleft", "iterable /", |ev, args| {
+        note(ev, &args[0], &args[1]);
         extend(ev, &*data(ev, &args[0])?, &args[1], true).map(|()| Value::None)
     }),
     ("clear", "", |ev, args| {
@@ -316,6 +352,7 @@ const METHODS: &[Entry] = &[
                 "deque already at its maximum size",
             ));
         }
+        note(ev, &args[0], &args[2]);
         let (index, length) = (ev.clamped_index(&args[1])?, deque.len() as i64);
         let index = if index < 0 {
             index.saturating_add(length).max(0)
@@ -359,6 +396,7 @@ const METHODS: &[Entry] = &[
     ("__setitem__", "index value /", |ev, args| {
         let deque = data(ev, &args[0])?;
         let at = position(ev, &deque, &args[1])?;
+        note(ev, &args[0], &args[2]);
         let value = std::mem::take(&mut args[2]);
         let old = deque
             .items
@@ -414,6 +452,7 @@ const METHODS: &[Entry] = &[
         Ok(sum)
     }),
     ("__iadd__", "other /", |ev, args| {
+        note(ev, &args[0], &args[1]);
         extend(ev, &*data(ev, &args[0])?, &args[1], false)?;
         Ok(std::mem::take(&mut args[0]))
     }),
@@ -425,6 +464,7 @@ const METHODS: &[Entry] = &[
             .saturating_mul(times)
             .saturating_mul(size_of::<Value>());
         ev.check_allocation(bytes)?;
+        let times = if bytes == 0 { 0 } else { times };
         let product = make(ev, Vec::new(), own.maxlen.get())?;
         let deque = data(ev, &product)?;
         for _ in 0..times {

@@ -39,6 +39,9 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         ("modules", "", |ev, _| {
             Ok(Value::Dict(ev.core.module_table.clone()))
         }),
+        ("module_names", "", |_, _| {
+            Ok(Value::list(super::module_names().map(Value::str).collect()))
+        }),
         ("recursion_limit", "", |ev, _| {
             Ok(Value::Int(i64::from(ev.core.limits.call_depth)))
         }),

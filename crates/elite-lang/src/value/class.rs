@@ -131,6 +131,8 @@ pub enum Making {
     Init(Location),
     /// A plain object without `__init__`.
     Bare,
+    /// By its constructor, which is written in Rust.
+    Native,
     /// With more care: `__new__`, a metaclass, a builtin type underneath.
     General,
 }
@@ -206,6 +208,7 @@ impl Class {
     pub fn set_metaclass(&self, metaclass: Rc<Class>) {
         let set = self.metaclass.set(metaclass);
         debug_assert!(set.is_ok(), "a class changes its metaclass");
+        self.making.set((0, Making::General));
     }
 
     /// An attribute that a script has given the metaclass; what `type` itself has does not count.
@@ -312,6 +315,9 @@ impl Class {
 
     #[cold]
     fn find_making(&self) -> Making {
+        if !self.is_script && self.metaclass().is_none() {
+            return Making::Native;
+        }
         let is_plain = self.is_script
             && self.base == Base::Object
             && self.metaclass().is_none()

@@ -269,14 +269,17 @@ impl Dict {
             .collect()
     }
 
-    /// Runs `each` on all keys and values, unless they are being changed.
-    pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
-        if let Ok(table) = self.table.try_borrow() {
-            for entry in &table.entries {
-                each(&entry.key);
-                each(&entry.value);
-            }
+    /// Runs `each` on keys and values of up to `count` entries from `from` on, unless they are being changed; whether there
+    /// are more.
+    pub fn visit(&self, from: usize, count: usize, each: &mut dyn FnMut(&Value)) -> bool {
+        let Ok(table) = self.table.try_borrow() else {
+            return false;
+        };
+        for entry in table.entries.iter().skip(from).take(count) {
+            each(&entry.key);
+            each(&entry.value);
         }
+        table.entries.len() > from + count
     }
 
     /// All keys, in order.

@@ -147,6 +147,26 @@ impl ExceptionState {
         *self.context.borrow_mut() = Value::Instance(context.clone());
     }
 
+    /// Runs `each` on what it refers to, unless that is being changed.
+    pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        for place in [&self.args, &self.cause, &self.context] {
+            if let Ok(value) = place.try_borrow() {
+                each(&value);
+            }
+        }
+        if let Some(group) = self.group.get() {
+            each(&group.exceptions);
+        }
+    }
+
+    /// Lets go of arguments, cause and context.
+    pub fn clear(&self) {
+        for place in [&self.args, &self.cause, &self.context] {
+            let value = place.take();
+            drop(value);
+        }
+    }
+
     /// Takes out everything it refers to.
     pub fn take_values(&mut self) -> Vec<Value> {
         let places = [&mut self.args, &mut self.cause, &mut self.context];

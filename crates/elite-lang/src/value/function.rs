@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use super::attrs::AttrMap;
+use super::symbol::known;
 use super::{CellVar, Class, Value, trash};
 use crate::eval::code::Code;
 
@@ -32,6 +33,19 @@ impl Function {
             closure,
             attrs: RefCell::default(),
         })
+    }
+
+    /// `__qualname__`, which scripts may have changed.
+    pub fn qualname(&self) -> Rc<str> {
+        match self
+            .attrs
+            .borrow()
+            .as_ref()
+            .and_then(|attrs| attrs.get(known::QUALNAME))
+        {
+            Some(Value::Str(text)) => text.as_str().into(),
+            _ => self.code.qualname.clone(),
+        }
     }
 }
 

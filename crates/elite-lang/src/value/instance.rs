@@ -4,6 +4,8 @@ use std::any::Any;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
+use smallvec::SmallVec;
+
 use super::exception::ExceptionState;
 use super::{Class, Dict, Symbol, Value, trash};
 
@@ -18,10 +20,13 @@ pub struct Instance {
     pub noted: Cell<bool>,
 }
 
+/// Attributes by slot; as many as most objects have lie in the object itself.
+type Slots = SmallVec<[Value; 4]>;
+
 /// Where the attributes are.
 enum Attrs {
     /// By slot of the class's layout; short if the last ones were never set.
-    Slots(Vec<Value>),
+    Slots(Slots),
     /// In a dictionary that scripts can see (`__dict__`).
     Dict(Rc<Dict>),
 }
@@ -36,13 +41,26 @@ pub enum Payload {
     Value(RefCell<Value>),
     /// Data of the library or the embedder.
     Object(Box<dyn Any>),
+    /// Data of the library that holds values, and how to reach them.
+    Holding(Box<dyn Any>, &'static Holds),
+}
+
+/// Runs a function on each value that data of the library holds.
+pub type Visit = fn(&dyn Any, &mut dyn FnMut(&Value));
+
+/// How the search for cycles reaches the values that data of the library holds.
+pub struct Holds {
+    /// Runs a function on each of them.
+    pub visit: Visit,
+    /// Lets go of them.
+    pub clear: fn(&dyn Any),
 }
 
 impl Instance {
     /// An instance without attributes.
     pub fn new(class: Rc<Class>, payload: Payload) -> Rc<Self> {
         let width = class.layout().names().len();
-        let attrs = RefCell::new(Attrs::Slots(Vec::with_capacity(width)));
+        let attrs = RefCell::new(Attrs::Slots(Slots::with_capacity(width)));
         crate::limits::memory::track(size_of::<Instance>());
         Rc::new(Instance {
             class,
@@ -54,14 +72,19 @@ impl Instance {
 
     /// Drops all attributes, to break cycles when an interpreter ends.
     pub fn dismantle(&self) {
-        let attrs = self.attrs.replace(Attrs::Slots(Vec::new()));
+        let attrs = self.attrs.replace(Attrs::Slots(Slots::new()));
         match attrs {
-            Attrs::Slots(mut slots) => trash::dismantle(&mut slots),
+            Attrs::Slots(mut slots) => trash::dismantle_all(&mut slots),
             Attrs::Dict(dict) => dict.clear(),
+        }
+        match &self.payload {
+            Payload::Exception(state) => state.clear(),
+            Payload::Holding(data, holds) => (holds.clear)(&**data),
+            _ => {}
         }
     }
 
-    /// Runs `each` on the attributes and the builtin value it extends, unless they are being changed.
+    /// Runs `each` on the attributes and on what it holds beyond them, unless they are being changed.
     pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
         if let Ok(attrs) = self.attrs.try_borrow() {
             match &*attrs {
@@ -69,10 +92,15 @@ impl Instance {
                 Attrs::Dict(dict) => each(&Value::Dict(dict.clone())),
             }
         }
-        if let Payload::Value(value) = &self.payload
-            && let Ok(value) = value.try_borrow()
-        {
-            each(&value);
+        match &self.payload {
+            Payload::Value(value) => {
+                if let Ok(value) = value.try_borrow() {
+                    each(&value);
+                }
+            }
+            Payload::Exception(state) => state.visit(each),
+            Payload::Holding(data, holds) => (holds.visit)(&**data, each),
+            Payload::None | Payload::Object(_) => {}
         }
     }
 
@@ -96,17 +124,20 @@ impl Instance {
     /// The library data of type `T`.
     pub fn object<T: 'static>(&self) -> Option<&T> {
         match &self.payload {
-            Payload::Object(object) => object.downcast_ref(),
+            Payload::Object(object) | Payload::Holding(object, _) => object.downcast_ref(),
             _ => None,
         }
     }
 
-    /// Attribute in slot `slot`; `Unbound` if not set or if the attributes are in a dictionary.
-    #[inline]
-    pub fn slot(&self, slot: usize) -> Value {
+    /// Attribute in slot `slot`; None if not set or if the attributes are in a dictionary.
+    #[inline(always)]
+    pub fn slot(&self, slot: usize) -> Option<Value> {
         match &*self.attrs.borrow() {
-            Attrs::Slots(slots) => slots.get(slot).cloned().unwrap_or_default(),
-            Attrs::Dict(_) => Value::Unbound,
+            Attrs::Slots(slots) => match slots.get(slot) {
+                None | Some(Value::Unbound) => None,
+                Some(value) => Some(value.clone()),
+            },
+            Attrs::Dict(_) => None,
         }
     }
 
@@ -124,6 +155,11 @@ impl Instance {
     pub fn set_slot(&self, slot: usize, value: Value) -> Result<(), Value> {
         let old = match &mut *self.attrs.borrow_mut() {
             Attrs::Slots(slots) => match slots.get_mut(slot) {
+                // Dropping a number runs no script code.
+                Some(place) if place.is_flat() => {
+                    place.put(value);
+                    return Ok(());
+                }
                 Some(place) => std::mem::replace(place, value),
                 None => {
                     slots.resize_with(slot, Value::default);
@@ -208,7 +244,7 @@ impl Instance {
     pub fn set_dict(&self, dict: Rc<Dict>) {
         let old = self.attrs.replace(Attrs::Dict(dict));
         if let Attrs::Slots(mut slots) = old {
-            trash::dismantle(&mut slots);
+            trash::dismantle_all(&mut slots);
         }
     }
 
@@ -230,7 +266,7 @@ impl Drop for Instance {
     fn drop(&mut self) {
         crate::limits::memory::release(size_of::<Instance>());
         if let Attrs::Slots(slots) = self.attrs.get_mut() {
-            trash::dismantle(slots);
+            trash::dismantle_all(slots);
         }
         match &mut self.payload {
             Payload::Exception(state) => {
@@ -238,7 +274,7 @@ impl Drop for Instance {
                 trash::dismantle(&mut values);
             }
             Payload::Value(value) => trash::dismantle_one(value.get_mut()),
-            Payload::None | Payload::Object(_) => {}
+            Payload::None | Payload::Object(_) | Payload::Holding(..) => {}
         }
     }
 }

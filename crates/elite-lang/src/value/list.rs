@@ -27,11 +27,13 @@ impl List {
         }
     }
 
-    /// Runs `each` on the items, unless they are being changed.
-    pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
-        if let Ok(items) = self.items.try_borrow() {
-            items.iter().for_each(each);
-        }
+    /// Runs `each` on up to `count` items from `from` on, unless they are being changed; whether there are more.
+    pub fn visit(&self, from: usize, count: usize, each: &mut dyn FnMut(&Value)) -> bool {
+        let Ok(items) = self.items.try_borrow() else {
+            return false;
+        };
+        items.iter().skip(from).take(count).for_each(each);
+        items.len() > from + count
     }
 
     /// The items, to read.

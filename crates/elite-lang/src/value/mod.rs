@@ -24,6 +24,7 @@ pub mod trash;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
+use compact_str::CompactString;
 use num_bigint::BigInt;
 
 pub use bytes::{ByteArray, Bytes};
@@ -43,7 +44,12 @@ use crate::builtins::Builtin;
 use crate::eval::generator::Generator;
 
 /// Any value of a program.
+///
+/// The tag is a whole word: values are then moved as two words, each of which is read as it was written. With a tag of
+/// one byte the compiler moves the other fifteen in pieces that overlap the payload, and the processor has to wait for
+/// the stores it has just made.
 #[derive(Clone, Default)]
+#[repr(u64)]
 #[allow(missing_docs)]
 pub enum Value {
     /// Not a value: an empty slot, an omitted argument.
@@ -89,6 +95,7 @@ pub enum Value {
 }
 
 const _: () = assert!(size_of::<Value>() == 16);
+
 const _: () = assert!(size_of::<Result<Value, Raised>>() == 16);
 
 /// A variable shared between a function and functions inside it.
@@ -139,9 +146,35 @@ impl std::fmt::Debug for Raised {
 pub type R<T = Value> = Result<T, Raised>;
 
 impl Value {
+    /// Whether dropping it does nothing.
+    #[inline(always)]
+    pub fn is_flat(&self) -> bool {
+        matches!(
+            self,
+            Value::Unbound
+                | Value::None
+                | Value::Ellipsis
+                | Value::NotImplemented
+                | Value::Bool(_)
+                | Value::Int(_)
+                | Value::Float(_)
+        )
+    }
+
+    /// Replaces it. Numbers go over and away without a call: the commonest values of variables are numbers.
+    #[inline(always)]
+    pub fn put(&mut self, value: Value) {
+        let old = std::mem::replace(self, value);
+        if old.is_flat() {
+            std::mem::forget(old);
+        } else {
+            drop(old);
+        }
+    }
+
     /// A new string.
-    pub fn str(text: impl Into<String>) -> Value {
-        Value::Str(Rc::new(Str::new(text.into())))
+    pub fn str(text: impl Into<CompactString>) -> Value {
+        Value::Str(Rc::new(Str::new(text)))
     }
 
     /// A new list.

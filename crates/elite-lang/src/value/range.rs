@@ -187,10 +187,9 @@ impl Value {
             i64::try_from(&start),
             i64::try_from(&stop),
             i64::try_from(&step),
-        ) {
-            if let Some(range) = Range::new(start, stop, step) {
-                return Value::Range(Rc::new(range));
-            }
+        ) && let Some(range) = Range::new(start, stop, step)
+        {
+            return Value::Range(Rc::new(range));
         }
         Value::LongRange(Rc::new(LongRange::new(start, stop, step)))
     }

@@ -243,13 +243,18 @@ impl Set {
         drop(old);
     }
 
-    /// Runs `each` on all elements, unless they are being changed.
-    pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
-        if self.table.try_borrow().is_ok() {
-            self.elements()
-                .iter()
-                .for_each(|(_, element)| each(element));
+    /// Runs `each` on the elements in up to `count` slots of the table from `from` on, unless they are being changed;
+    /// whether there are more.
+    pub fn visit(&self, from: usize, count: usize, each: &mut dyn FnMut(&Value)) -> bool {
+        let Ok(table) = self.table.try_borrow() else {
+            return false;
+        };
+        for slot in table.slots.iter().skip(from).take(count) {
+            if slot.state == SlotState::Used {
+                each(&slot.key);
+            }
         }
+        table.slots.len() > from + count
     }
 
     /// All elements with their hashes, in table order.

@@ -1,10 +1,13 @@
-//! Text. Owns the string object: UTF-8 with the number of characters and the hash kept beside it.
+//! Text. Owns the string object: UTF-8 with the number of characters and the hash kept beside it; short texts lie in the
+//! object itself.
 
 use std::cell::Cell;
 
+use compact_str::CompactString;
+
 /// An immutable string.
 pub struct Str {
-    text: String,
+    text: CompactString,
     /// Characters; equal to the number of bytes exactly when the text is ASCII.
     chars: usize,
     /// 0: not computed yet.
@@ -13,7 +16,8 @@ pub struct Str {
 
 impl Str {
     /// Takes over `text`.
-    pub fn new(text: String) -> Self {
+    pub fn new(text: impl Into<CompactString>) -> Self {
+        let text = text.into();
         let chars = if text.is_ascii() {
             text.len()
         } else {
@@ -23,7 +27,8 @@ impl Str {
     }
 
     /// Takes over `text` with its number of characters, which the caller knows.
-    pub fn counted(text: String, chars: usize) -> Self {
+    pub fn counted(text: impl Into<CompactString>, chars: usize) -> Self {
+        let text = text.into();
         debug_assert_eq!(chars, text.chars().count());
         crate::limits::memory::track(text.capacity());
         Str {

@@ -121,7 +121,7 @@ impl Symbols {
         let symbol = Symbol(inner.names.len() as u32);
         let text: Rc<str> = name.into();
         inner.numbers.insert(text.clone(), symbol);
-        inner.names.push((text, Rc::new(Str::new(name.to_owned()))));
+        inner.names.push((text, Rc::new(Str::new(name))));
         symbol
     }
 

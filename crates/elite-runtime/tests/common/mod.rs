@@ -113,6 +113,36 @@ impl Observer for Listener {
 
 /// Runs a program to its end.
 pub fn run(standing: &Standing, text: &str) -> Ran {
+    run_while(standing, text, async |_, _| {})
+}
+
+/// What a program has printed so far.
+pub struct Printed(Arc<Listener>);
+
+impl Printed {
+    /// Standard output so far.
+    pub fn text(&self) -> String {
+        self.0.0.lock().unwrap().0.clone()
+    }
+
+    /// Waits until the program has printed this; panics after five seconds.
+    pub async fn wait_for(&self, text: &str) {
+        let waited = async {
+            while !self.text().contains(text) {
+                tokio::time::sleep(std::time::Duration::from_millis(1)).await;
+            }
+        };
+        let limit = std::time::Duration::from_secs(5);
+        tokio::time::timeout(limit, waited).await.unwrap();
+    }
+}
+
+/// Runs a program to its end, and `meanwhile` beside it.
+pub fn run_while(
+    standing: &Standing,
+    text: &str,
+    meanwhile: impl AsyncFnOnce(&Supervisor, &Printed),
+) -> Ran {
     let model = Arc::new(RobotModel::built_in(standing.model).unwrap());
     let mut state = RobotState::at_start(JointPositions(standing.q), 0.004);
     state.tcp_offset = RpyPose::from_array(standing.tcp);
@@ -146,6 +176,7 @@ pub fn run(standing: &Standing, text: &str) -> Ran {
         .unwrap();
     let end = runtime.block_on(async {
         supervisor.submit(program).await.unwrap();
+        meanwhile(&supervisor, &Printed(listener.clone())).await;
         supervisor.ended().await.unwrap()
     });
     let (printed, log, error, report) = std::mem::take(&mut *listener.0.lock().unwrap());

@@ -14,6 +14,7 @@ use serde::Deserialize;
 use super::{Backend, locked};
 use crate::ports::dashboard::{Dashboard, Order};
 use crate::ports::description::{RobotDescription, TaskStatus};
+use crate::ports::text::statements_of_line;
 
 /// The configuration that is always there: the settings with which the server was started.
 const DEFAULT_CONFIGURATION: &str = "default.configuration";
@@ -165,7 +166,9 @@ impl Dashboard for Backend {
         }
         let text = format!("sec set_variable():\n global {name}\n {name} = {value}\nend\n");
         let source = SourceFile::new("value", text.as_str());
-        if elite_lang::compile(source, &self.known).is_err() {
+        // A value, not statements behind one.
+        let is_one = statements_of_line(value).len() == 1;
+        if !is_one || elite_lang::compile(source, &self.known).is_err() {
             return Err(format!("{value} is no value"));
         }
         let program = ProgramText {

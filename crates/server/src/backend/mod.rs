@@ -32,7 +32,7 @@ use crate::ports::ClientId;
 use crate::ports::description::{RobotDescription, TaskStatus, ToolSerial};
 use crate::ports::http;
 use crate::ports::http::metrics::{Figures, RecordingFigures};
-use crate::ports::interpreter::codec::{Command, Discard};
+use crate::ports::interpreter::codec::{Command, Discard, executed};
 use crate::ports::interpreter::{self, Verdict};
 use crate::ports::primary::codec::{ErrorData, Exception, Level, Source};
 use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
@@ -319,7 +319,7 @@ impl interpreter::Interpreter for Backend {
             log.discarded(client, &discard.to_string(), &statement.text);
             statement.discard(&discard);
         });
-        let text = shown.to_string();
+        let text = executed(&shown).into_owned();
         let submitted = self
             .supervisor
             .interpreter()

@@ -545,7 +545,7 @@ fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let keep = args[1].given().map_or(Ok(false), |value| ev.truth(value))?;
+    let keep = args[1].given().map_or(Ok(0), |value| ev.index(value))? != 0;
     let data = receiver(ev, &args[0])?;
     let mut lines = Vec::new();
     let mut rest = &data[..];
@@ -609,10 +609,21 @@ fn hex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let Some(separator) = args[1].given() else {
         return Ok(Value::str(digits.concat()));
     };
-    let separator = match to_text(ev, separator) {
-        Ok(Value::Str(text)) => text.as_str().to_owned(),
-        _ => ev.str(separator)?,
+    let separator = match (ev.plain(separator), ev.bytes_like(separator)) {
+        (Value::Str(text), _) => text.as_str().to_owned(),
+        (_, Some(data)) => data.iter().map(|byte| char::from(*byte)).collect(),
+        (other, None) => {
+            // CPython asks for its length first.
+            ev.len(&other)?;
+            return Err(ev.type_error("sep must be str or bytes."));
+        }
     };
+    if separator.chars().count() != 1 {
+        return Err(ev.value_error("sep must be length 1."));
+    }
+    if !separator.is_ascii() {
+        return Err(ev.value_error("sep must be ASCII."));
+    }
     let group = args[2].given().map_or(Ok(1), |value| ev.index(value))?;
     if group == 0 {
         return Ok(Value::str(digits.concat()));

@@ -55,7 +55,7 @@ impl Codec {
 impl Evaluator<'_> {
     /// Text of bytes in an encoding. `errors` is `strict`, `ignore`, `replace` or `backslashreplace`.
     pub fn decode(&self, data: &[u8], encoding: &Value, errors: &Value) -> R {
-        let (codec, errors) = (self.codec(encoding)?, self.handler(errors)?);
+        let (codec, errors) = (self.codec(encoding, "decode")?, self.handler(errors)?);
         // What does not fit becomes up to four characters a byte.
         self.check_allocation(data.len().saturating_mul(4))?;
         let mut out = String::with_capacity(data.len());
@@ -116,7 +116,7 @@ impl Evaluator<'_> {
 
     /// Bytes of text in an encoding. `errors` is as for `decode`, or `xmlcharrefreplace`.
     pub fn encode(&self, text: &Str, encoding: &Value, errors: &Value) -> R<Vec<u8>> {
-        let (codec, errors) = (self.codec(encoding)?, self.handler(errors)?);
+        let (codec, errors) = (self.codec(encoding, "encode")?, self.handler(errors)?);
         // Up to ten bytes stand for a character that does not fit.
         self.check_allocation(
             text.len()
@@ -163,13 +163,15 @@ impl Evaluator<'_> {
         Ok(out)
     }
 
-    fn codec(&self, name: &Value) -> R<Codec> {
+    fn codec(&self, name: &Value, method: &str) -> R<Codec> {
         let Some(value) = name.given() else {
             return Ok(Codec::Utf8);
         };
         let text = text_argument(self, value).map_err(|_| {
             let name = self.core.types.name_of(value);
-            self.type_error(format!("argument 'encoding' must be str, not {name}"))
+            self.type_error(format!(
+                "{method}() argument 'encoding' must be str, not {name}"
+            ))
         })?;
         Codec::find(text.as_str()).ok_or_else(|| {
             let message = format!("unknown encoding: {}", text.as_str());

@@ -26,11 +26,11 @@ pub(super) fn install(core: &Rc<Core>) {
         })))
     });
     constructor(core, &types.enumerate, "iterable start?", |ev, args| {
-        let source = ev.iter(&args[0])?;
         let start = match args[1].given() {
             Some(start) => ev.to_int(start)?.into_value(),
             None => Value::Int(0),
         };
+        let source = ev.iter(&args[0])?;
         Ok(Value::Iter(Rc::new(Iter::Enumerate {
             source,
             count: RefCell::new(start),
@@ -184,6 +184,12 @@ fn reversed(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 return Err(not_reversible(ev, value));
             }
             backwards(ev, value)?
+        }
+        Value::Class(class) if class.meta_method(known::REVERSED).is_some() => {
+            return match ev.special(value, known::REVERSED, &mut [])? {
+                Some(result) => Ok(result),
+                None => Err(not_reversible(ev, value)),
+            };
         }
         other => return Err(not_reversible(ev, other)),
     };

@@ -205,8 +205,15 @@ fn count(ev: &Evaluator<'_>, sequence: &Value, value: &Value) -> R {
 fn index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let plain = ev.plain(&args[0]);
     let length = ev.len(&plain)?;
-    let start = clamp_start(ev, &args[2], length, 0)?;
-    let stop = clamp_start(ev, &args[3], length, length)?;
+    let bound = |value: &Value, default: usize| match value {
+        Value::Unbound => Ok(default),
+        value if ev.has_index(value) => clamp_start(ev, value, length, default),
+        _ => {
+            let text = "slice indices must be integers or have an __index__ method";
+            Err(ev.type_error(text))
+        }
+    };
+    let (start, stop) = (bound(&args[2], 0)?, bound(&args[3], length)?);
     for index in start..stop {
         let Some(item) = item_at(ev, &plain, index)? else {
             break;

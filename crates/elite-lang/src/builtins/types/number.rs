@@ -172,6 +172,16 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             Some(_) => Err(ev.type_error("int() missing string argument")),
         };
     };
+    let base = match base {
+        Some(given) => {
+            let number = ev.clamped_index(given)?;
+            if number != 0 && !(2..=36).contains(&number) {
+                return Err(ev.value_error("int() base must be >= 2 and <= 36, or 0"));
+            }
+            Some(number)
+        }
+        None => None,
+    };
     let text = match value {
         Value::Str(text) => text.as_str().to_owned(),
         other => match ev.plain(other) {
@@ -185,13 +195,7 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             },
         },
     };
-    let base = match base {
-        Some(base) => ev.index(base)?,
-        None => 10,
-    };
-    if base != 0 && !(2..=36).contains(&base) {
-        return Err(ev.value_error("int() base must be >= 2 and <= 36, or 0"));
-    }
+    let base = base.unwrap_or(10);
     match parse_int(ev, &text, base as u32)? {
         Some(int) => Ok(int),
         None => {
@@ -206,6 +210,10 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 /// An integer in text; None if it is none.
 fn parse_int(ev: &Evaluator<'_>, text: &str, base: u32) -> R<Option<Value>> {
     let trimmed = text.trim();
+    // The commonest: few digits, which always fit.
+    if base == 10 && trimmed.len() <= 18 && trimmed.bytes().all(|byte| byte.is_ascii_digit()) {
+        return Ok(trimmed.parse().ok().map(Value::Int));
+    }
     let (negative, digits) = match trimmed.strip_prefix('-') {
         Some(rest) => (true, rest),
         None => (false, trimmed.strip_prefix('+').unwrap_or(trimmed)),
@@ -301,6 +309,11 @@ fn float(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 /// A float in text, as `float` reads it.
 pub(crate) fn parse_float(text: &str) -> Option<f64> {
     let trimmed = text.trim();
+    // The commonest; what else the standard library reads are words.
+    let is_plain = |byte: u8| byte.is_ascii_digit() || b"+-.eE".contains(&byte);
+    if trimmed.bytes().all(is_plain) {
+        return trimmed.parse().ok();
+    }
     let unsigned = trimmed.trim_start_matches(['+', '-']);
     if trimmed.len() - unsigned.len() > 1 {
         return None;
@@ -417,10 +430,10 @@ fn to_bytes(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         Some(length) => ev.index(length)?,
         None => 1,
     };
+    let big_endian = byte_order(ev, &args[2])?;
     let length = usize::try_from(length)
         .map_err(|_| ev.value_error("length argument must be non-negative"))?;
     ev.check_allocation(length)?;
-    let big_endian = byte_order(ev, &args[2])?;
     let signed = args[3].given().map_or(Ok(false), |value| ev.truth(value))?;
     if int.is_negative() && !signed {
         return Err(ev.raise(

@@ -181,6 +181,10 @@ fn install_natural(core: &Rc<Core>) {
                     Value::Instance(instance) => ev
                         .plain_delete_attribute(&args[0], instance, name)
                         .map(|()| Value::None),
+                    Value::Class(class) if class.is_script => match class.remove(name) {
+                        true => Ok(Value::None),
+                        false => Err(ev.attribute_error(&args[0], name)),
+                    },
                     other => ev.delete_attribute(other, name).map(|()| Value::None),
                 }
             }),

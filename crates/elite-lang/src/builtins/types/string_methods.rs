@@ -2,11 +2,13 @@
 
 use std::rc::Rc;
 
+use compact_str::CompactString;
+
 use super::string::{receiver, text_argument};
 use super::{clamp_start, methods, raw_method};
 use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
-use crate::ops::unicode;
+use crate::ops::{search, unicode};
 use crate::value::{Bytes, R, Str, Value};
 
 pub(super) fn install(core: &Rc<Core>) {
@@ -22,7 +24,7 @@ pub(super) fn install(core: &Rc<Core>) {
                 mapped(ev, args, |text| text.to_lowercase())
             }),
             ("casefold", "", |ev, args| {
-                mapped(ev, args, |text| text.to_lowercase().replace('ß', "ss"))
+                mapped(ev, args, unicode::casefold)
             }),
             ("capitalize", "", |ev, args| mapped(ev, args, capitalize)),
             ("title", "", |ev, args| mapped(ev, args, title)),
@@ -230,8 +232,10 @@ fn swapcase(text: &str) -> String {
     for c in text.chars() {
         if c.is_uppercase() {
             out.extend(c.to_lowercase())
-        } else {
+        } else if c.is_lowercase() {
             out.extend(c.to_uppercase())
+        } else {
+            out.push(c);
         }
     }
     out
@@ -282,7 +286,8 @@ fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
         Some(value) => usize::try_from(ev.clamped_index(value)?).unwrap_or(usize::MAX),
         None => usize::MAX,
     };
-    let text = text.as_str();
+    let whole = &*text;
+    let text = whole.as_str();
     let parts: Vec<&str> = match args[1].given() {
         None | Some(Value::None) => split_spaces(text, most, from_right),
         Some(separator) => {
@@ -294,18 +299,30 @@ fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
             if separator.is_empty() {
                 return Err(ev.value_error("empty separator"));
             }
-            let parts = most.saturating_add(1);
             if from_right {
-                let mut parts: Vec<&str> = text.rsplitn(parts, separator).collect();
+                let most = most.saturating_add(1);
+                let mut parts: Vec<&str> = text.rsplitn(most, separator).collect();
                 parts.reverse();
                 return Ok(Value::list(parts.into_iter().map(Value::str).collect()));
             }
-            return Ok(Value::list(
-                text.splitn(parts, separator).map(Value::str).collect(),
-            ));
+            let mut parts = Vec::new();
+            search::split(text, separator, most, |part| {
+                parts.push(part_of(whole, part))
+            });
+            return Ok(Value::list(parts));
         }
     };
-    Ok(Value::list(parts.into_iter().map(Value::str).collect()))
+    let parts = parts.into_iter().map(|part| part_of(whole, part));
+    Ok(Value::list(parts.collect()))
+}
+
+/// A part of a text as a string of its own.
+#[inline]
+fn part_of(whole: &Str, part: &str) -> Value {
+    if whole.is_ascii() {
+        return Value::Str(Rc::new(Str::counted(part, part.len())));
+    }
+    Value::str(part)
 }
 
 /// Splits at runs of white space, at most `most` times; the rest keeps its inner white space.
@@ -340,7 +357,7 @@ fn split_spaces(text: &str, most: usize, from_right: bool) -> Vec<&str> {
 }
 
 fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let keep = args[1].given().map_or(Ok(false), |value| ev.truth(value))?;
+    let keep = args[1].given().map_or(Ok(0), |value| ev.index(value))? != 0;
     let text = receiver(ev, &args[0])?;
     let text = text.as_str();
     let is_end = |c: char| {
@@ -364,26 +381,64 @@ fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn partition(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
-    let (text, separator) = (receiver(ev, &args[0])?, text_argument(ev, &args[1])?);
+    let (whole, separator) = (receiver(ev, &args[0])?, text_argument(ev, &args[1])?);
     if separator.is_empty() {
         return Err(ev.value_error("empty separator"));
     }
-    let (text, separator) = (text.as_str(), separator.as_str());
+    let text = whole.as_str();
     let found = if from_right {
-        text.rfind(separator)
+        search::rfind(text, separator.as_str())
     } else {
-        text.find(separator)
+        search::find(text, separator.as_str())
     };
-    let parts = match (found, from_right) {
-        (Some(at), _) => [&text[..at], separator, &text[at + separator.len()..]],
-        (None, false) => [text, "", ""],
-        (None, true) => ["", "", text],
-    };
-    Ok(Value::triple(parts.map(Value::str)))
+    let empty = || ev.core.empty_str.clone();
+    let all = || Value::Str(whole.clone());
+    Ok(Value::triple(match (found, from_right) {
+        (Some(at), _) => [
+            part_of(&whole, &text[..at]),
+            Value::Str(separator.clone()),
+            part_of(&whole, &text[at + separator.as_str().len()..]),
+        ],
+        (None, false) => [all(), empty(), empty()],
+        (None, true) => [empty(), empty(), all()],
+    }))
+}
+
+/// Texts with a separator between them; None if there is anything else among the items.
+fn join_texts(ev: &Evaluator<'_>, items: &[Value], separator: &Str) -> R<Option<Value>> {
+    let gaps = items.len().saturating_sub(1);
+    let mut bytes = separator.as_str().len().saturating_mul(gaps);
+    let mut chars = separator.len().saturating_mul(gaps);
+    for item in items {
+        let Value::Str(text) = item else {
+            return Ok(None);
+        };
+        bytes = bytes.saturating_add(text.as_str().len());
+        chars = chars.saturating_add(text.len());
+    }
+    ev.check_allocation(bytes)?;
+    let mut out = CompactString::with_capacity(bytes);
+    for (index, item) in items.iter().enumerate() {
+        if index > 0 {
+            out.push_str(separator.as_str());
+        }
+        if let Value::Str(text) = item {
+            out.push_str(text.as_str());
+        }
+    }
+    Ok(Some(Value::Str(Rc::new(Str::counted(out, chars)))))
 }
 
 fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let separator = receiver(ev, &args[0])?;
+    let joined = match &args[1] {
+        Value::List(list) => join_texts(ev, &list.borrow(), &separator)?,
+        Value::Tuple(tuple) => join_texts(ev, tuple.items(), &separator)?,
+        _ => None,
+    };
+    if let Some(joined) = joined {
+        return Ok(joined);
+    }
     let items = ev.collect(&args[1]).map_err(|raised| {
         if ev.is_kind(&raised, ExceptionKind::TypeError)
             && !matches!(args[1], Value::Instance(_) | Value::Generator(_))
@@ -490,9 +545,9 @@ fn find(ev: &Evaluator<'_>, args: &[Value], from_right: bool, required: bool) ->
     let (text, part) = (receiver(ev, &args[0])?, text_argument(ev, &args[1])?);
     let found = within(ev, &text, &args[2], &args[3])?.and_then(|(start, slice)| {
         let at = if from_right {
-            slice.rfind(part.as_str())
+            search::rfind(slice, part.as_str())
         } else {
-            slice.find(part.as_str())
+            search::find(slice, part.as_str())
         }?;
         Some(start + slice[..at].chars().count())
     });
@@ -516,6 +571,15 @@ fn count(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn affix(ev: &Evaluator<'_>, args: &[Value], method: &str, test: impl Fn(&str, &str) -> bool) -> R {
+    if let [
+        Value::Str(text),
+        Value::Str(part),
+        Value::Unbound,
+        Value::Unbound,
+    ] = args
+    {
+        return Ok(Value::Bool(test(text.as_str(), part.as_str())));
+    }
     let text = receiver(ev, &args[0])?;
     let slice = within(ev, &text, &args[2], &args[3])?.map(|(_, slice)| slice);
     let check = |part: &Value| -> R<bool> {

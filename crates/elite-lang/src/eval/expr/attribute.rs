@@ -44,16 +44,13 @@ impl Cache {
     }
 
     /// The attribute of `value`, if the cache knows where it lies.
-    #[inline]
+    #[inline(always)]
     pub fn read(&self, value: &Value) -> Option<Value> {
         let Value::Instance(instance) = value else {
             return None;
         };
         match self.get(instance.class.version())? {
-            Hint::Slot(slot) => {
-                let found = instance.slot(slot as usize);
-                (!found.is_unbound()).then_some(found)
-            }
+            Hint::Slot(slot) => instance.slot(slot as usize),
             Hint::Plain(location) => Some(instance.class.at(location)),
             Hint::Method(_) | Hint::Property(_) => None,
         }
@@ -104,6 +101,11 @@ impl Expression for Attribute {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if let Operand::Local(local) = &self.value
             && let Some(found) = self.cache.read(local.peek(f))
+        {
+            return Ok(found);
+        }
+        if let Some(cell) = self.value.shared(f)
+            && let Some(found) = self.cache.read(&cell.value.borrow())
         {
             return Ok(found);
         }

@@ -141,7 +141,7 @@ fn general<O: Operator>(left: Operand, right: Operand, span: Span) -> Expr {
 
 fn shaped<O: Operator>(left: Operand, right: Operand, span: Span) -> Expr {
     let op = PhantomData::<O>;
-    match (left, right) {
+    match (left.peekable_or_expr(), right.peekable_or_expr()) {
         (Operand::Local(left), Operand::Local(right)) => Box::new(PeekPeek {
             left,
             right,

@@ -5,6 +5,7 @@ use std::rc::Rc;
 use super::attribute::{Cache, Hint};
 use super::keywords::call_with_keywords;
 use super::operand::Operand;
+use crate::builtins::{Builtin, BuiltinBody};
 use crate::errors::ExceptionKind;
 use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
@@ -16,7 +17,7 @@ use crate::value::{Class, Function, Instance, R, Symbol, Value};
 /// `function(a, b)` without stars and keywords.
 pub struct Call {
     /// What is called.
-    pub function: Expr,
+    pub function: Operand,
     /// With what.
     pub args: Box<[Operand]>,
     /// Where it is written.
@@ -29,9 +30,43 @@ impl Expression for Call {
         match &callee {
             Value::Function(function) => call_script(function, None, &self.args, ev, f, self.span),
             Value::Class(class) => make_instance(class, &self.args, ev, f, self.span),
+            Value::Builtin(builtin) => call_native(builtin, None, &self.args, ev, f, self.span),
             _ => call_other(&callee, &self.args, ev, f, self.span),
         }
     }
+}
+
+/// Calls a function written in Rust, its receiver (if any) before the arguments; they are evaluated straight into the
+/// places it wants them in.
+#[inline(never)]
+fn call_native(
+    builtin: &Rc<Builtin>,
+    receiver: Option<Value>,
+    args: &[Operand],
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+    span: Span,
+) -> R {
+    let first = usize::from(receiver.is_some());
+    let given = args.len() + first;
+    let bound = match &builtin.body {
+        BuiltinBody::Bound(body) if builtin.signature.accepts(given) => Some(body),
+        _ => None,
+    };
+    let places = bound.map_or(given, |_| builtin.signature.len());
+    with_slots(places, |slots| {
+        if let Some(receiver) = receiver {
+            slots[0].put(receiver);
+        }
+        for (slot, arg) in slots[first..given].iter_mut().zip(args) {
+            slot.put(arg.eval(ev, f)?);
+        }
+        let result = match bound {
+            Some(body) => body(ev, slots),
+            None => ev.call_builtin(builtin, slots, &[], Some(&mut *f)),
+        };
+        result.at(ev, f, span)
+    })
 }
 
 /// Calls anything with arguments that are evaluated into a buffer.
@@ -64,6 +99,13 @@ fn make_instance(
             return Ok(Value::Instance(Instance::new(class.clone(), Payload::None)));
         }
         Making::Init(location) => class.at(location),
+        Making::Native => {
+            if let Value::Builtin(constructor) = &*class.constructor.borrow() {
+                let constructor = constructor.clone();
+                return call_native(&constructor, None, args, ev, f, span);
+            }
+            Value::Unbound
+        }
         _ => Value::Unbound,
     };
     let Value::Function(init) = &init else {
@@ -75,7 +117,7 @@ fn make_instance(
     }
     with_slots(init.code.slots, |slots| {
         for (slot, arg) in slots[1..given].iter_mut().zip(args) {
-            *slot = arg.eval(ev, f)?;
+            slot.put(arg.eval(ev, f)?);
         }
         if class.version() != version {
             // An argument has changed the class.
@@ -83,7 +125,7 @@ fn make_instance(
             return result.at(ev, f, span);
         }
         let object = Instance::new(class.clone(), Payload::None);
-        slots[0] = Value::Instance(object.clone());
+        slots[0].put(Value::Instance(object.clone()));
         if given < params.positional {
             ev.fill_defaults(init, slots).at(ev, f, span)?;
         }
@@ -142,10 +184,10 @@ pub(super) fn call_script(
     }
     with_slots(function.code.slots, |slots| {
         if let Some(receiver) = receiver {
-            slots[0] = receiver;
+            slots[0].put(receiver);
         }
         for (slot, arg) in slots[first..given].iter_mut().zip(args) {
-            *slot = arg.eval(ev, f)?;
+            slot.put(arg.eval(ev, f)?);
         }
         if given < params.positional {
             ev.fill_defaults(function, slots).at(ev, f, span)?;
@@ -188,7 +230,9 @@ impl Expression for CallMethod {
                     Value::Function(function) => {
                         call_script(&function, Some(receiver), &self.args, ev, f, self.span)
                     }
-                    Value::Builtin(builtin) => self.call_builtin(&builtin, receiver, ev, f),
+                    Value::Builtin(builtin) => {
+                        call_native(&builtin, Some(receiver), &self.args, ev, f, self.span)
+                    }
                     // The hint says what it is; anything else goes the general way.
                     _ => self.call_generally(&receiver, ev, f),
                 };
@@ -199,35 +243,6 @@ impl Expression for CallMethod {
 }
 
 impl CallMethod {
-    #[inline]
-    fn call_builtin(
-        &self,
-        builtin: &Rc<crate::builtins::Builtin>,
-        receiver: Value,
-        ev: &Evaluator<'_>,
-        f: &mut Frame<'_>,
-    ) -> R {
-        match &*self.args {
-            [] => ev
-                .call_builtin(builtin, &mut [receiver], &[], Some(&mut *f))
-                .at(ev, f, self.span),
-            [a] => {
-                let a = a.eval(ev, f)?;
-                ev.call_builtin(builtin, &mut [receiver, a], &[], Some(&mut *f))
-                    .at(ev, f, self.span)
-            }
-            args => {
-                let mut values = Vec::with_capacity(args.len() + 1);
-                values.push(receiver);
-                for arg in args {
-                    values.push(arg.eval(ev, f)?);
-                }
-                ev.call_builtin(builtin, &mut values, &[], Some(&mut *f))
-                    .at(ev, f, self.span)
-            }
-        }
-    }
-
     #[inline(never)]
     fn call_generally(&self, receiver: &Value, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if let Value::Super(sup) = receiver

@@ -228,7 +228,7 @@ pub fn compare(op: CompareOp, left: Operand, right: Operand, span: Span) -> Expr
 
 fn shaped<O: Ordering>(left: Operand, right: Operand, span: Span) -> Expr {
     let op = PhantomData::<O>;
-    match (left, right) {
+    match (left.peekable_or_expr(), right.peekable_or_expr()) {
         (Operand::Local(left), Operand::Local(right)) => Box::new(PeekPeek {
             left,
             right,

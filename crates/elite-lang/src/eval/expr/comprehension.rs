@@ -64,9 +64,8 @@ impl Clauses {
     ) -> R<()> {
         let clause = &self.clauses[index];
         let mut walk = Walk::over(iterable, ev, f, clause.span)?;
-        'items: while let Some(item) = walk.next(ev, f, clause.span)? {
+        'items: while clause.target.bind_next(&mut walk, ev, f, clause.span)? {
             ev.safepoint()?;
-            clause.target.assign(ev, f, item)?;
             for condition in &clause.conditions {
                 if !condition.truth(ev, f)? {
                     continue 'items;

@@ -29,7 +29,7 @@ pub struct FString(pub Box<[Part]>);
 
 impl Expression for FString {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        let mut out = String::new();
+        let mut out = String::with_capacity(16 * self.0.len());
         join(&self.0, ev, f, &mut out)?;
         Ok(Value::str(out))
     }

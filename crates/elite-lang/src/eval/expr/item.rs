@@ -31,11 +31,16 @@ impl Expression for Item {
                     ev.item(local.peek(f), index.peek(f)).at(ev, f, span)
                 }
                 Operand::Const(index) => ev.item(local.peek(f), index).at(ev, f, span),
-                Operand::Expr(index) => {
+                index => {
                     let index = index.eval(ev, f)?;
                     ev.item(local.peek(f), &index).at(ev, f, span)
                 }
             };
+        }
+        if let (Some(cell), Some(index)) = (self.value.shared(f), self.index.peek(f))
+            && let Some(item) = ev.item_at_once(&cell.value.borrow(), index)
+        {
+            return Ok(item);
         }
         let value = self.value.eval(ev, f)?;
         let index = self.index.eval(ev, f)?;

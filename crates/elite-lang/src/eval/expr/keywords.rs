@@ -93,7 +93,7 @@ pub(super) fn call_with_keywords(
     with_slots(function.code.slots, |slots| {
         let mut more = Vec::new();
         let mut place = |index: usize, value: Value, slots: &mut [Value]| match params.positional {
-            count if index < count => slots[index] = value,
+            count if index < count => slots[index].put(value),
             _ => more.push(value),
         };
         if let Some(receiver) = receiver {
@@ -105,17 +105,18 @@ pub(super) fn call_with_keywords(
         for (name, value) in keywords {
             let value = value.eval(ev, f)?;
             if let Some(index) = params.by_name(*name) {
-                slots[index] = value;
+                slots[index].put(value);
             }
         }
         if let Some(star) = params.star {
-            slots[star] = match more.is_empty() {
+            let rest = match more.is_empty() {
                 true => ev.core.empty_tuple.clone(),
                 false => Value::tuple(more),
             };
+            slots[star].put(rest);
         }
         if let Some(double_star) = params.double_star {
-            slots[double_star] = Value::Dict(Rc::new(Dict::new()));
+            slots[double_star].put(Value::Dict(Rc::new(Dict::new())));
         }
         ev.fill_defaults(function, slots).at(ev, f, span)?;
         ev.run(function, slots).at(ev, f, span)

@@ -15,4 +15,5 @@ pub mod item;
 pub mod keywords;
 pub mod names;
 pub mod operand;
+pub mod percent;
 pub mod yields;

@@ -109,14 +109,13 @@ pub struct LocalCell {
 
 impl Expression for LocalCell {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        let value = match &f.slots[self.slot as usize] {
-            Value::Cell(cell) => cell.value.borrow().clone(),
-            _ => Value::Unbound,
-        };
-        if value.is_unbound() {
-            return Err(unbound_local(ev, f, self.slot, self.span));
+        if let Value::Cell(cell) = &f.slots[self.slot as usize]
+            && let value = cell.value.borrow()
+            && !value.is_unbound()
+        {
+            return Ok(value.clone());
         }
-        Ok(value)
+        Err(unbound_local(ev, f, self.slot, self.span))
     }
 }
 
@@ -130,14 +129,11 @@ pub struct Free {
 
 impl Expression for Free {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        let value = f.function.closure[self.index as usize]
-            .value
-            .borrow()
-            .clone();
+        let value = f.function.closure[self.index as usize].value.borrow();
         if value.is_unbound() {
             return Err(unbound_free(ev, f, self.index, self.span));
         }
-        Ok(value)
+        Ok(value.clone())
     }
 }
 

@@ -1,8 +1,8 @@
 //! Parts of nodes that are most often a local variable or a constant: those are read in place, without a further node.
 
-use super::names::{Const, Local};
+use super::names::{Const, Free, Global, Local, Peek};
 use crate::eval::{Evaluator, Expr, Expression, Frame};
-use crate::value::{R, Value};
+use crate::value::{CellVar, R, Value};
 
 /// A part of a node, as `lower` found it.
 pub enum Operand {
@@ -10,6 +10,10 @@ pub enum Operand {
     Local(Local),
     /// A constant.
     Const(Value),
+    /// A variable of an outer function.
+    Free(Free),
+    /// A global variable.
+    Global(Global),
     /// Anything else.
     Expr(Expr),
 }
@@ -20,6 +24,8 @@ impl Operand {
         match self {
             Operand::Local(local) => Box::new(local),
             Operand::Const(value) => Box::new(Const(value)),
+            Operand::Free(free) => Box::new(free),
+            Operand::Global(global) => Box::new(global),
             Operand::Expr(expr) => expr,
         }
     }
@@ -30,7 +36,37 @@ impl Operand {
         match self {
             Operand::Local(local) => local.eval(ev, f),
             Operand::Const(value) => Ok(value.clone()),
+            Operand::Free(free) => free.eval(ev, f),
+            Operand::Global(global) => global.eval(ev, f),
             Operand::Expr(expr) => expr.eval(ev, f),
+        }
+    }
+
+    /// The same, with variables that others can change as expressions.
+    pub fn peekable_or_expr(self) -> Operand {
+        match self {
+            Operand::Free(_) | Operand::Global(_) => Operand::Expr(self.into_expr()),
+            Operand::Local(_) | Operand::Const(_) | Operand::Expr(_) => self,
+        }
+    }
+
+    /// Its value, if it can be looked at without evaluating anything; `Unbound` if the variable is not bound.
+    #[inline(always)]
+    pub fn peek<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
+        match self {
+            Operand::Local(local) => Some(local.peek(f)),
+            Operand::Const(value) => Some(value),
+            Operand::Free(_) | Operand::Global(_) | Operand::Expr(_) => None,
+        }
+    }
+
+    /// The variable of an outer function or of the module that it is; its value may be `Unbound`.
+    #[inline(always)]
+    pub fn shared<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v CellVar> {
+        match self {
+            Operand::Free(free) => Some(&f.function.closure[free.index as usize]),
+            Operand::Global(global) => Some(&global.cell),
+            Operand::Local(_) | Operand::Const(_) | Operand::Expr(_) => None,
         }
     }
 }

@@ -18,13 +18,13 @@ pub struct AssignLocal {
     /// Its slot.
     pub slot: u32,
     /// The value.
-    pub value: Expr,
+    pub value: Operand,
 }
 
 impl Statement for AssignLocal {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
-        f.slots[self.slot as usize] = value;
+        f.slots[self.slot as usize].put(value);
         Flow::Next
     }
 }
@@ -34,7 +34,7 @@ pub struct Assign {
     /// The targets, left to right.
     pub targets: Box<[Box<dyn Target>]>,
     /// The value.
-    pub value: Expr,
+    pub value: Operand,
 }
 
 impl Statement for Assign {
@@ -55,7 +55,7 @@ pub struct AssignPair {
     /// The targets.
     pub targets: [Box<dyn Target>; 2],
     /// Their values.
-    pub values: [Expr; 2],
+    pub values: [Operand; 2],
 }
 
 impl Statement for AssignPair {
@@ -80,7 +80,7 @@ impl<O: Operator, B: Peek> Statement for AugLocalPeek<O, B> {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let slot = self.slot as usize;
         if let Some(value) = fast(O::OP, &f.slots[slot], self.value.peek(f)) {
-            f.slots[slot] = value;
+            f.slots[slot].put(value);
             return Flow::Next;
         }
         attempt!(self.local.check(ev, f));
@@ -105,7 +105,7 @@ impl<O: Operator> Statement for AugLocal<O> {
         attempt!(self.local.check(ev, f));
         let value = attempt!(self.value.eval(ev, f));
         if let Some(value) = fast(O::OP, &f.slots[slot], &value) {
-            f.slots[slot] = value;
+            f.slots[slot].put(value);
             return Flow::Next;
         }
         slow_local(O::OP, slot, &value, ev, f, self.span).into()
@@ -172,9 +172,9 @@ fn shaped<O: Operator>(slot: u32, value: Operand, target: Span, span: Span) -> B
             local,
             op,
         }),
-        Operand::Expr(value) => Box::new(AugLocal {
+        other => Box::new(AugLocal {
             slot,
-            value,
+            value: other.into_expr(),
             span,
             local,
             op,
@@ -185,13 +185,13 @@ fn shaped<O: Operator>(slot: u32, value: Operand, target: Span, span: Span) -> B
 /// `name op= value` for any other name.
 pub struct AugName {
     /// Reads the name.
-    pub read: Expr,
+    pub read: Operand,
     /// Writes it.
     pub target: Box<dyn Target>,
     /// The operator.
     pub op: BinaryOp,
     /// The other operand.
-    pub value: Expr,
+    pub value: Operand,
     /// Where it is written.
     pub span: Span,
 }
@@ -280,6 +280,8 @@ pub struct AugItem {
     pub op: BinaryOp,
     /// The other operand.
     pub value: Operand,
+    /// Evaluating the index and the other operand leaves local variables as they are.
+    pub keeps: bool,
     /// Where the item is written.
     pub item_span: Span,
     /// Where the statement is written.
@@ -288,6 +290,15 @@ pub struct AugItem {
 
 impl Statement for AugItem {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        if let (Operand::Local(local), true) = (&self.container, self.keeps) {
+            attempt!(local.check(ev, f));
+            let index = attempt!(self.index.eval(ev, f));
+            let old = attempt!(ev.item(local.peek(f), &index).at(ev, f, self.item_span));
+            let value = attempt!(self.value.eval(ev, f));
+            let new = attempt!(combine(self.op, &old, &value, ev, f, self.span));
+            let set = ev.set_item(local.peek(f), &index, new);
+            return set.at(ev, f, self.item_span).into();
+        }
         let container = attempt!(self.container.eval(ev, f));
         let index = attempt!(self.index.eval(ev, f));
         let old = attempt!(ev.item(&container, &index).at(ev, f, self.item_span));

@@ -1,6 +1,7 @@
 //! `if`, `break`, `continue`, `return`, `pass`.
 
 use crate::eval::code::Block;
+use crate::eval::expr::operand::Operand;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Statement, attempt};
 use crate::value::Value;
 
@@ -25,7 +26,7 @@ impl Statement for If {
 }
 
 /// `return value`
-pub struct Return(pub Expr);
+pub struct Return(pub Operand);
 
 impl Statement for Return {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {

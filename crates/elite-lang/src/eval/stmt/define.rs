@@ -107,11 +107,15 @@ impl DefineClass {
             .collect::<Vec<_>>();
         let prepared = match &metaclass {
             Some(metaclass) => ev
-                .prepared_names(metaclass, &self.code.name, bases, keywords)
+                .prepared_namespace(metaclass, &self.code.name, bases, keywords)
                 .at(ev, f, self.span)?,
-            None => Vec::new(),
+            None => Value::None,
         };
-        with_slots(self.code.slots, |slots| {
+        if let (Some(metaclass), Value::Instance(_)) = (&metaclass, &prepared) {
+            return self.build_in(ev, f, function, metaclass, prepared, bases, keywords);
+        }
+        let prepared = ev.prepared_names(&prepared);
+        with_slots(self.code.slots + 1, |slots| {
             for (name, value) in &prepared {
                 let names = &self.code.slot_names[..self.names];
                 if let Some(slot) = names.iter().position(|other| other == name) {
@@ -151,6 +155,50 @@ impl DefineClass {
             }
             ev.finish_class(&class, keywords).at(ev, f, self.span)?;
             Ok(Value::Class(class))
+        })
+    }
+}
+
+impl DefineClass {
+    /// Builds the class in a namespace of the metaclass's own, which sees each name as it is bound.
+    #[allow(clippy::too_many_arguments)] // what `build` has at hand
+    fn build_in(
+        &self,
+        ev: &Evaluator<'_>,
+        f: &Frame<'_>,
+        function: &Rc<Function>,
+        metaclass: &Value,
+        namespace: Value,
+        bases: &[Value],
+        keywords: &[(Symbol, Value)],
+    ) -> R {
+        let put = |name: Symbol, value: Value| {
+            ev.set_item(&namespace, &ev.core.symbols.value(name), value)
+                .at(ev, f, self.span)
+        };
+        with_slots(self.code.slots + 1, |slots| {
+            put(known::MODULE, self.module.clone())?;
+            put(known::QUALNAME, Value::str(&*self.code.qualname))?;
+            if let Some(doc) = self.code.doc.as_deref() {
+                put(known::DOC, Value::str(doc))?;
+            }
+            slots[self.code.slots] = namespace.clone();
+            ev.run(function, slots).at(ev, f, self.span)?;
+            let names = &self.code.slot_names[..self.names];
+            if let Some(slot) = names.iter().position(|name| *name == known::ANNOTATIONS)
+                && !slots[slot].is_unbound()
+            {
+                put(known::ANNOTATIONS, slots[slot].clone())?;
+            }
+            if let Some(slot) = self.class_cell {
+                put(known::CLASSCELL, slots[slot as usize].clone())?;
+            }
+            let mut args = [
+                Value::str(&*self.code.name),
+                Value::tuple(bases.to_vec()),
+                namespace.clone(),
+            ];
+            ev.call(metaclass, &mut args, keywords).at(ev, f, self.span)
         })
     }
 }

@@ -6,7 +6,7 @@ use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Flow, Frame, Located, Statement, attempt};
 use crate::source::Span;
-use crate::value::{CellVar, R, Symbol, Value};
+use crate::value::{CellVar, R, Raised, Symbol, Value};
 
 /// `import name as target`
 pub struct Import {
@@ -151,7 +151,15 @@ impl Evaluator<'_> {
                         format!("No module named '{name}'{hint}")
                     }
                 };
-                Err(self.raise(ExceptionKind::ModuleNotFoundError, text))
+                let raised = self.raise(ExceptionKind::ModuleNotFoundError, text);
+                if let Raised::Exception(exception) = &raised
+                    && let Some(state) = exception.exception()
+                {
+                    let names: Vec<&str> = crate::stdlib::module_names().collect();
+                    let help = format!("there are the modules {}", names.join(", "));
+                    *state.help.borrow_mut() = Some(help.into());
+                }
+                Err(raised)
             }
         }
     }

@@ -1,8 +1,8 @@
 //! `while` and `for`. Every turn passes a safepoint.
 
-use super::target::Target;
+use super::target::{Target, Unpack};
 use crate::eval::code::Block;
-use crate::eval::walk::Walk;
+use crate::eval::walk::{Pair, Walk};
 use crate::eval::{Evaluator, Expr, Flow, Frame, Statement, attempt};
 use crate::source::Span;
 use crate::value::{R, Value};
@@ -38,17 +38,60 @@ impl Statement for While {
 pub enum LoopTarget {
     /// A local variable.
     Slot(u32),
+    /// `a, b`: exactly two targets.
+    Pair(Unpack),
     /// Anything else.
     Other(Box<dyn Target>),
 }
 
 impl LoopTarget {
-    /// Binds it.
+    /// Binds the next item; false at the end.
+    #[inline(always)]
+    pub fn bind_next(
+        &self,
+        walk: &mut Walk,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+        span: Span,
+    ) -> R<bool> {
+        if let LoopTarget::Pair(unpack) = self {
+            return self.bind_next_pair(unpack, walk, ev, f, span);
+        }
+        match walk.next(ev, f, span)? {
+            Some(item) => self.assign(ev, f, item).map(|()| true),
+            None => Ok(false),
+        }
+    }
+
+    #[inline(never)]
+    fn bind_next_pair(
+        &self,
+        unpack: &Unpack,
+        walk: &mut Walk,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+        span: Span,
+    ) -> R<bool> {
+        match (walk.next_pair(ev, f, span)?, &*unpack.targets) {
+            (None, _) => return Ok(false),
+            (Some(Pair::Two(first, second)), [a, b]) => {
+                a.assign(ev, f, first)?;
+                b.assign(ev, f, second)?;
+            }
+            (Some(Pair::Two(first, second)), _) => {
+                unpack.assign(ev, f, Value::pair(first, second))?;
+            }
+            (Some(Pair::One(item)), _) => unpack.assign(ev, f, item)?,
+        }
+        Ok(true)
+    }
+
     #[inline]
-    pub fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, item: Value) -> R<()> {
+    fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, item: Value) -> R<()> {
         match self {
+            LoopTarget::Pair(unpack) => unpack.assign(ev, f, item),
             LoopTarget::Slot(slot) => {
-                f.slots[*slot as usize] = item;
+                f.slots[*slot as usize].put(item);
                 Ok(())
             }
             LoopTarget::Other(target) => target.assign(ev, f, item),
@@ -76,8 +119,7 @@ impl Statement for For {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let iterable = attempt!(self.iterable.eval(ev, f));
         let mut walk = attempt!(Walk::over(iterable, ev, f, self.span));
-        while let Some(item) = attempt!(walk.next(ev, f, self.span)) {
-            attempt!(self.target.assign(ev, f, item));
+        while attempt!(self.target.bind_next(&mut walk, ev, f, self.span)) {
             match self.body.exec(ev, f) {
                 Flow::Next | Flow::Continue => {}
                 Flow::Break => return Flow::Next,

@@ -2,7 +2,6 @@
 
 use std::rc::Rc;
 
-use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::class::Base;
 use crate::value::symbol::known;
@@ -40,33 +39,39 @@ impl Evaluator<'_> {
         Ok(winner)
     }
 
-    /// The names that `__prepare__` of the metaclass puts into the body before it runs.
-    pub fn prepared_names(
+    /// What `__prepare__` of the metaclass returns: a dictionary with names for the body, or an object that sees the names
+    /// as they are bound; None without one.
+    pub fn prepared_namespace(
         &self,
         metaclass: &Value,
         name: &str,
         bases: &[Value],
         keywords: &[(Symbol, Value)],
-    ) -> R<Vec<(Symbol, Value)>> {
+    ) -> R {
         let prepare = self.core.symbols.intern("__prepare__");
         let Some(prepare) = self.attribute_or_none(metaclass, prepare)? else {
-            return Ok(Vec::new());
+            return Ok(Value::None);
         };
         let mut args = [Value::str(name), Value::tuple(bases.to_vec())];
         match self.call(&prepare, &mut args, keywords)? {
-            Value::Dict(dict) => Ok(self.named(&dict)),
+            dict @ Value::Dict(_) => Ok(dict),
+            Value::Instance(instance) if instance.class.lookup(known::SETITEM).is_some() => {
+                Ok(Value::Instance(instance))
+            }
             other => {
                 let (owner, found) = (self.label(metaclass), self.core.types.name_of(&other));
-                if matches!(&other, Value::Instance(_)) {
-                    let text = format!(
-                        "{owner}.__prepare__() returned a '{found}': only a plain dict is supported"
-                    );
-                    return Err(self.raise(ExceptionKind::NotImplementedError, text));
-                }
                 Err(self.type_error(format!(
                     "{owner}.__prepare__() must return a mapping, not {found}"
                 )))
             }
+        }
+    }
+
+    /// The names a prepared dictionary puts into the body before it runs.
+    pub fn prepared_names(&self, prepared: &Value) -> Vec<(Symbol, Value)> {
+        match prepared {
+            Value::Dict(dict) => self.named(dict),
+            _ => Vec::new(),
         }
     }
 
@@ -150,6 +155,9 @@ impl Evaluator<'_> {
         let mut attrs = self.named(&dict);
         let cell = attrs.iter().position(|(name, _)| *name == known::CLASSCELL);
         let cell = cell.map(|index| attrs.remove(index).1);
+        if !attrs.iter().any(|(name, _)| *name == known::DOC) {
+            attrs.push((known::DOC, Value::None));
+        }
         let class = self.make_class(name.as_str(), bases.items(), attrs)?;
         if !Rc::ptr_eq(&winner, &self.core.types.type_) {
             class.set_metaclass(winner);

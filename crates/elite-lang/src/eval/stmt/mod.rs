@@ -1,6 +1,7 @@
 //! The statement nodes.
 
 pub mod assign;
+pub mod class_body;
 pub mod control;
 pub mod define;
 pub mod handle;

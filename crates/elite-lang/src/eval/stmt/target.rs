@@ -30,7 +30,7 @@ pub struct Slot {
 impl Target for Slot {
     #[inline]
     fn assign(&self, _: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
-        f.slots[self.slot as usize] = value;
+        f.slots[self.slot as usize].put(value);
         Ok(())
     }
 

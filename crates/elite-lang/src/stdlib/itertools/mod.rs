@@ -18,12 +18,15 @@ use crate::value::iter::{LibraryIterator, NativeIter};
 use crate::value::symbol::known;
 use crate::value::{Iter, List, R, Value};
 
+/// What `repr` says of an iterator.
+type Show<S> = fn(&Evaluator<'_>, &Steps<S>) -> R<String>;
+
 /// An iterator of this module: values it holds, by number, and its own state, which holds none.
 struct Steps<S> {
     held: RefCell<Vec<Value>>,
     state: S,
     next: fn(&Evaluator<'_>, &Steps<S>) -> R<Option<Value>>,
-    repr: Option<fn(&Evaluator<'_>, &Steps<S>) -> R<String>>,
+    repr: Option<Show<S>>,
 }
 
 impl<S> Steps<S> {
@@ -91,7 +94,7 @@ fn shown<S: 'static>(
     held: Vec<Value>,
     state: S,
     next: fn(&Evaluator<'_>, &Steps<S>) -> R<Option<Value>>,
-    repr: Option<fn(&Evaluator<'_>, &Steps<S>) -> R<String>>,
+    repr: Option<Show<S>>,
 ) -> R {
     let steps = Steps {
         held: RefCell::new(held),

@@ -7,7 +7,8 @@ def abstractmethod(funcobj):
 
 
 def _is_abstract(value):
-    return getattr(getattr(value, "fget", value), "__isabstractmethod__", False)
+    value = getattr(value, "fget", value)
+    return getattr(getattr(value, "__func__", value), "__isabstractmethod__", False)
 
 
 class ABCMeta(type):
@@ -50,3 +51,32 @@ class ABCMeta(type):
 
 class ABC(metaclass=ABCMeta):
     pass
+
+
+def abstractclassmethod(callable):
+    return classmethod(abstractmethod(callable))
+
+
+def abstractstaticmethod(callable):
+    return staticmethod(abstractmethod(callable))
+
+
+def abstractproperty(fget=None, fset=None, fdel=None, doc=None):
+    return property(abstractmethod(fget), fset, fdel, doc)
+
+
+def update_abstractmethods(cls):
+    if not hasattr(cls, "__abstractmethods__"):
+        return cls
+    abstracts = {key for base in cls.__bases__ for key in getattr(base, "__abstractmethods__", ())
+                 if _is_abstract(getattr(cls, key, None))}
+    abstracts.update(key for key, value in cls.__dict__.items() if _is_abstract(value))
+    cls.__abstractmethods__ = frozenset(abstracts)
+    return cls
+
+
+_token = 0
+
+
+def get_cache_token():
+    return _token

@@ -1,10 +1,41 @@
 """Helpers for `with`."""
+from abc import ABC as _ABC, abstractmethod as _abstractmethod
 from functools import wraps as _wraps
+import sys as _sys
 
 
-class _Generated:
+class AbstractContextManager(_ABC):
+    """What has `__enter__` and `__exit__`."""
+
+    def __enter__(self):
+        return self
+
+    @_abstractmethod
+    def __exit__(self, exc_type, exc_value, traceback):
+        return None
+
+
+class ContextDecorator:
+    """Lets a context manager decorate functions."""
+
+    def _recreate_cm(self):
+        return self
+
+    def __call__(self, func):
+        @_wraps(func)
+        def inner(*args, **kwds):
+            with self._recreate_cm():
+                return func(*args, **kwds)
+        return inner
+
+
+class _Generated(ContextDecorator):
     def __init__(self, function, args, kwds):
+        self._made = function, args, kwds
         self._generator = function(*args, **kwds)
+
+    def _recreate_cm(self):
+        return type(self)(*self._made)
 
     def __enter__(self):
         for value in self._generator:
@@ -116,3 +147,48 @@ class ExitStack:
         if pending is not None and pending is not value:
             raise pending
         return value is not None and pending is None
+
+
+class _Redirect:
+    _stream = None
+
+    def __init__(self, new_target):
+        self._new_target = new_target
+        self._old_targets = []
+
+    def __enter__(self):
+        self._old_targets.append(getattr(_sys, self._stream))
+        setattr(_sys, self._stream, self._new_target)
+        return self._new_target
+
+    def __exit__(self, exctype, excinst, exctb):
+        setattr(_sys, self._stream, self._old_targets.pop())
+
+
+class redirect_stdout(_Redirect):
+    """`print` writes elsewhere."""
+
+    _stream = "stdout"
+
+
+class redirect_stderr(_Redirect):
+    """What goes to `sys.stderr` goes elsewhere."""
+
+    _stream = "stderr"
+
+
+class chdir:
+    """Another folder for a while."""
+
+    def __init__(self, path):
+        self.path = path
+        self._old = []
+
+    def __enter__(self):
+        import os
+        self._old.append(os.getcwd())
+        os.chdir(self.path)
+
+    def __exit__(self, *excinfo):
+        import os
+        os.chdir(self._old.pop())

@@ -491,9 +491,30 @@ def _iso_date(text):
         parts = _digits(text[:4], 4), _digits(text[5:7], 2), _digits(text[8:], 2)
     elif len(text) == 8 and text.isdigit():
         parts = _digits(text[:4], 4), _digits(text[4:6], 2), _digits(text[6:], 2)
+    elif text[4:5] == "W" or text[4:6] == "-W":
+        return _iso_week_date(text)
     else:
         return None
     return None if None in parts else parts
+
+
+def _iso_week_date(text):
+    dashed = text[4] == "-"
+    week, rest = (text[6:8], text[8:]) if dashed else (text[5:7], text[7:])
+    day = "1"
+    if rest:
+        if dashed and not rest.startswith("-"):
+            return None
+        day = rest[1:] if dashed else rest
+    parts = _digits(text[:4], 4), _digits(week, 2), _digits(day, 1)
+    if None in parts:
+        return None
+    year, week, day = parts
+    first = _iso_week_one(year)
+    weeks = (_iso_week_one(year + 1) - first) // 7
+    if not 1 <= week <= weeks or not 1 <= day <= 7:
+        return None
+    return _from_ordinal(first + (week - 1) * 7 + day - 1)
 
 
 def _iso_time(text):

@@ -221,6 +221,9 @@ def singledispatch(func):
         return func
 
     def register(cls, function=None):
+        if not isinstance(cls, type):
+            raise TypeError(f"Invalid first argument to `register()`: {cls!r}. Use `@register(some_class)`: "
+                            "annotations of functions have no effect here.")
         if function is None:
             return lambda function: register(cls, function)
         registry[cls] = function
@@ -235,3 +238,25 @@ def singledispatch(func):
     wrapper.dispatch = dispatch
     wrapper.registry = registry
     return update_wrapper(wrapper, func)
+
+
+class singledispatchmethod:
+    """Chooses a method by the type of the first argument after the object."""
+
+    def __init__(self, func):
+        if not callable(func) and not hasattr(func, "__get__"):
+            raise TypeError(f"{func!r} is not callable or a descriptor")
+        self.dispatcher = singledispatch(func)
+        self.func = func
+
+    def register(self, cls, method=None):
+        return self.dispatcher.register(cls, method)
+
+    def __get__(self, obj, cls=None):
+        def method(*args, **kwargs):
+            chosen = self.dispatcher.dispatch(args[0].__class__)
+            if hasattr(chosen, "__get__"):
+                chosen = chosen.__get__(obj, cls)
+            return chosen(*args, **kwargs)
+        method.register = self.register
+        return update_wrapper(method, self.func)

@@ -101,3 +101,98 @@ def stdev(data, xbar=None):
 def pstdev(data, mu=None):
     data = _data(data, "pstdev")
     return _sqrt(pvariance(data, mu))
+
+
+def geometric_mean(data):
+    from math import exp, log
+    data = list(data)
+    if not data:
+        raise StatisticsError("geometric mean requires a non-empty dataset containing positive numbers")
+    try:
+        return exp(fmean([log(x) for x in data]))
+    except ValueError:
+        raise StatisticsError("geometric mean requires a non-empty dataset containing positive numbers") from None
+
+
+def harmonic_mean(data, weights=None):
+    data = list(data)
+    if not data:
+        raise StatisticsError("harmonic_mean requires at least one data point")
+    weights = [1] * len(data) if weights is None else list(weights)
+    if len(weights) != len(data):
+        raise StatisticsError("Number of weights does not match data size")
+    if any(x < 0 for x in data):
+        raise StatisticsError("harmonic mean does not support negative values")
+    if 0 in data:
+        return 0
+    # Exactly, as fractions.
+    number, divisor = 0, 1
+    for w, x in zip(weights, data):
+        (wn, wd), (xn, xd) = w.as_integer_ratio(), x.as_integer_ratio()
+        number, divisor = number * wd * xn + wn * xd * divisor, divisor * wd * xn
+    total, below = _fsum(weights).as_integer_ratio()
+    return total * divisor / (below * number)
+
+
+def quantiles(data, *, n=4, method="exclusive"):
+    if n < 1:
+        raise StatisticsError("n must be at least 1")
+    data = sorted(data)
+    count = len(data)
+    if count < 2:
+        raise StatisticsError("must have at least two data points")
+    result = []
+    if method == "inclusive":
+        for i in range(1, n):
+            j, delta = divmod(i * (count - 1), n)
+            result.append((data[j] * (n - delta) + data[j + 1] * delta) / n)
+        return result
+    if method == "exclusive":
+        for i in range(1, n):
+            j = min(max(i * (count + 1) // n, 1), count - 1)
+            delta = i * (count + 1) - j * n
+            result.append((data[j - 1] * (n - delta) + data[j] * delta) / n)
+        return result
+    raise ValueError(f"Unknown method: {method!r}")
+
+
+def _pairs(x, y, name):
+    if len(x) != len(y):
+        raise StatisticsError(f"{name} requires that both inputs have same number of data points")
+    if len(x) < 2:
+        raise StatisticsError(f"{name} requires at least two data points")
+    return fmean(x), fmean(y)
+
+
+def covariance(x, y, /):
+    xbar, ybar = _pairs(x, y, "covariance")
+    return _fsum((xi - xbar) * (yi - ybar) for xi, yi in zip(x, y)) / (len(x) - 1)
+
+
+def correlation(x, y, /):
+    xbar, ybar = _pairs(x, y, "correlation")
+    sxy = _fsum((xi - xbar) * (yi - ybar) for xi, yi in zip(x, y))
+    sxx = _fsum((xi - xbar) ** 2.0 for xi in x)
+    syy = _fsum((yi - ybar) ** 2.0 for yi in y)
+    try:
+        return sxy / _sqrt(sxx * syy)
+    except ZeroDivisionError:
+        raise StatisticsError("at least one of the inputs is constant") from None
+
+
+def _linear_regression(x, y, proportional):
+    if len(x) != len(y):
+        raise StatisticsError("linear regression requires that both inputs have same number of data points")
+    if len(x) < 2:
+        raise StatisticsError("linear regression requires at least two data points")
+    xbar, ybar = (0, 0) if proportional else (fmean(x), fmean(y))
+    sxx = _fsum((xi - xbar) * (xi - xbar) for xi in x)
+    if sxx == 0:
+        raise StatisticsError("x is constant")
+    slope = _fsum((xi - xbar) * (yi - ybar) for xi, yi in zip(x, y)) / sxx
+    return slope, 0.0 if proportional else ybar - slope * xbar
+
+
+def linear_regression(x, y, /, *, proportional=False):
+    from collections import namedtuple
+    return namedtuple("LinearRegression", ("slope", "intercept"))(*_linear_regression(x, y, proportional))

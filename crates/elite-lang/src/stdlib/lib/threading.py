@@ -455,3 +455,33 @@ class local:
         if name not in own:
             raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
         del own[name]
+
+
+ThreadError = RuntimeError
+_trace = _profile = None
+
+
+def settrace(func):
+    """Kept, never called: programs are not traced."""
+    global _trace
+    _trace = func
+
+
+def gettrace():
+    return _trace
+
+
+def setprofile(func):
+    """Kept, never called: programs are not profiled."""
+    global _profile
+    _profile = func
+
+
+def getprofile():
+    return _profile
+
+
+def stack_size(size=0, /):
+    if size and size < 32768:
+        raise ValueError(f"size not valid: {size} bytes")
+    return 0

@@ -57,3 +57,72 @@ def ctime(secs=None):
 def strptime(string, format="%a %b %d %H:%M:%S %Y"):
     import datetime
     return datetime.datetime.strptime(string, format).timetuple()
+
+
+CLOCK_REALTIME = 0
+CLOCK_MONOTONIC = 1
+CLOCK_PROCESS_CPUTIME_ID = 2
+CLOCK_THREAD_CPUTIME_ID = 3
+CLOCK_MONOTONIC_RAW = 4
+CLOCK_BOOTTIME = 7
+CLOCK_TAI = 11
+
+_CLOCKS = {CLOCK_REALTIME: time_ns, CLOCK_MONOTONIC: monotonic_ns, CLOCK_MONOTONIC_RAW: monotonic_ns,
+           CLOCK_BOOTTIME: monotonic_ns}
+
+
+def clock_gettime_ns(clk_id, /):
+    if clk_id in (CLOCK_PROCESS_CPUTIME_ID, CLOCK_THREAD_CPUTIME_ID):
+        return process_time_ns()
+    if clk_id not in _CLOCKS:
+        raise OSError(22, "Invalid argument")
+    return _CLOCKS[clk_id]()
+
+
+def clock_gettime(clk_id, /):
+    return clock_gettime_ns(clk_id) / 1e9
+
+
+def clock_getres(clk_id, /):
+    clock_gettime_ns(clk_id)
+    return 1e-09
+
+
+def clock_settime(clk_id, time, /):
+    raise PermissionError(1, "Operation not permitted")
+
+
+clock_settime_ns = clock_settime
+
+
+def process_time_ns():
+    return int(process_time() * 1e9)
+
+
+def thread_time_ns():
+    return int(thread_time() * 1e9)
+
+
+def tzset():
+    pass
+
+
+class _ClockInfo:
+    def __init__(self, implementation, monotonic, adjustable):
+        self.implementation, self.monotonic, self.adjustable = implementation, monotonic, adjustable
+        self.resolution = 1e-09
+
+    def __repr__(self):
+        return (f"namespace(implementation={self.implementation!r}, monotonic={self.monotonic!r}, "
+                f"adjustable={self.adjustable!r}, resolution={self.resolution!r})")
+
+
+def get_clock_info(name, /):
+    known = {"time": ("clock_gettime(CLOCK_REALTIME)", False, True),
+             "monotonic": ("clock_gettime(CLOCK_MONOTONIC)", True, False),
+             "perf_counter": ("clock_gettime(CLOCK_MONOTONIC)", True, False),
+             "process_time": ("clock_gettime(CLOCK_PROCESS_CPUTIME_ID)", True, False),
+             "thread_time": ("clock_gettime(CLOCK_THREAD_CPUTIME_ID)", True, False)}
+    if name not in known:
+        raise ValueError("unknown clock")
+    return _ClockInfo(*known[name])

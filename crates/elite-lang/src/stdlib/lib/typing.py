@@ -1,4 +1,5 @@
 """Names for annotations, which mean nothing when a program runs."""
+from collections import namedtuple as _namedtuple
 
 
 class _Name:
@@ -44,6 +45,51 @@ ClassVar = _Name("ClassVar")
 NoReturn = _Name("NoReturn")
 Self = _Name("Self")
 AnyStr = _Name("AnyStr")
+AbstractSet = _Name("AbstractSet")
+Annotated = _Name("Annotated")
+AsyncContextManager = _Name("AsyncContextManager")
+AsyncGenerator = _Name("AsyncGenerator")
+AsyncIterable = _Name("AsyncIterable")
+AsyncIterator = _Name("AsyncIterator")
+Awaitable = _Name("Awaitable")
+BinaryIO = _Name("BinaryIO")
+ByteString = _Name("ByteString")
+ChainMap = _Name("ChainMap")
+Collection = _Name("Collection")
+Concatenate = _Name("Concatenate")
+Container = _Name("Container")
+ContextManager = _Name("ContextManager")
+Coroutine = _Name("Coroutine")
+Counter = _Name("Counter")
+DefaultDict = _Name("DefaultDict")
+Deque = _Name("Deque")
+IO = _Name("IO")
+ItemsView = _Name("ItemsView")
+KeysView = _Name("KeysView")
+LiteralString = _Name("LiteralString")
+MappingView = _Name("MappingView")
+Match = _Name("Match")
+MutableSet = _Name("MutableSet")
+Never = _Name("Never")
+NotRequired = _Name("NotRequired")
+OrderedDict = _Name("OrderedDict")
+Pattern = _Name("Pattern")
+Required = _Name("Required")
+Reversible = _Name("Reversible")
+Sized = _Name("Sized")
+SupportsAbs = _Name("SupportsAbs")
+SupportsBytes = _Name("SupportsBytes")
+SupportsComplex = _Name("SupportsComplex")
+SupportsFloat = _Name("SupportsFloat")
+SupportsIndex = _Name("SupportsIndex")
+SupportsInt = _Name("SupportsInt")
+SupportsRound = _Name("SupportsRound")
+TextIO = _Name("TextIO")
+TypeAlias = _Name("TypeAlias")
+TypeGuard = _Name("TypeGuard")
+Unpack = _Name("Unpack")
+ValuesView = _Name("ValuesView")
+Text = str
 TYPE_CHECKING = False
 
 
@@ -80,6 +126,107 @@ def get_type_hints(obj):
     return {}
 
 
-def NamedTuple(typename, fields=()):
-    from collections import namedtuple
-    return namedtuple(typename, [name for name, _ in fields])
+class _NamedTupleMeta(type):
+    def __new__(mcls, name, bases, namespace):
+        annotations = namespace.get("__annotations__", {})
+        defaults = []
+        for field in annotations:
+            if field in namespace:
+                defaults.append(namespace[field])
+            elif defaults:
+                raise TypeError(f"Non-default namedtuple field {field} cannot follow default field{'s' if len(defaults) > 1 else ''} "
+                                f"{', '.join(other for other in annotations if other in namespace)}")
+        made = _namedtuple(name, list(annotations), defaults=defaults)
+        for key, value in namespace.items():
+            if key in ("__new__", "__init__", "__slots__", "__getnewargs__", "_fields", "_field_defaults", "_make",
+                       "_replace", "_asdict"):
+                if key != "__slots__":
+                    raise AttributeError("Cannot overwrite NamedTuple attribute " + key)
+            elif key not in annotations and key != "__prepare__":
+                setattr(made, key, value)
+        made.__annotations__ = annotations
+        return made
+
+
+    def __call__(cls, typename, fields=(), /, **kwargs):
+        fields = list(fields) or list(kwargs.items())
+        made = _namedtuple(typename, [name for name, _ in fields])
+        made.__annotations__ = dict(fields)
+        return made
+
+
+NamedTuple = type.__new__(_NamedTupleMeta, "NamedTuple", (), {})
+
+
+class TypedDict(dict):
+    """Dictionaries with known keys; the keys are not checked."""
+
+    def __init_subclass__(cls, total=True):
+        super().__init_subclass__()
+
+
+def ParamSpec(name, *, bound=None, covariant=False, contravariant=False):
+    return _Name(name)
+
+
+def TypeVarTuple(name):
+    return _Name(name)
+
+
+class ForwardRef:
+    def __init__(self, arg):
+        self.__forward_arg__ = arg
+
+    def __repr__(self):
+        return f"ForwardRef({self.__forward_arg__!r})"
+
+
+def assert_type(val, typ, /):
+    return val
+
+
+def assert_never(arg, /):
+    raise AssertionError(f"Expected code to be unreachable, but got: {arg!r}")
+
+
+def reveal_type(obj, /):
+    return obj
+
+
+def runtime_checkable(cls):
+    return cls
+
+
+def no_type_check(arg):
+    return arg
+
+
+no_type_check_decorator = no_type_check
+
+
+def dataclass_transform(**kwargs):
+    return lambda cls: cls
+
+
+def get_origin(tp):
+    return None
+
+
+def get_args(tp):
+    return ()
+
+
+def get_overloads(func):
+    return []
+
+
+def clear_overloads():
+    pass
+
+
+def is_typeddict(tp):
+    return isinstance(tp, type) and issubclass(tp, TypedDict) and tp is not TypedDict
+
+
+ParamSpecArgs = _Name("ParamSpecArgs")
+ParamSpecKwargs = _Name("ParamSpecKwargs")

@@ -588,8 +588,8 @@ impl Translator {
             ('D', false) => "\\D",
             ('s', false) => "\\s\\x{1c}-\\x{1f}",
             ('S', false) => "[^\\s\\x{1c}-\\x{1f}]",
-            ('w', false) => "\\w",
-            ('W', false) => "\\W",
+            ('w', false) => "\\p{L}\\p{N}_",
+            ('W', false) => "[^\\p{L}\\p{N}_]",
             _ => return None,
         })
     }

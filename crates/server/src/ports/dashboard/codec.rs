@@ -175,7 +175,6 @@ fn command(name: &str, rest: &str) -> Option<Command> {
         }
         // The SDK writes the text right after `-s`; people leave a blank.
         ("popup", _) if rest.starts_with("-s") => Command::ShowPopup(rest[2..].trim().to_owned()),
-        ("popup", "-c") => Command::ClosePopup,
         ("log", "-a") => Command::Log(argument.replace("\\n", "\n")),
         ("task", "-p") => Command::LoadTask(text()?),
         ("configuration", "-p") => Command::LoadConfiguration(text()?),
@@ -193,6 +192,7 @@ fn command(name: &str, rest: &str) -> Option<Command> {
         // Everything below takes no argument.
         _ if !argument.is_empty() => return None,
         ("echo", "") => Command::Echo,
+        ("popup", "-c") => Command::ClosePopup,
         ("robotControl", "-on") => Command::Power(true),
         ("robotControl", "-off") => Command::Power(false),
         ("brakeRelease", "") => Command::BrakeRelease,
@@ -237,6 +237,8 @@ impl Command {
             Self::Stop => Some("stop"),
             Self::LoadTask(_) => Some("task"),
             Self::LoadConfiguration(_) => Some("configuration"),
+            // A program changes it.
+            Self::SetVariable(..) => Some("variable"),
             _ => None,
         }
     }
@@ -311,10 +313,17 @@ pub const fn robot_mode_word(mode: RobotMode) -> &'static str {
     }
 }
 
-/// The bytes of a reply: lines end with `\r\n`, the whole is cut to fit, at a character.
+/// The bytes of a reply: lines end with `\r\n`, the whole is cut to fit, at a character. What clients and programs put
+/// into a reply cannot end its line: other control characters become blanks.
 pub fn encode(reply: &str) -> Vec<u8> {
     let room = REPLY_BYTES_MAX - 2;
-    let mut bytes = reply.as_bytes()[..reply.floor_char_boundary(room)].to_vec();
+    let reply = &reply[..reply.floor_char_boundary(room)];
+    let lines: Vec<String> = reply
+        .split("\r\n")
+        .map(|line| line.replace(char::is_control, " "))
+        .collect();
+    // A control character of two bytes becomes one: nothing gets longer.
+    let mut bytes = lines.join("\r\n").into_bytes();
     bytes.extend(b"\r\n");
     bytes
 }
@@ -396,6 +405,7 @@ mod tests {
             ("speed -v 1", "Usage: speed [-v percent, 2 to 100]"),
             ("speed -v 101", "Usage: speed [-v percent, 2 to 100]"),
             ("play now", "Usage: play"),
+            ("popup -c now", "Usage: popup -s text | -c"),
             ("task -p", "Usage: task [-p path | -s | -r | -ss]"),
             (
                 "variable -set a",
@@ -418,6 +428,7 @@ mod tests {
             assert!(encode(&reply).len() <= REPLY_BYTES_MAX, "{reply}");
         }
         assert!(help(&[]).len() <= REPLY_BYTES_MAX - 2, "the list is whole");
+        assert_eq!(encode("a\rb\nc\r\nd\0\u{85}e"), b"a b c\r\nd  e\r\n");
         let cut = encode(&"é".repeat(400));
         assert_eq!(cut.len(), REPLY_BYTES_MAX);
         assert!(core::str::from_utf8(&cut).is_ok());

@@ -186,11 +186,11 @@ async fn attempt(command: Command, dashboard: &impl Dashboard) -> String {
         }
         Command::LoadTask(path) => match dashboard.load_task(&path).await {
             Ok(()) => format!("Loaded task: {path}"),
-            Err(reason) => format!("Failed to load the task {path} ({reason})"),
+            Err(reason) => format!("Failed to load the task: {reason}"),
         },
         Command::LoadConfiguration(path) => match dashboard.load_configuration(&path).await {
             Ok(()) => format!("Loading Configuration : {path}"),
-            Err(reason) => format!("Failed to load the configuration {path} ({reason})"),
+            Err(reason) => format!("Failed to load the configuration: {reason}"),
         },
         Command::GetVariable(name) => match dashboard.variable(&name).await {
             Ok(value) => value,

@@ -5,6 +5,7 @@
 //! neighbouring ports). Memory is bounded by [`LINE_BYTES_MAX`] and [`BLOCK_BYTES_MAX`].
 
 use core::fmt;
+use std::borrow::Cow;
 
 use crate::ports::text::{StringTracker, begins_with_http_verb, is_end_line, statements_of_line};
 
@@ -336,6 +337,25 @@ impl Framer {
             state: State::Between,
             ..Self::default()
         };
+    }
+}
+
+/// What is executed for a statement: the statement, and for a `def` without parameters that came as a block of lines a
+/// call of it. The manual (2.1) knows functions in one line only, which are defined and called later; the vendor's sample
+/// streams `def a():`, a motion, `end` and relies on the motion, as such a block is a program on port 30001.
+pub fn executed(statement: &str) -> Cow<'_, str> {
+    let called = || {
+        let (header, body) = statement.split_once('\n')?;
+        let [header] = statements_of_line(header)[..] else {
+            return None;
+        };
+        let (name, rest) = header.strip_prefix("def ")?.split_once('(')?;
+        let rest = rest.trim_start().strip_prefix(')')?.trim_start();
+        (!body.is_empty() && rest.strip_prefix(':')?.trim().is_empty()).then_some(name.trim())
+    };
+    match called() {
+        Some(name) => Cow::Owned(format!("{statement}\n{name}()")),
+        None => Cow::Borrowed(statement),
     }
 }
 

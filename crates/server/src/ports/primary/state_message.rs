@@ -55,7 +55,7 @@ pub fn encode_state(sample: &Sample, robot: &RobotDescription) -> Vec<u8> {
 fn robot_mode_data(out: &mut Writer, inputs: &Inputs<'_>) {
     let state = inputs.state;
     // Simulated time since the controller started, µs.
-    out.u64((state.time * 1e6) as u64);
+    out.u64((state.time * 1e6).round() as u64);
     out.flag(true); // older name: real robot connected
     out.flag(true); // older name: real robot enabled
     out.flag(is_powered(state.robot_mode));

@@ -67,8 +67,11 @@ const NAMED: [(&str, Input); 15] = [
     ("input_bit_registers32_to_63", Input::Bits(32)),
 ];
 
+/// Name without the number, numbers, variable of a number.
+type Group = (&'static str, Range<u8>, fn(u8) -> Input);
+
 /// Registers have one variable each; the first 64 boolean ones come in words.
-const NUMBERED: [(&str, Range<u8>, fn(u8) -> Input); 3] = [
+const NUMBERED: [Group; 3] = [
     ("input_bit_register", 64..128, Input::Bit),
     ("input_int_register", 0..48, Input::Int),
     ("input_double_register", 0..48, Input::Double),

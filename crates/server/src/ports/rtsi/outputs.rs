@@ -105,8 +105,11 @@ impl Output {
     }
 }
 
+/// Name without the number, numbers, variable of a number.
+type Group = (&'static str, Range<u8>, fn(u8) -> Output);
+
 /// Registers have one variable each; the first 64 boolean ones come in words.
-const NUMBERED: [(&str, Range<u8>, fn(u8) -> Output); 6] = [
+const NUMBERED: [Group; 6] = [
     ("input_bit_register", 64..128, Output::InputBit),
     ("output_bit_register", 64..128, Output::OutputBit),
     ("input_int_register", 0..48, Output::InputInt),

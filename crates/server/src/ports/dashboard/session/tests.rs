@@ -81,7 +81,7 @@ impl Dashboard for Fake {
     }
     async fn load_task(&self, path: &str) -> Result<(), String> {
         if path.contains("..") {
-            return Err("it leaves the task folder".to_owned());
+            return Err(format!("{path} leads out of the task folder"));
         }
         self.robot.lock().unwrap().loaded = Some(path.to_owned());
         Ok(())
@@ -216,7 +216,7 @@ async fn the_getters_answer_what_the_sdk_matches() {
         ("variable -get b", "Error: variable b is undefined"),
         ("variable -set a 3", "a, 3"),
         ("clear -a", "clear alarm"),
-        ("task -p ../x", "Failed to load the task ../x (it leaves the task folder)"),
+        ("task -p ../x", "Failed to load the task: ../x leads out of the task folder"),
         ("nonsense", "Command [nonsense] is not found. Please use \"help\"."),
         (
             "status",
@@ -239,7 +239,15 @@ async fn without_remote_control_tasks_are_not_touched() {
         ("robotMode", "robotMode: POWER_OFF"),
     ])
     .await;
-    for word in ["play", "pause", "stop", "task -p a", "configuration -p a"] {
+    let words = [
+        "play",
+        "pause",
+        "stop",
+        "task -p a",
+        "configuration -p a",
+        "variable -set a 1",
+    ];
+    for word in words {
         let name = word.split(' ').next().unwrap();
         let reply = rig.ask(word).await;
         assert_eq!(

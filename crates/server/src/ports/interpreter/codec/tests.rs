@@ -180,3 +180,20 @@ proptest! {
         prop_assert_eq!(frames_of(&chunks), frames(&text));
     }
 }
+
+#[test]
+fn a_block_without_parameters_is_called_and_nothing_else_is() {
+    for (statement, call) in [
+        ("def a():\n movej(q)\nend", "\na()"),
+        ("def  a ( ) :  # one\n movej(q)\nend", "\na()"),
+        ("def a():; movej(q);end;", ""),
+        ("def a():", ""),
+        ("def a(q):\n movej(q)\nend", ""),
+        ("def a(q=1):\n movej(q)\nend", ""),
+        ("if x:\n a()\nend", ""),
+        ("def a(): movej(q)\nend", ""),
+        ("a()", ""),
+    ] {
+        assert_eq!(executed(statement), format!("{statement}{call}"));
+    }
+}

@@ -1,5 +1,7 @@
 //! Conversations as the SDK holds them, over an in-memory stream.
 
+mod golden;
+
 use std::sync::Mutex;
 use std::time::Duration;
 

@@ -1,0 +1,156 @@
+//! What refers to what: the counted references the search for cycles knows of.
+//!
+//! A reference it does not know of (the native stack of a suspended generator, a class, data of the library other than
+//! deques and the iterators of `itertools`) keeps its object alive, so a search errs towards keeping. One it knows of must
+//! be reported exactly as often as it is counted.
+
+use std::rc::Rc;
+
+use crate::value::{Iter, Value};
+
+/// Entries of a container that are visited at once.
+pub(super) const PART: usize = 4096;
+
+/// Counted references to what a value stands for; None for what the search does not follow.
+pub(super) fn references(value: &Value) -> Option<usize> {
+    Some(match value {
+        Value::List(rc) => Rc::strong_count(rc),
+        Value::Tuple(rc) => Rc::strong_count(rc),
+        Value::Dict(rc) => Rc::strong_count(rc),
+        Value::DictView(rc) => Rc::strong_count(rc),
+        Value::Set(rc) | Value::FrozenSet(rc) => Rc::strong_count(rc),
+        Value::Instance(rc) => Rc::strong_count(rc),
+        Value::Cell(rc) => Rc::strong_count(rc),
+        Value::Function(rc) => Rc::strong_count(rc),
+        Value::BoundMethod(rc) => Rc::strong_count(rc),
+        Value::Iter(rc) => Rc::strong_count(rc),
+        Value::Generator(rc) => Rc::strong_count(rc),
+        Value::Property(rc) => Rc::strong_count(rc),
+        Value::StaticMethod(rc) | Value::ClassMethod(rc) => Rc::strong_count(rc),
+        Value::Super(rc) => Rc::strong_count(rc),
+        _ => return None,
+    })
+}
+
+/// Runs `each` on what a value refers to directly, from entry `from` of a container on; where to go on if it has more
+/// entries than a part. What is in use right now is left out, so its parts are kept.
+pub(super) fn visit(value: &Value, from: usize, each: &mut dyn FnMut(&Value)) -> Option<usize> {
+    let more = match value {
+        Value::List(list) => list.visit(from, PART, each),
+        Value::Tuple(tuple) => {
+            let items = tuple.items();
+            items.iter().skip(from).take(PART).for_each(each);
+            items.len() > from + PART
+        }
+        Value::Dict(dict) => dict.visit(from, PART, each),
+        Value::Set(set) | Value::FrozenSet(set) => set.visit(from, PART, each),
+        _ => {
+            visit_small(value, each);
+            false
+        }
+    };
+    more.then_some(from + PART)
+}
+
+fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
+    match value {
+        Value::DictView(view) => each(&Value::Dict(view.dict.clone())),
+        Value::Instance(instance) => instance.visit(each),
+        Value::Cell(cell) => {
+            if let Ok(held) = cell.value.try_borrow() {
+                each(&held);
+            }
+        }
+        Value::Function(function) => {
+            for cell in &function.closure {
+                each(&Value::Cell(cell.clone()));
+            }
+            function.keyword_defaults.iter().for_each(&mut *each);
+            if let Ok(attrs) = function.attrs.try_borrow()
+                && let Some(attrs) = &*attrs
+            {
+                attrs.iter().for_each(|(_, value)| each(value));
+            }
+            // Defaults that a call has borrowed are counted once, however many share them.
+            if let Ok(defaults) = function.defaults.try_borrow()
+                && Rc::strong_count(&defaults) == 1
+            {
+                defaults.iter().for_each(each);
+            }
+        }
+        Value::BoundMethod(method) => {
+            each(&method.receiver);
+            each(&method.function);
+        }
+        Value::Iter(iter) => visit_iterator(iter, each),
+        Value::Generator(generator) => generator.visit(each),
+        Value::Property(property) => {
+            for part in [
+                &property.get,
+                &property.set,
+                &property.delete,
+                &property.doc,
+            ] {
+                each(part);
+            }
+        }
+        Value::StaticMethod(function) | Value::ClassMethod(function) => each(function),
+        Value::Super(parent) => each(&parent.receiver),
+        _ => {}
+    }
+}
+
+fn visit_iterator(iter: &Iter, each: &mut dyn FnMut(&Value)) {
+    match iter {
+        Iter::List { list, .. } => {
+            if let Ok(list) = list.try_borrow()
+                && let Some(list) = &*list
+            {
+                each(&Value::List(list.clone()));
+            }
+        }
+        Iter::ListReversed { list, .. } => each(&Value::List(list.clone())),
+        Iter::Tuple { tuple, .. } => each(&Value::Tuple(tuple.clone())),
+        Iter::Dict { dict, .. } => each(&Value::Dict(dict.clone())),
+        Iter::Set { set, .. } => each(&Value::Set(set.clone())),
+        Iter::Sequence { object, .. } => each(object),
+        Iter::Callable {
+            function, sentinel, ..
+        } => {
+            each(function);
+            each(sentinel);
+        }
+        Iter::Map { function, sources } => {
+            each(function);
+            sources.iter().for_each(each);
+        }
+        Iter::Filter { function, source } => {
+            each(function);
+            each(source);
+        }
+        Iter::Zip { sources, .. } => sources.iter().for_each(each),
+        Iter::Enumerate { source, .. } => each(source),
+        Iter::Native(native) => native.steps.visit(each),
+        Iter::Str { .. } | Iter::Bytes { .. } | Iter::Range { .. } => {}
+    }
+}
+
+/// Empties what can be emptied; a cycle always goes through one such object.
+pub(super) fn take_apart(value: &Value) {
+    match value {
+        Value::List(list) => {
+            let items = std::mem::take(&mut *list.borrow_mut());
+            list.account();
+            drop(items);
+        }
+        Value::Dict(dict) => dict.clear(),
+        Value::Set(set) => set.clear(),
+        Value::Instance(instance) => instance.dismantle(),
+        Value::Cell(cell) => drop(cell.value.take()),
+        Value::Function(function) => {
+            let attrs = function.attrs.take();
+            drop(attrs);
+        }
+        _ => {}
+    }
+}

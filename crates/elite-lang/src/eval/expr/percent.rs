@@ -1,0 +1,31 @@
+//! `"…" % (a, b)`: a constant format with a tuple written out, which is not made.
+
+use std::rc::Rc;
+
+use super::operand::Operand;
+use crate::eval::run::with_slots;
+use crate::eval::{Evaluator, Expression, Frame, Located};
+use crate::source::Span;
+use crate::value::{R, Str, Value};
+
+/// `format % (a, b)`
+pub struct PercentFormat {
+    /// The format.
+    pub format: Rc<Str>,
+    /// The items of the tuple.
+    pub items: Box<[Operand]>,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Expression for PercentFormat {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        with_slots(self.items.len(), |slots| {
+            for (slot, item) in slots.iter_mut().zip(&self.items) {
+                slot.put(item.eval(ev, f)?);
+            }
+            let text = ev.percent_format_items(self.format.as_str(), slots);
+            text.map(Value::str).at(ev, f, self.span)
+        })
+    }
+}

@@ -1,0 +1,337 @@
+//! Numbers by a specification: they are written where they go and filled up to the width there.
+
+use num_bigint::BigInt;
+
+use super::{Spec, float, pad, unknown_kind};
+use crate::eval::Evaluator;
+use crate::value::R;
+use crate::value::int::Int;
+
+pub(super) fn integer(
+    int: &Int,
+    spec: &Spec,
+    type_name: &str,
+    ev: &Evaluator<'_>,
+    out: &mut String,
+) -> R<()> {
+    let kind = spec.kind.unwrap_or('d');
+    if let (Int::Small(small), 'd', None, None) = (int, kind, spec.grouping, spec.precision) {
+        let start = out.len();
+        let sign = sign_of(*small < 0, spec);
+        out.push_str(sign);
+        push_digits(small.unsigned_abs(), 1, out);
+        fill_up(start, sign.len(), spec, out);
+        return Ok(());
+    }
+    if "eEfFgG%".contains(kind) {
+        return real(ev.int_to_f64(int)?, spec, "int", ev, out);
+    }
+    if !"bcdnoxX".contains(kind) {
+        return Err(unknown_kind(ev, kind, type_name));
+    }
+    if spec.precision.is_some() {
+        return Err(ev.value_error("Precision not allowed in integer format specifier"));
+    }
+    let (prefix, digits) = match kind {
+        'd' | 'n' => ("", decimal_digits(int, ev)?),
+        'b' => ("0b", radix_digits(int, 2)),
+        'o' => ("0o", radix_digits(int, 8)),
+        'x' => ("0x", radix_digits(int, 16)),
+        'X' => ("0X", radix_digits(int, 16).to_uppercase()),
+        'c' => return character(int, spec, ev, out),
+        other => return Err(unknown_kind(ev, other, type_name)),
+    };
+    if spec.grouping == Some(',') && kind != 'd' {
+        return Err(ev.value_error(format!("Cannot specify ',' with '{kind}'.")));
+    }
+    let every = if kind == 'd' { 3 } else { 4 };
+    let sign = sign_of(int.is_negative(), spec);
+    let prefix = if spec.alternate { prefix } else { "" };
+    let sign = format!("{sign}{prefix}");
+    grouped_number(&sign, &digits, "", every, spec, out);
+    Ok(())
+}
+
+fn character(int: &Int, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> {
+    if spec.sign != '-' {
+        return Err(ev.value_error("Sign not allowed with integer format specifier 'c'"));
+    }
+    if spec.alternate {
+        let text = "Alternate form (#) not allowed with integer format specifier 'c'";
+        return Err(ev.value_error(text));
+    }
+    if let Some(grouping) = spec.grouping {
+        return Err(ev.value_error(format!("Cannot specify '{grouping}' with 'c'.")));
+    }
+    let code = match int {
+        Int::Small(code) => u32::try_from(*code).ok().and_then(char::from_u32),
+        Int::Big(_) => None,
+    };
+    let Some(c) = code else {
+        return Err(ev.raise(
+            crate::errors::ExceptionKind::OverflowError,
+            "%c arg not in range(0x110000)",
+        ));
+    };
+    pad("", &c.to_string(), spec.align.unwrap_or('>'), spec, out);
+    Ok(())
+}
+
+/// The digits of the magnitude in decimal.
+fn decimal_digits(int: &Int, ev: &Evaluator<'_>) -> R<String> {
+    Ok(match int {
+        Int::Small(small) => small.unsigned_abs().to_string(),
+        Int::Big(big) => ev.big_to_text(big)?.trim_start_matches('-').to_owned(),
+    })
+}
+
+fn radix_digits(int: &Int, radix: u32) -> String {
+    match int {
+        Int::Small(small) => match radix {
+            2 => format!("{:b}", small.unsigned_abs()),
+            8 => format!("{:o}", small.unsigned_abs()),
+            _ => format!("{:x}", small.unsigned_abs()),
+        },
+        Int::Big(big) => BigInt::from(big.magnitude().clone()).to_str_radix(radix),
+    }
+}
+
+/// An integer in a radix with sign and prefix, for `bin`, `oct`, `hex`.
+pub fn prefixed(int: &Int, radix: u32, prefix: &str) -> String {
+    format!(
+        "{}{prefix}{}",
+        if int.is_negative() { "-" } else { "" },
+        radix_digits(int, radix)
+    )
+}
+
+pub(super) fn sign_of(negative: bool, spec: &Spec) -> &'static str {
+    match (negative, spec.sign) {
+        (true, _) => "-",
+        (false, '+') => "+",
+        (false, ' ') => " ",
+        _ => "",
+    }
+}
+
+pub(super) fn real(
+    value: f64,
+    spec: &Spec,
+    type_name: &str,
+    ev: &Evaluator<'_>,
+    out: &mut String,
+) -> R<()> {
+    if spec.grouping.is_none() && !spec.no_negative_zero {
+        let start = out.len();
+        let sign = sign_of(value.is_sign_negative() && !value.is_nan(), spec);
+        out.push_str(sign);
+        match (spec.kind, spec.precision) {
+            (Some('f'), precision) => {
+                float::push_fixed(value.abs(), precision.unwrap_or(6), spec.alternate, out);
+            }
+            (None, None) => float::push_repr(value.abs(), out),
+            _ => {
+                let (body, tail) = real_body(value.abs(), spec, type_name, ev)?;
+                out.push_str(&body);
+                out.push_str(tail);
+            }
+        }
+        fill_up(start, sign.len(), spec, out);
+        return Ok(());
+    }
+    let (body, tail) = real_body(value.abs(), spec, type_name, ev)?;
+    let mut negative = value.is_sign_negative() && !value.is_nan();
+    if spec.no_negative_zero && !body.contains(|c: char| ('1'..='9').contains(&c)) {
+        negative = false;
+    }
+    let split = body.find(['.', 'e', 'E', '%']).unwrap_or(body.len());
+    let (digits, fraction) = body.split_at(split);
+    let finite = value.is_finite();
+    let spec_without_grouping = Spec {
+        grouping: None,
+        ..spec.clone()
+    };
+    let spec = if finite { spec } else { &spec_without_grouping };
+    grouped_number(
+        sign_of(negative, spec),
+        digits,
+        &format!("{fraction}{tail}"),
+        3,
+        spec,
+        out,
+    );
+    Ok(())
+}
+
+/// The digits of a non-negative float as the specification wants them, and what follows them.
+fn real_body(
+    value: f64,
+    spec: &Spec,
+    type_name: &str,
+    ev: &Evaluator<'_>,
+) -> R<(String, &'static str)> {
+    let precision = spec.precision.unwrap_or(6);
+    Ok(match spec.kind {
+        None => match spec.precision {
+            None => (float::repr(value), ""),
+            Some(precision) => (
+                float::general(value, precision.max(1), spec.alternate, true),
+                "",
+            ),
+        },
+        Some('f') => (float::fixed(value, precision, spec.alternate), ""),
+        Some('F') => (
+            float::fixed(value, precision, spec.alternate).to_uppercase(),
+            "",
+        ),
+        Some('e') => (float::exponent(value, precision, spec.alternate), ""),
+        Some('E') => (
+            float::exponent(value, precision, spec.alternate).to_uppercase(),
+            "",
+        ),
+        Some('g' | 'n') => (
+            float::general(value, precision.max(1), spec.alternate, false),
+            "",
+        ),
+        Some('G') => (
+            float::general(value, precision.max(1), spec.alternate, false).to_uppercase(),
+            "",
+        ),
+        Some('%') => (float::fixed(value * 100.0, precision, spec.alternate), "%"),
+        Some(kind) => return Err(unknown_kind(ev, kind, type_name)),
+    })
+}
+
+pub(super) fn complex(
+    re: f64,
+    im: f64,
+    spec: &Spec,
+    ev: &Evaluator<'_>,
+    out: &mut String,
+) -> R<()> {
+    if spec.align == Some('=') && spec.fill != '0' {
+        let text = "'=' alignment flag is not allowed in complex format specifier";
+        return Err(ev.value_error(text));
+    }
+    if let Some(kind) = spec.kind.filter(|kind| !"eEfFgGn".contains(*kind)) {
+        return Err(unknown_kind(ev, kind, "complex"));
+    }
+    if spec.align == Some('=') || spec.fill == '0' {
+        return Err(ev.value_error("Zero padding is not allowed in complex format specifier"));
+    }
+    let part = |value: f64, sign: char| -> R<String> {
+        let mut text = String::new();
+        let spec = Spec {
+            width: 0,
+            align: None,
+            fill: ' ',
+            sign,
+            ..spec.clone()
+        };
+        real(value, &spec, "complex", ev, &mut text)?;
+        // Without a type, whole parts are written without a point.
+        if spec.kind.is_none() && text.ends_with(".0") {
+            text.truncate(text.len() - 2);
+        }
+        Ok(text)
+    };
+    let text = if spec.kind.is_none() {
+        if re == 0.0 && re.is_sign_positive() {
+            format!("{}j", part(im, spec.sign)?)
+        } else {
+            format!("({}{}j)", part(re, spec.sign)?, part(im, '+')?)
+        }
+    } else {
+        format!("{}{}j", part(re, spec.sign)?, part(im, '+')?)
+    };
+    pad("", &text, spec.align.unwrap_or('>'), spec, out);
+    Ok(())
+}
+
+/// Appends sign, digits (grouped) and the rest, padded to the width.
+fn grouped_number(
+    sign: &str,
+    digits: &str,
+    rest: &str,
+    every: usize,
+    spec: &Spec,
+    out: &mut String,
+) {
+    let start = out.len();
+    out.push_str(sign);
+    match spec.grouping {
+        None => out.push_str(digits),
+        Some(separator) => {
+            let mut digits = digits.to_owned();
+            if spec.align.unwrap_or('>') == '=' && spec.fill == '0' {
+                // Zeros that fill the width are grouped, too.
+                let wanted = spec.width.saturating_sub(sign.len() + rest.len());
+                while grouped_length(digits.len(), every) < wanted {
+                    digits.insert(0, '0');
+                }
+            }
+            out.push_str(&grouped(&digits, separator, every));
+        }
+    }
+    out.push_str(rest);
+    fill_up(start, sign.len(), spec, out);
+}
+
+/// Appends a number in decimal, with at least so many digits.
+pub fn push_digits(number: u64, least: usize, out: &mut String) {
+    let mut digits = [b'0'; 20];
+    let mut at = digits.len();
+    let mut rest = number;
+    while rest > 0 {
+        at -= 1;
+        digits[at] = b'0' + (rest % 10) as u8;
+        rest /= 10;
+    }
+    let at = at.min(digits.len() - least.min(digits.len()));
+    out.push_str(std::str::from_utf8(&digits[at..]).unwrap_or_default());
+}
+
+/// Fills a number that was appended at byte `start`, with a sign of `sign` bytes, up to the width.
+fn fill_up(start: usize, sign: usize, spec: &Spec, out: &mut String) {
+    if spec.width == 0 {
+        return;
+    }
+    let missing = spec.width.saturating_sub(out[start..].chars().count());
+    if missing == 0 {
+        return;
+    }
+    let mut fill = |at: usize, count: usize| {
+        if at > out.len() {
+            out.extend(std::iter::repeat_n(spec.fill, count));
+        } else {
+            out.insert_str(
+                at,
+                &std::iter::repeat_n(spec.fill, count).collect::<String>(),
+            );
+        }
+    };
+    match spec.align.unwrap_or('>') {
+        '<' => fill(usize::MAX, missing),
+        '=' => fill(start + sign, missing),
+        '^' => {
+            fill(start, missing / 2);
+            fill(usize::MAX, missing - missing / 2);
+        }
+        _ => fill(start, missing),
+    }
+}
+
+fn grouped_length(digits: usize, every: usize) -> usize {
+    digits + digits.saturating_sub(1) / every
+}
+
+fn grouped(digits: &str, separator: char, every: usize) -> String {
+    let mut out = String::with_capacity(digits.len() * 4 / 3);
+    for (index, c) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(every) {
+            out.push(separator);
+        }
+        out.push(c);
+    }
+    out
+}

@@ -1,0 +1,236 @@
+//! Setting and deleting attributes.
+
+use std::rc::Rc;
+
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::value::symbol::known;
+use crate::value::{Class, Instance, R, Raised, Symbol, Value};
+
+impl Evaluator<'_> {
+    /// `value.name = new`
+    pub fn set_attribute(&self, value: &Value, name: Symbol, new: Value) -> R<()> {
+        match value {
+            Value::Instance(instance) => {
+                let class = &instance.class;
+                if let Some(custom) = class.lookup(known::SETATTR) {
+                    let name = self.core.symbols.value(name);
+                    return self
+                        .call_method_value(&custom, value, &mut [name, new])
+                        .map(|_| ());
+                }
+                self.plain_set_attribute(value, instance, name, new)
+            }
+            Value::Class(class) if class.is_script => {
+                if class.meta_method(known::SETATTR).is_some() {
+                    let text = self.core.symbols.value(name);
+                    return self
+                        .special(value, known::SETATTR, &mut [text, new])
+                        .map(|_| ());
+                }
+                self.plain_set_class_attribute(value, class, name, new)
+            }
+            Value::Class(class) => {
+                let (name, class) = (self.core.symbols.name(name), class.name());
+                Err(self.type_error(format!(
+                    "cannot set '{name}' attribute of immutable type '{class}'"
+                )))
+            }
+            Value::Module(module) => {
+                module.namespace.set(name, new);
+                Ok(())
+            }
+            Value::Function(function) => self.set_function_attribute(function, name, new),
+            _ => Err(self.cannot_set(value, name)),
+        }
+    }
+
+    /// Python's `type.__setattr__`.
+    pub fn plain_set_class_attribute(
+        &self,
+        value: &Value,
+        class: &Rc<Class>,
+        name: Symbol,
+        new: Value,
+    ) -> R<()> {
+        let owner = || self.core.types.name_of(value).to_string();
+        let Some(new) = self.set_through(class.meta_method(name), value, name, new, owner)? else {
+            return Ok(());
+        };
+        if name == known::NAME
+            && let Value::Str(text) = &new
+        {
+            class.set_name(text.as_str());
+            return Ok(());
+        }
+        class.set(name, new);
+        Ok(())
+    }
+
+    /// Hands a value to what the class has under the name of an attribute, if that takes values: a property, or an
+    /// object with `__set__`. Otherwise the value comes back.
+    fn set_through(
+        &self,
+        found: Option<Value>,
+        value: &Value,
+        name: Symbol,
+        new: Value,
+        owner: impl FnOnce() -> String,
+    ) -> R<Option<Value>> {
+        match found {
+            Some(Value::Property(property)) => {
+                if property.set.is_none() {
+                    let (name, owner) = (self.core.symbols.name(name), owner());
+                    let message = format!("property '{name}' of '{owner}' object has no setter");
+                    return Err(self.raise(ExceptionKind::AttributeError, message));
+                }
+                self.call(&property.set, &mut [value.clone(), new], &[])?;
+                Ok(None)
+            }
+            Some(Value::Instance(descriptor)) => match descriptor.class.lookup(known::SET) {
+                Some(set) => {
+                    let descriptor = Value::Instance(descriptor);
+                    self.call_method_value(&set, &descriptor, &mut [value.clone(), new])?;
+                    Ok(None)
+                }
+                None => Ok(Some(new)),
+            },
+            _ => Ok(Some(new)),
+        }
+    }
+
+    #[cold]
+    fn cannot_set(&self, value: &Value, name: Symbol) -> Raised {
+        let class = self.core.types.name_of(value);
+        let text = self.core.symbols.name(name);
+        let exists = self
+            .attribute_or_none(value, name)
+            .is_ok_and(|found| found.is_some());
+        let message = if exists {
+            format!("'{class}' object attribute '{text}' is read-only")
+        } else {
+            format!("'{class}' object has no attribute '{text}'")
+        };
+        self.raise(ExceptionKind::AttributeError, message)
+    }
+
+    /// Python's `object.__setattr__`.
+    pub fn plain_set_attribute(
+        &self,
+        value: &Value,
+        instance: &Rc<Instance>,
+        name: Symbol,
+        new: Value,
+    ) -> R<()> {
+        if !instance.noted.get() && new.holds_values() {
+            self.core.note_instance(instance);
+        }
+        let class = &instance.class;
+        let owner = || self.qualname_of(class);
+        let Some(new) = self.set_through(class.lookup(name), value, name, new, owner)? else {
+            return Ok(());
+        };
+        if let Some(state) = instance.exception()
+            && self.set_exception_attribute(state, name, &new)?
+        {
+            return Ok(());
+        }
+        if !class.is_script && instance.exception().is_none() {
+            return Err(self.cannot_set(value, name));
+        }
+        if name == known::DICT {
+            let Value::Dict(dict) = self.plain(&new) else {
+                let name = self.core.types.name_of(&new);
+                return Err(self.type_error(format!(
+                    "__dict__ must be set to a dictionary, not a '{name}'"
+                )));
+            };
+            instance.set_dict(dict);
+            return Ok(());
+        }
+        if name == known::CLASS {
+            return Err(self.type_error("assignment to __class__ is not supported"));
+        }
+        if !class.takes_attribute(name) {
+            return Err(self.attribute_error(value, name));
+        }
+        instance.set(name, new, &self.core.symbols);
+        Ok(())
+    }
+
+    /// `del value.name`
+    pub fn delete_attribute(&self, value: &Value, name: Symbol) -> R<()> {
+        match value {
+            Value::Instance(instance) => {
+                if let Some(custom) = instance.class.lookup(known::DELATTR) {
+                    let name = self.core.symbols.value(name);
+                    return self
+                        .call_method_value(&custom, value, &mut [name])
+                        .map(|_| ());
+                }
+                self.plain_delete_attribute(value, instance, name)
+            }
+            Value::Class(class) if class.meta_method(known::DELATTR).is_some() => {
+                let name = self.core.symbols.value(name);
+                self.special(value, known::DELATTR, &mut [name]).map(|_| ())
+            }
+            Value::Class(class) if class.is_script && class.remove(name) => Ok(()),
+            Value::Module(module) if module.namespace.get(name).is_some() => {
+                module.namespace.set(name, Value::Unbound);
+                Ok(())
+            }
+            Value::Function(function) => {
+                let removed = function
+                    .attrs
+                    .borrow_mut()
+                    .as_mut()
+                    .and_then(|attrs| attrs.remove(name));
+                if removed.is_some() {
+                    Ok(())
+                } else {
+                    Err(self.attribute_error(value, name))
+                }
+            }
+            _ => Err(self.attribute_error(value, name)),
+        }
+    }
+
+    /// Python's `object.__delattr__`.
+    pub fn plain_delete_attribute(
+        &self,
+        value: &Value,
+        instance: &Rc<Instance>,
+        name: Symbol,
+    ) -> R<()> {
+        match instance.class.lookup(name) {
+            Some(Value::Property(property)) => {
+                if property.delete.is_none() {
+                    let (name, class) = (
+                        self.core.symbols.name(name),
+                        self.qualname_of(&instance.class),
+                    );
+                    let message = format!("property '{name}' of '{class}' object has no deleter");
+                    return Err(self.raise(ExceptionKind::AttributeError, message));
+                }
+                return self.call1(&property.delete, value.clone()).map(|_| ());
+            }
+            Some(Value::Instance(descriptor)) => {
+                if let Some(delete) = descriptor.class.lookup(known::DELETE) {
+                    let descriptor = Value::Instance(descriptor);
+                    return self
+                        .call_method_value(&delete, &descriptor, &mut [value.clone()])
+                        .map(|_| ());
+                }
+                if descriptor.class.lookup(known::SET).is_some() {
+                    return Err(self.raise(ExceptionKind::AttributeError, "__delete__"));
+                }
+            }
+            _ => {}
+        }
+        if instance.remove(name, &self.core.symbols) {
+            Ok(())
+        } else {
+            Err(self.attribute_error(value, name))
+        }
+    }
+}

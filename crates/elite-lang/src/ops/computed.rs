@@ -1,0 +1,323 @@
+//! Attributes that are computed when they are asked for: of functions, exceptions and other builtin values.
+
+use std::rc::Rc;
+
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::value::attrs::AttrMap;
+use crate::value::exception::ExceptionState;
+use crate::value::instance::Payload;
+use crate::value::symbol::known;
+use crate::value::{Function, Instance, R, Symbol, Value};
+
+impl Evaluator<'_> {
+    /// Attributes that exceptions have by nature.
+    pub fn exception_attribute(
+        &self,
+        instance: &Rc<Instance>,
+        state: &ExceptionState,
+        name: Symbol,
+    ) -> Option<Value> {
+        let or_none = |value: &Value| {
+            if value.is_unbound() {
+                Value::None
+            } else {
+                value.clone()
+            }
+        };
+        if let Some(group) = state.group.get() {
+            match &*self.core.symbols.name(name) {
+                "message" => return Some(group.message.clone()),
+                "exceptions" => return Some(group.exceptions.clone()),
+                _ => {}
+            }
+        }
+        Some(match name {
+            known::ARGS => state.args(),
+            known::CAUSE => or_none(&state.cause.borrow()),
+            known::CONTEXT => or_none(&state.context.borrow()),
+            known::SUPPRESS_CONTEXT => Value::Bool(state.suppress_context.get()),
+            known::TRACEBACK => self.traceback_object(state),
+            known::VALUE => {
+                let stop = self.core.types.exception(ExceptionKind::StopIteration);
+                if !instance.class.is_subclass_of(stop) {
+                    return None;
+                }
+                first_argument(state)
+            }
+            known::CODE => {
+                let exit = self.core.types.exception(ExceptionKind::SystemExit);
+                if !instance.class.is_subclass_of(exit) {
+                    return None;
+                }
+                match state.args() {
+                    Value::Tuple(args) if args.items().len() > 1 => Value::Tuple(args),
+                    _ => first_argument(state),
+                }
+            }
+            _ if &*self.core.symbols.name(name) == "msg" => {
+                let import = self.core.types.exception(ExceptionKind::ImportError);
+                if !instance.class.is_subclass_of(import) {
+                    return None;
+                }
+                first_argument(state)
+            }
+            _ if matches!(&*self.core.symbols.name(name), "name" | "path" | "obj") => {
+                let has = |kind| {
+                    instance
+                        .class
+                        .is_subclass_of(self.core.types.exception(kind))
+                };
+                let known = match &*self.core.symbols.name(name) {
+                    "name" => {
+                        has(ExceptionKind::ImportError)
+                            || has(ExceptionKind::NameError)
+                            || has(ExceptionKind::AttributeError)
+                    }
+                    "path" => has(ExceptionKind::ImportError),
+                    _ => has(ExceptionKind::AttributeError),
+                };
+                return known.then_some(Value::None);
+            }
+            _ => return self.os_error_attribute(instance, state, name),
+        })
+    }
+
+    fn os_error_attribute(
+        &self,
+        instance: &Rc<Instance>,
+        state: &ExceptionState,
+        name: Symbol,
+    ) -> Option<Value> {
+        let os_error = self.core.types.exception(ExceptionKind::OSError);
+        if !instance.class.is_subclass_of(os_error) {
+            return None;
+        }
+        let index = match &*self.core.symbols.name(name) {
+            "errno" => 0,
+            "strerror" => 1,
+            "filename" | "filename2" => 2,
+            _ => return None,
+        };
+        let Value::Tuple(args) = state.args() else {
+            return None;
+        };
+        let enough = args.items().len() >= 2;
+        Some(
+            args.items()
+                .get(index)
+                .filter(|_| enough)
+                .cloned()
+                .unwrap_or(Value::None),
+        )
+    }
+
+    /// Sets attributes that exceptions have by nature; false if `name` is none of them.
+    pub fn set_exception_attribute(
+        &self,
+        state: &ExceptionState,
+        name: Symbol,
+        new: &Value,
+    ) -> R<bool> {
+        let chained = |place: &std::cell::RefCell<Value>| {
+            *place.borrow_mut() = if new.is_none() {
+                Value::Unbound
+            } else {
+                new.clone()
+            };
+        };
+        if state.group.get().is_some()
+            && matches!(&*self.core.symbols.name(name), "message" | "exceptions")
+        {
+            return Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"));
+        }
+        match name {
+            known::ARGS => state.set_args(Value::tuple(self.collect(new)?)),
+            known::CAUSE | known::CONTEXT if !self.is_exception_or_none(new) => {
+                let what = if name == known::CAUSE {
+                    "cause"
+                } else {
+                    "context"
+                };
+                return Err(self.type_error(format!(
+                    "exception {what} must be None or derive from BaseException"
+                )));
+            }
+            known::CAUSE => {
+                chained(&state.cause);
+                state.suppress_context.set(true);
+            }
+            known::CONTEXT => chained(&state.context),
+            known::SUPPRESS_CONTEXT => state.suppress_context.set(self.truth(new)?),
+            known::TRACEBACK => {}
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// What `__traceback__` and `__exit__` get: an object that only tells that there is one, and its last line.
+    pub fn traceback_object(&self, state: &ExceptionState) -> Value {
+        let traceback = state.traceback();
+        let Some(place) = traceback.last() else {
+            return Value::None;
+        };
+        let line = place.code.file.position(place.span.start).line;
+        let object = Instance::new(self.core.types.traceback.clone(), Payload::None);
+        let symbols = &self.core.symbols;
+        object.set(
+            symbols.intern("tb_lineno"),
+            Value::Int(i64::from(line)),
+            symbols,
+        );
+        object.set(symbols.intern("tb_next"), Value::None, symbols);
+        Value::Instance(object)
+    }
+
+    fn is_exception_or_none(&self, value: &Value) -> bool {
+        match value {
+            Value::None => true,
+            Value::Instance(instance) => instance.exception().is_some(),
+            _ => false,
+        }
+    }
+
+    /// Attributes that functions have by nature.
+    pub fn function_attribute(&self, function: &Rc<Function>, name: Symbol) -> Option<Value> {
+        Some(match name {
+            known::NAME => Value::str(&*function.code.name),
+            known::QUALNAME => Value::str(&*function.code.qualname),
+            known::DOC => function.code.doc.as_deref().map_or(Value::None, Value::str),
+            known::MODULE => Value::str("__main__"),
+            known::DEFAULTS => {
+                let defaults = function.defaults.borrow();
+                if defaults.is_empty() {
+                    Value::None
+                } else {
+                    Value::tuple(defaults.to_vec())
+                }
+            }
+            known::KWDEFAULTS => {
+                let defaults = &function.keyword_defaults;
+                if defaults.iter().all(Value::is_unbound) {
+                    return Some(Value::None);
+                }
+                let dict = crate::value::Dict::new();
+                let params = &function.code.params;
+                let names = &params.names[params.positional..];
+                for (name, value) in names.iter().zip(defaults.iter()) {
+                    if !value.is_unbound() {
+                        dict.set_interned(self.core.symbols.value(*name), value.clone());
+                    }
+                }
+                Value::Dict(Rc::new(dict))
+            }
+            known::DICT | known::ANNOTATIONS => {
+                let dict = crate::value::Dict::new();
+                if name == known::DICT
+                    && let Some(attrs) = &*function.attrs.borrow()
+                {
+                    for (name, value) in attrs.iter() {
+                        dict.set_interned(self.core.symbols.value(name), value.clone());
+                    }
+                }
+                Value::Dict(Rc::new(dict))
+            }
+            _ => return None,
+        })
+    }
+
+    /// `function.name = new`
+    pub fn set_function_attribute(
+        &self,
+        function: &Rc<Function>,
+        name: Symbol,
+        new: Value,
+    ) -> R<()> {
+        if matches!(name, known::NAME | known::QUALNAME) && !matches!(new, Value::Str(_)) {
+            let name = self.core.symbols.name(name);
+            return Err(self.type_error(format!("{name} must be set to a string object")));
+        }
+        if name == known::DEFAULTS {
+            let defaults = match &new {
+                Value::None => Vec::new(),
+                Value::Tuple(tuple) => tuple.items().to_vec(),
+                _ => return Err(self.type_error("__defaults__ must be set to a tuple object")),
+            };
+            *function.defaults.borrow_mut() = defaults.into();
+            return Ok(());
+        }
+        if new.holds_values() {
+            self.core.note_function(function);
+        }
+        let mut attrs = function.attrs.borrow_mut();
+        let old = attrs
+            .get_or_insert_with(|| Box::new(AttrMap::default()))
+            .insert(name, new);
+        drop(attrs);
+        drop(old);
+        Ok(())
+    }
+
+    /// Attributes of builtin values that are computed when asked for.
+    pub fn computed_attribute(&self, value: &Value, name: Symbol) -> R<Option<Value>> {
+        Ok(Some(match (value, name) {
+            (Value::Int(_) | Value::BigInt(_) | Value::Float(_), known::REAL)
+            | (Value::Int(_) | Value::BigInt(_), known::NUMERATOR) => value.clone(),
+            (Value::Bool(flag), known::REAL | known::NUMERATOR) => Value::Int(i64::from(*flag)),
+            (Value::Int(_) | Value::BigInt(_) | Value::Bool(_), known::IMAG) => Value::Int(0),
+            (Value::Int(_) | Value::BigInt(_) | Value::Bool(_), known::DENOMINATOR) => {
+                Value::Int(1)
+            }
+            (Value::Float(_), known::IMAG) => Value::Float(0.0),
+            (Value::Complex(complex), known::REAL) => Value::Float(complex.0),
+            (Value::Complex(complex), known::IMAG) => Value::Float(complex.1),
+            (Value::Range(range), known::START) => Value::Int(range.start),
+            (Value::Range(range), known::STOP) => Value::Int(range.stop),
+            (Value::Range(range), known::STEP) => Value::Int(range.step),
+            (Value::LongRange(range), known::START) => Value::bigint(range.start.clone()),
+            (Value::LongRange(range), known::STOP) => Value::bigint(range.stop.clone()),
+            (Value::LongRange(range), known::STEP) => Value::bigint(range.step.clone()),
+            (Value::Slice(slice), known::START) => slice.start.clone(),
+            (Value::Slice(slice), known::STOP) => slice.stop.clone(),
+            (Value::Slice(slice), known::STEP) => slice.step.clone(),
+            (Value::BoundMethod(method), known::SELF) => method.receiver.clone(),
+            (Value::BoundMethod(method), known::FUNC) => method.function.clone(),
+            (
+                Value::BoundMethod(method),
+                known::NAME | known::QUALNAME | known::DOC | known::MODULE,
+            ) => {
+                return self.attribute_or_none(&method.function, name);
+            }
+            (Value::Builtin(builtin), known::NAME) => Value::str(builtin.name),
+            (Value::Builtin(builtin), known::QUALNAME) => Value::str(&*builtin.label()),
+            (Value::Generator(generator), known::NAME) => {
+                Value::str(&*generator.function.code.name)
+            }
+            (Value::Generator(generator), known::QUALNAME) => {
+                Value::str(&*generator.function.code.qualname)
+            }
+            (Value::Property(property), known::FGET) => property.get.clone(),
+            (Value::Property(property), known::FSET) => property.set.clone(),
+            (Value::Property(property), known::FDEL) => property.delete.clone(),
+            (Value::Property(property), known::DOC) => property.doc.clone(),
+            (Value::Super(sup), known::THISCLASS) => Value::Class(sup.class.clone()),
+            (Value::Super(sup), known::SELF) => sup.receiver.clone(),
+            (
+                Value::StaticMethod(function) | Value::ClassMethod(function),
+                known::NAME | known::QUALNAME | known::DOC | known::MODULE,
+            ) => return self.attribute_or_none(function, name),
+            (
+                Value::StaticMethod(function) | Value::ClassMethod(function),
+                known::FUNC | known::WRAPPED,
+            ) => (**function).clone(),
+            _ => return Ok(None),
+        }))
+    }
+}
+
+fn first_argument(state: &ExceptionState) -> Value {
+    match state.args() {
+        Value::Tuple(args) => args.items().first().cloned().unwrap_or(Value::None),
+        _ => Value::None,
+    }
+}

@@ -1,0 +1,240 @@
+//! Assigning to items and slices, deleting them.
+
+use super::slice::Bounds;
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::value::symbol::known;
+use crate::value::{List, R, Raised, Slice, Value};
+
+impl Evaluator<'_> {
+    /// `value[index] = item`
+    #[inline(always)] // one call site is the hot path of loops over lists
+    pub fn set_item(&self, value: &Value, index: &Value, item: Value) -> R<()> {
+        if let (Value::List(list), Value::Int(at)) = (value, index) {
+            if !list.noted.get() && item.holds_values() {
+                self.core.note_list(list);
+            }
+            let mut items = list.borrow_mut();
+            if let Some(place) = self.place(*at, items.len()) {
+                let old = std::mem::replace(&mut items[place], item);
+                drop(items);
+                drop(old);
+                return Ok(());
+            }
+            return Err(self.assignment_error("list"));
+        }
+        self.set_item_of(value, index, item)
+    }
+
+    #[cold]
+    fn assignment_error(&self, what: &str) -> Raised {
+        self.raise(
+            ExceptionKind::IndexError,
+            format!("{what} assignment index out of range"),
+        )
+    }
+
+    fn set_item_of(&self, value: &Value, index: &Value, item: Value) -> R<()> {
+        match value {
+            Value::Dict(dict) => {
+                if !dict.noted.get() && item.holds_values() {
+                    self.core.note_dict(dict);
+                }
+                self.dict_set(dict, index.clone(), item)
+            }
+            Value::List(list) => match index {
+                Value::Slice(slice) => self.set_list_slice(list, slice, &item),
+                _ => {
+                    let at = Value::Int(self.sequence_index(index, "list")?);
+                    self.set_item(value, &at, item)
+                }
+            },
+            Value::ByteArray(bytes) => {
+                if let Value::Slice(slice) = index {
+                    let new = match self.bytes_like(&item) {
+                        Some(new) => new,
+                        None => self.collect_bytes(&item)?,
+                    };
+                    let bounds = self.bounds(slice, bytes.data.borrow().len())?;
+                    let done = self.replace_slice(&mut bytes.data.borrow_mut(), bounds, new);
+                    bytes.account();
+                    return done;
+                }
+                let at = self.sequence_index(index, "bytearray")?;
+                let byte = self.byte(&item)?;
+                let mut data = bytes.data.borrow_mut();
+                match self.place(at, data.len()) {
+                    Some(place) => data[place] = byte,
+                    None => {
+                        return Err(
+                            self.raise(ExceptionKind::IndexError, "bytearray index out of range")
+                        );
+                    }
+                }
+                Ok(())
+            }
+            Value::Instance(instance) => match instance.class.lookup(known::SETITEM) {
+                Some(method) => self
+                    .call_method_value(&method, value, &mut [index.clone(), item])
+                    .map(|_| ()),
+                None => Err(self.no_item_assignment(value, "assignment")),
+            },
+            _ => Err(self.no_item_assignment(value, "assignment")),
+        }
+    }
+
+    /// A value as one byte.
+    pub fn byte(&self, value: &Value) -> R<u8> {
+        let error = || self.value_error("byte must be in range(0, 256)");
+        u8::try_from(self.index(value)?).map_err(|_| error())
+    }
+
+    /// The bytes an iterable of integers gives.
+    pub fn collect_bytes(&self, iterable: &Value) -> R<Vec<u8>> {
+        self.collect(iterable)?
+            .iter()
+            .map(|item| self.byte(item))
+            .collect()
+    }
+
+    #[cold]
+    fn no_item_assignment(&self, value: &Value, what: &str) -> Raised {
+        let name = self.core.types.name_of(value);
+        // CPython has two words for it, one for types with other item methods.
+        let lacking = matches!(
+            value,
+            Value::None
+                | Value::Bool(_)
+                | Value::Int(_)
+                | Value::BigInt(_)
+                | Value::Float(_)
+                | Value::Complex(_)
+                | Value::Function(_)
+                | Value::Builtin(_)
+                | Value::Generator(_)
+                | Value::Iter(_)
+        );
+        let not = if what == "deletion" && !lacking {
+            "doesn't"
+        } else {
+            "does not"
+        };
+        self.type_error(format!("'{name}' object {not} support item {what}"))
+    }
+
+    fn set_list_slice(&self, list: &List, slice: &Slice, item: &Value) -> R<()> {
+        let new = self.collect(item).map_err(|raised| {
+            if self.is_kind(&raised, ExceptionKind::TypeError)
+                && !matches!(item, Value::Instance(_))
+            {
+                let extended = !matches!(slice.step, Value::None | Value::Int(1));
+                return self.type_error(if extended {
+                    "must assign iterable to extended slice"
+                } else {
+                    "can only assign an iterable"
+                });
+            }
+            raised
+        })?;
+        let bounds = self.bounds(slice, list.len())?;
+        let mut items = list.borrow_mut();
+        self.replace_slice(&mut items, bounds, new)?;
+        drop(items);
+        list.account();
+        Ok(())
+    }
+
+    fn replace_slice<T>(&self, items: &mut Vec<T>, bounds: Bounds, new: Vec<T>) -> R<()> {
+        if bounds.step == 1 {
+            let start = bounds.start as usize;
+            let end = (bounds.stop.max(bounds.start)) as usize;
+            items.splice(start..end, new);
+            return Ok(());
+        }
+        let length = bounds.len();
+        if new.len() != length {
+            let given = new.len();
+            let text = format!(
+                "attempt to assign sequence of size {given} to extended slice of size {length}"
+            );
+            return Err(self.value_error(text));
+        }
+        for (index, item) in bounds.indices().zip(new) {
+            items[index] = item;
+        }
+        Ok(())
+    }
+
+    /// `del value[index]`
+    pub fn delete_item(&self, value: &Value, index: &Value) -> R<()> {
+        match value {
+            Value::Dict(dict) => match self.dict_remove(dict, index)? {
+                Some(_) => Ok(()),
+                None => Err(self.key_error(index)),
+            },
+            Value::List(list) => {
+                if let Value::Slice(slice) = index {
+                    let bounds = self.bounds(slice, list.len())?;
+                    let removed = remove_slice(&mut list.borrow_mut(), bounds);
+                    drop(removed);
+                    return Ok(());
+                }
+                let at = self.sequence_index(index, "list")?;
+                let mut items = list.borrow_mut();
+                let Some(place) = self.place(at, items.len()) else {
+                    return Err(self.assignment_error("list"));
+                };
+                let removed = items.remove(place);
+                drop(items);
+                drop(removed);
+                Ok(())
+            }
+            Value::ByteArray(bytes) => {
+                let mut data = bytes.data.borrow_mut();
+                if let Value::Slice(slice) = index {
+                    let bounds = self.bounds(slice, data.len())?;
+                    remove_slice(&mut data, bounds);
+                    return Ok(());
+                }
+                let at = self.sequence_index(index, "bytearray")?;
+                match self.place(at, data.len()) {
+                    Some(place) => data.remove(place),
+                    None => {
+                        return Err(
+                            self.raise(ExceptionKind::IndexError, "bytearray index out of range")
+                        );
+                    }
+                };
+                Ok(())
+            }
+            Value::Instance(instance) => match instance.class.lookup(known::DELITEM) {
+                Some(method) => self
+                    .call_method_value(&method, value, &mut [index.clone()])
+                    .map(|_| ()),
+                None => Err(self.no_item_assignment(value, "deletion")),
+            },
+            _ => Err(self.no_item_assignment(value, "deletion")),
+        }
+    }
+}
+
+fn remove_slice<T>(items: &mut Vec<T>, bounds: Bounds) -> Vec<T> {
+    if bounds.step == 1 {
+        let end = bounds.stop.max(bounds.start) as usize;
+        return items.drain(bounds.start as usize..end).collect();
+    }
+    let mut indices: Vec<usize> = bounds.indices().collect();
+    indices.sort_unstable();
+    let mut removed = Vec::with_capacity(indices.len());
+    let mut kept = Vec::with_capacity(items.len() - indices.len());
+    let mut next = indices.into_iter().peekable();
+    for (index, item) in std::mem::take(items).into_iter().enumerate() {
+        if next.next_if_eq(&index).is_some() {
+            removed.push(item)
+        } else {
+            kept.push(item)
+        }
+    }
+    *items = kept;
+    removed
+}

@@ -1,0 +1,243 @@
+//! Items: `value[index]`. Slices are in `slice`, assigning and deleting in `change`.
+
+mod change;
+mod slice;
+
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::value::symbol::known;
+use crate::value::{R, Raised, Str, Value};
+
+impl Evaluator<'_> {
+    /// The place `index` means in a sequence of `length` items; None if out of range.
+    #[inline]
+    fn place(&self, index: i64, length: usize) -> Option<usize> {
+        let index = if index < 0 {
+            index + length as i64
+        } else {
+            index
+        };
+        usize::try_from(index).ok().filter(|index| *index < length)
+    }
+
+    /// `value[index]`
+    #[inline]
+    pub fn item(&self, value: &Value, index: &Value) -> R {
+        if let (Value::List(list), Value::Int(at)) = (value, index) {
+            let items = list.borrow();
+            return match self
+                .place(*at, items.len())
+                .and_then(|place| items.get(place))
+            {
+                Some(item) => Ok(item.clone()),
+                None => Err(self.index_error("list")),
+            };
+        }
+        self.item_of(value, index)
+    }
+
+    /// `value[index]` where that runs no script code and is no error; None otherwise.
+    #[inline]
+    pub fn item_at_once(&self, value: &Value, index: &Value) -> Option<Value> {
+        match (value, index) {
+            (Value::List(list), Value::Int(at)) => {
+                let items = list.borrow();
+                items.get(self.place(*at, items.len())?).cloned()
+            }
+            (Value::Tuple(tuple), Value::Int(at)) => {
+                let items = tuple.items();
+                items.get(self.place(*at, items.len())?).cloned()
+            }
+            (Value::Dict(dict), Value::Str(_) | Value::Int(_)) => {
+                match dict.find(crate::ops::hash::quick_hash(index)?, index) {
+                    crate::value::dict::Found::At(at) => Some(dict.value_at(at)),
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+
+    #[cold]
+    fn index_error(&self, what: &str) -> Raised {
+        self.raise(
+            ExceptionKind::IndexError,
+            format!("{what} index out of range"),
+        )
+    }
+
+    #[cold]
+    fn index_type_error(&self, what: &str, index: &Value) -> Raised {
+        let name = self.core.types.name_of(index);
+        match what {
+            "string" => self.type_error(format!("string indices must be integers, not '{name}'")),
+            "byte" => self.type_error(format!(
+                "byte indices must be integers or slices, not {name}"
+            )),
+            _ => self.type_error(format!(
+                "{what} indices must be integers or slices, not {name}"
+            )),
+        }
+    }
+
+    fn sequence_index(&self, index: &Value, what: &str) -> R<i64> {
+        match index {
+            Value::Int(_) | Value::Bool(_) | Value::BigInt(_) | Value::Instance(_) => {}
+            _ => return Err(self.index_type_error(what, index)),
+        }
+        if let Value::Instance(instance) = index
+            && instance.extended().is_none()
+            && instance.class.lookup(known::INDEX).is_none()
+        {
+            return Err(self.index_type_error(what, index));
+        }
+        match self.index(index) {
+            Err(raised) if self.is_kind(&raised, ExceptionKind::OverflowError) => Err(self.raise(
+                ExceptionKind::IndexError,
+                "cannot fit 'int' into an index-sized integer",
+            )),
+            other => other,
+        }
+    }
+
+    fn item_of(&self, value: &Value, index: &Value) -> R {
+        if let Value::Dict(dict) = value {
+            return match self.dict_get(dict, index)? {
+                Some(value) => Ok(value),
+                None => Err(self.key_error(index)),
+            };
+        }
+        if let (Value::Slice(slice), false) =
+            (index, matches!(value, Value::Instance(_) | Value::Class(_)))
+        {
+            return self.slice_of(value, slice);
+        }
+        match value {
+            Value::List(list) => {
+                let at = self.sequence_index(index, "list")?;
+                let items = list.borrow();
+                match self.place(at, items.len()) {
+                    Some(place) => Ok(items[place].clone()),
+                    None => Err(self.index_error("list")),
+                }
+            }
+            Value::Tuple(tuple) => {
+                let at = self.sequence_index(index, "tuple")?;
+                match self.place(at, tuple.items().len()) {
+                    Some(place) => Ok(tuple.items()[place].clone()),
+                    None => Err(self.index_error("tuple")),
+                }
+            }
+            Value::Str(text) => {
+                let at = self.sequence_index(index, "string")?;
+                match self.place(at, text.len()) {
+                    Some(place) => Ok(self.char_at(text, place)),
+                    None => Err(self.index_error("string")),
+                }
+            }
+            Value::Bytes(_) | Value::ByteArray(_) => {
+                let is_bytes = matches!(value, Value::Bytes(_));
+                let at = self.sequence_index(index, if is_bytes { "byte" } else { "bytearray" })?;
+                let byte = match value {
+                    Value::Bytes(bytes) => self
+                        .place(at, bytes.data().len())
+                        .map(|place| bytes.data()[place]),
+                    Value::ByteArray(bytes) => {
+                        let data = bytes.data.borrow();
+                        self.place(at, data.len()).map(|place| data[place])
+                    }
+                    _ => None,
+                };
+                let error = || {
+                    if is_bytes {
+                        "index out of range"
+                    } else {
+                        "bytearray index out of range"
+                    }
+                };
+                byte.map(|byte| Value::Int(i64::from(byte)))
+                    .ok_or_else(|| self.raise(ExceptionKind::IndexError, error()))
+            }
+            Value::Range(range) => {
+                let at = match self.sequence_index(index, "range") {
+                    Err(raised) if self.is_kind(&raised, ExceptionKind::IndexError) => {
+                        return Err(self.range_index_error());
+                    }
+                    place => place?,
+                };
+                match self.place(at, range.len() as usize) {
+                    Some(place) => Ok(Value::Int(range.at(place as u64))),
+                    None => Err(self.range_index_error()),
+                }
+            }
+            Value::LongRange(range) => {
+                let index = match self.sequence_index(index, "range") {
+                    // Further than 64 bits reach.
+                    Err(raised) if self.is_kind(&raised, ExceptionKind::IndexError) => {
+                        self.to_int(index)?.to_big()
+                    }
+                    place => place?.into(),
+                };
+                match range.at(&index) {
+                    Some(value) => Ok(Value::bigint(value)),
+                    None => Err(self.range_index_error()),
+                }
+            }
+            Value::Instance(instance) => match instance.class.lookup(known::GETITEM) {
+                Some(method) => self.call_method_value(&method, value, &mut [index.clone()]),
+                None => Err(self.not_subscriptable(value)),
+            },
+            Value::Class(class) if class.meta_method(known::GETITEM).is_some() => self
+                .special(value, known::GETITEM, &mut [index.clone()])?
+                .ok_or_else(|| self.not_subscriptable(value)),
+            Value::Class(class) => match class.lookup(known::CLASS_GETITEM) {
+                Some(method) => {
+                    let bound = self.bind_attribute(&method, value, class)?;
+                    let function = match &bound {
+                        Value::Function(_) => {
+                            return self.call(&bound, &mut [value.clone(), index.clone()], &[]);
+                        }
+                        other => other,
+                    };
+                    self.call1(function, index.clone())
+                }
+                None if !class.is_script && is_generic(&class.name()) => Ok(value.clone()),
+                None => {
+                    let name = class.name();
+                    Err(self.type_error(format!("type '{name}' is not subscriptable")))
+                }
+            },
+            _ => Err(self.not_subscriptable(value)),
+        }
+    }
+
+    #[cold]
+    fn range_index_error(&self) -> Raised {
+        self.raise(ExceptionKind::IndexError, "range object index out of range")
+    }
+
+    #[cold]
+    fn not_subscriptable(&self, value: &Value) -> Raised {
+        let name = self.core.types.name_of(value);
+        self.type_error(format!("'{name}' object is not subscriptable"))
+    }
+
+    /// Character number `place`, which exists.
+    fn char_at(&self, text: &Str, place: usize) -> Value {
+        if text.is_ascii() {
+            return self
+                .core
+                .char_value(char::from(text.as_str().as_bytes()[place]));
+        }
+        let c = text.as_str().chars().nth(place);
+        c.map_or_else(|| self.core.empty_str.clone(), |c| self.core.char_value(c))
+    }
+}
+
+/// Builtin types that can be written with type arguments (`list[int]`); the arguments mean nothing when running.
+fn is_generic(name: &str) -> bool {
+    matches!(
+        name,
+        "list" | "tuple" | "dict" | "set" | "frozenset" | "type" | "deque" | "defaultdict"
+    )
+}
