@@ -16,6 +16,29 @@ enum Numbering {
 /// Fields within the specification of a field.
 const DEPTH_MAX: u32 = 2;
 
+/// The names at the head of the fields of a format, numbers left out.
+pub fn field_names(format: &str) -> impl Iterator<Item = &str> {
+    let mut rest = format;
+    std::iter::from_fn(move || {
+        loop {
+            let brace = rest.find('{')?;
+            rest = &rest[brace + 1..];
+            if let Some(after) = rest.strip_prefix('{') {
+                rest = after;
+                continue;
+            }
+            let end = rest
+                .find(['.', '[', '!', ':', '}', '{'])
+                .unwrap_or(rest.len());
+            let (name, after) = rest.split_at(end);
+            rest = after;
+            if !name.is_empty() && !name.bytes().all(|byte| byte.is_ascii_digit()) {
+                return Some(name);
+            }
+        }
+    })
+}
+
 impl Evaluator<'_> {
     /// `format.format(*args, **kwargs)`
     pub fn format_fields(&self, format: &str, args: &Args<'_>) -> R<String> {
@@ -50,6 +73,8 @@ impl Evaluator<'_> {
                     let single = here.len() == 1;
                     let text = if single {
                         "Single '{' encountered in format string"
+                    } else if here[1 + name_end(&here[1..])..].starts_with(':') {
+                        "unmatched '{' in format spec"
                     } else {
                         "expected '}' before end of string"
                     };

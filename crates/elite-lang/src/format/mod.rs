@@ -1,6 +1,8 @@
 //! Formatting of numbers and text: the format specification of `format`, f-strings and `str.format`, and `%`.
 
 mod fields;
+
+pub use fields::field_names;
 pub mod float;
 mod number;
 mod percent;

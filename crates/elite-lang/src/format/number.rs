@@ -141,7 +141,10 @@ pub(super) fn real(
     }
     let (body, tail) = real_body(value.abs(), spec, type_name, ev)?;
     let mut negative = value.is_sign_negative() && !value.is_nan();
-    if spec.no_negative_zero && !body.contains(|c: char| ('1'..='9').contains(&c)) {
+    if spec.no_negative_zero
+        && value.is_finite()
+        && !body.contains(|c: char| ('1'..='9').contains(&c))
+    {
         negative = false;
     }
     let split = body.find(['.', 'e', 'E', '%']).unwrap_or(body.len());

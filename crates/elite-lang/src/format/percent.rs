@@ -142,7 +142,13 @@ impl Evaluator<'_> {
                 return Err(self.type_error("format requires a mapping"));
             };
             source.keyed = true;
-            keyed = Some(self.item(mapping, &Value::str(&after[..end]))?);
+            let key = if source.of_bytes() {
+                let bytes = after[..end].chars().map(|c| c as u8).collect();
+                Value::Bytes(std::rc::Rc::new(Bytes::new(bytes)))
+            } else {
+                Value::str(&after[..end])
+            };
+            keyed = Some(self.item(mapping, &key)?);
             rest = &after[end + 1..];
         }
         let mut conversion = Conversion::default();
@@ -365,6 +371,22 @@ impl Evaluator<'_> {
             }
             other => match Int::of(&other) {
                 Some(int) => int,
+                // What is no number is asked for one by `__int__` first, as `int` does.
+                None if kind == 'd'
+                    && matches!(&other, Value::Instance(instance)
+                        if instance.class.lookup(crate::value::symbol::known::INT).is_some()) =>
+                {
+                    let int = self.int_of(&other).map_err(|raised| {
+                        if self.is_kind(&raised, crate::errors::ExceptionKind::TypeError) {
+                            let name = self.core.types.name_of(value);
+                            return self.type_error(format!(
+                                "%{shown} format: a real number is required, not {name}"
+                            ));
+                        }
+                        raised
+                    })?;
+                    Int::of(&int).unwrap_or(Int::Small(0))
+                }
                 None => self.to_int(&other).map_err(|_| {
                     let name = self.core.types.name_of(value);
                     let wanted = if kind == 'd' {

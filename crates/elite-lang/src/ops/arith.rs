@@ -313,6 +313,14 @@ impl Evaluator<'_> {
         Ok(Some(Value::complex(re, im)))
     }
 
+    /// The result of a complex power, unless it is beyond all floats.
+    fn complex_power(&self, power: (f64, f64)) -> R {
+        if power.0.is_infinite() || power.1.is_infinite() {
+            return Err(self.raise(ExceptionKind::OverflowError, "complex exponentiation"));
+        }
+        Ok(Value::complex(power.0, power.1))
+    }
+
     fn complex_pow(&self, a: (f64, f64), b: (f64, f64)) -> R {
         if b == (0.0, 0.0) {
             return Ok(Value::complex(1.0, 0.0));
@@ -340,7 +348,7 @@ impl Evaluator<'_> {
             } else {
                 power
             };
-            return Ok(Value::complex(power.0, power.1));
+            return self.complex_power(power);
         }
         let magnitude = a.0.hypot(a.1);
         let angle = a.1.atan2(a.0);
@@ -350,7 +358,7 @@ impl Evaluator<'_> {
             length /= (angle * b.1).exp();
             phase += b.1 * magnitude.ln();
         }
-        Ok(Value::complex(length * phase.cos(), length * phase.sin()))
+        self.complex_power((length * phase.cos(), length * phase.sin()))
     }
 
     /// `divmod` of numbers; None if one is no number.

@@ -227,12 +227,13 @@ impl Evaluator<'_> {
                 equality(op, LongRange::of(a) == LongRange::of(b))
             }
             (Value::Slice(x), Value::Slice(y)) => {
-                let parts = [(&x.start, &y.start), (&x.stop, &y.stop), (&x.step, &y.step)];
-                let mut equal = true;
-                for (x, y) in parts {
-                    equal = equal && self.recurse(|| self.equal(x, y))?;
-                }
-                equality(op, equal)
+                let parts = |slice: &crate::value::Slice| {
+                    let parts = [&slice.start, &slice.stop, &slice.step];
+                    Value::tuple(parts.map(Value::clone).to_vec())
+                };
+                let (x, y) = (parts(x), parts(y));
+                let result = self.recurse(|| self.compare(op, &x, &y))?;
+                Some(self.truth(&result)?)
             }
             (Value::DictView(_), _) | (_, Value::DictView(_)) => self.compare_views(op, a, b)?,
             (Value::BoundMethod(x), Value::BoundMethod(y)) => {

@@ -82,7 +82,8 @@ impl Evaluator<'_> {
                 if let Some(extended) = instance.extended() {
                     return self.iter(&extended);
                 }
-                if instance.class.lookup(known::GETITEM).is_none() {
+                // Items alone make a class of the script a sequence, not one of the library.
+                if instance.class.in_c.get() || instance.class.lookup(known::GETITEM).is_none() {
                     return Err(self.not_iterable(value));
                 }
                 let (object, done) = (value.clone(), Cell::new(false));

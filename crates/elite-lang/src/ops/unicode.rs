@@ -238,3 +238,10 @@ pub fn casefold(text: &str) -> String {
     }
     out
 }
+
+/// A letter as `str.isalpha` has it. Unicode's alphabetic characters are a few more: numerals, and letters in circles.
+pub fn is_letter(c: char) -> bool {
+    c.is_alphabetic()
+        && !c.is_numeric()
+        && !matches!(c, '\u{24b6}'..='\u{24e9}' | '\u{1f130}'..='\u{1f189}')
+}

@@ -102,11 +102,7 @@ impl Format {
             }
             if code.is_ascii_whitespace() {
                 if count.is_some() {
-                    return Err(fail(
-                        ev,
-                        error,
-                        "repeat count given without format specifier",
-                    ));
+                    return Err(fail(ev, error, "bad char in struct format"));
                 }
                 continue;
             }
@@ -233,12 +229,19 @@ fn pack_one(
             let length = data.len().min(body.len());
             body[..length].copy_from_slice(&data[..length]);
         }
-        _ => pack_int(ev, code, value, place, error)?,
+        _ => pack_int(ev, code, native, value, place, error)?,
     }
     Ok(())
 }
 
-fn pack_int(ev: &Evaluator<'_>, code: u8, value: &Value, place: &mut [u8], error: &Value) -> R<()> {
+fn pack_int(
+    ev: &Evaluator<'_>,
+    code: u8,
+    native: bool,
+    value: &Value,
+    place: &mut [u8],
+    error: &Value,
+) -> R<()> {
     let Ok(int) = ev.to_int(value) else {
         return Err(fail(ev, error, "required argument is not an integer"));
     };
@@ -248,7 +251,10 @@ fn pack_int(ev: &Evaluator<'_>, code: u8, value: &Value, place: &mut [u8], error
         Int::Small(small) => Some(i128::from(*small)),
         Int::Big(big) => i128::try_from(&**big).ok(),
     };
-    let (least, most): (i128, i128) = if unsigned {
+    let (least, most): (i128, i128) = if code == b'P' {
+        // An address: negative ones wrap.
+        (-(1 << 63), (1 << 64) - 1)
+    } else if unsigned {
         (0, (1 << bits) - 1)
     } else {
         (-(1 << (bits - 1)), (1 << (bits - 1)) - 1)
@@ -259,10 +265,14 @@ fn pack_int(ev: &Evaluator<'_>, code: u8, value: &Value, place: &mut [u8], error
             place.copy_from_slice(&bytes[16 - place.len()..]);
             Ok(())
         }
+        None if bits < 64 && matches!(int, Int::Big(_)) => {
+            Err(fail(ev, error, "argument out of range"))
+        }
         None if unsigned && bits >= 32 && int.is_negative() => {
             Err(fail(ev, error, "argument out of range"))
         }
         None if bits == 64 && unsigned => Err(fail(ev, error, "argument out of range")),
+        None if bits == 64 && native => Err(fail(ev, error, "argument out of range")),
         None if bits == 64 => Err(fail(ev, error, "int too large to convert")),
         None => {
             let code = char::from(code);

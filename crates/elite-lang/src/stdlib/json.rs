@@ -468,7 +468,7 @@ impl Writer<'_, '_> {
                 self.within(&plain, |writer| writer.object(entries))?;
             }
             other if self.default.is_none() => {
-                let name = self.ev.core.types.name_of(other);
+                let name = self.ev.core.types.of(other).name();
                 let text = format!("Object of type {name} is not JSON serializable");
                 return Err(self.ev.type_error(text));
             }
@@ -628,7 +628,7 @@ impl Writer<'_, '_> {
             other if Int::of(other).is_some() => self.ev.natural_repr(other)?,
             _ if self.skip_keys => return Ok(None),
             other => {
-                let name = self.ev.core.types.name_of(other);
+                let name = self.ev.core.types.of(other).name();
                 let text = format!("keys must be str, int, float, bool or None, not {name}");
                 return Err(self.ev.raise(ExceptionKind::TypeError, text));
             }

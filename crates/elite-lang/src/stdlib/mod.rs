@@ -112,6 +112,7 @@ const IN_C: &[(&str, &str, &[&str])] = &[
     ("io", "_io", &["BytesIO", "StringIO"]),
     ("queue", "_queue", &["SimpleQueue"]),
     ("struct", "_struct", &["Struct"]),
+    ("threading", "_thread", &["local"]),
 ];
 
 fn mark_as_c(ev: &Evaluator<'_>, module: &Module) {

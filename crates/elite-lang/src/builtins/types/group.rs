@@ -166,7 +166,7 @@ impl Evaluator<'_> {
     /// A group without a message, as `except*` makes them.
     pub fn plain_group(&self, members: Vec<Rc<Instance>>) -> R<Rc<Instance>> {
         let class = self.core.types.exception(ExceptionKind::BaseExceptionGroup);
-        let members = Value::list(members.into_iter().map(Value::Instance).collect());
+        let members = Value::tuple(members.into_iter().map(Value::Instance).collect());
         self.new_group(class, &[Value::str(""), members])
     }
 

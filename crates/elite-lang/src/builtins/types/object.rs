@@ -92,8 +92,8 @@ fn install_natural(core: &Rc<Core>) {
             return Ok(Value::None);
         }
         let name = match args.positional.first() {
-            Some(Value::Class(class)) => class.name(),
-            _ => "object".into(),
+            Some(Value::Class(class)) => ev.qualname_of(class),
+            _ => "object".to_owned(),
         };
         let text = format!("{name}.__init_subclass__() takes no keyword arguments");
         Err(ev.type_error(text))

@@ -9,6 +9,7 @@ use super::{clamp_start, methods, raw_method};
 use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
 use crate::ops::{search, unicode};
+use crate::value::symbol::Symbol;
 use crate::value::{Bytes, R, Str, Value};
 
 pub(super) fn install(core: &Rc<Core>) {
@@ -83,7 +84,7 @@ pub(super) fn install(core: &Rc<Core>) {
                 let data = ev.encode(&*receiver(ev, &args[0])?, &args[1], &args[2])?;
                 Ok(Value::Bytes(Rc::new(Bytes::new(data))))
             }),
-            ("isalpha", "", |ev, args| all(ev, args, char::is_alphabetic)),
+            ("isalpha", "", |ev, args| all(ev, args, unicode::is_letter)),
             ("isdigit", "", |ev, args| all(ev, args, unicode::is_digit)),
             ("isdecimal", "", |ev, args| {
                 all(ev, args, |c| unicode::decimal(c).is_some())
@@ -125,16 +126,14 @@ pub(super) fn install(core: &Rc<Core>) {
             }),
             ("format_map", "mapping /", |ev, args| {
                 let text = receiver(ev, &args[0])?;
-                let dict = crate::value::Dict::new();
-                ev.update_from_mapping(&dict, &args[1])?;
-                let named = dict
-                    .entries()
-                    .into_iter()
-                    .filter_map(|(_, key, value)| match key {
-                        Value::Str(name) => Some((ev.core.symbols.intern(name.as_str()), value)),
-                        _ => None,
-                    });
-                let keywords: Vec<_> = named.collect();
+                let mut keywords: Vec<(Symbol, Value)> = Vec::new();
+                for name in crate::format::field_names(text.as_str()) {
+                    let symbol = ev.core.symbols.intern(name);
+                    if !keywords.iter().any(|(known, _)| *known == symbol) {
+                        let value = ev.item(&args[1], &Value::str(name))?;
+                        keywords.push((symbol, value));
+                    }
+                }
                 let args = crate::builtins::Args {
                     positional: &mut [],
                     keywords: &keywords,

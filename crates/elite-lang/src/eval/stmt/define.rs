@@ -318,7 +318,7 @@ impl Evaluator<'_> {
         } else if !keywords.is_empty() {
             return Err(self.type_error(format!(
                 "{}.__init_subclass__() takes no keyword arguments",
-                class.name()
+                self.qualname_of(class)
             )));
         }
         Ok(())

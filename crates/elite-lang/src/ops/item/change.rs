@@ -56,7 +56,8 @@ impl Evaluator<'_> {
                         None => self.collect_bytes(&item)?,
                     };
                     let bounds = self.bounds(slice, bytes.data.borrow().len())?;
-                    let done = self.replace_slice(&mut bytes.data.borrow_mut(), bounds, new);
+                    let done =
+                        self.replace_slice(&mut bytes.data.borrow_mut(), bounds, new, "bytes");
                     bytes.account();
                     return done;
                 }
@@ -138,13 +139,19 @@ impl Evaluator<'_> {
         })?;
         let bounds = self.bounds(slice, list.len())?;
         let mut items = list.borrow_mut();
-        self.replace_slice(&mut items, bounds, new)?;
+        self.replace_slice(&mut items, bounds, new, "sequence")?;
         drop(items);
         list.account();
         Ok(())
     }
 
-    fn replace_slice<T>(&self, items: &mut Vec<T>, bounds: Bounds, new: Vec<T>) -> R<()> {
+    fn replace_slice<T>(
+        &self,
+        items: &mut Vec<T>,
+        bounds: Bounds,
+        new: Vec<T>,
+        what: &str,
+    ) -> R<()> {
         if bounds.step == 1 {
             let start = bounds.start as usize;
             let end = (bounds.stop.max(bounds.start)) as usize;
@@ -155,7 +162,7 @@ impl Evaluator<'_> {
         if new.len() != length {
             let given = new.len();
             let text = format!(
-                "attempt to assign sequence of size {given} to extended slice of size {length}"
+                "attempt to assign {what} of size {given} to extended slice of size {length}"
             );
             return Err(self.value_error(text));
         }

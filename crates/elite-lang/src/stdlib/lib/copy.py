@@ -10,6 +10,9 @@ error = Error
 _ATOMIC = (type(None), bool, int, float, complex, str, bytes, range, slice, type, type(Ellipsis), type(NotImplemented))
 
 
+_missing = object()
+
+
 def copy(x):
     cls = type(x)
     if isinstance(x, _ATOMIC) and cls in _ATOMIC or cls in (tuple, frozenset) or _is_code(x):
@@ -19,6 +22,9 @@ def copy(x):
     custom = getattr(cls, "__copy__", None)
     if custom is not None:
         return custom(x)
+    reduced = _reduced(x)
+    if reduced is not None:
+        return x if isinstance(reduced, str) else _from_reduced(reduced, lambda value: value)
     return _rebuilt(x, lambda value: value)
 
 
@@ -62,12 +68,53 @@ def deepcopy(x, memo=None):
         made = x.copy()
     else:
         custom = getattr(cls, "__deepcopy__", None)
+        reduced = _reduced(x) if custom is None else None
         if custom is not None:
             made = custom(x, memo)
+        elif isinstance(reduced, str):
+            made = x
+        elif reduced is not None:
+            made = _from_reduced(reduced, lambda value: deepcopy(value, memo))
         else:
             return _rebuilt(x, lambda value: deepcopy(value, memo), memo)
     memo[id(x)] = (x, made)
     return made
+
+
+def _reduced(x):
+    """What a class of the script says of how to make its objects anew; None if it says nothing."""
+    for name, args in (("__reduce_ex__", (4,)), ("__reduce__", ())):
+        method = getattr(type(x), name, None)
+        if method is not None:
+            return method(x, *args)
+    return None
+
+
+def _from_reduced(reduced, each):
+    function, args, *rest = reduced
+    made = function(*[each(arg) for arg in args])
+    state, items, pairs = (rest + [None] * 3)[:3]
+    if state is not None:
+        _set_state(made, each(state))
+    if items is not None:
+        for item in items:
+            made.append(each(item))
+    if pairs is not None:
+        for key, value in pairs:
+            made[each(key)] = each(value)
+    return made
+
+
+def _set_state(made, state):
+    if hasattr(made, "__setstate__"):
+        made.__setstate__(state)
+        return
+    slots = None
+    if isinstance(state, tuple) and len(state) == 2:
+        state, slots = state
+    for part in (state, slots):
+        for name, value in (part or {}).items():
+            setattr(made, name, value)
 
 
 def _rebuilt(x, each, memo=None):
@@ -96,8 +143,23 @@ def _rebuilt(x, each, memo=None):
         made.update(each(item) for item in x) if isinstance(x, set) else made.extend(x)
     elif hasattr(cls, "maxlen"):
         made.extend(each(item) for item in x)
+    if hasattr(cls, "__getstate__"):
+        state = x.__getstate__()
+        if state:
+            _set_state(made, each(state))
+        return made
     state = getattr(x, "__dict__", None)
+    if state and hasattr(cls, "__setstate__"):
+        _set_state(made, each(dict(state)))
+        return made
     if state:
         for name, value in list(state.items()):
             made.__dict__[name] = each(value)
+    for base in cls.__mro__:
+        slots = base.__dict__.get("__slots__", ())
+        for name in (slots,) if isinstance(slots, str) else slots:
+            if name not in ("__dict__", "__weakref__"):
+                value = getattr(x, name, _missing)
+                if value is not _missing:
+                    setattr(made, name, each(value))
     return made

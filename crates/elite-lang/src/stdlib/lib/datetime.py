@@ -106,6 +106,8 @@ class timedelta:
     def _set(self, total):
         days, rest = divmod(total, 86400000000)
         if abs(days) > 999999999:
+            if abs(days) > 2147483647:
+                raise OverflowError("Python int too large to convert to C int")
             raise OverflowError(f"days={days}; must have magnitude <= 999999999")
         self._days = days
         self._seconds, self._microseconds = divmod(rest, 1000000)
@@ -753,6 +755,8 @@ class datetime(date):
 
     def astimezone(self, tz=None):
         tz = timezone.utc if tz is None else tz
+        if not isinstance(tz, tzinfo):
+            raise TypeError(f"tzinfo argument must be None or of a tzinfo subclass, not type '{type(tz).__name__}'")
         offset = self.utcoffset() or timedelta(0)
         return tz.fromutc((self.replace(tzinfo=None) - offset).replace(tzinfo=tz))
 

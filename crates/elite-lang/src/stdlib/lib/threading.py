@@ -445,7 +445,7 @@ class local:
         own = self._own()
         if name in own:
             return own[name]
-        raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
+        raise AttributeError(f"'_thread._local' object has no attribute '{name}'")
 
     def __setattr__(self, name, value):
         self._own()[name] = value
@@ -453,7 +453,7 @@ class local:
     def __delattr__(self, name):
         own = self._own()
         if name not in own:
-            raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
+            raise AttributeError(f"'_thread._local' object has no attribute '{name}'")
         del own[name]
 
 
@@ -485,3 +485,6 @@ def stack_size(size=0, /):
     if size and size < 32768:
         raise ValueError(f"size not valid: {size} bytes")
     return 0
+
+
+local.__name__ = local.__qualname__ = "_local"
