@@ -25,8 +25,6 @@ const OF_THE_SURROUNDINGS: &[&str] = &[
     "is given twice",
     "is declared nonlocal, but no function around binds it",
     "'nonlocal' at the top level",
-    // A blank after the conversion of an f-string field: Python 3.11 refuses it, too.
-    "this f-string field is never closed",
 ];
 
 fn our_errors(text: &str) -> Vec<Diagnostic> {
@@ -212,7 +210,11 @@ fn is_meant(text: &str, ours_accepts: bool) -> bool {
     if ours_accepts {
         return text.contains("raise;") || text.contains('\t');
     }
-    text.contains('\t') || text.split("yield").skip(1).any(odd)
+    // It also takes a blank after a conversion, as CPython does from 3.12 on.
+    let blank_after_conversion = ["!r }", "!s }", "!a }", "!r :", "!s :", "!a :"]
+        .iter()
+        .any(|part| text.contains(part));
+    text.contains('\t') || blank_after_conversion || text.split("yield").skip(1).any(odd)
 }
 
 #[test]

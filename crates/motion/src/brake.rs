@@ -96,15 +96,20 @@ impl JointBrake {
         }
     }
 
-    /// Where the joints come to rest, rad.
-    pub fn end(&self) -> JointPositions {
-        JointPositions(self.profiles.map(|profile| profile.end().position))
+    /// Where the joints are after this share of the time until the last of them rests, rad.
+    pub fn position_at(&self, share: f64) -> JointPositions {
+        let time = share * self.longest();
+        JointPositions(self.profiles.map(|profile| profile.at(time).position))
+    }
+
+    /// Time until every joint rests, s.
+    fn longest(&self) -> f64 {
+        let durations = self.profiles.iter().map(Profile::duration);
+        durations.fold(0.0, f64::max)
     }
 
     /// True when every joint's target stands and the arm has come to rest as well, or has had its time to.
     pub fn has_settled(&self, arm_rests: bool) -> bool {
-        let longest = self.profiles.iter().map(Profile::duration);
-        let longest = longest.fold(0.0, f64::max);
-        self.time >= longest + if arm_rests { 0.0 } else { SETTLING_TIME }
+        self.time >= self.longest() + if arm_rests { 0.0 } else { SETTLING_TIME }
     }
 }

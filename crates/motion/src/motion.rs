@@ -9,8 +9,8 @@ use crate::plan::{Joined, Leg, UnderWay};
 use crate::scalar::{Drive, ScalarState, Travel};
 use crate::setpoint::Setpoint;
 
-/// Places on the way to where a halt leads, so that the branch of solutions stays.
-const HALT_PLACES: usize = 4;
+/// Places on the way to rest that are looked at.
+const HALT_PLACES: usize = 8;
 
 /// A motion under way.
 #[derive(Clone, Copy, Debug)]
@@ -102,19 +102,27 @@ impl Motion {
         self.chain.at(ground, &s, near)
     }
 
-    /// Where the joints would be if it halted now; `near` is where they are. `None` when the path is lost.
-    pub(crate) fn halted(&self, ground: &Ground, near: &JointPositions) -> Option<JointPositions> {
+    /// Whether every place up to where it would come to rest if it halted now is `allowed`; `near` is where the joints are.
+    pub(crate) fn halts_within(
+        &self,
+        ground: &Ground,
+        near: &JointPositions,
+        allowed: impl Fn(&JointPositions) -> bool,
+    ) -> bool {
         let mut travel = self.travel;
         let now = travel.state().position;
         travel.drive(Drive::Halt);
         // Longer than any halt: the state is that at its end.
         let end = travel.advance(LONGEST).position;
         let mut q = *near;
-        for step in 1..=HALT_PLACES {
+        (1..=HALT_PLACES).all(|step| {
             let place = now + (end - now) * step as f64 / HALT_PLACES as f64;
-            q = self.chain.at(ground, &ScalarState::at_rest(place), &q)?.q;
-        }
-        Some(q)
+            let there = self.chain.at(ground, &ScalarState::at_rest(place), &q);
+            there.is_some_and(|there| {
+                q = there.q;
+                allowed(&q)
+            })
+        })
     }
 
     /// Where the joints will be at the end.

@@ -15,6 +15,8 @@ use crate::cycle::{Cycle, Generator};
 use crate::motion::Motion;
 use crate::setpoint::Setpoint;
 
+/// Places on the way of braking joints to rest that are looked at.
+const BRAKE_PLACES: u32 = 8;
 /// An arm behind a plane already may be as deep as it is, up to rounding, m.
 const DEPTH_SLACK: f64 = 1e-9;
 
@@ -82,8 +84,7 @@ impl Cycle {
         if is_looked_at || self.has_no_planes() {
             return Ok(());
         }
-        let end = JointBrake::new(wanted, &self.limits).end();
-        self.crossed_at(&end).map_or(Ok(()), Err)
+        self.crossed_by_joints(wanted).map_or(Ok(()), Err)
     }
 
     /// A motion that would go on to `wanted`: it, or the joints, must be able to come to rest before the planes.
@@ -95,26 +96,28 @@ impl Cycle {
         if self.has_no_planes() || !self.is_path_all() {
             return Ok(());
         }
-        let end = JointBrake::new(wanted, &self.limits).end();
-        let Some(crossed) = self.crossed_at(&end) else {
+        let Some(crossed) = self.crossed_by_joints(wanted) else {
             return Ok(());
         };
-        if self.crossed_at(&wanted.q).is_some() {
-            return Err(crossed);
+        let allowed = |q: &JointPositions| self.crossed_at(q).is_none();
+        if allowed(&wanted.q) && motion.halts_within(&self.ground(), &wanted.q, allowed) {
+            return Ok(());
         }
-        let halted = motion.halted(&self.ground(), &wanted.q);
-        match halted.and_then(|end| self.crossed_at(&end)) {
-            None if halted.is_some() => Ok(()),
-            _ => Err(crossed),
-        }
+        Err(crossed)
     }
 
     /// Whether a planned motion must halt on its path because its joints, braking one by one, would cross a plane.
     pub(crate) fn must_halt_on_path(&self) -> bool {
-        self.is_path_all() && {
-            let end = JointBrake::new(&self.commanded, &self.limits).end();
-            self.crossed_at(&end).is_some()
-        }
+        self.is_path_all() && self.crossed_by_joints(&self.commanded).is_some()
+    }
+
+    /// The first plane crossed while the joints brake one by one from a setpoint.
+    fn crossed_by_joints(&self, from: &Setpoint) -> Option<StopReason> {
+        let brake = JointBrake::new(from, &self.limits);
+        (0..=BRAKE_PLACES).find_map(|place| {
+            let share = f64::from(place) / f64::from(BRAKE_PLACES);
+            self.crossed_at(&brake.position_at(share))
+        })
     }
 
     /// The plane that the arm at `q` is behind, and deeper than it is now: one that stands behind a plane must be able to come

@@ -11,28 +11,16 @@
 
 mod common;
 
-use common::{Bench, ideal, movej};
-use kinematics::{JointPositions, JointSpeeds, Payload, RpyPose};
+use common::{ideal, movej};
+use kinematics::{JointPositions, JointSpeeds};
 use motion::{ConfigError, Cycle, CycleConfig, Timing};
-use motion_api::{
-    BorderSizes, CommandId, CommandKind, Event, MotionMode, Origin, Outcome, Record, Refusal,
-    RobotMode, SafetyMode, StopReason, border,
-};
-use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
+use motion_api::{BorderSizes, CommandId, CommandKind, Event, Origin, Record, border};
 
 fn far() -> JointPositions {
     let mut q = ideal("cs66").home;
     q[0] += 2.0;
     q[4] -= 1.0;
     q
-}
-
-fn moving(cycles: usize) -> (Bench, CommandId) {
-    let mut bench = Bench::new(ideal("cs66"));
-    let id = bench.send(movej(far()));
-    bench.run(cycles);
-    (bench, id)
 }
 
 #[test]

@@ -13,13 +13,10 @@ mod common;
 
 use common::{Bench, ideal, movej};
 use kinematics::{JointPositions, JointSpeeds, Payload, RpyPose};
-use motion::{ConfigError, Cycle, CycleConfig, Timing};
+use motion::CycleConfig;
 use motion_api::{
-    BorderSizes, CommandId, CommandKind, Event, MotionMode, Origin, Outcome, Record, Refusal,
-    RobotMode, SafetyMode, StopReason, border,
+    CommandId, CommandKind, MotionMode, Outcome, Refusal, RobotMode, SafetyMode, StopReason,
 };
-use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 fn far() -> JointPositions {
     let mut q = ideal("cs66").home;

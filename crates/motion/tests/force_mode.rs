@@ -14,13 +14,11 @@ mod common;
 
 use common::force::*;
 use common::{Bench, ideal, movej, movel};
-use kinematics::{JointPositions, JointSpeeds, Pose, RobotModel, RpyPose};
-use motion::contact::{Obstacle, Shape, Solid};
-use motion::{Cycle, CycleConfig, SensorNoise};
+use kinematics::{JointPositions, JointSpeeds, Pose, RpyPose};
+use motion::{Cycle, SensorNoise};
 use motion_api::{
     CommandId, CommandKind, FreedriveFrame, MotionMode, Outcome, Refusal, RobotMode, SafetyMode,
 };
-use nalgebra::Vector3;
 
 #[test]
 fn the_arm_presses_plates_of_any_stiffness_with_one_setting() {

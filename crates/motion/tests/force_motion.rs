@@ -14,13 +14,11 @@
 mod common;
 
 use common::force::*;
-use common::{Bench, ideal, movej, movel};
-use kinematics::{JointPositions, JointSpeeds, Pose, RobotModel, RpyPose};
-use motion::contact::{Obstacle, Shape, Solid};
-use motion::{Cycle, CycleConfig, SensorNoise};
-use motion_api::{
-    CommandId, CommandKind, FreedriveFrame, MotionMode, Outcome, Refusal, RobotMode, SafetyMode,
-};
+use common::{Bench, ideal, movel};
+use kinematics::{JointSpeeds, Pose, RpyPose};
+use motion::CycleConfig;
+use motion::contact::Shape;
+use motion_api::{CommandKind, Outcome};
 use nalgebra::Vector3;
 
 #[test]

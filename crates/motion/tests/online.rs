@@ -494,6 +494,25 @@ fn cases(few: u32) -> u32 {
 }
 
 #[test]
+fn a_stopj_has_not_ended_while_a_joint_creeps() {
+    let speeds = [
+        -0.7209853317025935,
+        -1.7078224034573617,
+        -1.5937345988193052,
+        -1.1908740319031652,
+        4.132370854204332,
+        -4.936159345263053,
+    ];
+    let wishes = [
+        Wish::Joints(speeds, 30.522382367716357, 2),
+        Wish::Fraction(0.8368910821231831),
+        Wish::Fraction(0.21285175971067624),
+    ];
+    let bench = live_under("cs63", 0.008, &wishes, (None, Some(0.673485065262957)));
+    assert_eq!(bench.now().target_qd, JointSpeeds::ZERO);
+}
+
+#[test]
 fn the_same_stream_gives_the_same_states() {
     let wishes = [
         Wish::Servo([0.3, -0.2, 0.1, 0.4, 0.2, -0.1], 0.01, 20),

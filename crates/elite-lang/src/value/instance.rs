@@ -4,6 +4,8 @@ use std::any::Any;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
+use smallvec::SmallVec;
+
 use super::exception::ExceptionState;
 use super::{Class, Dict, Symbol, Value, trash};
 
@@ -18,10 +20,13 @@ pub struct Instance {
     pub noted: Cell<bool>,
 }
 
+/// Attributes by slot; as many as most objects have lie in the object itself.
+type Slots = SmallVec<[Value; 4]>;
+
 /// Where the attributes are.
 enum Attrs {
     /// By slot of the class's layout; short if the last ones were never set.
-    Slots(Vec<Value>),
+    Slots(Slots),
     /// In a dictionary that scripts can see (`__dict__`).
     Dict(Rc<Dict>),
 }
@@ -55,7 +60,7 @@ impl Instance {
     /// An instance without attributes.
     pub fn new(class: Rc<Class>, payload: Payload) -> Rc<Self> {
         let width = class.layout().names().len();
-        let attrs = RefCell::new(Attrs::Slots(Vec::with_capacity(width)));
+        let attrs = RefCell::new(Attrs::Slots(Slots::with_capacity(width)));
         crate::limits::memory::track(size_of::<Instance>());
         Rc::new(Instance {
             class,
@@ -67,9 +72,9 @@ impl Instance {
 
     /// Drops all attributes, to break cycles when an interpreter ends.
     pub fn dismantle(&self) {
-        let attrs = self.attrs.replace(Attrs::Slots(Vec::new()));
+        let attrs = self.attrs.replace(Attrs::Slots(Slots::new()));
         match attrs {
-            Attrs::Slots(mut slots) => trash::dismantle(&mut slots),
+            Attrs::Slots(mut slots) => trash::dismantle_all(&mut slots),
             Attrs::Dict(dict) => dict.clear(),
         }
         match &self.payload {
@@ -239,7 +244,7 @@ impl Instance {
     pub fn set_dict(&self, dict: Rc<Dict>) {
         let old = self.attrs.replace(Attrs::Dict(dict));
         if let Attrs::Slots(mut slots) = old {
-            trash::dismantle(&mut slots);
+            trash::dismantle_all(&mut slots);
         }
     }
 
@@ -261,7 +266,7 @@ impl Drop for Instance {
     fn drop(&mut self) {
         crate::limits::memory::release(size_of::<Instance>());
         if let Attrs::Slots(slots) = self.attrs.get_mut() {
-            trash::dismantle(slots);
+            trash::dismantle_all(slots);
         }
         match &mut self.payload {
             Payload::Exception(state) => {

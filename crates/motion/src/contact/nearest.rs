@@ -5,7 +5,7 @@
 
 use core::f64::consts::TAU;
 
-use kinematics::{Capsule, Pose};
+use kinematics::Capsule;
 use nalgebra::Vector3;
 
 use super::solid::{Shape, Solid};
@@ -251,7 +251,7 @@ fn least_between(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use kinematics::RpyPose;
+    use kinematics::{Pose, RpyPose};
     use proptest::prelude::*;
 
     fn shape() -> impl Strategy<Value = Shape> {

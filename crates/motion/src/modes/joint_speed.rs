@@ -89,11 +89,16 @@ impl JointSpeed {
         (next, held)
     }
 
-    /// Whether every joint has its speed, at a fraction of the goal.
+    /// Whether every joint has its speed, at a fraction of the goal; one that is to stand stands, to the last digit.
     pub fn is_reached(&self, now: &[ScalarState; 6], fraction: f64) -> bool {
         (0..6).all(|joint| {
-            (now[joint].speed - self.goal[joint] * fraction).abs() < 1e-9
-                && now[joint].acceleration == 0.0
+            let goal = self.goal[joint] * fraction;
+            let has_speed = if goal == 0.0 {
+                now[joint].speed == 0.0
+            } else {
+                (now[joint].speed - goal).abs() < 1e-9
+            };
+            has_speed && now[joint].acceleration == 0.0
         })
     }
 }

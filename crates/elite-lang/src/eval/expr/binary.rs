@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use super::names::{Const, Peek};
-use super::operand::Operand;
+use super::operand::{Operand, two_operands};
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::ops::arith::fast;
@@ -32,13 +32,10 @@ declare!(
     Add, Sub, Mul, Div, FloorDiv, Mod, Pow, MatMul, BitAnd, BitOr, BitXor, Shl, Shr
 );
 
-/// Both operands can be looked at.
-struct PeekPeek<O, A, B> {
-    left: A,
-    right: B,
-    span: Span,
-    op: PhantomData<O>,
-}
+two_operands!(
+    /// Both operands can be looked at.
+    PeekPeek<O, A, B> { left: A, right: B }
+);
 
 impl<O: Operator, A: Peek, B: Peek> Expression for PeekPeek<O, A, B> {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
@@ -52,13 +49,10 @@ impl<O: Operator, A: Peek, B: Peek> Expression for PeekPeek<O, A, B> {
     }
 }
 
-/// The right operand can be looked at.
-struct ExprPeek<O, B> {
-    left: Expr,
-    right: B,
-    span: Span,
-    op: PhantomData<O>,
-}
+two_operands!(
+    /// The right operand can be looked at.
+    ExprPeek<O, B> { left: Expr, right: B }
+);
 
 impl<O: Operator, B: Peek> Expression for ExprPeek<O, B> {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
@@ -72,13 +66,10 @@ impl<O: Operator, B: Peek> Expression for ExprPeek<O, B> {
     }
 }
 
-/// The left operand can be looked at; its value is taken before the right one is evaluated.
-struct PeekExpr<O, A> {
-    left: A,
-    right: Expr,
-    span: Span,
-    op: PhantomData<O>,
-}
+two_operands!(
+    /// The left operand can be looked at; its value is taken before the right one is evaluated.
+    PeekExpr<O, A> { left: A, right: Expr }
+);
 
 impl<O: Operator, A: Peek> Expression for PeekExpr<O, A> {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
@@ -92,13 +83,10 @@ impl<O: Operator, A: Peek> Expression for PeekExpr<O, A> {
     }
 }
 
-/// Both operands are expressions.
-struct ExprExpr<O> {
-    left: Expr,
-    right: Expr,
-    span: Span,
-    op: PhantomData<O>,
-}
+two_operands!(
+    /// Both operands are expressions.
+    ExprExpr<O> { left: Expr, right: Expr }
+);
 
 impl<O: Operator> Expression for ExprExpr<O> {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
@@ -131,59 +119,19 @@ pub fn binary(op: BinaryOp, left: Operand, right: Operand, span: Span) -> Expr {
 }
 
 fn general<O: Operator>(left: Operand, right: Operand, span: Span) -> Expr {
-    Box::new(ExprExpr::<O> {
-        left: left.into_expr(),
-        right: right.into_expr(),
-        span,
-        op: PhantomData,
-    })
+    ExprExpr::<O>::boxed(left.into_expr(), right.into_expr(), span)
 }
 
 fn shaped<O: Operator>(left: Operand, right: Operand, span: Span) -> Expr {
-    let op = PhantomData::<O>;
+    use Operand::{Const as C, Expr as E, Local as L};
     match (left.peekable_or_expr(), right.peekable_or_expr()) {
-        (Operand::Local(left), Operand::Local(right)) => Box::new(PeekPeek {
-            left,
-            right,
-            span,
-            op,
-        }),
-        (Operand::Local(left), Operand::Const(right)) => Box::new(PeekPeek {
-            left,
-            right: Const(right),
-            span,
-            op,
-        }),
-        (Operand::Const(left), Operand::Local(right)) => Box::new(PeekPeek {
-            left: Const(left),
-            right,
-            span,
-            op,
-        }),
-        (Operand::Expr(left), Operand::Local(right)) => Box::new(ExprPeek {
-            left,
-            right,
-            span,
-            op,
-        }),
-        (Operand::Expr(left), Operand::Const(right)) => Box::new(ExprPeek {
-            left,
-            right: Const(right),
-            span,
-            op,
-        }),
-        (Operand::Local(left), Operand::Expr(right)) => Box::new(PeekExpr {
-            left,
-            right,
-            span,
-            op,
-        }),
-        (Operand::Const(left), Operand::Expr(right)) => Box::new(PeekExpr {
-            left: Const(left),
-            right,
-            span,
-            op,
-        }),
+        (L(left), L(right)) => PeekPeek::<O, _, _>::boxed(left, right, span),
+        (L(left), C(right)) => PeekPeek::<O, _, _>::boxed(left, Const(right), span),
+        (C(left), L(right)) => PeekPeek::<O, _, _>::boxed(Const(left), right, span),
+        (E(left), L(right)) => ExprPeek::<O, _>::boxed(left, right, span),
+        (E(left), C(right)) => ExprPeek::<O, _>::boxed(left, Const(right), span),
+        (L(left), E(right)) => PeekExpr::<O, _>::boxed(left, right, span),
+        (C(left), E(right)) => PeekExpr::<O, _>::boxed(Const(left), right, span),
         (left, right) => general::<O>(left, right, span),
     }
 }

@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use super::names::{Const, Peek};
-use super::operand::Operand;
+use super::operand::{Operand, two_operands};
 use crate::ast::CompareOp;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::ops::compare::fast;
@@ -30,12 +30,9 @@ macro_rules! declare {
 }
 declare!(Eq, Ne, Lt, Le, Gt, Ge);
 
-struct PeekPeek<O, A, B> {
-    left: A,
-    right: B,
-    span: Span,
-    op: PhantomData<O>,
-}
+two_operands!(
+    PeekPeek<O, A, B> { left: A, right: B }
+);
 
 impl<O: Ordering, A: Peek, B: Peek> PeekPeek<O, A, B> {
     fn slow(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
@@ -70,12 +67,9 @@ fn truth_of(value: Value, ev: &Evaluator<'_>, f: &Frame<'_>, span: Span) -> R<bo
     }
 }
 
-struct ExprPeek<O, B> {
-    left: Expr,
-    right: B,
-    span: Span,
-    op: PhantomData<O>,
-}
+two_operands!(
+    ExprPeek<O, B> { left: Expr, right: B }
+);
 
 impl<O: Ordering, B: Peek> ExprPeek<O, B> {
     fn slow(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, a: &Value) -> R {
@@ -103,12 +97,9 @@ impl<O: Ordering, B: Peek> Expression for ExprPeek<O, B> {
     }
 }
 
-struct ExprExpr<O> {
-    left: Expr,
-    right: Expr,
-    span: Span,
-    op: PhantomData<O>,
-}
+two_operands!(
+    ExprExpr<O> { left: Expr, right: Expr }
+);
 
 impl<O: Ordering> Expression for ExprExpr<O> {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
@@ -227,40 +218,12 @@ pub fn compare(op: CompareOp, left: Operand, right: Operand, span: Span) -> Expr
 }
 
 fn shaped<O: Ordering>(left: Operand, right: Operand, span: Span) -> Expr {
-    let op = PhantomData::<O>;
+    use Operand::{Const as C, Expr as E, Local as L};
     match (left.peekable_or_expr(), right.peekable_or_expr()) {
-        (Operand::Local(left), Operand::Local(right)) => Box::new(PeekPeek {
-            left,
-            right,
-            span,
-            op,
-        }),
-        (Operand::Local(left), Operand::Const(right)) => Box::new(PeekPeek {
-            left,
-            right: Const(right),
-            span,
-            op,
-        }),
-        (Operand::Expr(left), Operand::Local(right)) => Box::new(ExprPeek {
-            left,
-            right,
-            span,
-            op,
-        }),
-        (Operand::Expr(left), Operand::Const(right)) => Box::new(ExprPeek {
-            left,
-            right: Const(right),
-            span,
-            op,
-        }),
-        (left, right) => {
-            let (left, right) = (left.into_expr(), right.into_expr());
-            Box::new(ExprExpr::<O> {
-                left,
-                right,
-                span,
-                op,
-            })
-        }
+        (L(left), L(right)) => PeekPeek::<O, _, _>::boxed(left, right, span),
+        (L(left), C(right)) => PeekPeek::<O, _, _>::boxed(left, Const(right), span),
+        (E(left), L(right)) => ExprPeek::<O, _>::boxed(left, right, span),
+        (E(left), C(right)) => ExprPeek::<O, _>::boxed(left, Const(right), span),
+        (left, right) => ExprExpr::<O>::boxed(left.into_expr(), right.into_expr(), span),
     }
 }

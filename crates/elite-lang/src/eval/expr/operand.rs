@@ -70,3 +70,23 @@ impl Operand {
         }
     }
 }
+
+/// Declares a node of two operands by their kinds, for an operator as a type, with a constructor.
+macro_rules! two_operands {
+    ($(#[$doc:meta])* $name:ident<$op:ident $(, $kind:ident)*> { left: $left:ty, right: $right:ty }) => {
+        $(#[$doc])*
+        struct $name<$op $(, $kind)*> {
+            left: $left,
+            right: $right,
+            span: Span,
+            op: PhantomData<$op>,
+        }
+
+        impl<$op $(, $kind)*> $name<$op $(, $kind)*> {
+            fn boxed(left: $left, right: $right, span: Span) -> Box<Self> {
+                Box::new($name { left, right, span, op: PhantomData })
+            }
+        }
+    };
+}
+pub(crate) use two_operands;

@@ -53,8 +53,12 @@ impl Evaluator<'_> {
         name: Symbol,
         new: Value,
     ) -> R<()> {
-        let owner = || self.core.types.name_of(value).to_string();
-        let Some(new) = self.set_through(class.meta_method(name), value, name, new, owner)? else {
+        let refusal = |name: &str| {
+            let class = self.core.types.name_of(value);
+            format!("property '{name}' of '{class}' object has no setter")
+        };
+        let Some(new) = self.set_through(class.meta_method(name), value, name, new, refusal)?
+        else {
             return Ok(());
         };
         if name == known::NAME
@@ -68,25 +72,19 @@ impl Evaluator<'_> {
     }
 
     /// Hands a value to what the class has under the name of an attribute, if that takes values: a property, or an
-    /// object with `__set__`. Otherwise the value comes back.
+    /// object with `__set__`. Otherwise the value comes back. `refusal` is what a property without a setter says.
     fn set_through(
         &self,
         found: Option<Value>,
         value: &Value,
         name: Symbol,
         new: Value,
-        owner: impl FnOnce() -> String,
+        refusal: impl FnOnce(&str) -> String,
     ) -> R<Option<Value>> {
         match found {
             Some(Value::Property(property)) => {
                 if property.set.is_none() {
-                    let (name, class) = (self.core.symbols.name(name), self.core.types.of(value));
-                    let message = if class.in_c.get() {
-                        let class = class.type_name();
-                        format!("attribute '{name}' of '{class}' objects is not writable")
-                    } else {
-                        format!("property '{name}' of '{}' object has no setter", owner())
-                    };
+                    let message = refusal(&self.core.symbols.name(name));
                     return Err(self.raise(ExceptionKind::AttributeError, message));
                 }
                 self.call(&property.set, &mut [value.clone(), new], &[])?;
@@ -131,8 +129,15 @@ impl Evaluator<'_> {
             self.core.note_instance(instance);
         }
         let class = &instance.class;
-        let owner = || self.qualname_of(class);
-        let Some(new) = self.set_through(class.lookup(name), value, name, new, owner)? else {
+        let refusal = |name: &str| {
+            if class.in_c.get() {
+                let class = class.type_name();
+                return format!("attribute '{name}' of '{class}' objects is not writable");
+            }
+            let class = self.qualname_of(class);
+            format!("property '{name}' of '{class}' object has no setter")
+        };
+        let Some(new) = self.set_through(class.lookup(name), value, name, new, refusal)? else {
             return Ok(());
         };
         if let Some(state) = instance.exception()
