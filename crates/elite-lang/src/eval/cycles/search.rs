@@ -15,9 +15,9 @@ use crate::value::Value;
 /// Objects a search looks at; where there are more it gives up, so that its memory is bounded.
 const OBJECTS_MAX: usize = 1 << 20;
 /// References and objects a slice looks at.
-const SLICE: usize = 8192;
+const SLICE: usize = 2048;
 /// Nodes in one block: tables grow by blocks, because moving a big one would take long.
-const BLOCK: usize = 4096;
+const BLOCK: usize = 1024;
 const SHARDS: usize = 1024;
 
 /// One object of a search.
