@@ -7,16 +7,10 @@
 
 mod common;
 
-use common::{Bench, ideal};
+use common::{Bench, ideal, moved};
 use kinematics::RpyPose;
 use motion_api::{CommandKind, Outcome, Warning};
 use nalgebra::Vector3;
-
-fn moved(pose: &RpyPose, by: [f64; 3]) -> RpyPose {
-    let mut pose = *pose;
-    (0..3).for_each(|k| pose.xyz[k] += by[k]);
-    pose
-}
 
 fn line(target: RpyPose, radius: f64) -> CommandKind {
     CommandKind::MoveL {

@@ -7,41 +7,12 @@
 
 mod common;
 
-use common::{Bench, MODELS, ideal, movej};
-use kinematics::{JointPositions, RpyPose};
+use common::{Bench, MODELS, ideal, moved, movej, tcp_speed, turning_points};
+use kinematics::JointPositions;
 use motion_api::{CommandKind, Outcome, RobotState, Warning};
 use nalgebra::Vector3;
 
 const STEP: f64 = 0.004;
-
-fn moved(pose: &RpyPose, by: [f64; 3]) -> RpyPose {
-    let mut pose = *pose;
-    (0..3).for_each(|k| pose.xyz[k] += by[k]);
-    pose
-}
-
-fn tcp_speed(state: &RobotState) -> f64 {
-    Vector3::from_row_slice(&state.target_tcp_speed[..3]).norm()
-}
-
-/// How often a series begins to rise or to fall, by more than `slack`.
-fn turning_points(speeds: &[f64], slack: f64) -> usize {
-    let (mut low, mut high, mut rises, mut turns) = (speeds[0], speeds[0], None, 0);
-    for speed in speeds {
-        (low, high) = (low.min(*speed), high.max(*speed));
-        if rises != Some(true) && *speed > low + slack {
-            (rises, high, turns) = (Some(true), *speed, turns + 1);
-        } else if rises != Some(false) && *speed < high - slack {
-            (rises, low, turns) = (Some(false), *speed, turns + 1);
-        }
-        match rises {
-            Some(true) => low = *speed,
-            Some(false) => high = *speed,
-            None => {}
-        }
-    }
-    turns
-}
 
 #[test]
 fn in_a_blend_the_tcp_slows_down_once_and_speeds_up_once() {

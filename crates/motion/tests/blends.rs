@@ -11,7 +11,7 @@
 
 mod common;
 
-use common::{Bench, MODELS, ideal, movej};
+use common::{Bench, MODELS, ideal, moved, movej, tcp_speed};
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
 use motion_api::{CommandId, CommandKind, FreedriveFrame, Outcome, Refusal, RobotState, Warning};
 use nalgebra::Vector3;
@@ -20,16 +20,6 @@ use proptest::test_runner::RngSeed;
 
 fn tcp(state: &RobotState) -> Vector3<f64> {
     Vector3::from(state.target_tcp_pose.xyz)
-}
-
-fn tcp_speed(state: &RobotState) -> f64 {
-    Vector3::from_row_slice(&state.target_tcp_speed[..3]).norm()
-}
-
-fn moved(pose: &RpyPose, by: [f64; 3]) -> RpyPose {
-    let mut pose = *pose;
-    (0..3).for_each(|k| pose.xyz[k] += by[k]);
-    pose
 }
 
 fn line(target: RpyPose, speed: f64, radius: f64) -> CommandKind {

@@ -12,7 +12,7 @@
 
 mod common;
 
-use common::{Bench, MODELS, ideal, movej};
+use common::{Bench, MODELS, ideal, movej, tcp_speed, turning_points};
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{CommandKind, Outcome};
 use nalgebra::Vector3;
@@ -47,10 +47,6 @@ fn bench_model(bench: &Bench) -> kinematics::RobotModel {
     kinematics::RobotModel::built_in(bench.model).unwrap()
 }
 
-fn tcp_speed(state: &motion_api::RobotState) -> f64 {
-    Vector3::from_row_slice(&state.target_tcp_speed[..3]).norm()
-}
-
 #[test]
 fn past_a_singular_position_the_arm_slows_down_smoothly_and_no_longer_than_it_must() {
     const HALF: f64 = 0.12;
@@ -73,7 +69,8 @@ fn past_a_singular_position_the_arm_slows_down_smoothly_and_no_longer_than_it_mu
             bench.check_limits();
             let speeds: Vec<f64> = bench.states[from..].iter().map(tcp_speed).collect();
             // Down once and up once, with a ripple or two where joints take turns at their limits; not in steps.
-            let turns = turning_points(&speeds);
+            let fastest = speeds.iter().fold(0.0_f64, |m, x| m.max(*x));
+            let turns = turning_points(&speeds, 0.01 * fastest);
             assert!(turns <= 8, "{name} {beside}: {turns} turns");
             if beside < 0.05 {
                 let middle = &speeds[speeds.len() / 4..3 * speeds.len() / 4];
@@ -84,24 +81,4 @@ fn past_a_singular_position_the_arm_slows_down_smoothly_and_no_longer_than_it_mu
             }
         }
     }
-}
-
-/// How often the speed begins to rise or to fall, by more than a percent of the fastest.
-fn turning_points(speeds: &[f64]) -> usize {
-    let slack = 0.01 * speeds.iter().fold(0.0_f64, |m, x| m.max(*x));
-    let (mut low, mut high, mut rises, mut turns) = (speeds[0], speeds[0], None, 0);
-    for speed in speeds {
-        (low, high) = (low.min(*speed), high.max(*speed));
-        if rises != Some(true) && *speed > low + slack {
-            (rises, high, turns) = (Some(true), *speed, turns + 1);
-        } else if rises != Some(false) && *speed < high - slack {
-            (rises, low, turns) = (Some(false), *speed, turns + 1);
-        }
-        match rises {
-            Some(true) => low = *speed,
-            Some(false) => high = *speed,
-            None => {}
-        }
-    }
-    turns
 }

@@ -7,7 +7,7 @@
 
 mod common;
 
-use common::{Bench, MODELS, ideal, movej};
+use common::{Bench, MODELS, ideal, moved, movej};
 use kinematics::{JointPositions, RpyPose};
 use motion_api::{CommandId, CommandKind, Outcome, Warning};
 use nalgebra::Vector3;
@@ -15,12 +15,6 @@ use nalgebra::Vector3;
 /// Cycles from sending a command to the first of its motion, and to see that an arm stands.
 const PLANNING: f64 = 4.0 * STEP;
 const STEP: f64 = 0.004;
-
-fn moved(pose: &RpyPose, by: [f64; 3]) -> RpyPose {
-    let mut pose = *pose;
-    (0..3).for_each(|k| pose.xyz[k] += by[k]);
-    pose
-}
 
 fn line(target: RpyPose, duration: f64, radius: f64) -> CommandKind {
     CommandKind::MoveL {

@@ -18,6 +18,7 @@ use motion_api::{
     BorderSizes, CommandId, CommandKind, Event, Origin, Outcome, Record, RobotState, ScriptEnd,
     StopReason, Warning, border,
 };
+use nalgebra::Vector3;
 
 pub const MODELS: [&str; 6] = ["cs63", "cs66", "cs612", "cs616", "cs620", "cs625"];
 
@@ -208,4 +209,35 @@ pub fn movel(target: RpyPose) -> CommandKind {
         duration: 0.0,
         radius: 0.0,
     }
+}
+
+/// A pose further on by so much, m.
+pub fn moved(pose: &RpyPose, by: [f64; 3]) -> RpyPose {
+    let mut pose = *pose;
+    (0..3).for_each(|k| pose.xyz[k] += by[k]);
+    pose
+}
+
+/// How fast the commanded TCP is, m/s.
+pub fn tcp_speed(state: &RobotState) -> f64 {
+    Vector3::from_row_slice(&state.target_tcp_speed[..3]).norm()
+}
+
+/// How often a series begins to rise or to fall, by more than `slack`.
+pub fn turning_points(speeds: &[f64], slack: f64) -> usize {
+    let (mut low, mut high, mut rises, mut turns) = (speeds[0], speeds[0], None, 0);
+    for speed in speeds {
+        (low, high) = (low.min(*speed), high.max(*speed));
+        if rises != Some(true) && *speed > low + slack {
+            (rises, high, turns) = (Some(true), *speed, turns + 1);
+        } else if rises != Some(false) && *speed < high - slack {
+            (rises, low, turns) = (Some(false), *speed, turns + 1);
+        }
+        match rises {
+            Some(true) => low = *speed,
+            Some(false) => high = *speed,
+            None => {}
+        }
+    }
+    turns
 }
