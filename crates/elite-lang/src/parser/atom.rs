@@ -179,7 +179,8 @@ impl Parser<'_> {
         }
         while self.kind() != T::RightBrace {
             if self.eat(T::DoubleStar).is_some() {
-                items.push(DictItem::Unpack(self.binary(2)?));
+                let mapping = self.nested(|parser| parser.binary(2))?;
+                items.push(DictItem::Unpack(mapping));
             } else {
                 let key = self.expression()?;
                 if self.eat(T::Colon).is_none() {
@@ -224,7 +225,7 @@ impl Parser<'_> {
             }
             let target = self.target_list()?;
             self.expect(T::In)?;
-            let iterable = self.disjunction()?;
+            let iterable = self.nested(Self::disjunction)?;
             let mut conditions = Vec::new();
             while self.eat(T::If).is_some() {
                 conditions.push(self.condition_without_else()?);
@@ -247,20 +248,20 @@ impl Parser<'_> {
         if self.kind() == T::Name && self.kind_ahead(1) == T::ColonEqual {
             return self.named_expression();
         }
-        self.disjunction()
+        self.nested(Self::disjunction)
     }
 
     /// The item of a target list: like an expression, but `in` ends it.
     pub(super) fn target_item(&mut self) -> Parse<Expr> {
         let start = self.token().span;
         if self.eat(T::Star).is_some() {
-            let inner = self.postfix()?;
+            let inner = self.nested(Self::postfix)?;
             return Ok(Expr::new(
                 ExprKind::Starred(Box::new(inner)),
                 self.span_from(start),
             ));
         }
-        self.binary(2)
+        self.nested(|parser| parser.binary(2))
     }
 
     /// Arguments up to and including the closing parenthesis; the opening one is taken already.

@@ -5,6 +5,7 @@ use std::rc::Rc;
 use super::{constructor, insertion_place, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
+use crate::value::symbol::known;
 use crate::value::{Iter, List, R, Value};
 
 pub(super) fn install(core: &Rc<Core>) {
@@ -70,11 +71,10 @@ fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<List>> {
 
 fn init(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    let items = match args[1].given() {
-        Some(iterable) => ev.collect(iterable)?,
-        None => Vec::new(),
-    };
-    drop(list.replace_all(items));
+    drop(list.replace_all(Vec::new()));
+    if let Some(iterable) = args[1].given() {
+        ev.list_extend(&list, iterable)?;
+    }
     Ok(Value::None)
 }
 
@@ -104,14 +104,47 @@ fn append(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn extend(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    let items = ev.collect(&args[1])?;
-    ev.check_allocation((list.len() + items.len()) * size_of::<Value>())?;
-    if let Some(holder) = items.iter().find(|item| item.holds_values()) {
-        note(ev, &list, holder);
-    }
-    list.change(|old| old.extend(items));
-    list.account();
+    ev.list_extend(&list, &args[1])?;
     Ok(Value::None)
+}
+
+impl Evaluator<'_> {
+    /// `list.extend(iterable)`. What script code gives item by item is appended item by item, as it sees.
+    pub fn list_extend(&self, list: &Rc<List>, iterable: &Value) -> R<()> {
+        // Itself, behind an instance of a subclass, gives what it holds now.
+        let is_itself = |value: &Value| matches!(self.plain(value), Value::List(other) if Rc::ptr_eq(&other, list));
+        let runs_code = matches!(
+            iterable,
+            Value::Instance(_) | Value::Generator(_) | Value::Iter(_) | Value::Class(_)
+        );
+        if runs_code && !is_itself(iterable) {
+            let iterator = self.iter(iterable)?;
+            if let Value::Instance(instance) = iterable
+                && instance.class.lookup(known::LEN).is_some()
+            {
+                // CPython asks how much room to make; the answer means nothing here.
+                self.len(iterable)?;
+            }
+            while let Some(item) = self.next(&iterator)? {
+                self.check_allocation((list.len() + 1) * size_of::<Value>())?;
+                note(self, list, &item);
+                list.push(item);
+                self.safepoint()?;
+            }
+            return Ok(());
+        }
+        let items = match is_itself(iterable) {
+            true => list.borrow().clone(),
+            false => self.collect(iterable)?,
+        };
+        self.check_allocation((list.len() + items.len()) * size_of::<Value>())?;
+        if let Some(holder) = items.iter().find(|item| item.holds_values()) {
+            note(self, list, holder);
+        }
+        list.change(|old| old.extend(items));
+        list.account();
+        Ok(())
+    }
 }
 
 fn insert(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
