@@ -29,6 +29,8 @@ mod spelling;
 mod stack;
 mod statement;
 mod stdlib;
+#[cfg(test)]
+mod trials;
 mod value;
 
 pub use builtins::builtin_names;

@@ -184,7 +184,7 @@ impl Evaluator<'_> {
             (BinaryOp::Add, Value::List(list)) => {
                 let items = self.collect(b)?;
                 self.check_allocation((list.len() + items.len()) * size_of::<Value>())?;
-                list.borrow_mut().extend(items);
+                list.change(|old| old.extend(items));
                 list.account();
             }
             (BinaryOp::Mul, Value::List(list)) => {
@@ -193,15 +193,14 @@ impl Evaluator<'_> {
                 };
                 let items = list.borrow().clone();
                 let count = self.repetitions(&count, items.len() * size_of::<Value>())?;
-                *list.borrow_mut() = repeated(&items, count);
-                list.account();
+                drop(list.replace_all(repeated(&items, count)));
             }
             (BinaryOp::Add, Value::ByteArray(bytes)) => {
                 let Some(more) = self.bytes_like(b) else {
                     return Ok(None);
                 };
                 self.check_allocation(bytes.data.borrow().len() + more.len())?;
-                bytes.data.borrow_mut().extend(more);
+                bytes.data.change(|data| data.extend(more));
                 bytes.account();
             }
             (BinaryOp::BitOr, Value::Dict(dict)) => self.dict_update_from(dict, b)?,

@@ -1,7 +1,8 @@
 //! `bytes` and `bytearray`.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 
+use super::Held;
 use crate::limits::memory;
 
 /// Immutable bytes.
@@ -32,7 +33,7 @@ impl Drop for Bytes {
 #[derive(Default)]
 pub struct ByteArray {
     /// The bytes. After growing them, call `account`.
-    pub data: RefCell<Vec<u8>>,
+    pub data: Held<Vec<u8>>,
     /// Bytes that are accounted for.
     tracked: Cell<usize>,
 }
@@ -43,7 +44,7 @@ impl ByteArray {
         memory::track(data.capacity());
         ByteArray {
             tracked: Cell::new(data.capacity()),
-            data: RefCell::new(data),
+            data: Held::new(data),
         }
     }
 

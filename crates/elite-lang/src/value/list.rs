@@ -1,14 +1,15 @@
 //! Lists and tuples.
 
-use std::cell::{Cell, Ref, RefCell, RefMut};
+use std::cell::Cell;
 
-use super::{Value, trash};
+use super::held::Look;
+use super::{Held, Value, trash};
 use crate::limits::memory;
 
 /// A list. Nothing may hold a borrow of the items while it runs script code.
 #[derive(Default)]
 pub struct List {
-    items: RefCell<Vec<Value>>,
+    items: Held<Vec<Value>>,
     /// Bytes of the items that are accounted for.
     tracked: Cell<usize>,
     /// The interpreter knows it as a possible part of a cycle.
@@ -21,7 +22,7 @@ impl List {
         let bytes = items.capacity() * size_of::<Value>();
         memory::track(bytes);
         List {
-            items: RefCell::new(items),
+            items: Held::new(items),
             tracked: Cell::new(bytes),
             noted: Cell::new(false),
         }
@@ -29,7 +30,7 @@ impl List {
 
     /// Runs `each` on up to `count` items from `from` on, unless they are being changed; whether there are more.
     pub fn visit(&self, from: usize, count: usize, each: &mut dyn FnMut(&Value)) -> bool {
-        let Ok(items) = self.items.try_borrow() else {
+        let Some(items) = self.items.try_borrow() else {
             return false;
         };
         items.iter().skip(from).take(count).for_each(each);
@@ -38,14 +39,32 @@ impl List {
 
     /// The items, to read.
     #[inline]
-    pub fn borrow(&self) -> Ref<'_, Vec<Value>> {
+    pub fn borrow(&self) -> Look<'_, Vec<Value>> {
         self.items.borrow()
     }
 
-    /// The items, to change. After growing them by more than a few, call `account`.
-    #[inline]
-    pub fn borrow_mut(&self) -> RefMut<'_, Vec<Value>> {
-        self.items.borrow_mut()
+    /// Changes the items; gives back what `change` has taken out, to be dropped now that the list is free again. After
+    /// growing them by more than a few, call `account`.
+    #[inline(always)]
+    pub fn change<O>(&self, change: impl FnOnce(&mut Vec<Value>) -> O) -> O {
+        self.items.change(change)
+    }
+
+    /// Puts other items in the place of all there were, which are given back.
+    #[must_use = "the old items are dropped only now"]
+    pub fn replace_all(&self, items: Vec<Value>) -> Vec<Value> {
+        let old = self.items.replace(items);
+        self.account();
+        old
+    }
+
+    /// Puts an item in the place of number `index`: the one that was there, or, if there is none, the new one back.
+    #[inline(always)]
+    pub fn replace(&self, index: usize, value: Value) -> Result<Value, Value> {
+        self.items.change(|items| match items.get_mut(index) {
+            Some(place) => Ok(std::mem::replace(place, value)),
+            None => Err(value),
+        })
     }
 
     /// Number of items.
@@ -68,11 +87,12 @@ impl List {
     /// Appends an item.
     #[inline]
     pub fn push(&self, value: Value) {
-        let mut items = self.items.borrow_mut();
-        let full = items.len() == items.capacity();
-        items.push(value);
+        let full = self.items.change(|items| {
+            let full = items.len() == items.capacity();
+            items.push(value);
+            full
+        });
         if full {
-            drop(items);
             self.account();
         }
     }
