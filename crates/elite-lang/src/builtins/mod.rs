@@ -30,6 +30,8 @@ pub struct Builtin {
     pub signature: Signature,
     /// What it does.
     pub body: BuiltinBody,
+    /// It may put its arguments into its receiver, which then may become part of a cycle.
+    pub fills: bool,
 }
 
 /// A function whose arguments are bound to the signature; omitted ones are `Unbound`.
@@ -82,6 +84,7 @@ impl Builtin {
             module: None,
             signature,
             body: BuiltinBody::Bound(body),
+            fills: false,
         }))
     }
 
@@ -99,6 +102,7 @@ impl Builtin {
             module: Some(module.clone()),
             signature: Signature::parse(signature, &core.symbols),
             body: BuiltinBody::Bound(body),
+            fills: false,
         }))
     }
 
@@ -111,6 +115,7 @@ impl Builtin {
             module: None,
             signature,
             body: BuiltinBody::Raw(body),
+            fills: false,
         }))
     }
 
@@ -126,6 +131,7 @@ impl Builtin {
             module: None,
             signature,
             body,
+            fills: false,
         }))
     }
 
@@ -138,6 +144,7 @@ impl Builtin {
             module: None,
             signature,
             body: BuiltinBody::Native(native),
+            fills: false,
         }))
     }
 }

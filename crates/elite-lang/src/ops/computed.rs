@@ -243,12 +243,15 @@ impl Evaluator<'_> {
                 Value::Tuple(tuple) => tuple.items().to_vec(),
                 _ => return Err(self.type_error("__defaults__ must be set to a tuple object")),
             };
-            *function.defaults.borrow_mut() = defaults.into();
+            self.core.note_function(function);
+            let old = function.defaults.replace(defaults.into());
+            drop(old);
             return Ok(());
         }
         if new.holds_values() {
             self.core.note_function(function);
         }
+        self.core.symbols.settle(name);
         let mut attrs = function.attrs.borrow_mut();
         let old = attrs
             .get_or_insert_with(|| Box::new(AttrMap::default()))

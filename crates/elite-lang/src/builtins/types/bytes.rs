@@ -255,7 +255,6 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 let byte = ev.byte(&args[1])?;
                 let bytes = mutable(ev, &args[0])?;
                 bytes.data.borrow_mut().push(byte);
-                bytes.account();
                 Ok(Value::None)
             }),
             ("extend", "iterable /", |ev, args| {
@@ -270,7 +269,6 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 let bytes = mutable(ev, &args[0])?;
                 ev.check_allocation(bytes.data.borrow().len() + more.len())?;
                 bytes.data.borrow_mut().extend(more);
-                bytes.account();
                 Ok(Value::None)
             }),
             ("insert", "index item /", |ev, args| {
@@ -279,7 +277,6 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 let length = bytes.data.borrow().len();
                 let index = super::clamp_start(ev, &args[1], length, 0)?.min(length);
                 bytes.data.borrow_mut().insert(index, byte);
-                bytes.account();
                 Ok(Value::None)
             }),
             ("pop", "index? /", |ev, args| {
@@ -328,7 +325,6 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 let data = data(ev, &args[1..], "bytearray")?;
                 let bytes = mutable(ev, &args[0])?;
                 *bytes.data.borrow_mut() = data;
-                bytes.account();
                 Ok(Value::None)
             }),
         ],

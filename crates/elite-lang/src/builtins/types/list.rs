@@ -76,28 +76,19 @@ fn init(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     let old = std::mem::replace(&mut *list.borrow_mut(), items);
     drop(old);
-    list.account();
     Ok(Value::None)
-}
-
-/// A list that is given a value which can hold others may become part of a cycle.
-#[inline]
-fn note(ev: &Evaluator<'_>, list: &Rc<crate::value::List>, item: &Value) {
-    if !list.noted.get() && item.holds_values() {
-        ev.core.note_list(list);
-    }
 }
 
 fn append(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let item = std::mem::take(&mut args[1]);
     match &args[0] {
         Value::List(list) => {
-            note(ev, list, &item);
+            ev.grow_list(list, 1)?;
             list.push(item);
         }
         other => {
             let list = receiver(ev, other)?;
-            note(ev, &list, &item);
+            ev.grow_list(&list, 1)?;
             list.push(item);
         }
     }
@@ -107,12 +98,8 @@ fn append(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn extend(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
     let items = ev.collect(&args[1])?;
-    ev.check_allocation((list.len() + items.len()) * size_of::<Value>())?;
-    if let Some(holder) = items.iter().find(|item| item.holds_values()) {
-        note(ev, &list, holder);
-    }
+    ev.grow_list(&list, items.len())?;
     list.borrow_mut().extend(items);
-    list.account();
     Ok(Value::None)
 }
 
@@ -126,10 +113,9 @@ fn insert(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         index
     };
     let index = usize::try_from(index).unwrap_or(usize::MAX).min(length);
-    note(ev, &list, &args[2]);
+    ev.grow_list(&list, 1)?;
     list.borrow_mut()
         .insert(index, std::mem::take(&mut args[2]));
-    list.account();
     Ok(Value::None)
 }
 
@@ -179,7 +165,6 @@ fn remove(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn clear(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
     let old = std::mem::take(&mut *list.borrow_mut());
-    list.account();
     drop(old);
     Ok(Value::None)
 }
@@ -257,7 +242,6 @@ fn sort(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let result = ev.sort(&mut items, key.as_ref(), reverse);
     let changed = !list.is_empty();
     let meanwhile = std::mem::replace(&mut *list.borrow_mut(), items);
-    list.account();
     drop(meanwhile);
     result?;
     match changed {

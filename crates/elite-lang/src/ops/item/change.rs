@@ -35,13 +35,11 @@ impl Evaluator<'_> {
     }
 
     fn set_item_of(&self, value: &Value, index: &Value, item: Value) -> R<()> {
+        if item.holds_values() || index.holds_values() {
+            self.core.note(value);
+        }
         match value {
-            Value::Dict(dict) => {
-                if !dict.noted.get() && item.holds_values() {
-                    self.core.note_dict(dict);
-                }
-                self.dict_set(dict, index.clone(), item)
-            }
+            Value::Dict(dict) => self.dict_set(dict, index.clone(), item),
             Value::List(list) => match index {
                 Value::Slice(slice) => self.set_list_slice(list, slice, &item),
                 _ => {
@@ -58,7 +56,6 @@ impl Evaluator<'_> {
                     let bounds = self.bounds(slice, bytes.data.borrow().len())?;
                     let done =
                         self.replace_slice(&mut bytes.data.borrow_mut(), bounds, new, "bytes");
-                    bytes.account();
                     return done;
                 }
                 let at = self.sequence_index(index, "bytearray")?;
@@ -138,10 +135,10 @@ impl Evaluator<'_> {
             raised
         })?;
         let bounds = self.bounds(slice, list.len())?;
+        self.grow_list(list, new.len())?;
         let mut items = list.borrow_mut();
         self.replace_slice(&mut items, bounds, new, "sequence")?;
         drop(items);
-        list.account();
         Ok(())
     }
 
