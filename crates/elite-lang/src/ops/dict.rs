@@ -147,7 +147,13 @@ impl Evaluator<'_> {
     pub fn dict_set_hashed(&self, dict: &Dict, hash: u64, key: Value, value: Value) -> R<()> {
         match self.dict_find_hashed(dict, hash, &key)? {
             Some(index) => dict.set_value_at(index, value),
-            None => dict.append(hash, key, value),
+            None => {
+                let growth = dict.growth(1);
+                if growth > 0 {
+                    self.check_allocation(growth)?;
+                }
+                dict.append(hash, key, value);
+            }
         }
         Ok(())
     }
@@ -161,6 +167,7 @@ impl Evaluator<'_> {
 
     /// Copies all entries of `other` into `dict`.
     pub fn dict_update(&self, dict: &Dict, other: &Dict) -> R<()> {
+        self.check_allocation(dict.growth(other.len()).saturating_add(other.bytes()))?;
         for (hash, key, value) in other.entries() {
             self.dict_set_hashed(dict, hash, key, value)?;
         }
@@ -247,6 +254,10 @@ impl Evaluator<'_> {
     /// Like `set_add` with the hash known.
     pub fn set_add_hashed(&self, set: &Set, hash: u64, key: Value) -> R<()> {
         if self.set_find(set, hash, &key)?.is_none() {
+            let growth = set.growth(1);
+            if growth > 0 {
+                self.check_allocation(growth)?;
+            }
             set.append(hash, key);
         }
         Ok(())
@@ -280,6 +291,7 @@ impl Evaluator<'_> {
         match iterable {
             Value::Set(other) | Value::FrozenSet(other) => self.set_merge(set, other)?,
             Value::Dict(dict) => {
+                self.check_allocation(set.growth(dict.len()))?;
                 set.reserve(dict.len());
                 for (hash, key, _) in dict.entries() {
                     self.set_add_hashed(set, hash, key)?;
@@ -300,6 +312,7 @@ impl Evaluator<'_> {
         if std::ptr::eq(set, other) {
             return Ok(());
         }
+        self.check_allocation(set.growth(other.len()))?;
         if set.is_empty() {
             set.replace(other.copy());
             return Ok(());
@@ -313,6 +326,7 @@ impl Evaluator<'_> {
 
     /// `a | b`
     pub fn set_union(&self, a: &Set, b: &Set) -> R<Set> {
+        self.check_allocation(a.bytes())?;
         let result = a.copy();
         self.set_merge(&result, b)?;
         Ok(result)
@@ -333,6 +347,7 @@ impl Evaluator<'_> {
     /// `a - b`
     pub fn set_difference(&self, a: &Set, b: &Set) -> R<Set> {
         if a.len() >> 2 > b.len() {
+            self.check_allocation(a.bytes())?;
             let result = a.copy();
             self.set_subtract(&result, b)?;
             return Ok(result);
@@ -362,6 +377,7 @@ impl Evaluator<'_> {
 
     /// `a ^ b`
     pub fn set_symmetric_difference(&self, a: &Set, b: &Set) -> R<Set> {
+        self.check_allocation(b.bytes())?;
         let result = b.copy();
         self.set_toggle(&result, a)?;
         Ok(result)

@@ -41,8 +41,8 @@ impl Evaluator<'_> {
                 Value::Str(Rc::new(Str::counted(text, a.len() + b.len())))
             }
             (Value::List(a), Value::List(b)) => {
-                let (a, b) = (a.borrow(), b.borrow());
                 self.check_allocation((a.len() + b.len()) * size_of::<Value>())?;
+                let (a, b) = (a.borrow(), b.borrow());
                 Value::list([&a[..], &b[..]].concat())
             }
             (Value::Tuple(a), Value::Tuple(b)) => {
@@ -50,11 +50,16 @@ impl Evaluator<'_> {
                 Value::tuple([a.items(), b.items()].concat())
             }
             (Value::Bytes(a), _) => match self.bytes_like(b) {
-                Some(b) => Value::Bytes(Rc::new(Bytes::new([a.data(), &b].concat()))),
+                Some(b) => {
+                    self.check_allocation(a.data().len() + b.len())?;
+                    Value::Bytes(Rc::new(Bytes::new([a.data(), &b].concat())))
+                }
                 None => return Ok(None),
             },
             (Value::ByteArray(a), _) => match self.bytes_like(b) {
                 Some(b) => {
+                    let length = a.data.borrow().len();
+                    self.check_allocation(length + b.len())?;
                     let data = [&a.data.borrow()[..], &b].concat();
                     Value::ByteArray(Rc::new(ByteArray::new(data)))
                 }
@@ -106,9 +111,8 @@ impl Evaluator<'_> {
                 )))
             }
             Value::List(list) => {
-                let items = list.borrow();
-                let count = self.repetitions(count, items.len() * size_of::<Value>())?;
-                Value::list(repeated(&items, count))
+                let count = self.repetitions(count, list.len() * size_of::<Value>())?;
+                Value::list(repeated(&list.borrow(), count))
             }
             Value::Tuple(tuple) => {
                 let count = self.repetitions(count, std::mem::size_of_val(tuple.items()))?;
@@ -119,9 +123,10 @@ impl Evaluator<'_> {
                 Value::Bytes(Rc::new(Bytes::new(bytes.data().repeat(count))))
             }
             Value::ByteArray(bytes) => {
-                let data = bytes.data.borrow();
-                let count = self.repetitions(count, data.len())?;
-                Value::ByteArray(Rc::new(ByteArray::new(data.repeat(count))))
+                let length = bytes.data.borrow().len();
+                let count = self.repetitions(count, length)?;
+                let data = bytes.data.borrow().repeat(count);
+                Value::ByteArray(Rc::new(ByteArray::new(data)))
             }
             _ => return Ok(None),
         }))
@@ -129,6 +134,7 @@ impl Evaluator<'_> {
 
     fn algebra(&self, op: BinaryOp, a: &Value, b: &Value) -> R<Option<Value>> {
         if let (BinaryOp::BitOr, Value::Dict(a), Value::Dict(b)) = (op, a, b) {
+            self.check_allocation(a.bytes())?;
             let union = Rc::new(a.copy());
             self.dict_update(&union, b)?;
             return Ok(Some(Value::Dict(union)));
@@ -180,12 +186,14 @@ impl Evaluator<'_> {
 
     /// `a op= b` for containers that change in place; None if `a` is not one or the operands do not fit.
     pub fn builtin_in_place(&self, op: BinaryOp, a: &Value, b: &Value) -> R<Option<Value>> {
+        if b.holds_values() {
+            self.core.note(a);
+        }
         match (op, a) {
             (BinaryOp::Add, Value::List(list)) => {
                 let items = self.collect(b)?;
-                self.check_allocation((list.len() + items.len()) * size_of::<Value>())?;
+                self.grow_list(list, items.len())?;
                 list.change(|old| old.extend(items));
-                list.account();
             }
             (BinaryOp::Mul, Value::List(list)) => {
                 let Some(count) = Int::of(b) else {
@@ -199,9 +207,8 @@ impl Evaluator<'_> {
                 let Some(more) = self.bytes_like(b) else {
                     return Ok(None);
                 };
-                self.check_allocation(bytes.data.borrow().len() + more.len())?;
+                self.grow_bytes(bytes, more.len())?;
                 bytes.data.change(|data| data.extend(more));
-                bytes.account();
             }
             (BinaryOp::BitOr, Value::Dict(dict)) => self.dict_update_from(dict, b)?,
             (

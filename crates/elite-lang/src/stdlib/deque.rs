@@ -9,7 +9,6 @@ use crate::ast::CompareOp;
 use crate::builtins::types::insertion_place;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::limits::memory;
 use crate::value::instance::Holds;
 use crate::value::iter::NativeIter;
 use crate::value::{Held, Iter, R, Raised, Value, trash};
@@ -46,7 +45,6 @@ struct Deque {
     maxlen: Cell<Option<usize>>,
     /// Counts changes of length, so that iterators notice.
     generation: Cell<u64>,
-    tracked: Cell<usize>,
 }
 
 impl Deque {
@@ -57,10 +55,23 @@ impl Deque {
         }
     }
 
+    /// Makes room for `more` items; a bounded deque at its bound needs room for one.
+    fn grow(&self, ev: &Evaluator<'_>, more: usize) -> R<()> {
+        let full = {
+            let items = self.items.borrow();
+            items.len() + more > items.capacity()
+        };
+        if full {
+            let mut items = self.items.take();
+            let grown = ev.grow(&mut items, more);
+            self.items.put(items);
+            grown?;
+        }
+        Ok(())
+    }
+
     fn changed(&self) {
         self.generation.set(self.generation.get() + 1);
-        let bytes = self.items.borrow().capacity() * size_of::<Value>();
-        memory::retrack(self.tracked.replace(bytes), bytes);
     }
 
     /// Adds at one end; what does not fit any more leaves at the other one.
@@ -112,7 +123,6 @@ impl Deque {
 
 impl Drop for Deque {
     fn drop(&mut self) {
-        memory::release(self.tracked.get());
         let mut items: Vec<Value> = std::mem::take(self.items.get_mut()).into();
         trash::dismantle(&mut items);
     }
@@ -179,9 +189,10 @@ fn init(ev: &Evaluator<'_>, receiver: &Value, iterable: &Value, maxlen: &Value) 
 fn extend(ev: &Evaluator<'_>, deque: &Deque, iterable: &Value, left: bool) -> R<()> {
     // Collected first, so that a deque can extend itself.
     for item in ev.collect(iterable)? {
+        deque.grow(ev, 1)?;
         deque.push(item, left);
     }
-    ev.check_allocation(deque.tracked.get())
+    Ok(())
 }
 
 fn position(ev: &Evaluator<'_>, deque: &Deque, index: &Value) -> R<usize> {
@@ -257,15 +268,15 @@ const METHODS: &[Entry] = &[
     ("append", "item /", |ev, args| {
         let deque = data(ev, &args[0])?;
         note(ev, &args[0], &args[1]);
+        deque.grow(ev, 1)?;
         deque.push(std::mem::take(&mut args[1]), false);
-        ev.check_allocation(deque.tracked.get())?;
         Ok(Value::None)
     }),
     ("appendleft", "item /", |ev, args| {
         let deque = data(ev, &args[0])?;
         note(ev, &args[0], &args[1]);
+        deque.grow(ev, 1)?;
         deque.push(std::mem::take(&mut args[1]), true);
-        ev.check_allocation(deque.tracked.get())?;
         Ok(Value::None)
     }),
     ("pop", "", |ev, args| pop(ev, &args[0], false)),

@@ -440,6 +440,10 @@ impl Task {
     }
 
     fn out_of_fuel(&mut self, number: ThreadNumber) {
+        if self.interpreter.is_searching() {
+            // It has its turn when the search is over.
+            return self.ready.push_front(number);
+        }
         let bounds = self.threads.get_mut(&number);
         if let Some(bounds) = bounds.and_then(|entry| entry.secondary.as_mut()) {
             bounds.slices -= 1;

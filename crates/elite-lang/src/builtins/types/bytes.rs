@@ -254,8 +254,8 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
             ("append", "item /", |ev, args| {
                 let byte = ev.byte(&args[1])?;
                 let bytes = mutable(ev, &args[0])?;
+                ev.grow_bytes(&bytes, 1)?;
                 bytes.data.change(|data| data.push(byte));
-                bytes.account();
                 Ok(Value::None)
             }),
             ("extend", "iterable /", |ev, args| {
@@ -269,18 +269,18 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 };
                 let bytes = mutable(ev, &args[0])?;
                 ev.check_allocation(bytes.data.borrow().len() + more.len())?;
+                ev.grow_bytes(&bytes, more.len())?;
                 bytes.data.change(|data| data.extend(more));
-                bytes.account();
                 Ok(Value::None)
             }),
             ("insert", "index item /", |ev, args| {
                 let bytes = mutable(ev, &args[0])?;
                 let index = ev.clamped_index(&args[1])?;
                 let byte = ev.byte(&args[2])?;
+                ev.grow_bytes(&bytes, 1)?;
                 bytes.data.change(|data| {
                     data.insert(super::insertion_place(index, data.len()), byte);
                 });
-                bytes.account();
                 Ok(Value::None)
             }),
             ("pop", "index? /", |ev, args| {
@@ -324,7 +324,6 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 let data = data(ev, &args[1..], "bytearray")?;
                 let bytes = mutable(ev, &args[0])?;
                 bytes.data.put(data);
-                bytes.account();
                 Ok(Value::None)
             }),
         ],

@@ -78,24 +78,16 @@ fn init(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(Value::None)
 }
 
-/// A list that is given a value which can hold others may become part of a cycle.
-#[inline]
-fn note(ev: &Evaluator<'_>, list: &Rc<crate::value::List>, item: &Value) {
-    if !list.noted.get() && item.holds_values() {
-        ev.core.note_list(list);
-    }
-}
-
 fn append(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let item = std::mem::take(&mut args[1]);
     match &args[0] {
         Value::List(list) => {
-            note(ev, list, &item);
+            ev.grow_list(list, 1)?;
             list.push(item);
         }
         other => {
             let list = receiver(ev, other)?;
-            note(ev, &list, &item);
+            ev.grow_list(&list, 1)?;
             list.push(item);
         }
     }
@@ -105,12 +97,8 @@ fn append(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn extend(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
     let items = ev.collect(&args[1])?;
-    ev.check_allocation((list.len() + items.len()) * size_of::<Value>())?;
-    if let Some(holder) = items.iter().find(|item| item.holds_values()) {
-        note(ev, &list, holder);
-    }
+    ev.grow_list(&list, items.len())?;
     list.change(|old| old.extend(items));
-    list.account();
     Ok(Value::None)
 }
 
@@ -118,9 +106,8 @@ fn insert(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
     let index = ev.clamped_index(&args[1])?;
     let item = std::mem::take(&mut args[2]);
-    note(ev, &list, &item);
+    ev.grow_list(&list, 1)?;
     list.change(|items| items.insert(super::insertion_place(index, items.len()), item));
-    list.account();
     Ok(Value::None)
 }
 

@@ -38,13 +38,11 @@ impl Evaluator<'_> {
     }
 
     fn set_item_of(&self, value: &Value, index: &Value, item: Value) -> R<()> {
+        if item.holds_values() || index.holds_values() {
+            self.core.note(value);
+        }
         match value {
-            Value::Dict(dict) => {
-                if !dict.noted.get() && item.holds_values() {
-                    self.core.note_dict(dict);
-                }
-                self.dict_set(dict, index.clone(), item)
-            }
+            Value::Dict(dict) => self.dict_set(dict, index.clone(), item),
             Value::List(list) => match index {
                 Value::Slice(slice) => self.set_list_slice(list, slice, &item),
                 _ => {
@@ -59,10 +57,10 @@ impl Evaluator<'_> {
                         None => self.collect_bytes(&item)?,
                     };
                     let indices = self.slice_indices(slice)?;
+                    self.grow_bytes(bytes, new.len())?;
                     let done = bytes
                         .data
                         .change(|data| replace_slice(data, indices.within(data.len()), new));
-                    bytes.account();
                     return done
                         .map(|_| ())
                         .map_err(|refused| self.wrong_size(&refused, "bytes"));
@@ -142,8 +140,8 @@ impl Evaluator<'_> {
             raised
         })?;
         let indices = self.slice_indices(slice)?;
+        self.grow_list(list, new.len())?;
         let done = list.change(|items| replace_slice(items, indices.within(items.len()), new));
-        list.account();
         match done {
             Ok(old) => {
                 drop(old);
