@@ -254,6 +254,7 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
             ("append", "item /", |ev, args| {
                 let byte = ev.byte(&args[1])?;
                 let bytes = mutable(ev, &args[0])?;
+                ev.grow_bytes(&bytes, 1)?;
                 bytes.data.borrow_mut().push(byte);
                 Ok(Value::None)
             }),
@@ -267,7 +268,7 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                     None => ev.collect_bytes(&args[1])?,
                 };
                 let bytes = mutable(ev, &args[0])?;
-                ev.check_allocation(bytes.data.borrow().len() + more.len())?;
+                ev.grow_bytes(&bytes, more.len())?;
                 bytes.data.borrow_mut().extend(more);
                 Ok(Value::None)
             }),
@@ -276,6 +277,7 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 let bytes = mutable(ev, &args[0])?;
                 let length = bytes.data.borrow().len();
                 let index = super::clamp_start(ev, &args[1], length, 0)?.min(length);
+                ev.grow_bytes(&bytes, 1)?;
                 bytes.data.borrow_mut().insert(index, byte);
                 Ok(Value::None)
             }),
@@ -543,6 +545,12 @@ fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let keep = args[1].given().map_or(Ok(0), |value| ev.index(value))? != 0;
     let data = receiver(ev, &args[0])?;
+    ev.ask_for_pieces(data.len(), || {
+        data.iter()
+            .filter(|byte| matches!(byte, b'\n' | b'\r'))
+            .count()
+            + 1
+    })?;
     let mut lines = Vec::new();
     let mut rest = &data[..];
     while !rest.is_empty() {
