@@ -8,6 +8,8 @@ use std::collections::VecDeque;
 use super::{Core, Evaluator};
 use crate::value::{ByteArray, List, R, Raised};
 
+/// What a short text costs with its place in a list, and while the list grows.
+const PIECE: usize = 112;
 /// Buffers below this size in bytes double, as `Vec` does by itself.
 const DOUBLES: usize = 1 << 20;
 
@@ -132,6 +134,16 @@ impl Evaluator<'_> {
             true => Ok(()),
             false => Err(self.refused_by_system()),
         }
+    }
+
+    /// Asks for `pieces` values of their own that a text or the like of `bytes` bytes is taken apart into. `pieces` counts
+    /// them; it is only asked if there is no room for as many as there could be at most.
+    pub fn ask_for_pieces(&self, bytes: usize, pieces: impl FnOnce() -> usize) -> R<()> {
+        let cost = |pieces: usize| pieces.saturating_mul(PIECE).saturating_add(bytes);
+        if self.core.memory_allows(cost(bytes.saturating_add(1))) {
+            return Ok(());
+        }
+        self.check_allocation(cost(pieces()))
     }
 
     /// A buffer with room for `entries`.

@@ -134,21 +134,13 @@ pub fn held() -> isize {
 }
 
 /// Counts memory that does not come from the allocator, or that another thread has made for this one.
-pub fn hold(bytes: usize) {
+pub(crate) fn hold(bytes: usize) {
     count(bytes as isize);
 }
 
 /// The end of what was counted with `hold`, or of memory that another thread will free.
-pub fn let_go(bytes: usize) {
+pub(crate) fn let_go(bytes: usize) {
     count(-(bytes as isize));
-}
-
-/// What a buffer costs that comes from another thread or goes there.
-pub fn of_buffer(capacity: usize) -> usize {
-    match capacity {
-        0 => 0,
-        capacity => cost(capacity, 1) as usize,
-    }
 }
 
 /// Runs `work` for others: what it allocates and frees is not counted. For messages to other threads, and for whatever
@@ -176,14 +168,22 @@ pub fn outside<T>(work: impl FnOnce() -> T) -> T {
     result
 }
 
+/// Runs `work` for others, as `outside` does, and brings a copy of its result in.
+pub fn copied<T: Clone>(work: impl FnOnce() -> T) -> T {
+    let theirs = outside(work);
+    let own = theirs.clone();
+    outside(|| drop(theirs));
+    own
+}
+
 /// Has the fuel withheld once this thread holds more than `bytes`; `isize::MAX` never does.
-pub fn set_alarm(bytes: isize) {
+pub(crate) fn set_alarm(bytes: isize) {
     ACCOUNT.with(|account| account.alarm.set(bytes));
 }
 
 /// Whether the alarm has gone off since the last call; gives the fuel back.
 #[inline]
-pub fn take_alarm() -> bool {
+pub(crate) fn take_alarm() -> bool {
     ACCOUNT.with(|account| {
         let Some(fuel) = account.withheld.take() else {
             return false;
@@ -195,7 +195,7 @@ pub fn take_alarm() -> bool {
 
 /// Takes one unit of the running script thread's fuel; false if there is none to be had.
 #[inline(always)]
-pub fn burn() -> bool {
+pub(crate) fn burn() -> bool {
     ACCOUNT.with(|account| {
         let fuel = account.fuel.get();
         if fuel == 0 {
@@ -207,12 +207,12 @@ pub fn burn() -> bool {
 }
 
 /// Fuel that is left, withheld or not.
-pub fn fuel() -> u32 {
+pub(crate) fn fuel() -> u32 {
     ACCOUNT.with(|account| account.withheld.get().unwrap_or(account.fuel.get()))
 }
 
 /// Sets the fuel; while the alarm stands it stays withheld.
-pub fn set_fuel(fuel: u32) {
+pub(crate) fn set_fuel(fuel: u32) {
     ACCOUNT.with(|account| match account.withheld.get() {
         Some(_) => account.withheld.set(Some(fuel)),
         None => account.fuel.set(fuel),
@@ -220,7 +220,7 @@ pub fn set_fuel(fuel: u32) {
 }
 
 /// Gives memory that was freed back to the system. Takes some milliseconds for every hundred megabytes.
-pub fn trim() {
+pub(crate) fn trim() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: the call takes no pointers and may be made at any time, from any thread.
     #[allow(unsafe_code)]

@@ -148,10 +148,7 @@ impl Evaluator<'_> {
         match self.dict_find_hashed(dict, hash, &key)? {
             Some(index) => dict.set_value_at(index, value),
             None => {
-                let growth = dict.growth(1);
-                if growth > 0 {
-                    self.check_allocation(growth)?;
-                }
+                self.check_allocation(dict.growth(1))?;
                 dict.append(hash, key, value);
             }
         }
@@ -254,10 +251,7 @@ impl Evaluator<'_> {
     /// Like `set_add` with the hash known.
     pub fn set_add_hashed(&self, set: &Set, hash: u64, key: Value) -> R<()> {
         if self.set_find(set, hash, &key)?.is_none() {
-            let growth = set.growth(1);
-            if growth > 0 {
-                self.check_allocation(growth)?;
-            }
+            self.check_allocation(set.growth(1))?;
             set.append(hash, key);
         }
         Ok(())

@@ -464,6 +464,7 @@ impl Evaluator<'_> {
                 self.grow(&mut items, 1)?;
                 self.safepoint()?;
             }
+            self.check_memory()?;
             items.push(value);
         }
         Ok(items)

@@ -268,7 +268,6 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                     None => ev.collect_bytes(&args[1])?,
                 };
                 let bytes = mutable(ev, &args[0])?;
-                ev.check_allocation(bytes.data.borrow().len() + more.len())?;
                 ev.grow_bytes(&bytes, more.len())?;
                 bytes.data.change(|data| data.extend(more));
                 Ok(Value::None)
@@ -542,6 +541,12 @@ fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let keep = args[1].given().map_or(Ok(0), |value| ev.index(value))? != 0;
     let data = receiver(ev, &args[0])?;
+    ev.ask_for_pieces(data.len(), || {
+        data.iter()
+            .filter(|byte| matches!(byte, b'\n' | b'\r'))
+            .count()
+            + 1
+    })?;
     let mut lines = Vec::new();
     let mut rest = &data[..];
     while !rest.is_empty() {

@@ -33,7 +33,8 @@ pub(super) fn install(core: &Rc<Core>) {
             ("remove", "value /", remove),
             ("clear", "", clear),
             ("copy", "", |ev, args| {
-                Ok(Value::list(receiver(ev, &args[0])?.borrow().clone()))
+                let list = receiver(ev, &args[0])?;
+                ev.collect(&Value::List(list)).map(Value::list)
             }),
             ("count", "value /", |ev, args| count(ev, &args[0], &args[1])),
             ("index", "value start? stop? /", index),

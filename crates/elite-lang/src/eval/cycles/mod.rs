@@ -64,8 +64,10 @@ pub struct Cycles {
 }
 
 impl Core {
-    fn one_more(&self) {
-        self.cycles.fresh.set(self.cycles.fresh.get() + 1);
+    /// One more is noted, and so many that had died are not any more.
+    fn one_more(&self, died: usize) {
+        let fresh = self.cycles.fresh.get().saturating_sub(died);
+        self.cycles.fresh.set(fresh + 1);
     }
 
     /// Notes whatever a container is, because it is given a value which can hold others.
@@ -94,8 +96,12 @@ impl Core {
     pub fn note_instance(&self, instance: &Rc<Instance>) {
         instance.noted.set(true);
         instance.old.set(false);
-        self.one_more();
-        self.cycles.noted.instances.push(instance);
+        self.one_more(
+            self.cycles
+                .noted
+                .instances
+                .push(instance, self.is_searching()),
+        );
     }
 
     /// Notes a shared variable that is given a value which can hold others.
@@ -104,8 +110,7 @@ impl Core {
     pub fn note_cell(&self, cell: &Rc<CellVar>) {
         cell.noted.set(true);
         cell.old.set(false);
-        self.one_more();
-        self.cycles.noted.cells.push(cell);
+        self.one_more(self.cycles.noted.cells.push(cell, self.is_searching()));
     }
 
     /// Notes a list that is given a value which can hold others.
@@ -114,8 +119,7 @@ impl Core {
     pub fn note_list(&self, list: &Rc<List>) {
         list.noted.set(true);
         list.old.set(false);
-        self.one_more();
-        self.cycles.noted.lists.push(list);
+        self.one_more(self.cycles.noted.lists.push(list, self.is_searching()));
     }
 
     /// Notes a dictionary that is given a value which can hold others.
@@ -124,8 +128,7 @@ impl Core {
     pub fn note_dict(&self, dict: &Rc<Dict>) {
         dict.noted.set(true);
         dict.old.set(false);
-        self.one_more();
-        self.cycles.noted.dicts.push(dict);
+        self.one_more(self.cycles.noted.dicts.push(dict, self.is_searching()));
     }
 
     /// Notes a set that is given a value which can hold others.
@@ -134,8 +137,7 @@ impl Core {
     pub fn note_set(&self, set: &Rc<Set>) {
         set.noted.set(true);
         set.old.set(false);
-        self.one_more();
-        self.cycles.noted.sets.push(set);
+        self.one_more(self.cycles.noted.sets.push(set, self.is_searching()));
     }
 
     /// Notes a function that is given an attribute which can hold others.
@@ -144,8 +146,12 @@ impl Core {
     pub fn note_function(&self, function: &Rc<Function>) {
         if !function.noted.replace(true) {
             function.old.set(false);
-            self.one_more();
-            self.cycles.noted.functions.push(function);
+            self.one_more(
+                self.cycles
+                    .noted
+                    .functions
+                    .push(function, self.is_searching()),
+            );
         }
     }
 
@@ -160,14 +166,17 @@ impl Core {
 
     /// Notes a class that has just been made.
     pub fn note_class(&self, class: &Rc<Class>) {
-        self.one_more();
-        self.cycles.noted.classes.push(class);
+        self.one_more(self.cycles.noted.classes.push(class, self.is_searching()));
     }
 
     /// Notes a generator that has just been made.
     pub fn note_generator(&self, generator: &Rc<Generator>) {
-        self.one_more();
-        self.cycles.noted.generators.push(generator);
+        self.one_more(
+            self.cycles
+                .noted
+                .generators
+                .push(generator, self.is_searching()),
+        );
     }
 
     /// Whether a search is under way: then no script code may run before `search_slice` says that it is over.

@@ -8,6 +8,8 @@ use crate::value::{CellVar, Class, Dict, Function, Instance, List, Set, Value};
 
 /// Kinds of noted objects.
 pub(super) const KINDS: usize = 8;
+/// Young ones up to which the list is not looked through for dead ones.
+const LEAST: usize = 512;
 /// Listed objects that are looked at for each one that grows old.
 const TIDIED: usize = 4;
 
@@ -15,6 +17,8 @@ const TIDIED: usize = 4;
 /// the next search, the old ones little by little as others join them.
 pub(super) struct Kind<T> {
     young: RefCell<Vec<Weak<T>>>,
+    /// With so many young ones the dead leave.
+    limit: Cell<usize>,
     old: RefCell<Vec<Weak<T>>>,
     /// The next old entry to look at.
     next: Cell<usize>,
@@ -24,6 +28,7 @@ impl<T> Default for Kind<T> {
     fn default() -> Self {
         Kind {
             young: RefCell::default(),
+            limit: Cell::new(LEAST),
             old: RefCell::default(),
             next: Cell::new(0),
         }
@@ -31,8 +36,18 @@ impl<T> Default for Kind<T> {
 }
 
 impl<T> Kind<T> {
-    pub(super) fn push(&self, object: &Rc<T>) {
-        self.young.borrow_mut().push(Rc::downgrade(object));
+    /// Notes one more. Unless a search is under way, which counts on their order, the dead leave when there are twice as
+    /// many as there were alive; how many did.
+    pub(super) fn push(&self, object: &Rc<T>, searching: bool) -> usize {
+        let mut young = self.young.borrow_mut();
+        let before = young.len();
+        if before >= self.limit.get() && !searching {
+            young.retain(|object| object.strong_count() > 0);
+            self.limit.set((young.len() * 2).max(LEAST));
+        }
+        let left = before - young.len();
+        young.push(Rc::downgrade(object));
+        left
     }
 
     fn young(&self) -> usize {
