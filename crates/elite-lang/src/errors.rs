@@ -318,6 +318,9 @@ impl Evaluator<'_> {
         if let Raised::Exception(exception) = raised
             && let Some(state) = exception.exception()
         {
+            if !exception.noted.get() {
+                self.core.note_instance(exception);
+            }
             state.set_context(exception, handled);
         }
     }

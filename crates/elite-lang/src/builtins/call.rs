@@ -117,18 +117,31 @@ impl Evaluator<'_> {
                     && args.len() == builtin.signature.len()
                     && builtin.signature.accepts(args.len())
                 {
+                    self.note_filled(builtin, args);
                     return body(self, args);
                 }
-                self.with_bound(builtin, args, keywords, |bound| body(self, bound))
+                self.with_bound(builtin, args, keywords, |bound| {
+                    self.note_filled(builtin, bound);
+                    body(self, bound)
+                })
             }
-            BuiltinBody::Raw(body) => body(
-                self,
-                &mut Args {
-                    positional: args,
-                    keywords,
-                    caller: caller.map(Frame::reborrow),
-                },
-            ),
+            BuiltinBody::Raw(body) => {
+                self.note_filled(builtin, args);
+                if builtin.fills
+                    && let Some(receiver) = args.first()
+                    && keywords.iter().any(|(_, value)| value.holds_values())
+                {
+                    self.core.note(receiver);
+                }
+                body(
+                    self,
+                    &mut Args {
+                        positional: args,
+                        keywords,
+                        caller: caller.map(Frame::reborrow),
+                    },
+                )
+            }
             BuiltinBody::Closure { held, body } => body(
                 self,
                 held,
@@ -145,6 +158,17 @@ impl Evaluator<'_> {
                     caller: caller.map(Frame::reborrow),
                 })
             }),
+        }
+    }
+
+    /// Notes the receiver of a method that may put values into it which can hold others.
+    #[inline]
+    pub fn note_filled(&self, builtin: &Builtin, args: &[Value]) {
+        if builtin.fills
+            && let Some((receiver, rest)) = args.split_first()
+            && rest.iter().any(Value::holds_values)
+        {
+            self.core.note(receiver);
         }
     }
 

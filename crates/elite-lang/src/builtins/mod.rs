@@ -30,6 +30,8 @@ pub struct Builtin {
     pub signature: Signature,
     /// What it does.
     pub body: BuiltinBody,
+    /// It may put its arguments into its receiver, which then may become part of a cycle.
+    pub fills: bool,
 }
 
 /// A function whose arguments are bound to the signature; omitted ones are `Unbound`.
@@ -87,6 +89,7 @@ impl Builtin {
             module: None,
             signature,
             body: BuiltinBody::Bound(body),
+            fills: false,
         }))
     }
 
@@ -104,6 +107,7 @@ impl Builtin {
             module: Some(module.clone()),
             signature: Signature::parse(signature, &core.symbols),
             body: BuiltinBody::Bound(body),
+            fills: false,
         }))
     }
 
@@ -116,6 +120,7 @@ impl Builtin {
             module: None,
             signature,
             body: BuiltinBody::Raw(body),
+            fills: false,
         }))
     }
 
@@ -137,6 +142,7 @@ impl Builtin {
             module: None,
             signature,
             body,
+            fills: false,
         }))
     }
 
@@ -149,6 +155,7 @@ impl Builtin {
             module: None,
             signature,
             body: BuiltinBody::Native(native),
+            fills: false,
         }))
     }
 }

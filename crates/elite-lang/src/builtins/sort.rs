@@ -16,6 +16,8 @@ impl Evaluator<'_> {
     /// Puts the items in order, by `key` if given. Equal items keep their order, also in reverse. After an error the
     /// items are as they were.
     pub fn sort(&self, items: &mut Vec<Value>, key: Option<&Value>, reverse: bool) -> R<()> {
+        // Keys, ranks and places beside the items.
+        self.check_allocation(items.len() * 3 * size_of::<Value>())?;
         let mut keys = Vec::new();
         if let Some(key) = key.filter(|key| !key.is_none()) {
             keys.reserve_exact(items.len());

@@ -1,6 +1,7 @@
 //! Generators: what hands values to whoever steps it. Most are a place in a list of steps (`steps`), the others are
 //! coroutines.
 
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use corosensei::stack::DefaultStack;
@@ -10,6 +11,7 @@ use super::coroutine::{Outlet, Request, Resume, StackKind, Stopping, limit_of};
 use super::steps::{Standing, Step};
 use super::{Core, Evaluator, Frame};
 use crate::errors::ExceptionKind;
+use crate::limits::memory;
 use crate::value::held::nothing_is_open;
 use crate::value::{Function, Held, R, Raised, Value, trash};
 
@@ -25,8 +27,8 @@ pub enum ToGenerator {
 
 /// What a generator suspends with.
 pub enum FromGenerator {
-    /// The next value.
-    Yield(Value),
+    /// The next value, and the variables that hold others, for the search for cycles.
+    Yield(Value, Vec<Value>),
     /// A request for the script thread.
     Request(Request),
 }
@@ -41,6 +43,10 @@ pub struct Generator {
     state: Held<State>,
     /// Where it stands, if it has no stack of its own.
     standing: Held<Option<Standing>>,
+    /// While it is suspended with a stack of its own: the values of its variables that hold others, once more.
+    seen: Held<Vec<Value>>,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
 }
 
 enum State {
@@ -82,17 +88,51 @@ impl Generator {
             core,
             state: Held::new(state),
             standing: Held::new(standing),
+            seen: Held::default(),
+            old: Cell::new(false),
         }
     }
 
-    /// Runs `each` on what it refers to: its function and, before it has started, its arguments. What lies on its native
-    /// stack cannot be seen.
+    /// Runs `each` on what it refers to: its function and its variables. What lies on its native stack beyond the
+    /// variables cannot be seen.
     pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
         each(&Value::Function(self.function.clone()));
         if let Some(state) = self.state.try_borrow()
             && let State::Fresh(slots) = &*state
         {
-            slots.0.iter().for_each(each);
+            slots.0.iter().for_each(&mut *each);
+        }
+        if self.has_stack() {
+            // Its native stack refers to the function as well.
+            each(&Value::Function(self.function.clone()));
+        }
+        if let Some(standing) = self.standing.try_borrow()
+            && let Some(standing) = &*standing
+        {
+            standing.visit(each);
+        }
+        if let Some(seen) = self.seen.try_borrow() {
+            // Each is referred to by its variable and by this list.
+            seen.iter().for_each(|value| {
+                each(value);
+                each(value);
+            });
+        }
+    }
+
+    /// Whether it is suspended with a native stack, so that ending it runs its `finally` blocks.
+    pub fn has_stack(&self) -> bool {
+        matches!(
+            self.state.try_borrow().as_deref(),
+            Some(State::Suspended(_))
+        )
+    }
+
+    /// Ends it, unless it is executing: what it holds is let go, `finally` blocks run as when it is dropped.
+    pub fn end(&self) {
+        if !self.is_running() {
+            self.unwind();
+            self.finish();
         }
     }
 
@@ -194,10 +234,12 @@ impl Evaluator<'_> {
             return Err(self.recursion_error());
         }
         core.depth.set(depth + 1);
+        drop(generator.seen.take());
         let mut input = input;
         let result = loop {
             match coroutine.resume(input) {
-                CoroutineResult::Yield(FromGenerator::Yield(value)) => {
+                CoroutineResult::Yield(FromGenerator::Yield(value, seen)) => {
+                    generator.seen.put(seen);
                     generator.state.put(State::Suspended(coroutine));
                     break Ok(Stepped::Yielded(value));
                 }
@@ -259,13 +301,15 @@ impl Evaluator<'_> {
         result
     }
 
-    /// `yield`: hands a value to whoever steps this generator; the value sent back is the result.
-    pub fn yield_value(&self, value: Value) -> R {
+    /// `yield`: hands a value to whoever steps this generator; the value sent back is the result. `slots` are the
+    /// variables of the generator.
+    pub fn yield_value(&self, slots: &[Value], value: Value) -> R {
         let Outlet::Generator(yielder) = &self.outlet else {
             // The parser lets `yield` stand in functions only, and those with one run as generators.
             return Err(self.raise(ExceptionKind::SystemError, "yield outside a generator"));
         };
-        match yielder.suspend(FromGenerator::Yield(value)) {
+        let holding = slots.iter().filter(|value| value.holds_values());
+        match yielder.suspend(FromGenerator::Yield(value, holding.cloned().collect())) {
             ToGenerator::Send(value) => Ok(value),
             ToGenerator::Throw(raised) => Err(raised),
             ToGenerator::Resumed(_) => Err(Raised::Stop),
@@ -281,18 +325,54 @@ fn step_finished(input: ToGenerator) -> R<Stepped> {
     }
 }
 
-impl Drop for Generator {
+impl Generator {
     /// A generator that is given up unwinds as a stopped thread does: its `finally` blocks run, bounded; it cannot wait.
-    fn drop(&mut self) {
-        let State::Suspended(mut coroutine) =
-            std::mem::replace(self.state.get_mut(), State::Finished)
-        else {
+    fn unwind(&self) {
+        if !self.has_stack() {
             return;
-        };
+        }
+        if let State::Suspended(coroutine) = self.state.replace(State::Finished) {
+            drop(self.seen.take());
+            self.core.last_acts.unwind(&self.core, coroutine);
+        }
+    }
+}
+
+/// What generators that were given up still have to do. Usually that is done at once; while memory is being freed on behalf
+/// of a native that has its containers in its hands, no script code may run, so it waits for the next safepoint.
+#[derive(Default)]
+pub struct LastActs {
+    held_back: Cell<bool>,
+    waiting: RefCell<Vec<GeneratorCoroutine>>,
+}
+
+impl LastActs {
+    /// From now on they wait (or, `false`, are done at once); what it was before.
+    pub fn hold_back(&self, on: bool) -> bool {
+        self.held_back.replace(on)
+    }
+
+    /// Does what has waited.
+    pub fn catch_up(&self, core: &Core) {
+        while let Some(coroutine) = self.next() {
+            self.unwind(core, coroutine);
+        }
+    }
+
+    fn next(&self) -> Option<GeneratorCoroutine> {
+        match self.held_back.get() {
+            true => None,
+            false => self.waiting.borrow_mut().pop(),
+        }
+    }
+
+    fn unwind(&self, core: &Core, mut coroutine: GeneratorCoroutine) {
+        if self.held_back.get() {
+            return self.waiting.borrow_mut().push(coroutine);
+        }
         nothing_is_open();
-        let core = &self.core;
         let saved = (
-            core.fuel.get(),
+            memory::fuel(),
             core.stopping.get(),
             core.line.get(),
             core.depth.get(),
@@ -303,7 +383,7 @@ impl Drop for Generator {
             // A `finally` block may give up a generator with a `finally` block, and so on without end.
             _ if depth >= core.limits.call_depth => Stopping::Abandoned,
             Stopping::No => {
-                core.fuel.set(core.limits.stop_fuel);
+                memory::set_fuel(core.limits.stop_fuel);
                 Stopping::Unwinding
             }
             // One within another shares its fuel, so that all of them together are bounded.
@@ -323,11 +403,17 @@ impl Drop for Generator {
             .give(StackKind::Generator, coroutine.into_stack());
         // What a generator within a stopping thread has used is used; all else goes on as if nothing had happened.
         if saved.1 == Stopping::No {
-            core.fuel.set(saved.0);
+            memory::set_fuel(saved.0);
         }
         core.stopping.set(saved.1);
         core.line.set(saved.2);
         core.depth.set(saved.3);
         core.native_depth.set(saved.4);
+    }
+}
+
+impl Drop for Generator {
+    fn drop(&mut self) {
+        self.unwind();
     }
 }

@@ -10,6 +10,7 @@ pub mod coroutine;
 pub mod cycles;
 pub mod expr;
 pub mod generator;
+pub mod room;
 pub mod run;
 pub mod steps;
 pub mod stmt;
@@ -21,6 +22,7 @@ use std::rc::Rc;
 
 pub use self::core::Core;
 use self::coroutine::Outlet;
+use crate::limits::memory;
 use crate::value::{Function, Held, Instance, R, Raised, Value};
 
 /// The variables of a running function.
@@ -128,12 +130,10 @@ impl<'y> Evaluator<'y> {
     /// Passed at every loop back-edge and call: counts fuel, and lets the driver in when it is used up.
     #[inline]
     pub fn safepoint(&self) -> R<()> {
-        let fuel = self.core.fuel.get();
-        if fuel == 0 {
-            return self.out_of_fuel();
+        if memory::burn() {
+            return Ok(());
         }
-        self.core.fuel.set(fuel - 1);
-        Ok(())
+        self.out_of_fuel()
     }
 
     /// The exception whose handler is running.

@@ -79,11 +79,10 @@ impl Evaluator<'_> {
     fn make_generator(&self, function: &Rc<Function>, slots: &mut [Value]) -> Value {
         make_cells(&function.code, slots);
         let slots = slots.iter_mut().map(std::mem::take).collect();
-        Value::Generator(Rc::new(Generator::new(
-            self.core.clone(),
-            function.clone(),
-            slots,
-        )))
+        let generator = Generator::new(self.core.clone(), function.clone(), slots);
+        let generator = Rc::new(generator);
+        self.core.note_generator(&generator);
+        Value::Generator(generator)
     }
 
     /// Calls a script function with arguments that are values already.

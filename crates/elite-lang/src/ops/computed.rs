@@ -242,12 +242,14 @@ impl Evaluator<'_> {
                 Value::Tuple(tuple) => tuple.items().to_vec(),
                 _ => return Err(self.type_error("__defaults__ must be set to a tuple object")),
             };
+            self.core.note_function(function);
             function.defaults.put(defaults.into());
             return Ok(());
         }
         if new.holds_values() {
             self.core.note_function(function);
         }
+        self.core.symbols.settle(name);
         let old = function.attrs.change(|attrs| {
             let attrs = attrs.get_or_insert_with(|| Box::new(AttrMap::default()));
             attrs.insert(name, new)

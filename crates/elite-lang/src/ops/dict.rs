@@ -166,7 +166,10 @@ impl Evaluator<'_> {
     pub fn dict_set_hashed(&self, dict: &Dict, hash: u64, key: Value, value: Value) -> R<()> {
         match self.dict_find_hashed(dict, hash, &key)? {
             Some(index) => dict.set_value_at(index, value),
-            None => dict.append(hash, key, value),
+            None => {
+                self.check_allocation(dict.growth(1))?;
+                dict.append(hash, key, value);
+            }
         }
         Ok(())
     }
@@ -180,6 +183,7 @@ impl Evaluator<'_> {
 
     /// Copies all entries of `other` into `dict`.
     pub fn dict_update(&self, dict: &Dict, other: &Dict) -> R<()> {
+        self.check_allocation(dict.growth(other.len()).saturating_add(other.bytes()))?;
         for (hash, key, value) in other.entries() {
             self.dict_set_hashed(dict, hash, key, value)?;
         }
@@ -280,6 +284,7 @@ impl Evaluator<'_> {
     pub fn set_add_hashed(&self, set: &Set, hash: u64, key: Value) -> R<()> {
         // An equal one that was there counts, as in CPython, also if it has left while it was compared.
         if self.set_search(set, hash, &key, &|_, _| true)?.is_none() {
+            self.check_allocation(set.growth(1))?;
             set.append(hash, key);
         }
         Ok(())
@@ -313,6 +318,7 @@ impl Evaluator<'_> {
         match iterable {
             Value::Set(other) | Value::FrozenSet(other) => self.set_merge(set, other)?,
             Value::Dict(dict) => {
+                self.check_allocation(set.growth(dict.len()))?;
                 set.reserve(dict.len());
                 for (hash, key, _) in dict.entries() {
                     self.set_add_hashed(set, hash, key)?;
@@ -333,6 +339,7 @@ impl Evaluator<'_> {
         if std::ptr::eq(set, other) {
             return Ok(());
         }
+        self.check_allocation(set.growth(other.len()))?;
         if set.is_empty() {
             set.replace(other.copy());
             return Ok(());
@@ -346,6 +353,7 @@ impl Evaluator<'_> {
 
     /// `a | b`
     pub fn set_union(&self, a: &Set, b: &Set) -> R<Set> {
+        self.check_allocation(a.bytes())?;
         let result = a.copy();
         self.set_merge(&result, b)?;
         Ok(result)
@@ -366,6 +374,7 @@ impl Evaluator<'_> {
     /// `a - b`
     pub fn set_difference(&self, a: &Set, b: &Set) -> R<Set> {
         if a.len() >> 2 > b.len() {
+            self.check_allocation(a.bytes())?;
             let result = a.copy();
             self.set_subtract(&result, b)?;
             return Ok(result);
@@ -395,6 +404,7 @@ impl Evaluator<'_> {
 
     /// `a ^ b`
     pub fn set_symmetric_difference(&self, a: &Set, b: &Set) -> R<Set> {
+        self.check_allocation(b.bytes())?;
         let result = b.copy();
         self.set_toggle(&result, a)?;
         Ok(result)

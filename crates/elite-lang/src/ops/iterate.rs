@@ -430,15 +430,25 @@ impl Evaluator<'_> {
     /// All items of an iterable.
     pub fn collect(&self, iterable: &Value) -> R<Vec<Value>> {
         match iterable {
-            Value::List(list) => return Ok(list.borrow().clone()),
-            Value::Tuple(tuple) => return Ok(tuple.items().to_vec()),
-            Value::Dict(dict) => return Ok(dict.keys()),
+            Value::List(list) => {
+                let mut items = self.room_for(list.len())?;
+                items.extend_from_slice(&list.borrow());
+                return Ok(items);
+            }
+            Value::Tuple(tuple) => {
+                let mut items = self.room_for(tuple.items().len())?;
+                items.extend_from_slice(tuple.items());
+                return Ok(items);
+            }
+            Value::Dict(dict) => {
+                self.check_allocation(dict.len() * size_of::<Value>())?;
+                return Ok(dict.keys());
+            }
             Value::Range(range) => {
                 let length = range.len();
-                self.check_allocation((length as usize).saturating_mul(size_of::<Value>()))?;
-                return Ok((0..length)
-                    .map(|index| Value::Int(range.at(index)))
-                    .collect());
+                let mut items = self.room_for(usize::try_from(length).unwrap_or(usize::MAX))?;
+                items.extend((0..length).map(|index| Value::Int(range.at(index))));
+                return Ok(items);
             }
             _ => {}
         }
@@ -451,9 +461,10 @@ impl Evaluator<'_> {
         let mut items = Vec::new();
         while let Some(value) = self.next(iterator)? {
             if items.len() == items.capacity() {
-                self.check_allocation(2 * items.len() * size_of::<Value>())?;
+                self.grow(&mut items, 1)?;
                 self.safepoint()?;
             }
+            self.check_memory()?;
             items.push(value);
         }
         Ok(items)

@@ -78,7 +78,7 @@ impl<'b, 'y> Builder<'b, 'y> {
         let core = self.core();
         let object = core.types.object.clone();
         let class = Class::new(name, base, vec![object.clone()], vec![object], false);
-        core.classes.borrow_mut().push(Rc::downgrade(&class));
+        core.note_class(&class);
         class.set(known::MODULE, Value::str(&*self.module.name));
         class.in_c.set(true);
         self.value(name, Value::Class(class.clone()));
@@ -98,6 +98,7 @@ impl<'b, 'y> Builder<'b, 'y> {
             module: None,
             signature: Signature::parse(signature, &self.core().symbols),
             body: BuiltinBody::Bound(body),
+            fills: true,
         }))
     }
 

@@ -9,7 +9,6 @@ use crate::ast::CompareOp;
 use crate::builtins::types::insertion_place;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::limits::memory;
 use crate::value::instance::Holds;
 use crate::value::int::Int;
 use crate::value::iter::NativeIter;
@@ -48,7 +47,6 @@ struct Deque {
     maxlen: Cell<Option<usize>>,
     /// Counts changes of length, so that iterators notice.
     generation: Cell<u64>,
-    tracked: Cell<usize>,
 }
 
 impl Deque {
@@ -59,10 +57,13 @@ impl Deque {
         }
     }
 
+    /// Makes room for `more` items; a bounded deque at its bound needs room for one.
+    fn grow(&self, ev: &Evaluator<'_>, more: usize) -> R<()> {
+        ev.grow_held(&self.items, more)
+    }
+
     fn changed(&self) {
         self.generation.set(self.generation.get() + 1);
-        let bytes = self.items.borrow().capacity() * size_of::<Value>();
-        memory::retrack(self.tracked.replace(bytes), bytes);
     }
 
     /// Adds at one end; what does not fit any more leaves at the other one.
@@ -114,7 +115,6 @@ impl Deque {
 
 impl Drop for Deque {
     fn drop(&mut self) {
-        memory::release(self.tracked.get());
         let mut items: Vec<Value> = std::mem::take(self.items.get_mut()).into();
         trash::dismantle(&mut items);
     }
@@ -188,17 +188,18 @@ fn extend(ev: &Evaluator<'_>, deque: &Deque, iterable: &Value, left: bool) -> R<
     let own = data(ev, iterable).is_ok_and(|other| std::ptr::eq(&*other, deque));
     if own {
         for item in deque.to_vec() {
+            deque.grow(ev, 1)?;
             deque.push(item, left);
         }
     } else {
         let iterator = ev.iter(iterable)?;
         while let Some(item) = ev.next(&iterator)? {
+            deque.grow(ev, 1)?;
             deque.push(item, left);
-            ev.check_allocation(deque.tracked.get())?;
             ev.safepoint()?;
         }
     }
-    ev.check_allocation(deque.tracked.get())
+    Ok(())
 }
 
 fn position(ev: &Evaluator<'_>, deque: &Deque, index: &Value) -> R<usize> {
@@ -274,15 +275,15 @@ const METHODS: &[Entry] = &[
     ("append", "item /", |ev, args| {
         let deque = data(ev, &args[0])?;
         note(ev, &args[0], &args[1]);
+        deque.grow(ev, 1)?;
         deque.push(std::mem::take(&mut args[1]), false);
-        ev.check_allocation(deque.tracked.get())?;
         Ok(Value::None)
     }),
     ("appendleft", "item /", |ev, args| {
         let deque = data(ev, &args[0])?;
         note(ev, &args[0], &args[1]);
+        deque.grow(ev, 1)?;
         deque.push(std::mem::take(&mut args[1]), true);
-        ev.check_allocation(deque.tracked.get())?;
         Ok(Value::None)
     }),
     ("pop", "", |ev, args| pop(ev, &args[0], false)),

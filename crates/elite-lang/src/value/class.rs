@@ -4,11 +4,12 @@
 //! a version names one state of one class, and changes whenever a cached answer could.
 
 use std::cell::{Cell, OnceCell, Ref, RefCell};
-use std::rc::{Rc, Weak};
+use std::rc::Rc;
 
 use super::attrs::AttrMap;
 use super::held::Look;
 use super::symbol::{SymbolMap, known};
+use super::weak::WeakList;
 use super::{Held, Symbol, Value, trash};
 
 /// How instances of a class are laid out: which builtin type they extend.
@@ -95,7 +96,7 @@ pub struct Class {
     ancestors: Vec<Rc<Class>>,
     attrs: Held<AttrMap>,
     version: Cell<u32>,
-    subclasses: RefCell<Vec<Weak<Class>>>,
+    subclasses: WeakList<Class>,
     layout: RefCell<Layout>,
     /// The only attributes instances may have (`__slots__`), those of the ancestors aside.
     slots: RefCell<Option<Box<[Symbol]>>>,
@@ -107,6 +108,8 @@ pub struct Class {
     making: Cell<(u32, Making)>,
     /// Makes instances without going through `__new__` and `__init__` of scripts.
     pub constructor: Held<Value>,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
 }
 
 thread_local! {
@@ -164,7 +167,8 @@ impl Class {
             ancestors,
             attrs: Held::default(),
             version: Cell::new(fresh_version()),
-            subclasses: RefCell::default(),
+            subclasses: WeakList::default(),
+            old: Cell::new(false),
             layout: RefCell::default(),
             slots: RefCell::default(),
             metaclass: OnceCell::new(),
@@ -173,7 +177,7 @@ impl Class {
             constructor: Held::default(),
         });
         for parent in &class.bases {
-            parent.subclasses.borrow_mut().push(Rc::downgrade(&class));
+            parent.subclasses.push(&class);
         }
         class
     }
@@ -245,11 +249,7 @@ impl Class {
 
     /// Classes derived directly from this one that are still alive.
     pub fn subclasses(&self) -> Vec<Rc<Class>> {
-        self.subclasses
-            .borrow()
-            .iter()
-            .filter_map(Weak::upgrade)
-            .collect()
+        self.subclasses.alive()
     }
 
     /// The attributes of the class itself.
@@ -419,6 +419,20 @@ impl Class {
     /// The instance layout.
     pub fn layout(&self) -> Ref<'_, Layout> {
         self.layout.borrow()
+    }
+
+    /// Runs `each` on what it refers to, unless that is being changed.
+    pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        let classes = self.bases.iter().chain(&self.ancestors);
+        for class in classes.chain(self.metaclass.get()) {
+            each(&Value::Class(class.clone()));
+        }
+        if let Some(attrs) = self.attrs.try_borrow() {
+            attrs.iter().for_each(|(_, value)| each(value));
+        }
+        if let Some(constructor) = self.constructor.try_borrow() {
+            each(&constructor);
+        }
     }
 
     /// Drops all attributes, to break cycles when an interpreter ends.

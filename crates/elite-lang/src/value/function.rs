@@ -1,5 +1,6 @@
 //! Functions of scripts and what wraps them: bound methods, properties, `super`.
 
+use std::cell::Cell;
 use std::rc::Rc;
 
 use super::attrs::AttrMap;
@@ -19,6 +20,10 @@ pub struct Function {
     pub closure: Box<[Rc<CellVar>]>,
     /// Attributes set by scripts, and what `__name__` and the like were changed to.
     pub attrs: Held<Option<Box<AttrMap>>>,
+    /// The interpreter knows it as a possible part of a cycle.
+    pub noted: Cell<bool>,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
 }
 
 impl Function {
@@ -31,6 +36,8 @@ impl Function {
             keyword_defaults: Box::default(),
             closure,
             attrs: Held::default(),
+            noted: Cell::new(false),
+            old: Cell::new(false),
         })
     }
 

@@ -18,6 +18,8 @@ pub struct Instance {
     pub payload: Payload,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
 }
 
 /// Attributes by slot; as many as most objects have lie in the object itself.
@@ -61,12 +63,12 @@ impl Instance {
     pub fn new(class: Rc<Class>, payload: Payload) -> Rc<Self> {
         let width = class.layout().names().len();
         let attrs = Held::new(Attrs::Slots(Slots::with_capacity(width)));
-        crate::limits::memory::track(size_of::<Instance>());
         Rc::new(Instance {
             class,
             attrs,
             payload,
             noted: Cell::new(false),
+            old: Cell::new(false),
         })
     }
 
@@ -188,7 +190,16 @@ impl Instance {
 
     /// Sets the attribute `name` of the instance itself.
     pub fn set(&self, name: Symbol, value: Value, symbols: &super::symbol::Symbols) {
-        let value = match self.class.slot_for(name) {
+        // Slots are named; a dictionary has the text itself as its key.
+        let in_dict = matches!(&*self.attrs.borrow(), Attrs::Dict(_));
+        let slot = match in_dict {
+            true => None,
+            false => self.class.slot_for(name),
+        };
+        if slot.is_some() {
+            symbols.settle(name);
+        }
+        let value = match slot {
             Some(slot) => match self.set_slot(slot, value) {
                 Ok(()) => return,
                 Err(value) => value,
@@ -264,7 +275,6 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        crate::limits::memory::release(size_of::<Instance>());
         if let Attrs::Slots(slots) = self.attrs.get_mut() {
             trash::dismantle_all(slots);
         }

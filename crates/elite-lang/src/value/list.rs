@@ -4,27 +4,24 @@ use std::cell::Cell;
 
 use super::held::Look;
 use super::{Held, Value, trash};
-use crate::limits::memory;
 
 /// A list. Nothing may hold a borrow of the items while it runs script code.
 #[derive(Default)]
 pub struct List {
     items: Held<Vec<Value>>,
-    /// Bytes of the items that are accounted for.
-    tracked: Cell<usize>,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
 }
 
 impl List {
     /// A list of these items.
     pub fn new(items: Vec<Value>) -> Self {
-        let bytes = items.capacity() * size_of::<Value>();
-        memory::track(bytes);
         List {
             items: Held::new(items),
-            tracked: Cell::new(bytes),
             noted: Cell::new(false),
+            old: Cell::new(false),
         }
     }
 
@@ -43,8 +40,7 @@ impl List {
         self.items.borrow()
     }
 
-    /// Changes the items; gives back what `change` has taken out, to be dropped now that the list is free again. After
-    /// growing them by more than a few, call `account`.
+    /// Changes the items; gives back what `change` has taken out, to be dropped now that the list is free again.
     #[inline(always)]
     pub fn change<O>(&self, change: impl FnOnce(&mut Vec<Value>) -> O) -> O {
         self.items.change(change)
@@ -53,9 +49,7 @@ impl List {
     /// Puts other items in the place of all there were, which are given back.
     #[must_use = "the old items are dropped only now"]
     pub fn replace_all(&self, items: Vec<Value>) -> Vec<Value> {
-        let old = self.items.replace(items);
-        self.account();
-        old
+        self.items.replace(items)
     }
 
     /// Puts an item in the place of number `index`: the one that was there, or, if there is none, the new one back.
@@ -87,27 +81,12 @@ impl List {
     /// Appends an item.
     #[inline]
     pub fn push(&self, value: Value) {
-        let full = self.items.change(|items| {
-            let full = items.len() == items.capacity();
-            items.push(value);
-            full
-        });
-        if full {
-            self.account();
-        }
-    }
-
-    /// Brings the accounting up to date with the capacity.
-    pub fn account(&self) {
-        let bytes = self.items.borrow().capacity() * size_of::<Value>();
-        let before = self.tracked.replace(bytes);
-        memory::retrack(before, bytes);
+        self.items.change(|items| items.push(value));
     }
 }
 
 impl Drop for List {
     fn drop(&mut self) {
-        memory::release(self.tracked.get());
         trash::dismantle(self.items.get_mut());
     }
 }
@@ -115,6 +94,8 @@ impl Drop for List {
 /// A tuple. Two or three items, the commonest numbers, are kept in the object itself.
 pub struct Tuple {
     items: Items,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
 }
 
 enum Items {
@@ -126,25 +107,28 @@ enum Items {
 impl Tuple {
     /// A tuple of these items.
     pub fn new(items: Vec<Value>) -> Self {
-        Tuple::counted(Items::Many(items))
+        Tuple {
+            items: Items::Many(items),
+            old: Cell::new(false),
+        }
     }
 
     /// A tuple of two items.
     #[inline]
     pub fn of_two(items: [Value; 2]) -> Self {
-        Tuple::counted(Items::Two(items))
+        Tuple {
+            items: Items::Two(items),
+            old: Cell::new(false),
+        }
     }
 
     /// A tuple of three items.
     #[inline]
     pub fn of_three(items: [Value; 3]) -> Self {
-        Tuple::counted(Items::Three(items))
-    }
-
-    #[inline]
-    fn counted(items: Items) -> Self {
-        memory::track(items.bytes());
-        Tuple { items }
+        Tuple {
+            items: Items::Three(items),
+            old: Cell::new(false),
+        }
     }
 
     /// The items.
@@ -158,20 +142,8 @@ impl Tuple {
     }
 }
 
-impl Items {
-    #[inline]
-    fn bytes(&self) -> usize {
-        match self {
-            Items::Two(items) => size_of_val(items),
-            Items::Three(items) => size_of_val(items),
-            Items::Many(items) => items.capacity() * size_of::<Value>(),
-        }
-    }
-}
-
 impl Drop for Tuple {
     fn drop(&mut self) {
-        memory::release(self.items.bytes());
         match &mut self.items {
             Items::Two(items) => trash::dismantle_all(items),
             Items::Three(items) => trash::dismantle_all(items),

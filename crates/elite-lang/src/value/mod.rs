@@ -21,6 +21,7 @@ pub mod set;
 pub mod string;
 pub mod symbol;
 pub mod trash;
+pub mod weak;
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -107,6 +108,8 @@ pub struct CellVar {
     pub value: Held<Value>,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
 }
 
 impl CellVar {
@@ -115,6 +118,7 @@ impl CellVar {
         Rc::new(CellVar {
             value: Held::new(value),
             noted: Cell::new(false),
+            old: Cell::new(false),
         })
     }
 }
@@ -223,19 +227,43 @@ impl Value {
     /// Whether it can hold other values, and so be part of a cycle.
     #[inline]
     pub fn holds_values(&self) -> bool {
-        !matches!(
-            self,
+        match self {
             Value::Unbound
-                | Value::None
-                | Value::Bool(_)
-                | Value::Int(_)
-                | Value::Float(_)
-                | Value::Str(_)
-                | Value::BigInt(_)
-                | Value::Bytes(_)
-                | Value::Class(_)
-                | Value::Module(_)
-        )
+            | Value::None
+            | Value::Ellipsis
+            | Value::NotImplemented
+            | Value::Bool(_)
+            | Value::Int(_)
+            | Value::Float(_)
+            | Value::Str(_)
+            | Value::BigInt(_)
+            | Value::Complex(_)
+            | Value::Bytes(_)
+            | Value::ByteArray(_)
+            | Value::Range(_)
+            | Value::LongRange(_)
+            | Value::Module(_) => false,
+            // Builtin types stay as long as the interpreter.
+            Value::Class(class) => class.is_script,
+            Value::List(_)
+            | Value::Tuple(_)
+            | Value::Dict(_)
+            | Value::DictView(_)
+            | Value::Set(_)
+            | Value::FrozenSet(_)
+            | Value::Slice(_)
+            | Value::Function(_)
+            | Value::BoundMethod(_)
+            | Value::Builtin(_)
+            | Value::Instance(_)
+            | Value::Iter(_)
+            | Value::Generator(_)
+            | Value::Property(_)
+            | Value::StaticMethod(_)
+            | Value::ClassMethod(_)
+            | Value::Super(_)
+            | Value::Cell(_) => true,
+        }
     }
 
     /// Whether this is `None`.

@@ -30,7 +30,6 @@ impl Str {
     pub fn counted(text: impl Into<CompactString>, chars: usize) -> Self {
         let text = text.into();
         debug_assert_eq!(chars, text.chars().count());
-        crate::limits::memory::track(text.capacity());
         Str {
             text,
             chars,
@@ -112,17 +111,9 @@ impl Str {
 
     /// Appends in place; the caller holds the only reference.
     pub fn push_str(&mut self, more: &Str) {
-        let before = self.text.capacity();
         self.text.push_str(&more.text);
-        crate::limits::memory::track(self.text.capacity() - before);
         self.chars += more.chars;
         self.hash.set(0);
-    }
-}
-
-impl Drop for Str {
-    fn drop(&mut self) {
-        crate::limits::memory::release(self.text.capacity());
     }
 }
 

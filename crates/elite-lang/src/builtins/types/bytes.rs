@@ -258,8 +258,8 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
             ("append", "item /", |ev, args| {
                 let byte = ev.byte(&args[1])?;
                 let bytes = mutable(ev, &args[0])?;
+                ev.grow_bytes(&bytes, 1)?;
                 bytes.data.change(|data| data.push(byte));
-                bytes.account();
                 Ok(Value::None)
             }),
             ("extend", "iterable /", |ev, args| {
@@ -272,19 +272,18 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                     None => ev.collect_bytes(&args[1])?,
                 };
                 let bytes = mutable(ev, &args[0])?;
-                ev.check_allocation(bytes.data.borrow().len() + more.len())?;
+                ev.grow_bytes(&bytes, more.len())?;
                 bytes.data.change(|data| data.extend(more));
-                bytes.account();
                 Ok(Value::None)
             }),
             ("insert", "index item /", |ev, args| {
                 let bytes = mutable(ev, &args[0])?;
                 let index = ev.clamped_index(&args[1])?;
                 let byte = ev.byte(&args[2])?;
+                ev.grow_bytes(&bytes, 1)?;
                 bytes.data.change(|data| {
                     data.insert(super::insertion_place(index, data.len()), byte);
                 });
-                bytes.account();
                 Ok(Value::None)
             }),
             ("pop", "index? /", |ev, args| {
@@ -328,7 +327,6 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 let data = data(ev, &args[1..], "bytearray")?;
                 let bytes = mutable(ev, &args[0])?;
                 bytes.data.put(data);
-                bytes.account();
                 Ok(Value::None)
             }),
         ],
@@ -571,6 +569,12 @@ fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let keep = args[1].given().map_or(Ok(0), |value| ev.index(value))? != 0;
     let data = receiver(ev, &args[0])?;
+    ev.ask_for_pieces(data.len(), || {
+        data.iter()
+            .filter(|byte| matches!(byte, b'\n' | b'\r'))
+            .count()
+            + 1
+    })?;
     let mut lines = Vec::new();
     let mut rest = &data[..];
     while !rest.is_empty() {

@@ -34,7 +34,9 @@ pub(super) fn install(core: &Rc<Core>) {
                 Ok(Value::None)
             }),
             ("copy", "", |ev, args| {
-                Ok(Value::Dict(Rc::new(receiver(ev, &args[0])?.copy())))
+                let dict = receiver(ev, &args[0])?;
+                ev.check_allocation(dict.bytes())?;
+                Ok(Value::Dict(Rc::new(dict.copy())))
             }),
             ("keys", "", |ev, args| view(ev, &args[0], ViewKind::Keys)),
             ("values", "", |ev, args| {
@@ -172,9 +174,6 @@ fn setdefault(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         return Ok(dict.value_at(index));
     }
     let value = args[2].given().cloned().unwrap_or(Value::None);
-    if !dict.noted.get() && value.holds_values() {
-        ev.core.note_dict(&dict);
-    }
     ev.dict_set_hashed(&dict, hash, args[1].clone(), value.clone())?;
     Ok(value)
 }

@@ -34,7 +34,8 @@ pub(super) fn install(core: &Rc<Core>) {
             ("remove", "value /", remove),
             ("clear", "", clear),
             ("copy", "", |ev, args| {
-                Ok(Value::list(receiver(ev, &args[0])?.borrow().clone()))
+                let list = receiver(ev, &args[0])?;
+                ev.collect(&Value::List(list)).map(Value::list)
             }),
             ("count", "value /", |ev, args| count(ev, &args[0], &args[1])),
             ("index", "value start? stop? /", index),
@@ -78,24 +79,16 @@ fn init(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(Value::None)
 }
 
-/// A list that is given a value which can hold others may become part of a cycle.
-#[inline]
-fn note(ev: &Evaluator<'_>, list: &Rc<crate::value::List>, item: &Value) {
-    if !list.noted.get() && item.holds_values() {
-        ev.core.note_list(list);
-    }
-}
-
 fn append(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let item = std::mem::take(&mut args[1]);
     match &args[0] {
         Value::List(list) => {
-            note(ev, list, &item);
+            ev.grow_list(list, 1)?;
             list.push(item);
         }
         other => {
             let list = receiver(ev, other)?;
-            note(ev, &list, &item);
+            ev.grow_list(&list, 1)?;
             list.push(item);
         }
     }
@@ -126,8 +119,7 @@ impl Evaluator<'_> {
                 self.len(iterable)?;
             }
             while let Some(item) = self.next(&iterator)? {
-                self.check_allocation((list.len() + 1) * size_of::<Value>())?;
-                note(self, list, &item);
+                self.grow_list(list, 1)?;
                 list.push(item);
                 self.safepoint()?;
             }
@@ -137,12 +129,8 @@ impl Evaluator<'_> {
             true => list.borrow().clone(),
             false => self.collect(iterable)?,
         };
-        self.check_allocation((list.len() + items.len()) * size_of::<Value>())?;
-        if let Some(holder) = items.iter().find(|item| item.holds_values()) {
-            note(self, list, holder);
-        }
+        self.grow_list(list, items.len())?;
         list.change(|old| old.extend(items));
-        list.account();
         Ok(())
     }
 }
@@ -151,9 +139,8 @@ fn insert(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
     let index = ev.clamped_index(&args[1])?;
     let item = std::mem::take(&mut args[2]);
-    note(ev, &list, &item);
+    ev.grow_list(&list, 1)?;
     list.change(|items| items.insert(super::insertion_place(index, items.len()), item));
-    list.account();
     Ok(Value::None)
 }
 

@@ -23,6 +23,7 @@ use std::rc::Rc;
 
 use super::{BoundFn, Builtin, BuiltinBody, RawFn, Signature};
 use crate::eval::{Core, Evaluator};
+use crate::value::class::Base;
 use crate::value::{Class, R, Raised, Value};
 
 /// Puts them in place.
@@ -65,9 +66,18 @@ fn methods(core: &Core, class: &Class, list: &[(&'static str, &str, BoundFn)]) {
                 module: None,
                 signature,
                 body,
+                fills: holds_items(class),
             })),
         );
     }
+}
+
+/// Whether methods of a class may put their arguments into the receiver.
+fn holds_items(class: &Class) -> bool {
+    matches!(
+        class.base,
+        Base::List | Base::Dict | Base::Set | Base::Exception
+    )
 }
 
 /// Gives a class a method that takes its arguments as they come.
@@ -82,6 +92,7 @@ fn raw_method(core: &Core, class: &Class, name: &'static str, body: RawFn) {
             module: None,
             signature,
             body,
+            fills: holds_items(class),
         })),
     );
 }
@@ -94,6 +105,7 @@ fn class_method(core: &Core, class: &Class, name: &'static str, signature: &str,
         module: None,
         signature: Signature::parse(&format!("cls {signature}"), &core.symbols),
         body: BuiltinBody::Bound(body),
+        fills: false,
     };
     class.set(
         core.symbols.intern(name),

@@ -119,11 +119,15 @@ fn install_queries(core: &Rc<Core>, class: &Class) {
         class,
         &[
             ("copy", "", |ev, args| {
-                let copy = receiver(ev, &args[0])?.copy();
+                let set = receiver(ev, &args[0])?;
+                ev.check_allocation(set.bytes())?;
+                let copy = set.copy();
                 Ok(like(&args[0], copy))
             }),
             ("union", "*others", |ev, args| {
-                let result = receiver(ev, &args[0])?.copy();
+                let set = receiver(ev, &args[0])?;
+                ev.check_allocation(set.bytes())?;
+                let result = set.copy();
                 for other in others(&args[1]) {
                     ev.set_extend(&result, &other)?;
                 }

@@ -62,7 +62,10 @@ fn call_native(
             slot.put(arg.eval(ev, f)?);
         }
         let result = match bound {
-            Some(body) => body(ev, slots),
+            Some(body) => {
+                ev.note_filled(builtin, slots);
+                body(ev, slots)
+            }
             None => ev.call_builtin(builtin, slots, &[], Some(&mut *f)),
         };
         result.at(ev, f, span)

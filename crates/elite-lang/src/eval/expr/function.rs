@@ -42,6 +42,8 @@ impl MakeFunction {
             keyword_defaults: keyword_defaults?.into(),
             closure: closure(&self.closure, f),
             attrs: Default::default(),
+            noted: Default::default(),
+            old: Default::default(),
         }))
     }
 }

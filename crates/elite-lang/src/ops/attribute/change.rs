@@ -37,6 +37,7 @@ impl Evaluator<'_> {
                 )))
             }
             Value::Module(module) => {
+                self.core.symbols.settle(name);
                 module.namespace.set(name, new);
                 Ok(())
             }
@@ -67,6 +68,7 @@ impl Evaluator<'_> {
             class.set_name(text.as_str());
             return Ok(());
         }
+        self.core.symbols.settle(name);
         class.set(name, new);
         Ok(())
     }

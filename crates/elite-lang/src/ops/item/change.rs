@@ -38,13 +38,11 @@ impl Evaluator<'_> {
     }
 
     fn set_item_of(&self, value: &Value, index: &Value, item: Value) -> R<()> {
+        if item.holds_values() || index.holds_values() {
+            self.core.note(value);
+        }
         match value {
-            Value::Dict(dict) => {
-                if !dict.noted.get() && item.holds_values() {
-                    self.core.note_dict(dict);
-                }
-                self.dict_set(dict, index.clone(), item)
-            }
+            Value::Dict(dict) => self.dict_set(dict, index.clone(), item),
             Value::List(list) => match index {
                 Value::Slice(slice) => self.set_list_slice(list, slice, &item),
                 _ => {
@@ -68,10 +66,10 @@ impl Evaluator<'_> {
                         None => self.collect_bytes(&item)?,
                     };
                     let indices = self.slice_indices(slice)?;
+                    self.grow_bytes(bytes, new.len())?;
                     let done = bytes
                         .data
                         .change(|data| replace_slice(data, indices.within(data.len()), new));
-                    bytes.account();
                     return done
                         .map(|_| ())
                         .map_err(|refused| self.wrong_size(&refused, "bytes"));
@@ -174,6 +172,7 @@ impl Evaluator<'_> {
             }
             raised
         })?;
+        self.grow_list(list, new.len())?;
         let done = list.change(|items| {
             let bounds = match before.step {
                 1 => before.clamped(items.len()),
@@ -181,7 +180,6 @@ impl Evaluator<'_> {
             };
             replace_slice(items, bounds, new)
         });
-        list.account();
         match done {
             Ok(old) => {
                 drop(old);

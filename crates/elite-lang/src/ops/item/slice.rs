@@ -133,6 +133,8 @@ impl Evaluator<'_> {
         Ok(match value {
             Value::List(list) => {
                 let indices = self.slice_indices(slice)?;
+                let room = indices.within(list.len()).len() * size_of::<Value>();
+                self.check_allocation(room)?;
                 let items = list.borrow();
                 let bounds = indices.within(items.len());
                 Value::list(pick(&items, bounds))
@@ -142,14 +144,17 @@ impl Evaluator<'_> {
                 if bounds.step == 1 && bounds.len() == tuple.items().len() {
                     return Ok(value.clone());
                 }
+                self.check_allocation(bounds.len() * size_of::<Value>())?;
                 Value::tuple(pick(tuple.items(), bounds))
             }
             Value::Str(text) => {
                 let bounds = self.bounds(slice, || text.len())?;
+                self.check_allocation(bounds.len())?;
                 self.slice_text(text, bounds)
             }
             Value::Bytes(bytes) => {
                 let bounds = self.bounds(slice, || bytes.data().len())?;
+                self.check_allocation(bounds.len())?;
                 Value::Bytes(Rc::new(Bytes::new(pick(bytes.data(), bounds))))
             }
             Value::ByteArray(bytes) => {
