@@ -50,6 +50,8 @@ pub struct Core {
     pub fuel: Cell<u32>,
     /// Safepoints left for the slices after it.
     pub fuel_left: Cell<u32>,
+    /// Work of natives since one gave way.
+    pub work: Cell<usize>,
     /// Calls within calls.
     pub depth: Cell<u32>,
     /// Nesting of native operations on data.
@@ -109,6 +111,7 @@ impl Core {
             empty_tuple: Value::tuple(Vec::new()),
             fuel: Cell::new(0),
             fuel_left: Cell::new(0),
+            work: Cell::new(0),
             depth: Cell::new(0),
             native_depth: Cell::new(0),
             line: Cell::new(0),
@@ -164,6 +167,14 @@ impl Core {
         let slice = fuel.min(SLICE);
         self.fuel.set(slice);
         self.fuel_left.set(fuel - slice);
+    }
+
+    /// Takes the fuel of a slice away.
+    pub fn spend_fuel(&self) {
+        let spent = SLICE - self.fuel.get().min(SLICE);
+        let left = self.fuel_left.get();
+        self.fuel.set(0);
+        self.fuel_left.set(left.saturating_sub(spent));
     }
 
     /// Takes the next slice of fuel; false if all is used up.

@@ -10,6 +10,7 @@ pub mod coroutine;
 pub mod cycles;
 pub mod expr;
 pub mod generator;
+pub mod pace;
 pub mod run;
 pub mod steps;
 pub mod stmt;

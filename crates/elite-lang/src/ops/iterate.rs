@@ -449,10 +449,9 @@ impl Evaluator<'_> {
     /// All remaining values of an iterator.
     pub fn drain(&self, iterator: &Value) -> R<Vec<Value>> {
         let mut items = Vec::new();
-        while let Some(value) = self.next(iterator)? {
+        while let Some(value) = self.step(iterator)? {
             if items.len() == items.capacity() {
                 self.check_allocation(2 * items.len() * size_of::<Value>())?;
-                self.safepoint()?;
             }
             items.push(value);
         }

@@ -77,6 +77,7 @@ impl Evaluator<'_> {
             }
             other => out.push_str(&self.object_repr(other)?),
         }
+        self.worked(crate::eval::pace::VALUE)?;
         self.check_allocation(out.len())
     }
 

@@ -95,6 +95,8 @@ impl Drop for List {
 /// A tuple. Two or three items, the commonest numbers, are kept in the object itself.
 pub struct Tuple {
     items: Items,
+    /// 0: not known, or not the same for ever because items have hashes of the script's making.
+    hash: Cell<u64>,
 }
 
 enum Items {
@@ -124,7 +126,20 @@ impl Tuple {
     #[inline]
     fn counted(items: Items) -> Self {
         memory::track(items.bytes());
-        Tuple { items }
+        Tuple {
+            items,
+            hash: Cell::new(0),
+        }
+    }
+
+    /// The hash, if it has been noted.
+    pub fn known_hash(&self) -> Option<u64> {
+        Some(self.hash.get()).filter(|hash| *hash != 0)
+    }
+
+    /// Notes the hash, which no code of the script has a part in.
+    pub fn note_hash(&self, hash: u64) {
+        self.hash.set(hash);
     }
 
     /// The items.
