@@ -79,7 +79,7 @@ pub(super) fn install(core: &Rc<Core>) {
             let dict = Dict::new();
             let value = args[2].given().cloned().unwrap_or(Value::None);
             let iterator = ev.iter(&args[1])?;
-            while let Some(key) = ev.next(&iterator)? {
+            while let Some(key) = ev.step(&iterator)? {
                 ev.dict_set(&dict, key, value.clone())?;
             }
             Ok(Value::Dict(Rc::new(dict)))
@@ -103,7 +103,7 @@ pub(super) fn install(core: &Rc<Core>) {
             class,
             &[("isdisjoint", "other /", |ev, args| {
                 let iterator = ev.iter(&args[1])?;
-                while let Some(item) = ev.next(&iterator)? {
+                while let Some(item) = ev.step(&iterator)? {
                     if ev.contains(&args[0], &item)? {
                         return Ok(Value::Bool(false));
                     }

@@ -201,8 +201,10 @@ impl Evaluator<'_> {
                 .map(|index| char::from(text.as_str().as_bytes()[index]))
                 .collect()
         } else {
-            let chars: Vec<char> = text.as_str().chars().collect();
-            bounds.indices().map(|index| chars[index]).collect()
+            let first = bounds.indices().min().unwrap_or(0);
+            let last = bounds.indices().max().unwrap_or(0);
+            let chars: Vec<char> = text.slice(first, last + 1).chars().collect();
+            bounds.indices().map(|index| chars[index - first]).collect()
         };
         Value::Str(Rc::new(Str::counted(picked, length)))
     }
