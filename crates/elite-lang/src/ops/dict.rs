@@ -12,6 +12,14 @@ use crate::value::{Dict, R, Set, Value};
 /// Times a search starts over because script code changed the table meanwhile.
 const RETRIES_MAX: usize = 100;
 
+/// A search in a table that script code may change meanwhile.
+struct Place<'t> {
+    generation: &'t dyn Fn() -> u64,
+    /// Whether an entry still has this very key.
+    is_at: &'t dyn Fn(usize, &Value) -> bool,
+    again: &'t dyn Fn() -> Found,
+}
+
 impl Evaluator<'_> {
     /// Python's `hash(value)`.
     #[inline]
@@ -101,8 +109,11 @@ impl Evaluator<'_> {
                 key,
                 candidates,
                 generation,
-                || dict.generation(),
-                || dict.find(hash, key),
+                Place {
+                    generation: &|| dict.generation(),
+                    is_at: &|index, key| dict.is_key_at(index, key),
+                    again: &|| dict.find(hash, key),
+                },
             ),
         }
     }
@@ -114,26 +125,34 @@ impl Evaluator<'_> {
         key: &Value,
         candidates: Vec<(usize, Value)>,
         generation: u64,
-        current: impl Fn() -> u64,
-        again: impl Fn() -> Found,
+        place: Place<'_>,
     ) -> R<Option<usize>> {
         let (mut candidates, mut generation) = (candidates, generation);
+        // Keys that have said no are not asked again.
+        let mut others: Vec<Value> = Vec::new();
         for _ in 0..RETRIES_MAX {
             let mut changed = false;
             for (index, candidate) in &candidates {
+                if others.iter().any(|other| other.is(candidate)) {
+                    continue;
+                }
                 let equal = self.equal(candidate, key)?;
-                changed = current() != generation;
+                changed = (place.generation)() != generation;
+                // The answer counts if the key that gave it is still where it was.
+                if equal && (!changed || (place.is_at)(*index, candidate)) {
+                    return Ok(Some(*index));
+                }
+                if !equal {
+                    others.push(candidate.clone());
+                }
                 if changed {
                     break;
-                }
-                if equal {
-                    return Ok(Some(*index));
                 }
             }
             if !changed {
                 return Ok(None);
             }
-            match again() {
+            match (place.again)() {
                 Found::At(index) => return Ok(Some(index)),
                 Found::Nowhere => return Ok(None),
                 Found::Ask(more, now) => (candidates, generation) = (more, now),
@@ -242,6 +261,16 @@ impl Evaluator<'_> {
 
     /// The index of an element of a set.
     pub fn set_find(&self, set: &Set, hash: u64, key: &Value) -> R<Option<usize>> {
+        self.set_search(set, hash, key, &|index, key| set.is_key_at(index, key))
+    }
+
+    fn set_search(
+        &self,
+        set: &Set,
+        hash: u64,
+        key: &Value,
+        is_at: &dyn Fn(usize, &Value) -> bool,
+    ) -> R<Option<usize>> {
         match set.find(hash, key) {
             Found::At(index) => Ok(Some(index)),
             Found::Nowhere => Ok(None),
@@ -249,8 +278,11 @@ impl Evaluator<'_> {
                 key,
                 candidates,
                 generation,
-                || set.generation(),
-                || set.find(hash, key),
+                Place {
+                    generation: &|| set.generation(),
+                    is_at,
+                    again: &|| set.find(hash, key),
+                },
             ),
         }
     }
@@ -263,7 +295,8 @@ impl Evaluator<'_> {
 
     /// Like `set_add` with the hash known.
     pub fn set_add_hashed(&self, set: &Set, hash: u64, key: Value) -> R<()> {
-        if self.set_find(set, hash, &key)?.is_none() {
+        // An equal one that was there counts, as in CPython, also if it has left while it was compared.
+        if self.set_search(set, hash, &key, &|_, _| true)?.is_none() {
             self.check_allocation(set.growth(1))?;
             set.append(hash, key);
         }

@@ -227,6 +227,15 @@ impl Dict {
         self.table.borrow().generation
     }
 
+    /// Whether the entry at an index from `find` has this very key, also if others have come or gone meanwhile.
+    pub fn is_key_at(&self, index: usize, key: &Value) -> bool {
+        let table = self.table.borrow();
+        table
+            .entries
+            .get(index)
+            .is_some_and(|entry| entry.key.is(key))
+    }
+
     /// The value of the entry at an index from `find`.
     #[inline]
     pub fn value_at(&self, index: usize) -> Value {

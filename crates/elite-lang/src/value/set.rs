@@ -200,6 +200,15 @@ impl Set {
         self.table.borrow().generation
     }
 
+    /// Whether the slot at an index from `find` has this very element, also if others have come or gone meanwhile.
+    pub fn is_key_at(&self, index: usize, key: &Value) -> bool {
+        let table = self.table.borrow();
+        table
+            .slots
+            .get(index)
+            .is_some_and(|slot| slot.state == SlotState::Used && slot.key.is(key))
+    }
+
     /// Adds an element that is known not to be there.
     pub fn append(&self, hash: u64, key: Value) {
         self.table.borrow_mut().append(hash, key);
