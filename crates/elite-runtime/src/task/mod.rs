@@ -1,6 +1,7 @@
 //! One task: a main program, its script threads and the secondary programs beside it, on one OS thread.
 //!
 //! - `context`: what builtins see of their task (robot, waits, threads to start or stop).
+//! - `controls`: what others ask of it.
 //! - `scheduler`: resumes script threads in a fixed order; `threads`: how they wait, wake, start and end.
 //! - `time`: which waits are over, and what makes time pass; `report`: what people are told.
 //! - `outside`: futures that builtins wait for.
@@ -8,6 +9,7 @@
 //! - `network`: TCP sockets of programs; `files` and `processes`: what `--allow fs` and `--allow process` grant them.
 
 mod context;
+mod controls;
 mod files;
 mod host;
 mod network;
@@ -20,7 +22,8 @@ mod time;
 mod wait;
 
 pub(crate) use context::{TaskContext, TaskRequest, ThreadLookup};
+pub(crate) use controls::{Controller, Controls, controls};
 pub use host::Permissions;
 pub(crate) use scheduler::Task;
-pub use scheduler::{Control, ProgramText, TaskEnd, TaskSettings};
+pub use scheduler::{ProgramText, TaskEnd, TaskSettings};
 pub(crate) use wait::Wait;
