@@ -1,26 +1,24 @@
 //! The Foxglove port: the arm as it moves, for the Foxglove app and everything that speaks its WebSocket protocol.
 //!
 //! Read-only: no client can publish, set parameters or call services here. The topics are those of a recording, with the
-//! same schemas. The protocol is the business of the crate `foxglove`; its server listens on a port of its own on the
-//! loopback, and clients reach it through this port, which has the limits of every other one: the crate's own door
-//! takes any number of clients and cannot be handed a listener.
+//! same schemas. The server of the crate `foxglove` is not used: it opens its own door, which looks at no Host or Origin, takes
+//! any number of clients and counts what waits for them in messages; the part of its protocol that shows is small.
 
-use std::net::{Ipv4Addr, SocketAddr};
+mod protocol;
+mod session;
+
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use foxglove::websocket::{Capability, ChannelView, Client, ServerListener};
-use foxglove::{
-    ChannelBuilder, Context, PartialMetadata, RawChannel, Schema, WebSocketServerHandle,
-};
 use prost::Message as _;
 use recorder::{LogLevel, Topic, Viewer};
-use tokio::io::copy_bidirectional;
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::TcpListener;
 use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
 
+use crate::ports::callers::Callers;
 use crate::ports::listen::{PortMeter, serve_port};
+use crate::ports::peer::Speaks;
 use crate::ports::sample::Sample;
 
 /// Topics that clients can follow.
@@ -33,8 +31,11 @@ const TOPICS: [Topic; 6] = [
     Topic::Log,
 ];
 
-/// Messages that wait for a client that is behind; one more pushes the oldest out.
+/// Messages that wait for clients that are behind; one more pushes the oldest out. All clients share them.
 const BACKLOG: usize = 1024;
+
+/// Longest text of a message for people, bytes; the rest is cut off with a mark.
+const LOG_BYTES_MAX: usize = 16 * 1024;
 
 /// A message for people with its time.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,97 +65,111 @@ pub async fn serve(
     listener: TcpListener,
     view: View,
     meter: PortMeter,
+    callers: Callers,
     shutdown: CancellationToken,
 ) {
-    let mut server = match Server::start().await {
-        Ok(server) => server,
-        Err(error) => {
-            tracing::error!("no live data for Foxglove: {error}");
-            return;
-        }
+    let stage = Arc::new(Stage::new(view.viewer.nanos(0.0)));
+    // The desktop app of the makers is a page on the disk.
+    let callers = Arc::new(callers.with_files());
+    let clients = serve_port(
+        listener,
+        Speaks::Http,
+        meter,
+        shutdown.clone(),
+        |peer, _, shutdown| {
+            let (stage, callers) = (Arc::clone(&stage), Arc::clone(&callers));
+            async move { session::serve(peer, &callers, &stage, &shutdown).await }
+        },
+    );
+    let mut feed = Feed {
+        stage: Arc::clone(&stage),
+        cycle: recorder::Cycle::default(),
+        encoded: Vec::new(),
     };
-    let inner = SocketAddr::from((Ipv4Addr::LOCALHOST, server.handle.port()));
-    let clients = serve_port(listener, meter, shutdown.clone(), |stream, _, shutdown| {
-        pass_on(stream, inner, shutdown)
-    });
-    tokio::join!(clients, server.feed(view, &shutdown));
-    server.handle.stop().wait().await;
+    tokio::join!(clients, feed.run(view, &shutdown));
 }
 
-/// One client's bytes to the server and back.
-async fn pass_on(mut client: TcpStream, inner: SocketAddr, shutdown: CancellationToken) {
-    let mut server = match TcpStream::connect(inner).await {
-        Ok(server) => server,
-        Err(error) => {
-            tracing::warn!(%error, "foxglove: the client could not be connected");
-            return;
-        }
-    };
-    // Messages are small and a screen waits for them; without the option they only come later.
-    let _ = server.set_nodelay(true);
-    // How a connection breaks matters to neither side.
-    let _ = shutdown
-        .run_until_cancelled(copy_bidirectional(&mut client, &mut server))
-        .await;
+/// One thing that clients are shown.
+#[derive(Clone, Debug)]
+enum Packet {
+    /// A message of the topic at this place of [`TOPICS`].
+    Message {
+        place: usize,
+        at: u64,
+        payload: Arc<[u8]>,
+    },
+    /// The time, ns.
+    Time(u64),
 }
 
-/// The crate's server with its channels.
-struct Server {
-    /// Server and channels hold it only weakly.
-    _context: Arc<Context>,
-    handle: WebSocketServerHandle,
-    channels: [Arc<RawChannel>; TOPICS.len()],
-    /// Somebody has begun to follow a topic.
-    newcomer: Arc<AtomicBool>,
+/// What all clients of the port see.
+struct Stage {
+    packets: broadcast::Sender<Packet>,
+    /// What every client is told first.
+    greeting: [Arc<str>; 2],
+    /// Clients that follow something.
+    followers: AtomicUsize,
+    /// Somebody has begun to follow.
+    newcomer: AtomicBool,
+}
+
+impl Stage {
+    fn new(session: u64) -> Self {
+        Self {
+            packets: broadcast::Sender::new(BACKLOG),
+            greeting: [
+                protocol::server_info(session).into(),
+                protocol::advertise(&TOPICS).into(),
+            ],
+            followers: AtomicUsize::new(0),
+            newcomer: AtomicBool::new(false),
+        }
+    }
+
+    fn subscribe(&self) -> broadcast::Receiver<Packet> {
+        self.packets.subscribe()
+    }
+
+    const fn greeting(&self) -> &[Arc<str>; 2] {
+        &self.greeting
+    }
+
+    /// Whoever comes is to see the scene.
+    fn somebody_came(&self) {
+        self.newcomer.store(true, Ordering::Relaxed);
+    }
+
+    fn begin_following(&self) {
+        self.followers.fetch_add(1, Ordering::Relaxed);
+    }
+
+    fn end_following(&self) {
+        self.followers.fetch_sub(1, Ordering::Relaxed);
+    }
+
+    fn is_followed(&self) -> bool {
+        self.followers.load(Ordering::Relaxed) > 0
+    }
+
+    fn send(&self, topic: Topic, at: u64, message: &[u8]) {
+        // A topic that is not shown here is nobody's; and that nobody listens is fine.
+        if let Some(place) = TOPICS.iter().position(|one| *one == topic) {
+            let payload = message.into();
+            let _ = self.packets.send(Packet::Message { place, at, payload });
+        }
+    }
+}
+
+/// Makes the messages.
+struct Feed {
+    stage: Arc<Stage>,
     cycle: recorder::Cycle,
     encoded: Vec<u8>,
 }
 
-impl Server {
-    async fn start() -> Result<Self, foxglove::FoxgloveError> {
-        // A context of its own: what else in this process uses the crate is not shown.
-        let context = Context::new();
-        let newcomer = Arc::new(AtomicBool::new(false));
-        let mut channels = Vec::with_capacity(TOPICS.len());
-        for topic in TOPICS {
-            let schema = topic.schema();
-            let channel = ChannelBuilder::new(topic.name())
-                .context(&context)
-                .message_encoding(topic.message_encoding())
-                .schema(Schema {
-                    name: schema.name,
-                    encoding: schema.encoding.to_owned(),
-                    data: schema.data,
-                })
-                .build_raw()?;
-            channels.push(channel);
-        }
-        let handle = context
-            .websocket_server()
-            .name("eliteserver")
-            .bind(Ipv4Addr::LOCALHOST.to_string(), 0)
-            // Viewers follow simulated time.
-            .capabilities([Capability::Time])
-            .message_backlog_size(BACKLOG)
-            .listener(Arc::new(Newcomers(newcomer.clone())))
-            .start()
-            .await?;
-        // One channel a topic was pushed above.
-        let channels: [Arc<RawChannel>; TOPICS.len()] = channels
-            .try_into()
-            .unwrap_or_else(|_| unreachable!("one channel a topic"));
-        Ok(Self {
-            _context: context,
-            handle,
-            channels,
-            newcomer,
-            cycle: recorder::Cycle::default(),
-            encoded: Vec::new(),
-        })
-    }
-
+impl Feed {
     /// Shows what happens until `shutdown`.
-    async fn feed(&mut self, mut view: View, shutdown: &CancellationToken) {
+    async fn run(&mut self, mut view: View, shutdown: &CancellationToken) {
         loop {
             tokio::select! {
                 () = shutdown.cancelled() => return,
@@ -176,10 +191,10 @@ impl Server {
     }
 
     fn show(&mut self, viewer: &mut Viewer, sample: &Sample) {
-        if !self.channels.iter().any(|channel| channel.has_sinks()) {
+        if !self.stage.is_followed() {
             return;
         }
-        if self.newcomer.swap(false, Ordering::Relaxed) {
+        if self.stage.newcomer.swap(false, Ordering::Relaxed) {
             viewer.draw_scene_next();
         }
         let state = &sample.state;
@@ -187,38 +202,31 @@ impl Server {
         self.cycle.set(state);
         self.encoded.clear();
         self.cycle.encode_raw(&mut self.encoded);
-        self.send(Topic::Cycle, at, &self.encoded);
+        self.stage.send(Topic::Cycle, at, &self.encoded);
         let mut shown = false;
         let Ok(()) = viewer.state(state, |topic, message| {
-            self.send(topic, at, message);
+            self.stage.send(topic, at, message);
             shown = true;
             Ok::<(), core::convert::Infallible>(())
         });
         if shown {
-            self.handle.broadcast_time(at);
+            // That nobody listens is fine.
+            let _ = self.stage.packets.send(Packet::Time(at));
         }
     }
 
     fn log(&self, viewer: &mut Viewer, line: &LogLine) {
-        let at = viewer.nanos(line.time);
-        let message = viewer.log(line.time, line.level, &line.source, &line.text);
-        self.send(Topic::Log, at, message);
-    }
-
-    fn send(&self, topic: Topic, at: u64, message: &[u8]) {
-        let place = TOPICS.iter().position(|one| *one == topic);
-        // A topic that is not shown here is nobody's.
-        if let Some(channel) = place.map(|place| &self.channels[place]) {
-            channel.log_with_meta(message, PartialMetadata::with_log_time(at));
+        if !self.stage.is_followed() {
+            return;
         }
+        let end = line.text.floor_char_boundary(LOG_BYTES_MAX);
+        let cut = if end < line.text.len() { "…" } else { "" };
+        let text = format!("{}{cut}", &line.text[..end]);
+        let at = viewer.nanos(line.time);
+        let message = viewer.log(line.time, line.level, &line.source, &text);
+        self.stage.send(Topic::Log, at, message);
     }
 }
 
-/// Notes that somebody has come, who is to see the scene.
-struct Newcomers(Arc<AtomicBool>);
-
-impl ServerListener for Newcomers {
-    fn on_subscribe(&self, _client: Client, _channel: ChannelView) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-}
+#[cfg(test)]
+mod tests;
