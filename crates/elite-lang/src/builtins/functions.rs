@@ -233,14 +233,14 @@ impl Evaluator<'_> {
                 }
                 Ok(self.core.types.of(value).is_subclass_of(class))
             }
-            Value::Tuple(tuple) => {
+            Value::Tuple(tuple) => self.recurse(|| {
                 for class in tuple.items() {
                     if self.is_instance(value, class)? {
                         return Ok(true);
                     }
                 }
                 Ok(false)
-            }
+            }),
             other => match self.union_types(other) {
                 Some(types) => self.is_instance(value, &types),
                 None => Err(self
@@ -262,14 +262,14 @@ impl Evaluator<'_> {
                 }
                 Ok(class.is_subclass_of(other))
             }
-            Value::Tuple(tuple) => {
+            Value::Tuple(tuple) => self.recurse(|| {
                 for other in tuple.items() {
                     if self.is_subclass(class, other)? {
                         return Ok(true);
                     }
                 }
                 Ok(false)
-            }
+            }),
             other => match self.union_types(other) {
                 Some(types) => self.is_subclass(class, &types),
                 None => Err(self.type_error(

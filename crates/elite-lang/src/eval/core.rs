@@ -202,6 +202,7 @@ impl Core {
             depth: self.depth.replace(state.depth),
             line: self.line.replace(state.line),
             stopping: self.stopping.replace(state.stopping),
+            native_depth: self.native_depth.replace(state.native_depth),
         }
     }
 
@@ -294,15 +295,28 @@ impl Core {
 }
 
 impl super::Evaluator<'_> {
-    /// Runs a native operation that recurses over data (comparison, `repr`), within the depth and the stack there is.
+    /// Runs a native operation that may come back to itself through a script's data or code (comparison, `repr`, a call of
+    /// anything but a function), within the depth and the stack there is. Every such operation goes through here.
+    #[inline]
     pub fn recurse<T>(&self, inner: impl FnOnce() -> R<T>) -> R<T> {
-        let depth = self.core.native_depth.get();
-        if depth + self.core.depth.get() >= self.core.limits.call_depth.max(NATIVE_DEPTH_MAX) {
+        let core = &*self.core;
+        let depth = core.native_depth.get();
+        if depth + core.depth.get() >= core.limits.call_depth.max(NATIVE_DEPTH_MAX) {
             return Err(self.recursion_error());
         }
-        self.core.native_depth.set(depth + 1);
-        let result = self.with_stack(super::coroutine::RESERVE, inner);
-        self.core.native_depth.set(depth);
-        result
+        core.native_depth.set(depth + 1);
+        let _level = NativeLevel(&core.native_depth);
+        self.with_stack(super::coroutine::RESERVE, inner)
+    }
+}
+
+/// One level of native nesting of the running thread, left when it goes out of scope. It counts down by one instead of
+/// restoring what was there: between threads the count goes with `ThreadState`.
+struct NativeLevel<'c>(&'c Cell<u32>);
+
+impl Drop for NativeLevel<'_> {
+    #[inline]
+    fn drop(&mut self) {
+        self.0.set(self.0.get().saturating_sub(1));
     }
 }

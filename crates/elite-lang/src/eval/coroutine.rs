@@ -146,6 +146,7 @@ impl Evaluator<'_> {
         if self.core.stopping.get() != Stopping::No {
             return self.suspend_while_stopping(request);
         }
+        crate::value::held::nothing_is_open();
         let line = self.core.line.get();
         let resume = match &self.outlet {
             Outlet::Thread(yielder) => yielder.suspend(request),
@@ -281,4 +282,6 @@ pub struct ThreadState {
     pub line: u32,
     /// Whether it is being stopped.
     pub stopping: Stopping,
+    /// Native operations within native operations.
+    pub native_depth: u32,
 }

@@ -17,13 +17,13 @@ pub mod stmt;
 pub mod types;
 pub mod walk;
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::rc::Rc;
 
 pub use self::core::Core;
 use self::coroutine::Outlet;
 use crate::limits::memory;
-use crate::value::{Function, Instance, R, Raised, Value};
+use crate::value::{Function, Held, Instance, R, Raised, Value};
 
 /// The variables of a running function.
 pub struct Frame<'f> {
@@ -113,7 +113,7 @@ pub struct Evaluator<'y> {
     /// Lowest address of the native stack that calls may reach.
     stack_limit: Cell<usize>,
     /// The exception whose handler is running, for a bare `raise`.
-    handled: RefCell<Option<Rc<Instance>>>,
+    handled: Held<Option<Rc<Instance>>>,
 }
 
 impl<'y> Evaluator<'y> {
@@ -123,7 +123,7 @@ impl<'y> Evaluator<'y> {
             core,
             outlet,
             stack_limit: Cell::new(stack_limit),
-            handled: RefCell::new(None),
+            handled: Held::new(None),
         }
     }
 
@@ -138,7 +138,7 @@ impl<'y> Evaluator<'y> {
 
     /// The exception whose handler is running.
     pub fn handled_exception(&self) -> Option<Rc<Instance>> {
-        self.handled.borrow().clone()
+        self.handled.get()
     }
 
     /// Sets the exception whose handler is running; returns the one before.

@@ -117,7 +117,7 @@ impl Evaluator<'_> {
     #[inline(never)]
     fn grow_list_by(&self, list: &List, more: usize, by: usize) -> R<()> {
         let by = self.affordable::<Vec<crate::value::Value>>(more, by)?;
-        let done = list.borrow_mut().take_room(by);
+        let done = list.change(|items| items.take_room(by));
         match done {
             true => Ok(()),
             false => Err(self.refused_by_system()),
@@ -129,7 +129,7 @@ impl Evaluator<'_> {
         let by = growth(&*bytes.data.borrow(), more);
         let Some(by) = by else { return Ok(()) };
         let by = self.affordable::<Vec<u8>>(more, by)?;
-        let done = bytes.data.borrow_mut().take_room(by);
+        let done = bytes.data.change(|data| data.take_room(by));
         match done {
             true => Ok(()),
             false => Err(self.refused_by_system()),

@@ -148,9 +148,8 @@ impl Evaluator<'_> {
         let Some(method) = method else {
             return Ok(None);
         };
-        let value = self.with_stack(crate::eval::coroutine::RESERVE, || {
-            self.call_method_value(method, receiver, &mut [other.clone()])
-        })?;
+        let value =
+            self.recurse(|| self.call_method_value(method, receiver, &mut [other.clone()]))?;
         Ok((!matches!(value, Value::NotImplemented)).then_some(value))
     }
 
@@ -162,10 +161,11 @@ impl Evaluator<'_> {
                     self.call(method, all, &[])
                 })
             }
-            _ => {
+            // A descriptor may be found through a descriptor.
+            _ => self.recurse(|| {
                 let bound = self.bind_attribute(method, receiver, self.core.types.of(receiver))?;
                 self.call(&bound, args, &[])
-            }
+            }),
         }
     }
 

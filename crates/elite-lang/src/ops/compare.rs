@@ -157,9 +157,8 @@ impl Evaluator<'_> {
         let class = self.core.types.of(receiver);
         let found = class.lookup(method(op));
         if let Some(found) = found {
-            let value = self.with_stack(crate::eval::coroutine::RESERVE, || {
-                self.call_method_value(&found, receiver, &mut [other.clone()])
-            })?;
+            let value =
+                self.recurse(|| self.call_method_value(&found, receiver, &mut [other.clone()]))?;
             return Ok((!matches!(value, Value::NotImplemented)).then_some(value));
         }
         // `!=` is the opposite of `==` unless defined otherwise.
@@ -235,7 +234,9 @@ impl Evaluator<'_> {
                 let result = self.recurse(|| self.compare(op, &x, &y))?;
                 Some(self.truth(&result)?)
             }
-            (Value::DictView(_), _) | (_, Value::DictView(_)) => self.compare_views(op, a, b)?,
+            (Value::DictView(_), _) | (_, Value::DictView(_)) => {
+                self.recurse(|| self.compare_views(op, a, b))?
+            }
             (Value::BoundMethod(x), Value::BoundMethod(y)) => {
                 equality(op, x.receiver.is(&y.receiver) && x.function.is(&y.function))
             }

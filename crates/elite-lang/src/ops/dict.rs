@@ -34,7 +34,7 @@ impl Evaluator<'_> {
             }),
             Value::FrozenSet(set) => Ok(frozenset_hash(set)),
             Value::BoundMethod(method) => {
-                let function = self.hash(&method.function)?;
+                let function = self.recurse(|| self.hash(&method.function))?;
                 Ok(address_hash(method.receiver.address().unwrap_or(0)) ^ function)
             }
             Value::Instance(instance) => self.instance_hash(value, instance),
@@ -406,6 +406,10 @@ impl Evaluator<'_> {
 
     /// Comparison of sets: subset relations.
     pub fn compare_sets(&self, op: CompareOp, a: &Rc<Set>, b: &Rc<Set>) -> R<bool> {
+        self.recurse(|| self.compare_sets_inside(op, a, b))
+    }
+
+    fn compare_sets_inside(&self, op: CompareOp, a: &Set, b: &Set) -> R<bool> {
         match op {
             CompareOp::Eq => Ok(a.len() == b.len() && self.is_subset(a, b)?),
             CompareOp::Ne => Ok(!(a.len() == b.len() && self.is_subset(a, b)?)),

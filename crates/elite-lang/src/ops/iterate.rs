@@ -1,6 +1,6 @@
 //! The iterator protocol.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::rc::Rc;
 
 use crate::builtins::types::range::long_range_iterator;
@@ -9,14 +9,14 @@ use crate::eval::Evaluator;
 use crate::eval::generator::{Stepped, ToGenerator};
 use crate::value::dict::ViewKind;
 use crate::value::symbol::known;
-use crate::value::{Iter, R, Raised, Value};
+use crate::value::{Held, Iter, R, Raised, Value};
 
 impl Evaluator<'_> {
     /// Python's `iter(value)`.
     pub fn iter(&self, value: &Value) -> R {
         let iter = match value {
             Value::List(list) => Iter::List {
-                list: RefCell::new(Some(list.clone())),
+                list: Held::new(Some(list.clone())),
                 index: Cell::new(0),
             },
             Value::Tuple(tuple) => Iter::Tuple {
@@ -132,8 +132,8 @@ impl Evaluator<'_> {
         if let (Raised::Exception(error), Raised::Exception(cause)) = (&error, raised)
             && let Some(state) = error.exception()
         {
-            *state.cause.borrow_mut() = Value::Instance(cause.clone());
-            *state.context.borrow_mut() = Value::Instance(cause);
+            state.cause.put(Value::Instance(cause.clone()));
+            state.context.put(Value::Instance(cause));
         }
         error
     }
@@ -274,12 +274,12 @@ impl Evaluator<'_> {
                 let Some(value) = self.next(source)? else {
                     return Ok(None);
                 };
-                let number = count.borrow().clone();
+                let number = count.get();
                 let following = match number {
                     Value::Int(number) if number < i64::MAX => Value::Int(number + 1),
                     _ => self.binary(crate::ast::BinaryOp::Add, &number, &Value::Int(1))?,
                 };
-                drop(count.replace(following));
+                count.put(following);
                 Ok(Some((number, value)))
             }
             Iter::Zip { sources, .. } => {

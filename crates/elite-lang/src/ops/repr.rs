@@ -75,7 +75,8 @@ impl Evaluator<'_> {
                     out.push_str(&self.expect_text(&text, "__repr__")?);
                 }
             }
-            other => out.push_str(&self.object_repr(other)?),
+            // Methods show their receiver, which may be a method, and iterators of the library what they hold.
+            other => out.push_str(&self.recurse(|| self.object_repr(other))?),
         }
         self.check_allocation(out.len())
     }
@@ -290,7 +291,7 @@ impl Evaluator<'_> {
             other => {
                 if let Value::Iter(iter) = other
                     && let Iter::Native(native) = &**iter
-                    && let Some(text) = self.recurse(|| native.steps.repr(self))?
+                    && let Some(text) = native.steps.repr(self)?
                 {
                     return Ok(text);
                 }

@@ -193,7 +193,7 @@ impl Evaluator<'_> {
             (BinaryOp::Add, Value::List(list)) => {
                 let items = self.collect(b)?;
                 self.grow_list(list, items.len())?;
-                list.borrow_mut().extend(items);
+                list.change(|old| old.extend(items));
             }
             (BinaryOp::Mul, Value::List(list)) => {
                 let Some(count) = Int::of(b) else {
@@ -201,14 +201,14 @@ impl Evaluator<'_> {
                 };
                 let items = list.borrow().clone();
                 let count = self.repetitions(&count, items.len() * size_of::<Value>())?;
-                *list.borrow_mut() = repeated(&items, count);
+                drop(list.replace_all(repeated(&items, count)));
             }
             (BinaryOp::Add, Value::ByteArray(bytes)) => {
                 let Some(more) = self.bytes_like(b) else {
                     return Ok(None);
                 };
                 self.grow_bytes(bytes, more.len())?;
-                bytes.data.borrow_mut().extend(more);
+                bytes.data.change(|data| data.extend(more));
             }
             (BinaryOp::BitOr, Value::Dict(dict)) => self.dict_update_from(dict, b)?,
             (

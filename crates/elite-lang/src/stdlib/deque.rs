@@ -1,16 +1,17 @@
 //! `_collections`: the double-ended queue.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::define::{Builder, Entry, holding, native_class, with_data};
 use crate::ast::CompareOp;
+use crate::builtins::types::insertion_place;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::instance::Holds;
 use crate::value::iter::NativeIter;
-use crate::value::{Iter, R, Raised, Value, trash};
+use crate::value::{Held, Iter, R, Raised, Value, trash};
 
 pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     let class = module.class(
@@ -40,7 +41,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
 /// The data of a deque.
 #[derive(Default)]
 struct Deque {
-    items: RefCell<VecDeque<Value>>,
+    items: Held<VecDeque<Value>>,
     maxlen: Cell<Option<usize>>,
     /// Counts changes of length, so that iterators notice.
     generation: Cell<u64>,
@@ -63,7 +64,7 @@ impl Deque {
         if full {
             let mut items = self.items.take();
             let grown = ev.grow(&mut items, more);
-            *self.items.borrow_mut() = items;
+            self.items.put(items);
             grown?;
         }
         Ok(())
@@ -75,37 +76,40 @@ impl Deque {
 
     /// Adds at one end; what does not fit any more leaves at the other one.
     fn push(&self, value: Value, left: bool) {
-        let mut dropped = None;
-        {
-            let mut items = self.items.borrow_mut();
+        let left_over = self.items.change(|items| {
             if left {
                 items.push_front(value);
             } else {
                 items.push_back(value);
             }
-            if self.maxlen.get().is_some_and(|most| items.len() > most) {
-                dropped = if left {
-                    items.pop_back()
-                } else {
-                    items.pop_front()
-                };
+            match self.maxlen.get() {
+                Some(most) if items.len() > most && left => items.pop_back(),
+                Some(most) if items.len() > most => items.pop_front(),
+                _ => None,
             }
-        }
+        });
         self.changed();
-        drop(dropped);
+        drop(left_over);
     }
 
     fn pop(&self, left: bool) -> Option<Value> {
-        let popped = {
-            let mut items = self.items.borrow_mut();
-            if left {
-                items.pop_front()
-            } else {
-                items.pop_back()
-            }
-        };
+        let popped = self.items.change(|items| match left {
+            true => items.pop_front(),
+            false => items.pop_back(),
+        });
         self.changed();
         popped
+    }
+
+    /// Removes everything; the items are dropped when the deque is free again.
+    fn clear(&self) {
+        let old = self.items.take();
+        self.changed();
+        drop(old);
+    }
+
+    fn get(&self, index: usize) -> Option<Value> {
+        self.items.borrow().get(index).cloned()
     }
 
     fn to_vec(&self) -> Vec<Value> {
@@ -126,7 +130,7 @@ impl Drop for Deque {
 
 fn make(ev: &Evaluator<'_>, items: Vec<Value>, maxlen: Option<usize>) -> R {
     let deque = Deque::default();
-    *deque.items.borrow_mut() = items.into();
+    deque.items.put(items.into());
     deque.maxlen.set(maxlen);
     deque.changed();
     holding(ev, "_collections.deque", Rc::new(deque), &HOLDS)
@@ -138,16 +142,14 @@ static HOLDS: Holds = Holds {
         if let Some(deque) = data.downcast_ref::<Rc<Deque>>()
             // An iterator shares the deque; then its items are not only its own.
             && Rc::strong_count(deque) == 1
-            && let Ok(items) = deque.items.try_borrow()
+            && let Some(items) = deque.items.try_borrow()
         {
             items.iter().for_each(each);
         }
     },
     clear: |data| {
         if let Some(deque) = data.downcast_ref::<Rc<Deque>>() {
-            let items = std::mem::take(&mut *deque.items.borrow_mut());
-            drop(items);
-            deque.changed();
+            deque.clear();
         }
     },
 };
@@ -177,9 +179,7 @@ fn init(ev: &Evaluator<'_>, receiver: &Value, iterable: &Value, maxlen: &Value) 
         },
     };
     deque.maxlen.set(most);
-    let old = std::mem::take(&mut *deque.items.borrow_mut());
-    drop(old);
-    deque.changed();
+    deque.clear();
     match iterable.given() {
         Some(iterable) => extend(ev, &deque, iterable, false),
         None => Ok(()),
@@ -196,13 +196,9 @@ fn extend(ev: &Evaluator<'_>, deque: &Deque, iterable: &Value, left: bool) -> R<
 }
 
 fn position(ev: &Evaluator<'_>, deque: &Deque, index: &Value) -> R<usize> {
-    let (index, length) = (ev.index(index)?, deque.len() as i64);
-    let index = if index < 0 { index + length } else { index };
-    if (0..length).contains(&index) {
-        Ok(index as usize)
-    } else {
-        Err(ev.raise(ExceptionKind::IndexError, "deque index out of range"))
-    }
+    let index = ev.index(index)?;
+    ev.place(index, deque.len())
+        .ok_or_else(|| ev.raise(ExceptionKind::IndexError, "deque index out of range"))
 }
 
 fn mutated(ev: &Evaluator<'_>) -> Raised {
@@ -243,13 +239,15 @@ fn iterator(ev: &Evaluator<'_>, deque: Rc<Deque>, reversed: bool) -> R {
 
 fn find(ev: &Evaluator<'_>, deque: &Deque, wanted: &Value) -> R<Option<usize>> {
     let generation = deque.generation.get();
-    for (index, item) in deque.to_vec().iter().enumerate() {
-        if ev.equal(item, wanted)? {
+    let mut index = 0;
+    while let Some(item) = deque.get(index) {
+        if ev.equal(&item, wanted)? {
             return Ok(Some(index));
         }
         if deque.generation.get() != generation {
             return Err(mutated(ev));
         }
+        index += 1;
     }
     Ok(None)
 }
@@ -293,9 +291,7 @@ const METHODS: &[Entry] = &[
     }),
     ("clear", "", |ev, args| {
         let deque = data(ev, &args[0])?;
-        let old = std::mem::take(&mut *deque.items.borrow_mut());
-        drop(old);
-        deque.changed();
+        deque.clear();
         Ok(Value::None)
     }),
     ("copy", "", |ev, args| {
@@ -311,45 +307,49 @@ const METHODS: &[Entry] = &[
         let deque = data(ev, &args[0])?;
         let length = deque.len() as i64;
         if length > 0 {
-            deque
-                .items
-                .borrow_mut()
-                .rotate_right(steps.rem_euclid(length) as usize);
+            let steps = steps.rem_euclid(length) as usize;
+            deque.items.change(|items| items.rotate_right(steps));
             deque.changed();
         }
         Ok(Value::None)
     }),
     ("reverse", "", |ev, args| {
         let deque = data(ev, &args[0])?;
-        deque.items.borrow_mut().make_contiguous().reverse();
+        deque
+            .items
+            .change(|items| items.make_contiguous().reverse());
         Ok(Value::None)
     }),
     ("count", "item /", |ev, args| {
-        let mut count = 0;
-        for item in data(ev, &args[0])?.to_vec() {
+        let deque = data(ev, &args[0])?;
+        let generation = deque.generation.get();
+        let (mut index, mut count) = (0, 0);
+        while let Some(item) = deque.get(index) {
             count += i64::from(ev.equal(&item, &args[1])?);
+            if deque.generation.get() != generation {
+                return Err(mutated(ev));
+            }
+            index += 1;
         }
         Ok(Value::Int(count))
     }),
     ("index", "item start? stop? /", |ev, args| {
         let deque = data(ev, &args[0])?;
-        let length = deque.len() as i64;
         let bound = |value: &Value, default: i64| match value.given() {
             None => Ok(default),
-            Some(value) => {
-                let index = ev.clamped_index(value)?;
-                let index = if index < 0 {
-                    index.saturating_add(length)
-                } else {
-                    index
-                };
-                Ok(index.clamp(0, length))
-            }
+            Some(value) => ev.clamped_index(value),
         };
-        let (start, stop) = (bound(&args[2], 0)?, bound(&args[3], length)?);
-        for (index, item) in deque.to_vec().iter().enumerate() {
-            if (start..stop).contains(&(index as i64)) && ev.equal(item, &args[1])? {
+        let (start, stop) = (bound(&args[2], 0)?, bound(&args[3], i64::MAX)?);
+        let length = deque.len();
+        let places = insertion_place(start, length)..insertion_place(stop, length);
+        let generation = deque.generation.get();
+        for index in places {
+            let Some(item) = deque.get(index) else { break };
+            if ev.equal(&item, &args[1])? {
                 return Ok(Value::Int(index as i64));
+            }
+            if deque.generation.get() != generation {
+                return Err(mutated(ev));
             }
         }
         let text = format!("{} is not in deque", ev.repr(&args[1])?);
@@ -364,16 +364,11 @@ const METHODS: &[Entry] = &[
             ));
         }
         note(ev, &args[0], &args[2]);
-        let (index, length) = (ev.clamped_index(&args[1])?, deque.len() as i64);
-        let index = if index < 0 {
-            index.saturating_add(length).max(0)
-        } else {
-            index.min(length)
-        };
+        let index = ev.clamped_index(&args[1])?;
+        let item = std::mem::take(&mut args[2]);
         deque
             .items
-            .borrow_mut()
-            .insert(index as usize, std::mem::take(&mut args[2]));
+            .change(|items| items.insert(insertion_place(index, items.len()), item));
         deque.changed();
         Ok(Value::None)
     }),
@@ -381,7 +376,7 @@ const METHODS: &[Entry] = &[
         let deque = data(ev, &args[0])?;
         match find(ev, &deque, &args[1])? {
             Some(index) => {
-                let removed = deque.items.borrow_mut().remove(index);
+                let removed = deque.items.change(|items| items.remove(index));
                 deque.changed();
                 drop(removed);
                 Ok(Value::None)
@@ -401,26 +396,24 @@ const METHODS: &[Entry] = &[
     ("__getitem__", "index /", |ev, args| {
         let deque = data(ev, &args[0])?;
         let at = position(ev, &deque, &args[1])?;
-        let item = deque.items.borrow().get(at).cloned();
-        Ok(item.unwrap_or_default())
+        Ok(deque.get(at).unwrap_or_default())
     }),
     ("__setitem__", "index value /", |ev, args| {
         let deque = data(ev, &args[0])?;
         let at = position(ev, &deque, &args[1])?;
         note(ev, &args[0], &args[2]);
         let value = std::mem::take(&mut args[2]);
-        let old = deque
-            .items
-            .borrow_mut()
-            .get_mut(at)
-            .map(|place| std::mem::replace(place, value));
+        let old = deque.items.change(|items| match items.get_mut(at) {
+            Some(place) => std::mem::replace(place, value),
+            None => value,
+        });
         drop(old);
         Ok(Value::None)
     }),
     ("__delitem__", "index /", |ev, args| {
         let deque = data(ev, &args[0])?;
         let at = position(ev, &deque, &args[1])?;
-        let removed = deque.items.borrow_mut().remove(at);
+        let removed = deque.items.change(|items| items.remove(at));
         deque.changed();
         drop(removed);
         Ok(Value::None)

@@ -39,7 +39,6 @@ fn read(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         strict: ev.truth(&option(4))?,
         parse_constant: option(5),
         error: option(6),
-        depth: 0,
     };
     if args[2].given().is_some() {
         // Only one value, from a position on (`raw_decode`).
@@ -58,9 +57,6 @@ fn read(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(value)
 }
 
-/// Values nested deeper than this are refused, as CPython does at its recursion limit.
-const DEPTH_MAX: usize = 990;
-
 struct Reader<'r, 'y> {
     ev: &'r Evaluator<'y>,
     text: &'r str,
@@ -73,7 +69,6 @@ struct Reader<'r, 'y> {
     strict: bool,
     parse_constant: Value,
     error: Value,
-    depth: usize,
 }
 
 impl Reader<'_, '_> {
@@ -109,22 +104,16 @@ impl Reader<'_, '_> {
                 self.string().map(Value::str)
             }
             Some(b'{' | b'[') => {
-                self.depth += 1;
-                if self.depth > DEPTH_MAX {
-                    return Err(self.ev.recursion_error());
-                }
                 let ev = self.ev;
                 let is_object = self.bytes[self.at] == b'{';
                 self.at += 1;
-                let value = ev.with_stack(crate::eval::coroutine::RESERVE, || {
+                ev.recurse(|| {
                     if is_object {
                         self.object()
                     } else {
                         self.array()
                     }
-                })?;
-                self.depth -= 1;
-                Ok(value)
+                })
             }
             Some(b'-' | b'0'..=b'9') => self.number(),
             _ => match self.word() {

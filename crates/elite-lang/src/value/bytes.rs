@@ -1,6 +1,6 @@
 //! `bytes` and `bytearray`.
 
-use std::cell::RefCell;
+use super::Held;
 
 /// Immutable bytes.
 pub struct Bytes {
@@ -23,14 +23,14 @@ impl Bytes {
 #[derive(Default)]
 pub struct ByteArray {
     /// The bytes.
-    pub data: RefCell<Vec<u8>>,
+    pub data: Held<Vec<u8>>,
 }
 
 impl ByteArray {
     /// Takes over `data`.
     pub fn new(data: Vec<u8>) -> Self {
         ByteArray {
-            data: RefCell::new(data),
+            data: Held::new(data),
         }
     }
 }

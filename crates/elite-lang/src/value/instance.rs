@@ -1,19 +1,19 @@
 //! Instances of classes: slots by the layout of their class, and what they extend.
 
 use std::any::Any;
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::rc::Rc;
 
 use smallvec::SmallVec;
 
 use super::exception::ExceptionState;
-use super::{Class, Dict, Symbol, Value, trash};
+use super::{Class, Dict, Held, Symbol, Value, trash};
 
 /// An object with a class.
 pub struct Instance {
     /// Its class.
     pub class: Rc<Class>,
-    attrs: RefCell<Attrs>,
+    attrs: Held<Attrs>,
     /// What it is beyond its attributes.
     pub payload: Payload,
     /// The interpreter knows it as a possible part of a cycle.
@@ -40,7 +40,7 @@ pub enum Payload {
     /// An exception.
     Exception(Box<ExceptionState>),
     /// The builtin value a subclass of a builtin type extends.
-    Value(RefCell<Value>),
+    Value(Held<Value>),
     /// Data of the library or the embedder.
     Object(Box<dyn Any>),
     /// Data of the library that holds values, and how to reach them.
@@ -62,7 +62,7 @@ impl Instance {
     /// An instance without attributes.
     pub fn new(class: Rc<Class>, payload: Payload) -> Rc<Self> {
         let width = class.layout().names().len();
-        let attrs = RefCell::new(Attrs::Slots(Slots::with_capacity(width)));
+        let attrs = Held::new(Attrs::Slots(Slots::with_capacity(width)));
         Rc::new(Instance {
             class,
             attrs,
@@ -88,7 +88,7 @@ impl Instance {
 
     /// Runs `each` on the attributes and on what it holds beyond them, unless they are being changed.
     pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
-        if let Ok(attrs) = self.attrs.try_borrow() {
+        if let Some(attrs) = self.attrs.try_borrow() {
             match &*attrs {
                 Attrs::Slots(slots) => slots.iter().for_each(&mut *each),
                 Attrs::Dict(dict) => each(&Value::Dict(dict.clone())),
@@ -96,7 +96,7 @@ impl Instance {
         }
         match &self.payload {
             Payload::Value(value) => {
-                if let Ok(value) = value.try_borrow() {
+                if let Some(value) = value.try_borrow() {
                     each(&value);
                 }
             }
@@ -155,22 +155,22 @@ impl Instance {
     /// Sets the attribute in slot `slot`; false (and the value back) if the attributes are in a dictionary.
     #[inline]
     pub fn set_slot(&self, slot: usize, value: Value) -> Result<(), Value> {
-        let old = match &mut *self.attrs.borrow_mut() {
+        let old = self.attrs.change(|attrs| match attrs {
             Attrs::Slots(slots) => match slots.get_mut(slot) {
                 // Dropping a number runs no script code.
                 Some(place) if place.is_flat() => {
                     place.put(value);
-                    return Ok(());
+                    Ok(Value::Unbound)
                 }
-                Some(place) => std::mem::replace(place, value),
+                Some(place) => Ok(std::mem::replace(place, value)),
                 None => {
                     slots.resize_with(slot, Value::default);
                     slots.push(value);
-                    Value::Unbound
+                    Ok(Value::Unbound)
                 }
             },
-            Attrs::Dict(_) => return Err(value),
-        };
+            Attrs::Dict(_) => Err(value),
+        })?;
         // Dropped only now: the old value's last reference may run script code.
         drop(old);
         Ok(())
@@ -211,7 +211,7 @@ impl Instance {
 
     /// Deletes the attribute `name` of the instance itself; whether it was there.
     pub fn remove(&self, name: Symbol, symbols: &super::symbol::Symbols) -> bool {
-        let removed = match &mut *self.attrs.borrow_mut() {
+        let removed = self.attrs.change(|attrs| match attrs {
             Attrs::Slots(slots) => {
                 let slot = self.class.slot(name);
                 slot.and_then(|slot| slots.get_mut(slot))
@@ -219,13 +219,13 @@ impl Instance {
             }
             Attrs::Dict(dict) => {
                 let key = symbols.value(name);
-                let Value::Str(text) = &key else { return false };
+                let Value::Str(text) = &key else { return None };
                 match dict.find(text.hash(), &key) {
                     super::dict::Found::At(index) => Some(dict.delete_at(index).1),
                     _ => None,
                 }
             }
-        };
+        });
         removed.is_some_and(|value| !value.is_unbound())
     }
 
@@ -268,7 +268,7 @@ impl Instance {
         for (key, value) in self.entries(symbols) {
             dict.set_interned(key, value);
         }
-        *self.attrs.borrow_mut() = Attrs::Dict(dict.clone());
+        self.attrs.put(Attrs::Dict(dict.clone()));
         dict
     }
 }
@@ -284,6 +284,7 @@ impl Drop for Instance {
                 trash::dismantle(&mut values);
             }
             Payload::Value(value) => trash::dismantle_one(value.get_mut()),
+            // Data of the library that holds values hands them over in a `drop` of its own.
             Payload::None | Payload::Object(_) | Payload::Holding(..) => {}
         }
     }

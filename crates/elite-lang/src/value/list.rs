@@ -1,13 +1,14 @@
 //! Lists and tuples.
 
-use std::cell::{Cell, Ref, RefCell, RefMut};
+use std::cell::Cell;
 
-use super::{Value, trash};
+use super::held::Look;
+use super::{Held, Value, trash};
 
 /// A list. Nothing may hold a borrow of the items while it runs script code.
 #[derive(Default)]
 pub struct List {
-    items: RefCell<Vec<Value>>,
+    items: Held<Vec<Value>>,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
     /// A search for cycles has found it in use.
@@ -18,7 +19,7 @@ impl List {
     /// A list of these items.
     pub fn new(items: Vec<Value>) -> Self {
         List {
-            items: RefCell::new(items),
+            items: Held::new(items),
             noted: Cell::new(false),
             old: Cell::new(false),
         }
@@ -26,7 +27,7 @@ impl List {
 
     /// Runs `each` on up to `count` items from `from` on, unless they are being changed; whether there are more.
     pub fn visit(&self, from: usize, count: usize, each: &mut dyn FnMut(&Value)) -> bool {
-        let Ok(items) = self.items.try_borrow() else {
+        let Some(items) = self.items.try_borrow() else {
             return false;
         };
         items.iter().skip(from).take(count).for_each(each);
@@ -35,14 +36,29 @@ impl List {
 
     /// The items, to read.
     #[inline]
-    pub fn borrow(&self) -> Ref<'_, Vec<Value>> {
+    pub fn borrow(&self) -> Look<'_, Vec<Value>> {
         self.items.borrow()
     }
 
-    /// The items, to change.
-    #[inline]
-    pub fn borrow_mut(&self) -> RefMut<'_, Vec<Value>> {
-        self.items.borrow_mut()
+    /// Changes the items; gives back what `change` has taken out, to be dropped now that the list is free again.
+    #[inline(always)]
+    pub fn change<O>(&self, change: impl FnOnce(&mut Vec<Value>) -> O) -> O {
+        self.items.change(change)
+    }
+
+    /// Puts other items in the place of all there were, which are given back.
+    #[must_use = "the old items are dropped only now"]
+    pub fn replace_all(&self, items: Vec<Value>) -> Vec<Value> {
+        self.items.replace(items)
+    }
+
+    /// Puts an item in the place of number `index`: the one that was there, or, if there is none, the new one back.
+    #[inline(always)]
+    pub fn replace(&self, index: usize, value: Value) -> Result<Value, Value> {
+        self.items.change(|items| match items.get_mut(index) {
+            Some(place) => Ok(std::mem::replace(place, value)),
+            None => Err(value),
+        })
     }
 
     /// Number of items.
@@ -65,7 +81,7 @@ impl List {
     /// Appends an item.
     #[inline]
     pub fn push(&self, value: Value) {
-        self.items.borrow_mut().push(value);
+        self.items.change(|items| items.push(value));
     }
 }
 

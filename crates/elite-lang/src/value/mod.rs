@@ -10,6 +10,7 @@ pub mod dict;
 pub mod embed;
 pub mod exception;
 pub mod function;
+pub mod held;
 pub mod instance;
 pub mod int;
 pub mod iter;
@@ -22,7 +23,7 @@ pub mod symbol;
 pub mod trash;
 pub mod weak;
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::rc::Rc;
 
 use compact_str::CompactString;
@@ -32,6 +33,7 @@ pub use bytes::{ByteArray, Bytes};
 pub use class::Class;
 pub use dict::{Dict, DictView};
 pub use function::{BoundMethod, Function};
+pub use held::Held;
 pub use instance::Instance;
 pub use iter::Iter;
 pub use list::{List, Tuple};
@@ -103,7 +105,7 @@ const _: () = assert!(size_of::<Result<Value, Raised>>() == 16);
 #[derive(Default)]
 pub struct CellVar {
     /// The current value.
-    pub value: RefCell<Value>,
+    pub value: Held<Value>,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
     /// A search for cycles has found it in use.
@@ -114,7 +116,7 @@ impl CellVar {
     /// A cell with this value.
     pub fn new(value: Value) -> Rc<Self> {
         Rc::new(CellVar {
-            value: RefCell::new(value),
+            value: Held::new(value),
             noted: Cell::new(false),
             old: Cell::new(false),
         })

@@ -255,7 +255,7 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 let byte = ev.byte(&args[1])?;
                 let bytes = mutable(ev, &args[0])?;
                 ev.grow_bytes(&bytes, 1)?;
-                bytes.data.borrow_mut().push(byte);
+                bytes.data.change(|data| data.push(byte));
                 Ok(Value::None)
             }),
             ("extend", "iterable /", |ev, args| {
@@ -269,33 +269,29 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 };
                 let bytes = mutable(ev, &args[0])?;
                 ev.grow_bytes(&bytes, more.len())?;
-                bytes.data.borrow_mut().extend(more);
+                bytes.data.change(|data| data.extend(more));
                 Ok(Value::None)
             }),
             ("insert", "index item /", |ev, args| {
-                let byte = ev.byte(&args[2])?;
                 let bytes = mutable(ev, &args[0])?;
-                let length = bytes.data.borrow().len();
-                let index = super::clamp_start(ev, &args[1], length, 0)?.min(length);
+                let index = ev.clamped_index(&args[1])?;
+                let byte = ev.byte(&args[2])?;
                 ev.grow_bytes(&bytes, 1)?;
-                bytes.data.borrow_mut().insert(index, byte);
+                bytes.data.change(|data| {
+                    data.insert(super::insertion_place(index, data.len()), byte);
+                });
                 Ok(Value::None)
             }),
             ("pop", "index? /", |ev, args| {
                 let bytes = mutable(ev, &args[0])?;
                 let index = args[1].given().map_or(Ok(-1), |index| ev.index(index))?;
-                let mut data = bytes.data.borrow_mut();
-                let place = if index < 0 {
-                    index + data.len() as i64
-                } else {
-                    index
-                };
-                match usize::try_from(place)
-                    .ok()
-                    .filter(|place| *place < data.len())
-                {
-                    Some(place) => Ok(Value::Int(i64::from(data.remove(place)))),
-                    None if data.is_empty() => {
+                let popped = bytes.data.change(|data| {
+                    let place = ev.place(index, data.len())?;
+                    Some(data.remove(place))
+                });
+                match popped {
+                    Some(byte) => Ok(Value::Int(i64::from(byte))),
+                    None if bytes.data.borrow().is_empty() => {
                         Err(ev.raise(ExceptionKind::IndexError, "pop from empty bytearray"))
                     }
                     None => Err(ev.raise(ExceptionKind::IndexError, "pop index out of range")),
@@ -303,30 +299,30 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
             }),
             ("remove", "value /", |ev, args| {
                 let (bytes, byte) = (mutable(ev, &args[0])?, ev.byte(&args[1])?);
-                let found = bytes.data.borrow().iter().position(|other| *other == byte);
-                match found {
-                    Some(index) => {
-                        bytes.data.borrow_mut().remove(index);
-                        Ok(Value::None)
-                    }
+                let removed = bytes.data.change(|data| {
+                    let index = data.iter().position(|other| *other == byte)?;
+                    Some(data.remove(index))
+                });
+                match removed {
+                    Some(_) => Ok(Value::None),
                     None => Err(ev.value_error("value not found in bytearray")),
                 }
             }),
             ("clear", "", |ev, args| {
-                mutable(ev, &args[0])?.data.borrow_mut().clear();
+                mutable(ev, &args[0])?.data.change(Vec::clear);
                 Ok(Value::None)
             }),
             ("reverse", "", |ev, args| {
-                mutable(ev, &args[0])?.data.borrow_mut().reverse();
+                mutable(ev, &args[0])?.data.change(|data| data.reverse());
                 Ok(Value::None)
             }),
             ("copy", "", |ev, args| {
-                Ok(bytearray(mutable(ev, &args[0])?.data.borrow().clone()))
+                Ok(bytearray(mutable(ev, &args[0])?.data.get()))
             }),
             ("__init__", "source? encoding? errors?", |ev, args| {
                 let data = data(ev, &args[1..], "bytearray")?;
                 let bytes = mutable(ev, &args[0])?;
-                *bytes.data.borrow_mut() = data;
+                bytes.data.put(data);
                 Ok(Value::None)
             }),
         ],

@@ -109,7 +109,7 @@ fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
             instance.visit(each);
         }
         Value::Cell(cell) => {
-            if let Ok(held) = cell.value.try_borrow() {
+            if let Some(held) = cell.value.try_borrow() {
                 each(&held);
             }
         }
@@ -118,13 +118,13 @@ fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
                 each(&Value::Cell(cell.clone()));
             }
             function.keyword_defaults.iter().for_each(&mut *each);
-            if let Ok(attrs) = function.attrs.try_borrow()
+            if let Some(attrs) = function.attrs.try_borrow()
                 && let Some(attrs) = &*attrs
             {
                 attrs.iter().for_each(|(_, value)| each(value));
             }
             // Defaults that a call has borrowed are counted once, however many share them.
-            if let Ok(defaults) = function.defaults.try_borrow()
+            if let Some(defaults) = function.defaults.try_borrow()
                 && Rc::strong_count(&defaults) == 1
             {
                 defaults.iter().for_each(each);
@@ -165,7 +165,7 @@ fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
 fn visit_iterator(iter: &Iter, each: &mut dyn FnMut(&Value)) {
     match iter {
         Iter::List { list, .. } => {
-            if let Ok(list) = list.try_borrow()
+            if let Some(list) = list.try_borrow()
                 && let Some(list) = &*list
             {
                 each(&Value::List(list.clone()));
@@ -201,8 +201,7 @@ fn visit_iterator(iter: &Iter, each: &mut dyn FnMut(&Value)) {
 pub(super) fn take_apart(value: &Value) {
     match value {
         Value::List(list) => {
-            let items = std::mem::take(&mut *list.borrow_mut());
-            drop(items);
+            drop(list.replace_all(Vec::new()));
         }
         Value::Dict(dict) => dict.clear(),
         Value::Set(set) => set.clear(),

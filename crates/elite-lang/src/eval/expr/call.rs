@@ -103,8 +103,7 @@ fn make_instance(
         }
         Making::Init(location) => class.at(location),
         Making::Native => {
-            if let Value::Builtin(constructor) = &*class.constructor.borrow() {
-                let constructor = constructor.clone();
+            if let Value::Builtin(constructor) = class.constructor.get() {
                 return call_native(&constructor, None, args, ev, f, span);
             }
             Value::Unbound

@@ -152,7 +152,7 @@ impl DefineClass {
                 .make_class(&self.code.name, bases, attrs)
                 .at(ev, f, self.span)?;
             if let Some(Value::Cell(cell)) = self.class_cell.map(|slot| &slots[slot as usize]) {
-                *cell.value.borrow_mut() = Value::Class(class.clone());
+                cell.value.put(Value::Class(class.clone()));
             }
             ev.finish_class(&class, keywords).at(ev, f, self.span)?;
             Ok(Value::Class(class))
@@ -340,7 +340,7 @@ impl Evaluator<'_> {
         if let Raised::Exception(error) = &error
             && let Some(state) = error.exception()
         {
-            *state.cause.borrow_mut() = Value::Instance(cause.clone());
+            state.cause.put(Value::Instance(cause.clone()));
             state.suppress_context.set(true);
         }
         error

@@ -121,7 +121,7 @@ fn set_cause(ev: &Evaluator<'_>, exception: &Rc<Instance>, cause: &Value) -> R<(
     };
     state.suppress_context.set(true);
     if cause.is_none() {
-        *state.cause.borrow_mut() = Value::Unbound;
+        state.cause.put(Value::Unbound);
         return Ok(());
     }
     let cause = ev.to_exception(cause).map_err(|raised| {
@@ -131,7 +131,7 @@ fn set_cause(ev: &Evaluator<'_>, exception: &Rc<Instance>, cause: &Value) -> R<(
         raised
     })?;
     ev.core.note(&Value::Instance(exception.clone()));
-    *state.cause.borrow_mut() = Value::Instance(cause);
+    state.cause.put(Value::Instance(cause));
     Ok(())
 }
 

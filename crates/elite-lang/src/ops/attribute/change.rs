@@ -192,11 +192,7 @@ impl Evaluator<'_> {
                 Ok(())
             }
             Value::Function(function) => {
-                let removed = function
-                    .attrs
-                    .borrow_mut()
-                    .as_mut()
-                    .and_then(|attrs| attrs.remove(name));
+                let removed = function.attrs.change(|attrs| attrs.as_mut()?.remove(name));
                 if removed.is_some() {
                     Ok(())
                 } else {
