@@ -6,6 +6,7 @@ use std::rc::Rc;
 use super::hash::{Equal, int_float_order, quick_equal};
 use crate::ast::CompareOp;
 use crate::eval::Evaluator;
+use crate::eval::pace::VALUE;
 use crate::value::int::Int;
 use crate::value::symbol::known;
 use crate::value::{LongRange, R, Symbol, Value};
@@ -293,6 +294,7 @@ impl Evaluator<'_> {
         let mut index = 0;
         // The lists may change while items are compared; the pairs are taken one by one.
         while let Some((a, b)) = pair(index) {
+            self.worked(VALUE)?;
             if !self.equal(&a, &b)? {
                 match op {
                     CompareOp::Eq => return Ok(false),
@@ -317,6 +319,7 @@ impl Evaluator<'_> {
             Value::List(list) => {
                 let mut index = 0;
                 while let Some(other) = list.get(index) {
+                    self.worked(VALUE)?;
                     if self.equal(&other, item)? {
                         return Ok(true);
                     }
@@ -326,6 +329,7 @@ impl Evaluator<'_> {
             }
             Value::Tuple(tuple) => {
                 for other in tuple.items() {
+                    self.worked(VALUE)?;
                     if self.equal(other, item)? {
                         return Ok(true);
                     }
@@ -394,8 +398,7 @@ impl Evaluator<'_> {
     fn bytes_contain(&self, container: &Value, item: &Value) -> R<bool> {
         let data = || self.bytes_like(container).unwrap_or_default();
         if let Some(part) = self.bytes_like(item) {
-            let data = data();
-            return Ok(part.is_empty() || data.windows(part.len()).any(|window| window == part));
+            return Ok(memchr::memmem::find(&data(), &part).is_some());
         }
         if crate::value::int::Int::of(item).is_none() && !matches!(item, Value::Instance(_)) {
             let name = self.core.types.name_of(item);
@@ -415,11 +418,10 @@ impl Evaluator<'_> {
             }
             Err(raised) => return Err(raised),
         };
-        while let Some(other) = self.next(&iterator)? {
+        while let Some(other) = self.step(&iterator)? {
             if self.equal(&other, item)? {
                 return Ok(true);
             }
-            self.safepoint()?;
         }
         Ok(false)
     }

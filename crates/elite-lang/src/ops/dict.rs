@@ -35,10 +35,23 @@ impl Evaluator<'_> {
         match value {
             Value::Tuple(tuple) => self.recurse(|| {
                 let mut combine = TupleHash::default();
+                let mut lasting = true;
                 for item in tuple.items() {
-                    combine.add(self.hash(item)?);
+                    self.worked(crate::eval::pace::VALUE)?;
+                    combine.add(match quick_hash(item) {
+                        Some(hash) => hash,
+                        None => {
+                            let hash = self.hash_slowly(item)?;
+                            lasting &= has_lasting_hash(item);
+                            hash
+                        }
+                    });
                 }
-                Ok(combine.finish())
+                let hash = combine.finish();
+                if lasting {
+                    tuple.note_hash(hash);
+                }
+                Ok(hash)
             }),
             Value::FrozenSet(set) => Ok(frozenset_hash(set)),
             Value::BoundMethod(method) => {
@@ -198,7 +211,7 @@ impl Evaluator<'_> {
         if let Some(keys) = self.attribute_or_none(other, known::KEYS)? {
             let keys = self.call(&keys, &mut [], &[])?;
             let iterator = self.iter(&keys)?;
-            while let Some(key) = self.next(&iterator)? {
+            while let Some(key) = self.step(&iterator)? {
                 let value = self.item(other, &key)?;
                 self.dict_set(dict, key, value)?;
             }
@@ -206,7 +219,7 @@ impl Evaluator<'_> {
         }
         let iterator = self.iter(other)?;
         let mut index = 0;
-        while let Some(pair) = self.next(&iterator)? {
+        while let Some(pair) = self.step(&iterator)? {
             let items = self.collect(&pair).map_err(|raised| {
                 if self.is_kind(&raised, crate::errors::ExceptionKind::TypeError) {
                     let message = format!(
@@ -326,7 +339,7 @@ impl Evaluator<'_> {
             }
             _ => {
                 let iterator = self.iter(iterable)?;
-                while let Some(key) = self.next(&iterator)? {
+                while let Some(key) = self.step(&iterator)? {
                     self.set_add(set, key)?;
                 }
             }
@@ -468,4 +481,13 @@ fn frozenset_hash(set: &Set) -> u64 {
         hash = 590_923_713;
     }
     hash
+}
+
+/// Whether a hash that has just been computed slowly stays the same: code of the script has no part in it.
+fn has_lasting_hash(value: &Value) -> bool {
+    match value {
+        Value::Tuple(tuple) => tuple.known_hash().is_some(),
+        Value::FrozenSet(_) => true,
+        _ => false,
+    }
 }

@@ -78,6 +78,7 @@ impl Evaluator<'_> {
             // Methods show their receiver, which may be a method, and iterators of the library what they hold.
             other => out.push_str(&self.recurse(|| self.object_repr(other))?),
         }
+        self.worked(crate::eval::pace::VALUE)?;
         self.check_allocation(out.len())
     }
 

@@ -205,7 +205,8 @@ impl Parser<'_> {
         }
         while self.kind() != T::RightBrace {
             if self.eat(T::DoubleStar).is_some() {
-                items.push(DictItem::Unpack(self.nested(|parser| parser.binary(2))?));
+                let mapping = self.nested(|parser| parser.binary(2))?;
+                items.push(DictItem::Unpack(mapping));
             } else {
                 let key = self.expression()?;
                 if self.eat(T::Colon).is_none() {

@@ -193,10 +193,9 @@ fn extend(ev: &Evaluator<'_>, deque: &Deque, iterable: &Value, left: bool) -> R<
         }
     } else {
         let iterator = ev.iter(iterable)?;
-        while let Some(item) = ev.next(&iterator)? {
+        while let Some(item) = ev.step(&iterator)? {
             deque.grow(ev, 1)?;
             deque.push(item, left);
-            ev.safepoint()?;
         }
     }
     Ok(())

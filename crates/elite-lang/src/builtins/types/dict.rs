@@ -5,6 +5,7 @@ use std::rc::Rc;
 use super::{class_method, methods, raw_constructor, raw_method, wrong_receiver};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
+use crate::eval::pace::VALUE;
 use crate::eval::{Core, Evaluator};
 use crate::ops::iterate::dict_iter;
 use crate::value::dict::ViewKind;
@@ -87,13 +88,14 @@ pub(super) fn install(core: &Rc<Core>) {
                 Value::Set(other) | Value::FrozenSet(other) => other.elements(),
                 other => {
                     let iterator = ev.iter(other)?;
-                    while let Some(key) = ev.next(&iterator)? {
+                    while let Some(key) = ev.step(&iterator)? {
                         ev.dict_set(&dict, key, value.clone())?;
                     }
                     Vec::new()
                 }
             };
             for (hash, key) in hashed {
+                ev.worked(VALUE)?;
                 ev.dict_set_hashed(&dict, hash, key, value.clone())?;
             }
             Ok(Value::Dict(Rc::new(dict)))
@@ -117,7 +119,7 @@ pub(super) fn install(core: &Rc<Core>) {
             class,
             &[("isdisjoint", "other /", |ev, args| {
                 let iterator = ev.iter(&args[1])?;
-                while let Some(item) = ev.next(&iterator)? {
+                while let Some(item) = ev.step(&iterator)? {
                     if ev.contains(&args[0], &item)? {
                         return Ok(Value::Bool(false));
                     }

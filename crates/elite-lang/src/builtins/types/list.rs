@@ -118,10 +118,9 @@ impl Evaluator<'_> {
                 // CPython asks how much room to make; the answer means nothing here.
                 self.len(iterable)?;
             }
-            while let Some(item) = self.next(&iterator)? {
+            while let Some(item) = self.step(&iterator)? {
                 self.grow_list(list, 1)?;
                 list.push(item);
-                self.safepoint()?;
             }
             return Ok(());
         }

@@ -64,11 +64,10 @@ pub(super) fn install(core: &Rc<Core>) {
             }),
             ("pop", "", |ev, args| {
                 let set = receiver(ev, &args[0])?;
-                let Some((at, _, _)) = set.next_element(0) else {
+                set.pop().ok_or_else(|| {
                     let text = Value::str("pop from an empty set");
-                    return Err(ev.raise_args(crate::errors::ExceptionKind::KeyError, vec![text]));
-                };
-                Ok(set.delete_at(at - 1))
+                    ev.raise_args(crate::errors::ExceptionKind::KeyError, vec![text])
+                })
             }),
             ("clear", "", |ev, args| {
                 receiver(ev, &args[0])?.clear();
@@ -157,7 +156,7 @@ fn install_queries(core: &Rc<Core>, class: &Class) {
             ("isdisjoint", "other /", |ev, args| {
                 let set = receiver(ev, &args[0])?;
                 let iterator = ev.iter(&args[1])?;
-                while let Some(item) = ev.next(&iterator)? {
+                while let Some(item) = ev.step(&iterator)? {
                     if ev.set_contains(&set, &item)? {
                         return Ok(Value::Bool(false));
                     }

@@ -133,8 +133,8 @@ impl Evaluator<'_> {
         Ok(match value {
             Value::List(list) => {
                 let indices = self.slice_indices(slice)?;
-                let room = indices.within(list.len()).len() * size_of::<Value>();
-                self.check_allocation(room)?;
+                let count = indices.within(list.len()).len();
+                self.check_allocation(count * size_of::<Value>())?;
                 let items = list.borrow();
                 let bounds = indices.within(items.len());
                 Value::list(pick(&items, bounds))
@@ -211,8 +211,10 @@ impl Evaluator<'_> {
                 .map(|index| char::from(text.as_str().as_bytes()[index]))
                 .collect()
         } else {
-            let chars: Vec<char> = text.as_str().chars().collect();
-            bounds.indices().map(|index| chars[index]).collect()
+            let first = bounds.indices().min().unwrap_or(0);
+            let last = bounds.indices().max().unwrap_or(0);
+            let chars: Vec<char> = text.slice(first, last + 1).chars().collect();
+            bounds.indices().map(|index| chars[index - first]).collect()
         };
         Value::Str(Rc::new(Str::counted(picked, length)))
     }
