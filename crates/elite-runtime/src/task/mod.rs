@@ -7,9 +7,12 @@
 //! - `outside`: futures that builtins wait for.
 //! - `host`: what the language asks of its surroundings (print, clock, random numbers).
 //! - `network`: TCP sockets of programs; `files` and `processes`: what `--allow fs` and `--allow process` grant them.
+//! - `family` and `death_signal`: processes end with the task that started them.
 
 mod context;
 mod controls;
+mod death_signal;
+mod family;
 mod files;
 mod host;
 mod network;
@@ -23,6 +26,7 @@ mod wait;
 
 pub(crate) use context::{TaskContext, TaskRequest, ThreadLookup};
 pub(crate) use controls::{Controller, Controls, controls};
+pub use family::all_children_are_tasks;
 pub use host::Permissions;
 pub(crate) use scheduler::Task;
 pub use scheduler::{ProgramText, TaskEnd, TaskSettings};
