@@ -1,6 +1,7 @@
 //! One task: a main program, its script threads and the secondary programs beside it, on one OS thread.
 //!
 //! - `context`: what builtins see of their task (robot, waits, threads to start or stop).
+//! - `controls`: what others ask of it.
 //! - `scheduler`: resumes script threads in a fixed order; `threads`: how they wait, wake, start and end.
 //! - `time`: which waits are over, and what makes time pass; `report`: what people are told.
 //! - `outside`: futures that builtins wait for.
@@ -11,6 +12,7 @@
 
 mod beneath;
 mod context;
+mod controls;
 mod death_signal;
 mod family;
 mod files;
@@ -26,8 +28,9 @@ mod wait;
 
 pub use beneath::{FolderAccessError, Folders};
 pub(crate) use context::{TaskContext, TaskRequest, ThreadLookup};
+pub(crate) use controls::{Controller, Controls, controls};
 pub use family::all_children_are_tasks;
 pub use host::{FileAccess, Permissions};
 pub(crate) use scheduler::Task;
-pub use scheduler::{Control, ProgramText, TaskEnd, TaskSettings};
+pub use scheduler::{ProgramText, TaskEnd, TaskSettings};
 pub(crate) use wait::Wait;

@@ -12,18 +12,19 @@ use std::sync::Arc;
 
 use elite_lang::{
     Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptThread, SourceFile, Step,
-    WaitToken,
+    WaitToken, memory,
 };
 use io_bus::Fieldbus;
 use motion_api::{CommandKind, IoChange, Origin, ProgramId, StopReason, ThreadNumber};
-use tokio::sync::{mpsc, oneshot, watch};
+use tokio::sync::watch;
 use tokio::time::Instant;
 
 use super::context::{TaskContext, TaskRequest};
+use super::controls::{Control, Controls};
 use super::host::{Permissions, TaskHost};
 use crate::builtins;
 use crate::interpreter::Interpreter as StatementPort;
-use crate::message::{Message, Observer, Severity};
+use crate::message::{Aside, Observer};
 use crate::panel::{Panel, Variables};
 use crate::robot::Robot;
 use crate::supervisor::{TaskState, TaskStatus, is_secondary};
@@ -67,19 +68,6 @@ pub struct TaskSettings {
     pub task_folder: Arc<Path>,
 }
 
-/// What others ask of a running task.
-#[derive(Debug)]
-pub enum Control {
-    /// End it.
-    Stop,
-    /// Hold it.
-    Pause,
-    /// Let it go on.
-    Resume,
-    /// Run a secondary program beside it, and say that it was taken. A task that ends first drops the sender.
-    Secondary(ProgramText, oneshot::Sender<()>),
-}
-
 /// How a task ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TaskEnd {
@@ -104,7 +92,7 @@ pub(crate) struct Task {
     known: KnownNames,
     pub(super) threads: BTreeMap<ThreadNumber, Entry>,
     pub(super) ready: VecDeque<ThreadNumber>,
-    pub(super) controls: mpsc::Receiver<Control>,
+    pub(super) controls: Controls,
     status: watch::Sender<TaskStatus>,
     pub(super) paused: bool,
     stops_at_start: u64,
@@ -118,6 +106,8 @@ pub(crate) struct Task {
     pub(super) variables_due: u64,
     /// When the next cycle is due while a virtual clock keeps wall pace.
     pub(super) next_tick: Option<Instant>,
+    /// What the robot has to be told as soon as there is room for it.
+    untold: VecDeque<CommandKind>,
 }
 
 pub(super) struct Entry {
@@ -150,12 +140,13 @@ const FIRST_SECONDARY: u32 = 1 << 31;
 
 impl Task {
     pub fn new(
-        settings: TaskSettings,
+        mut settings: TaskSettings,
         statements: Arc<StatementPort>,
         program: ProgramId,
-        controls: mpsc::Receiver<Control>,
+        controls: Controls,
         status: watch::Sender<TaskStatus>,
     ) -> Self {
+        settings.observer = Arc::new(Aside(settings.observer));
         let context = TaskContext::new(&settings, statements, program);
         let host = Rc::new(TaskHost::new(
             context.clone(),
@@ -166,7 +157,7 @@ impl Task {
         let known = KnownNames::new(builtins::all().map(|b| b.name));
         let interpreter = Interpreter::new(host.clone(), natives, Limits::default());
         let stops_at_start = settings.robot.protective_stops().0;
-        settings.panel.with_variables(Variables::clear);
+        memory::outside(|| settings.panel.with_variables(Variables::clear));
         Self {
             settings,
             context,
@@ -185,6 +176,7 @@ impl Task {
             looked_at: u64::MAX,
             variables_due: 0,
             next_tick: None,
+            untold: VecDeque::new(),
         }
     }
 
@@ -266,7 +258,7 @@ impl Task {
     async fn run_threads(&mut self) -> TaskEnd {
         let mut slices = 0_u32;
         loop {
-            while let Ok(control) = self.controls.try_recv() {
+            while let Some(control) = self.controls.try_next() {
                 self.take(control);
             }
             self.look_around();
@@ -326,6 +318,7 @@ impl Task {
         let cycle = self.settings.robot.state().cycle;
         if cycle != self.looked_at {
             self.looked_at = cycle;
+            self.tell_what_is_untold();
             self.look_at_watchdogs();
             self.publish_variables(false);
             self.end_late_secondaries();
@@ -383,21 +376,27 @@ impl Task {
         let _ = self.start_program(number, program);
     }
 
-    pub(super) fn tell_robot(&self, kind: CommandKind) {
+    /// Gives the robot a command. Where there is no room for it just now it is given in one of the next cycles: a stop is
+    /// late at worst, never lost.
+    pub(super) fn tell_robot(&mut self, kind: CommandKind) {
+        self.untold.push_back(kind);
+        self.tell_what_is_untold();
+    }
+
+    pub(super) fn tell_what_is_untold(&mut self) {
         let origin = Origin {
             program: self.context.program(),
             ..Origin::default()
         };
-        if let Err(full) = self.settings.robot.send(origin, kind) {
-            let text = format!("{} was not carried out: {full}", kind.name());
-            self.settings
-                .observer
-                .message(&Message::log(Severity::Error, origin, text));
+        while let Some(kind) = self.untold.front()
+            && self.settings.robot.send(origin, *kind).is_ok()
+        {
+            self.untold.pop_front();
         }
     }
 
     /// For outputs that follow the run state (manual 5.20 to 5.25). A held program does not run.
-    fn program_runs(&self, runs: bool) {
+    fn program_runs(&mut self, runs: bool) {
         self.tell_robot(CommandKind::SetIo(IoChange::ProgramRunning(runs)));
         self.settings.fieldbus.program_running(runs);
     }
@@ -444,6 +443,10 @@ impl Task {
     }
 
     fn out_of_fuel(&mut self, number: ThreadNumber) {
+        if self.interpreter.is_searching() {
+            // It has its turn when the search is over.
+            return self.ready.push_front(number);
+        }
         let bounds = self.threads.get_mut(&number);
         if let Some(bounds) = bounds.and_then(|entry| entry.secondary.as_mut()) {
             bounds.slices -= 1;

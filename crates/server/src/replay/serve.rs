@@ -25,6 +25,7 @@ use crate::commands::serve::{Listeners, ServeError, bound_ports, open_ports};
 use crate::config::{ConfigError, PRIMARY_PORT, PortSettings};
 use crate::describe::describe;
 use crate::options::PortSetting;
+use crate::ports::callers::{Callers, machine_name};
 use crate::ports::foxglove::View;
 use crate::ports::listen::PortMeter;
 use crate::ports::{foxglove, http, primary, rtsi};
@@ -110,7 +111,9 @@ pub(super) fn serve(
         {
             tracing::info!("{name} on {bind}:{port}");
         }
-        let services = open_services(listeners, &playback, viewer, &stop);
+        let trusted = crate::config::trusted_hosts(args.trust_host.clone());
+        let callers = Callers::of(bind, machine_name().as_deref(), &trusted);
+        let services = open_services(listeners, &playback, viewer, &callers, &stop);
         if let Some(path) = &args.ready_file {
             ready_file::write(path, std::process::id(), &bound).map_err(|source| {
                 ServeError::ReadyFile {
@@ -133,6 +136,7 @@ fn open_services(
     listeners: Listeners,
     playback: &Arc<Playback>,
     viewer: Viewer,
+    callers: &Callers,
     stop: &CancellationToken,
 ) -> JoinSet<()> {
     let meters: Vec<PortMeter> = listeners
@@ -154,8 +158,10 @@ fn open_services(
             }
             "rtsi" => drop(services.spawn(rtsi::serve(listener, playback, meter, stop))),
             "http" => {
-                let meters = meters.clone();
-                services.spawn(http::serve(listener, playback, meters, meter, stop));
+                let (meters, callers) = (meters.clone(), callers.clone());
+                services.spawn(http::serve(
+                    listener, playback, meters, meter, callers, stop,
+                ));
             }
             "foxglove" => {
                 let view = View {
@@ -163,7 +169,8 @@ fn open_services(
                     samples: playback.samples(),
                     log: playback.log_lines(),
                 };
-                services.spawn(foxglove::serve(listener, view, meter, stop));
+                let callers = callers.clone();
+                services.spawn(foxglove::serve(listener, view, meter, callers, stop));
             }
             other => unreachable!("{other} is off in a replay"),
         }
