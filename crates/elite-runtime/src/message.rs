@@ -119,8 +119,11 @@ pub trait Observer: Send + Sync {
     /// A message was issued.
     fn message(&self, message: &Message);
 
-    /// A program is about to start.
+    /// A program is about to start; whether it compiles is not known yet.
     fn program_started(&self, program: ProgramId, name: &str, text: &str);
+
+    /// The program compiles and is about to run. None of its commands and lines come before this.
+    fn program_runs(&self, _program: ProgramId, _text: &str) {}
 
     /// A script thread stands at another line than at its last suspension; at most once a cycle and thread.
     fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32);

@@ -53,6 +53,8 @@ pub struct Core {
     /// Safepoints left for the slices after the present one.
     pub fuel_left: Cell<u32>,
     fuel_kept: Cell<Option<u32>>,
+    /// Work of natives since one gave way.
+    pub work: Cell<usize>,
     /// Calls within calls.
     pub depth: Cell<u32>,
     /// Nesting of native operations on data.
@@ -113,6 +115,7 @@ impl Core {
             empty_tuple: Value::tuple(Vec::new()),
             fuel_left: Cell::new(0),
             fuel_kept: Cell::new(None),
+            work: Cell::new(0),
             depth: Cell::new(0),
             native_depth: Cell::new(0),
             line: Cell::new(0),
@@ -168,6 +171,14 @@ impl Core {
         let slice = fuel.min(SLICE);
         memory::set_fuel(slice);
         self.fuel_left.set(fuel - slice);
+    }
+
+    /// Takes the fuel of a slice away.
+    pub fn spend_fuel(&self) {
+        let spent = SLICE - memory::fuel().min(SLICE);
+        let left = self.fuel_left.get();
+        memory::set_fuel(0);
+        self.fuel_left.set(left.saturating_sub(spent));
     }
 
     /// Takes the next slice of fuel; false if all is used up.

@@ -194,6 +194,10 @@ impl Task {
         self.settings.robot.timeline().drive(true);
         let end = match self.start_program(ThreadNumber(0), program) {
             Ok(program) => {
+                let text = program.file().text();
+                self.settings
+                    .observer
+                    .program_runs(self.context.program(), text);
                 self.context.interpreter().task_runs(&program);
                 self.program_runs(true);
                 self.run_threads().await

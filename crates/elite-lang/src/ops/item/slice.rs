@@ -28,6 +28,16 @@ impl Bounds {
         .len() as usize
     }
 
+    /// The same places as far as there are still `length` of them, for a step of 1.
+    pub fn clamped(self, length: usize) -> Bounds {
+        let start = self.start.min(length as i64);
+        Bounds {
+            start,
+            stop: self.stop.clamp(start, length as i64),
+            step: 1,
+        }
+    }
+
     /// The indices.
     pub fn indices(self) -> impl Iterator<Item = usize> {
         (0..self.len() as i64).map(move |i| (self.start + i * self.step) as usize)
@@ -123,8 +133,8 @@ impl Evaluator<'_> {
         Ok(match value {
             Value::List(list) => {
                 let indices = self.slice_indices(slice)?;
-                let count = indices.within(list.len()).len();
-                self.check_allocation(count * size_of::<Value>())?;
+                let room = indices.within(list.len()).len() * size_of::<Value>();
+                self.check_allocation(room)?;
                 let items = list.borrow();
                 let bounds = indices.within(items.len());
                 Value::list(pick(&items, bounds))
@@ -201,8 +211,10 @@ impl Evaluator<'_> {
                 .map(|index| char::from(text.as_str().as_bytes()[index]))
                 .collect()
         } else {
-            let chars: Vec<char> = text.as_str().chars().collect();
-            bounds.indices().map(|index| chars[index]).collect()
+            let first = bounds.indices().min().unwrap_or(0);
+            let last = bounds.indices().max().unwrap_or(0);
+            let chars: Vec<char> = text.slice(first, last + 1).chars().collect();
+            bounds.indices().map(|index| chars[index - first]).collect()
         };
         Value::Str(Rc::new(Str::counted(picked, length)))
     }
