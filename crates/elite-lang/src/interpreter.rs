@@ -1,5 +1,6 @@
 //! The interpreter of one task, and its script threads as the embedder drives them.
 
+use std::ops::Deref;
 use std::rc::Rc;
 
 use corosensei::stack::DefaultStack;
@@ -37,6 +38,41 @@ impl Drop for Leftovers {
     }
 }
 
+/// A program in the account of the task that runs it, wherever it was compiled.
+struct Guest(Option<Program>);
+
+impl Guest {
+    fn new(program: Program) -> Self {
+        let guest = Guest(Some(program));
+        if guest.is_foreign() {
+            memory::hold(guest.bytes);
+        }
+        guest
+    }
+
+    fn is_foreign(&self) -> bool {
+        self.made_by != std::thread::current().id()
+    }
+}
+
+impl Deref for Guest {
+    type Target = Program;
+
+    fn deref(&self) -> &Program {
+        // Taken out only when it is dropped.
+        self.0.as_ref().unwrap_or_else(|| unreachable!())
+    }
+}
+
+impl Drop for Guest {
+    fn drop(&mut self) {
+        if self.is_foreign() {
+            memory::let_go(self.bytes);
+            memory::outside(|| drop(self.0.take()));
+        }
+    }
+}
+
 impl Interpreter {
     /// An interpreter whose programs find the given natives beside Python's builtins.
     pub fn new(host: Rc<dyn Host>, natives: Vec<NativeFunction>, limits: Limits) -> Self {
@@ -54,9 +90,10 @@ impl Interpreter {
     /// A script thread that runs the top-level statements of a program in the globals of the task; a program that
     /// consists of one function runs that. Nothing runs before the first `resume`.
     pub fn spawn_program(&self, program: &Program) -> ScriptThread {
-        let (core, program) = (self.core.clone(), program.clone());
+        let (core, program) = (self.core.clone(), Guest::new(program.clone()));
         ScriptThread::new(&self.core, move |ev| {
             let namespace = core.globals.clone();
+            ev.check_allocation(program.bytes)?;
             let code = with_deep_stack(|| {
                 let (module, resolution) = (&program.module, &program.resolution);
                 crate::lower::module(&core, &namespace, &program.file, module, resolution)

@@ -274,6 +274,11 @@ impl Core {
         (memory::held() - self.memory_base).max(0) as usize
     }
 
+    /// Bytes that may still be held.
+    pub fn memory_left(&self) -> usize {
+        self.limits.memory_bytes.saturating_sub(self.memory_used())
+    }
+
     /// A namespace that is taken apart when the interpreter ends.
     pub fn new_namespace(&self, parent: Option<Rc<Namespace>>) -> Rc<Namespace> {
         let namespace = Rc::new(parent.map_or_else(Namespace::default, Namespace::in_front_of));
