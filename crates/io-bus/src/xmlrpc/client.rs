@@ -7,10 +7,12 @@ use hyper::body::Bytes;
 use hyper::client::conn::http1::{SendRequest, handshake};
 use hyper::{Request, StatusCode, header};
 use hyper_util::rt::TokioIo;
+use supervision::{Faults, Kind};
 use thiserror::Error;
-use tokio::net::TcpStream;
 use tokio::sync::Mutex;
 use tokio::time::timeout;
+
+use crate::names;
 
 use super::codec::{Fault, NotXmlRpc, RpcValue, decode_response, encode_call};
 
@@ -187,7 +189,7 @@ impl RpcClient {
 
     async fn connect(&self) -> Result<SendRequest<Full<Bytes>>, RpcError> {
         let address = || self.url.authority.clone();
-        let stream = TcpStream::connect(self.url.authority.as_str())
+        let stream = names::connect_to(&self.url.authority)
             .await
             .map_err(|source| RpcError::Connect {
                 address: address(),
@@ -201,7 +203,10 @@ impl RpcClient {
                     reason: error.to_string(),
                 })?;
         // Its end shows at the next call.
-        tokio::spawn(async move { drop(connection.await) });
+        let faults = Faults::default();
+        drop(faults.spawn(Kind::Service, "rpc connection", async move {
+            drop(connection.await);
+        }));
         Ok(sender)
     }
 }

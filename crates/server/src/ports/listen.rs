@@ -12,9 +12,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use socket2::{SockRef, TcpKeepalive};
+use supervision::{Faults, Kind, injection};
 use thiserror::Error;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::task::{JoinError, JoinSet};
+use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 use tracing::Instrument as _;
 
@@ -44,6 +45,7 @@ impl fmt::Display for ClientId {
 pub struct PortMeter {
     name: &'static str,
     clients: Arc<AtomicUsize>,
+    faults: Faults,
 }
 
 impl PortMeter {
@@ -52,7 +54,13 @@ impl PortMeter {
         Self {
             name,
             clients: Arc::default(),
+            faults: Faults::default(),
         }
+    }
+
+    /// The same port; `faults` hears of those in its sessions.
+    pub fn told_to(self, faults: Faults) -> Self {
+        Self { faults, ..self }
     }
 
     /// The name, as in the ready file.
@@ -142,13 +150,13 @@ pub async fn serve_port<S>(
 ) where
     S: Future<Output = ()> + Send + 'static,
 {
+    let name = meter.name;
     let mut sessions = JoinSet::new();
     let mut last = 0;
     loop {
         let accepted = tokio::select! {
             () = shutdown.cancelled() => break,
-            Some(ended) = sessions.join_next() => {
-                log_panic(&meter, ended);
+            Some(_ended) = sessions.join_next() => {
                 meter.clients.store(sessions.len(), Ordering::Relaxed);
                 continue;
             }
@@ -179,15 +187,22 @@ pub async fn serve_port<S>(
         // Of the highest level: who it is about is told with every message that is shown.
         let span = tracing::error_span!("session", port = meter.name, %client, %peer);
         span.in_scope(|| tracing::debug!("connected"));
-        sessions.spawn(session(stream, client, shutdown.clone()).instrument(span));
+        let session = session(stream, client, shutdown.clone());
+        let session = async move {
+            injection::point(name);
+            session.await;
+        };
+        // A fault ends this client only; it has been told when it happened.
+        let contained = meter.faults.contain(Kind::Port, name, session);
+        #[allow(
+            clippy::disallowed_methods,
+            reason = "the one place where sessions start, each contained"
+        )]
+        sessions.spawn(contained.instrument(span));
         meter.clients.store(sessions.len(), Ordering::Relaxed);
     }
     drop(listener);
-    let all_ended = async {
-        while let Some(ended) = sessions.join_next().await {
-            log_panic(&meter, ended);
-        }
-    };
+    let all_ended = async { while sessions.join_next().await.is_some() {} };
     if tokio::time::timeout(FAREWELL, all_ended).await.is_err() {
         tracing::debug!(port = meter.name, "some clients are cut off");
         sessions.shutdown().await;
@@ -195,13 +210,36 @@ pub async fn serve_port<S>(
     meter.clients.store(0, Ordering::Relaxed);
 }
 
-/// A panic of a session is a bug of ours; it ends that client only, and must be seen.
-fn log_panic(meter: &PortMeter, ended: Result<(), JoinError>) {
-    if let Err(error) = ended
-        && error.is_panic()
-    {
-        tracing::error!(port = meter.name, %error, "a session ended by a fault of ours; please report it");
-    }
+/// Starts the service of a port. After a fault that no session has contained it is begun again on the same port.
+pub fn start_port<F>(
+    services: &mut JoinSet<()>,
+    listener: TcpListener,
+    meter: &PortMeter,
+    mut serve: impl FnMut(TcpListener) -> F + Send + 'static,
+) -> io::Result<()>
+where
+    F: Future<Output = ()> + Send,
+{
+    let listener = listener.into_std()?;
+    let (faults, name) = (meter.faults.clone(), meter.name);
+    #[allow(
+        clippy::disallowed_methods,
+        reason = "the one place where ports start, each kept up"
+    )]
+    services.spawn(async move {
+        let begin = || {
+            let again = listener.try_clone().and_then(TcpListener::from_std);
+            let serving = again.map(&mut serve);
+            async move {
+                match serving {
+                    Ok(serving) => serving.await,
+                    Err(error) => tracing::error!(port = name, %error, "the port is closed"),
+                }
+            }
+        };
+        faults.keep_up(name, begin).await;
+    });
+    Ok(())
 }
 
 /// No delay for small messages; a peer that vanished without a word is noticed within half a minute.

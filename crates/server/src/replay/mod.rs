@@ -22,6 +22,7 @@ use recorder::{ReadError, Recording, Setup, Summary};
 use thiserror::Error;
 
 use crate::cli::ReplayArgs;
+use crate::logging;
 
 pub use condition::ConditionError;
 pub use plot::PictureError;
@@ -41,7 +42,7 @@ pub fn run(args: &ReplayArgs) -> u8 {
         // Whoever reads the answer has seen enough: `replay --csv /cycle | head`.
         Err(ReplayError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => 0,
         Err(error) => {
-            eprintln!("eliteserver: {error}");
+            logging::say(&format!("eliteserver: {error}"));
             2
         }
     }
