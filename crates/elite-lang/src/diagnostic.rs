@@ -3,8 +3,9 @@
 //! Owns the data and its two forms, for people (annotate-snippets) and for editors (flat fields).
 //! Errors of running programs are `ScriptError`, not diagnostics.
 
-use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 
+use crate::excerpt::Excerpt;
 use crate::source::{SourceFile, Span};
 
 /// How serious a finding is. Only errors keep a program from running.
@@ -117,24 +118,43 @@ pub fn render_human(diagnostic: &Diagnostic, file: &SourceFile, ansi: bool) -> S
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
-    // The renderer panics on a span that cuts a character in two, so none reaches it.
-    let clip = |span: Span| {
-        let end = file.text().ceil_char_boundary(span.end as usize);
-        file.text()
-            .floor_char_boundary(span.start as usize)
-            .min(end)..end
-    };
-    let mut snippet = Snippet::source(file.text()).path(file.name());
-    snippet = snippet.annotation(AnnotationKind::Primary.span(clip(diagnostic.span)));
+    let own = diagnostic.span;
+    let labels = diagnostic.labels.iter().map(|label| label.span);
+    let excerpt = Excerpt::new(
+        file,
+        &std::iter::once(own).chain(labels).collect::<Vec<_>>(),
+    );
+    let mut snippet = Snippet::source(&*excerpt.text).line_start(excerpt.first_line as usize);
+    let mut far = Vec::new();
+    if let Some(range) = excerpt.range_of(file, own) {
+        snippet = snippet.annotation(AnnotationKind::Primary.span(range));
+    }
     for label in &diagnostic.labels {
-        snippet = snippet.annotation(
-            AnnotationKind::Context
-                .span(clip(label.span))
-                .label(&label.text),
-        );
+        match excerpt.range_of(file, label.span) {
+            Some(range) => {
+                let annotation = AnnotationKind::Context.span(range).label(&label.text);
+                snippet = snippet.annotation(annotation);
+            }
+            None => far.push((label, Excerpt::new(file, &[label.span]))),
+        }
     }
     let title = level.primary_title(&diagnostic.message).id(diagnostic.code);
-    let mut group = Group::with_title(title).element(snippet);
+    let mut group = Group::with_title(title);
+    if excerpt.is_cut(file, own) {
+        // The columns of a line that is cut are not those of the file.
+        let place = file.position(own.start);
+        let origin = Origin::path(file.name()).line(place.line as usize);
+        group = group.element(origin.char_column(place.column as usize));
+    } else {
+        snippet = snippet.path(file.name());
+    }
+    group = group.element(snippet);
+    for (label, excerpt) in &far {
+        let range = excerpt.range_of(file, label.span).unwrap_or_default();
+        let annotation = AnnotationKind::Context.span(range).label(&label.text);
+        let snippet = Snippet::source(&*excerpt.text).line_start(excerpt.first_line as usize);
+        group = group.element(snippet.path(file.name()).annotation(annotation));
+    }
     if let Some(help) = &diagnostic.help {
         group = group.element(Level::HELP.message(help));
     }

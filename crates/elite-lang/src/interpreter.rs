@@ -10,7 +10,7 @@ use crate::errors::ScriptError;
 use crate::eval::coroutine::{Outlet, Request, Resume, StackKind, Stopping, ThreadState, limit_of};
 use crate::eval::{Core, Evaluator};
 use crate::host::{Host, ThreadId};
-use crate::limits::Limits;
+use crate::limits::{Limits, memory};
 use crate::native::{NativeFunction, WaitToken};
 use crate::program::{Program, ProgramKind};
 use crate::stack::with_deep_stack;
@@ -111,9 +111,14 @@ impl Interpreter {
             .collect()
     }
 
-    /// Bytes the task's values hold, approximately.
+    /// Bytes the task holds: what its OS thread has come to hold since the interpreter was made.
     pub fn memory_used(&self) -> usize {
         self.core.memory_used()
+    }
+
+    /// Whether a search for cycles is under way: the thread that was resumed last has not had its turn yet.
+    pub fn is_searching(&self) -> bool {
+        self.core.is_searching()
     }
 
     /// What all script threads share. For the interpreter's own library.
@@ -124,7 +129,11 @@ impl Interpreter {
 
 impl Drop for Interpreter {
     fn drop(&mut self) {
+        self.core.memory_look();
         self.core.dismantle();
+        if self.core.memory_was_large() {
+            memory::trim();
+        }
     }
 }
 
@@ -163,6 +172,8 @@ pub struct ScriptThread {
     id: ThreadId,
     state: ThreadState,
     coroutine: Option<ThreadCoroutine>,
+    /// The fuel it had when it was suspended for a search.
+    fuel_kept: Option<u32>,
     /// What to report when it has no coroutine any more.
     ended: Option<Step>,
 }
@@ -183,6 +194,7 @@ impl ScriptThread {
             id: ThreadId(number),
             state,
             coroutine,
+            fuel_kept: None,
             ended,
         }
     }
@@ -213,22 +225,22 @@ impl ScriptThread {
             return Step::Stopped;
         }
         let core = self.core.clone();
-        core.memory_resume();
         if core.is_searching() {
             if resume == Resume::Stop {
                 core.abandon_search();
             } else if !core.search_slice() {
                 // No script code runs before the search for cycles is over.
-                core.memory_pause();
                 self.coroutine = Some(coroutine);
                 return Step::OutOfFuel;
             }
         }
         let outer = core.switch_to(self.state);
-        core.set_fuel(fuel);
+        core.set_fuel(self.fuel_kept.take().unwrap_or(fuel));
+        core.memory_watch();
         let result = coroutine.resume(resume);
         self.state = core.switch_to(outer);
-        core.memory_pause();
+        core.memory_unwatch();
+        self.fuel_kept = core.take_kept_fuel();
         match result {
             CoroutineResult::Yield(request) => {
                 self.coroutine = Some(coroutine);

@@ -11,6 +11,8 @@ mod builtins;
 mod diagnostic;
 mod errors;
 mod eval;
+mod excerpt;
+mod findings;
 mod format;
 mod host;
 mod interpreter;
@@ -29,12 +31,15 @@ mod spelling;
 mod stack;
 mod statement;
 mod stdlib;
+#[cfg(test)]
+mod trials;
 mod value;
 
 pub use builtins::builtin_names;
 pub use diagnostic::{Diagnostic, DiagnosticFields, Label, Severity, render_human};
 pub use errors::{ExceptionKind, Link, ScriptError, TraceFrame, render_script_error};
 pub use eval::coroutine::Resume;
+pub use findings::FINDINGS_MAX;
 pub use host::files::{FileStat, HostFile, HostFiles, OpenMode};
 pub use host::process::{
     Command as HostCommand, HostProcess, HostProcesses, Output as ProcessOutput,
@@ -42,7 +47,7 @@ pub use host::process::{
 };
 pub use host::{Access, Host, HostSocket, Interest, ThreadId};
 pub use interpreter::{Interpreter, ScriptThread, Step};
-pub use limits::Limits;
+pub use limits::{Limits, memory};
 pub use lint::{CallArgument, CallHint, CallHook, CallSite, Literal};
 pub use native::{NativeBody, NativeCall, NativeFunction, Param, ParamKind, WaitToken};
 pub use program::{Program, ProgramKind, check, compile};

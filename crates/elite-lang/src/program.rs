@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::ast::{Expr, ExprKind, FunctionDef, Module, Stmt, StmtKind};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::findings::in_order;
 use crate::parser::parse;
 use crate::resolve::{KnownNames, Resolution, resolve};
 use crate::source::{SourceFile, Span};
@@ -70,7 +71,7 @@ impl Program {
 /// Compiles a program. `known` are the names that the embedder provides to scripts.
 ///
 /// # Errors
-/// All syntax and scope errors of the text.
+/// The syntax and scope errors of the text, at most [`FINDINGS_MAX`](crate::FINDINGS_MAX).
 pub fn compile(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Vec<Diagnostic>> {
     with_deep_stack(|| compile_here(file, known))
 }
@@ -82,13 +83,12 @@ fn compile_here(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Ve
     };
     let resolution = resolve(&module, known);
     diagnostics.extend(resolution.diagnostics.iter().cloned());
-    diagnostics.sort_by_key(|diagnostic| diagnostic.span.start);
     if diagnostics
         .iter()
         .any(|diagnostic| diagnostic.severity == Severity::Error)
     {
         diagnostics.retain(|diagnostic| diagnostic.severity == Severity::Error);
-        return Err(diagnostics);
+        return Err(in_order(diagnostics));
     }
     Ok(Program {
         file,
@@ -96,19 +96,19 @@ fn compile_here(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Ve
         resolution: Arc::new(resolution),
         kind: shape.kind,
         entry: shape.entry,
-        warnings: diagnostics.into(),
+        warnings: in_order(diagnostics).into(),
     })
 }
 
 /// Parses and checks a text without running it: errors and warnings, in the order of the text. Codes of warnings:
 /// `undefined-name`, `unused-variable`, `unused-import`, `unreachable`, `busy-loop`, and those of the embedder's hook.
+/// Not more than [`FINDINGS_MAX`](crate::FINDINGS_MAX); where there are so many there may be further ones.
 pub fn check(file: Arc<SourceFile>, known: &KnownNames) -> Vec<Diagnostic> {
     with_deep_stack(|| match compile_here(file.clone(), known) {
         Ok(program) => {
             let mut found = program.warnings.to_vec();
             found.extend(crate::lint::lint(&program.module, &file, known));
-            found.sort_by_key(|diagnostic| diagnostic.span.start);
-            found
+            in_order(found)
         }
         Err(diagnostics) => diagnostics,
     })

@@ -2,6 +2,7 @@
 //!
 //! Owns the translation from byte offsets to the lines and columns people read. Knows nothing of tokens.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A byte range in one source file, end exclusive.
@@ -52,7 +53,12 @@ pub struct SourceFile {
     name: String,
     text: String,
     line_starts: Vec<u32>,
+    /// Characters before every `COLUMN_STEP`th byte, unless all are of one byte.
+    characters: Vec<u32>,
 }
+
+/// Bytes between two places at which the characters before are known.
+const COLUMN_STEP: usize = 1024;
 
 impl SourceFile {
     /// Takes over `text` and builds the line table. Lines end at `\n`, `\r\n` or a lone `\r`.
@@ -66,10 +72,12 @@ impl SourceFile {
                 line_starts.push(i as u32 + 1);
             }
         }
+        let characters = characters_before(&text);
         Arc::new(SourceFile {
             name: name.into(),
             text,
             line_starts,
+            characters,
         })
     }
 
@@ -107,15 +115,44 @@ impl SourceFile {
     /// Line and column of the byte at `offset`; offsets past the end mean the end of the last line, since behind a final
     /// newline there is no line to show.
     pub fn position(&self, offset: u32) -> Position {
-        let end = self.text.strip_suffix('\n').unwrap_or(&self.text);
-        let offset = offset.min(end.trim_end_matches('\r').len() as u32);
-        let line = self.line_of(offset);
+        let offset = self.on_a_line(offset);
+        let line = self.line_of(offset as u32);
         let start = self.line_starts[line as usize - 1] as usize;
-        let before = self.text.get(start..offset as usize).unwrap_or("");
         Position {
             line,
-            column: before.chars().count() as u32 + 1,
+            column: (self.characters_up_to(offset) - self.characters_up_to(start)) as u32 + 1,
         }
+    }
+
+    /// `offset`, or the end of the last line if it lies behind that.
+    pub(crate) fn on_a_line(&self, offset: u32) -> usize {
+        let end = self.text.strip_suffix('\n').unwrap_or(&self.text);
+        let end = end.strip_suffix('\r').unwrap_or(end);
+        (offset as usize).min(end.len())
+    }
+
+    /// The lines (from 1) that a span touches.
+    pub(crate) fn lines_of(&self, span: Span) -> Range<u32> {
+        let (start, end) = (self.on_a_line(span.start), self.on_a_line(span.end));
+        self.line_of(start as u32)..self.line_of(end.max(start) as u32) + 1
+    }
+
+    /// The bytes of line `line` (from 1) without its line end; an empty range if there is no such line.
+    pub(crate) fn line_range(&self, line: u32) -> Range<usize> {
+        let index = (line as usize).wrapping_sub(1);
+        let start = self.line_starts.get(index).map(|start| *start as usize);
+        let text = self.line_text(line);
+        start.map_or(0..0, |start| start..start + text.len())
+    }
+
+    /// Number of characters before `offset`; those that are cut in two count.
+    fn characters_up_to(&self, offset: usize) -> usize {
+        if self.characters.is_empty() {
+            return offset;
+        }
+        let step = offset / COLUMN_STEP;
+        let known = self.characters.get(step).map_or(0, |count| *count as usize);
+        known + character_starts(&self.text.as_bytes()[step * COLUMN_STEP..offset])
     }
 
     /// The text of line `line` (from 1) without its line end; empty if there is no such line.
@@ -130,8 +167,33 @@ impl SourceFile {
             .line_starts
             .get(line as usize)
             .map_or(self.text.len(), |end| *end as usize);
-        self.text[*start as usize..end].trim_end_matches(['\n', '\r'])
+        let line = &self.text[*start as usize..end];
+        let line = line.strip_suffix('\n').unwrap_or(line);
+        line.strip_suffix('\r').unwrap_or(line)
     }
+}
+
+fn character_starts(bytes: &[u8]) -> usize {
+    let starts = bytes.iter().filter(|byte| (**byte as i8) >= -0x40);
+    starts.count()
+}
+
+/// Characters before every `COLUMN_STEP`th byte; empty if all characters have one byte.
+fn characters_before(text: &str) -> Vec<u32> {
+    if text.is_ascii() {
+        return Vec::new();
+    }
+    let mut before = 0;
+    let chunks = text.as_bytes().chunks(COLUMN_STEP);
+    let mut counts: Vec<u32> = chunks
+        .map(|chunk| {
+            let here = before;
+            before += character_starts(chunk) as u32;
+            here
+        })
+        .collect();
+    counts.push(before);
+    counts
 }
 
 #[cfg(test)]
@@ -147,6 +209,22 @@ mod tests {
         assert_eq!(file.line_text(4), "y");
         assert_eq!(file.line_count(), 4);
         assert_eq!(file.line_text(5), "");
+    }
+
+    #[test]
+    fn columns_far_into_a_line_count_characters() {
+        for unit in ["a", "位", "é1", "𝄞"] {
+            let text = format!("x\n{}", unit.repeat(3000));
+            let file = SourceFile::new("t", &*text);
+            for (column, (offset, _)) in text[2..].char_indices().enumerate() {
+                let position = file.position(offset as u32 + 2);
+                let expected = Position {
+                    line: 2,
+                    column: column as u32 + 1,
+                };
+                assert_eq!(position, expected, "{unit}");
+            }
+        }
     }
 
     #[test]

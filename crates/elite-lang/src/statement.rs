@@ -21,6 +21,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::errors::{ExceptionKind, ScriptError};
 use crate::eval::code::Code;
 use crate::eval::{Core, Evaluator, Frame};
+use crate::findings::in_order;
 use crate::native::NativeCall;
 use crate::parser::parse;
 use crate::resolve::{KnownNames, Place, Resolution, resolve};
@@ -43,7 +44,7 @@ pub struct Statement {
 /// Compiles a statement: a line, or a block such as a `def`. The name of `file` stands in tracebacks.
 ///
 /// # Errors
-/// All syntax and scope errors of the text.
+/// The syntax and scope errors of the text, at most [`FINDINGS_MAX`](crate::FINDINGS_MAX).
 pub fn compile_statement(
     file: Arc<SourceFile>,
     known: &KnownNames,
@@ -70,7 +71,7 @@ pub fn compile_statement(
             }),
             _ => {
                 diagnostics.retain(|diagnostic| diagnostic.severity == Severity::Error);
-                Err(diagnostics)
+                Err(in_order(diagnostics))
             }
         }
     })

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use elite_lang::memory;
 use kinematics::{RobotModel, SafetyBounds};
 use motion_api::{
     Command, CommandId, CommandKind, CommandPort, DigitalBank, Event, EventReader, FrameReader,
@@ -125,13 +126,16 @@ impl Robot {
         kind: CommandKind,
         keep_outcome: bool,
     ) -> Result<CommandId, RingFull> {
-        self.commands.send_with(origin, kind, |id| {
-            let entry = Entry {
-                command: Command { id, origin, kind },
-                keep_outcome,
-                outcome: None,
-            };
-            self.awaited().open.insert(id, entry);
+        // The table is of all threads: what one enters, another takes out.
+        memory::outside(|| {
+            self.commands.send_with(origin, kind, |id| {
+                let entry = Entry {
+                    command: Command { id, origin, kind },
+                    keep_outcome,
+                    outcome: None,
+                };
+                self.awaited().open.insert(id, entry);
+            })
         })
     }
 
@@ -171,7 +175,7 @@ impl Robot {
     pub fn take_outcome(&self, id: CommandId) -> Option<Outcome> {
         let mut awaited = self.awaited();
         let outcome = awaited.open.get(&id)?.outcome?;
-        awaited.open.remove(&id);
+        memory::outside(|| awaited.open.remove(&id));
         Some(outcome)
     }
 
@@ -189,7 +193,7 @@ impl Robot {
         if let Some(entry) = awaited.open.get_mut(&id) {
             entry.keep_outcome = false;
             if entry.outcome.is_some() {
-                awaited.open.remove(&id);
+                memory::outside(|| awaited.open.remove(&id));
             }
         }
     }

@@ -25,6 +25,8 @@ const LAST_LINES: Duration = Duration::from_secs(1);
 fn main() -> ExitCode {
     supervision::install_panic_hook();
     supervision::injection::begin();
+    // This process starts no others but those that programs ask for.
+    elite_runtime::all_children_are_tasks();
     let command = Cli::parse().into_command();
     let status = match catch(|| execute(command)) {
         Ok(Ok(status)) => status,

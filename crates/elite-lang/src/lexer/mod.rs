@@ -8,6 +8,7 @@ mod token;
 pub use token::{Token, TokenKind};
 
 use crate::diagnostic::Diagnostic;
+use crate::findings::{Findings, quoted};
 use crate::source::{SourceFile, Span};
 
 /// The tokens of a file, always ended by `EndOfFile`, and what was wrong with its text.
@@ -15,7 +16,7 @@ pub struct Tokens {
     /// The tokens.
     pub tokens: Vec<Token>,
     /// Errors and warnings.
-    pub diagnostics: Vec<Diagnostic>,
+    pub diagnostics: Findings,
     /// Offsets at which a line was cut short because a bracket in it is never closed.
     pub cuts: Vec<u32>,
 }
@@ -49,7 +50,7 @@ struct Lexer<'t> {
     at: usize,
     end: usize,
     tokens: Vec<Token>,
-    diagnostics: Vec<Diagnostic>,
+    diagnostics: Findings,
     /// Open brackets, innermost last.
     brackets: Vec<(TokenKind, Span)>,
     cuts: Vec<u32>,
@@ -63,7 +64,7 @@ impl<'t> Lexer<'t> {
         } else {
             start
         };
-        let (tokens, diagnostics, brackets) = (Vec::new(), Vec::new(), Vec::new());
+        let (tokens, diagnostics, brackets) = (Vec::new(), Findings::default(), Vec::new());
         Lexer {
             text,
             at: start,
@@ -82,6 +83,10 @@ impl<'t> Lexer<'t> {
                 self.start_of_line();
                 while self.at < self.end && !self.layout.at_line_start() {
                     self.token();
+                }
+                if self.diagnostics.is_full() {
+                    // Nothing that could follow would be reported.
+                    return self.end_of_text();
                 }
             }
             if !self.cut_at_open_bracket() {
@@ -193,7 +198,7 @@ impl<'t> Lexer<'t> {
     fn string(&mut self, start: usize) {
         let rest = self.rest();
         let quote = &rest[..1];
-        let triple = rest.starts_with(&quote.repeat(3));
+        let triple = rest.starts_with(if quote == "\"" { "\"\"\"" } else { "'''" });
         let delimiter = if triple { &rest[..3] } else { quote };
         let mut at = delimiter.len();
         loop {
@@ -257,7 +262,7 @@ impl<'t> Lexer<'t> {
         // `1if x else y` is legal Python; any other letter after a number is a slip.
         if glued > 0 && TokenKind::keyword(word).is_none() {
             self.at += glued;
-            let text = &self.text[start..self.at];
+            let text = quoted(&self.text[start..self.at]);
             self.error(
                 "syntax",
                 start,

@@ -58,7 +58,8 @@ impl OneLine {
     }
 
     pub(super) fn part_at(&self, at: usize) -> Option<Part> {
-        self.parts.iter().find(|part| part.start == at).copied()
+        let index = self.parts.binary_search_by_key(&at, |part| part.start);
+        index.ok().map(|index| self.parts[index])
     }
 }
 

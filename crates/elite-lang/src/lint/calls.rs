@@ -4,6 +4,7 @@
 use super::visit::{blocks, own_expressions, parts};
 use crate::ast::{Arg, Constant, Expr, ExprKind, Stmt, UnaryOp};
 use crate::diagnostic::Diagnostic;
+use crate::findings::Findings;
 use crate::resolve::KnownNames;
 use crate::source::Span;
 
@@ -57,11 +58,14 @@ pub struct CallHint {
 /// The embedder's view on a call.
 pub type CallHook = fn(&CallSite<'_>) -> Vec<CallHint>;
 
-pub(super) fn check(body: &[Stmt], known: &KnownNames, found: &mut Vec<Diagnostic>) {
+pub(super) fn check(body: &[Stmt], known: &KnownNames, found: &mut Findings) {
     let Some(hook) = known.call_hook() else {
         return;
     };
     for statement in body {
+        if found.is_full() {
+            return;
+        }
         own_expressions(statement, &mut |expr| expression(expr, known, hook, found));
         for block in blocks(statement) {
             check(block, known, found);
@@ -69,7 +73,7 @@ pub(super) fn check(body: &[Stmt], known: &KnownNames, found: &mut Vec<Diagnosti
     }
 }
 
-fn expression(expr: &Expr, known: &KnownNames, hook: CallHook, found: &mut Vec<Diagnostic>) {
+fn expression(expr: &Expr, known: &KnownNames, hook: CallHook, found: &mut Findings) {
     if let Some(site) = call_site(expr)
         && known.contains(site.function)
     {

@@ -3,15 +3,14 @@
 use super::visit::{blocks, own_expressions, parts};
 use crate::ast::{Constant, Expr, ExprKind, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;
+use crate::findings::Findings;
 use crate::resolve::KnownNames;
 use crate::source::{SourceFile, Span};
 
-pub(super) fn check(
-    body: &[Stmt],
-    file: &SourceFile,
-    known: &KnownNames,
-    found: &mut Vec<Diagnostic>,
-) {
+pub(super) fn check(body: &[Stmt], file: &SourceFile, known: &KnownNames, found: &mut Findings) {
+    if found.is_full() {
+        return;
+    }
     unreachable(body, file, found);
     for statement in body {
         if let StmtKind::While { test, body, .. } = &statement.kind {
@@ -23,7 +22,7 @@ pub(super) fn check(
     }
 }
 
-fn unreachable(body: &[Stmt], file: &SourceFile, found: &mut Vec<Diagnostic>) {
+fn unreachable(body: &[Stmt], file: &SourceFile, found: &mut Findings) {
     let Some(last) = body.iter().position(ends) else {
         return;
     };
@@ -131,7 +130,7 @@ fn returns(body: &[Stmt]) -> bool {
 }
 
 /// A loop that asks the robot again and again, or goes on for ever, and waits nowhere (manual 1.2.5).
-fn busy_loop(test: &Expr, body: &[Stmt], known: &KnownNames, found: &mut Vec<Diagnostic>) {
+fn busy_loop(test: &Expr, body: &[Stmt], known: &KnownNames, found: &mut Findings) {
     let mut calls = Calls::default();
     calls.expression(test, known);
     calls.block(body, known);

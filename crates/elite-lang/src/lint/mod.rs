@@ -7,6 +7,7 @@ pub mod visit;
 
 use crate::ast::Module;
 use crate::diagnostic::Diagnostic;
+use crate::findings::Findings;
 use crate::resolve::{KnownNames, unused_names};
 use crate::source::SourceFile;
 
@@ -14,8 +15,12 @@ pub use calls::{CallArgument, CallHint, CallHook, CallSite, Literal};
 
 /// All warnings, in no particular order.
 pub fn lint(module: &Module, file: &SourceFile, known: &KnownNames) -> Vec<Diagnostic> {
-    let mut found = unused_names(module);
-    flow::check(&module.body, file, known, &mut found);
-    calls::check(&module.body, known, &mut found);
-    found
+    let (mut unused, mut flow, mut calls) = Default::default();
+    unused_names(module, &mut unused);
+    flow::check(&module.body, file, known, &mut flow);
+    calls::check(&module.body, known, &mut calls);
+    [unused, flow, calls]
+        .into_iter()
+        .flat_map(Findings::into_vec)
+        .collect()
 }

@@ -18,7 +18,8 @@ impl Evaluator<'_> {
                 push_int(*int, &mut text);
                 Ok(text)
             }
-            Value::Instance(instance) => self.instance_str(value, instance),
+            // The text of an exception is that of its argument, which may be an exception.
+            Value::Instance(instance) => self.recurse(|| self.instance_str(value, instance)),
             Value::Class(class) if class.meta_method(known::STR).is_some() => {
                 match self.special(value, known::STR, &mut [])? {
                     Some(text) => self.expect_text(&text, "__str__"),
@@ -121,7 +122,7 @@ impl Evaluator<'_> {
         let at = usize::try_from(start).unwrap_or(0);
         let (verb, many, single) = match object {
             Value::Str(text) => {
-                let c = text.as_str().chars().nth(at);
+                let c = text.char_at(at);
                 let shown = c.map(|c| match u32::from(c) {
                     code @ 0..0x100 => format!("character '\\x{code:02x}'"),
                     code @ 0x100..0x1_0000 => format!("character '\\u{code:04x}'"),

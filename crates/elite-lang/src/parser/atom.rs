@@ -1,12 +1,37 @@
 //! Atoms and what can follow them: calls, items, attributes, displays and comprehensions.
 
+use std::collections::HashSet;
+
 use super::{Parse, Parser};
 use crate::ast::{
     Arg, Comprehension, ComprehensionClause, ComprehensionKind, Constant, DictItem, Expr, ExprKind,
 };
 use crate::diagnostic::Diagnostic;
+use crate::findings::quoted;
 use crate::lexer::TokenKind as T;
 use crate::source::Span;
+
+/// What the arguments before one say about it.
+#[derive(Default)]
+struct Earlier {
+    any: bool,
+    /// There is a `**` among them.
+    mapping: bool,
+    keywords: HashSet<Box<str>>,
+}
+
+impl Earlier {
+    fn note(&mut self, arg: &Arg) {
+        self.any = true;
+        match arg {
+            Arg::Keyword(name, _) => {
+                self.keywords.insert(name.name.clone());
+            }
+            Arg::DoubleStar(_) => self.mapping = true,
+            Arg::Positional(_) | Arg::Star(_) => {}
+        }
+    }
+}
 
 impl Parser<'_> {
     /// An atom with the calls, subscripts and attributes after it.
@@ -91,7 +116,8 @@ impl Parser<'_> {
         if self.kind() != T::Comma {
             self.check_no_star(&first)?;
             self.expect(T::RightParen)?;
-            return Ok(Expr::new(first.kind, self.span_from(start)));
+            let span = self.span_from(start);
+            return Ok(Expr { span, ..first });
         }
         let items = self.more_items(first, T::RightParen)?;
         Ok(Expr::new(ExprKind::Tuple(items), self.span_from(start)))
@@ -179,7 +205,8 @@ impl Parser<'_> {
         }
         while self.kind() != T::RightBrace {
             if self.eat(T::DoubleStar).is_some() {
-                items.push(DictItem::Unpack(self.binary(2)?));
+                let mapping = self.nested(|parser| parser.binary(2))?;
+                items.push(DictItem::Unpack(mapping));
             } else {
                 let key = self.expression()?;
                 if self.eat(T::Colon).is_none() {
@@ -224,7 +251,7 @@ impl Parser<'_> {
             }
             let target = self.target_list()?;
             self.expect(T::In)?;
-            let iterable = self.disjunction()?;
+            let iterable = self.nested(Self::disjunction)?;
             let mut conditions = Vec::new();
             while self.eat(T::If).is_some() {
                 conditions.push(self.condition_without_else()?);
@@ -247,27 +274,29 @@ impl Parser<'_> {
         if self.kind() == T::Name && self.kind_ahead(1) == T::ColonEqual {
             return self.named_expression();
         }
-        self.disjunction()
+        self.nested(Self::disjunction)
     }
 
     /// The item of a target list: like an expression, but `in` ends it.
     pub(super) fn target_item(&mut self) -> Parse<Expr> {
         let start = self.token().span;
         if self.eat(T::Star).is_some() {
-            let inner = self.postfix()?;
+            let inner = self.nested(Self::postfix)?;
             return Ok(Expr::new(
                 ExprKind::Starred(Box::new(inner)),
                 self.span_from(start),
             ));
         }
-        self.binary(2)
+        self.nested(|parser| parser.binary(2))
     }
 
     /// Arguments up to and including the closing parenthesis; the opening one is taken already.
     pub(super) fn arguments(&mut self) -> Parse<Vec<Arg>> {
         let mut args: Vec<Arg> = Vec::new();
+        let mut earlier = Earlier::default();
         while self.kind() != T::RightParen {
-            let arg = self.argument(&args)?;
+            let arg = self.argument(&earlier)?;
+            earlier.note(&arg);
             args.push(arg);
             if self.eat(T::Comma).is_none() {
                 break;
@@ -277,11 +306,11 @@ impl Parser<'_> {
         Ok(args)
     }
 
-    fn argument(&mut self, earlier: &[Arg]) -> Parse<Arg> {
+    fn argument(&mut self, earlier: &Earlier) -> Parse<Arg> {
         let start = self.token().span;
         if self.eat(T::Star).is_some() {
             let value = self.expression()?;
-            if earlier.iter().any(|arg| matches!(arg, Arg::DoubleStar(_))) {
+            if earlier.mapping {
                 let message = "'*' unpacking follows '**' unpacking";
                 self.report(Diagnostic::error("syntax", self.span_from(start), message));
             }
@@ -294,20 +323,17 @@ impl Parser<'_> {
             let name = self.ident()?;
             self.bump();
             let value = self.expression()?;
-            let twice = earlier
-                .iter()
-                .any(|arg| matches!(arg, Arg::Keyword(other, _) if other.name == name.name));
-            if twice {
+            if earlier.keywords.contains(&name.name) {
                 return self.fail(
                     name.span,
-                    format!("keyword argument '{}' is given twice", name.name),
+                    format!("keyword argument '{}' is given twice", quoted(&name.name)),
                 );
             }
             return Ok(Arg::Keyword(name, value));
         }
         let value = self.named_expression()?;
         if matches!(self.kind(), T::For | T::Async) {
-            return self.bare_generator(value, earlier.is_empty(), start);
+            return self.bare_generator(value, !earlier.any, start);
         }
         self.check_argument_order(earlier, value.span)?;
         if self.kind() == T::Equal {
@@ -333,13 +359,11 @@ impl Parser<'_> {
         Ok(Arg::Positional(Expr::new(kind, span)))
     }
 
-    fn check_argument_order(&mut self, earlier: &[Arg], span: Span) -> Parse<()> {
-        let after_mapping = earlier.iter().any(|arg| matches!(arg, Arg::DoubleStar(_)));
-        let after_keyword = earlier.iter().any(|arg| matches!(arg, Arg::Keyword(..)));
-        if after_mapping {
+    fn check_argument_order(&mut self, earlier: &Earlier, span: Span) -> Parse<()> {
+        if earlier.mapping {
             return self.fail(span, "a positional argument follows '**' unpacking");
         }
-        if after_keyword {
+        if !earlier.keywords.is_empty() {
             return self.fail(span, "a positional argument follows a keyword argument");
         }
         Ok(())

@@ -5,6 +5,7 @@ use crate::ast::{ClassDef, Expr, ExprKind, FunctionDef, Handler, Stmt, StmtKind,
 use crate::diagnostic::Diagnostic;
 use crate::lexer::TokenKind as T;
 use crate::lint::visit::blocks;
+use crate::source::Span;
 
 /// Items of one `with`: each is a level of nesting.
 const WITH_ITEMS_MAX: usize = 50;
@@ -175,6 +176,7 @@ impl Parser<'_> {
         let start = self.bump().span;
         let body = self.block("'try'")?;
         let mut handlers: Vec<Handler> = Vec::new();
+        let mut bare: Option<Span> = None;
         while self.kind() == T::Except {
             let handler = self.handler()?;
             if handlers
@@ -184,9 +186,12 @@ impl Parser<'_> {
                 let message = "cannot have both 'except' and 'except*' on the same 'try'";
                 self.report(Diagnostic::error("syntax", handler.span, message));
             }
-            if let Some(bare) = handlers.iter().find(|earlier| earlier.exception.is_none()) {
+            if let Some(bare) = bare {
                 let message = "a bare 'except:' must be the last one";
-                self.report(Diagnostic::error("syntax", bare.span, message));
+                self.report(Diagnostic::error("syntax", bare, message));
+            }
+            if handler.exception.is_none() {
+                bare.get_or_insert(handler.span);
             }
             handlers.push(handler);
         }
@@ -264,6 +269,19 @@ impl Parser<'_> {
                     self.check_no_leaving(body, true);
                     self.check_no_leaving(orelse, in_loop);
                 }
+                StmtKind::Try {
+                    body,
+                    handlers,
+                    orelse,
+                    finally,
+                } => {
+                    // The bodies of an inner `except*` have been looked at already, and not less strictly.
+                    let caught = handlers.iter().filter(|handler| !handler.star);
+                    let caught = caught.map(|handler| &handler.body);
+                    for block in [body, orelse, finally].into_iter().chain(caught) {
+                        self.check_no_leaving(block, in_loop);
+                    }
+                }
                 _ => {
                     for block in blocks(statement) {
                         self.check_no_leaving(block, in_loop);
@@ -288,7 +306,8 @@ impl Parser<'_> {
         if self.kind() != T::LeftParen {
             return None;
         }
-        let (at, reported, scopes) = (self.at, self.diagnostics.clone(), self.scope_count);
+        let (at, scopes) = (self.at, self.scope_count);
+        let (lexed, reported) = (self.lexed.len(), self.diagnostics.len());
         self.bump();
         let items = self
             .with_items(T::RightParen)
@@ -298,7 +317,9 @@ impl Parser<'_> {
         if let Some(items) = items.filter(|_| closed) {
             return Some(items);
         }
-        (self.at, self.diagnostics, self.scope_count) = (at, reported, scopes);
+        (self.at, self.scope_count) = (at, scopes);
+        self.lexed.truncate(lexed);
+        self.diagnostics.truncate(reported);
         None
     }
 

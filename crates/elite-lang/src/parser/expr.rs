@@ -97,7 +97,7 @@ impl Parser<'_> {
     pub(super) fn star_or_named(&mut self) -> Parse<Expr> {
         let start = self.token().span;
         if self.eat(T::Star).is_some() {
-            let inner = self.binary(COMPARISON + 1)?;
+            let inner = self.nested(|parser| parser.binary(COMPARISON + 1))?;
             return Ok(Expr::new(
                 ExprKind::Starred(Box::new(inner)),
                 self.span_from(start),

@@ -169,7 +169,9 @@ impl Parser<'_> {
     /// Parses the expression at `span` with the state of this parser.
     fn field_expression(&mut self, span: Span) -> Parse<Expr> {
         let lexed = lex_expression(self.file, span);
-        self.diagnostics.extend(lexed.diagnostics);
+        for finding in lexed.diagnostics.into_vec() {
+            self.lexed.push(finding);
+        }
         let outer = (
             std::mem::replace(&mut self.tokens, lexed.tokens),
             std::mem::replace(&mut self.at, 0),

@@ -16,6 +16,7 @@ mod target;
 
 use crate::ast::{Expr, ExprKind, Ident, Module, ScopeId, Stmt};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::findings::{Findings, in_order, quoted};
 use crate::lexer::{Token, TokenKind, lex, lex_expression};
 use crate::source::{SourceFile, Span};
 
@@ -23,8 +24,8 @@ use crate::source::{SourceFile, Span};
 const NESTING_MAX: u32 = 200;
 /// Levels of the tree of one expression: chains of operators, calls and attributes add one for each link.
 const DEPTH_MAX: u16 = 1000;
-/// Errors reported for one text; further ones add nothing.
-const ERRORS_MAX: usize = 50;
+/// Longest name of a class, in bytes, that private names are made with: each use of one repeats it.
+const PRIVATE_CLASS_MAX: usize = 255;
 
 /// What the parser makes of a text.
 pub struct Parsed {
@@ -71,7 +72,9 @@ struct Parser<'f> {
     file: &'f SourceFile,
     tokens: Vec<Token>,
     at: usize,
-    diagnostics: Vec<Diagnostic>,
+    /// What the lexer found; where it found something the parser keeps silent.
+    lexed: Findings,
+    diagnostics: Findings,
     nesting: u32,
     scope_count: u32,
     context: Context,
@@ -84,14 +87,15 @@ struct Parser<'f> {
 }
 
 impl<'f> Parser<'f> {
-    fn new(file: &'f SourceFile, tokens: Vec<Token>, diagnostics: Vec<Diagnostic>) -> Self {
+    fn new(file: &'f SourceFile, tokens: Vec<Token>, lexed: Findings) -> Self {
         let context = Context::default();
         let classes = Vec::new();
         Parser {
             file,
             tokens,
             at: 0,
-            diagnostics,
+            lexed,
+            diagnostics: Findings::default(),
             nesting: 0,
             scope_count: 1,
             context,
@@ -101,14 +105,9 @@ impl<'f> Parser<'f> {
         }
     }
 
-    fn finish(mut self, body: Vec<Stmt>) -> Parsed {
-        self.diagnostics
-            .sort_by_key(|diagnostic| diagnostic.span.start);
-        let mut errors = 0;
-        self.diagnostics.retain(|diagnostic| {
-            errors += usize::from(diagnostic.severity == Severity::Error);
-            errors <= ERRORS_MAX
-        });
+    fn finish(self, body: Vec<Stmt>) -> Parsed {
+        let mut diagnostics = self.lexed.into_vec();
+        diagnostics.extend(self.diagnostics.into_vec());
         let span = Span::new(0, self.file.text().len());
         Parsed {
             module: Module {
@@ -116,7 +115,7 @@ impl<'f> Parser<'f> {
                 span,
                 scope_count: self.scope_count,
             },
-            diagnostics: self.diagnostics,
+            diagnostics: in_order(diagnostics),
         }
     }
 
@@ -197,10 +196,14 @@ impl<'f> Parser<'f> {
         let span = diagnostic.span;
         let at_cut = self.cuts.contains(&span.start);
         let known = at_cut
-            || self.diagnostics.iter().any(|other| {
-                let overlaps = other.span.start <= span.end && span.start <= other.span.end;
-                other.severity == Severity::Error && overlaps
-            });
+            || self
+                .lexed
+                .iter()
+                .chain(self.diagnostics.iter())
+                .any(|other| {
+                    let overlaps = other.span.start <= span.end && span.start <= other.span.end;
+                    other.severity == Severity::Error && overlaps
+                });
         if !known {
             self.diagnostics.push(diagnostic);
         }
@@ -215,9 +218,9 @@ impl<'f> Parser<'f> {
     fn unexpected<T>(&mut self, expected: &str) -> Parse<T> {
         let token = self.token();
         let found = match token.kind {
-            TokenKind::Name => format!("'{}'", self.text(token)),
+            TokenKind::Name => format!("'{}'", quoted(self.text(token))),
             TokenKind::Int | TokenKind::Float | TokenKind::Imaginary => {
-                format!("the number {}", self.text(token))
+                format!("the number {}", quoted(self.text(token)))
             }
             kind => kind.describe().to_owned(),
         };
@@ -282,17 +285,26 @@ impl<'f> Parser<'f> {
     fn ident(&mut self) -> Parse<Ident> {
         let token = self.expect(TokenKind::Name)?;
         Ok(Ident {
-            name: self.mangled(self.text(token)),
+            name: self.mangled(token)?,
             span: token.span,
         })
     }
 
     /// Private names `__x` inside a class are kept apart from those of other classes (Python, "Private name mangling").
-    fn mangled(&self, name: &str) -> Box<str> {
+    fn mangled(&mut self, token: Token) -> Parse<Box<str>> {
+        let name = self.text(token);
         let private = name.starts_with("__") && !name.ends_with("__");
         match self.classes.last() {
-            Some(class) if private => format!("_{}{name}", class.trim_start_matches('_')).into(),
-            _ => name.into(),
+            Some(class) if private && class.len() > PRIVATE_CLASS_MAX => {
+                let text = format!(
+                    "private names need a class whose name has at most {PRIVATE_CLASS_MAX} bytes"
+                );
+                self.fail(token.span, text)
+            }
+            Some(class) if private => {
+                Ok(format!("_{}{name}", class.trim_start_matches('_')).into())
+            }
+            _ => Ok(name.into()),
         }
     }
 

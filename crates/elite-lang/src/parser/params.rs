@@ -1,8 +1,11 @@
 //! Parameter lists of `def` and `lambda`.
 
+use std::collections::HashSet;
+
 use super::{Parse, Parser};
 use crate::ast::{Parameter, Parameters};
 use crate::diagnostic::Diagnostic;
+use crate::findings::quoted;
 use crate::lexer::TokenKind as T;
 
 impl Parser<'_> {
@@ -10,6 +13,8 @@ impl Parser<'_> {
     pub(super) fn parameters(&mut self, closer: T) -> Parse<Parameters> {
         let mut parameters = Parameters::default();
         let mut after_star = false;
+        // Whether a parameter that can be given by position has a default.
+        let mut any_default = false;
         while self.kind() != closer {
             let start = self.token().span;
             match self.kind() {
@@ -53,7 +58,13 @@ impl Parser<'_> {
                 }
                 _ => {
                     let parameter = self.parameter(closer)?;
-                    self.add_parameter(&mut parameters, parameter, after_star);
+                    if after_star {
+                        parameters.keyword_only.push(parameter);
+                    } else {
+                        self.check_default(&parameter, any_default);
+                        any_default |= parameter.default.is_some();
+                        parameters.positional.push(parameter);
+                    }
                 }
             }
             if self.kind() != closer && self.eat(T::Comma).is_none() {
@@ -64,29 +75,14 @@ impl Parser<'_> {
         Ok(parameters)
     }
 
-    fn add_parameter(
-        &mut self,
-        parameters: &mut Parameters,
-        parameter: Parameter,
-        keyword_only: bool,
-    ) {
-        if keyword_only {
-            parameters.keyword_only.push(parameter);
-            return;
-        }
-        let mut earlier = parameters
-            .positional_only
-            .iter()
-            .chain(&parameters.positional);
-        let earlier_default = earlier.any(|other| other.default.is_some());
+    fn check_default(&mut self, parameter: &Parameter, earlier_default: bool) {
         if parameter.default.is_none() && earlier_default {
             let message = format!(
                 "parameter '{}' without a default follows one with a default",
-                parameter.name.name
+                quoted(&parameter.name.name)
             );
             self.report(Diagnostic::error("syntax", parameter.name.span, message));
         }
-        parameters.positional.push(parameter);
     }
 
     fn parameter(&mut self, closer: T) -> Parse<Parameter> {
@@ -120,13 +116,13 @@ impl Parser<'_> {
     }
 
     fn check_duplicates(&mut self, parameters: &Parameters) {
-        let mut seen: Vec<&str> = Vec::new();
+        let mut seen: HashSet<&str> = HashSet::new();
         for parameter in parameters.iter() {
-            if seen.contains(&&*parameter.name.name) {
-                let message = format!("parameter '{}' appears twice", parameter.name.name);
+            if !seen.insert(&parameter.name.name) {
+                let name = quoted(&parameter.name.name);
+                let message = format!("parameter '{name}' appears twice");
                 self.report(Diagnostic::error("syntax", parameter.name.span, message));
             }
-            seen.push(&parameter.name.name);
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::{Failed, Parse, Parser};
 use crate::ast::{BinaryOp, Expr, ExprKind, Ident, ImportAlias, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;
+use crate::findings::quoted;
 use crate::lexer::TokenKind as T;
 use crate::source::Span;
 use crate::spelling::nearest;
@@ -18,6 +19,7 @@ impl Parser<'_> {
                 let reported = self.diagnostics.len();
                 let unsupported = self
                     .diagnostics
+                    .iter()
                     .last()
                     .is_some_and(|last| last.code == "not-supported");
                 self.recover();
@@ -26,6 +28,10 @@ impl Parser<'_> {
                     self.diagnostics.truncate(reported);
                 }
             }
+        }
+        if self.diagnostics.is_full() {
+            // Nothing that could follow would be reported.
+            self.at = self.tokens.len() - 1;
         }
         if self.at == before {
             self.bump();
@@ -250,7 +256,8 @@ impl Parser<'_> {
         let (mut name, mut span) = (String::from(first.name), first.span);
         while self.eat(T::Dot).is_some() {
             let part = self.ident()?;
-            name = format!("{name}.{}", part.name);
+            name.push('.');
+            name.push_str(&part.name);
             span = span.to(part.span);
         }
         Ok(Ident {
@@ -412,8 +419,9 @@ impl Parser<'_> {
             let two_names = matches!(expr.kind, ExprKind::Name(_)) && token.kind == T::Name;
             if two_names {
                 let message = format!(
-                    "'{word} {}': two names side by side mean nothing",
-                    self.text(token)
+                    "'{} {}': two names side by side mean nothing",
+                    quoted(word),
+                    quoted(self.text(token))
                 );
                 let mut diagnostic = Diagnostic::error("syntax", start.to(token.span), message);
                 let meant =

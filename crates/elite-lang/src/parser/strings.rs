@@ -230,6 +230,10 @@ impl Parser<'_> {
     /// An escape of `length` bytes at `at` that stands for no character, in CPython's words: it counts places in the
     /// text as its codec sees it, where a character beyond ASCII is an escape of ten.
     fn undecodable(&mut self, at: usize, length: usize, base: Base, reason: &str) {
+        if self.diagnostics.is_full() {
+            // Counting the places reads the literal from its beginning.
+            return;
+        }
         let span = Span::new(at, at + length);
         let width = |span: Span| -> usize {
             let text = normalized(self.file.slice(span));
@@ -286,14 +290,22 @@ fn normalized(text: &str) -> std::borrow::Cow<'_, str> {
 /// Neighbouring texts of an f-string become one.
 fn joined(parts: Vec<FStringPart>) -> Vec<FStringPart> {
     let mut out: Vec<FStringPart> = Vec::new();
+    let mut text = String::new();
     for part in parts {
-        match (out.last_mut(), part) {
-            (Some(FStringPart::Text(before)), FStringPart::Text(text)) => {
-                *before = format!("{before}{text}").into();
+        match part {
+            FStringPart::Text(more) => text.push_str(&more),
+            value @ FStringPart::Value { .. } => {
+                out.extend(text_part(&mut text));
+                out.push(value);
             }
-            (_, FStringPart::Text(text)) if text.is_empty() => {}
-            (_, part) => out.push(part),
         }
     }
+    out.extend(text_part(&mut text));
     out
+}
+
+/// The text collected so far as a part of its own, if there is any.
+fn text_part(text: &mut String) -> Option<FStringPart> {
+    let text = std::mem::take(text);
+    (!text.is_empty()).then(|| FStringPart::Text(text.into()))
 }

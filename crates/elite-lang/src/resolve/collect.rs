@@ -1,12 +1,13 @@
 //! First pass: what each scope binds, uses and declares.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use crate::ast::{
     Arg, ClassDef, Comprehension, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart,
     FunctionDef, Ident, Module, Parameters, ScopeId, Stmt, StmtKind,
 };
 use crate::diagnostic::Diagnostic;
+use crate::findings::{Findings, quoted};
 use crate::source::Span;
 
 /// What kind of program text a scope is.
@@ -92,18 +93,21 @@ pub(super) struct Scopes {
     pub(super) scopes: Vec<Option<Scope>>,
     /// There is a `from m import *`: any name may be defined.
     pub(super) star_import: bool,
-    pub(super) diagnostics: Vec<Diagnostic>,
+    pub(super) diagnostics: Findings,
     current: ScopeId,
     globals: Vec<Box<str>>,
+    /// The same, to look one up.
+    global_set: HashSet<Box<str>>,
 }
 
 pub(super) fn collect(module: &Module) -> Scopes {
     let mut scopes = Scopes {
         scopes: vec![None; module.scope_count as usize],
         star_import: false,
-        diagnostics: Vec::new(),
+        diagnostics: Findings::default(),
         current: ScopeId(0),
         globals: Vec::new(),
+        global_set: HashSet::new(),
     };
     scopes.open(ScopeId(0), ScopeKind::Module, None);
     scopes.block(&module.body);
@@ -306,7 +310,7 @@ impl Scopes {
     }
 
     fn declare_global(&mut self, ident: &Ident) {
-        if !self.globals.contains(&ident.name) {
+        if self.global_set.insert(ident.name.clone()) {
             self.globals.push(ident.name.clone());
         }
         let in_module = self.current == ScopeId(0);
@@ -334,8 +338,8 @@ impl Scopes {
         lenient: bool,
         set: impl FnOnce(&mut NameInfo, Span),
     ) {
-        let name = &ident.name;
-        let info = self.scope().name_mut(name);
+        let info = self.scope().name_mut(&ident.name);
+        let name = quoted(&ident.name);
         let trouble = if info.parameter {
             Some(format!(
                 "'{name}' is a parameter and cannot be declared {word}"
@@ -527,7 +531,7 @@ impl Scopes {
             if own {
                 let message = format!(
                     "':=' cannot rebind the iteration variable '{}'",
-                    target.name
+                    quoted(&target.name)
                 );
                 self.diagnostics
                     .push(Diagnostic::error("syntax", target.span, message));

@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 
 use crate::ast::Module;
 use crate::diagnostic::Diagnostic;
+use crate::findings::Findings;
 
 pub use names::KnownNames;
 pub use unused::unused_names;
@@ -72,14 +73,14 @@ pub struct Resolution {
     pub declared_globals: Vec<Box<str>>,
     /// Names the top level binds.
     pub bindings: Vec<Box<str>>,
-    /// Scope errors, and undefined names as warnings.
+    /// The first scope errors, and undefined names as warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
 /// Resolves all names of a program. `known` are the names the embedder provides beside Python's builtins.
 pub fn resolve(module: &Module, known: &KnownNames) -> Resolution {
     let mut scopes = collect::collect(module);
-    let mut diagnostics = std::mem::take(&mut scopes.diagnostics);
+    let mut diagnostics: Findings = std::mem::take(&mut scopes.diagnostics);
     let declared_globals = scopes.declared_globals();
     let bindings = scopes.module_bindings();
     let places = places::assign(&mut scopes, &mut diagnostics);
@@ -88,6 +89,6 @@ pub fn resolve(module: &Module, known: &KnownNames) -> Resolution {
         scopes: places,
         declared_globals,
         bindings,
-        diagnostics,
+        diagnostics: diagnostics.into_vec(),
     }
 }

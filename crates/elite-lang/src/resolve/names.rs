@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::collect::Scopes;
 use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
+use crate::findings::{Findings, quoted};
 use crate::lint::CallHook;
 use crate::spelling::nearest;
 
@@ -63,11 +64,7 @@ impl KnownNames {
 }
 
 /// Warns about every use of a name that nothing defines: no assignment anywhere, no builtin, no native.
-pub(super) fn report_undefined(
-    scopes: &Scopes,
-    known: &KnownNames,
-    diagnostics: &mut Vec<Diagnostic>,
-) {
+pub(super) fn report_undefined(scopes: &Scopes, known: &KnownNames, diagnostics: &mut Findings) {
     if scopes.star_import {
         return;
     }
@@ -93,7 +90,10 @@ pub(super) fn report_undefined(
             {
                 continue;
             }
-            let message = format!("the name '{name}' is not defined");
+            if diagnostics.is_full() {
+                return;
+            }
+            let message = format!("the name '{}' is not defined", quoted(name));
             let mut diagnostic = Diagnostic::warning("undefined-name", *span, message);
             let candidates = globals
                 .iter()

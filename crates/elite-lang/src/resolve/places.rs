@@ -1,11 +1,13 @@
 //! Second pass: which variables are shared, and a slot for each.
 
 use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 
 use super::collect::{NameInfo, Scope, ScopeKind, Scopes};
 use super::{FrameLayout, Place, ScopePlaces};
 use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
+use crate::findings::{Findings, quoted};
 
 /// The scope a name belongs to; None is the module, so a global or builtin.
 type Owner = Option<ScopeId>;
@@ -15,7 +17,7 @@ const CLASS_CELL: &str = "__class__";
 
 struct Assigner<'s> {
     scopes: &'s mut Scopes,
-    diagnostics: &'s mut Vec<Diagnostic>,
+    diagnostics: &'s mut Findings,
     /// By scope: names of it that inner frames share.
     captured: Vec<HashSet<Box<str>>>,
     /// By frame: the closure, in the order of first need, with the owner of each name.
@@ -35,12 +37,15 @@ struct Closure {
 struct Slots {
     names: Vec<(ScopeId, Box<str>)>,
     index: HashMap<(ScopeId, Box<str>), u32>,
+    /// By scope: its slots, which lie side by side.
+    ranges: HashMap<ScopeId, Range<u32>>,
 }
 
 impl Slots {
     fn push(&mut self, scope: ScopeId, name: &str) {
-        self.index
-            .insert((scope, name.into()), self.names.len() as u32);
+        let slot = self.names.len() as u32;
+        self.index.insert((scope, name.into()), slot);
+        self.ranges.entry(scope).or_insert(slot..slot).end = slot + 1;
         self.names.push((scope, name.into()));
     }
 
@@ -49,10 +54,7 @@ impl Slots {
     }
 }
 
-pub(super) fn assign(
-    scopes: &mut Scopes,
-    diagnostics: &mut Vec<Diagnostic>,
-) -> Vec<Option<ScopePlaces>> {
+pub(super) fn assign(scopes: &mut Scopes, diagnostics: &mut Findings) -> Vec<Option<ScopePlaces>> {
     let count = scopes.scopes.len();
     let (captured, free) = (vec![HashSet::new(); count], vec![Closure::default(); count]);
     let mut assigner = Assigner {
@@ -144,7 +146,7 @@ impl Assigner<'_> {
             if let (Some(span), None) = (info.nonlocal, owner) {
                 let message = format!(
                     "'{}' is declared nonlocal, but no function around binds it",
-                    info.name
+                    quoted(&info.name)
                 );
                 self.diagnostics
                     .push(Diagnostic::error("syntax", span, message));
@@ -262,15 +264,11 @@ impl Assigner<'_> {
         }
         if scope.kind == ScopeKind::Comprehension {
             let frame_slots = &slots[self.frame_of(id).0 as usize];
-            for (slot, (_, name)) in frame_slots
-                .names
-                .iter()
-                .enumerate()
-                .filter(|(_, (owner, _))| *owner == id)
-            {
-                places.slots.push(slot as u32);
+            for slot in frame_slots.ranges.get(&id).cloned().unwrap_or_default() {
+                places.slots.push(slot);
+                let (_, name) = &frame_slots.names[slot as usize];
                 if self.is_captured(id, name) {
-                    places.fresh_cells.push(slot as u32);
+                    places.fresh_cells.push(slot);
                 }
             }
             return Some(places);

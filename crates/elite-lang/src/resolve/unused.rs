@@ -5,23 +5,23 @@ use std::collections::HashSet;
 use super::collect::{Binding, Scope, ScopeKind, Scopes, collect};
 use crate::ast::{Module, ScopeId};
 use crate::diagnostic::Diagnostic;
+use crate::findings::{Findings, quoted};
 
 /// Functions that read variables by names this pass cannot see.
 const BY_TEXT: &[&str] = &["locals", "vars", "eval", "exec", "globals", "dir"];
 
 /// Warns about variables that are assigned in a function and never read, and about imports that are never used.
-pub fn unused_names(module: &Module) -> Vec<Diagnostic> {
+pub fn unused_names(module: &Module, found: &mut Findings) {
     let scopes = collect(module);
     let mut used: HashSet<(u32, &str)> = HashSet::new();
     for (index, scope) in each(&scopes) {
         for (name, _) in &scope.uses {
             if BY_TEXT.contains(&&**name) {
-                return Vec::new();
+                return;
             }
             used.insert((owner(&scopes, index, name), name));
         }
     }
-    let mut found = Vec::new();
     for (index, scope) in each(&scopes) {
         for info in &scope.names {
             let Some((span, binding)) = info.binding else {
@@ -39,7 +39,10 @@ pub fn unused_names(module: &Module) -> Vec<Diagnostic> {
             {
                 continue;
             }
-            let name = &info.name;
+            if found.is_full() {
+                return;
+            }
+            let name = quoted(&info.name);
             found.push(match binding {
                 Binding::Import => {
                     let text = format!("'{name}' is imported but never used");
@@ -53,7 +56,6 @@ pub fn unused_names(module: &Module) -> Vec<Diagnostic> {
             });
         }
     }
-    found
 }
 
 fn each(scopes: &Scopes) -> impl Iterator<Item = (u32, &Scope)> {

@@ -6,8 +6,11 @@
 //! - `outside`: futures that builtins wait for.
 //! - `host`: what the language asks of its surroundings (print, clock, random numbers).
 //! - `network`: TCP sockets of programs; `files` and `processes`: what `--allow fs` and `--allow process` grant them.
+//! - `family` and `death_signal`: processes end with the task that started them.
 
 mod context;
+mod death_signal;
+mod family;
 mod files;
 mod host;
 mod network;
@@ -20,6 +23,7 @@ mod time;
 mod wait;
 
 pub(crate) use context::{TaskContext, TaskRequest, ThreadLookup};
+pub use family::all_children_are_tasks;
 pub use host::Permissions;
 pub(crate) use scheduler::Task;
 pub use scheduler::{Control, ProgramText, TaskEnd, TaskSettings};

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use elite_lang::{
     Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptThread, SourceFile, Step,
-    WaitToken,
+    WaitToken, memory,
 };
 use io_bus::Fieldbus;
 use motion_api::{CommandKind, IoChange, Origin, ProgramId, StopReason, ThreadNumber};
@@ -24,7 +24,7 @@ use super::context::{TaskContext, TaskRequest};
 use super::host::{Permissions, TaskHost};
 use crate::builtins;
 use crate::interpreter::Interpreter as StatementPort;
-use crate::message::{Message, Observer, Severity};
+use crate::message::{Aside, Message, Observer, Severity};
 use crate::panel::{Panel, Variables};
 use crate::robot::Robot;
 use crate::supervisor::{TaskState, TaskStatus, is_secondary};
@@ -171,12 +171,13 @@ const FIRST_SECONDARY: u32 = 1 << 31;
 
 impl Task {
     pub fn new(
-        settings: TaskSettings,
+        mut settings: TaskSettings,
         statements: Arc<StatementPort>,
         program: ProgramId,
         controls: mpsc::Receiver<Control>,
         status: watch::Sender<TaskStatus>,
     ) -> Self {
+        settings.observer = Arc::new(Aside(settings.observer));
         let context = TaskContext::new(&settings, statements, program);
         let host = Rc::new(TaskHost::new(
             context.clone(),
@@ -187,7 +188,7 @@ impl Task {
         let known = KnownNames::new(builtins::all().map(|b| b.name));
         let interpreter = Interpreter::new(host.clone(), natives, Limits::default());
         let stops_at_start = settings.robot.protective_stops().0;
-        settings.panel.with_variables(Variables::clear);
+        memory::outside(|| settings.panel.with_variables(Variables::clear));
         Self {
             settings,
             context,
@@ -236,6 +237,10 @@ impl Task {
     async fn run_program(&mut self, program: ProgramText) -> TaskEnd {
         match self.start_program(ThreadNumber(0), program) {
             Ok(program) => {
+                let text = program.file().text();
+                self.settings
+                    .observer
+                    .program_runs(self.context.program(), text);
                 self.context.interpreter().task_runs(&program);
                 self.program_runs(true);
                 self.run_threads().await
@@ -517,6 +522,10 @@ impl Task {
     }
 
     fn out_of_fuel(&mut self, number: ThreadNumber) {
+        if self.interpreter.is_searching() {
+            // It has its turn when the search is over.
+            return self.ready.push_front(number);
+        }
         let bounds = self.threads.get_mut(&number);
         if let Some(bounds) = bounds.and_then(|entry| entry.secondary.as_mut()) {
             bounds.slices -= 1;

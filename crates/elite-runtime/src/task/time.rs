@@ -5,6 +5,7 @@
 
 use std::time::Duration;
 
+use elite_lang::memory;
 use motion_api::{CommandId, CommandKind, MotionMode, RobotMode, ThreadNumber};
 use tokio::time::{Instant, sleep_until};
 
@@ -116,9 +117,12 @@ impl Task {
 
     fn tick(&self) {
         let robot = &self.settings.robot;
-        if robot.timeline().advance() {
-            robot.pump();
-        }
+        // The arm's memory is not the task's, even while the task's thread moves it.
+        memory::outside(|| {
+            if robot.timeline().advance() {
+                robot.pump();
+            }
+        });
     }
 
     async fn wait_at_wall_pace(&mut self) {
@@ -197,9 +201,14 @@ impl Task {
                     });
                 }
             }
-            if robot.timeline().advance() {
-                robot.pump();
-            } else {
+            let advanced = memory::outside(|| {
+                let advanced = robot.timeline().advance();
+                if advanced {
+                    robot.pump();
+                }
+                advanced
+            });
+            if !advanced {
                 robot.progress().await;
             }
         }

@@ -24,6 +24,13 @@ pub fn check(args: &CheckArgs) -> u8 {
                     let shown = render(finding, &file, args.format);
                     let _ = std::io::stdout().write_all(shown.as_bytes());
                 }
+                if findings.len() == elite_lang::FINDINGS_MAX {
+                    let most = elite_lang::FINDINGS_MAX;
+                    logging::say(&format!(
+                        "eliteserver: {}: only the first {most} findings are shown",
+                        file.name()
+                    ));
+                }
                 if !findings.is_empty() {
                     status = status.max(1);
                 }
@@ -39,7 +46,10 @@ pub fn check(args: &CheckArgs) -> u8 {
 
 fn render(finding: &Diagnostic, file: &SourceFile, format: FindingFormat) -> String {
     match format {
-        FindingFormat::Human => elite_lang::render_human(finding, file, false),
+        FindingFormat::Human => {
+            let picture = elite_lang::render_human(finding, file, false);
+            format!("{}\n", picture.trim_end_matches('\n'))
+        }
         FindingFormat::Json => {
             let fields = finding.fields(file);
             let object = json!({
@@ -94,6 +104,23 @@ pub fn read_script(path: &Path) -> Result<String, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn findings_for_people_end_with_a_line_end() {
+        let file = SourceFile::new("pick.script", "1a");
+        let found = elite_lang::check(file.clone(), &elite_lang::KnownNames::default());
+        let pictures: Vec<String> = found
+            .iter()
+            .map(|finding| render(finding, &file, FindingFormat::Human))
+            .collect();
+        assert!(!pictures.is_empty());
+        for picture in pictures {
+            assert!(
+                picture.ends_with('\n') && !picture.ends_with("\n\n"),
+                "{picture:?}"
+            );
+        }
+    }
 
     #[test]
     fn findings_are_one_json_object_a_line() {

@@ -9,6 +9,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::sync::Arc;
 use std::time::Duration;
 
+use recorder::lengths::cut;
 use recorder::{Entry, ReadError, Recording, Topic, Viewer};
 use supervision::{Faults, Kind};
 use thiserror::Error;
@@ -34,6 +35,10 @@ use playback::Playback;
 
 /// Messages read ahead from the file.
 const READ_AHEAD: usize = 1024;
+/// The longest pause between two messages that is played, s. A controller that runs is never silent for so long.
+const PAUSE_MAX: f64 = 10.0;
+/// Bytes of a text that clients are shown; the program's own text is none of them.
+const SHOWN_BYTES: usize = 16 << 10;
 /// Clients hear the last state before the ports close.
 const FAREWELL: Duration = Duration::from_millis(250);
 
@@ -196,22 +201,25 @@ async fn play(
 ) -> Result<(), ServeRecordingError> {
     let mut messages = read_ahead(recording.clone())?;
     let begin = Instant::now();
-    let mut first = None;
-    let mut last = 0.0;
+    let mut last = None;
+    let mut played = 0.0;
     while let Some(message) = messages.recv().await {
         let (time, entry) = message?;
-        let elapsed = (time - *first.get_or_insert(time)) / rate;
-        // A recording may hold any time stamp; one beyond all reason is played at once.
-        if let Ok(elapsed) = Duration::try_from_secs_f64(elapsed)
+        // A recording may hold any time stamp; time goes on, and in pauses that somebody can wait for.
+        let passed = time - last.unwrap_or(time);
+        if passed > 0.0 {
+            played += passed.min(PAUSE_MAX);
+        }
+        if let Ok(elapsed) = Duration::try_from_secs_f64(played / rate)
             && let Some(due) = begin.checked_add(elapsed)
             && due > Instant::now()
         {
             sleep_until(due).await;
         }
-        last = time;
+        last = Some(time);
         playback.take(time, entry);
     }
-    tracing::info!("the recording ends at {last:.3} s");
+    tracing::info!("the recording ends at {:.3} s", last.unwrap_or(0.0));
     Ok(())
 }
 
@@ -230,10 +238,38 @@ fn read_ahead(
             }
         };
         for entry in entries {
+            let entry = entry.map(|(time, entry)| (time, shown(entry)));
             if sender.blocking_send(entry).is_err() {
                 return;
             }
         }
     })?;
     Ok(receiver)
+}
+
+/// An entry without what no client is shown, so that those that are read ahead are small.
+fn shown(mut entry: Entry) -> Entry {
+    let shorten = |text: &mut String| {
+        if let Some(short) = cut(text, SHOWN_BYTES) {
+            *text = short;
+        }
+    };
+    match &mut entry {
+        Entry::Script(script) => {
+            shorten(&mut script.program);
+            if let Some(text) = &mut script.text {
+                *text = String::new();
+            }
+        }
+        Entry::Log(log) => {
+            shorten(&mut log.source);
+            shorten(&mut log.message);
+        }
+        Entry::Command(command) => {
+            command.arguments.clear();
+            shorten(&mut command.program);
+        }
+        Entry::Cycle(_) | Entry::Io(_) | Entry::Variable(_) => {}
+    }
+    entry
 }

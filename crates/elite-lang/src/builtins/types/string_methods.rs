@@ -287,6 +287,12 @@ fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
     };
     let whole = &*text;
     let text = whole.as_str();
+    ev.ask_for_pieces(text.len(), || match args[1].given() {
+        Some(Value::Str(separator)) if !separator.is_empty() => {
+            text.matches(separator.as_str()).count().min(most) + 1
+        }
+        _ => text.split(is_space).count().min(most) + 1,
+    })?;
     let parts: Vec<&str> = match args[1].given() {
         None | Some(Value::None) => split_spaces(text, most, from_right),
         Some(separator) => {
@@ -365,6 +371,7 @@ fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             '\n' | '\r' | '\x0b' | '\x0c' | '\x1c'..='\x1e' | '\u{85}' | '\u{2028}' | '\u{2029}'
         )
     };
+    ev.ask_for_pieces(text.len(), || text.matches(is_end).count() + 1)?;
     let mut lines = Vec::new();
     let mut rest = text;
     while !rest.is_empty() {
@@ -548,7 +555,8 @@ fn find(ev: &Evaluator<'_>, args: &[Value], from_right: bool, required: bool) ->
         } else {
             search::find(slice, part.as_str())
         }?;
-        Some(start + slice[..at].chars().count())
+        let offset = text.byte_offset(start) + at;
+        Some(text.char_index(offset))
     });
     match found {
         Some(index) => Ok(Value::Int(index as i64)),

@@ -11,7 +11,7 @@ use crate::value::{R, Raised, Str, Value};
 impl Evaluator<'_> {
     /// The place `index` means in a sequence of `length` items; None if out of range.
     #[inline]
-    fn place(&self, index: i64, length: usize) -> Option<usize> {
+    pub fn place(&self, index: i64, length: usize) -> Option<usize> {
         let index = if index < 0 {
             index + length as i64
         } else {
@@ -229,7 +229,7 @@ impl Evaluator<'_> {
                 .core
                 .char_value(char::from(text.as_str().as_bytes()[place]));
         }
-        let c = text.as_str().chars().nth(place);
+        let c = text.char_at(place);
         c.map_or_else(|| self.core.empty_str.clone(), |c| self.core.char_value(c))
     }
 }

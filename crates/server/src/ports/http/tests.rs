@@ -49,6 +49,8 @@ impl Source for Fake {
                 bytes: 123_456,
                 records_waiting: 9,
                 notes_dropped: 1,
+                note_bytes_waiting: 4096,
+                texts_cut: 2,
                 has_failed: false,
             }),
             ..Figures::default()

@@ -1,0 +1,71 @@
+//! The findings of one pass over a text: only the first ones are kept, so that a text full of slips costs no more than one
+//! with a few. Owns their number and how much of the text their messages quote; what they say is up to the passes.
+
+use std::borrow::Cow;
+
+use crate::diagnostic::Diagnostic;
+
+/// Most findings that are made of one text; further ones add nothing.
+pub const FINDINGS_MAX: usize = 50;
+/// Most characters of a name or a token that a message quotes.
+const QUOTE_MAX: usize = 80;
+
+/// A list of findings that stops growing.
+#[derive(Debug, Default)]
+pub struct Findings {
+    kept: Vec<Diagnostic>,
+}
+
+impl Findings {
+    /// Adds a finding, unless there are enough.
+    pub fn push(&mut self, finding: Diagnostic) {
+        if !self.is_full() {
+            self.kept.push(finding);
+        }
+    }
+
+    /// Whether nothing more will be kept: the pass may stop looking.
+    pub fn is_full(&self) -> bool {
+        self.kept.len() >= FINDINGS_MAX
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.kept.len()
+    }
+
+    /// The findings, to look at.
+    pub fn iter(&self) -> std::slice::Iter<'_, Diagnostic> {
+        self.kept.iter()
+    }
+
+    /// Gives up those from number `length` on.
+    pub fn truncate(&mut self, length: usize) {
+        self.kept.truncate(length);
+    }
+
+    /// Gives up those that `keep` does not want.
+    pub fn retain(&mut self, keep: impl FnMut(&Diagnostic) -> bool) {
+        self.kept.retain(keep);
+    }
+
+    /// The findings, to keep.
+    pub fn into_vec(self) -> Vec<Diagnostic> {
+        self.kept
+    }
+}
+
+/// Puts findings into the order of the text and keeps the first ones.
+pub fn in_order(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    findings.sort_by_key(|finding| finding.span.start);
+    findings.truncate(FINDINGS_MAX);
+    findings
+}
+
+/// A piece of the text as a message quotes it: cut if it is long.
+pub fn quoted(text: &str) -> Cow<'_, str> {
+    match text.char_indices().nth(QUOTE_MAX) {
+        Some((cut, _)) => format!("{}…", &text[..cut]).into(),
+        None => text.into(),
+    }
+}
