@@ -9,12 +9,12 @@ use std::time::Duration;
 use motion_api::{CommandId, CommandKind, Origin, ProgramId};
 use supervision::{Fault, Kind, Panicked, catch};
 use thiserror::Error;
-use tokio::sync::{mpsc, oneshot, watch};
+use tokio::sync::{oneshot, watch};
 
 use crate::interpreter::Interpreter;
 use crate::message::{Message, Severity};
 use crate::panel::{Panel, Watchdogs};
-use crate::task::{Control, ProgramText, Task, TaskEnd, TaskSettings};
+use crate::task::{Controller, Controls, ProgramText, Task, TaskEnd, TaskSettings, controls};
 
 /// How long a new main program waits for one that is ending.
 pub const GRACE: Duration = Duration::from_secs(2);
@@ -22,9 +22,6 @@ pub const GRACE: Duration = Duration::from_secs(2);
 /// How long a new main program waits for one that has not been told to end: programs of one line follow each other
 /// within milliseconds. A refusal must come within a second.
 const PATIENCE: Duration = Duration::from_millis(500);
-
-/// Orders that may wait for a task; it takes them at the latest after a slice.
-const CONTROLS_WAITING_MAX: usize = 256;
 
 /// What the task is doing, as ports show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -94,7 +91,7 @@ struct Current {
 
 struct Running {
     name: String,
-    controls: mpsc::Sender<Control>,
+    controller: Controller,
 }
 
 impl Supervisor {
@@ -175,12 +172,9 @@ impl Supervisor {
 
     /// Hands a secondary program to the running task; the receiver hears whether it was taken.
     fn join_running(&self, program: &ProgramText) -> Option<oneshot::Receiver<()>> {
-        let (sender, taken) = oneshot::channel();
-        let control = Control::Secondary(program.clone(), sender);
         let current = self.current();
         let running = current.running.as_ref()?;
-        running.controls.try_send(control).ok()?;
-        Some(taken)
+        running.controller.join(program.clone())
     }
 
     fn start(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
@@ -192,7 +186,7 @@ impl Supervisor {
             });
         }
         let id = ProgramId(current.last_program + 1);
-        let (controls, receiver) = mpsc::channel(CONTROLS_WAITING_MAX);
+        let (controller, controls) = controls();
         let name = program.name.clone();
         let shared = Arc::clone(&self.shared);
         self.shared.interpreter.task_starts();
@@ -206,7 +200,7 @@ impl Supervisor {
         let faults = self.shared.settings.faults.clone();
         faults
             .start(Kind::Task, called, move || {
-                shared.run_task(id, program, receiver)
+                shared.run_task(id, program, controls)
             })
             .map_err(|error| {
                 self.shared.interpreter.task_ended();
@@ -217,31 +211,32 @@ impl Supervisor {
                 }
             })?;
         current.last_program = id.0;
-        current.running = Some(Running { name, controls });
+        current.running = Some(Running { name, controller });
         Ok(id)
     }
 
     /// Ends the running program, if one runs.
     pub fn stop(&self) {
-        self.control(Control::Stop, |status| status.ending = true);
+        let current = self.current();
+        if let Some(running) = &current.running {
+            running.controller.stop();
+            self.shared
+                .status
+                .send_modify(|status| status.ending = true);
+        }
     }
 
     /// Holds the running program and the arm on its path. The status says so once the program is held.
     pub fn pause(&self) {
-        self.control(Control::Pause, |_| {});
+        if let Some(running) = &self.current().running {
+            running.controller.pause();
+        }
     }
 
     /// Lets a held program go on.
     pub fn resume(&self) {
-        self.control(Control::Resume, |_| {});
-    }
-
-    fn control(&self, control: Control, change: impl FnOnce(&mut TaskStatus)) {
-        let current = self.current();
-        if let Some(running) = &current.running
-            && running.controls.try_send(control).is_ok()
-        {
-            self.shared.status.send_modify(change);
+        if let Some(running) = &self.current().running {
+            running.controller.resume();
         }
     }
 
@@ -277,7 +272,7 @@ impl Supervisor {
 }
 
 impl Shared {
-    fn run_task(&self, id: ProgramId, program: ProgramText, controls: mpsc::Receiver<Control>) {
+    fn run_task(&self, id: ProgramId, program: ProgramText, controls: Controls) {
         let mut ending = Ending {
             shared: self,
             id,

@@ -10,7 +10,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::options::{
     ByteSize, ClockChoice, Home, LogFormat, ModelChoice, PayloadChoice, Permission, PlantChoice,
-    PortSetting, RecordTarget, RotateAt, StepMillis, Tcp,
+    PortSetting, RecordTarget, RotateAt, StepMillis, Tcp, TrustedHost,
 };
 
 /// An open controller for Elite Robots CS arms, with a simulated arm.
@@ -145,6 +145,10 @@ pub struct ServeArgs {
     /// Live data for the Foxglove app, read-only [default: off]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub foxglove_port: Option<PortSetting>,
+    /// Another name of this machine, or of a machine whose pages may ask, on the http and Foxglove ports; repeat it for more
+    /// [default: this machine's own names]
+    #[arg(long, value_name = "NAME")]
+    pub trust_host: Option<Vec<TrustedHost>>,
     /// Where to write process id and ports as JSON once every port listens
     #[arg(long, value_name = "PATH")]
     pub ready_file: Option<PathBuf>,
@@ -272,6 +276,10 @@ pub struct ReplayPortArgs {
     /// Live data for the Foxglove app [default: off]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub foxglove_port: Option<PortSetting>,
+    /// Another name of this machine, or of a machine whose pages may ask, on the http and Foxglove ports; repeat it for more
+    /// [default: this machine's own names]
+    #[arg(long, value_name = "NAME")]
+    pub trust_host: Option<Vec<TrustedHost>>,
     /// Where to write process id and ports as JSON once every port listens
     #[arg(long, value_name = "PATH")]
     pub ready_file: Option<PathBuf>,

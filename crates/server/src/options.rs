@@ -250,6 +250,26 @@ impl FromStr for Permission {
     }
 }
 
+/// A name, or an address, by which this machine is called beside its own.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TrustedHost(pub String);
+
+impl FromStr for TrustedHost {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let is_name = |text: &str| {
+            text.bytes()
+                .all(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'.' | b'-'))
+        };
+        let is_one = text.parse::<std::net::IpAddr>().is_ok() || is_name(text);
+        if text.is_empty() || !is_one {
+            return Err("allowed are a host name or an IP address, without a port".to_owned());
+        }
+        Ok(Self(text.to_owned()))
+    }
+}
+
 /// How log lines look.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LogFormat {

@@ -1,6 +1,7 @@
 //! One task: a main program, its script threads and the secondary programs beside it, on one OS thread.
 //!
 //! - `context`: what builtins see of their task (robot, waits, threads to start or stop).
+//! - `controls`: what others ask of it.
 //! - `scheduler`: resumes script threads in a fixed order; `threads`: how they wait, wake, start and end.
 //! - `time`: which waits are over, and what makes time pass; `report`: what people are told.
 //! - `outside`: futures that builtins wait for.
@@ -9,6 +10,7 @@
 //! - `family` and `death_signal`: processes end with the task that started them.
 
 mod context;
+mod controls;
 mod death_signal;
 mod family;
 mod files;
@@ -23,8 +25,9 @@ mod time;
 mod wait;
 
 pub(crate) use context::{TaskContext, TaskRequest, ThreadLookup};
+pub(crate) use controls::{Controller, Controls, controls};
 pub use family::all_children_are_tasks;
 pub use host::Permissions;
 pub(crate) use scheduler::Task;
-pub use scheduler::{Control, ProgramText, TaskEnd, TaskSettings};
+pub use scheduler::{ProgramText, TaskEnd, TaskSettings};
 pub(crate) use wait::Wait;

@@ -17,14 +17,15 @@ use elite_lang::{
 use io_bus::Fieldbus;
 use motion_api::{CommandKind, IoChange, Origin, ProgramId, StopReason, ThreadNumber};
 use supervision::{Contained, Fault, Faults, Kind, Panicked, catch, injection};
-use tokio::sync::{mpsc, oneshot, watch};
+use tokio::sync::watch;
 use tokio::time::Instant;
 
 use super::context::{TaskContext, TaskRequest};
+use super::controls::{Control, Controls};
 use super::host::{Permissions, TaskHost};
 use crate::builtins;
 use crate::interpreter::Interpreter as StatementPort;
-use crate::message::{Aside, Message, Observer, Severity};
+use crate::message::{Aside, Message, Observer};
 use crate::panel::{Panel, Variables};
 use crate::robot::Robot;
 use crate::supervisor::{TaskState, TaskStatus, is_secondary};
@@ -70,19 +71,6 @@ pub struct TaskSettings {
     pub faults: Faults,
 }
 
-/// What others ask of a running task.
-#[derive(Debug)]
-pub enum Control {
-    /// End it.
-    Stop,
-    /// Hold it.
-    Pause,
-    /// Let it go on.
-    Resume,
-    /// Run a secondary program beside it, and say that it was taken. A task that ends first drops the sender.
-    Secondary(ProgramText, oneshot::Sender<()>),
-}
-
 /// How a task ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TaskEnd {
@@ -107,7 +95,7 @@ pub(crate) struct Task {
     known: KnownNames,
     pub(super) threads: BTreeMap<ThreadNumber, Entry>,
     pub(super) ready: VecDeque<ThreadNumber>,
-    pub(super) controls: mpsc::Receiver<Control>,
+    pub(super) controls: Controls,
     status: watch::Sender<TaskStatus>,
     pub(super) paused: bool,
     stops_at_start: u64,
@@ -123,6 +111,8 @@ pub(crate) struct Task {
     pub(super) variables_due: u64,
     /// When the next cycle is due while a virtual clock keeps wall pace.
     pub(super) next_tick: Option<Instant>,
+    /// What the robot has to be told as soon as there is room for it.
+    untold: VecDeque<CommandKind>,
 }
 
 /// The task makes time pass, until this is dropped.
@@ -174,7 +164,7 @@ impl Task {
         mut settings: TaskSettings,
         statements: Arc<StatementPort>,
         program: ProgramId,
-        controls: mpsc::Receiver<Control>,
+        controls: Controls,
         status: watch::Sender<TaskStatus>,
     ) -> Self {
         settings.observer = Arc::new(Aside(settings.observer));
@@ -208,6 +198,7 @@ impl Task {
             looked_at: u64::MAX,
             variables_due: 0,
             next_tick: None,
+            untold: VecDeque::new(),
         }
     }
 
@@ -334,7 +325,7 @@ impl Task {
             if let Some(panicked) = self.context.outside().take_panic() {
                 return self.met_fault(panicked);
             }
-            while let Ok(control) = self.controls.try_recv() {
+            while let Some(control) = self.controls.try_next() {
                 self.take(control);
             }
             self.look_around();
@@ -403,6 +394,7 @@ impl Task {
         let cycle = self.settings.robot.state().cycle;
         if cycle != self.looked_at {
             self.looked_at = cycle;
+            self.tell_what_is_untold();
             self.look_at_watchdogs();
             self.publish_variables(false);
             self.end_late_secondaries();
@@ -460,21 +452,27 @@ impl Task {
         let _ = self.start_program(number, program);
     }
 
-    pub(super) fn tell_robot(&self, kind: CommandKind) {
+    /// Gives the robot a command. Where there is no room for it just now it is given in one of the next cycles: a stop is
+    /// late at worst, never lost.
+    pub(super) fn tell_robot(&mut self, kind: CommandKind) {
+        self.untold.push_back(kind);
+        self.tell_what_is_untold();
+    }
+
+    pub(super) fn tell_what_is_untold(&mut self) {
         let origin = Origin {
             program: self.context.program(),
             ..Origin::default()
         };
-        if let Err(full) = self.settings.robot.send(origin, kind) {
-            let text = format!("{} was not carried out: {full}", kind.name());
-            self.settings
-                .observer
-                .message(&Message::log(Severity::Error, origin, text));
+        while let Some(kind) = self.untold.front()
+            && self.settings.robot.send(origin, *kind).is_ok()
+        {
+            self.untold.pop_front();
         }
     }
 
     /// For outputs that follow the run state (manual 5.20 to 5.25). A held program does not run.
-    fn program_runs(&self, runs: bool) {
+    fn program_runs(&mut self, runs: bool) {
         self.tell_robot(CommandKind::SetIo(IoChange::ProgramRunning(runs)));
         self.settings.fieldbus.program_running(runs);
     }

@@ -10,6 +10,7 @@ use crate::backend::{Backend, Lifetime, forward_messages};
 use crate::config::{PortSettings, ServeConfig};
 use crate::controller::{Controller, StartError};
 use crate::options::{PortSetting, RecordTarget};
+use crate::ports::callers::{Callers, machine_name};
 use crate::ports::listen::{BindError, PortMeter, bind, start_port};
 use crate::ports::{dashboard, foxglove, http, interpreter, modbus, primary, rtsi};
 use crate::ready_file;
@@ -213,6 +214,11 @@ async fn serve_ports(
     };
 
     let image = controller.fieldbus().port_image.clone();
+    let callers = Callers::of(
+        config.bind,
+        machine_name().as_deref(),
+        &config.trusted_hosts,
+    );
     let mut services = tokio::task::JoinSet::new();
     let bound = bound_ports(&listeners)?;
     let meters: Vec<PortMeter> = listeners
@@ -227,7 +233,7 @@ async fn serve_ports(
             continue;
         };
         let (backend, token) = (backend.clone(), token.clone());
-        let (all, one) = (meters.clone(), meter.clone());
+        let (all, one, callers) = (meters.clone(), meter.clone(), callers.clone());
         match name {
             "primary" => {
                 let hub = hub.clone();
@@ -245,6 +251,7 @@ async fn serve_ports(
                     backend.clone(),
                     all.clone(),
                     one.clone(),
+                    callers.clone(),
                     token.clone(),
                 )
             })?,
@@ -267,7 +274,7 @@ async fn serve_ports(
                         samples: feed.subscribe(),
                         log: announcer.subscribe_log(),
                     };
-                    foxglove::serve(listener, view, one.clone(), token.clone())
+                    foxglove::serve(listener, view, one.clone(), callers.clone(), token.clone())
                 })?;
             }
             "dashboard" => start_port(&mut services, listener, &meter, move |listener| {

@@ -102,6 +102,7 @@ fn every_key_is_read() {
         modbus-port = 502
         http-port = 80
         foxglove-port = "off"
+        trust-host = ["cell-4.example", "192.0.2.7"]
         ready-file = "ready.json"
         powered-off = true
         local = true
@@ -129,6 +130,7 @@ fn every_key_is_read() {
     assert_eq!(config.ports.primary, PortSetting::Any);
     assert_eq!(config.ports.interpreter, PortSetting::Off);
     assert_eq!(config.ports.modbus, PortSetting::Number(502));
+    assert_eq!(config.trusted_hosts, ["cell-4.example", "192.0.2.7"]);
     assert_eq!(config.ready_file, Some("ready.json".into()));
     assert!(config.powered_off && config.local);
     for key in KEYS {
@@ -161,6 +163,7 @@ fn each_mistake_has_one_sentence_with_key_value_and_what_is_allowed() {
             "model = 'cs99'",
             "step-ms = 9",
             "step-ms = 2.5",
+            "trust-host = 'http://a:80'",
             "step-ms = 4\nstep_ms = 4",
             "home = [0, 0, 0]",
             "home = ['a', 0, 0, 0, 0, 0]",

@@ -25,6 +25,7 @@ use crate::commands::serve::{Listeners, ServeError, bound_ports, open_ports};
 use crate::config::{ConfigError, PRIMARY_PORT, PortSettings};
 use crate::describe::describe;
 use crate::options::PortSetting;
+use crate::ports::callers::{Callers, machine_name};
 use crate::ports::foxglove::View;
 use crate::ports::listen::{PortMeter, start_port};
 use crate::ports::{foxglove, http, primary, rtsi};
@@ -114,7 +115,9 @@ pub(super) fn serve(
         {
             tracing::info!("{name} on {bind}:{port}");
         }
-        let services = open_services(listeners, &playback, viewer, &stop)?;
+        let trusted = crate::config::trusted_hosts(args.trust_host.clone());
+        let callers = Callers::of(bind, machine_name().as_deref(), &trusted);
+        let services = open_services(listeners, &playback, viewer, &callers, &stop)?;
         if let Some(path) = &args.ready_file {
             ready_file::write(path, std::process::id(), &bound).map_err(|source| {
                 ServeError::ReadyFile {
@@ -144,6 +147,7 @@ fn open_services(
     listeners: Listeners,
     playback: &Arc<Playback>,
     viewer: Viewer,
+    callers: &Callers,
     stop: &CancellationToken,
 ) -> std::io::Result<JoinSet<()>> {
     let meters: Vec<PortMeter> = listeners
@@ -158,7 +162,7 @@ fn open_services(
             continue;
         };
         let (playback, stop) = (playback.clone(), stop.clone());
-        let (all, one) = (meters.clone(), meter.clone());
+        let (all, one, callers) = (meters.clone(), meter.clone(), callers.clone());
         match name {
             "primary" => start_port(&mut services, listener, &meter, move |listener| {
                 let hub = playback.hub().clone();
@@ -173,6 +177,7 @@ fn open_services(
                     playback.clone(),
                     all.clone(),
                     one.clone(),
+                    callers.clone(),
                     stop.clone(),
                 )
             })?,
@@ -184,7 +189,7 @@ fn open_services(
                         samples: playback.samples(),
                         log: playback.log_lines(),
                     };
-                    foxglove::serve(listener, view, one.clone(), stop.clone())
+                    foxglove::serve(listener, view, one.clone(), callers.clone(), stop.clone())
                 })?;
             }
             other => unreachable!("{other} is off in a replay"),
