@@ -19,6 +19,22 @@ use crate::value::{Function, R, Raised, Value};
 /// The interpreter of one task: its globals, its script threads. Stays on the OS thread that made it.
 pub struct Interpreter {
     core: Rc<Core>,
+    // Dropped after the core, whose tables go back to the system as well.
+    leftovers: Leftovers,
+}
+
+/// Gives memory back to the system when it is dropped, if that is worth it.
+#[derive(Default)]
+struct Leftovers {
+    are_large: bool,
+}
+
+impl Drop for Leftovers {
+    fn drop(&mut self) {
+        if self.are_large {
+            memory::trim();
+        }
+    }
 }
 
 impl Interpreter {
@@ -29,7 +45,10 @@ impl Interpreter {
             let name = core.symbols.intern(native.name);
             core.builtins.set(name, Builtin::native(&core, native));
         }
-        Interpreter { core }
+        Interpreter {
+            core,
+            leftovers: Leftovers::default(),
+        }
     }
 
     /// A script thread that runs the top-level statements of a program in the globals of the task; a program that
@@ -131,9 +150,7 @@ impl Drop for Interpreter {
     fn drop(&mut self) {
         self.core.memory_look();
         self.core.dismantle();
-        if self.core.memory_was_large() {
-            memory::trim();
-        }
+        self.leftovers.are_large = self.core.memory_was_large();
     }
 }
 

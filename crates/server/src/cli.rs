@@ -105,7 +105,11 @@ pub struct SharedArgs {
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// What scripts may reach beyond the robot; repeat it for more, the list replaces the default [default: net]
-    #[arg(long, value_name = "fs|process|env|net")]
+    ///
+    /// net: connections to and from anywhere. fs: every file that this user may read or write, nothing is held back.
+    /// fs=DIR: the files beneath that folder only, no link leads out of it; relative paths count from it.
+    /// process: programs of this user, which reach files and network themselves. env: environment variables.
+    #[arg(long, value_name = "fs|fs=DIR|process|env|net")]
     pub allow: Option<Vec<Permission>>,
     /// Folder for the log files that the vendor's controller writes [default: not written]
     #[arg(long, value_name = "PATH")]
@@ -417,7 +421,7 @@ mod tests {
             ("eliteserver --rtsi-port on", ["--rtsi-port", "'on'", "off"]),
             (
                 "eliteserver run x --allow all",
-                ["--allow", "'all'", "fs, process, env and net"],
+                ["--allow", "'all'", "fs, fs=DIR, process, env and net"],
             ),
             (
                 "eliteserver --home --tcp",

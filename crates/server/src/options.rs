@@ -224,10 +224,12 @@ impl fmt::Display for PortSetting {
 }
 
 /// What scripts may reach beyond the robot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Permission {
-    /// Files.
+    /// Every file that the controller itself may reach.
     Fs,
+    /// The files beneath a folder.
+    FsIn(PathBuf),
     /// Other processes, signals.
     Process,
     /// Environment variables.
@@ -245,7 +247,11 @@ impl FromStr for Permission {
             "process" => Ok(Self::Process),
             "env" => Ok(Self::Env),
             "net" => Ok(Self::Net),
-            _ => Err("allowed are fs, process, env and net".to_owned()),
+            _ => match text.strip_prefix("fs=") {
+                Some("") => Err("fs= needs a folder, fs=/data for instance".to_owned()),
+                Some(folder) => Ok(Self::FsIn(folder.into())),
+                None => Err("allowed are fs, fs=DIR, process, env and net".to_owned()),
+            },
         }
     }
 }

@@ -69,6 +69,7 @@ pub struct Core {
     memory_base: isize,
     /// The most the task has been seen to hold since freed memory was given back to the system.
     memory_peak: Cell<usize>,
+    memory_was_large: Cell<bool>,
     /// Texts being evaluated with variables of their own, innermost last: their code and their namespace.
     pub texts: RefCell<Vec<(Rc<Code>, Rc<Namespace>)>>,
     /// Namespaces of evaluated texts, to break their cycles at the end.
@@ -123,6 +124,7 @@ impl Core {
             stopping: Cell::default(),
             memory_base,
             memory_peak: Cell::new(0),
+            memory_was_large: Cell::new(false),
             texts: RefCell::default(),
             namespaces: WeakList::default(),
             loading: Cell::new(0),
@@ -243,6 +245,9 @@ impl Core {
     /// into it: if much was freed, it goes back to the system.
     pub fn memory_look(&self) {
         let (used, peak) = (self.memory_used(), self.memory_peak.get());
+        if used > LARGE {
+            self.memory_was_large.set(true);
+        }
         let large = self.limits.memory_bytes / 2;
         if peak > large && peak - used.min(peak) > self.limits.memory_bytes / 8 {
             memory::trim();
@@ -254,7 +259,7 @@ impl Core {
 
     /// Whether the task has held so much that what it leaves is worth giving back.
     pub fn memory_was_large(&self) -> bool {
-        self.memory_peak.get() > LARGE
+        self.memory_was_large.get()
     }
 
     /// No longer watches it.

@@ -59,17 +59,7 @@ impl Deque {
 
     /// Makes room for `more` items; a bounded deque at its bound needs room for one.
     fn grow(&self, ev: &Evaluator<'_>, more: usize) -> R<()> {
-        let full = {
-            let items = self.items.borrow();
-            items.len() + more > items.capacity()
-        };
-        if full {
-            let mut items = self.items.take();
-            let grown = ev.grow(&mut items, more);
-            self.items.put(items);
-            grown?;
-        }
-        Ok(())
+        ev.grow_held(&self.items, more)
     }
 
     fn changed(&self) {

@@ -5,6 +5,7 @@
 
 mod chains;
 mod mutation;
+mod shape;
 mod threads;
 
 use std::cell::{Cell, RefCell};

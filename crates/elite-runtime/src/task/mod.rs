@@ -7,8 +7,10 @@
 //! - `outside`: futures that builtins wait for.
 //! - `host`: what the language asks of its surroundings (print, clock, random numbers).
 //! - `network`: TCP sockets of programs; `files` and `processes`: what `--allow fs` and `--allow process` grant them.
+//! - `beneath`: files of some folders only (`--allow fs=DIR`).
 //! - `family` and `death_signal`: processes end with the task that started them.
 
+mod beneath;
 mod context;
 mod controls;
 mod death_signal;
@@ -24,10 +26,11 @@ mod threads;
 mod time;
 mod wait;
 
+pub use beneath::{FolderAccessError, Folders};
 pub(crate) use context::{TaskContext, TaskRequest, ThreadLookup};
 pub(crate) use controls::{Controller, Controls, controls};
 pub use family::all_children_are_tasks;
-pub use host::Permissions;
+pub use host::{FileAccess, Permissions};
 pub(crate) use scheduler::Task;
 pub use scheduler::{ProgramText, TaskEnd, TaskSettings};
 pub(crate) use wait::Wait;

@@ -124,7 +124,7 @@ fn start(command: HostCommand, files: &Files, outside: &Arc<Outside>) -> io::Res
     let mut system = Command::new(program);
     system
         .args(arguments)
-        .current_dir(files.full(command.folder.as_deref().unwrap_or("")))
+        .current_dir(files.start_folder(command.folder.as_deref().unwrap_or(""))?)
         .process_group(0)
         .kill_on_drop(true);
     death_signal::with_the_controller(&mut system);

@@ -172,7 +172,7 @@ impl Task {
         let host = Rc::new(TaskHost::new(
             context.clone(),
             settings.seed,
-            settings.permissions,
+            settings.permissions.clone(),
         ));
         let natives = builtins::natives(&context);
         let known = KnownNames::new(builtins::all().map(|b| b.name));

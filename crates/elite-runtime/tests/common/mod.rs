@@ -169,7 +169,7 @@ pub fn run_while(
     let supervisor = Supervisor::new(TaskSettings {
         robot: Arc::new(robot),
         observer: listener.clone(),
-        permissions: standing.permissions,
+        permissions: standing.permissions.clone(),
         task_folder: std::path::Path::new("/tasks").into(),
         seed: 0,
         fieldbus: Arc::default(),

@@ -76,6 +76,17 @@ fn a_flag_comes_before_the_file_and_the_file_before_the_default() {
 }
 
 #[test]
+fn folders_are_opened_to_programs_by_flag_and_by_key() {
+    let folders = |names: &[&str]| names.iter().map(|n| Permission::FsIn(n.into())).collect();
+    let by_flag = serve("eliteserver --allow fs=/data --allow fs=./a=b", "").unwrap();
+    assert_eq!(by_flag.robot.allow, folders(&["./a=b", "/data"]));
+    let by_key = serve("eliteserver", "allow = ['fs=/data']").unwrap();
+    assert_eq!(by_key.robot.allow, folders(&["/data"]));
+    let error = serve("eliteserver", "allow = ['fs=']").unwrap_err();
+    assert!(error.to_string().contains("fs= needs a folder"), "{error}");
+}
+
+#[test]
 fn every_key_is_read() {
     let text = r#"
         model = "./a.urdf"

@@ -133,8 +133,8 @@ impl Evaluator<'_> {
         Ok(match value {
             Value::List(list) => {
                 let indices = self.slice_indices(slice)?;
-                let count = indices.within(list.len()).len();
-                self.check_allocation(count * size_of::<Value>())?;
+                let room = indices.within(list.len()).len() * size_of::<Value>();
+                self.check_allocation(room)?;
                 let items = list.borrow();
                 let bounds = indices.within(items.len());
                 Value::list(pick(&items, bounds))
