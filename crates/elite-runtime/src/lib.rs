@@ -3,6 +3,12 @@
 //! Owns the life of programs and what their calls do. Talks to the robot only through `motion-api`: commands go into a
 //! ring, events and snapshots come back. Knows no port, no recording format and not the planner.
 
+// No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
 pub mod builtins;
 pub mod interpreter;
 pub mod interpreter_queue;

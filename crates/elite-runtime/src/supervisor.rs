@@ -6,7 +6,8 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use motion_api::{CommandKind, Origin, ProgramId};
+use motion_api::{CommandId, CommandKind, Origin, ProgramId};
+use supervision::{Fault, Kind, Panicked, catch};
 use thiserror::Error;
 use tokio::sync::{oneshot, watch};
 
@@ -195,9 +196,12 @@ impl Supervisor {
             ending: false,
             end: None,
         });
-        std::thread::Builder::new()
-            .name(format!("task-{}", id.0))
-            .spawn(move || shared.run_task(id, program, controls))
+        let called = format!("task-{}", id.0);
+        let faults = self.shared.settings.faults.clone();
+        faults
+            .start(Kind::Task, called, move || {
+                shared.run_task(id, program, controls)
+            })
             .map_err(|error| {
                 self.shared.interpreter.task_ended();
                 self.shared.status.send_replace(TaskStatus::default());
@@ -269,34 +273,73 @@ impl Supervisor {
 
 impl Shared {
     fn run_task(&self, id: ProgramId, program: ProgramText, controls: Controls) {
+        let mut ending = Ending {
+            shared: self,
+            id,
+            end: TaskEnd::Failed,
+        };
         let observer = self.settings.observer.clone();
         observer.program_started(id, &program.name, &program.text);
-        let end = match tokio::runtime::Builder::new_current_thread()
+        match tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()
         {
             Ok(runtime) => {
                 let (interpreter, status) = (self.interpreter.clone(), self.status.clone());
-                let task = Task::new(self.settings.clone(), interpreter, id, controls, status);
-                tokio::task::LocalSet::new().block_on(&runtime, task.run(program))
+                let settings = self.settings.clone();
+                let ran = catch(|| {
+                    let task = Task::new(settings, interpreter, id, controls, status);
+                    tokio::task::LocalSet::new().block_on(&runtime, task.run(program))
+                });
+                // Whatever the program left on it is not waited for.
+                runtime.shutdown_background();
+                ending.end = ran.unwrap_or_else(|panicked| self.met_fault(id, panicked));
             }
             Err(error) => {
                 let text = format!("the program could not be started: {error}");
                 observer.message(&Message::log(Severity::Error, Origin::default(), text));
-                TaskEnd::Failed
             }
-        };
-        self.interpreter.task_ended();
-        self.settings.panel.with_watchdogs(Watchdogs::clear);
-        observer.program_ended(id);
+        }
+    }
+
+    /// A fault outside the program itself, which the task could not contain: nobody else will stop the arm.
+    fn met_fault(&self, id: ProgramId, panicked: Panicked) -> TaskEnd {
+        let fault = Fault::new(Kind::Task, format!("program {}", id.0), panicked);
+        self.settings.faults.tell(&fault);
+        let only = CommandId::NONE;
+        for command in [CommandKind::Stop { only }, CommandKind::Resume] {
+            // A full ring belongs to a cycle that takes nothing, which moves nothing either.
+            let _ = self.settings.robot.send(Origin::default(), command);
+        }
+        let message = Message::internal_error(id, 1, &fault.what());
+        self.settings.observer.message(&message);
+        TaskEnd::Failed
+    }
+}
+
+/// The end of a task for everybody who waits for it, whatever ended it.
+struct Ending<'a> {
+    shared: &'a Shared,
+    id: ProgramId,
+    end: TaskEnd,
+}
+
+impl Drop for Ending<'_> {
+    fn drop(&mut self) {
+        let (shared, id) = (self.shared, self.id);
+        // Each of these must happen, also when another meets a fault.
+        let _ = catch(|| shared.interpreter.task_ended());
+        let _ = catch(|| shared.settings.panel.with_watchdogs(Watchdogs::clear));
+        let _ = catch(|| shared.settings.observer.program_ended(id));
         // Under one lock: a program that starts right now must not have its status overwritten.
-        let mut current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
+        let current = shared.current.lock();
+        let mut current = current.unwrap_or_else(PoisonError::into_inner);
         current.running = None;
-        self.status.send_replace(TaskStatus {
+        shared.status.send_replace(TaskStatus {
             state: TaskState::Stopped,
             program: id,
             ending: false,
-            end: Some(end),
+            end: Some(self.end.clone()),
         });
     }
 }

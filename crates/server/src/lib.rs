@@ -3,6 +3,12 @@
 //! Wires the other crates together and owns what users meet: command line, configuration, ports. No other crate
 //! imports this one.
 
+// No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
 pub mod announce;
 pub mod backend;
 pub mod cell;

@@ -15,6 +15,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use elite_lang::{HostCommand, HostProcess, HostProcesses, ProcessOutput, ProcessStream, ThreadId};
 use nix::sys::signal::{Signal, kill, killpg};
 use nix::unistd::{Pid, getegid, geteuid, getgid, getpid, getppid, getuid};
+use supervision::{Faults, Kind};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWriteExt};
 use tokio::process::{Child, ChildStdin, Command};
 use tokio::sync::Notify;
@@ -189,7 +190,8 @@ fn finish(
     });
     let mut futures = Vec::new();
     let mut run = |future: std::pin::Pin<Box<dyn Future<Output = ()> + Send>>| {
-        futures.push(tokio::spawn(future).abort_handle());
+        let task = Faults::default().spawn(Kind::Task, "process", future);
+        futures.push(task.abort_handle());
     };
     {
         let mut state = shared.lock();

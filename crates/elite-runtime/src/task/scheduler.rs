@@ -16,6 +16,7 @@ use elite_lang::{
 };
 use io_bus::Fieldbus;
 use motion_api::{CommandKind, IoChange, Origin, ProgramId, StopReason, ThreadNumber};
+use supervision::{Contained, Fault, Faults, Kind, Panicked, catch, injection};
 use tokio::sync::watch;
 use tokio::time::Instant;
 
@@ -24,7 +25,7 @@ use super::controls::{Control, Controls};
 use super::host::{Permissions, TaskHost};
 use crate::builtins;
 use crate::interpreter::Interpreter as StatementPort;
-use crate::message::{Aside, Observer};
+use crate::message::{Aside, Message, Observer};
 use crate::panel::{Panel, Variables};
 use crate::robot::Robot;
 use crate::supervisor::{TaskState, TaskStatus, is_secondary};
@@ -66,6 +67,8 @@ pub struct TaskSettings {
     pub permissions: Permissions,
     /// Where tasks are kept.
     pub task_folder: Arc<Path>,
+    /// Who hears of faults in tasks.
+    pub faults: Faults,
 }
 
 /// How a task ended.
@@ -97,6 +100,8 @@ pub(crate) struct Task {
     pub(super) paused: bool,
     stops_at_start: u64,
     pub(super) end: Option<TaskEnd>,
+    /// A fault of ours has left the language as it was: no script runs any more.
+    is_broken: bool,
     secondaries: u32,
     /// Names declared `global`, in the order in which they were met.
     pub(super) global_names: Vec<String>,
@@ -108,6 +113,22 @@ pub(crate) struct Task {
     pub(super) next_tick: Option<Instant>,
     /// What the robot has to be told as soon as there is room for it.
     untold: VecDeque<CommandKind>,
+}
+
+/// The task makes time pass, until this is dropped.
+struct Driving(Arc<Robot>);
+
+impl Driving {
+    fn begin(robot: Arc<Robot>) -> Self {
+        robot.timeline().drive(true);
+        Self(robot)
+    }
+}
+
+impl Drop for Driving {
+    fn drop(&mut self) {
+        self.0.timeline().drive(false);
+    }
 }
 
 pub(super) struct Entry {
@@ -171,6 +192,7 @@ impl Task {
             paused: false,
             stops_at_start,
             end: None,
+            is_broken: false,
             secondaries: 0,
             global_names: Vec::new(),
             looked_at: u64::MAX,
@@ -180,10 +202,31 @@ impl Task {
         }
     }
 
-    /// Runs the program to its end; the arm stands when this returns.
+    /// Runs the program to its end; the arm stands when this returns. A fault of ours ends the program, not more: the arm
+    /// comes to rest as after any other end.
     pub async fn run(mut self, program: ProgramText) -> TaskEnd {
-        self.settings.robot.timeline().drive(true);
-        let end = match self.start_program(ThreadNumber(0), program) {
+        let _driving = Driving::begin(self.settings.robot.clone());
+        let ran = Contained::new(self.run_program(program)).await;
+        let mut end = ran.unwrap_or_else(|panicked| self.met_fault(panicked));
+        if !self.is_broken {
+            let ended = catch(|| {
+                self.publish_variables(true);
+                self.stop_all_threads();
+            });
+            if let Err(panicked) = ended {
+                end = self.met_fault(panicked);
+            }
+        }
+        if self.is_broken {
+            self.give_up_threads();
+        }
+        self.program_runs(false);
+        self.settle(&end).await;
+        end
+    }
+
+    async fn run_program(&mut self, program: ProgramText) -> TaskEnd {
+        match self.start_program(ThreadNumber(0), program) {
             Ok(program) => {
                 let text = program.file().text();
                 self.settings
@@ -194,13 +237,31 @@ impl Task {
                 self.run_threads().await
             }
             Err(()) => TaskEnd::NotCompiled,
-        };
-        self.publish_variables(true);
-        self.stop_all_threads();
-        self.program_runs(false);
-        self.settle(&end).await;
-        self.settings.robot.timeline().drive(false);
-        end
+        }
+    }
+
+    /// Tells a fault as the error of the program. No script runs after it: what the language holds may be half changed.
+    fn met_fault(&mut self, panicked: Panicked) -> TaskEnd {
+        self.is_broken = true;
+        let program = self.context.program();
+        let fault = Fault::new(Kind::Task, format!("program {}", program.0), panicked);
+        self.settings.faults.tell(&fault);
+        let number = self.context.origin(0).thread;
+        let line = catch(|| Some(self.threads.get(&number)?.script.current_line()));
+        let line = line.ok().flatten().unwrap_or(1).max(1);
+        let message = Message::internal_error(program, line, &fault.what());
+        self.settings.observer.message(&message);
+        TaskEnd::Failed
+    }
+
+    /// Drops what is left of the program after a fault, which may meet others: they are its consequences.
+    fn give_up_threads(&mut self) {
+        self.ready.clear();
+        let threads = std::mem::take(&mut self.threads);
+        for entry in threads.into_values() {
+            let _ = catch(move || drop(entry));
+        }
+        let _ = catch(|| self.host.close());
     }
 
     /// Compiles and readies a program. Findings are reported.
@@ -258,6 +319,12 @@ impl Task {
     async fn run_threads(&mut self) -> TaskEnd {
         let mut slices = 0_u32;
         loop {
+            if self.settings.robot.timeline().has_ended() {
+                return self.lost_clock();
+            }
+            if let Some(panicked) = self.context.outside().take_panic() {
+                return self.met_fault(panicked);
+            }
             while let Some(control) = self.controls.try_next() {
                 self.take(control);
             }
@@ -294,6 +361,15 @@ impl Task {
             }
             self.ready_woken_threads();
         }
+    }
+
+    /// Nothing can move or pass any more, so nothing may wait.
+    fn lost_clock(&self) -> TaskEnd {
+        let program = self.context.program();
+        let what = "the control cycle has ended, nothing moves any more";
+        let message = Message::internal_error(program, 1, what);
+        self.settings.observer.message(&message);
+        TaskEnd::Failed
     }
 
     /// The thread whose turn it is. While the task is held, secondary programs still run.
@@ -417,6 +493,7 @@ impl Task {
         };
         self.context.enter(number, entry.secondary.is_some());
         self.host.sockets().outside().forget(entry.script.id());
+        injection::point("task");
         let step = entry.script.resume(Resume::Continue, FUEL_PER_SLICE);
         self.report_line(number);
         match step {

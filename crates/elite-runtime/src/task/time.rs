@@ -188,7 +188,8 @@ impl Task {
             let powered = state.robot_mode == RobotMode::Running;
             let is_on_its_way = goes_on && is_planned(state.motion_mode);
             let is_over = state.time > deadline && !is_on_its_way;
-            if state.cycle > first && (!powered || stands) || is_over {
+            let rests = state.cycle > first && (!powered || stands);
+            if rests || is_over || robot.timeline().has_ended() {
                 return;
             }
             self.tell_what_is_untold();

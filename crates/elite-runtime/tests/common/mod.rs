@@ -174,6 +174,7 @@ pub fn run_while(
         seed: 0,
         fieldbus: Arc::default(),
         panel: Arc::new(Panel::new(Operator::Absent)),
+        faults: supervision::Faults::default(),
     });
     let program = ProgramText {
         name: "test.script".into(),

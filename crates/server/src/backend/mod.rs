@@ -20,6 +20,7 @@ use motion::realtime::ClockMeter;
 use motion_api::{CommandId, CommandKind, Frame, MotionMode, Origin, RegisterImages, RobotState};
 use recorder::RecorderMeter;
 use serde_json::{Value, json};
+use supervision::Faults;
 use tokio::sync::{broadcast, watch};
 use tokio_util::sync::CancellationToken;
 
@@ -28,6 +29,7 @@ use crate::config::ServeConfig;
 use crate::controller::Controller;
 use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
+use crate::logging;
 use crate::ports::ClientId;
 use crate::ports::description::{RobotDescription, TaskStatus, ToolSerial};
 use crate::ports::http::metrics::{Figures, RecordingFigures};
@@ -70,6 +72,7 @@ pub struct Backend {
     recording: Option<RecorderMeter>,
     known: KnownNames,
     log: InterpreterLog,
+    faults: Faults,
 }
 
 /// Every value is whole at every moment, so a poisoned lock is as good as any.
@@ -109,6 +112,7 @@ impl Backend {
             recording: controller.recorder_meter(),
             known: KnownNames::new(elite_runtime::builtins::all().map(|b| b.name)),
             log: controller.interpreter_log().clone(),
+            faults: controller.faults().clone(),
         }
     }
 
@@ -432,7 +436,13 @@ impl http::Source for Backend {
             statements_waiting: self.supervisor.interpreter().counters().unexecuted,
             recording: self.recording.as_ref().map(RecordingFigures::of),
             errors: self.announcer.errors(),
+            faults: self.faults.counts().map(|(_, count)| count),
+            log_lines_lost: logging::lost(),
         }
+    }
+
+    fn fault(&self) -> Option<String> {
+        self.faults.fatal().map(ToString::to_string)
     }
 
     fn registers(&self) -> RegisterImages {

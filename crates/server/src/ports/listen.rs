@@ -13,9 +13,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use socket2::{SockRef, TcpKeepalive};
+use supervision::{Faults, Kind, injection};
 use thiserror::Error;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::task::{JoinError, JoinSet};
+use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 use tracing::Instrument as _;
 
@@ -50,6 +51,7 @@ impl fmt::Display for ClientId {
 pub struct PortMeter {
     name: &'static str,
     clients: Arc<AtomicUsize>,
+    faults: Faults,
 }
 
 impl PortMeter {
@@ -58,7 +60,13 @@ impl PortMeter {
         Self {
             name,
             clients: Arc::default(),
+            faults: Faults::default(),
         }
+    }
+
+    /// The same port; `faults` hears of those in its sessions.
+    pub fn told_to(self, faults: Faults) -> Self {
+        Self { faults, ..self }
     }
 
     /// The name, as in the ready file.
@@ -149,13 +157,13 @@ pub async fn serve_port<S>(
 ) where
     S: Future<Output = ()> + Send + 'static,
 {
+    let name = meter.name;
     let mut sessions = JoinSet::new();
     let mut last = 0;
     loop {
         let accepted = tokio::select! {
             () = shutdown.cancelled() => break,
-            Some(ended) = sessions.join_next() => {
-                log_panic(&meter, ended);
+            Some(_ended) = sessions.join_next() => {
                 meter.clients.store(sessions.len(), Ordering::Relaxed);
                 continue;
             }
@@ -169,9 +177,7 @@ pub async fn serve_port<S>(
                 continue;
             }
         };
-        while let Some(ended) = sessions.try_join_next() {
-            log_panic(&meter, ended);
-        }
+        while sessions.try_join_next().is_some() {}
         if sessions.len() >= CLIENTS_MAX {
             tracing::warn!(
                 port = meter.name,
@@ -192,20 +198,23 @@ pub async fn serve_port<S>(
         let (peer, watch) = Peer::accepted(stream, speaks);
         let session = session(peer, client, shutdown.clone());
         let until_it_gives_up = async move {
+            injection::point(name);
             tokio::select! {
                 reason = watch.gives_up() => tracing::warn!("closed: {reason}"),
                 () = session => {}
             }
         };
-        sessions.spawn(until_it_gives_up.instrument(span));
+        // A fault ends this client only; it has been told when it happened.
+        let contained = meter.faults.contain(Kind::Port, name, until_it_gives_up);
+        #[allow(
+            clippy::disallowed_methods,
+            reason = "the one place where sessions start, each contained"
+        )]
+        sessions.spawn(contained.instrument(span));
         meter.clients.store(sessions.len(), Ordering::Relaxed);
     }
     drop(listener);
-    let all_ended = async {
-        while let Some(ended) = sessions.join_next().await {
-            log_panic(&meter, ended);
-        }
-    };
+    let all_ended = async { while sessions.join_next().await.is_some() {} };
     if tokio::time::timeout(FAREWELL, all_ended).await.is_err() {
         tracing::debug!(port = meter.name, "some clients are cut off");
         sessions.shutdown().await;
@@ -213,13 +222,36 @@ pub async fn serve_port<S>(
     meter.clients.store(0, Ordering::Relaxed);
 }
 
-/// A panic of a session is a bug of ours; it ends that client only, and must be seen.
-fn log_panic(meter: &PortMeter, ended: Result<(), JoinError>) {
-    if let Err(error) = ended
-        && error.is_panic()
-    {
-        tracing::error!(port = meter.name, %error, "a session ended by a fault of ours; please report it");
-    }
+/// Starts the service of a port. After a fault that no session has contained it is begun again on the same port.
+pub fn start_port<F>(
+    services: &mut JoinSet<()>,
+    listener: TcpListener,
+    meter: &PortMeter,
+    mut serve: impl FnMut(TcpListener) -> F + Send + 'static,
+) -> io::Result<()>
+where
+    F: Future<Output = ()> + Send,
+{
+    let listener = listener.into_std()?;
+    let (faults, name) = (meter.faults.clone(), meter.name);
+    #[allow(
+        clippy::disallowed_methods,
+        reason = "the one place where ports start, each kept up"
+    )]
+    services.spawn(async move {
+        let begin = || {
+            let again = listener.try_clone().and_then(TcpListener::from_std);
+            let serving = again.map(&mut serve);
+            async move {
+                match serving {
+                    Ok(serving) => serving.await,
+                    Err(error) => tracing::error!(port = name, %error, "the port is closed"),
+                }
+            }
+        };
+        faults.keep_up(name, begin).await;
+    });
+    Ok(())
 }
 
 /// No delay for small messages; a peer that vanished without a word is noticed within half a minute, and so is one whose

@@ -55,6 +55,10 @@ pub trait Source: Send + Sync + 'static {
     fn panel(&self) -> serde_json::Value;
     /// What the controller counts.
     fn figures(&self) -> Figures;
+    /// The fault of ours after which no cycle runs any more.
+    fn fault(&self) -> Option<String> {
+        None
+    }
     /// The registers as they are now.
     fn registers(&self) -> RegisterImages;
     /// Sets inputs, as if somebody had wired them, all or none; must not wait.
@@ -150,7 +154,10 @@ fn router<S: Source>(source: Arc<S>, ports: Vec<PortMeter>) -> Router {
 async fn healthz<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
     let state = shared.source.state();
     let standing = shared.standing(state.cycle);
-    let (code, status) = if standing >= STANDSTILL {
+    let fault = shared.source.fault();
+    let (code, status) = if fault.is_some() {
+        (StatusCode::SERVICE_UNAVAILABLE, "stopped by a fault")
+    } else if standing >= STANDSTILL {
         (StatusCode::SERVICE_UNAVAILABLE, "standing still")
     } else {
         (StatusCode::OK, "ok")
@@ -163,6 +170,7 @@ async fn healthz<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
         .collect();
     let details = serde_json::json!({
         "status": status,
+        "fault": fault,
         "cycle": state.cycle,
         "standing_for_secs": standing.as_secs_f64(),
         "time_secs": state.time,
