@@ -10,11 +10,18 @@ cargo clippy --all-targets --quiet -- --deny warnings
 
 echo "== Rust tests"
 if cargo nextest --version >/dev/null 2>&1; then
-    cargo nextest run --no-fail-fast --hide-progress-bar --status-level fail
+    failed=0
+    cargo nextest run --no-fail-fast --hide-progress-bar --status-level retry || failed=$?
+    python3 tests/second_tries.py "${CARGO_TARGET_DIR:-target}/nextest/default/report.xml"
+    [ "$failed" -eq 0 ] || exit "$failed"
     cargo test --doc --quiet
 else
     cargo test --quiet --no-fail-fast
 fi
+
+echo "== Faults around the controller"
+cargo build --quiet
+python3 fuzz/faults.py "${CARGO_TARGET_DIR:-target}/debug/eliteserver"
 
 echo "== The border between threads, every interleaving"
 target="${CARGO_TARGET_DIR:-target}"

@@ -1,6 +1,7 @@
 #!/bin/sh
-# Builds a fuzz target with the stable compiler's own coverage counters and runs it: run.sh TARGET SECONDS
-# Crashing inputs are left in fuzz/artifacts. Targets are the files of fuzz_targets and ports/fuzz_targets.
+# Builds the fuzz targets with the stable compiler's own coverage counters and runs one: run.sh TARGET SECONDS
+# `cargo dev targets` lists them. Crashing inputs are left in fuzz/artifacts; for a generated target `cargo dev show TARGET
+# FILE` prints the program that such an input stands for.
 set -eu
 cd "$(dirname "$0")"
 target=$1
@@ -8,14 +9,18 @@ seconds=$2
 passes="-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters"
 passes="$passes -Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares -Ccodegen-units=1"
 host=$(rustc -vV | sed -n 's/^host: //p')
-RUSTFLAGS="$passes --cfg fuzzing" cargo build --release --target "$host" --workspace --bin "$target"
-mkdir -p "corpus/$target" "artifacts"
+features=""
+dictionary=""
 case "$target" in
-lexer | parser | evaluator) language="-dict=tokens.dict ../tests/scripts" ;;
-primary | interpreter) language="../tests/scripts" ;;
-*) language="" ;;
+lexer | evaluator) features="--no-default-features" dictionary="-dict=tokens.dict" ;;
+parser | library | containers | chains | growth) features="--no-default-features" ;;
 esac
 # shellcheck disable=SC2086 # options, in words
-exec "${CARGO_TARGET_DIR:-target}/$host/release/$target" "corpus/$target" $language \
-    -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -max_len=4096 -artifact_prefix=artifacts/ \
+RUSTFLAGS="$passes --cfg fuzzing" cargo build --release --target "$host" --bin any $features
+mkdir -p "corpus/$target" artifacts
+(cd .. && cargo dev seeds "$target" "fuzz/corpus/$target")
+export FUZZ_TARGET="$target"
+# shellcheck disable=SC2086 # options, in words
+exec "${CARGO_TARGET_DIR:-target}/$host/release/any" "corpus/$target" $dictionary \
+    -max_total_time="$seconds" -timeout=30 -rss_limit_mb=3000 -max_len=4096 -artifact_prefix=artifacts/ \
     -print_final_stats=1

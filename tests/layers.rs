@@ -47,6 +47,19 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         ],
     ),
     ("pybind", &["kinematics"]),
+    // Tries the decoders of all of them; nothing imports it.
+    (
+        "dev",
+        &[
+            "elite-lang",
+            "elite-runtime",
+            "io-bus",
+            "kinematics",
+            "motion-api",
+            "recorder",
+            "server",
+        ],
+    ),
 ];
 
 /// Libraries that must stay behind one crate: the crate's name and who alone may name it.

@@ -33,7 +33,7 @@ use common::{FromPrimary, Primary, Server};
 use serde_json::Value;
 
 /// How long something that must come may take.
-const PATIENCE: Duration = Duration::from_secs(10);
+const PATIENCE: Duration = Duration::from_secs(30);
 
 /// How long nothing has to come to count as nothing.
 const QUIET: Duration = Duration::from_millis(60);

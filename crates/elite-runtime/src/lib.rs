@@ -13,7 +13,7 @@ pub mod builtins;
 pub mod interpreter;
 pub mod interpreter_queue;
 pub mod message;
-mod micro_line;
+pub mod micro_line;
 pub mod panel;
 pub mod robot;
 pub mod supervisor;

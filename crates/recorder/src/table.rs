@@ -8,7 +8,9 @@ use std::collections::HashMap;
 use std::fmt::{self, Write as _};
 
 use mcap::Channel;
+use prost::Message as _;
 use prost_reflect::{DescriptorPool, DynamicMessage, MessageDescriptor, ReflectMessage, Value};
+use prost_types::FileDescriptorSet;
 
 use crate::json_values;
 use crate::lengths::cut;
@@ -216,7 +218,21 @@ impl Decoder {
                     .schema
                     .as_ref()
                     .ok_or_else(|| fail("there is none".to_owned()))?;
-                let pool = DescriptorPool::decode(schema.data.as_ref())
+                let files = FileDescriptorSet::decode(schema.data.as_ref())
+                    .map_err(|error| fail(error.to_string()))?;
+                // prost-reflect indexes beyond its files when it words its error about another syntax.
+                if let Some(other) = files
+                    .file
+                    .iter()
+                    .map(|file| file.syntax())
+                    .find(|syntax| !matches!(*syntax, "" | "proto2" | "proto3"))
+                {
+                    let other: String = other.chars().take(40).collect();
+                    return Err(fail(format!(
+                        "its syntax is {other:?}, not proto2 or proto3"
+                    )));
+                }
+                let pool = DescriptorPool::from_file_descriptor_set(files)
                     .map_err(|error| fail(error.to_string()))?;
                 let message = pool
                     .get_message_by_name(&schema.name)
@@ -392,4 +408,44 @@ fn instant(message: &DynamicMessage) -> Option<i128> {
     let seconds = message.get_field_by_name("seconds")?.as_i64()?;
     let nanos = message.get_field_by_name("nanos")?.as_i32()?;
     Some(i128::from(seconds) * 1_000_000_000 + i128::from(nanos))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::borrow::Cow;
+    use std::collections::BTreeMap;
+    use std::sync::Arc;
+
+    use prost_types::FileDescriptorProto;
+
+    use super::*;
+
+    #[test]
+    fn a_schema_of_another_syntax_is_refused_with_a_sentence() {
+        let file = FileDescriptorProto {
+            name: Some("a.proto".to_owned()),
+            syntax: Some("proto9".to_owned()),
+            ..FileDescriptorProto::default()
+        };
+        let schema = mcap::Schema {
+            id: 1,
+            name: "a".to_owned(),
+            encoding: "protobuf".to_owned(),
+            data: Cow::Owned(FileDescriptorSet { file: vec![file] }.encode_to_vec()),
+        };
+        let channel = Channel {
+            id: 1,
+            topic: "/a".to_owned(),
+            schema: Some(Arc::new(schema)),
+            message_encoding: "protobuf".to_owned(),
+            metadata: BTreeMap::new(),
+        };
+        let Err(error) = Decoder::new(&channel) else {
+            panic!("there is no such syntax");
+        };
+        assert!(
+            error.to_string().contains("its syntax is \"proto9\""),
+            "{error}"
+        );
+    }
 }

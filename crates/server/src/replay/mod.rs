@@ -9,7 +9,7 @@ mod diff;
 mod find;
 mod plot;
 mod register_write;
-mod rerun;
+pub mod rerun;
 pub(crate) mod script;
 mod serve;
 mod state;

@@ -1,7 +1,5 @@
 //! What a client of interpreter mode sends: the same statements in any pieces, and replies of one line.
-#![no_main]
 
-use libfuzzer_sys::fuzz_target;
 use server::ports::interpreter::codec::{Frame, Framer, ack, executed};
 
 fn frames<'a>(pieces: impl Iterator<Item = &'a [u8]>) -> Vec<Frame> {
@@ -14,7 +12,7 @@ fn frames<'a>(pieces: impl Iterator<Item = &'a [u8]>) -> Vec<Frame> {
     frames
 }
 
-fuzz_target!(|data: &[u8]| {
+pub(super) fn judge(data: &[u8]) {
     let whole = frames([data].into_iter());
     for frame in &whole {
         let reply = match frame {
@@ -26,8 +24,11 @@ fuzz_target!(|data: &[u8]| {
             Frame::Command(command) => command.reply(1),
             Frame::Rejected(rejection) => rejection.reply(),
         };
-        assert!(reply.ends_with('\n') && !reply.trim_end_matches('\n').contains(['\n', '\r']), "{reply:?}");
+        assert!(
+            reply.ends_with('\n') && !reply.trim_end_matches('\n').contains(['\n', '\r']),
+            "{reply:?}"
+        );
     }
     assert_eq!(whole, frames(data.chunks(1)));
     assert_eq!(whole, frames(data.chunks(5)));
-});
+}

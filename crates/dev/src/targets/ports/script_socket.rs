@@ -1,8 +1,6 @@
 //! What a peer of a script's socket sends: frames of numbers and texts, the same in any pieces, and bounded memory.
-#![no_main]
 
 use io_bus::script_socket::decode::{Found, TEXT_BYTES_MAX, floats, saturated, text};
-use libfuzzer_sys::fuzz_target;
 
 /// Every result of a reader that looks again after each piece, and what is left unread.
 fn all<T>(pieces: &[&[u8]], mut look: impl FnMut(&mut Vec<u8>, bool) -> Found<T>) -> Vec<T> {
@@ -24,7 +22,7 @@ fn all<T>(pieces: &[&[u8]], mut look: impl FnMut(&mut Vec<u8>, bool) -> Found<T>
     results
 }
 
-fuzz_target!(|data: &[u8]| {
+pub(super) fn judge(data: &[u8]) {
     let Some((&[cut, marks, count], bytes)) = data.split_first_chunk::<3>() else {
         return;
     };
@@ -35,14 +33,18 @@ fuzz_target!(|data: &[u8]| {
     }
     let prefix: &[u8] = [&b""[..], b"<", b"<<", b"GET "][usize::from(marks & 3)];
     let suffix: &[u8] = [&b""[..], b">", b"\r\n", b"((("][usize::from(marks >> 2 & 3)];
-    let texts = all(&pieces, |unread, is_last| text(unread, prefix, suffix, is_last));
+    let texts = all(&pieces, |unread, is_last| {
+        text(unread, prefix, suffix, is_last)
+    });
     for text in &texts {
         // A byte that is no UTF-8 becomes a character of three.
         assert!(text.len() <= 3 * TEXT_BYTES_MAX);
     }
     if bytes.len() <= TEXT_BYTES_MAX && !suffix.is_empty() {
-        let whole = all(&[bytes], |unread, is_last| text(unread, prefix, suffix, is_last));
+        let whole = all(&[bytes], |unread, is_last| {
+            text(unread, prefix, suffix, is_last)
+        });
         assert_eq!(whole, texts);
     }
     let _ = saturated(&String::from_utf8_lossy(bytes));
-});
+}

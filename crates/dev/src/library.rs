@@ -1,35 +1,4 @@
-//! Programs run with little fuel and memory: whatever they do, the thread can be stopped and everything is given back.
-//!
-//! An input that begins with a control character is not a program but data for one of the programs below, which hand it to
-//! a module: mutation alone would take long to write such calls.
-#![no_main]
-
-use std::rc::Rc;
-
-use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, Resume, SourceFile, Step, ThreadId, compile, render_script_error,
-};
-use libfuzzer_sys::fuzz_target;
-
-struct Quiet;
-
-impl Host for Quiet {
-    fn print(&self, _: ThreadId, _: &str) {}
-
-    fn unix_time(&self) -> f64 {
-        1_767_225_600.0
-    }
-
-    fn monotonic(&self) -> f64 {
-        0.0
-    }
-
-    fn random_u64(&self) -> u64 {
-        4
-    }
-
-    fn wake(&self, _: ThreadId) {}
-}
+//! Data for the library's own parsers: mutation alone would take long to write such calls.
 
 /// What uses the data: `A` and `B` are its halves, `D` all of it as bytes.
 const HARNESSES: [&str; 12] = [
@@ -47,26 +16,27 @@ const HARNESSES: [&str; 12] = [
     "import math, random\nx = int.from_bytes(D[:12], 'little', signed=True)\nmath.isqrt(abs(x)), math.gcd(x, 12), x % 7, x ** 3, hex(x), math.factorial(abs(x) % 50), random.Random(A).random(), range(x)[3], len(range(x)), hash(float(x % 10**9) / 7), round(x, -3), pow(x, 5, 97)",
 ];
 
-/// The program an input stands for.
-fn program(data: &[u8]) -> String {
-    let (Some(first), rest) = (data.first(), data.get(1..).unwrap_or_default()) else {
-        return String::new();
-    };
-    let Some(harness) = HARNESSES.get(usize::from(*first).wrapping_sub(1)) else {
-        return String::from_utf8_lossy(data).into_owned();
-    };
+/// A program that hands data to a part of the library; the first byte says to which.
+pub fn library_program(data: &[u8]) -> String {
+    let (first, rest) = data.split_first().unwrap_or((&0, &[]));
+    let harness = HARNESSES[usize::from(*first) % HARNESSES.len()];
     let bytes: String = rest.iter().map(|byte| format!("\\x{byte:02x}")).collect();
     let half = rest.len() / 2;
     let text = |part: &[u8]| -> String {
-        String::from_utf8_lossy(part).chars().map(|c| format!("\\U{:08x}", c as u32)).collect()
+        let characters = String::from_utf8_lossy(part);
+        characters
+            .chars()
+            .map(|c| format!("\\U{:08x}", c as u32))
+            .collect()
     };
     let (a, b) = (text(&rest[..half]), text(&rest[half..]));
     // Each line is on its own, so that the first error does not hide the others.
     let mut out = format!("A, B, D = '{a}', '{b}', b'{bytes}'\n");
     for line in harness.split('\n') {
         // A line that belongs to the one before stays with it.
-        let open = line.ends_with(':') || line.starts_with([' ', '\t']) || ["assert", "else", "try", "except"].iter().any(|word| line.starts_with(word));
-        if open {
+        let belongs = ["assert", "else", "try", "except", "    ", "nodes", "class"];
+        let is_open = line.ends_with(':') || belongs.iter().any(|word| line.starts_with(word));
+        if is_open {
             out.push_str(&format!("{line}\n"));
         } else {
             out.push_str(&format!("try:\n    {line}\nexcept Exception: pass\n"));
@@ -74,29 +44,3 @@ fn program(data: &[u8]) -> String {
     }
     out
 }
-
-fuzz_target!(|data: &[u8]| {
-    let Ok(program) = compile(SourceFile::new("fuzz.script", program(data)), &KnownNames::default()) else {
-        return;
-    };
-    let limits = Limits {
-        memory_bytes: 16 << 20,
-        stop_fuel: 200,
-        ..Limits::default()
-    };
-    let interpreter = Interpreter::new(Rc::new(Quiet), Vec::new(), limits);
-    let mut thread = interpreter.spawn_program(&program);
-    for _ in 0..5 {
-        match thread.resume(Resume::Continue, 2_000) {
-            Step::OutOfFuel | Step::Parked { .. } | Step::Waiting(_) => {}
-            Step::Failed(error) => {
-                let report = render_script_error(&error);
-                assert!(!report.is_empty() && !report.contains("AssertionError: BROKEN"), "{report}");
-                return;
-            }
-            Step::Done(_) | Step::Stopped => return,
-        }
-    }
-    let end = thread.resume(Resume::Stop, 0);
-    assert!(matches!(end, Step::Stopped), "{end:?}");
-});

@@ -1,7 +1,5 @@
 //! What a script client sends: the same programs whether it comes in one piece or byte by byte, and bounded memory.
-#![no_main]
 
-use libfuzzer_sys::fuzz_target;
 use server::ports::primary::framing::{EndedBy, Frame, Framer};
 
 const LIMIT: usize = 300;
@@ -16,7 +14,7 @@ fn frames<'a>(pieces: impl Iterator<Item = &'a [u8]>) -> Vec<Frame> {
     frames
 }
 
-fuzz_target!(|data: &[u8]| {
+pub(super) fn judge(data: &[u8]) {
     let whole = frames([data].into_iter());
     for frame in &whole {
         if let Frame::Program(program) = frame {
@@ -25,4 +23,4 @@ fuzz_target!(|data: &[u8]| {
     }
     assert_eq!(whole, frames(data.chunks(1)));
     assert_eq!(whole, frames(data.chunks(7)));
-});
+}

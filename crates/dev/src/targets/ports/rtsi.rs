@@ -1,7 +1,5 @@
 //! What an RTSI client sends, cut into packets: names, recipes and values of every type.
-#![no_main]
 
-use libfuzzer_sys::fuzz_target;
 use server::ports::rtsi::codec::{Kind, Value, letter, names, packet, text_message};
 use server::ports::rtsi::inputs::{Input, Written};
 use server::ports::rtsi::outputs::Output;
@@ -18,7 +16,7 @@ const KINDS: [Kind; 9] = [
     Kind::Vector6I32,
 ];
 
-fuzz_target!(|data: &[u8]| {
+pub(super) fn judge(data: &[u8]) {
     let mut rest = data;
     let (mut recipe, mut written) = (Vec::new(), Written::default());
     while let Ok(Some(found)) = packet(rest) {
@@ -63,4 +61,4 @@ fuzz_target!(|data: &[u8]| {
         }
         rest = &rest[found.bytes..];
     }
-});
+}

@@ -1,0 +1,9 @@
+//! The campaign: every target in a child process of its own, watched from outside, and a table at the end.
+
+mod child;
+mod shrink;
+mod watch;
+
+pub use child::{Case, limited, run_cases};
+pub use shrink::smaller;
+pub use watch::{Found, Report, watched};

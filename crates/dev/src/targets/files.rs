@@ -1,0 +1,300 @@
+//! Files: recordings, cells, configuration, models, points, names of tasks.
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+
+use elite_runtime::micro_line::{MicroLine, Space, Units};
+use elite_runtime::task_folder::TaskFolder;
+use kinematics::RobotModel;
+use recorder::{Recording, Summary, Table, Topic};
+use server::cell::Cell;
+use server::cli::{ServeArgs, SharedArgs};
+use server::config::ServeConfig;
+use server::replay::rerun::rerun;
+
+use super::{Target, as_they_are, files_of};
+use crate::mcap_file;
+
+pub(super) const TARGETS: &[Target] = &[
+    Target {
+        name: "recording",
+        about: "MCAP: summary, tables and entries of records that are damaged inside their chunk",
+        judge: |data| read_all(data),
+        shown: mcap_file::around,
+        seeds: mcap_file::seeds,
+        words: &[
+            b"/cycle",
+            b"protobuf",
+            b"jsonschema",
+            b"json",
+            b"elite.Cycle",
+            b"zstd",
+            b"lz4",
+            b"{\"",
+            b"null",
+        ],
+        bytes_max: 60_000,
+    },
+    Target {
+        name: "rerun",
+        about: "MCAP: a recording with a damaged setup or commands is run again",
+        judge: |data| {
+            if let Ok(recording) = Recording::from_bytes(data, "fuzz.mcap") {
+                _ = rerun(&recording);
+            }
+        },
+        shown: mcap_file::around,
+        seeds: mcap_file::seeds,
+        words: &[b"1e999", b"-1", b"\"urdf\"", b"MoveJ", b"movel", b"null"],
+        bytes_max: 60_000,
+    },
+    Target {
+        name: "cell",
+        about: "cell files",
+        judge: |data| {
+            let text = String::from_utf8_lossy(data).into_owned();
+            match Cell::from_text(text, Path::new("fuzz.toml")) {
+                Ok(cell) => {
+                    _ = (cell.io(), cell.safety_inputs(), cell.belts(), cell.loads());
+                    _ = (cell.surroundings(), cell.limits(), cell.drawn());
+                    _ = cell.fieldbus();
+                }
+                Err(error) => assert!(!error.to_string().is_empty()),
+            }
+        },
+        shown: as_they_are,
+        seeds: || {
+            let mut seeds = files_of(&["crates/dev/seeds/cell", "tests", "docs"], ".toml");
+            seeds.extend(blocks_of("docs/cell.md", "toml"));
+            seeds.extend(blocks_of("docs/IO.md", "toml"));
+            seeds
+        },
+        words: &[
+            b"[[obstacle]]\n",
+            b"[[wire]]\n",
+            b"[[input]]\n",
+            b"[[wrench]]\n",
+            b"[[conveyor]]\n",
+            b"[[safety_plane]]\n",
+            b"[[safety_input]]\n",
+            b"[[serial]]\n",
+            b"[[modbus]]\n",
+            b"[limits]\n",
+            b"[sensor]\n",
+            b"[tool]\n",
+            b"nan",
+            b"inf",
+            b"-inf",
+            b"[",
+            b"]",
+            b"{",
+            b"}",
+            b" = ",
+            b"\"",
+            b"\n",
+        ],
+        bytes_max: 3000,
+    },
+    Target {
+        name: "config",
+        about: "configuration files",
+        judge: |data| {
+            let path = scratch();
+            if std::fs::write(&path, data).is_err() {
+                return;
+            }
+            let shared = SharedArgs {
+                config: Some(path),
+                ..SharedArgs::default()
+            };
+            if let Err(error) = ServeConfig::load(ServeArgs {
+                shared,
+                ..ServeArgs::default()
+            }) {
+                assert!(!error.to_string().is_empty());
+            }
+        },
+        shown: as_they_are,
+        seeds: || {
+            let lines = [
+                "model = \"cs66\"\nclock = \"virtual\"\nstep-ms = 2\nplant = \"ideal\"\n",
+                "home = [0, -1.57, 0, -1.57, 0, 0]\npayload = \"1.5,0,0,0.1\"\ntcp = \"0,0,0.1,0,0,0\"\nseed = 7\n",
+                "primary-port = 0\nhttp-port = \"off\"\nbind = \"::1\"\nallow = [\"fs\", \"net\"]\n",
+                "record = \"a.mcap\"\nrecord-rotate = \"100MB\"\nrecord-budget = \"2GB\"\nlog-format = \"json\"\n",
+            ];
+            lines.map(|text| text.as_bytes().to_vec()).to_vec()
+        },
+        words: &[
+            b"step-ms", b"step_ms", b"model", b"allow", b"bind", b"[", b"]", b"\"\"\"", b"nan",
+            b"99999", b"-1", b"\n",
+        ],
+        bytes_max: 1000,
+    },
+    Target {
+        name: "urdf",
+        about: "URDF models",
+        judge: |data| match RobotModel::from_urdf(&String::from_utf8_lossy(data)) {
+            Ok(model) => {
+                let pose = model.flange_pose(&kinematics::JointPositions([0.3; 6]));
+                _ = (
+                    model.inverse_all(&pose, &kinematics::Pose::IDENTITY),
+                    model.dh(),
+                );
+            }
+            Err(error) => assert!(!error.to_string().is_empty()),
+        },
+        shown: as_they_are,
+        seeds: || files_of(&["robots/cs66", "robots/cs620"], ".urdf"),
+        words: &[
+            b"<link ",
+            b"<joint ",
+            b"/>",
+            b"xyz=\"0 0 0\"",
+            b"rpy=\"nan 0 0\"",
+            b"type=\"fixed\"",
+            b"1e308",
+            b"<parent link=\"",
+            b"-",
+        ],
+        bytes_max: 40_000,
+    },
+    Target {
+        name: "points",
+        about: "files of points for micro lines, with as many points as a file may have",
+        judge: |data| {
+            let text = String::from_utf8_lossy(data);
+            for (space, units) in [
+                (Space::Joint, Units::Si),
+                (Space::Cartesian, Units::DegreesOrMillimetres),
+            ] {
+                match MicroLine::parse(&text, space, units, 0.004) {
+                    Ok(line) => assert!(line.count() >= 2 && line.interval() == 0.004),
+                    Err(error) => assert!(error.to_string().len() < 300),
+                }
+            }
+        },
+        shown: as_they_are,
+        seeds: || vec![b"# points\n0, 1, 2, 3, 4, 5\n0 1 2 3 4 5.5\n\n1e-3,0,0,0,0,0\n".to_vec()],
+        words: &[
+            b"\n",
+            b", ",
+            b"\t",
+            b"#",
+            b"nan",
+            b"1e999",
+            b"-",
+            b"0x1",
+            b"\r",
+            b"1,2,3,4,5,6\n",
+        ],
+        bytes_max: 2000,
+    },
+    Target {
+        name: "task_names",
+        about: "names of tasks and files that a client gives: never outside of the folder",
+        judge: |data| {
+            let folder = TaskFolder::new("/nowhere/tasks");
+            let name = String::from_utf8_lossy(data);
+            assert!(
+                folder.task(&name).is_err()
+                    && folder.points(&name).is_err()
+                    && folder.file(&name).is_err()
+            );
+            let root = TaskFolder::new(fenced());
+            for found in [root.task(&name), root.points(&name), root.file(&name)]
+                .into_iter()
+                .flatten()
+            {
+                assert_eq!(found, "inside", "{name:?} leaves the folder");
+            }
+        },
+        shown: as_they_are,
+        seeds: || {
+            vec![
+                b"a.task".to_vec(),
+                b"../outside.task".to_vec(),
+                b"sub/b.script".to_vec(),
+                b"/etc/passwd".to_vec(),
+            ]
+        },
+        words: &[
+            b"..",
+            b"/",
+            b"\\",
+            b"\0",
+            b"./",
+            b"a",
+            b".task",
+            b".script",
+            b".txt",
+            b"%2e",
+            b"sub",
+            b"outside",
+            b"link",
+            b"\xe2\x80\xae",
+        ],
+        bytes_max: 60,
+    },
+];
+
+/// Reads a recording in every way there is.
+fn read_all(data: &[u8]) {
+    let recording = match Recording::from_bytes(data, "fuzz.mcap") {
+        Ok(recording) => recording,
+        Err(error) => {
+            assert!(!error.to_string().is_empty());
+            return;
+        }
+    };
+    _ = Summary::of(&recording, None);
+    if let Ok(entries) = recording.entries(&Topic::ALL) {
+        entries.for_each(|entry| _ = entry);
+    }
+    for topic in Topic::ALL {
+        if let Ok(table) = Table::new(&recording, topic.name())
+            && let Ok(rows) = table.rows()
+        {
+            rows.for_each(|row| _ = row);
+        }
+    }
+}
+
+/// The fenced examples of a page.
+fn blocks_of(page: &str, language: &str) -> Vec<Vec<u8>> {
+    let path = format!("{}/../../{page}", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let fence = format!("```{language}\n");
+    let blocks = text
+        .split(&fence)
+        .skip(1)
+        .filter_map(|rest| rest.split("```").next());
+    blocks.map(|block| block.as_bytes().to_vec()).collect()
+}
+
+/// A file of this process.
+fn scratch() -> PathBuf {
+    std::env::temp_dir().join(format!("campaign-config-{}.toml", std::process::id()))
+}
+
+/// A folder with files in it and others beside it.
+fn fenced() -> PathBuf {
+    thread_local! {
+        static FOLDER: RefCell<Option<PathBuf>> = const { RefCell::new(None) };
+    }
+    FOLDER.with_borrow_mut(|folder| {
+        folder
+            .get_or_insert_with(|| {
+                let around = std::env::temp_dir().join("campaign-tasks");
+                let inside = around.join("tasks");
+                _ = std::fs::create_dir_all(inside.join("sub"));
+                for name in ["a.task", "a", "b.script", "sub/b.script", "sub/a.txt"] {
+                    _ = std::fs::write(inside.join(name), "inside");
+                }
+                for name in ["outside.task", "outside", "outside.txt"] {
+                    _ = std::fs::write(around.join(name), "outside");
+                }
+                inside
+            })
+            .clone()
+    })
+}

@@ -1,0 +1,240 @@
+//! The language: lexer, parser, checker, evaluator, the library's own parsers, and programs that fight their containers.
+
+use super::{Target, as_they_are, files_of};
+use crate::programs::Theme;
+use crate::{language, library, programs};
+
+pub(super) const TARGETS: &[Target] = &[
+    Target {
+        name: "lexer",
+        about: "any bytes as program text: every finding can be shown",
+        judge: |data| language::checked(text(data)),
+        shown: as_they_are,
+        seeds: scripts,
+        words: WORDS,
+        bytes_max: 4096,
+    },
+    Target {
+        name: "parser",
+        about: "sequences of words of the language; checking is deterministic",
+        judge: |data| language::checked_twice(text(data)),
+        shown: in_words,
+        seeds: || vec![(0..WORDS.len() as u8).collect()],
+        words: &[],
+        bytes_max: 200,
+    },
+    Target {
+        name: "evaluator",
+        about: "changed programs run with little fuel and memory, and are stopped",
+        judge: |data| _ = language::judged(text(data)),
+        shown: as_they_are,
+        seeds: scripts,
+        words: WORDS,
+        bytes_max: 4096,
+    },
+    Target {
+        name: "library",
+        about: "data for re, json, struct, datetime, format, int, decode, exec and others",
+        judge: |data| _ = language::judged(text(data)),
+        shown: |data| library::library_program(data).into_bytes(),
+        seeds: library_seeds,
+        words: LIBRARY_WORDS,
+        bytes_max: 200,
+    },
+    Target {
+        name: "containers",
+        about: "generated programs whose special methods change the containers they are called from",
+        judge: |data| _ = language::judged(text(data)),
+        shown: |data| programs::program(Theme::Containers, data).into_bytes(),
+        seeds: Vec::new,
+        words: &[],
+        bytes_max: 2000,
+    },
+    Target {
+        name: "chains",
+        about: "generated programs that nest values and texts deep, and ask them things",
+        judge: |data| _ = language::judged(text(data)),
+        shown: |data| programs::program(Theme::Chains, data).into_bytes(),
+        seeds: Vec::new,
+        words: &[],
+        bytes_max: 2000,
+    },
+    Target {
+        name: "growth",
+        about: "generated programs that grow until something stops them",
+        judge: |data| _ = language::judged(text(data)),
+        shown: |data| programs::program(Theme::Growth, data).into_bytes(),
+        seeds: Vec::new,
+        words: &[],
+        bytes_max: 2000,
+    },
+];
+
+fn text(data: &[u8]) -> String {
+    String::from_utf8_lossy(data).into_owned()
+}
+
+fn scripts() -> Vec<Vec<u8>> {
+    files_of(&["tests/scripts", "examples"], ".script")
+}
+
+fn in_words(data: &[u8]) -> Vec<u8> {
+    let words = data.iter().map(|byte| match WORDS.get(usize::from(*byte)) {
+        Some(word) => word.to_vec(),
+        None => vec![byte & 0x7f],
+    });
+    words.flatten().collect()
+}
+
+/// Words of the language.
+pub(super) const WORDS: &[&[u8]] = &[
+    b"def ",
+    b"f",
+    b"(",
+    b")",
+    b":",
+    b"\n",
+    b"\n    ",
+    b"\n        ",
+    b"\n\t",
+    b"end",
+    b"if ",
+    b"else",
+    b"elif ",
+    b"while ",
+    b"for ",
+    b" in ",
+    b"x",
+    b" = ",
+    b" == ",
+    b"1",
+    b"1.5",
+    b"'a'",
+    b"f'{x}'",
+    b"f'{",
+    b"}'",
+    b"\"\"\"",
+    b"[",
+    b"]",
+    b"{",
+    b"}",
+    b", ",
+    b";",
+    b"*",
+    b"**",
+    b"lambda ",
+    b"yield ",
+    b"return ",
+    b"class ",
+    b"try",
+    b"except ",
+    b"finally",
+    b"with ",
+    b" as ",
+    b"import ",
+    b"from ",
+    b".",
+    b"...",
+    b"not ",
+    b" and ",
+    b" or ",
+    b" is ",
+    b"sec ",
+    b"print ",
+    b"global ",
+    b"nonlocal ",
+    b"del ",
+    b"assert ",
+    b"raise ",
+    b" := ",
+    b"@",
+    b" -> ",
+    b"#",
+    b"\\\n",
+    b"break",
+    b"continue",
+    b"pass",
+    b"None",
+    b"async ",
+    b"await ",
+    b"match ",
+    b"-",
+    b"~",
+    b"0x",
+    b"b''",
+    b"r'\\'",
+    b"!r",
+    b"{{",
+    b"}}",
+    b"/",
+    b"//",
+    b"self",
+    b"a.b",
+    b"x[1:2]",
+    b"super()",
+    b"True",
+    b":;",
+    b"; ",
+    b" += ",
+];
+
+fn library_seeds() -> Vec<Vec<u8>> {
+    let samples: &[&[u8]] = &[
+        b"(a|b)*(?P<n>c)\\1(?=d)aabc",
+        b"{\"a\": [1, 2.5, null, true, \"\\u00e4\"], \"b\": {}}",
+        b"<2hIq3s?d0123456789abcdef",
+        b"%Y-%m-%dT%H:%M:%S.%f%z2024-02-29T12:30:00.5+01:00",
+        b"*^+#020_.3f{0!r:>{1}} %-10.3s",
+        b"-0x_ff 12_3 1e5 3+4j utf-16 latin-1",
+        b"try:\n f()\nexcept: pass",
+        b"/a/../b//c",
+        b"$a ${b} $$ x y",
+        b"\x01\x02\x03\x04\x05\x06\xf1\xfb",
+        b"RED GREEN",
+        b"\xff\xff\xff\xff\xff\xff\xff\xff\x01\x02\x03\x04",
+    ];
+    let seeds = samples.iter().enumerate().map(|(index, sample)| {
+        let mut seed = vec![index as u8 + 1];
+        seed.extend_from_slice(sample);
+        seed
+    });
+    seeds.collect()
+}
+
+const LIBRARY_WORDS: &[&[u8]] = &[
+    b"(?P<n>",
+    b"(?:",
+    b"(?<=",
+    b"(?!",
+    b"[^a-z]",
+    b"\\b",
+    b"\\d",
+    b"{1000}",
+    b"{2,}",
+    b"*?",
+    b"(?(1)a|b)",
+    b"\\u0041",
+    b"\"",
+    b"[[[[",
+    b"{\"a\":",
+    b"null",
+    b"1e999",
+    b"-0",
+    b"{0}",
+    b"{a.b[c]}",
+    b"%(a)s",
+    b"%*d",
+    b"%%",
+    b"99999999999",
+    b"1000d",
+    b">99999",
+    b"%Y",
+    b"%j",
+    b"%z",
+    b"utf-8",
+    b"utf-32",
+    b"idna",
+    b"\xf0\x9f\xa4\x96",
+    b"\x00",
+    b"\xc3",
+];

@@ -1,0 +1,226 @@
+//! What comes over the network and serial lines: the codecs of every port and field bus.
+
+mod dashboard;
+mod http_inputs;
+mod interpreter;
+mod modbus_rtu;
+mod modbus_server;
+mod primary;
+mod rtsi;
+mod script_socket;
+mod xmlrpc;
+
+use super::{Target, as_they_are, files_of};
+
+pub(super) const TARGETS: &[Target] = &[
+    Target {
+        name: "primary",
+        about: "port 30001: programs framed the same in any pieces, bounded",
+        judge: primary::judge,
+        shown: as_they_are,
+        seeds: || {
+            let mut seeds = files_of(&["tests/scripts", "examples"], ".script");
+            seeds.push(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n".to_vec());
+            seeds.push(b"stop task\nsec a():\n  x = 1\nend\ndef b():\n  y = 2\nend\n".to_vec());
+            seeds
+        },
+        words: &[
+            b"\n",
+            b"end\n",
+            b"def f():\n",
+            b"sec s():\n",
+            b"  x = 1\n",
+            b"\r\n",
+            b"\0",
+            b"stop task\n",
+            b"POST ",
+        ],
+        bytes_max: 1000,
+    },
+    Target {
+        name: "interpreter",
+        about: "port 30020: statements and commands in any pieces, replies of one line",
+        judge: interpreter::judge,
+        shown: as_they_are,
+        seeds: || {
+            let mut seeds = files_of(&["tests/transcripts"], ".txt");
+            seeds.push(
+                b"clear_interpreter()\nskipbuffer\nx = 1\nstatelastexecuted\nabort\n".to_vec(),
+            );
+            seeds
+        },
+        words: &[
+            b"\n",
+            b"clear_interpreter()",
+            b"skipbuffer",
+            b"abort",
+            b"end_interpreter()",
+            b"\xff",
+            b"def f():",
+            b"GET ",
+        ],
+        bytes_max: 400,
+    },
+    Target {
+        name: "dashboard",
+        about: "port 29999: every line has one reply that fits the SDK's read",
+        judge: dashboard::judge,
+        shown: as_they_are,
+        seeds: || {
+            let lines: [&[u8]; 4] = [
+                b"help\nrobotMode\nplay\npause -p\nstop\n",
+                b"loadTask a.task\nloadConfiguration b\ngetTaskPath\nspeed -v 50\n",
+                b"popup -s hello\nlog a text\nunlockProtectiveStop\n",
+                b"echo x\nstatus\nsafety -m\nversion\nquit\n",
+            ];
+            lines.map(<[u8]>::to_vec).to_vec()
+        },
+        words: &[
+            b"-h",
+            b"help ",
+            b"-s ",
+            b"\n",
+            b"\r",
+            b"\x1b[2J",
+            b"task",
+            b"load",
+            b"..",
+            b"\xc3\xa4",
+        ],
+        bytes_max: 300,
+    },
+    Target {
+        name: "rtsi",
+        about: "port 30004: packets, recipes and values of every type",
+        judge: rtsi::judge,
+        shown: as_they_are,
+        seeds: || {
+            let packet = |letter: u8, payload: &[u8]| {
+                let length = u16::try_from(payload.len() + 3).unwrap_or(u16::MAX);
+                [&length.to_be_bytes()[..], &[letter], payload].concat()
+            };
+            let recipe = b"speed_slider_mask,speed_slider_fraction,standard_digital_output_mask,input_int_register_24";
+            vec![
+                packet(b'V', &[0, 1]),
+                packet(b'I', recipe),
+                [packet(b'I', recipe), packet(b'U', &[1; 64])].concat(),
+                packet(
+                    b'O',
+                    b"\x40\x5f\x40\0\0\0\0\0timestamp,actual_joint_positions,robot_mode",
+                ),
+                packet(b'M', b"\x05hello\x06source\x02"),
+                packet(b'S', b""),
+            ]
+        },
+        words: &[
+            b"timestamp",
+            b"input_double_register_47",
+            b",",
+            b"target_joint_positions",
+            b"\x7f\xf8\0\0\0\0\0\0",
+        ],
+        bytes_max: 600,
+    },
+    Target {
+        name: "http_inputs",
+        about: "bodies of POST /api/inputs",
+        judge: http_inputs::judge,
+        shown: as_they_are,
+        seeds: || {
+            vec![
+                br#"{"standard_digital_inputs": {"0": true, "7": false}, "analog": {"0": 4.5}}"#.to_vec(),
+                br#"{"DI0": true, "AI1": 0.5, "registers": {"int": {"3": -7}, "bool": {"64": true}, "double": {"1": 1e300}}}"#.to_vec(),
+            ]
+        },
+        words: &[
+            b"{", b"}", b"[", b"\"", b":", b",", b"null", b"1e999", b"-0", b"\"DI0\"", b"\\u0000",
+            b"\xff",
+        ],
+        bytes_max: 800,
+    },
+    Target {
+        name: "modbus_server",
+        about: "the controller's own Modbus server: every message has an answer that is a message",
+        judge: modbus_server::judge,
+        shown: as_they_are,
+        seeds: || {
+            let frame = |pdu: &[u8]| [&[0, 1, 0, 0, 0, pdu.len() as u8 + 1, 1], pdu].concat();
+            [
+                &[1, 0, 0, 0, 8][..],
+                &[3, 0, 0, 0, 125],
+                &[5, 0, 1, 0xff, 0],
+                &[6, 4, 0, 1, 2],
+                &[15, 0, 0, 0, 9, 2, 1, 1],
+                &[16, 0, 0, 0, 2, 4, 1, 2, 3, 4],
+                &[23, 0, 0, 0, 1, 0, 0, 0, 1, 2, 1, 1],
+            ]
+            .map(frame)
+            .to_vec()
+        },
+        words: &[],
+        bytes_max: 600,
+    },
+    Target {
+        name: "modbus_rtu",
+        about: "what a serial line carries while a reply is waited for, and PDUs of replies",
+        judge: modbus_rtu::judge,
+        shown: as_they_are,
+        seeds: || {
+            vec![
+                vec![1, 0, 2, 0, 1, 3, 4, 0, 1, 0, 2],
+                vec![1, 8, 2, 0, 1, 5, 0, 7, 0xff, 0],
+                vec![1, 0, 2, 0, 1, 0x83, 2],
+            ]
+        },
+        words: &[],
+        bytes_max: 300,
+    },
+    Target {
+        name: "script_socket",
+        about: "what a peer of a script's socket sends: numbers and texts, the same in any pieces",
+        judge: script_socket::judge,
+        shown: as_they_are,
+        seeds: || {
+            vec![
+                b"\x07\x00\x03(1, 2.5, -3e4)\r\n(4,5,6)".to_vec(),
+                b"\x02\x09\x06<hello>\r\n<<text>".to_vec(),
+            ]
+        },
+        words: &[
+            b"(", b")", b",", b"nan", b"1e999", b"-", b"\r\n", b"<", b">", b"GET ",
+        ],
+        bytes_max: 400,
+    },
+    Target {
+        name: "xmlrpc",
+        about: "answers of an XML-RPC server; what came in can go out",
+        judge: xmlrpc::judge,
+        shown: as_they_are,
+        seeds: || {
+            let value = |value: &str| {
+                format!("<?xml version='1.0'?><methodResponse><params><param><value>{value}</value></param></params></methodResponse>").into_bytes()
+            };
+            vec![
+                value("<int>5</int>"),
+                value("<array><data><value><double>1.5</double></value><value>text</value></data></array>"),
+                value("<struct><member><name>a</name><value><boolean>1</boolean></value></member></struct>"),
+                value("<base64>aGVsbG8=</base64>"),
+                b"<methodResponse><fault><value><struct><member><name>faultCode</name><value><int>4</int></value></member><member><name>faultString</name><value><string>no</string></value></member></struct></value></fault></methodResponse>".to_vec(),
+            ]
+        },
+        words: &[
+            b"<value>",
+            b"</value>",
+            b"<array><data>",
+            b"<struct>",
+            b"<i4>",
+            b"<nil/>",
+            b"&lt;",
+            b"&#x0;",
+            b"<![CDATA[",
+            b"<!ENTITY a 'b'>",
+            b"<!--",
+        ],
+        bytes_max: 1200,
+    },
+];
