@@ -4,6 +4,7 @@
 //! ring, events and snapshots come back. Knows no port, no recording format and not the planner.
 
 pub mod builtins;
+mod compile_pool;
 pub mod interpreter;
 pub mod interpreter_queue;
 pub mod message;
@@ -15,6 +16,7 @@ mod task;
 pub mod task_folder;
 mod value_text;
 
+pub use compile_pool::{CompilePool, NotCompiled};
 pub use message::{Message, Observer, Severity};
 pub use panel::Panel;
 pub use robot::Robot;

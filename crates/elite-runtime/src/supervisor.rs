@@ -10,10 +10,11 @@ use motion_api::{CommandKind, Origin, ProgramId};
 use thiserror::Error;
 use tokio::sync::{mpsc, oneshot, watch};
 
+use crate::compile_pool::{CompilePool, NotCompiled};
 use crate::interpreter::Interpreter;
 use crate::message::{Message, Severity};
 use crate::panel::{Panel, Watchdogs};
-use crate::task::{Control, ProgramText, Task, TaskEnd, TaskSettings};
+use crate::task::{Compiled, Control, ProgramText, Task, TaskEnd, TaskSettings};
 
 /// How long a new main program waits for one that is ending.
 pub const GRACE: Duration = Duration::from_secs(2);
@@ -70,6 +71,14 @@ pub enum SubmitError {
         /// What the system said.
         reason: String,
     },
+    /// The compiler did not take it.
+    #[error("program \"{refused}\" was refused: {reason}")]
+    NotCompiled {
+        /// The new one.
+        refused: String,
+        /// Why.
+        reason: NotCompiled,
+    },
 }
 
 /// Starts and stops programs on one robot. Clones share everything.
@@ -80,6 +89,7 @@ pub struct Supervisor {
 
 struct Shared {
     settings: TaskSettings,
+    pool: Arc<CompilePool>,
     interpreter: Arc<Interpreter>,
     current: Mutex<Current>,
     status: watch::Sender<TaskStatus>,
@@ -100,9 +110,12 @@ impl Supervisor {
     /// A supervisor without a program.
     pub fn new(settings: TaskSettings) -> Self {
         let (status, _) = watch::channel(TaskStatus::default());
+        let pool = Arc::new(CompilePool::new());
+        let news = settings.panel.news().clone();
         let shared = Shared {
-            interpreter: Arc::new(Interpreter::new(settings.panel.news().clone())),
+            interpreter: Arc::new(Interpreter::new(news, pool.clone())),
             settings,
+            pool,
             current: Mutex::default(),
             status,
         };
@@ -114,6 +127,11 @@ impl Supervisor {
     /// The statements of interpreter mode.
     pub fn interpreter(&self) -> &Interpreter {
         &self.shared.interpreter
+    }
+
+    /// Where texts from outside are compiled.
+    pub fn compile_pool(&self) -> &CompilePool {
+        &self.shared.pool
     }
 
     /// What runs right now.
@@ -133,9 +151,24 @@ impl Supervisor {
     /// [`SubmitError`]; it was also reported to the observer as a script error of the refused program.
     pub async fn submit(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
         let secondary = is_secondary(&program.text);
-        if secondary && let Some(taken) = self.join_running(&program) {
+        if secondary && self.current().running.is_some() {
+            let text = program.clone();
+            let bytes = text.text.len();
+            // Not on the task's thread: the running program goes on meanwhile.
+            let compiling = self.shared.pool.run(bytes, || Compiled::new(text));
+            let compiled = compiling.await.map_err(|reason| {
+                self.refuse(
+                    secondary,
+                    SubmitError::NotCompiled {
+                        refused: program.name.clone(),
+                        reason,
+                    },
+                )
+            })?;
             // A task that ends right now does not take it any more; then it runs on its own.
-            if taken.await.is_ok() {
+            if let Some(taken) = self.join_running(compiled)
+                && taken.await.is_ok()
+            {
                 return Ok(self.status().program);
             }
         }
@@ -148,23 +181,26 @@ impl Supervisor {
         // Whether it ended in time is decided by `start`.
         let _ = tokio::time::timeout(patience, status.wait_for(|s| s.state == TaskState::Stopped))
             .await;
-        let started = self.start(program);
-        if let Err(error) = &started {
-            let summary = format!("RuntimeError: {error}");
-            let message = if secondary {
-                Message::secondary_exception(Origin::default(), &summary)
-            } else {
-                Message::ScriptError {
-                    program: ProgramId::default(),
-                    line: 1,
-                    column: 1,
-                    report: summary.clone(),
-                    summary,
-                }
-            };
-            self.shared.settings.observer.message(&message);
-        }
-        started
+        self.start(program)
+            .map_err(|error| self.refuse(secondary, error))
+    }
+
+    /// Tells everybody why a program does not run.
+    fn refuse(&self, secondary: bool, error: SubmitError) -> SubmitError {
+        let summary = format!("RuntimeError: {error}");
+        let message = if secondary {
+            Message::secondary_exception(Origin::default(), &summary)
+        } else {
+            Message::ScriptError {
+                program: ProgramId::default(),
+                line: 1,
+                column: 1,
+                report: summary.clone(),
+                summary,
+            }
+        };
+        self.shared.settings.observer.message(&message);
+        error
     }
 
     /// What people see and answer.
@@ -173,9 +209,9 @@ impl Supervisor {
     }
 
     /// Hands a secondary program to the running task; the receiver hears whether it was taken.
-    fn join_running(&self, program: &ProgramText) -> Option<oneshot::Receiver<()>> {
+    fn join_running(&self, program: Compiled) -> Option<oneshot::Receiver<()>> {
         let (sender, taken) = oneshot::channel();
-        let control = Control::Secondary(program.clone(), sender);
+        let control = Control::Secondary(Box::new(program), sender);
         let current = self.current();
         let running = current.running.as_ref()?;
         running.controls.try_send(control).ok()?;

@@ -430,15 +430,26 @@ impl Evaluator<'_> {
     /// All items of an iterable.
     pub fn collect(&self, iterable: &Value) -> R<Vec<Value>> {
         match iterable {
-            Value::List(list) => return Ok(list.borrow().clone()),
-            Value::Tuple(tuple) => return Ok(tuple.items().to_vec()),
+            Value::List(list) => {
+                let mut items = Vec::with_capacity(list.len());
+                self.copy_list(list, &mut items)?;
+                return Ok(items);
+            }
+            Value::Tuple(tuple) => {
+                let mut items = Vec::with_capacity(tuple.items().len());
+                self.copy_values(tuple.items(), &mut items)?;
+                return Ok(items);
+            }
             Value::Dict(dict) => return Ok(dict.keys()),
             Value::Range(range) => {
                 let length = range.len();
                 self.check_allocation((length as usize).saturating_mul(size_of::<Value>()))?;
-                return Ok((0..length)
-                    .map(|index| Value::Int(range.at(index)))
-                    .collect());
+                let mut items = Vec::with_capacity(length as usize);
+                for index in 0..length {
+                    self.worked(1)?;
+                    items.push(Value::Int(range.at(index)));
+                }
+                return Ok(items);
             }
             _ => {}
         }

@@ -41,13 +41,18 @@ impl Evaluator<'_> {
                 Value::Str(Rc::new(Str::counted(text, a.len() + b.len())))
             }
             (Value::List(a), Value::List(b)) => {
-                let (a, b) = (a.borrow(), b.borrow());
                 self.check_allocation((a.len() + b.len()) * size_of::<Value>())?;
-                Value::list([&a[..], &b[..]].concat())
+                let mut items = Vec::with_capacity(a.len() + b.len());
+                self.copy_list(a, &mut items)?;
+                self.copy_list(b, &mut items)?;
+                Value::list(items)
             }
             (Value::Tuple(a), Value::Tuple(b)) => {
                 self.check_allocation((a.items().len() + b.items().len()) * size_of::<Value>())?;
-                Value::tuple([a.items(), b.items()].concat())
+                let mut items = Vec::with_capacity(a.items().len() + b.items().len());
+                self.copy_values(a.items(), &mut items)?;
+                self.copy_values(b.items(), &mut items)?;
+                Value::tuple(items)
             }
             (Value::Bytes(a), _) => match self.bytes_like(b) {
                 Some(b) => Value::Bytes(Rc::new(Bytes::new([a.data(), &b].concat()))),
@@ -106,13 +111,14 @@ impl Evaluator<'_> {
                 )))
             }
             Value::List(list) => {
-                let items = list.borrow();
-                let count = self.repetitions(count, items.len() * size_of::<Value>())?;
-                Value::list(repeated(&items, count))
+                let count = self.repetitions(count, list.len() * size_of::<Value>())?;
+                let mut items = Vec::new();
+                self.copy_list(list, &mut items)?;
+                Value::list(self.repeated(items, count)?)
             }
             Value::Tuple(tuple) => {
                 let count = self.repetitions(count, std::mem::size_of_val(tuple.items()))?;
-                Value::tuple(repeated(tuple.items(), count))
+                Value::tuple(self.repeated(tuple.items().to_vec(), count)?)
             }
             Value::Bytes(bytes) => {
                 let count = self.repetitions(count, bytes.data().len())?;
@@ -191,10 +197,13 @@ impl Evaluator<'_> {
                 let Some(count) = Int::of(b) else {
                     return Ok(None);
                 };
-                let items = list.borrow().clone();
-                let count = self.repetitions(&count, items.len() * size_of::<Value>())?;
-                *list.borrow_mut() = repeated(&items, count);
+                let count = self.repetitions(&count, list.len() * size_of::<Value>())?;
+                let mut items = Vec::new();
+                self.copy_list(list, &mut items)?;
+                let items = self.repeated(items, count)?;
+                let old = std::mem::replace(&mut *list.borrow_mut(), items);
                 list.account();
+                drop(old);
             }
             (BinaryOp::Add, Value::ByteArray(bytes)) => {
                 let Some(more) = self.bytes_like(b) else {
@@ -223,12 +232,4 @@ impl Evaluator<'_> {
         }
         Ok(Some(a.clone()))
     }
-}
-
-fn repeated(items: &[Value], count: usize) -> Vec<Value> {
-    let mut out = Vec::with_capacity(items.len() * count);
-    for _ in 0..count {
-        out.extend_from_slice(items);
-    }
-    out
 }

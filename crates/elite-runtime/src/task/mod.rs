@@ -22,5 +22,5 @@ mod wait;
 pub(crate) use context::{TaskContext, TaskRequest, ThreadLookup};
 pub use host::Permissions;
 pub(crate) use scheduler::Task;
-pub use scheduler::{Control, ProgramText, TaskEnd, TaskSettings};
+pub use scheduler::{Compiled, Control, ProgramText, TaskEnd, TaskSettings};
 pub(crate) use wait::Wait;

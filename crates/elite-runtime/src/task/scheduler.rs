@@ -11,8 +11,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{
-    Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptThread, SourceFile, Step,
-    WaitToken,
+    Diagnostic, Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptThread,
+    SourceFile, Step, WaitToken,
 };
 use io_bus::Fieldbus;
 use motion_api::{CommandKind, IoChange, Origin, ProgramId, StopReason, ThreadNumber};
@@ -77,7 +77,31 @@ pub enum Control {
     /// Let it go on.
     Resume,
     /// Run a secondary program beside it, and say that it was taken. A task that ends first drops the sender.
-    Secondary(ProgramText, oneshot::Sender<()>),
+    Secondary(Box<Compiled>, oneshot::Sender<()>),
+}
+
+/// A program and what the compiler says to it.
+#[derive(Debug)]
+pub struct Compiled {
+    name: String,
+    secondary: bool,
+    file: Arc<SourceFile>,
+    result: Result<Program, Vec<Diagnostic>>,
+}
+
+impl Compiled {
+    /// Compiles a program, which takes a while for a long one.
+    pub fn new(text: ProgramText) -> Self {
+        let known = KnownNames::new(builtins::all().map(|b| b.name));
+        let secondary = is_secondary(&text.text);
+        let file = SourceFile::new(text.name.clone(), text.text);
+        Compiled {
+            name: text.name,
+            secondary,
+            result: elite_lang::compile(file.clone(), &known),
+            file,
+        }
+    }
 }
 
 /// How a task ended.
@@ -101,7 +125,6 @@ pub(crate) struct Task {
     pub(super) context: Rc<TaskContext>,
     pub(super) host: Rc<TaskHost>,
     pub(super) interpreter: Interpreter,
-    known: KnownNames,
     pub(super) threads: BTreeMap<ThreadNumber, Entry>,
     pub(super) ready: VecDeque<ThreadNumber>,
     pub(super) controls: mpsc::Receiver<Control>,
@@ -163,7 +186,6 @@ impl Task {
             settings.permissions,
         ));
         let natives = builtins::natives(&context);
-        let known = KnownNames::new(builtins::all().map(|b| b.name));
         let interpreter = Interpreter::new(host.clone(), natives, Limits::default());
         let stops_at_start = settings.robot.protective_stops().0;
         settings.panel.with_variables(Variables::clear);
@@ -172,7 +194,6 @@ impl Task {
             context,
             host,
             interpreter,
-            known,
             threads: BTreeMap::new(),
             ready: VecDeque::new(),
             controls,
@@ -191,7 +212,7 @@ impl Task {
     /// Runs the program to its end; the arm stands when this returns.
     pub async fn run(mut self, program: ProgramText) -> TaskEnd {
         self.settings.robot.timeline().drive(true);
-        let end = match self.start_program(ThreadNumber(0), program) {
+        let end = match self.start_program(ThreadNumber(0), Compiled::new(program)) {
             Ok(program) => {
                 self.context.interpreter().task_runs(&program);
                 self.program_runs(true);
@@ -207,11 +228,15 @@ impl Task {
         end
     }
 
-    /// Compiles and readies a program. Findings are reported.
-    fn start_program(&mut self, number: ThreadNumber, text: ProgramText) -> Result<Program, ()> {
-        let secondary = is_secondary(&text.text);
-        let file = SourceFile::new(text.name, text.text);
-        let program = match elite_lang::compile(file.clone(), &self.known) {
+    /// Readies a program. Findings are reported.
+    fn start_program(&mut self, number: ThreadNumber, compiled: Compiled) -> Result<Program, ()> {
+        let Compiled {
+            secondary,
+            file,
+            result,
+            ..
+        } = compiled;
+        let program = match result {
             Ok(program) => program,
             Err(findings) => {
                 for finding in &findings {
@@ -346,7 +371,7 @@ impl Task {
             Control::Secondary(program, taken) => {
                 // Whoever asked may have lost interest.
                 let _ = taken.send(());
-                self.start_secondary(program);
+                self.start_secondary(*program);
             }
         }
     }
@@ -364,7 +389,7 @@ impl Task {
         self.status.send_modify(|status| status.state = state);
     }
 
-    fn start_secondary(&mut self, program: ProgramText) {
+    fn start_secondary(&mut self, program: Compiled) {
         let running = self.threads.values().filter(|e| e.secondary.is_some());
         if running.count() >= SECONDARIES_MAX {
             let text = format!(

@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use super::{clamp_start, constructor, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
+use crate::eval::pace::VALUE;
 use crate::eval::{Core, Evaluator};
 use crate::value::{Iter, List, R, Value};
 
@@ -33,7 +34,9 @@ pub(super) fn install(core: &Rc<Core>) {
             ("remove", "value /", remove),
             ("clear", "", clear),
             ("copy", "", |ev, args| {
-                Ok(Value::list(receiver(ev, &args[0])?.borrow().clone()))
+                let mut items = Vec::new();
+                ev.copy_list(&*receiver(ev, &args[0])?, &mut items)?;
+                Ok(Value::list(items))
             }),
             ("count", "value /", |ev, args| count(ev, &args[0], &args[1])),
             ("index", "value start? stop? /", index),
@@ -163,6 +166,7 @@ fn remove(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
     let mut index = 0;
     while let Some(item) = list.get(index) {
+        ev.worked(VALUE)?;
         if ev.equal(&item, &args[1])? {
             let mut items = list.borrow_mut();
             // The comparison may have changed the list.
@@ -196,6 +200,7 @@ fn item_at(ev: &Evaluator<'_>, value: &Value, index: usize) -> R<Option<Value>> 
 fn count(ev: &Evaluator<'_>, sequence: &Value, value: &Value) -> R {
     let (mut index, mut count) = (0, 0);
     while let Some(item) = item_at(ev, sequence, index)? {
+        ev.worked(VALUE)?;
         count += i64::from(ev.equal(&item, value)?);
         index += 1;
     }

@@ -1,6 +1,7 @@
 //! Constructors and methods of the builtin types, one file a type.
 
 mod bytes;
+mod bytes_search;
 mod codec;
 mod dict;
 mod dunder;

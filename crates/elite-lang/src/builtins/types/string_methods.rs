@@ -523,21 +523,29 @@ fn within<'t>(
     start: &Value,
     end: &Value,
 ) -> R<Option<(usize, &'t str)>> {
+    let bounds = bounds(ev, text.len(), start, end)?;
+    Ok(bounds.map(|(from, to)| (from, text.slice(from, to))))
+}
+
+/// Optional bounds of a search in something of this length; None if they cross.
+pub(super) fn bounds(
+    ev: &Evaluator<'_>,
+    length: usize,
+    start: &Value,
+    end: &Value,
+) -> R<Option<(usize, usize)>> {
     for bound in [start, end] {
         ev.check_slice_index(bound)?;
     }
     let from = clamp_start(ev, start, usize::MAX, 0)?;
     let from = match start.given() {
         Some(value) if !value.is_none() && ev.clamped_index(value)? < 0 => {
-            clamp_start(ev, start, text.len(), 0)?
+            clamp_start(ev, start, length, 0)?
         }
         _ => from,
     };
-    let to = clamp_start(ev, end, text.len(), text.len())?;
-    if from > text.len() || from > to {
-        return Ok(None);
-    }
-    Ok(Some((from, text.slice(from, to))))
+    let to = clamp_start(ev, end, length, length)?;
+    Ok((from <= length && from <= to).then_some((from, to)))
 }
 
 fn find(ev: &Evaluator<'_>, args: &[Value], from_right: bool, required: bool) -> R {

@@ -110,16 +110,20 @@ async fn read_scripts(
             }
             Err(_elapsed) => {
                 silent_at = None;
-                match framer.open_text() {
-                    Some(text) if backend.is_whole_program(text) => {
-                        tracing::warn!(
-                            %client,
-                            "primary: nothing came for {} s, so the open block is run without its `end`",
-                            SILENCE.as_secs()
-                        );
-                        framer.finish(EndedBy::Silence, &mut frames);
-                    }
-                    _ => tracing::info!(%client, "primary: an open block waits for its `end`"),
+                let text = framer.open_text().map(str::to_owned);
+                let whole = match text {
+                    Some(text) => backend.is_whole_program(text).await,
+                    None => false,
+                };
+                if whole {
+                    tracing::warn!(
+                        %client,
+                        "primary: nothing came for {} s, so the open block is run without its `end`",
+                        SILENCE.as_secs()
+                    );
+                    framer.finish(EndedBy::Silence, &mut frames);
+                } else {
+                    tracing::info!(%client, "primary: an open block waits for its `end`");
                 }
             }
         }
