@@ -1,7 +1,8 @@
 //! Statements from port 30020 on their way to the running task (manual chapter 2).
 //!
 //! Owns the queue that ports and task share, and decides which statements get into it. Statements are compiled on the
-//! port's thread, so that the answer does not wait for the task; `interpreter_mode()` takes them out and executes them.
+//! threads for that, so that the answer waits neither for the task nor for other ports; `interpreter_mode()` takes them out
+//! and executes them.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -10,6 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use elite_lang::{KnownNames, Program, SourceFile};
 use tokio::sync::{Notify, watch};
 
+use crate::compile_pool::CompilePool;
 use crate::interpreter_queue::{Effect, Refused, StatementId, StatementQueue};
 
 /// A statement with the way to tell its sender that it is thrown away after all.
@@ -90,7 +92,8 @@ impl Drop for Share {
 
 /// The queue, shared by the ports and the task.
 pub struct Interpreter {
-    known: KnownNames,
+    known: Arc<KnownNames>,
+    pool: Arc<CompilePool>,
     shared: Mutex<Shared>,
     /// Wakes the task's thread: a statement or the end of the mode.
     news: Arc<Notify>,
@@ -136,9 +139,10 @@ pub struct Counters {
 
 impl Interpreter {
     /// An empty queue. `news` is notified when the task has something to look at.
-    pub(crate) fn new(news: Arc<Notify>) -> Self {
+    pub(crate) fn new(news: Arc<Notify>, pool: Arc<CompilePool>) -> Self {
         Self {
-            known: KnownNames::new(crate::builtins::all().map(|b| b.name)),
+            known: Arc::new(KnownNames::new(crate::builtins::all().map(|b| b.name))),
+            pool,
             shared: Mutex::default(),
             news,
             changes: watch::Sender::default(),
@@ -155,7 +159,12 @@ impl Interpreter {
         let Some(share) = Share::take(text.len(), &self.bytes) else {
             return Submitted::Full;
         };
-        let mut queued = match self.compile(text) {
+        let known = self.known.clone();
+        let compiling = self
+            .pool
+            .run(text.len(), move || compile(text, &known))
+            .await;
+        let mut queued = match compiling.unwrap_or_else(|trouble| Err(trouble.to_string())) {
             Ok(compiled) => Queued {
                 compiled,
                 thrown_away,
@@ -201,21 +210,6 @@ impl Interpreter {
             Err(Refused::Full(_)) => Ok(Submitted::Full),
             Err(Refused::Held(back)) => Err(back),
         }
-    }
-
-    fn compile(&self, text: String) -> Result<elite_lang::Statement, String> {
-        let file = SourceFile::new("statement", text);
-        let compiled = elite_lang::compile_statement(file.clone(), &self.known);
-        let compiled = compiled.map_err(|findings| {
-            findings.first().map_or_else(String::new, |finding| {
-                let column = finding.fields(&file).column;
-                format!("{} (column {column})", finding.message)
-            })
-        })?;
-        if compiled.mentions("start_thread") {
-            return Err("start_thread is not supported in interpreter mode".to_owned());
-        }
-        Ok(compiled)
     }
 
     /// `skipbuffer`: nothing that waits now is executed.
@@ -392,6 +386,22 @@ fn tell(thrown_away: Vec<(StatementId, Queued)>, reason: ThrownAway) {
     for (_, statement) in thrown_away {
         (statement.thrown_away)(reason);
     }
+}
+
+/// Compiles a statement; the error says what is wrong with it.
+fn compile(text: String, known: &KnownNames) -> Result<elite_lang::Statement, String> {
+    let file = SourceFile::new("statement", text);
+    let compiled = elite_lang::compile_statement(file.clone(), known);
+    let compiled = compiled.map_err(|findings| {
+        findings.first().map_or_else(String::new, |finding| {
+            let column = finding.fields(&file).column;
+            format!("{} (column {column})", finding.message)
+        })
+    })?;
+    if compiled.mentions("start_thread") {
+        return Err("start_thread is not supported in interpreter mode".to_owned());
+    }
+    Ok(compiled)
 }
 
 #[cfg(test)]

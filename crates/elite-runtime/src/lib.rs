@@ -10,6 +10,7 @@
 )]
 
 pub mod builtins;
+mod compile_pool;
 pub mod interpreter;
 pub mod interpreter_queue;
 pub mod message;
@@ -21,6 +22,7 @@ mod task;
 pub mod task_folder;
 mod value_text;
 
+pub use compile_pool::{CompilePool, NotCompiled};
 pub use message::{Message, Observer, Severity};
 pub use panel::Panel;
 pub use robot::Robot;

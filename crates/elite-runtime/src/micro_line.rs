@@ -5,6 +5,8 @@
 //! The format is our own, the manual gives none: one point a line, six numbers apart by commas or blanks; `#` begins a
 //! comment, lines without numbers do not count. Points are numbered from 1.
 
+use std::cell::RefCell;
+
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
 use thiserror::Error;
 
@@ -84,6 +86,17 @@ pub struct MicroLine {
     points: Vec<[f64; 6]>,
     /// The frame of Cartesian points, in the base frame.
     base_from_part: Pose,
+    /// Joint positions that have been looked up one by one.
+    chain: RefCell<Chain>,
+}
+
+/// Joint positions of the points from the first on, each near the one before: found once, and read again as long as the arm
+/// stands where it stood.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Chain {
+    /// Where the arm stood, with which TCP and frame.
+    begins: Option<(JointPositions, Pose, Pose)>,
+    found: Vec<JointPositions>,
 }
 
 impl MicroLine {
@@ -117,6 +130,7 @@ impl MicroLine {
             interval,
             points,
             base_from_part: Pose::IDENTITY,
+            chain: RefCell::default(),
         })
     }
 
@@ -148,26 +162,58 @@ impl MicroLine {
         start: &JointPositions,
     ) -> Result<Vec<JointPositions>, MicroLineError> {
         let mut near = *start;
-        let points = self.points.iter().enumerate().take(last);
-        let points = points.skip(first.saturating_sub(1));
-        points
-            .map(|(index, point)| {
-                near = match self.space {
-                    Space::Joint => JointPositions(*point),
-                    Space::Cartesian => {
-                        let pose =
-                            self.base_from_part * Pose::from_rpy(&RpyPose::from_array(*point));
-                        model
-                            .inverse_nearest(&pose, flange_from_tcp, &near)
-                            .ok_or_else(|| MicroLineError::OutOfReach {
-                                point: index + 1,
-                                pose: pose.to_rpy().to_array(),
-                            })?
-                    }
-                };
+        let numbers = first.max(1)..=last.min(self.points.len());
+        numbers
+            .map(|number| {
+                near = self.joints_near(number, model, flange_from_tcp, &near)?;
                 Ok(near)
             })
             .collect()
+    }
+
+    /// The joint positions of an existing point that are nearest to `near`.
+    fn joints_near(
+        &self,
+        number: usize,
+        model: &RobotModel,
+        flange_from_tcp: &Pose,
+        near: &JointPositions,
+    ) -> Result<JointPositions, MicroLineError> {
+        let point = self.points[number - 1];
+        if self.space == Space::Joint {
+            return Ok(JointPositions(point));
+        }
+        let pose = self.base_from_part * Pose::from_rpy(&RpyPose::from_array(point));
+        model
+            .inverse_nearest(&pose, flange_from_tcp, near)
+            .ok_or_else(|| MicroLineError::OutOfReach {
+                point: number,
+                pose: pose.to_rpy().to_array(),
+            })
+    }
+
+    /// The joint positions of an existing point as the arm would run there from the first point on.
+    fn joints_in_turn(
+        &self,
+        number: usize,
+        model: &RobotModel,
+        flange_from_tcp: &Pose,
+        start: &JointPositions,
+    ) -> Result<JointPositions, MicroLineError> {
+        let mut chain = self.chain.borrow_mut();
+        let begins = Some((*start, *flange_from_tcp, self.base_from_part));
+        if chain.begins != begins {
+            *chain = Chain {
+                begins,
+                found: Vec::new(),
+            };
+        }
+        while chain.found.len() < number {
+            let near = chain.found.last().unwrap_or(start);
+            let next = self.joints_near(chain.found.len() + 1, model, flange_from_tcp, near)?;
+            chain.found.push(next);
+        }
+        Ok(chain.found[number - 1])
     }
 
     /// One point, counted from 1, as joint positions or as a TCP pose in the part's frame. `None` when there is none of
@@ -197,8 +243,8 @@ impl MicroLine {
             }
             (Space::Cartesian, Space::Joint) => {
                 // From the first point on, as the arm would run: a pose alone has several solutions.
-                let all = self.joints((1, number), model, flange_from_tcp, start)?;
-                all.last().map(|q| q.0)
+                let joints = self.joints_in_turn(number, model, flange_from_tcp, start)?;
+                Some(joints.0)
             }
             _ => Some(*point),
         })

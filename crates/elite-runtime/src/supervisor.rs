@@ -11,6 +11,7 @@ use supervision::{Fault, Kind, Panicked, catch};
 use thiserror::Error;
 use tokio::sync::{oneshot, watch};
 
+use crate::compile_pool::CompilePool;
 use crate::interpreter::Interpreter;
 use crate::message::{Message, Severity};
 use crate::panel::{Panel, Watchdogs};
@@ -78,6 +79,7 @@ pub struct Supervisor {
 
 struct Shared {
     settings: TaskSettings,
+    pool: Arc<CompilePool>,
     interpreter: Arc<Interpreter>,
     current: Mutex<Current>,
     status: watch::Sender<TaskStatus>,
@@ -98,9 +100,12 @@ impl Supervisor {
     /// A supervisor without a program.
     pub fn new(settings: TaskSettings) -> Self {
         let (status, _) = watch::channel(TaskStatus::default());
+        let pool = Arc::new(CompilePool::new());
+        let news = settings.panel.news().clone();
         let shared = Shared {
-            interpreter: Arc::new(Interpreter::new(settings.panel.news().clone())),
+            interpreter: Arc::new(Interpreter::new(news, pool.clone())),
             settings,
+            pool,
             current: Mutex::default(),
             status,
         };
@@ -112,6 +117,11 @@ impl Supervisor {
     /// The statements of interpreter mode.
     pub fn interpreter(&self) -> &Interpreter {
         &self.shared.interpreter
+    }
+
+    /// Where texts from outside are compiled.
+    pub fn compile_pool(&self) -> &CompilePool {
+        &self.shared.pool
     }
 
     /// What runs right now.

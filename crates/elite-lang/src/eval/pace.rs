@@ -6,12 +6,14 @@
 
 use super::Evaluator;
 use super::coroutine::Stopping;
-use crate::value::{R, Value};
+use crate::value::{List, R, Value};
 
 /// Work after which a native gives way, in units of about a nanosecond of optimised code.
 pub const WORK_MAX: usize = 1 << 20;
 /// What a native does for one value of a container, in units of work: a copy that is counted, a comparison.
 pub const VALUE: usize = 8;
+/// Values that are copied at once.
+const COPIED: usize = WORK_MAX / VALUE / 4;
 
 impl Evaluator<'_> {
     /// The next value of an iterator, in a loop of a native.
@@ -43,5 +45,49 @@ impl Evaluator<'_> {
         }
         self.check_memory()?;
         self.give_way()
+    }
+
+    /// Appends the items of a list, some at a time.
+    pub fn copy_list(&self, list: &List, out: &mut Vec<Value>) -> R<()> {
+        let mut at: usize = 0;
+        loop {
+            let end = {
+                let items = list.borrow();
+                let end = items.len().min(at.saturating_add(COPIED));
+                out.extend_from_slice(items.get(at..end).unwrap_or_default());
+                end
+            };
+            if end <= at {
+                return Ok(());
+            }
+            self.worked((end - at) * VALUE)?;
+            at = end;
+        }
+    }
+
+    /// Appends values, some at a time.
+    pub fn copy_values(&self, items: &[Value], out: &mut Vec<Value>) -> R<()> {
+        for some in items.chunks(COPIED) {
+            out.extend_from_slice(some);
+            self.worked(some.len() * VALUE)?;
+        }
+        Ok(())
+    }
+
+    /// These values `count` times over.
+    pub fn repeated(&self, items: Vec<Value>, count: usize) -> R<Vec<Value>> {
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        let whole = items.len().saturating_mul(count);
+        let mut out = Vec::with_capacity(whole);
+        self.copy_values(&items, &mut out)?;
+        let unit = (COPIED / items.len().max(1)).max(1) * items.len();
+        while out.len() < whole {
+            let more = unit.min(out.len()).min(whole - out.len());
+            out.extend_from_within(..more);
+            self.worked(more * VALUE)?;
+        }
+        Ok(out)
     }
 }

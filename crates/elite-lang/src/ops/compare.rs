@@ -3,7 +3,9 @@
 use std::cmp::Ordering;
 use std::rc::Rc;
 
-use super::hash::{Equal, int_float_order, quick_equal};
+use super::hash::{Equal, QUICK_MAX, int_float_order, quick_equal};
+use memchr::{memchr, memmem};
+
 use crate::ast::CompareOp;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
@@ -125,7 +127,13 @@ impl Evaluator<'_> {
         match quick_equal(a, b) {
             Equal::Yes => Ok(true),
             Equal::No => Ok(false),
-            Equal::Ask => self.compare_truth(CompareOp::Eq, a, b),
+            Equal::Ask => {
+                if let (Value::Tuple(_), Value::Tuple(_)) = (a, b) {
+                    // So many items may have been compared before it came to this.
+                    self.worked(QUICK_MAX as usize * VALUE)?;
+                }
+                self.compare_truth(CompareOp::Eq, a, b)
+            }
         }
     }
 
@@ -396,9 +404,12 @@ impl Evaluator<'_> {
     }
 
     fn bytes_contain(&self, container: &Value, item: &Value) -> R<bool> {
-        let data = || self.bytes_like(container).unwrap_or_default();
         if let Some(part) = self.bytes_like(item) {
-            return Ok(memchr::memmem::find(&data(), &part).is_some());
+            return Ok(match container {
+                Value::Bytes(bytes) => memmem::find(bytes.data(), &part).is_some(),
+                Value::ByteArray(bytes) => memmem::find(&bytes.data.borrow(), &part).is_some(),
+                _ => false,
+            });
         }
         if crate::value::int::Int::of(item).is_none() && !matches!(item, Value::Instance(_)) {
             let name = self.core.types.name_of(item);
@@ -406,7 +417,11 @@ impl Evaluator<'_> {
         }
         let byte = u8::try_from(self.index(item)?);
         let byte = byte.map_err(|_| self.value_error("byte must be in range(0, 256)"))?;
-        Ok(data().contains(&byte))
+        Ok(match container {
+            Value::Bytes(bytes) => memchr(byte, bytes.data()).is_some(),
+            Value::ByteArray(bytes) => memchr(byte, &bytes.data.borrow()).is_some(),
+            _ => false,
+        })
     }
 
     fn contains_by_iteration(&self, container: &Value, item: &Value) -> R<bool> {

@@ -2,9 +2,10 @@
 
 use std::rc::Rc;
 
-use super::hash::{TupleHash, address_hash, quick_hash};
+use super::hash::{QUICK_MAX, TupleHash, address_hash, quick_hash};
 use crate::ast::CompareOp;
 use crate::eval::Evaluator;
+use crate::eval::pace::VALUE;
 use crate::value::dict::Found;
 use crate::value::symbol::known;
 use crate::value::{Dict, R, Set, Value};
@@ -34,10 +35,12 @@ impl Evaluator<'_> {
     fn hash_slowly(&self, value: &Value) -> R<u64> {
         match value {
             Value::Tuple(tuple) => self.recurse(|| {
+                // So many items may have been looked at before it came to this.
+                self.worked(QUICK_MAX as usize * VALUE)?;
                 let mut combine = TupleHash::default();
                 let mut lasting = true;
                 for item in tuple.items() {
-                    self.worked(crate::eval::pace::VALUE)?;
+                    self.worked(VALUE)?;
                     combine.add(match quick_hash(item) {
                         Some(hash) => hash,
                         None => {

@@ -22,7 +22,7 @@ const HASH_IMAGINARY: u64 = 1_000_003;
 const DEPTH_MAX: u32 = 32;
 /// Items of tuples that are compared or hashed at once; where there are more, `ops` does it, which lets other threads have
 /// their turn. Tuples within tuples many times over may have any number.
-const QUICK_MAX: u32 = 10_000;
+pub const QUICK_MAX: u32 = 1000;
 
 /// Takes `items` from what is left; whether that was too much.
 fn spent(left: &mut u32, items: usize) -> bool {

@@ -432,12 +432,12 @@ impl Evaluator<'_> {
         match iterable {
             Value::List(list) => {
                 let mut items = self.room_for(list.len())?;
-                items.extend_from_slice(&list.borrow());
+                self.copy_list(list, &mut items)?;
                 return Ok(items);
             }
             Value::Tuple(tuple) => {
                 let mut items = self.room_for(tuple.items().len())?;
-                items.extend_from_slice(tuple.items());
+                self.copy_values(tuple.items(), &mut items)?;
                 return Ok(items);
             }
             Value::Dict(dict) => {
@@ -447,7 +447,10 @@ impl Evaluator<'_> {
             Value::Range(range) => {
                 let length = range.len();
                 let mut items = self.room_for(usize::try_from(length).unwrap_or(usize::MAX))?;
-                items.extend((0..length).map(|index| Value::Int(range.at(index))));
+                for index in 0..length {
+                    self.worked(1)?;
+                    items.push(Value::Int(range.at(index)));
+                }
                 return Ok(items);
             }
             _ => {}

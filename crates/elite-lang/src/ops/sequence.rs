@@ -42,12 +42,17 @@ impl Evaluator<'_> {
             }
             (Value::List(a), Value::List(b)) => {
                 self.check_allocation((a.len() + b.len()) * size_of::<Value>())?;
-                let (a, b) = (a.borrow(), b.borrow());
-                Value::list([&a[..], &b[..]].concat())
+                let mut items = Vec::with_capacity(a.len() + b.len());
+                self.copy_list(a, &mut items)?;
+                self.copy_list(b, &mut items)?;
+                Value::list(items)
             }
             (Value::Tuple(a), Value::Tuple(b)) => {
                 self.check_allocation((a.items().len() + b.items().len()) * size_of::<Value>())?;
-                Value::tuple([a.items(), b.items()].concat())
+                let mut items = Vec::with_capacity(a.items().len() + b.items().len());
+                self.copy_values(a.items(), &mut items)?;
+                self.copy_values(b.items(), &mut items)?;
+                Value::tuple(items)
             }
             (Value::Bytes(a), _) => match self.bytes_like(b) {
                 Some(b) => {
@@ -134,11 +139,13 @@ impl Evaluator<'_> {
             }
             Value::List(list) => {
                 let count = self.repetitions(count, list.len() * size_of::<Value>())?;
-                Value::list(repeated(&list.borrow(), count))
+                let mut items = Vec::new();
+                self.copy_list(list, &mut items)?;
+                Value::list(self.repeated(items, count)?)
             }
             Value::Tuple(tuple) => {
                 let count = self.repetitions(count, std::mem::size_of_val(tuple.items()))?;
-                Value::tuple(repeated(tuple.items(), count))
+                Value::tuple(self.repeated(tuple.items().to_vec(), count)?)
             }
             Value::Bytes(bytes) => {
                 let count = self.repetitions(count, bytes.data().len())?;
@@ -219,9 +226,11 @@ impl Evaluator<'_> {
                 let Some(count) = self.count_of(b)? else {
                     return Ok(None);
                 };
-                let items = list.borrow().clone();
-                let count = self.repetitions(&count, items.len() * size_of::<Value>())?;
-                drop(list.replace_all(repeated(&items, count)));
+                let count = self.repetitions(&count, list.len() * size_of::<Value>())?;
+                let mut items = Vec::new();
+                self.copy_list(list, &mut items)?;
+                let items = self.repeated(items, count)?;
+                drop(list.replace_all(items));
             }
             (BinaryOp::Mul, Value::ByteArray(bytes)) => {
                 let Some(count) = self.count_of(b)? else {
@@ -257,12 +266,4 @@ impl Evaluator<'_> {
         }
         Ok(Some(a.clone()))
     }
-}
-
-fn repeated(items: &[Value], count: usize) -> Vec<Value> {
-    let mut out = Vec::with_capacity(items.len() * count);
-    for _ in 0..count {
-        out.extend_from_slice(items);
-    }
-    out
 }

@@ -12,7 +12,7 @@ fn statement(text: &str) -> Statement {
 }
 
 fn interpreter() -> Interpreter {
-    Interpreter::new(Arc::default())
+    Interpreter::new(Arc::default(), Arc::default())
 }
 
 fn program() -> Program {

@@ -3,7 +3,6 @@
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use elite_lang::SourceFile;
 use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::panel::Popup;
 use elite_runtime::{ProgramText, TaskState};
@@ -189,10 +188,9 @@ impl Dashboard for Backend {
             return Err(format!("variable {name} is undefined"));
         }
         let text = format!("sec set_variable():\n global {name}\n {name} = {value}\nend\n");
-        let source = SourceFile::new("value", text.as_str());
         // A value, not statements behind one.
         let is_one = statements_of_line(value).len() == 1;
-        if !is_one || elite_lang::compile(source, &self.known).is_err() {
+        if !is_one || !self.compiles(text.clone()).await {
             return Err(format!("{value} is no value"));
         }
         let program = ProgramText {

@@ -70,7 +70,7 @@ pub struct Backend {
     lifetime: Lifetime,
     clock: ClockMeter,
     recording: Option<RecorderMeter>,
-    known: KnownNames,
+    known: Arc<KnownNames>,
     log: InterpreterLog,
     faults: Faults,
 }
@@ -110,7 +110,9 @@ impl Backend {
             remote: AtomicBool::new(!config.local),
             clock: controller.clock_meter(),
             recording: controller.recorder_meter(),
-            known: KnownNames::new(elite_runtime::builtins::all().map(|b| b.name)),
+            known: Arc::new(KnownNames::new(
+                elite_runtime::builtins::all().map(|b| b.name),
+            )),
             log: controller.interpreter_log().clone(),
             faults: controller.faults().clone(),
         }
@@ -229,6 +231,21 @@ pub async fn forward_messages(
     }
 }
 
+impl Backend {
+    /// Whether a text is a program; finding out is left to the threads for that.
+    async fn compiles(&self, text: String) -> bool {
+        let known = self.known.clone();
+        let pool = self.supervisor.compile_pool();
+        let compiling = pool.run(text.len(), move || {
+            elite_lang::compile(SourceFile::new("block", text), &known).is_ok()
+        });
+        compiling.await.unwrap_or_else(|trouble| {
+            tracing::warn!(%trouble, "a block that its sender left open is not run");
+            false
+        })
+    }
+}
+
 impl primary::Backend for Backend {
     fn beats(&self) -> watch::Receiver<Option<Arc<Sample>>> {
         self.feed.beats().subscribe()
@@ -260,8 +277,8 @@ impl primary::Backend for Backend {
         unix_millis()
     }
 
-    fn is_whole_program(&self, text: &str) -> bool {
-        elite_lang::compile(SourceFile::new("block", text), &self.known).is_ok()
+    async fn is_whole_program(&self, text: String) -> bool {
+        self.compiles(text).await
     }
 
     async fn submit(&self, submission: Submission) {

@@ -5,6 +5,7 @@
 
 use std::rc::Rc;
 
+use super::bytes_search::{self, Side};
 use super::{BoundFn, class_method, constructor, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
@@ -133,25 +134,25 @@ fn install_shared(core: &Rc<Core>, class: &Class) {
             by_text(ev, args, "rpartition")
         }),
         ("find", "sub start? end? /", |ev, args| {
-            by_text(ev, args, "find")
+            bytes_search::find(ev, args, Side::Left, false)
         }),
         ("rfind", "sub start? end? /", |ev, args| {
-            by_text(ev, args, "rfind")
+            bytes_search::find(ev, args, Side::Right, false)
         }),
         ("index", "sub start? end? /", |ev, args| {
-            by_text(ev, args, "index")
+            bytes_search::find(ev, args, Side::Left, true)
         }),
         ("rindex", "sub start? end? /", |ev, args| {
-            by_text(ev, args, "rindex")
+            bytes_search::find(ev, args, Side::Right, true)
         }),
         ("count", "sub start? end? /", |ev, args| {
-            by_text(ev, args, "count")
+            bytes_search::count(ev, args)
         }),
         ("startswith", "prefix start? end? /", |ev, args| {
-            by_text(ev, args, "startswith")
+            bytes_search::affix(ev, args, Side::Left)
         }),
         ("endswith", "suffix start? end? /", |ev, args| {
-            by_text(ev, args, "endswith")
+            bytes_search::affix(ev, args, Side::Right)
         }),
         ("removeprefix", "prefix /", |ev, args| {
             by_text(ev, args, "removeprefix")
@@ -400,38 +401,9 @@ fn by_text(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
         .str
         .lookup(ev.core.symbols.intern(name))
         .unwrap_or_default();
-    // A single byte may be given as a number where one is searched for.
-    let searches = matches!(name, "find" | "rfind" | "index" | "rindex" | "count");
-    let affix = matches!(name, "startswith" | "endswith");
-    let as_text = |(index, arg): (usize, &Value)| match arg {
-        Value::Int(_) if searches && index == 1 => {
-            Ok(Value::str(char::from(ev.byte(arg)?).to_string()))
-        }
-        other if index == 1 && (searches || affix) => to_text(ev, other)
-            .and_then(|text| {
-                if matches!(text, Value::Str(_) | Value::Tuple(_)) {
-                    return Ok(text);
-                }
-                Err(ev.type_error(""))
-            })
-            .map_err(|_| {
-                let name_of = ev.core.types.name_of(other);
-                ev.type_error(if searches {
-                    format!("argument should be integer or bytes-like object, not '{name_of}'")
-                } else {
-                    format!("{name} first arg must be bytes or a tuple of bytes, not {name_of}")
-                })
-            }),
-        other => to_text(ev, other),
-    };
-    let given = args.iter().take_while(|arg| !arg.is_unbound()).enumerate();
-    let texts: R<Vec<Value>> = given.map(as_text).collect();
-    let result = ev.call(&method, &mut texts?, &[]).map_err(|raised| {
-        if matches!(name, "index" | "rindex") && ev.is_kind(&raised, ExceptionKind::ValueError) {
-            return ev.value_error("subsection not found");
-        }
-        raised
-    })?;
+    let given = args.iter().take_while(|arg| !arg.is_unbound());
+    let texts: R<Vec<Value>> = given.map(|arg| to_text(ev, arg)).collect();
+    let result = ev.call(&method, &mut texts?, &[])?;
     Ok(from_text(ev, &args[0], result))
 }
 

@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use super::{constructor, insertion_place, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
+use crate::eval::pace::VALUE;
 use crate::eval::{Core, Evaluator};
 use crate::value::symbol::known;
 use crate::value::{Iter, List, R, Value};
@@ -166,6 +167,7 @@ fn remove(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
     let mut index = 0;
     while let Some(item) = list.get(index) {
+        ev.worked(VALUE)?;
         if ev.equal(&item, &args[1])? {
             // The comparison may have changed the list.
             drop(list.change(|items| (index < items.len()).then(|| items.remove(index))));
@@ -194,6 +196,7 @@ fn item_at(ev: &Evaluator<'_>, value: &Value, index: usize) -> R<Option<Value>> 
 fn count(ev: &Evaluator<'_>, sequence: &Value, value: &Value) -> R {
     let (mut index, mut count) = (0, 0);
     while let Some(item) = item_at(ev, sequence, index)? {
+        ev.worked(VALUE)?;
         count += i64::from(ev.equal(&item, value)?);
         index += 1;
     }

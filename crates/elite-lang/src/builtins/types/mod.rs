@@ -1,6 +1,8 @@
 //! Constructors and methods of the builtin types, one file a type.
 
+mod bounds;
 mod bytes;
+mod bytes_search;
 mod codec;
 mod dict;
 mod dunder;
@@ -147,20 +149,4 @@ pub fn insertion_place(index: i64, length: usize) -> usize {
     usize::try_from(from_start)
         .unwrap_or(usize::MAX)
         .min(length)
-}
-
-/// An index argument for `index` and the like, clamped to the length as slices are.
-fn clamp_start(ev: &Evaluator<'_>, value: &Value, length: usize, default: usize) -> R<usize> {
-    if value.is_unbound() || value.is_none() {
-        return Ok(default);
-    }
-    let index = ev.clamped_index(value)?;
-    let index = if index < 0 {
-        index.saturating_add(length as i64).max(0)
-    } else {
-        index
-    };
-    Ok(usize::try_from(index)
-        .unwrap_or(usize::MAX)
-        .min(length.max(default)))
 }

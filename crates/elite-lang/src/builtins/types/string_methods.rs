@@ -4,8 +4,9 @@ use std::rc::Rc;
 
 use compact_str::CompactString;
 
+use super::bounds::Bounds;
 use super::string::{receiver, text_argument};
-use super::{clamp_start, methods, raw_method};
+use super::{methods, raw_method};
 use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
 use crate::ops::{search, unicode};
@@ -530,21 +531,9 @@ fn within<'t>(
     start: &Value,
     end: &Value,
 ) -> R<Option<(usize, &'t str)>> {
-    for bound in [start, end] {
-        ev.check_slice_index(bound)?;
-    }
-    let from = clamp_start(ev, start, usize::MAX, 0)?;
-    let from = match start.given() {
-        Some(value) if !value.is_none() && ev.clamped_index(value)? < 0 => {
-            clamp_start(ev, start, text.len(), 0)?
-        }
-        _ => from,
-    };
-    let to = clamp_start(ev, end, text.len(), text.len())?;
-    if from > text.len() || from > to {
-        return Ok(None);
-    }
-    Ok(Some((from, text.slice(from, to))))
+    let bounds = Bounds::read(ev, start, end)?;
+    let places = bounds.within(text.len());
+    Ok(places.map(|(from, to)| (from, text.slice(from, to))))
 }
 
 fn find(ev: &Evaluator<'_>, args: &[Value], from_right: bool, required: bool) -> R {

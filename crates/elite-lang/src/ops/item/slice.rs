@@ -116,7 +116,8 @@ impl Evaluator<'_> {
         self.slice_index(value).map(|_| ())
     }
 
-    pub(super) fn slice_index(&self, value: &Value) -> R<i64> {
+    /// A bound of a slice or a search, cut to 64 bits.
+    pub fn slice_index(&self, value: &Value) -> R<i64> {
         self.clamped_index(value).map_err(|raised| {
             if self.is_kind(&raised, ExceptionKind::TypeError)
                 && !matches!(value, Value::Instance(_))

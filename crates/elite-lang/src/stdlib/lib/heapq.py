@@ -73,22 +73,39 @@ def nlargest(n, iterable, key=None):
     return sorted(iterable, key=key, reverse=True)[:max(n, 0)]
 
 
+class _Head:
+    """The next item of one of the iterables that are merged."""
+
+    __slots__ = ("item", "value", "number", "iterator", "key", "reverse")
+
+    def __init__(self, number, iterator, key, reverse):
+        self.number = number
+        self.iterator = iterator
+        self.key = key
+        self.reverse = reverse
+
+    def step(self):
+        for item in self.iterator:
+            self.item = item
+            self.value = item if self.key is None else self.key(item)
+            return True
+        return False
+
+    def __lt__(self, other):
+        first, second = (other.value, self.value) if self.reverse else (self.value, other.value)
+        if first < second:
+            return True
+        return self.number < other.number and not second < first
+
+
 def merge(*iterables, key=None, reverse=False):
-    heads = []
-    for number, iterable in enumerate(iterables):
-        iterator = iter(iterable)
-        for first in iterator:
-            heads.append([first, number, iterator])
-            break
-    value = (lambda head: head[0]) if key is None else (lambda head: key(head[0]))
+    heads = [_Head(number, iter(iterable), key, reverse) for number, iterable in enumerate(iterables)]
+    heads = [head for head in heads if head.step()]
+    heapify(heads)
     while heads:
-        best = heads[0]
-        for head in heads[1:]:
-            if (value(best) < value(head)) if reverse else (value(head) < value(best)):
-                best = head
-        yield best[0]
-        for following in best[2]:
-            best[0] = following
-            break
+        head = heads[0]
+        yield head.item
+        if head.step():
+            _down(heads, 0)
         else:
-            heads.remove(best)
+            heappop(heads)

@@ -46,7 +46,7 @@ pub trait Backend: Send + Sync + 'static {
     /// The controller's time for messages, ms since 1970.
     fn unix_millis(&self) -> u64;
     /// True when the text parses as it stands. Asked only when a client fell silent in the middle of a block.
-    fn is_whole_program(&self, text: &str) -> bool;
+    fn is_whole_program(&self, text: String) -> impl Future<Output = bool> + Send;
     /// Compiles and starts a program or announces why not. Returns when the program has been taken over, not when it
     /// has run; until then the sender's next program waits.
     fn submit(&self, submission: Submission) -> impl Future<Output = ()> + Send;

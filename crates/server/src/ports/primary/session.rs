@@ -94,16 +94,20 @@ async fn read_scripts(
                 return;
             }
             if core::mem::take(&mut input.is_silent) {
-                match input.framer.open_text() {
-                    Some(text) if backend.is_whole_program(text) => {
-                        tracing::warn!(
-                            %client,
-                            "primary: nothing came for {} s, so the open block is run without its `end`",
-                            SILENCE.as_secs()
-                        );
-                        waiting.add(input.finish(EndedBy::Silence));
-                    }
-                    _ => tracing::info!(%client, "primary: an open block waits for its `end`"),
+                let text = input.framer.open_text().map(str::to_owned);
+                let whole = match text {
+                    Some(text) => backend.is_whole_program(text).await,
+                    None => false,
+                };
+                if whole {
+                    tracing::warn!(
+                        %client,
+                        "primary: nothing came for {} s, so the open block is run without its `end`",
+                        SILENCE.as_secs()
+                    );
+                    waiting.add(input.finish(EndedBy::Silence));
+                } else {
+                    tracing::info!(%client, "primary: an open block waits for its `end`");
                 }
             } else {
                 waiting.add(input.receive().await);

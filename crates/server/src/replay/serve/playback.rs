@@ -271,7 +271,7 @@ impl primary::Backend for Playback {
         self.epoch_ns / 1_000_000 + (self.now().state.time * 1e3) as u64
     }
 
-    fn is_whole_program(&self, _text: &str) -> bool {
+    async fn is_whole_program(&self, _text: String) -> bool {
         // Whatever it is, it is refused now rather than after more of it.
         true
     }

@@ -1,0 +1,374 @@
+//! No operation grows faster than it should, and none keeps the other script threads waiting.
+//!
+//! Every method of every builtin type is called, with whatever arguments from a small set it takes, on a value of one size
+//! and of four times that size; the times are compared. They are those of the processor, so that other work on the machine
+//! does not disturb them. New methods are found by `dir`.
+
+mod support;
+
+use std::collections::BTreeMap;
+
+use elite_lang::{Resume, Step, render_script_error};
+use support::Task;
+
+/// How much longer the larger value may take: 4 in proportion, some more where it is sorted, 16 with the square.
+const RATIO_MAX: f64 = 9.0;
+/// Seconds in which no square of the larger size fits.
+const FAST: f64 = 0.1;
+
+/// What the methods are called on: a name, and how a value of `n` parts is made.
+const RECEIVERS: &[(&str, &str)] = &[
+    ("str", "'ab ' * (n // 3)"),
+    ("wide str", "'位b ' * (n // 3)"),
+    ("bytes", "b'ab ' * (n // 3)"),
+    ("bytearray", "bytearray(b'ab ' * (n // 3))"),
+    ("list", "list(range(n))"),
+    ("tuple", "tuple(range(n))"),
+    ("dict", "dict.fromkeys(range(n))"),
+    ("keys", "dict.fromkeys(range(n)).keys()"),
+    ("items", "dict.fromkeys(range(n)).items()"),
+    ("values", "dict.fromkeys(range(n)).values()"),
+    ("set", "set(range(n))"),
+    ("frozenset", "frozenset(range(n))"),
+    ("range", "range(n)"),
+    ("deque", "collections.deque(range(n))"),
+];
+
+/// Arguments that are tried.
+const ARGUMENTS: &[&str] = &[
+    "()",
+    "(1,)",
+    "(b' ',)",
+    "(' ',)",
+    "('位',)",
+    "(None,)",
+    "(n // 2,)",
+    "(make(n),)",
+    "([make(2)],)",
+    "(iter(make(n)),)",
+    "(1, 2)",
+    "(' ', 'xy')",
+    "(b' ', b'xy')",
+    "(' ', n // 2)",
+    "(b' ', n // 2)",
+    "(slice(1, n, 2),)",
+    "(slice(n // 2, None),)",
+];
+
+/// Seconds of processor time this thread has used, as Linux tells it.
+fn processor_time() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds = text.split(' ').next().and_then(|field| field.parse().ok());
+    nanoseconds.unwrap_or(0.0) / 1e9
+}
+
+/// Runs a program that prints a label before everything it does; the seconds behind each label.
+fn times(text: &str) -> BTreeMap<String, f64> {
+    let task = Task::new();
+    let mut thread = task.spawn(text);
+    let mut times: BTreeMap<String, f64> = BTreeMap::new();
+    let mut label = String::new();
+    loop {
+        let before = processor_time();
+        let step = thread.resume(Resume::Continue, 50);
+        *times.entry(label.clone()).or_default() += processor_time() - before;
+        if let Some(last) = task.host.output.take().lines().last() {
+            label = last.to_owned();
+        }
+        match step {
+            Step::OutOfFuel => {}
+            Step::Failed(error) => panic!("{}", render_script_error(&error)),
+            _ => return times,
+        }
+    }
+}
+
+/// A program that calls one method after another; it gives way before each, so that the label is known.
+fn program(make: &str, n: usize) -> String {
+    let arguments = ARGUMENTS.join(", lambda n: ");
+    format!(
+        "
+import collections
+n = {n}
+def make(n): return {make}
+def give_way():
+    for _ in range(60): pass
+skipped = ('__class__', '__init_subclass__', '__subclasshook__', '__new__', '__reduce__', '__reduce_ex__',
+           '__getattribute__', '__setattr__', '__delattr__',
+           # What these make grows with the square of what they are given here.
+           '__mul__', '__rmul__', '__imul__', 'join')
+arguments = [lambda n: {arguments}]
+for name in dir(make(1)):
+    if name in skipped: continue
+    for index, args in enumerate(arguments):
+        given = args(2)
+        try: getattr(make(2), name)(*given)
+        except Exception: continue
+        receiver = make(n)
+        given = args(n)
+        print(name, index)
+        give_way()
+        try: getattr(receiver, name)(*given)
+        except Exception: pass
+        give_way()
+        print('-')
+        give_way()
+"
+    )
+}
+
+fn compare(receivers: &[(&str, &str)]) {
+    let (small, large) = (2500, 10_000);
+    let mut trouble = Vec::new();
+    for (name, make) in receivers {
+        let most = times(&program(make, large));
+        let slow: Vec<&String> = most
+            .iter()
+            .filter(|(label, seconds)| **seconds > FAST && label.len() > 1)
+            .map(|(label, _)| label)
+            .collect();
+        if slow.is_empty() {
+            continue;
+        }
+        let least = times(&program(make, small));
+        for label in slow {
+            let ratio = most[label] / least.get(label).copied().unwrap_or(f64::MAX);
+            if ratio > RATIO_MAX {
+                trouble.push(format!("{name}.{label}: {ratio:.1} times as long"));
+            }
+        }
+    }
+    assert!(trouble.is_empty(), "\n{}", trouble.join("\n"));
+}
+
+#[test]
+fn methods_of_texts_and_bytes_grow_in_proportion() {
+    compare(&RECEIVERS[..4]);
+}
+
+#[test]
+fn methods_of_sequences_grow_in_proportion() {
+    compare(&RECEIVERS[4..6]);
+    compare(&RECEIVERS[12..14]);
+}
+
+#[test]
+fn methods_of_tables_grow_in_proportion() {
+    compare(&RECEIVERS[6..12]);
+}
+
+/// Loops of many cheap steps, each in proportion to their number `n`.
+const LOOPS: &[(&str, &str)] = &[
+    ("set.pop", "s = set(range(n))\nwhile s: s.pop()"),
+    (
+        "dict.popitem",
+        "d = dict.fromkeys(range(n))\nwhile d: d.popitem()",
+    ),
+    (
+        "first key",
+        "d = dict.fromkeys(range(n))\nwhile d: del d[next(iter(d))]",
+    ),
+    (
+        "last key",
+        "d = dict.fromkeys(range(n))\nwhile d: del d[next(reversed(d))]",
+    ),
+    (
+        "queue in a dict",
+        "d = dict.fromkeys(range(n))\nfor i in range(n):\n    del d[next(iter(d))]\n    d[n + i] = 1",
+    ),
+    (
+        "OrderedDict",
+        "import collections\nd = collections.OrderedDict.fromkeys(range(n))\nwhile d: d.popitem(last=False)",
+    ),
+    (
+        "lru_cache",
+        "import functools\nf = functools.lru_cache(maxsize=n // 4)(lambda x: x)\nfor i in range(n): f(i)",
+    ),
+    (
+        "index of wide text",
+        "s = '位' * n\nfor i in range(n): s[i]",
+    ),
+    (
+        "slice of wide text",
+        "s = '位' * n\nfor i in range(n): s[i:i + 2]",
+    ),
+    (
+        "step of wide text",
+        "s = '位' * n\nfor i in range(n): s[i:i + 4:2]",
+    ),
+    (
+        "find in wide text",
+        "s = '位' * n\nfor i in range(n): s.find('位', i)",
+    ),
+    (
+        "startswith in wide text",
+        "s = '位' * n\nfor i in range(n): s.startswith('位', i)",
+    ),
+    (
+        "reversed wide text",
+        "s = '位' * n\nfor c in reversed(s): pass",
+    ),
+    (
+        "growing wide text",
+        "s = ''\nfor i in range(n):\n    s += '位'\n    s[i]",
+    ),
+    ("growing text", "s = ''\nfor i in range(n): s += 'a'"),
+    (
+        "growing bytearray",
+        "b = bytearray()\nfor i in range(n): b += b'a'",
+    ),
+    (
+        "find in bytes",
+        "b = b'ab' * n\nfor i in range(n): b.find(b'b', i)",
+    ),
+    (
+        "startswith in bytes",
+        "b = b'ab' * n\nfor i in range(n): b.startswith(b'b', i)",
+    ),
+    (
+        "index of bytes",
+        "b = bytearray(n)\nfor i in range(n): b[i] = b[i - 1]",
+    ),
+    (
+        "deque ends",
+        "import collections\nd = collections.deque(range(n))\nwhile d: d.popleft()",
+    ),
+    (
+        "deque rotate",
+        "import collections\nd = collections.deque(range(n))\nfor i in range(n): d.rotate(1)",
+    ),
+    (
+        "heap",
+        "import heapq\nh = []\nfor i in range(n): heapq.heappush(h, -i)\nwhile h: heapq.heappop(h)",
+    ),
+    (
+        "merge",
+        "import heapq\nfor x in heapq.merge(*([i] for i in range(n // 8))): pass",
+    ),
+    ("in range", "r = range(n * 100)\nfor i in range(n): i in r"),
+    (
+        "in views",
+        "d = dict.fromkeys(range(n))\nfor i in range(n): i in d.keys() and (i, None) in d.items()",
+    ),
+    (
+        "sorted again",
+        "l = list(range(n))\nfor i in range(10): l.sort()",
+    ),
+    (
+        "shared tuples",
+        "t = ()\nfor i in range(n // 20): t = (t, t) if i % 25 else ()\nhash(t)",
+    ),
+    (
+        "shuffle",
+        "import random\nl = list(range(n))\nrandom.shuffle(l)",
+    ),
+    ("sample", "import random\nrandom.sample(range(n), n // 2)"),
+    (
+        "choices",
+        "import random\nrandom.choices(range(n), weights=range(1, n + 1), k=n // 4)",
+    ),
+    (
+        "deepcopy",
+        "import copy\nl = [0]\nfor i in range(n // 20): l = [l, l] if i % 50 else [0]\ncopy.deepcopy(l)",
+    ),
+    (
+        "json",
+        "import json\njson.loads(json.dumps(list(range(n)) + ['位'] * n))",
+    ),
+    ("regex", "import re\nlen(re.findall('位+a?', '位b' * n))"),
+    (
+        "regex positions",
+        "import re\nfor m in re.finditer('位', '位b' * n): m.start()",
+    ),
+];
+
+#[test]
+fn loops_of_cheap_steps_grow_in_proportion() {
+    // In a function, where texts grow in place; several runs, since the system counts processor time in steps of some
+    // milliseconds.
+    let seconds = |text: &str, n: usize| -> f64 {
+        let body = text.replace('\n', "\n    ");
+        let program = format!("def run(n):\n    {body}\nfor _ in range(4): run({n})\n");
+        times(&program).values().sum()
+    };
+    let mut trouble = Vec::new();
+    for (name, text) in LOOPS {
+        if seconds(text, 16_000) < 4.0 * FAST {
+            continue;
+        }
+        let mut best = f64::INFINITY;
+        for _ in 0..3 {
+            best = best.min(seconds(text, 16_000) / seconds(text, 4000));
+        }
+        if best > RATIO_MAX {
+            trouble.push(format!("{name}: {best:.1} times as long"));
+        }
+    }
+    assert!(trouble.is_empty(), "\n{}", trouble.join("\n"));
+}
+
+/// Operations that end never, or in a very long time.
+const ENDLESS: &[&str] = &[
+    "{1}.isdisjoint(iter(int, 1))",
+    "{1: 2}.keys().isdisjoint(iter(int, 1))",
+    "set(iter(int, 1))",
+    "frozenset(iter(int, 1))",
+    "set().update(iter(int, 1))",
+    "{1}.union(iter(int, 1))",
+    "{0}.intersection(iter(int, 1))",
+    "{0}.issuperset(iter(int, 1))",
+    "dict.fromkeys(iter(int, 1))",
+    "dict(iter(lambda: (1, 2), 1))",
+    "sum(iter(int, 1))",
+    "any(iter(int, 1))",
+    "all(iter(lambda: 1, 0))",
+    "min(iter(int, 1))",
+    "max(iter(int, 1))",
+    "1 in iter(int, 1)",
+    "next(filter(None, iter(int, 1)))",
+    "[*iter(int, 1)]",
+    "first, *rest = iter(int, 1)",
+    "hash(shared(40, (object(),)))",
+    "shared(40, (1,)) == shared(40, (1,))",
+    "shared(40, [1]) == shared(40, [1])",
+    "repr(shared(40, (1,)))",
+    "str(shared(40, [1]))",
+    "import json\njson.dumps(shared(40, [1]))",
+    "import collections\ncollections.deque(iter(int, 1), maxlen=3)",
+    "import itertools\nlist(itertools.repeat(None))",
+    "import math\nmath.fsum(iter(float, 1))",
+    "''.join(iter(str, 1))",
+    "b''.join(iter(bytes, 1))",
+];
+
+#[test]
+fn a_stop_ends_what_would_not_end() {
+    let mut trouble = Vec::new();
+    for operation in ENDLESS {
+        let text = format!(
+            "def shared(depth, leaf):\n    for _ in range(depth): leaf = type(leaf)((leaf, leaf))\n    return leaf\n\
+             def run():\n    global rest\n    {}\ntry: run()\nexcept MemoryError: run()\n",
+            operation.replace('\n', "\n    ")
+        );
+        let task = Task::new();
+        let mut thread = task.spawn(&text);
+        for _ in 0..10 {
+            match thread.resume(Resume::Continue, 100) {
+                Step::OutOfFuel => {}
+                Step::Failed(error) => {
+                    trouble.push(format!("{operation}: {}", render_script_error(&error)));
+                    break;
+                }
+                step => {
+                    trouble.push(format!("{operation}: {step:?}"));
+                    break;
+                }
+            }
+        }
+        let step = thread.resume(Resume::Stop, 100);
+        if !matches!(step, Step::Stopped) {
+            trouble.push(format!("{operation}: not stopped but {step:?}"));
+        }
+    }
+    assert!(trouble.is_empty(), "\n{}", trouble.join("\n"));
+}
