@@ -5,9 +5,9 @@
 //! is compiled and what is done with the findings is up to the caller.
 
 use std::collections::VecDeque;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
+use supervision::{Fault, Faults, Kind, catch};
 use thiserror::Error;
 use tokio::sync::oneshot;
 
@@ -28,8 +28,10 @@ pub enum NotCompiled {
 }
 
 /// Compiles texts beside the threads that answer ports.
+#[derive(Default)]
 pub struct CompilePool {
     shared: Arc<Shared>,
+    faults: Faults,
 }
 
 #[derive(Default)]
@@ -57,18 +59,11 @@ enum Takes {
     Any,
 }
 
-impl Default for CompilePool {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl CompilePool {
-    /// A pool whose threads start with its first text.
-    pub fn new() -> Self {
-        CompilePool {
-            shared: Arc::default(),
-        }
+    /// A pool whose threads start with its first text. `faults` hears of bugs of the compiler.
+    pub fn new(faults: Faults) -> Self {
+        let shared = Arc::default();
+        CompilePool { shared, faults }
     }
 
     /// Runs `compile`, which works on a text of `bytes`, on a thread of the pool. It is left out if nobody waits for it
@@ -82,13 +77,15 @@ impl CompilePool {
         compile: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, NotCompiled> {
         let (sender, receiver) = oneshot::channel();
+        let faults = self.faults.clone();
         let job = Box::new(move || {
             if sender.is_closed() {
                 return;
             }
             // A bug costs this text, not the thread; the caller hears that its sender is gone.
-            if let Ok(result) = catch_unwind(AssertUnwindSafe(compile)) {
-                let _ = sender.send(result);
+            match catch(compile) {
+                Ok(result) => drop(sender.send(result)),
+                Err(panicked) => faults.tell(&Fault::new(Kind::Service, "compiler", panicked)),
             }
         });
         self.add(bytes, job)?;
@@ -102,7 +99,7 @@ impl CompilePool {
         }
         if !queue.threads_started {
             for (name, takes) in [("compile-short", Takes::Short), ("compile-any", Takes::Any)] {
-                start_thread(name, takes, &self.shared)?;
+                self.start_thread(name, takes)?;
             }
             queue.threads_started = true;
         }
@@ -115,6 +112,17 @@ impl CompilePool {
         self.shared.news.notify_all();
         Ok(())
     }
+
+    fn start_thread(&self, name: &str, takes: Takes) -> Result<(), NotCompiled> {
+        let shared = self.shared.clone();
+        let texts = move || {
+            while let Some(job) = shared.next(takes) {
+                job();
+            }
+        };
+        let started = self.faults.start(Kind::Service, name.to_owned(), texts);
+        started.map(drop).map_err(|_| NotCompiled::Failed)
+    }
 }
 
 impl Drop for CompilePool {
@@ -122,19 +130,6 @@ impl Drop for CompilePool {
         self.shared.queue().closed = true;
         self.shared.news.notify_all();
     }
-}
-
-fn start_thread(name: &str, takes: Takes, shared: &Arc<Shared>) -> Result<(), NotCompiled> {
-    let shared = shared.clone();
-    std::thread::Builder::new()
-        .name(name.to_owned())
-        .spawn(move || {
-            while let Some(job) = shared.next(takes) {
-                job();
-            }
-        })
-        .map(drop)
-        .map_err(|_| NotCompiled::Failed)
 }
 
 impl Shared {
@@ -180,7 +175,7 @@ mod tests {
 
     #[test]
     fn a_short_text_is_compiled_while_a_long_one_is() {
-        let pool = CompilePool::new();
+        let pool = CompilePool::new(Faults::default());
         let (release, held) = mpsc::channel::<()>();
         block_on(async {
             let long = pool.run(8 << 20, move || held.recv().is_ok());
@@ -195,7 +190,7 @@ mod tests {
 
     #[test]
     fn a_bug_costs_one_text() {
-        let pool = CompilePool::new();
+        let pool = CompilePool::new(Faults::default());
         let bug = block_on(pool.run(10, || -> u8 { panic!("a bug in the compiler") }));
         assert_eq!(bug, Err(NotCompiled::Failed));
         assert_eq!(block_on(pool.run(10, || 1)), Ok(1));
@@ -203,7 +198,7 @@ mod tests {
 
     #[test]
     fn a_full_queue_refuses_and_forgets_texts_nobody_waits_for() {
-        let pool = CompilePool::new();
+        let pool = CompilePool::new(Faults::default());
         let (release, held) = mpsc::channel::<()>();
         let (begun, has_begun) = mpsc::channel();
         block_on(async {

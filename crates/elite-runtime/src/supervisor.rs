@@ -100,7 +100,7 @@ impl Supervisor {
     /// A supervisor without a program.
     pub fn new(settings: TaskSettings) -> Self {
         let (status, _) = watch::channel(TaskStatus::default());
-        let pool = Arc::new(CompilePool::new());
+        let pool = Arc::new(CompilePool::new(settings.faults.clone()));
         let news = settings.panel.news().clone();
         let shared = Shared {
             interpreter: Arc::new(Interpreter::new(news, pool.clone())),
