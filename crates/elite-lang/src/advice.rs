@@ -34,7 +34,8 @@ impl Evaluator<'_> {
     fn signature_of(&self, function: &Function) -> String {
         let (code, params) = (&function.code, &function.code.params);
         let name = |index: usize| self.core.symbols.name(params.names[index]);
-        let defaults = function.defaults.borrow();
+        // A copy, because showing a default may run script code.
+        let defaults = function.defaults.get();
         let first_default = params.positional - defaults.len().min(params.positional);
         let mut parts: Vec<String> = Vec::new();
         for index in 0..params.positional {

@@ -285,7 +285,7 @@ impl Evaluator<'_> {
             .collect();
         traceback.reverse();
         let previous = state.and_then(|state| {
-            let (cause, context) = (state.cause.borrow().clone(), state.context.borrow().clone());
+            let (cause, context) = (state.cause.get(), state.context.get());
             match (cause, context) {
                 (Value::Instance(cause), _) => Some((Link::Cause, cause)),
                 (_, Value::Instance(context)) if !state.suppress_context.get() => {
@@ -318,6 +318,9 @@ impl Evaluator<'_> {
         if let Raised::Exception(exception) = raised
             && let Some(state) = exception.exception()
         {
+            if !exception.noted.get() {
+                self.core.note_instance(exception);
+            }
             state.set_context(exception, handled);
         }
     }

@@ -10,7 +10,7 @@ use crate::errors::ScriptError;
 use crate::eval::coroutine::{Outlet, Request, Resume, StackKind, Stopping, ThreadState, limit_of};
 use crate::eval::{Core, Evaluator};
 use crate::host::{Host, ThreadId};
-use crate::limits::Limits;
+use crate::limits::{Limits, memory};
 use crate::native::{NativeFunction, WaitToken};
 use crate::program::{Program, ProgramKind};
 use crate::stack::with_deep_stack;
@@ -19,6 +19,22 @@ use crate::value::{Function, R, Raised, Value};
 /// The interpreter of one task: its globals, its script threads. Stays on the OS thread that made it.
 pub struct Interpreter {
     core: Rc<Core>,
+    // Dropped after the core, whose tables go back to the system as well.
+    leftovers: Leftovers,
+}
+
+/// Gives memory back to the system when it is dropped, if that is worth it.
+#[derive(Default)]
+struct Leftovers {
+    are_large: bool,
+}
+
+impl Drop for Leftovers {
+    fn drop(&mut self) {
+        if self.are_large {
+            memory::trim();
+        }
+    }
 }
 
 impl Interpreter {
@@ -29,7 +45,10 @@ impl Interpreter {
             let name = core.symbols.intern(native.name);
             core.builtins.set(name, Builtin::native(&core, native));
         }
-        Interpreter { core }
+        Interpreter {
+            core,
+            leftovers: Leftovers::default(),
+        }
     }
 
     /// A script thread that runs the top-level statements of a program in the globals of the task; a program that
@@ -111,9 +130,14 @@ impl Interpreter {
             .collect()
     }
 
-    /// Bytes the task's values hold, approximately.
+    /// Bytes the task holds: what its OS thread has come to hold since the interpreter was made.
     pub fn memory_used(&self) -> usize {
         self.core.memory_used()
+    }
+
+    /// Whether a search for cycles is under way: the thread that was resumed last has not had its turn yet.
+    pub fn is_searching(&self) -> bool {
+        self.core.is_searching()
     }
 
     /// What all script threads share. For the interpreter's own library.
@@ -124,7 +148,9 @@ impl Interpreter {
 
 impl Drop for Interpreter {
     fn drop(&mut self) {
+        self.core.memory_look();
         self.core.dismantle();
+        self.leftovers.are_large = self.core.memory_was_large();
     }
 }
 
@@ -163,6 +189,8 @@ pub struct ScriptThread {
     id: ThreadId,
     state: ThreadState,
     coroutine: Option<ThreadCoroutine>,
+    /// The fuel it had when it was suspended for a search.
+    fuel_kept: Option<u32>,
     /// What to report when it has no coroutine any more.
     ended: Option<Step>,
 }
@@ -183,6 +211,7 @@ impl ScriptThread {
             id: ThreadId(number),
             state,
             coroutine,
+            fuel_kept: None,
             ended,
         }
     }
@@ -213,22 +242,22 @@ impl ScriptThread {
             return Step::Stopped;
         }
         let core = self.core.clone();
-        core.memory_resume();
         if core.is_searching() {
             if resume == Resume::Stop {
                 core.abandon_search();
             } else if !core.search_slice() {
                 // No script code runs before the search for cycles is over.
-                core.memory_pause();
                 self.coroutine = Some(coroutine);
                 return Step::OutOfFuel;
             }
         }
         let outer = core.switch_to(self.state);
-        core.set_fuel(fuel);
+        core.set_fuel(self.fuel_kept.take().unwrap_or(fuel));
+        core.memory_watch();
         let result = coroutine.resume(resume);
         self.state = core.switch_to(outer);
-        core.memory_pause();
+        core.memory_unwatch();
+        self.fuel_kept = core.take_kept_fuel();
         match result {
             CoroutineResult::Yield(request) => {
                 self.coroutine = Some(coroutine);

@@ -31,6 +31,8 @@ mod spelling;
 mod stack;
 mod statement;
 mod stdlib;
+#[cfg(test)]
+mod trials;
 mod value;
 
 pub use builtins::builtin_names;
@@ -45,7 +47,7 @@ pub use host::process::{
 };
 pub use host::{Access, Host, HostSocket, Interest, ThreadId};
 pub use interpreter::{Interpreter, ScriptThread, Step};
-pub use limits::Limits;
+pub use limits::{Limits, memory};
 pub use lint::{CallArgument, CallHint, CallHook, CallSite, Literal};
 pub use native::{NativeBody, NativeCall, NativeFunction, Param, ParamKind, WaitToken};
 pub use program::{Program, ProgramKind, check, compile};

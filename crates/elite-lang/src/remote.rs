@@ -25,7 +25,7 @@ impl NativeCall<'_> {
             vec![object],
             false,
         );
-        let getattr = Builtin::closure("__getattr__", move |ev, args| {
+        let getattr = Builtin::closure("__getattr__", Vec::new(), move |ev, _, args| {
             let name = args.positional.last().and_then(Value::as_str);
             let name = name.unwrap_or_default().to_owned();
             if name.starts_with("__") {
@@ -33,20 +33,24 @@ impl NativeCall<'_> {
                 return Err(ev.raise(ExceptionKind::AttributeError, text));
             }
             let call = Rc::clone(&call);
-            Ok(Builtin::closure("remote method", move |ev, args| {
-                if !args.keywords.is_empty() {
-                    let text = format!(
-                        "{name}() takes no keyword arguments: remote calls have only positions"
-                    );
-                    return Err(ev.raise(ExceptionKind::TypeError, text));
-                }
-                let mut native = NativeCall {
-                    ev,
-                    args: &[],
-                    caller: None,
-                };
-                call(&mut native, &name, args.positional)
-            }))
+            Ok(Builtin::closure(
+                "remote method",
+                Vec::new(),
+                move |ev, _, args| {
+                    if !args.keywords.is_empty() {
+                        let text = format!(
+                            "{name}() takes no keyword arguments: remote calls have only positions"
+                        );
+                        return Err(ev.raise(ExceptionKind::TypeError, text));
+                    }
+                    let mut native = NativeCall {
+                        ev,
+                        args: &[],
+                        caller: None,
+                    };
+                    call(&mut native, &name, args.positional)
+                },
+            ))
         });
         class.set(known::GETATTR, getattr);
         Value::Instance(Instance::new(class, Payload::None))

@@ -21,4 +21,7 @@ pub use message::{Message, Observer, Severity};
 pub use panel::Panel;
 pub use robot::Robot;
 pub use supervisor::{SubmitError, Supervisor, TaskState, TaskStatus};
-pub use task::{Permissions, ProgramText, TaskEnd, TaskSettings};
+pub use task::{
+    FileAccess, FolderAccessError, Folders, Permissions, ProgramText, TaskEnd, TaskSettings,
+    all_children_are_tasks,
+};

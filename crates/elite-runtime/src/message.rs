@@ -3,6 +3,9 @@
 //! Three kinds of trouble stay apart: a script error ends a task, a robot event changes the robot's state and is seen by
 //! all, a service error (not here) ends one connection.
 
+use std::sync::Arc;
+
+use elite_lang::memory;
 use motion_api::{Frame, Origin, ProgramId, StopReason, ThreadNumber};
 
 use crate::panel::VariableValue;
@@ -116,8 +119,11 @@ pub trait Observer: Send + Sync {
     /// A message was issued.
     fn message(&self, message: &Message);
 
-    /// A program is about to start.
+    /// A program is about to start; whether it compiles is not known yet.
     fn program_started(&self, program: ProgramId, name: &str, text: &str);
+
+    /// The program compiles and is about to run. None of its commands and lines come before this.
+    fn program_runs(&self, _program: ProgramId, _text: &str) {}
 
     /// A script thread stands at another line than at its last suspension; at most once a cycle and thread.
     fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32);
@@ -154,4 +160,37 @@ pub enum InterpreterEvent<'a> {
     },
     /// The mode was left.
     Left,
+}
+
+/// Tells an observer on behalf of a task: what the observer keeps for other threads is not counted as the task's memory.
+pub(crate) struct Aside(pub Arc<dyn Observer>);
+
+impl Observer for Aside {
+    fn message(&self, message: &Message) {
+        memory::outside(|| self.0.message(message));
+    }
+
+    fn program_started(&self, program: ProgramId, name: &str, text: &str) {
+        memory::outside(|| self.0.program_started(program, name, text));
+    }
+
+    fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32) {
+        memory::outside(|| self.0.line_changed(program, thread, line));
+    }
+
+    fn program_ended(&self, program: ProgramId) {
+        memory::outside(|| self.0.program_ended(program));
+    }
+
+    fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
+        memory::outside(|| self.0.variable_changed(program, name, value));
+    }
+
+    fn interpreter(&self, event: &InterpreterEvent<'_>) {
+        memory::outside(|| self.0.interpreter(event));
+    }
+
+    fn cycle_ended(&self, frame: &Frame) {
+        memory::outside(|| self.0.cycle_ended(frame));
+    }
 }

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use elite_lang::memory;
 use kinematics::{RobotModel, SafetyBounds};
 use motion_api::{
     Command, CommandId, CommandKind, CommandPort, DigitalBank, Event, EventReader, FrameReader,
@@ -119,19 +120,42 @@ impl Robot {
         self.enter(origin, kind, true)
     }
 
+    /// Sends commands nobody waits for, all of them or none.
+    ///
+    /// # Errors
+    /// [`RingFull`] when the motion thread does not keep up.
+    pub fn send_all(&self, origin: Origin, kinds: &[CommandKind]) -> Result<(), RingFull> {
+        self.commands.send_all(origin, kinds, |id, kind| {
+            let entry = Entry {
+                command: Command { id, origin, kind },
+                keep_outcome: false,
+                outcome: None,
+            };
+            self.awaited().open.insert(id, entry);
+        })
+    }
+
+    /// True when nobody takes commands any more: the control cycle has ended.
+    pub fn is_abandoned(&self) -> bool {
+        self.commands.is_abandoned()
+    }
+
     fn enter(
         &self,
         origin: Origin,
         kind: CommandKind,
         keep_outcome: bool,
     ) -> Result<CommandId, RingFull> {
-        self.commands.send_with(origin, kind, |id| {
-            let entry = Entry {
-                command: Command { id, origin, kind },
-                keep_outcome,
-                outcome: None,
-            };
-            self.awaited().open.insert(id, entry);
+        // The table is of all threads: what one enters, another takes out.
+        memory::outside(|| {
+            self.commands.send_with(origin, kind, |id| {
+                let entry = Entry {
+                    command: Command { id, origin, kind },
+                    keep_outcome,
+                    outcome: None,
+                };
+                self.awaited().open.insert(id, entry);
+            })
         })
     }
 
@@ -171,7 +195,7 @@ impl Robot {
     pub fn take_outcome(&self, id: CommandId) -> Option<Outcome> {
         let mut awaited = self.awaited();
         let outcome = awaited.open.get(&id)?.outcome?;
-        awaited.open.remove(&id);
+        memory::outside(|| awaited.open.remove(&id));
         Some(outcome)
     }
 
@@ -189,7 +213,7 @@ impl Robot {
         if let Some(entry) = awaited.open.get_mut(&id) {
             entry.keep_outcome = false;
             if entry.outcome.is_some() {
-                awaited.open.remove(&id);
+                memory::outside(|| awaited.open.remove(&id));
             }
         }
     }

@@ -8,13 +8,13 @@ use std::time::Duration;
 
 use motion_api::{CommandKind, Origin, ProgramId};
 use thiserror::Error;
-use tokio::sync::{mpsc, oneshot, watch};
+use tokio::sync::{oneshot, watch};
 
-use crate::compile_pool::{CompilePool, NotCompiled};
+use crate::compile_pool::CompilePool;
 use crate::interpreter::Interpreter;
 use crate::message::{Message, Severity};
 use crate::panel::{Panel, Watchdogs};
-use crate::task::{Compiled, Control, ProgramText, Task, TaskEnd, TaskSettings};
+use crate::task::{Controller, Controls, ProgramText, Task, TaskEnd, TaskSettings, controls};
 
 /// How long a new main program waits for one that is ending.
 pub const GRACE: Duration = Duration::from_secs(2);
@@ -22,9 +22,6 @@ pub const GRACE: Duration = Duration::from_secs(2);
 /// How long a new main program waits for one that has not been told to end: programs of one line follow each other
 /// within milliseconds. A refusal must come within a second.
 const PATIENCE: Duration = Duration::from_millis(500);
-
-/// Orders that may wait for a task; it takes them at the latest after a slice.
-const CONTROLS_WAITING_MAX: usize = 256;
 
 /// What the task is doing, as ports show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -71,14 +68,6 @@ pub enum SubmitError {
         /// What the system said.
         reason: String,
     },
-    /// The compiler did not take it.
-    #[error("program \"{refused}\" was refused: {reason}")]
-    NotCompiled {
-        /// The new one.
-        refused: String,
-        /// Why.
-        reason: NotCompiled,
-    },
 }
 
 /// Starts and stops programs on one robot. Clones share everything.
@@ -103,7 +92,7 @@ struct Current {
 
 struct Running {
     name: String,
-    controls: mpsc::Sender<Control>,
+    controller: Controller,
 }
 
 impl Supervisor {
@@ -151,24 +140,9 @@ impl Supervisor {
     /// [`SubmitError`]; it was also reported to the observer as a script error of the refused program.
     pub async fn submit(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
         let secondary = is_secondary(&program.text);
-        if secondary && self.current().running.is_some() {
-            let text = program.clone();
-            let bytes = text.text.len();
-            // Not on the task's thread: the running program goes on meanwhile.
-            let compiling = self.shared.pool.run(bytes, || Compiled::new(text));
-            let compiled = compiling.await.map_err(|reason| {
-                self.refuse(
-                    secondary,
-                    SubmitError::NotCompiled {
-                        refused: program.name.clone(),
-                        reason,
-                    },
-                )
-            })?;
+        if secondary && let Some(taken) = self.join_running(&program) {
             // A task that ends right now does not take it any more; then it runs on its own.
-            if let Some(taken) = self.join_running(compiled)
-                && taken.await.is_ok()
-            {
+            if taken.await.is_ok() {
                 return Ok(self.status().program);
             }
         }
@@ -181,26 +155,23 @@ impl Supervisor {
         // Whether it ended in time is decided by `start`.
         let _ = tokio::time::timeout(patience, status.wait_for(|s| s.state == TaskState::Stopped))
             .await;
-        self.start(program)
-            .map_err(|error| self.refuse(secondary, error))
-    }
-
-    /// Tells everybody why a program does not run.
-    fn refuse(&self, secondary: bool, error: SubmitError) -> SubmitError {
-        let summary = format!("RuntimeError: {error}");
-        let message = if secondary {
-            Message::secondary_exception(Origin::default(), &summary)
-        } else {
-            Message::ScriptError {
-                program: ProgramId::default(),
-                line: 1,
-                column: 1,
-                report: summary.clone(),
-                summary,
-            }
-        };
-        self.shared.settings.observer.message(&message);
-        error
+        let started = self.start(program);
+        if let Err(error) = &started {
+            let summary = format!("RuntimeError: {error}");
+            let message = if secondary {
+                Message::secondary_exception(Origin::default(), &summary)
+            } else {
+                Message::ScriptError {
+                    program: ProgramId::default(),
+                    line: 1,
+                    column: 1,
+                    report: summary.clone(),
+                    summary,
+                }
+            };
+            self.shared.settings.observer.message(&message);
+        }
+        started
     }
 
     /// What people see and answer.
@@ -209,13 +180,10 @@ impl Supervisor {
     }
 
     /// Hands a secondary program to the running task; the receiver hears whether it was taken.
-    fn join_running(&self, program: Compiled) -> Option<oneshot::Receiver<()>> {
-        let (sender, taken) = oneshot::channel();
-        let control = Control::Secondary(Box::new(program), sender);
+    fn join_running(&self, program: &ProgramText) -> Option<oneshot::Receiver<()>> {
         let current = self.current();
         let running = current.running.as_ref()?;
-        running.controls.try_send(control).ok()?;
-        Some(taken)
+        running.controller.join(program.clone())
     }
 
     fn start(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
@@ -227,7 +195,7 @@ impl Supervisor {
             });
         }
         let id = ProgramId(current.last_program + 1);
-        let (controls, receiver) = mpsc::channel(CONTROLS_WAITING_MAX);
+        let (controller, controls) = controls();
         let name = program.name.clone();
         let shared = Arc::clone(&self.shared);
         self.shared.interpreter.task_starts();
@@ -239,7 +207,7 @@ impl Supervisor {
         });
         std::thread::Builder::new()
             .name(format!("task-{}", id.0))
-            .spawn(move || shared.run_task(id, program, receiver))
+            .spawn(move || shared.run_task(id, program, controls))
             .map_err(|error| {
                 self.shared.interpreter.task_ended();
                 self.shared.status.send_replace(TaskStatus::default());
@@ -249,31 +217,32 @@ impl Supervisor {
                 }
             })?;
         current.last_program = id.0;
-        current.running = Some(Running { name, controls });
+        current.running = Some(Running { name, controller });
         Ok(id)
     }
 
     /// Ends the running program, if one runs.
     pub fn stop(&self) {
-        self.control(Control::Stop, |status| status.ending = true);
+        let current = self.current();
+        if let Some(running) = &current.running {
+            running.controller.stop();
+            self.shared
+                .status
+                .send_modify(|status| status.ending = true);
+        }
     }
 
     /// Holds the running program and the arm on its path. The status says so once the program is held.
     pub fn pause(&self) {
-        self.control(Control::Pause, |_| {});
+        if let Some(running) = &self.current().running {
+            running.controller.pause();
+        }
     }
 
     /// Lets a held program go on.
     pub fn resume(&self) {
-        self.control(Control::Resume, |_| {});
-    }
-
-    fn control(&self, control: Control, change: impl FnOnce(&mut TaskStatus)) {
-        let current = self.current();
-        if let Some(running) = &current.running
-            && running.controls.try_send(control).is_ok()
-        {
-            self.shared.status.send_modify(change);
+        if let Some(running) = &self.current().running {
+            running.controller.resume();
         }
     }
 
@@ -309,7 +278,7 @@ impl Supervisor {
 }
 
 impl Shared {
-    fn run_task(&self, id: ProgramId, program: ProgramText, controls: mpsc::Receiver<Control>) {
+    fn run_task(&self, id: ProgramId, program: ProgramText, controls: Controls) {
         let observer = self.settings.observer.clone();
         observer.program_started(id, &program.name, &program.text);
         let end = match tokio::runtime::Builder::new_current_thread()

@@ -55,14 +55,17 @@ impl TaskFolder {
         Self { root: root.into() }
     }
 
-    /// The text of a task: the file of this name, or the one whose ending is `.task` or `.script` instead.
+    /// The text of a task: the file of this name, or the one with `.task` or `.script` after it. A name that has one of
+    /// these endings also stands for the file with the other. Any other dot belongs to the name: `v1.2` is never `v1`.
     ///
     /// # Errors
     /// [`FolderError`]
     pub fn task(&self, name: &str) -> Result<String, FolderError> {
         let inside = path_inside(name)?;
-        let others = TASK_ENDINGS.map(|ending| inside.with_extension(ending));
-        self.first([inside].into_iter().chain(others), name)
+        let without = |ending: &str| name.strip_suffix(ending)?.strip_suffix('.');
+        let stem = TASK_ENDINGS.into_iter().find_map(without).unwrap_or(name);
+        let with_endings = TASK_ENDINGS.map(|ending| path_inside(&format!("{stem}.{ending}")));
+        self.first([Ok(inside)].into_iter().chain(with_endings).flatten(), name)
     }
 
     /// The text of a file of points: the file of this name, or the one with `.txt` or `.csv` after it.
@@ -164,6 +167,12 @@ mod tests {
         fs::write(tasks.join("a.task"), "a").unwrap();
         fs::write(tasks.join("b.script"), "b").unwrap();
         fs::write(tasks.join("sub/c.script"), "c").unwrap();
+        fs::write(tasks.join("v1.task"), "v1").unwrap();
+        fs::write(tasks.join("v1.2.task"), "v1.2").unwrap();
+        fs::write(tasks.join("v1.2.3.script"), "v1.2.3").unwrap();
+        fs::write(tasks.join("sub/pick.fast.script"), "fast").unwrap();
+        fs::create_dir_all(tasks.join("rev.1")).unwrap();
+        fs::write(tasks.join("rev.1/a.b.task"), "a.b").unwrap();
         fs::write(dir.path().join("secret.task"), "secret").unwrap();
         std::os::unix::fs::symlink(dir.path().join("secret.task"), tasks.join("link.task"))
             .unwrap();
@@ -188,6 +197,32 @@ mod tests {
             folder.file("a").unwrap_err().to_string(),
             "there is no a in the task folder"
         );
+    }
+
+    #[test]
+    fn a_dot_in_a_name_is_part_of_the_name() {
+        let (_dir, folder) = folder();
+        for (name, text) in [
+            ("v1", "v1"),
+            ("v1.2", "v1.2"),
+            ("v1.2.task", "v1.2"),
+            ("v1.2.script", "v1.2"),
+            ("v1.2.3", "v1.2.3"),
+            ("v1.2.3.task", "v1.2.3"),
+            ("sub/pick.fast", "fast"),
+            ("rev.1/a.b", "a.b"),
+        ] {
+            assert_eq!(folder.task(name).as_deref(), Ok(text), "{name}");
+        }
+        for missing in [
+            "v1.3", "v1.2.4", "a.b", "a.txt", "sub/pick", "rev.1", "v1.", ".task",
+        ] {
+            assert!(
+                matches!(folder.task(missing), Err(FolderError::Missing { .. })),
+                "{missing}: {:?}",
+                folder.task(missing)
+            );
+        }
     }
 
     #[test]

@@ -128,6 +128,9 @@ impl<W: Write> ChunkedFile<W> {
         buffer.clear();
         serde_json::to_writer(&mut buffer, message).map_err(std::io::Error::from)?;
         let result = self.put(topic, time, &buffer);
+        // After the text of a large program it is not kept at that size.
+        buffer.clear();
+        buffer.shrink_to(CHUNK_BYTES);
         self.buffer = buffer;
         result
     }

@@ -2,25 +2,26 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{SyncSender, TrySendError};
 
 use motion_api::{ProgramId, ThreadNumber};
 
+use crate::lengths::{MESSAGE_BYTES, NAME_BYTES, PROGRAM_TEXT_BYTES, VALUE_BYTES, cut};
+use crate::notes::{Note, Notes};
 use crate::topics::{IoValue, LogLevel};
-use crate::writer::Note;
 
 /// The script side's end: adds programs, lines, messages and registers to the recording. Clones share one channel.
 ///
-/// Times are simulated seconds since start, those of the latest cycle.
+/// Times are simulated seconds since start, those of the latest cycle. Texts that are longer than [`lengths`](crate::lengths)
+/// allows are cut.
 #[derive(Clone)]
 pub struct RecorderHandle {
-    notes: Option<SyncSender<Note>>,
+    notes: Option<Arc<Notes>>,
     wait: bool,
     shared: Arc<Shared>,
 }
 
 impl RecorderHandle {
-    pub(crate) fn new(notes: SyncSender<Note>, wait: bool, shared: Arc<Shared>) -> Self {
+    pub(crate) fn new(notes: Arc<Notes>, wait: bool, shared: Arc<Shared>) -> Self {
         Self {
             notes: Some(notes),
             wait,
@@ -38,18 +39,12 @@ impl RecorderHandle {
     }
 
     /// A program starts. Call it before the program's first command.
-    pub fn program_started(
-        &self,
-        time: f64,
-        program: ProgramId,
-        name: impl Into<String>,
-        text: impl Into<String>,
-    ) {
+    pub fn program_started(&self, time: f64, program: ProgramId, name: &str, text: &str) {
         self.send(|| Note::ProgramStarted {
             time,
             program,
-            name: name.into(),
-            text: text.into(),
+            name: self.short(name, NAME_BYTES),
+            text: self.short(text, PROGRAM_TEXT_BYTES),
         });
     }
 
@@ -76,34 +71,28 @@ impl RecorderHandle {
         self.send(|| Note::Variable {
             time,
             program,
-            name: name.to_owned(),
-            type_name: type_name.to_owned(),
-            value: value.to_owned(),
+            name: self.short(name, NAME_BYTES),
+            type_name: self.short(type_name, NAME_BYTES),
+            value: self.short(value, VALUE_BYTES),
         });
     }
 
     /// A message for people. `source` is the part of the controller, or the program, that says it.
-    pub fn log(
-        &self,
-        time: f64,
-        level: LogLevel,
-        source: impl Into<String>,
-        message: impl Into<String>,
-    ) {
+    pub fn log(&self, time: f64, level: LogLevel, source: &str, message: &str) {
         self.send(|| Note::Log {
             time,
             level,
-            source: source.into(),
-            message: message.into(),
+            source: self.short(source, NAME_BYTES),
+            message: self.short(message, MESSAGE_BYTES),
         });
     }
 
     /// A register has another value; `name` as in a cell file, `output_integer_register[2]` for instance. Digital and
     /// analog points need no call: they are in the cycles.
-    pub fn io(&self, time: f64, name: impl Into<String>, value: IoValue) {
+    pub fn io(&self, time: f64, name: &str, value: IoValue) {
         self.send(|| Note::Io {
             time,
-            name: name.into(),
+            name: self.short(name, NAME_BYTES),
             value,
         });
     }
@@ -118,11 +107,18 @@ impl RecorderHandle {
         if self.shared.failed.load(Ordering::Relaxed) {
             return;
         }
-        // A closed channel means that the recording is finished: there is nothing left to add to.
-        if self.wait {
-            let _ = notes.send(note());
-        } else if let Err(TrySendError::Full(_)) = notes.try_send(note()) {
+        if notes.send(note(), self.wait).is_err() {
             self.shared.notes_dropped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    fn short(&self, text: &str, most: usize) -> Box<str> {
+        match cut(text, most) {
+            None => text.into(),
+            Some(short) => {
+                self.shared.texts_cut.fetch_add(1, Ordering::Relaxed);
+                short.into()
+            }
         }
     }
 }
@@ -135,6 +131,8 @@ pub(crate) struct Shared {
     /// The output can no longer be written.
     pub failed: AtomicBool,
     pub notes_dropped: AtomicU64,
+    /// Texts that were too long.
+    pub texts_cut: AtomicU64,
     /// Bytes written, all parts together.
     pub bytes: AtomicU64,
     /// Records that waited in the ring when the thread last looked.
@@ -147,11 +145,22 @@ pub(crate) struct Shared {
 #[derive(Clone)]
 pub struct RecorderMeter {
     shared: Arc<Shared>,
+    notes: Arc<Notes>,
 }
 
 impl RecorderMeter {
-    pub(crate) fn new(shared: Arc<Shared>) -> Self {
-        Self { shared }
+    pub(crate) fn new(shared: Arc<Shared>, notes: Arc<Notes>) -> Self {
+        Self { shared, notes }
+    }
+
+    /// Bytes of messages of programs that wait to be written.
+    pub fn bytes_waiting(&self) -> u64 {
+        self.notes.bytes() as u64
+    }
+
+    /// Texts that were too long and were cut.
+    pub fn texts_cut(&self) -> u64 {
+        self.shared.texts_cut.load(Ordering::Relaxed)
     }
 
     /// Bytes written, all parts together.

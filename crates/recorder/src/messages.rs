@@ -1,21 +1,28 @@
 //! The messages of an MCAP file, undecoded, up to its end or to the first place that is not MCAP.
 //!
-//! Memory grows with the largest chunk, not with the file. A chunk is all there or not there at all. Whatever the bytes
-//! are, reading ends.
+//! What a file declares (schemas, channels, its start configuration) is kept, and bounded; messages come one by one. How
+//! the bytes become records is [`records`](crate::records)' business. Whatever the bytes are, reading ends.
 
-use std::io::{self, Read};
-use std::sync::Arc;
+use std::collections::BTreeSet;
+use std::io::Read;
+use std::sync::{Arc, OnceLock};
 
+use mcap::Channel;
 use mcap::records::{Record, op};
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::{Channel, McapError};
 
 use crate::cycle::Cycle;
+use crate::records::{self, Records, damaged, in_words};
 use crate::setup::{METADATA_NAME, Setup, SetupError};
 use crate::topics::Topic;
 
-/// No record and no chunk of a recording is larger; a length beyond it is damage, not a reason to allocate.
-const MAX_RECORD: usize = 64 << 20;
+/// A schema or a channel of a recording has some kilobytes.
+const MAX_DECLARATION: usize = 1 << 20;
+/// All of them together.
+const MAX_DECLARED: usize = 16 << 20;
+/// What one of them costs beside its bytes.
+const DECLARATION_COST: usize = 1 << 10;
+/// The start configuration holds the text of a cell file and of a URDF.
+const MAX_METADATA: usize = 16 << 20;
 
 /// How a recording ends.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,33 +48,36 @@ pub struct RawMessage {
 
 /// The messages of a file in the order in which they were written; see [`Recording::messages`](crate::Recording::messages).
 pub struct Messages {
-    source: Box<dyn Read>,
-    reader: LinearReader,
+    records: Records,
     channels: mcap::read::ChannelAccumulator<'static>,
+    /// Numbers of the schemas so far.
+    schemas: BTreeSet<u16>,
+    /// Bytes of schemas and channels so far.
+    declared: usize,
     setup: Option<Result<Setup, SetupError>>,
     /// Topics seen so far.
-    topics: Vec<String>,
+    topics: BTreeSet<String>,
     /// Fields of this version's `elite.Cycle` that the file's does not have; known once its channel was read.
     missing_fields: Option<Vec<&'static str>>,
     seen_anything: bool,
     ending: Option<Ending>,
+    /// Where an end that is none is told.
+    trouble: Arc<OnceLock<Ending>>,
 }
 
 impl Messages {
-    pub(crate) fn new(source: Box<dyn Read>) -> Self {
-        let options = LinearReaderOptions::default()
-            // A chunk is all there or not there at all.
-            .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(MAX_RECORD);
+    pub(crate) fn new(source: Box<dyn Read>, trouble: Arc<OnceLock<Ending>>) -> Self {
         Self {
-            source,
-            reader: LinearReader::new_with_options(options),
+            records: Records::new(source),
             channels: mcap::read::ChannelAccumulator::default(),
+            schemas: BTreeSet::new(),
+            declared: 0,
             setup: None,
-            topics: Vec::new(),
+            topics: BTreeSet::new(),
             missing_fields: None,
             seen_anything: false,
             ending: None,
+            trouble,
         }
     }
 
@@ -85,7 +95,7 @@ impl Messages {
         (self.setup, self.missing_fields.unwrap_or_default())
     }
 
-    pub(crate) fn into_topics(self) -> Vec<String> {
+    pub(crate) fn into_topics(self) -> BTreeSet<String> {
         self.topics
     }
 
@@ -105,79 +115,91 @@ impl Messages {
                 self.ending = Some(Ending::Complete);
                 None
             }
-            Err(error) => {
-                self.ending = Some(match error {
-                    McapError::UnexpectedEof => Ending::Cut,
-                    McapError::Io(error) => Ending::Damaged(error.to_string()),
-                    other => Ending::Damaged(other.to_string()),
-                });
+            Err(ending) => {
+                // The first one stands; they are the same unless the file changes.
+                let _ = self.trouble.set(ending.clone());
+                self.ending = Some(ending);
                 None
             }
         }
     }
 
-    fn try_step(&mut self) -> Result<Option<Option<RawMessage>>, McapError> {
-        loop {
-            let Some(event) = self.reader.next_event() else {
-                return Ok(None);
-            };
-            let (opcode, data) = match event? {
-                LinearReadEvent::ReadRequest(need) => {
-                    let read = read_some(&mut self.source, self.reader.insert(need))?;
-                    self.reader.notify_read(read);
-                    continue;
-                }
-                LinearReadEvent::Record { opcode, data } => (opcode, data),
-            };
-            self.seen_anything = true;
-            // Indexes are for readers that seek.
-            if matches!(
-                opcode,
-                op::MESSAGE_INDEX | op::CHUNK_INDEX | op::STATISTICS | op::SUMMARY_OFFSET
-            ) {
-                return Ok(Some(None));
+    fn try_step(&mut self) -> Result<Option<Option<RawMessage>>, Ending> {
+        let Some((opcode, data)) = self.records.next()? else {
+            return Ok(None);
+        };
+        self.seen_anything = true;
+        match opcode {
+            op::SCHEMA | op::CHANNEL if data.len() > MAX_DECLARATION => {
+                return Err(damaged(format!(
+                    "a schema or a channel has {} bytes; at most {MAX_DECLARATION} are read",
+                    data.len()
+                )));
             }
-            return match mcap::parse_record(opcode, data)? {
-                Record::Schema { header, data } => {
-                    self.channels.add_schema_from_slice(header, &data)?;
-                    Ok(Some(None))
-                }
-                Record::Channel(channel) => {
-                    let (id, is_cycle) = (channel.id, channel.topic == Topic::Cycle.name());
-                    if !self.topics.contains(&channel.topic) {
-                        self.topics.push(channel.topic.clone());
-                    }
-                    self.channels.add_channel(channel)?;
-                    if is_cycle {
-                        let schema = self.channels.get(id).and_then(|c| c.schema.clone());
-                        let data = schema.as_ref().map_or(&[][..], |schema| &schema.data);
-                        self.missing_fields = Some(Cycle::fields_missing_in(data));
-                    }
-                    Ok(Some(None))
-                }
-                Record::Metadata(metadata) => {
-                    if metadata.name == METADATA_NAME && self.setup.is_none() {
-                        self.setup = Some(Setup::from_map(&metadata.metadata));
-                    }
-                    Ok(Some(None))
-                }
-                Record::Message { header, data } => {
-                    let channel =
-                        self.channels
-                            .get(header.channel_id)
-                            .ok_or(McapError::UnknownChannel(
-                                header.sequence,
-                                header.channel_id,
-                            ))?;
-                    Ok(Some(Some(RawMessage {
-                        channel,
-                        log_time_ns: header.log_time,
-                        data: data.into_owned(),
-                    })))
-                }
-                _ => Ok(Some(None)),
-            };
+            op::METADATA if data.len() > MAX_METADATA => {
+                return Err(damaged(format!(
+                    "a metadata record has {} bytes; at most {MAX_METADATA} are read",
+                    data.len()
+                )));
+            }
+            op::SCHEMA | op::CHANNEL | op::MESSAGE => {}
+            op::METADATA if self.setup.is_none() => {}
+            _ => return Ok(Some(None)),
         }
+        let cost = data.len() + DECLARATION_COST;
+        match records::parse(opcode, data)? {
+            Record::Schema { header, data } => {
+                if self.schemas.insert(header.id) {
+                    declare(&mut self.declared, cost)?;
+                }
+                self.channels
+                    .add_schema_from_slice(header, &data)
+                    .map_err(in_words)?;
+            }
+            Record::Channel(channel) => {
+                let (id, topic) = (channel.id, channel.topic.clone());
+                if self.channels.get(id).is_none() {
+                    declare(&mut self.declared, cost)?;
+                }
+                self.channels.add_channel(channel).map_err(in_words)?;
+                if topic == Topic::Cycle.name() && self.missing_fields.is_none() {
+                    let schema = self.channels.get(id).and_then(|c| c.schema.clone());
+                    let data = schema.as_ref().map_or(&[][..], |schema| &schema.data);
+                    self.missing_fields = Some(Cycle::fields_missing_in(data));
+                }
+                self.topics.insert(topic);
+            }
+            Record::Metadata(metadata) if metadata.name == METADATA_NAME => {
+                self.setup = Some(Setup::from_map(&metadata.metadata));
+            }
+            Record::Message { header, data } => {
+                let channel = self.channels.get(header.channel_id);
+                let channel = channel.ok_or_else(|| {
+                    let id = header.channel_id;
+                    damaged(format!(
+                        "a message is of channel {id}, which is not declared"
+                    ))
+                })?;
+                return Ok(Some(Some(RawMessage {
+                    channel,
+                    log_time_ns: header.log_time,
+                    data: data.into_owned(),
+                })));
+            }
+            _ => {}
+        }
+        Ok(Some(None))
+    }
+}
+
+/// Takes note of one more schema or channel.
+fn declare(declared: &mut usize, cost: usize) -> Result<(), Ending> {
+    *declared += cost;
+    match *declared <= MAX_DECLARED {
+        true => Ok(()),
+        false => Err(damaged(format!(
+            "its schemas and channels have more than {MAX_DECLARED} bytes together"
+        ))),
     }
 }
 
@@ -189,15 +211,6 @@ impl Iterator for Messages {
             if let Some(message) = self.step()? {
                 return Some(message);
             }
-        }
-    }
-}
-
-fn read_some(source: &mut dyn Read, buffer: &mut [u8]) -> io::Result<usize> {
-    loop {
-        match source.read(buffer) {
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            result => return result,
         }
     }
 }

@@ -26,6 +26,14 @@ pub enum ReadError {
         /// What is wrong.
         reason: String,
     },
+    /// An MCAP file that is damaged before its first cycle.
+    #[error("{path} is damaged: {reason}")]
+    Damaged {
+        /// The file.
+        path: String,
+        /// What is wrong.
+        reason: String,
+    },
     /// An MCAP file without the topic of the cycles.
     #[error("{path} is not a recording of eliteserver: it has no topic /cycle")]
     NotARecording {

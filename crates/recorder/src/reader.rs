@@ -3,10 +3,11 @@
 //! The file is read from its start in one pass by [`Messages`]. What an earlier version did not record is as at the start
 //! of a controller; [`Recording::missing_fields`] names it. A newer format is refused with a sentence.
 
+use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::{BufReader, Cursor, Read};
+use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use prost::Message as _;
 
@@ -18,9 +19,6 @@ use crate::topics::{
     CommandMessage, IoMessage, LogLevel, LogMessage, ScriptMessage, Topic, VariableMessage,
 };
 
-/// Read from the file at once.
-const BUFFER: usize = 256 * 1024;
-
 /// A recording that can be read, any number of times.
 #[derive(Clone, Debug)]
 pub struct Recording {
@@ -28,6 +26,8 @@ pub struct Recording {
     name: String,
     setup: Option<Setup>,
     missing_fields: Vec<&'static str>,
+    /// An end that is none, once somebody came there.
+    trouble: Arc<OnceLock<Ending>>,
 }
 
 #[derive(Clone, Debug)]
@@ -78,6 +78,7 @@ impl Recording {
             name,
             setup: None,
             missing_fields: Vec::new(),
+            trouble: Arc::default(),
         };
         let mut messages = recording.messages()?;
         while !messages.has_cycles() {
@@ -91,6 +92,10 @@ impl Recording {
                 Some(Ending::Damaged(reason)) if messages.is_empty() => {
                     let reason = reason.clone();
                     ReadError::NotMcap { path, reason }
+                }
+                Some(Ending::Damaged(reason)) => {
+                    let reason = reason.clone();
+                    ReadError::Damaged { path, reason }
                 }
                 Some(Ending::Cut) if messages.is_empty() => ReadError::NotMcap {
                     path,
@@ -128,14 +133,19 @@ impl Recording {
         log_time_ns.saturating_sub(epoch) as f64 * 1e-9
     }
 
-    /// Names of all topics in the file.
+    /// Names of all topics in the file, sorted.
     ///
     /// # Errors
     /// [`ReadError::Io`] when the file cannot be opened.
-    pub fn topics(&self) -> Result<Vec<String>, ReadError> {
+    pub fn topics(&self) -> Result<BTreeSet<String>, ReadError> {
         let mut messages = self.messages()?;
         messages.by_ref().for_each(drop);
         Ok(messages.into_topics())
+    }
+
+    /// How the file ends, if somebody has read it to there and it is not properly.
+    pub fn trouble(&self) -> Option<&Ending> {
+        self.trouble.get()
     }
 
     /// All messages from the beginning, undecoded.
@@ -146,14 +156,14 @@ impl Recording {
         let source: Box<dyn Read> = match &self.source {
             Source::Bytes(bytes) => Box::new(Cursor::new(Arc::clone(bytes))),
             Source::File(path) => {
-                let file = File::open(path).map_err(|source| ReadError::Io {
+                let file = open(path).map_err(|source| ReadError::Io {
                     path: self.name.clone(),
                     source,
                 })?;
-                Box::new(BufReader::with_capacity(BUFFER, file))
+                Box::new(file)
             }
         };
-        Ok(Messages::new(source))
+        Ok(Messages::new(source, Arc::clone(&self.trouble)))
     }
 
     /// Messages of the given topics from the beginning, decoded, with their time in s.
@@ -246,7 +256,33 @@ impl Iterator for Entries<'_> {
     }
 }
 
+/// Opens a file. What is none is turned down: it might keep the reader waiting, and is read more than once.
+fn open(path: &Path) -> io::Result<File> {
+    if path.metadata()?.is_file() {
+        return File::open(path);
+    }
+    let text = "it is a folder, a pipe or a device; recordings are files";
+    Err(io::Error::new(io::ErrorKind::Unsupported, text))
+}
+
+/// Bytes that a message of a topic may have. Decoded, some of them are many times as large.
+const fn bytes_max(topic: Topic) -> usize {
+    match topic {
+        Topic::Cycle | Topic::Command | Topic::Io | Topic::Variables => 64 << 10,
+        Topic::Log => 16 << 20,
+        // What a chunk holds.
+        Topic::Script | Topic::JointStates | Topic::Tf | Topic::Tcp | Topic::Scene => usize::MAX,
+    }
+}
+
 fn decode(topic: Topic, data: &[u8]) -> Result<Option<Entry>, String> {
+    if data.len() > bytes_max(topic) {
+        return Err(format!(
+            "it has {} bytes, at most {} are read",
+            data.len(),
+            bytes_max(topic)
+        ));
+    }
     fn json<T: serde::de::DeserializeOwned>(data: &[u8]) -> Result<T, String> {
         serde_json::from_slice(data).map_err(|error| error.to_string())
     }

@@ -1,11 +1,11 @@
 //! The recorder's thread, and the ends through which the rest of the controller talks to it.
 //!
 //! [`Worker`] is the thread: it takes records from the motion thread's ring every few milliseconds and notes of the script side from a
-//! bounded channel, puts them into one order and writes them. The motion thread never waits for it under the real
+//! queue bounded in bytes, puts them into one order and writes them. The motion thread never waits for it under the real
 //! clock (it counts what did not fit); under the virtual clock the caller of the cycle waits for room in the ring, and
-//! a script waits for room in the channel, so nothing is lost.
+//! a script waits for room in the queue, so nothing is lost.
 //!
-//! When the output can no longer be written, recording stops: the failure is reported once, the ring and the channel
+//! When the output can no longer be written, recording stops: the failure is reported once, the ring and the queue
 //! go on being emptied, and the robot goes on.
 
 use std::fs::File;
@@ -13,7 +13,6 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::sync_channel;
 use std::thread::JoinHandle;
 
 use kinematics::RobotModel;
@@ -22,14 +21,12 @@ use motion_api::RecordReader;
 use thiserror::Error;
 
 use crate::handle::{RecorderHandle, RecorderMeter, Shared};
+use crate::notes::Notes;
 use crate::rotation::Rotation;
 use crate::setup::Setup;
 use crate::viewer::Obstacle;
 use crate::worker::Worker;
 use crate::writer::Totals;
-
-/// Notes that may wait for the thread.
-const NOTES: usize = 4096;
 
 /// What to record into, and about which arm.
 pub struct RecorderConfig {
@@ -92,6 +89,7 @@ fn reason(error: &McapError) -> String {
 /// A running recording. Dropping it finishes the file as [`finish`](Self::finish) does, with errors only logged.
 pub struct Recorder {
     shared: Arc<Shared>,
+    notes: Arc<Notes>,
     thread: Option<JoinHandle<Result<Totals, RecordError>>>,
 }
 
@@ -120,16 +118,23 @@ impl Recorder {
         config: RecorderConfig,
         records: RecordReader,
     ) -> Result<(Self, RecorderHandle), RecordError> {
-        let (sender, notes) = sync_channel(NOTES);
-        let shared = Arc::new(Shared::default());
-        let handle = RecorderHandle::new(sender, config.notes_wait, Arc::clone(&shared));
-        let worker = Worker::new(out, config, records, notes, Arc::clone(&shared))?;
+        let (notes, shared) = (Arc::new(Notes::default()), Arc::new(Shared::default()));
+        let handle =
+            RecorderHandle::new(Arc::clone(&notes), config.notes_wait, Arc::clone(&shared));
+        let worker = Worker::new(
+            out,
+            config,
+            records,
+            Arc::clone(&notes),
+            Arc::clone(&shared),
+        )?;
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
             .spawn(move || worker.run())
             .map_err(RecordError::Thread)?;
         let recorder = Self {
             shared,
+            notes,
             thread: Some(thread),
         };
         Ok((recorder, handle))
@@ -142,10 +147,10 @@ impl Recorder {
 
     /// Figures of the recording, also after it has ended.
     pub fn meter(&self) -> RecorderMeter {
-        RecorderMeter::new(Arc::clone(&self.shared))
+        RecorderMeter::new(Arc::clone(&self.shared), Arc::clone(&self.notes))
     }
 
-    /// Takes what is in the ring and the channel by now, writes the index and closes the file.
+    /// Takes what is in the ring and the queue by now, writes the index and closes the file.
     ///
     /// # Errors
     /// [`RecordError`] when the recording could not be written to its end.

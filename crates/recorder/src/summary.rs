@@ -6,6 +6,8 @@ use kinematics::{DOF, JointLimits};
 use motion_api::SafetyMode;
 
 use crate::cycle::Cycle;
+use crate::lengths::{NAME_BYTES, cut};
+use crate::losses;
 use crate::reader::{Ending, Entry, ReadError, Recording};
 use crate::topics::{LogLevel, LogMessage, Topic};
 
@@ -15,6 +17,8 @@ const AT_SPEED_LIMIT: f64 = 0.999;
 const AT_POSITION_LIMIT: f64 = 1e-3;
 /// Events kept in full; more are only counted.
 const MAX_LISTED: usize = 100;
+/// Bytes of a message that is kept.
+const LISTED_BYTES: usize = 4 << 10;
 
 /// What happened in a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,6 +27,10 @@ pub struct Summary {
     pub cycles: u64,
     /// Cycles missing between the first and the last one.
     pub missing: u64,
+    /// Cycles with a number that is not above the one before.
+    pub out_of_order: u64,
+    /// Messages of programs and registers that were dropped because the recording did not keep up.
+    pub notes_missing: u64,
     /// Number of the first and the last cycle.
     pub cycle_range: Option<(u64, u64)>,
     /// Simulated time covered, s.
@@ -101,12 +109,12 @@ impl Summary {
             let (time, entry) = entry?;
             match entry {
                 Entry::Cycle(cycle) => summary.cycle(&cycle, limits, &mut progress),
-                Entry::Command(command) => {
-                    *summary.commands.entry(command.name).or_default() += 1;
-                }
+                Entry::Command(command) => summary.command(command.name),
                 Entry::Script(script) if script.text.is_some() => {
                     summary.program_count += 1;
-                    list(&mut summary.programs, (time, script.program));
+                    let name = script.program;
+                    let name = cut(&name, NAME_BYTES).unwrap_or(name);
+                    list(&mut summary.programs, (time, name));
                 }
                 Entry::Log(log) => summary.log(time, log),
                 Entry::Script(_) | Entry::Io(_) | Entry::Variable(_) => {}
@@ -119,7 +127,10 @@ impl Summary {
     fn cycle(&mut self, cycle: &Cycle, limits: Option<&JointLimits>, progress: &mut Progress) {
         let first = self.cycle_range.map_or(cycle.cycle, |(first, _)| first);
         if let Some((_, last)) = self.cycle_range {
-            self.missing += cycle.cycle.saturating_sub(last + 1);
+            let expected = last.saturating_add(1);
+            let missing = cycle.cycle.saturating_sub(expected);
+            self.missing = self.missing.saturating_add(missing);
+            self.out_of_order += u64::from(cycle.cycle < expected);
         } else {
             progress.begin = cycle.time - cycle.step_time;
         }
@@ -175,12 +186,29 @@ impl Summary {
         }
     }
 
-    fn log(&mut self, time: f64, log: LogMessage) {
+    fn command(&mut self, name: String) {
+        let is_new = !self.commands.contains_key(&name);
+        let name = match is_new && self.commands.len() >= MAX_LISTED {
+            true => "other".to_owned(),
+            false => cut(&name, NAME_BYTES).unwrap_or(name),
+        };
+        *self.commands.entry(name).or_default() += 1;
+    }
+
+    fn log(&mut self, time: f64, mut log: LogMessage) {
+        // A hundred long ones would be much to keep.
+        for text in [&mut log.source, &mut log.message] {
+            if let Some(short) = cut(text, LISTED_BYTES) {
+                *text = short;
+            }
+        }
         if log.level >= LogLevel::Error {
             self.error_count += 1;
             list(&mut self.errors, (time, log));
         } else if log.level == LogLevel::Warning {
             self.warning_count += 1;
+            let dropped = losses::notes_in(&log.source, &log.message);
+            self.notes_missing = self.notes_missing.saturating_add(dropped);
         }
     }
 }

@@ -10,10 +10,18 @@ use std::fmt::{self, Write as _};
 use mcap::Channel;
 use prost_reflect::{DescriptorPool, DynamicMessage, MessageDescriptor, ReflectMessage, Value};
 
+use crate::json_values;
+use crate::lengths::cut;
 use crate::reader::{RawMessage, ReadError, Recording};
 
 /// More columns than a person or a spreadsheet can use.
 const MAX_COLUMNS: usize = 10_000;
+/// Bytes of a column's name.
+const MAX_NAME: usize = 1024;
+/// Bytes of a message in protobuf: decoded without knowing it, two bytes can become a hundred.
+const MAX_PROTOBUF: usize = 1 << 20;
+/// Topics that are named when one is asked for that is not there.
+const MAX_TOPICS_NAMED: usize = 20;
 const TIME_COLUMN: &str = "log_time";
 
 /// A topic as a table.
@@ -94,11 +102,17 @@ impl<'a> Table<'a> {
 
     /// An empty topic of ours is no error, an unknown one is.
     fn topic_exists(&self) -> Result<(), ReadError> {
-        let mut known = self.recording.topics()?;
-        if known.contains(&self.topic) {
+        let all = self.recording.topics()?;
+        if all.contains(&self.topic) {
             return Ok(());
         }
-        known.sort();
+        let named = all.iter().take(MAX_TOPICS_NAMED);
+        let mut known: Vec<String> = named
+            .map(|name| cut(name, 80).unwrap_or_else(|| name.clone()))
+            .collect();
+        if all.len() > MAX_TOPICS_NAMED {
+            known.push(format!("and {} more", all.len() - MAX_TOPICS_NAMED));
+        }
         Err(ReadError::NoTopic {
             topic: self.topic.clone(),
             known: known.join(", "),
@@ -221,10 +235,15 @@ impl Decoder {
         };
         match self {
             Self::Json => {
+                json_values::at_most(MAX_COLUMNS, data)?;
                 let value: serde_json::Value =
                     serde_json::from_slice(data).map_err(|error| error.to_string())?;
                 walk.json(&value)
             }
+            Self::Protobuf(_) if data.len() > MAX_PROTOBUF => Err(format!(
+                "it has {} bytes, a table takes at most {MAX_PROTOBUF}",
+                data.len()
+            )),
             Self::Protobuf(descriptor) => {
                 let message = DynamicMessage::decode(descriptor.clone(), data)
                     .map_err(|error| error.to_string())?;
@@ -249,6 +268,11 @@ impl Walk<'_, '_> {
         self.count += 1;
         if self.count > MAX_COLUMNS {
             return Err(format!("it has more than {MAX_COLUMNS} values"));
+        }
+        if self.name.len() > MAX_NAME {
+            return Err(format!(
+                "the name of a value is longer than {MAX_NAME} bytes"
+            ));
         }
         (self.emit)(&self.name, cell)
     }

@@ -1,13 +1,11 @@
-//! The recorder's thread: what waits in the ring and the channel goes into the file, chunk by chunk, part by part.
+//! The recorder's thread: what waits in the ring and the queue goes into the file, chunk by chunk, part by part.
 //!
 //! The only place with wall time: what has been recorded is handed to the operating system in time, also when simulated
 //! time stands still.
 
-use std::collections::VecDeque;
 use std::io::{self, BufWriter, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use mcap::McapError;
@@ -15,11 +13,12 @@ use motion_api::RecordReader;
 
 use crate::chunks::CHUNK_BYTES;
 use crate::handle::Shared;
+use crate::notes::{Notes, Waiting};
 use crate::recorder::{FailureReport, RecordError, RecorderConfig};
 use crate::rotation::Parts;
 use crate::setup::Setup;
 use crate::viewer::Viewer;
-use crate::writer::{MAX_WAITING, Note, RecordWriter, Totals};
+use crate::writer::{RecordWriter, Totals};
 
 /// How long the thread sleeps when there is nothing to do. The ring holds thousands of cycles.
 const POLL: Duration = Duration::from_millis(2);
@@ -69,9 +68,9 @@ pub(crate) struct Worker {
     /// The writer, or why there is none any more.
     writer: Result<RecordWriter<Counted>, Arc<McapError>>,
     records: RecordReader,
-    notes: Receiver<Note>,
+    notes: Arc<Notes>,
     /// Notes that wait for the record they come before.
-    waiting: VecDeque<Note>,
+    waiting: Waiting,
     shared: Arc<Shared>,
     parts: Parts,
     /// Bytes of the part being written.
@@ -89,7 +88,7 @@ impl Worker {
         out: impl Write + Send + 'static,
         config: RecorderConfig,
         records: RecordReader,
-        notes: Receiver<Note>,
+        notes: Arc<Notes>,
         shared: Arc<Shared>,
     ) -> Result<Self, RecordError> {
         let RecorderConfig {
@@ -112,7 +111,7 @@ impl Worker {
             writer: Ok(writer),
             records,
             notes,
-            waiting: VecDeque::new(),
+            waiting: Waiting::default(),
             shared,
             parts: Parts::new(path, rotation),
             bytes,
@@ -137,9 +136,14 @@ impl Worker {
                 let cycles = writer.totals().cycles;
                 self.shared.cycles.store(cycles, Ordering::Relaxed);
             }
+            let idle = taken < BATCH;
+            if idle && self.notes.are_many() {
+                // Nothing is left in the ring that they could come before, and whoever sends them may be held up.
+                self.take_notes();
+                self.write_notes();
+            }
             self.flush_if_due(taken);
             self.rotate_if_due();
-            let idle = taken < BATCH;
             if finish && idle {
                 return self.close();
             }
@@ -155,25 +159,30 @@ impl Worker {
             let Some(record) = self.records.next_record() else {
                 return taken;
             };
-            // After the record was taken: everything a script noted before this cycle ran is in the channel.
+            // After the record was taken: everything a script noted before this cycle ran is in the queue.
             self.take_notes();
             let mut waiting = std::mem::take(&mut self.waiting);
             self.write(|writer| writer.record(&record, &mut waiting));
+            self.notes.written(&mut waiting);
             self.waiting = waiting;
         }
         BATCH
     }
 
     fn take_notes(&mut self) {
+        self.notes.take(&mut self.waiting);
         if self.writer.is_err() {
             self.waiting.clear();
+            self.notes.written(&mut self.waiting);
         }
-        while self.waiting.len() <= MAX_WAITING {
-            let Ok(note) = self.notes.try_recv() else {
-                return;
-            };
-            self.waiting.push_back(note);
-        }
+    }
+
+    /// Writes all notes that wait, whatever their place.
+    fn write_notes(&mut self) {
+        let mut waiting = std::mem::take(&mut self.waiting);
+        self.write(|writer| writer.notes(&mut waiting));
+        waiting.clear();
+        self.notes.written(&mut waiting);
     }
 
     /// Does something with the writer, if there still is one; the first failure ends the recording.
@@ -223,8 +232,7 @@ impl Worker {
         self.note_dropped();
         // While cycles come, notes keep their place between them.
         if taken == 0 {
-            let mut waiting = std::mem::take(&mut self.waiting);
-            self.write(|writer| writer.notes(&mut waiting));
+            self.write_notes();
         }
         self.write(RecordWriter::close_chunk);
     }
@@ -278,26 +286,25 @@ impl Worker {
     }
 
     fn sleep(&mut self) {
-        if self.waiting.len() > MAX_WAITING {
-            std::thread::sleep(POLL);
-            return;
-        }
-        match self.notes.recv_timeout(POLL) {
-            Ok(note) => self.waiting.push_back(note),
-            Err(RecvTimeoutError::Timeout) => {}
-            // No handle is left; only the ring matters now.
-            Err(RecvTimeoutError::Disconnected) => std::thread::sleep(POLL),
-        }
+        self.notes.sleep(POLL);
+        self.take_notes();
     }
 
     fn close(mut self) -> Result<Totals, RecordError> {
         self.take_notes();
         self.note_dropped();
-        let mut waiting = std::mem::take(&mut self.waiting);
-        self.write(|writer| writer.notes(&mut waiting));
+        self.write_notes();
         let path = self.parts.path();
-        self.writer
+        let ended = Err(Arc::new(McapError::UnexpectedEof));
+        std::mem::replace(&mut self.writer, ended)
             .and_then(|writer| Ok(writer.finish()?.1))
             .map_err(|source| RecordError::Write { path, source })
+    }
+}
+
+impl Drop for Worker {
+    /// However the thread ends: nobody waits for it any more.
+    fn drop(&mut self) {
+        self.notes.close();
     }
 }

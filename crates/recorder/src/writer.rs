@@ -2,74 +2,29 @@
 //!
 //! The recorder's thread drives it; [`ChunkedFile`] makes the bytes, [`Viewer`] what viewers show.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::io::Write;
 
 use mcap::McapError;
 use motion_api::{Command, ProgramId, Record, RegisterImages, RobotState, ThreadNumber};
+use serde::Serialize;
 
 use crate::chunks::ChunkedFile;
 use crate::cycle::Cycle;
 use crate::io_changes;
+use crate::lengths::{SHORT_TEXT_BYTES, cut};
+use crate::losses::{self, SOURCE};
+use crate::notes::{Note, Waiting};
 use crate::setup::Setup;
-use crate::topics::{
-    CommandMessage, IoMessage, IoValue, LogLevel, ScriptMessage, Topic, VariableMessage,
-};
+use crate::topics::{CommandMessage, IoMessage, LogLevel, ScriptMessage, Topic, VariableMessage};
 use crate::viewer::Viewer;
 
 /// How many programs, and lines of how many script threads, are remembered.
 const MAX_REMEMBERED: usize = 1024;
 /// How many of the latest programs have their text repeated in the next part.
 const MAX_TEXTS: usize = 4;
-/// Messages that may wait for their place between the cycles; one more is written out of order.
-pub(crate) const MAX_WAITING: usize = 16 * 1024;
-
-/// What the script side adds to a recording. Times are simulated seconds since start.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Note {
-    ProgramStarted {
-        time: f64,
-        program: ProgramId,
-        name: String,
-        text: String,
-    },
-    ScriptLine {
-        time: f64,
-        program: ProgramId,
-        thread: ThreadNumber,
-        line: u32,
-    },
-    Variable {
-        time: f64,
-        program: ProgramId,
-        name: String,
-        type_name: String,
-        value: String,
-    },
-    Log {
-        time: f64,
-        level: LogLevel,
-        source: String,
-        message: String,
-    },
-    Io {
-        time: f64,
-        name: String,
-        value: IoValue,
-    },
-}
-
-impl Note {
-    fn time(&self) -> f64 {
-        match self {
-            Self::ProgramStarted { time, .. }
-            | Self::ScriptLine { time, .. }
-            | Self::Variable { time, .. }
-            | Self::Log { time, .. }
-            | Self::Io { time, .. } => *time,
-        }
-    }
-}
+/// Bytes that these texts may have together; the latest is always among them.
+const MAX_TEXT_BYTES: usize = 16 << 20;
 
 /// What a recording holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -94,7 +49,8 @@ pub(crate) struct RecordWriter<W: Write> {
     registers: RegisterImages,
     programs: BTreeMap<ProgramId, String>,
     /// Texts of the latest programs.
-    texts: BTreeMap<ProgramId, String>,
+    texts: BTreeMap<ProgramId, Box<str>>,
+    allowance: TextAllowance,
     /// The line that was last written for a script thread.
     lines: BTreeMap<(ProgramId, ThreadNumber), u32>,
     totals: Totals,
@@ -113,6 +69,7 @@ impl<W: Write> RecordWriter<W> {
             registers: RegisterImages::default(),
             programs: BTreeMap::new(),
             texts: BTreeMap::new(),
+            allowance: TextAllowance::default(),
             lines: BTreeMap::new(),
             totals: Totals::default(),
         };
@@ -155,7 +112,7 @@ impl<W: Write> RecordWriter<W> {
     pub(crate) fn record(
         &mut self,
         record: &Record,
-        waiting: &mut VecDeque<Note>,
+        waiting: &mut Waiting,
     ) -> Result<(), McapError> {
         match record {
             Record::Cycle(state) => {
@@ -180,7 +137,7 @@ impl<W: Write> RecordWriter<W> {
     }
 
     /// Writes all notes that wait.
-    pub(crate) fn notes(&mut self, waiting: &mut VecDeque<Note>) -> Result<(), McapError> {
+    pub(crate) fn notes(&mut self, waiting: &mut Waiting) -> Result<(), McapError> {
         self.notes_until(f64::INFINITY, waiting)
     }
 
@@ -202,10 +159,7 @@ impl<W: Write> RecordWriter<W> {
     /// Says in the recording itself that notes are missing.
     pub(crate) fn dropped(&mut self, count: u64) -> Result<(), McapError> {
         let time = self.latest.map_or(0.0, |state| state.time);
-        let message = format!(
-            "{count} messages about programs and registers are missing here: the recording did not keep up"
-        );
-        self.log(time, LogLevel::Warning, "recorder", &message)
+        self.log(time, LogLevel::Warning, SOURCE, &losses::notes(count))
     }
 
     /// Time at which a cycle begins: the end of the one before, s.
@@ -240,11 +194,8 @@ impl<W: Write> RecordWriter<W> {
             return Ok(());
         }
         self.totals.missing += missing;
-        let message = format!(
-            "{missing} cycles are missing before cycle {}: the recording did not keep up",
-            state.cycle
-        );
-        self.log(state.time, LogLevel::Warning, "recorder", &message)
+        let message = losses::cycles(missing, state.cycle);
+        self.log(state.time, LogLevel::Warning, SOURCE, &message)
     }
 
     fn scene(&mut self, time: f64) -> Result<(), McapError> {
@@ -263,15 +214,15 @@ impl<W: Write> RecordWriter<W> {
     /// Writes the notes up to `time`, and after them for every script thread the line it came to, if it is another.
     ///
     /// The notes of one cycle are taken together: a thread that ran through many lines has one line message.
-    fn notes_until(&mut self, time: f64, waiting: &mut VecDeque<Note>) -> Result<(), McapError> {
+    fn notes_until(&mut self, time: f64, waiting: &mut Waiting) -> Result<(), McapError> {
         // Notes carry the time of a cycle; half a cycle keeps rounding from moving them.
         let limit = time + 0.5 * self.step_time;
         let mut lines = BTreeMap::new();
-        while let Some(note) = waiting.front() {
-            if note.time() > limit && waiting.len() <= MAX_WAITING {
+        while let Some(note) = waiting.first() {
+            if note.time() > limit {
                 break;
             }
-            match waiting.pop_front() {
+            match waiting.pop() {
                 Some(Note::ScriptLine {
                     time,
                     program,
@@ -301,11 +252,12 @@ impl<W: Write> RecordWriter<W> {
                 name,
                 text,
             } => {
-                remember(&mut self.programs, program, name);
-                self.texts.insert(program, text);
-                if self.texts.len() > MAX_TEXTS {
-                    self.texts.pop_first();
-                }
+                remember(&mut self.programs, program, name.into());
+                let text = match self.allowance.takes(time, text.len()) {
+                    true => text,
+                    false => cut(&text, SHORT_TEXT_BYTES).map_or(text, Into::into),
+                };
+                self.remember_text(program, text);
                 self.text(time, program)
             }
             Note::ScriptLine {
@@ -324,9 +276,9 @@ impl<W: Write> RecordWriter<W> {
                 let message = VariableMessage {
                     program: self.programs.get(&program).cloned().unwrap_or_default(),
                     program_id: program.0,
-                    name,
-                    type_name,
-                    value,
+                    name: name.into(),
+                    type_name: type_name.into(),
+                    value: value.into(),
                 };
                 self.file.json(Topic::Variables, time, &message)
             }
@@ -337,20 +289,32 @@ impl<W: Write> RecordWriter<W> {
                 message,
             } => self.log(time, level, &source, &message),
             Note::Io { time, name, value } => {
-                let cycle = self.latest.map_or(0, |state| state.cycle);
+                let (cycle, name) = (self.latest.map_or(0, |state| state.cycle), name.into());
                 self.file
                     .json(Topic::Io, time, &IoMessage { cycle, name, value })
             }
         }
     }
 
+    /// Keeps a text for the next part, and forgets the oldest ones.
+    fn remember_text(&mut self, program: ProgramId, text: Box<str>) {
+        self.texts.insert(program, text);
+        while self.texts.len() > 1
+            && (self.texts.len() > MAX_TEXTS
+                || self.texts.values().map(|text| text.len()).sum::<usize>() > MAX_TEXT_BYTES)
+        {
+            self.texts.pop_first();
+        }
+    }
+
     fn text(&mut self, time: f64, program: ProgramId) -> Result<(), McapError> {
-        let message = ScriptMessage {
-            program: self.program(program).to_owned(),
+        let Some(text) = self.texts.get(&program) else {
+            return Ok(());
+        };
+        let message = ProgramMessage {
+            program: self.programs.get(&program).map_or("", String::as_str),
             program_id: program.0,
-            text: self.texts.get(&program).cloned(),
-            thread: None,
-            line: None,
+            text,
         };
         self.file.json(Topic::Script, time, &message)
     }
@@ -384,6 +348,51 @@ impl<W: Write> RecordWriter<W> {
 
     fn program(&self, program: ProgramId) -> &str {
         self.programs.get(&program).map_or("", String::as_str)
+    }
+}
+
+/// [`ScriptMessage`] with a text, which may be long, borrowed.
+#[derive(Serialize)]
+struct ProgramMessage<'a> {
+    program: &'a str,
+    program_id: u32,
+    text: &'a str,
+}
+
+/// How much of the texts of programs is recorded whole: a burst, then a rate. In simulated time, so that it is the same in
+/// every run under the virtual clock; whoever sends large programs one after the other does not fill the disk with them.
+struct TextAllowance {
+    left: f64,
+    /// Time of the latest text, s.
+    since: f64,
+}
+
+impl Default for TextAllowance {
+    fn default() -> Self {
+        Self {
+            left: Self::BURST_BYTES,
+            since: 0.0,
+        }
+    }
+}
+
+impl TextAllowance {
+    const BURST_BYTES: f64 = 64.0 * 1024.0 * 1024.0;
+    const BYTES_PER_SEC: f64 = 256.0 * 1024.0;
+
+    /// Whether a text of so many bytes is recorded whole at this time. Short ones always are.
+    fn takes(&mut self, time: f64, bytes: usize) -> bool {
+        let passed = (time - self.since).max(0.0);
+        self.since = self.since.max(time);
+        self.left = (self.left + passed * Self::BYTES_PER_SEC).min(Self::BURST_BYTES);
+        if bytes <= SHORT_TEXT_BYTES {
+            return true;
+        }
+        let is_taken = bytes as f64 <= self.left;
+        if is_taken {
+            self.left -= bytes as f64;
+        }
+        is_taken
     }
 }
 

@@ -159,7 +159,7 @@ fn the_same_input_gives_the_same_file() {
                 (cycle - 1) as f64 * STEP,
                 LogLevel::Info,
                 "test",
-                format!("before {cycle}"),
+                &format!("before {cycle}"),
             );
             if cycle % 100 == 1 {
                 push(

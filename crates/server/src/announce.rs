@@ -13,6 +13,7 @@ use elite_runtime::message::{
 };
 use elite_runtime::panel::VariableValue;
 use motion_api::{Frame, Origin, ProgramId, SnapshotCell, ThreadNumber};
+use recorder::lengths::{SHORT_TEXT_BYTES, cut};
 use recorder::{LogLevel, RecorderHandle};
 use tokio::sync::broadcast;
 use tracing::Span;
@@ -41,6 +42,8 @@ pub enum Console {
 struct KnownProgram {
     name: String,
     span: Span,
+    /// The beginning of its text, until it is known whether it runs: the recording has the whole text of those that do.
+    beginning: Option<String>,
 }
 
 /// Tells everybody.
@@ -223,11 +226,21 @@ impl Observer for Announcer {
         }
         // Of the highest level: who it is about is told with every message that is shown.
         let span = tracing::error_span!(target: "script", parent: None, "program", called = name, id = program.0);
-        let name = name.to_owned();
-        programs.insert(program, KnownProgram { name, span });
-        drop(programs);
+        let beginning = cut(text, SHORT_TEXT_BYTES).unwrap_or_else(|| text.to_owned());
+        let known = KnownProgram {
+            name: name.to_owned(),
+            span,
+            beginning: Some(beginning),
+        };
+        programs.insert(program, known);
+    }
+
+    fn program_runs(&self, program: ProgramId, text: &str) {
+        if let Some(known) = self.programs().get_mut(&program) {
+            known.beginning = None;
+        }
         self.recording
-            .program_started(self.time(), program, self.name_of(program), text);
+            .program_started(self.time(), program, &self.name_of(program), text);
     }
 
     fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32) {
@@ -248,6 +261,16 @@ impl Observer for Announcer {
 
     fn program_ended(&self, program: ProgramId) {
         let name = self.name_of(program);
+        let beginning = {
+            let mut programs = self.programs();
+            let known = programs.get_mut(&program);
+            known.and_then(|known| known.beginning.take())
+        };
+        // It did not compile: why is in the log, the whole text is with whoever sent it.
+        if let Some(beginning) = beginning {
+            self.recording
+                .program_started(self.time(), program, &name, &beginning);
+        }
         let origin = Origin {
             program,
             ..Origin::default()

@@ -11,7 +11,10 @@ use std::sync::{Arc, OnceLock, Weak};
 
 use elite_runtime::message::{Message, Observer, RECORDING_ALARM_CODE, Severity};
 use elite_runtime::panel::Operator;
-use elite_runtime::{Panel, Permissions, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
+use elite_runtime::{
+    FileAccess, FolderAccessError, Folders, Panel, Permissions, ProgramText, Robot, Supervisor,
+    TaskEnd, TaskSettings,
+};
 use io_bus::Fieldbus;
 use kinematics::ModelError;
 use motion::realtime::ClockMeter;
@@ -39,6 +42,9 @@ use loaded_model::{LoadedModel, setup};
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum StartError {
+    /// A folder of `--allow fs=DIR` is not there.
+    #[error(transparent)]
+    Folder(#[from] FolderAccessError),
     /// The arm's description is not usable.
     #[error("cannot use the model {model}: {source}")]
     Model {
@@ -106,6 +112,7 @@ impl Controller {
         console: Console,
         powered_off: bool,
     ) -> Result<Self, StartError> {
+        let permissions = permissions(config)?;
         let loaded = LoadedModel::open(&config.model)?;
         let cell = config.cell.as_deref().map(Cell::load).transpose()?;
         let setup = setup(config, &loaded, cell.as_ref(), powered_off);
@@ -183,7 +190,7 @@ impl Controller {
                 Console::Stdout => Operator::Absent,
                 Console::Log => Operator::Present,
             })),
-            permissions: permissions(config),
+            permissions,
             task_folder: absolute(&config.task_dir),
         };
         let supervisor = Supervisor::new(settings);
@@ -357,12 +364,24 @@ fn absolute(path: &Path) -> Arc<Path> {
 }
 
 /// What `--allow` lets programs reach.
-fn permissions(config: &RobotConfig) -> Permissions {
+fn permissions(config: &RobotConfig) -> Result<Permissions, FolderAccessError> {
     let allows = |permission| config.allow.contains(&permission);
-    Permissions {
-        files: allows(Permission::Fs),
+    let folders: Vec<PathBuf> = config
+        .allow
+        .iter()
+        .filter_map(|permission| match permission {
+            Permission::FsIn(folder) => Some(folder.clone()),
+            _ => None,
+        })
+        .collect();
+    Ok(Permissions {
+        files: match folders.is_empty() {
+            _ if allows(Permission::Fs) => FileAccess::Everything,
+            true => FileAccess::Nothing,
+            false => FileAccess::Beneath(Folders::open(&folders)?),
+        },
         processes: allows(Permission::Process),
         environment: allows(Permission::Env),
         network: allows(Permission::Net),
-    }
+    })
 }

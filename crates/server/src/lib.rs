@@ -13,6 +13,7 @@ pub mod controller;
 pub mod describe;
 pub mod feed;
 pub mod log_dir;
+mod log_limit;
 pub mod logging;
 pub mod options;
 pub mod plot;

@@ -16,6 +16,7 @@ use elite_runtime::message::InterpreterEvent;
 use motion_api::SnapshotCell;
 
 use crate::ports::ClientId;
+use crate::ports::shown::Escaped;
 
 /// A file of this size is put aside.
 pub const FILE_BYTES_MAX: u64 = 4 * 1024 * 1024;
@@ -106,7 +107,8 @@ impl InterpreterLog {
 fn one_line(text: &str) -> String {
     let end = text.floor_char_boundary(TEXT_BYTES_MAX);
     let cut = if end < text.len() { "..." } else { "" };
-    format!("{}{cut}", text[..end].trim().replace(['\n', '\r'], " "))
+    let text = text[..end].trim().replace(['\n', '\r'], " ");
+    format!("{}{cut}", Escaped(&text))
 }
 
 /// Writes until every sender is gone. What waits is written at one go; then the files are up to date for readers.
@@ -213,5 +215,6 @@ mod tests {
     fn a_line_is_one_line_and_not_endless() {
         assert_eq!(one_line("def f():\n a()\nend\n"), "def f():  a() end");
         assert_eq!(one_line(&"é".repeat(2000)).len(), TEXT_BYTES_MAX + 3);
+        assert_eq!(one_line("a\x1b[2J"), "a\\u{1b}[2J");
     }
 }

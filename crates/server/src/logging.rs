@@ -6,7 +6,9 @@ use thiserror::Error;
 use tracing::Subscriber;
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::fmt::writer::BoxMakeWriter;
+use tracing_subscriber::layer::SubscriberExt as _;
 
+use crate::log_limit::LogLimit;
 use crate::options::LogFormat;
 
 /// What is shown when RUST_LOG is not set.
@@ -56,12 +58,13 @@ fn subscriber(
         .with_writer(writer)
         .with_ansi(ansi);
     match format {
-        LogFormat::Text => Box::new(log.finish()),
+        LogFormat::Text => Box::new(log.finish().with(LogLimit::default())),
         LogFormat::Json => Box::new(
             log.json()
                 .flatten_event(true)
                 .with_current_span(false)
-                .finish(),
+                .finish()
+                .with(LogLimit::default()),
         ),
     }
 }

@@ -10,6 +10,8 @@ use server::options::LogFormat;
 use server::{logging, replay, wait};
 
 fn main() -> ExitCode {
+    // This process starts no others but those that programs ask for.
+    elite_runtime::all_children_are_tasks();
     let command = Cli::parse().into_command();
     match execute(command) {
         Ok(status) => status,

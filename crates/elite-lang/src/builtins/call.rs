@@ -50,6 +50,26 @@ impl Evaluator<'_> {
     ) -> R {
         match callee {
             Value::Function(function) => self.call_function(function, args, keywords),
+            Value::BoundMethod(method) if let Value::Function(function) = &method.function => {
+                with_first(method.receiver.clone(), args, |all| {
+                    self.call_function(function, all, keywords)
+                })
+            }
+            // A method of a method, an object whose `__call__` is an object with a `__call__`: such chains have no end
+            // of their own.
+            _ => self.recurse(|| self.call_through(callee, args, keywords, caller)),
+        }
+    }
+
+    /// Calls what is no function of a script; what that calls in turn comes back to `call_from`.
+    fn call_through(
+        &self,
+        callee: &Value,
+        args: &mut [Value],
+        keywords: &[(Symbol, Value)],
+        caller: Option<&mut Frame<'_>>,
+    ) -> R {
+        match callee {
             Value::Builtin(builtin) => self.call_builtin(builtin, args, keywords, caller),
             Value::BoundMethod(method) => with_first(method.receiver.clone(), args, |all| {
                 self.call_from(&method.function, all, keywords, caller)
@@ -58,9 +78,7 @@ impl Evaluator<'_> {
                 Some(function) => {
                     let metaclass = self.core.types.of(callee);
                     let method = self.bind_attribute(&function, callee, metaclass)?;
-                    self.with_stack(crate::eval::coroutine::RESERVE, || {
-                        self.call_from(&method, args, keywords, caller)
-                    })
+                    self.call_from(&method, args, keywords, caller)
                 }
                 None => self.instantiate(class, args, keywords, caller),
             },
@@ -68,9 +86,7 @@ impl Evaluator<'_> {
             Value::Instance(instance) => match instance.class.lookup(known::CALL) {
                 Some(function) => {
                     let method = self.bind_attribute(&function, callee, &instance.class)?;
-                    self.with_stack(crate::eval::coroutine::RESERVE, || {
-                        self.call_from(&method, args, keywords, caller)
-                    })
+                    self.call_from(&method, args, keywords, caller)
                 }
                 None => Err(self.not_callable(callee)),
             },
@@ -101,20 +117,34 @@ impl Evaluator<'_> {
                     && args.len() == builtin.signature.len()
                     && builtin.signature.accepts(args.len())
                 {
+                    self.note_filled(builtin, args);
                     return body(self, args);
                 }
-                self.with_bound(builtin, args, keywords, |bound| body(self, bound))
+                self.with_bound(builtin, args, keywords, |bound| {
+                    self.note_filled(builtin, bound);
+                    body(self, bound)
+                })
             }
-            BuiltinBody::Raw(body) => body(
+            BuiltinBody::Raw(body) => {
+                self.note_filled(builtin, args);
+                if builtin.fills
+                    && let Some(receiver) = args.first()
+                    && keywords.iter().any(|(_, value)| value.holds_values())
+                {
+                    self.core.note(receiver);
+                }
+                body(
+                    self,
+                    &mut Args {
+                        positional: args,
+                        keywords,
+                        caller: caller.map(Frame::reborrow),
+                    },
+                )
+            }
+            BuiltinBody::Closure { held, body } => body(
                 self,
-                &mut Args {
-                    positional: args,
-                    keywords,
-                    caller: caller.map(Frame::reborrow),
-                },
-            ),
-            BuiltinBody::Closure(body) => body(
-                self,
+                held,
                 &mut Args {
                     positional: args,
                     keywords,
@@ -128,6 +158,17 @@ impl Evaluator<'_> {
                     caller: caller.map(Frame::reborrow),
                 })
             }),
+        }
+    }
+
+    /// Notes the receiver of a method that may put values into it which can hold others.
+    #[inline]
+    pub fn note_filled(&self, builtin: &Builtin, args: &[Value]) {
+        if builtin.fills
+            && let Some((receiver, rest)) = args.split_first()
+            && rest.iter().any(Value::holds_values)
+        {
+            self.core.note(receiver);
         }
     }
 

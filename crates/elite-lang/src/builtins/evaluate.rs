@@ -190,6 +190,9 @@ impl TextScope {
             ev.call_function(&Function::plain(code, Box::default()), &mut [], &[])
         };
         for (dict, namespace) in &self.written_back {
+            // Functions of the text refer to its variables, which may refer to them.
+            ev.core.note_namespace(namespace);
+            ev.core.note(&Value::Dict(dict.clone()));
             for (name, value) in namespace.entries() {
                 dict.set_interned(ev.core.symbols.value(name), value);
             }

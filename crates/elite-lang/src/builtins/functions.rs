@@ -7,7 +7,7 @@ use crate::ast::CompareOp;
 use crate::errors::ExceptionKind;
 use crate::eval::generator::{Stepped, ToGenerator};
 use crate::eval::{Core, Evaluator};
-use crate::value::symbol::known;
+use crate::value::symbol::{Passing, known};
 use crate::value::{Class, Iter, R, Symbol, Value};
 
 /// Puts the builtin functions in place.
@@ -145,9 +145,9 @@ fn callable(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 /// The symbol of an attribute name given as a value.
-fn attribute_name(ev: &Evaluator<'_>, name: &Value) -> R<Symbol> {
+fn attribute_name<'e>(ev: &'e Evaluator<'_>, name: &Value) -> R<Passing<'e>> {
     match ev.plain(name) {
-        Value::Str(text) => Ok(ev.core.symbols.intern(text.as_str())),
+        Value::Str(text) => Ok(ev.core.symbols.ask(text.as_str())),
         other => {
             let type_name = ev.core.types.name_of(&other);
             let text = format!("attribute name must be string, not '{type_name}'");
@@ -159,8 +159,8 @@ fn attribute_name(ev: &Evaluator<'_>, name: &Value) -> R<Symbol> {
 fn getattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let name = attribute_name(ev, &args[1])?;
     match args[2].given() {
-        None => ev.attribute(&args[0], name),
-        Some(default) => match ev.attribute_or_none(&args[0], name) {
+        None => ev.attribute(&args[0], *name),
+        Some(default) => match ev.attribute_or_none(&args[0], *name) {
             Ok(Some(value)) => Ok(value),
             Ok(None) => Ok(default.clone()),
             Err(raised) if ev.is_kind(&raised, ExceptionKind::AttributeError) => {
@@ -173,7 +173,7 @@ fn getattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn hasattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let name = attribute_name(ev, &args[1])?;
-    match ev.attribute_or_none(&args[0], name) {
+    match ev.attribute_or_none(&args[0], *name) {
         Ok(found) => Ok(Value::Bool(found.is_some())),
         Err(raised) if ev.is_kind(&raised, ExceptionKind::AttributeError) => Ok(Value::Bool(false)),
         Err(raised) => Err(raised),
@@ -182,13 +182,13 @@ fn hasattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn setattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let name = attribute_name(ev, &args[1])?;
-    ev.set_attribute(&args[0], name, args[2].clone())
+    ev.set_attribute(&args[0], *name, args[2].clone())
         .map(|()| Value::None)
 }
 
 fn delattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let name = attribute_name(ev, &args[1])?;
-    ev.delete_attribute(&args[0], name).map(|()| Value::None)
+    ev.delete_attribute(&args[0], *name).map(|()| Value::None)
 }
 
 fn format(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -233,14 +233,14 @@ impl Evaluator<'_> {
                 }
                 Ok(self.core.types.of(value).is_subclass_of(class))
             }
-            Value::Tuple(tuple) => {
+            Value::Tuple(tuple) => self.recurse(|| {
                 for class in tuple.items() {
                     if self.is_instance(value, class)? {
                         return Ok(true);
                     }
                 }
                 Ok(false)
-            }
+            }),
             other => match self.union_types(other) {
                 Some(types) => self.is_instance(value, &types),
                 None => Err(self
@@ -262,14 +262,14 @@ impl Evaluator<'_> {
                 }
                 Ok(class.is_subclass_of(other))
             }
-            Value::Tuple(tuple) => {
+            Value::Tuple(tuple) => self.recurse(|| {
                 for other in tuple.items() {
                     if self.is_subclass(class, other)? {
                         return Ok(true);
                     }
                 }
                 Ok(false)
-            }
+            }),
             other => match self.union_types(other) {
                 Some(types) => self.is_subclass(class, &types),
                 None => Err(self.type_error(

@@ -16,7 +16,7 @@ pub use signature::Signature;
 
 use crate::eval::{Core, Evaluator, Frame};
 use crate::native::NativeFunction;
-use crate::value::{R, Symbol, Value};
+use crate::value::{R, Symbol, Value, trash};
 
 /// A function written in Rust.
 pub struct Builtin {
@@ -30,6 +30,8 @@ pub struct Builtin {
     pub signature: Signature,
     /// What it does.
     pub body: BuiltinBody,
+    /// It may put its arguments into its receiver, which then may become part of a cycle.
+    pub fills: bool,
 }
 
 /// A function whose arguments are bound to the signature; omitted ones are `Unbound`.
@@ -37,8 +39,8 @@ pub type BoundFn = fn(&Evaluator<'_>, &mut [Value]) -> R;
 /// A function that looks at its arguments itself.
 pub type RawFn = fn(&Evaluator<'_>, &mut Args<'_>) -> R;
 
-/// A function with data of its own.
-pub type ClosureFn = dyn Fn(&Evaluator<'_>, &mut Args<'_>) -> R;
+/// A function with data of its own, which holds no values: those it gets as `held`.
+pub type ClosureFn = dyn Fn(&Evaluator<'_>, &[Value], &mut Args<'_>) -> R;
 
 /// What a builtin does.
 pub enum BuiltinBody {
@@ -47,7 +49,12 @@ pub enum BuiltinBody {
     /// With arguments as they come.
     Raw(RawFn),
     /// With data of its own and arguments as they come.
-    Closure(Box<ClosureFn>),
+    Closure {
+        /// The values that are part of it.
+        held: Vec<Value>,
+        /// What it does with them and the arguments.
+        body: Box<ClosureFn>,
+    },
     /// Of the embedder.
     Native(NativeFunction),
 }
@@ -82,6 +89,7 @@ impl Builtin {
             module: None,
             signature,
             body: BuiltinBody::Bound(body),
+            fills: false,
         }))
     }
 
@@ -99,6 +107,7 @@ impl Builtin {
             module: Some(module.clone()),
             signature: Signature::parse(signature, &core.symbols),
             body: BuiltinBody::Bound(body),
+            fills: false,
         }))
     }
 
@@ -111,21 +120,29 @@ impl Builtin {
             module: None,
             signature,
             body: BuiltinBody::Raw(body),
+            fills: false,
         }))
     }
 
-    /// A function with data of its own.
+    /// A function with data of its own. Values that are part of it are `held`, where dropping and the search for cycles
+    /// find them; the closure captures none.
     pub fn closure(
         name: &'static str,
-        body: impl Fn(&Evaluator<'_>, &mut Args<'_>) -> R + 'static,
+        held: Vec<Value>,
+        body: impl Fn(&Evaluator<'_>, &[Value], &mut Args<'_>) -> R + 'static,
     ) -> Value {
-        let (signature, body) = (Signature::default(), BuiltinBody::Closure(Box::new(body)));
+        let signature = Signature::default();
+        let body = BuiltinBody::Closure {
+            held,
+            body: Box::new(body),
+        };
         Value::Builtin(Rc::new(Builtin {
             name,
             owner: None,
             module: None,
             signature,
             body,
+            fills: false,
         }))
     }
 
@@ -138,7 +155,16 @@ impl Builtin {
             module: None,
             signature,
             body: BuiltinBody::Native(native),
+            fills: false,
         }))
+    }
+}
+
+impl Drop for Builtin {
+    fn drop(&mut self) {
+        if let BuiltinBody::Closure { held, .. } = &mut self.body {
+            trash::dismantle(held);
+        }
     }
 }
 

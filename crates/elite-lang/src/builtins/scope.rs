@@ -72,10 +72,12 @@ impl Evaluator<'_> {
         let function = Function::plain(code.clone(), Box::default());
         let result = self.call_function(&function, &mut [], &[]);
         // Not simply the last one: another thread may be evaluating a text, too.
-        self.core
-            .texts
-            .borrow_mut()
-            .retain(|(other, _)| !Rc::ptr_eq(other, code));
+        let mut texts = self.core.texts.borrow_mut();
+        let place = texts.iter().rposition(|(other, _)| Rc::ptr_eq(other, code));
+        let over = place.map(|place| texts.remove(place));
+        drop(texts);
+        // With the namespace go its values, which may run script code.
+        drop(over);
         result
     }
 

@@ -16,6 +16,8 @@ impl Evaluator<'_> {
     /// Puts the items in order, by `key` if given. Equal items keep their order, also in reverse. After an error the
     /// items are as they were.
     pub fn sort(&self, items: &mut Vec<Value>, key: Option<&Value>, reverse: bool) -> R<()> {
+        // Keys, ranks and places beside the items.
+        self.check_allocation(items.len() * 3 * size_of::<Value>())?;
         let mut keys = Vec::new();
         if let Some(key) = key.filter(|key| !key.is_none()) {
             keys.reserve_exact(items.len());
@@ -62,18 +64,24 @@ impl Evaluator<'_> {
 
     /// A key function for a comparison function as Python 2 had it (`functools.cmp_to_key`).
     pub fn comparison_key(&self, compare: &Value) -> R {
-        let compare = compare.clone();
-        let less = Builtin::closure("__lt__", move |ev, args| match &*args.positional {
-            [a, b] => {
-                let order = ev.call(&compare, &mut [ev.plain(a), ev.plain(b)], &[])?;
-                ev.less(&order, &Value::Int(0)).map(Value::Bool)
+        let held = vec![compare.clone()];
+        let less = Builtin::closure("__lt__", held, |ev, held, args| {
+            match (held, &*args.positional) {
+                ([compare], [a, b]) => {
+                    let order = ev.call(compare, &mut [ev.plain(a), ev.plain(b)], &[])?;
+                    ev.less(&order, &Value::Int(0)).map(Value::Bool)
+                }
+                _ => Err(ev.type_error("__lt__() takes one argument")),
             }
-            _ => Err(ev.type_error("__lt__() takes one argument")),
         });
         let class = self.make_class("K", &[], vec![(known::LT, less)])?;
-        Ok(Builtin::closure("cmp_to_key", move |_, args| {
+        let held = vec![Value::Class(class)];
+        Ok(Builtin::closure("cmp_to_key", held, |ev, held, args| {
+            let [Value::Class(class)] = held else {
+                return Err(ev.type_error("cmp_to_key() has lost its class"));
+            };
             let value = args.positional.first().cloned().unwrap_or(Value::None);
-            let payload = Payload::Value(std::cell::RefCell::new(value));
+            let payload = Payload::Value(crate::value::Held::new(value));
             Ok(Value::Instance(Instance::new(class.clone(), payload)))
         }))
     }

@@ -2,21 +2,25 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
-use std::rc::{Rc, Weak};
+use std::rc::Rc;
 
 use super::code::Code;
 use super::coroutine::{StackPool, Stopping, ThreadState};
 use super::cycles::Cycles;
+use super::generator::LastActs;
 use super::types::Types;
 use crate::host::{Host, ThreadId};
 use crate::limits::{Limits, memory};
 use crate::statement::Injected;
 use crate::value::module::Namespace;
 use crate::value::symbol::Symbols;
-use crate::value::{Class, Dict, Module, R, Value};
+use crate::value::weak::WeakList;
+use crate::value::{Dict, Module, R, Value};
 
 /// Safepoints between two looks at the memory in use.
-const SLICE: u32 = 4096;
+pub(super) const SLICE: u32 = 4096;
+/// From this size on a task's memory is given back to the system when it ends.
+const LARGE: usize = 8 << 20;
 /// Containers of one script's data that may be nested in a native operation (comparison, `repr`) at once.
 pub const NATIVE_DEPTH_MAX: u32 = 500;
 
@@ -46,10 +50,9 @@ pub struct Core {
     pub empty_str: Value,
     /// The empty tuple.
     pub empty_tuple: Value,
-    /// Safepoints left in the present slice.
-    pub fuel: Cell<u32>,
-    /// Safepoints left for the slices after it.
+    /// Safepoints left for the slices after the present one.
     pub fuel_left: Cell<u32>,
+    fuel_kept: Cell<Option<u32>>,
     /// Work of natives since one gave way.
     pub work: Cell<usize>,
     /// Calls within calls.
@@ -62,21 +65,22 @@ pub struct Core {
     pub thread: Cell<u64>,
     /// Whether the running thread is being stopped.
     pub stopping: Cell<Stopping>,
-    /// Bytes the values of this interpreter held when it last ran.
-    memory_before: Cell<isize>,
-    /// The thread-wide count when it was last resumed.
-    memory_mark: Cell<isize>,
-    /// Classes made by scripts, to break their cycles at the end.
-    pub classes: RefCell<Vec<Weak<Class>>>,
+    /// What the OS thread held when the interpreter was made.
+    memory_base: isize,
+    /// The most the task has been seen to hold since freed memory was given back to the system.
+    memory_peak: Cell<usize>,
+    memory_was_large: Cell<bool>,
     /// Texts being evaluated with variables of their own, innermost last: their code and their namespace.
     pub texts: RefCell<Vec<(Rc<Code>, Rc<Namespace>)>>,
     /// Namespaces of evaluated texts, to break their cycles at the end.
-    pub namespaces: RefCell<Vec<Weak<Namespace>>>,
+    pub namespaces: WeakList<Namespace>,
     /// Library modules being loaded, one within another; meanwhile the thread is not interrupted, so that no other one
     /// finds a module half made.
     pub loading: Cell<u32>,
     /// What statements run by natives have defined.
     pub injected: RefCell<Injected>,
+    /// What generators that were given up still have to do.
+    pub last_acts: LastActs,
     /// Possible parts of reference cycles.
     pub cycles: Cycles,
     /// Calls that the main thread makes as soon as it goes on (handlers of signals).
@@ -92,6 +96,7 @@ const INTERRUPTS_MAX: usize = 64;
 impl Core {
     /// A core with Python's builtins.
     pub fn new(host: Rc<dyn Host>, limits: Limits) -> Rc<Self> {
+        let memory_base = memory::held();
         let symbols = Symbols::default();
         let types = Types::new(&symbols);
         let ascii = (0..128u8)
@@ -109,20 +114,21 @@ impl Core {
             ascii,
             empty_str: Value::str(""),
             empty_tuple: Value::tuple(Vec::new()),
-            fuel: Cell::new(0),
             fuel_left: Cell::new(0),
+            fuel_kept: Cell::new(None),
             work: Cell::new(0),
             depth: Cell::new(0),
             native_depth: Cell::new(0),
             line: Cell::new(0),
             thread: Cell::new(0),
             stopping: Cell::default(),
-            memory_before: Cell::new(0),
-            memory_mark: Cell::new(memory::held()),
-            classes: RefCell::default(),
+            memory_base,
+            memory_peak: Cell::new(0),
+            memory_was_large: Cell::new(false),
             texts: RefCell::default(),
-            namespaces: RefCell::default(),
+            namespaces: WeakList::default(),
             loading: Cell::new(0),
+            last_acts: LastActs::default(),
             cycles: Cycles::default(),
             injected: RefCell::default(),
             interrupts: RefCell::default(),
@@ -165,15 +171,15 @@ impl Core {
     /// Gives the running thread fuel.
     pub fn set_fuel(&self, fuel: u32) {
         let slice = fuel.min(SLICE);
-        self.fuel.set(slice);
+        memory::set_fuel(slice);
         self.fuel_left.set(fuel - slice);
     }
 
     /// Takes the fuel of a slice away.
     pub fn spend_fuel(&self) {
-        let spent = SLICE - self.fuel.get().min(SLICE);
+        let spent = SLICE - memory::fuel().min(SLICE);
         let left = self.fuel_left.get();
-        self.fuel.set(0);
+        memory::set_fuel(0);
         self.fuel_left.set(left.saturating_sub(spent));
     }
 
@@ -190,6 +196,18 @@ impl Core {
         left > 0
     }
 
+    /// The thread is suspended for a search: what fuel it has is kept for when it goes on, so that whose turn it is never
+    /// depends on how much memory is held.
+    pub fn keep_fuel(&self) {
+        let left = memory::fuel().saturating_add(self.fuel_left.get());
+        self.fuel_kept.set(Some(left));
+    }
+
+    /// What fuel a thread has kept that was suspended for a search.
+    pub fn take_kept_fuel(&self) -> Option<u32> {
+        self.fuel_kept.take()
+    }
+
     /// Makes `state` that of the running thread; returns the one before.
     pub fn switch_to(&self, state: ThreadState) -> ThreadState {
         ThreadState {
@@ -197,6 +215,7 @@ impl Core {
             depth: self.depth.replace(state.depth),
             line: self.line.replace(state.line),
             stopping: self.stopping.replace(state.stopping),
+            native_depth: self.native_depth.replace(state.native_depth),
         }
     }
 
@@ -208,39 +227,57 @@ impl Core {
         }
     }
 
-    /// Starts counting what this interpreter allocates.
-    pub fn memory_resume(&self) {
-        self.memory_mark.set(memory::held());
+    /// Watches the memory from now on: the safepoint after a search for cycles is due, or after the limit is crossed, looks
+    /// at it. While more is held than that, so does the one after each further part of the limit.
+    pub fn memory_watch(&self) {
+        let (used, limit) = (self.memory_used(), self.limits.memory_bytes);
+        let due = self.memory_search_due();
+        let next = match used {
+            used if used < due => due.min(limit),
+            used if used < limit => limit.min(used.saturating_add(limit / 32)),
+            used => used.saturating_add(limit / 32),
+        };
+        let next = isize::try_from(next).unwrap_or(isize::MAX);
+        memory::set_alarm(self.memory_base.saturating_add(next));
     }
 
-    /// Stops counting.
-    pub fn memory_pause(&self) {
-        self.memory_before.set(self.memory_now());
-        self.memory_mark.set(memory::held());
+    /// Looks at how much is held. Memory that was freed is still the process's, and new objects of another size may not fit
+    /// into it: if much was freed, it goes back to the system.
+    pub fn memory_look(&self) {
+        let (used, peak) = (self.memory_used(), self.memory_peak.get());
+        if used > LARGE {
+            self.memory_was_large.set(true);
+        }
+        let large = self.limits.memory_bytes / 2;
+        if peak > large && peak - used.min(peak) > self.limits.memory_bytes / 8 {
+            memory::trim();
+            self.memory_peak.set(used);
+        } else if used > peak {
+            self.memory_peak.set(used);
+        }
     }
 
-    fn memory_now(&self) -> isize {
-        self.memory_before.get() + memory::held() - self.memory_mark.get()
+    /// Whether the task has held so much that what it leaves is worth giving back.
+    pub fn memory_was_large(&self) -> bool {
+        self.memory_was_large.get()
     }
 
-    /// Bytes its values hold, approximately.
+    /// No longer watches it.
+    pub fn memory_unwatch(&self) {
+        memory::set_alarm(isize::MAX);
+        memory::take_alarm();
+    }
+
+    /// Bytes the task holds: what its OS thread has come to hold since the interpreter was made.
+    #[inline]
     pub fn memory_used(&self) -> usize {
-        self.memory_now().max(0) as usize
-    }
-
-    /// Whether `more` bytes fit the limit.
-    pub fn memory_allows(&self, more: usize) -> bool {
-        self.memory_used().saturating_add(more) <= self.limits.memory_bytes
+        (memory::held() - self.memory_base).max(0) as usize
     }
 
     /// A namespace that is taken apart when the interpreter ends.
     pub fn new_namespace(&self, parent: Option<Rc<Namespace>>) -> Rc<Namespace> {
         let namespace = Rc::new(parent.map_or_else(Namespace::default, Namespace::in_front_of));
-        let mut all = self.namespaces.borrow_mut();
-        if all.len() >= 64 && all.len().is_power_of_two() {
-            all.retain(|namespace| namespace.strong_count() > 0);
-        }
-        all.push(Rc::downgrade(&namespace));
+        self.namespaces.push(&namespace);
         namespace
     }
 
@@ -257,10 +294,10 @@ impl Core {
         self.globals.dismantle();
         self.interrupts.take();
         self.break_cycles();
+        self.last_acts.catch_up(self);
         let injected = self.injected.take();
         injected.dismantle();
-        let namespaces = std::mem::take(&mut *self.namespaces.borrow_mut());
-        for namespace in namespaces.iter().filter_map(Weak::upgrade) {
+        for namespace in self.namespaces.take() {
             namespace.dismantle();
         }
         let modules = std::mem::take(&mut *self.modules.borrow_mut());
@@ -268,55 +305,34 @@ impl Core {
         for module in modules {
             module.namespace.dismantle();
         }
-        let classes = std::mem::take(&mut *self.classes.borrow_mut());
-        for class in classes.iter().filter_map(Weak::upgrade) {
-            class.dismantle();
-        }
         self.builtins.dismantle();
         self.types.dismantle();
     }
 }
 
 impl super::Evaluator<'_> {
-    /// Raises `MemoryError` if the task holds more than it may.
-    pub fn check_memory(&self) -> R<()> {
-        if self.core.memory_allows(0) {
-            return Ok(());
-        }
-        self.core.collect();
-        match self.core.memory_allows(0) {
-            true => Ok(()),
-            false => Err(self.memory_limit_error()),
-        }
-    }
-
-    /// Raises `MemoryError` if `bytes` more would be too much.
+    /// Runs a native operation that may come back to itself through a script's data or code (comparison, `repr`, a call of
+    /// anything but a function), within the depth and the stack there is. Every such operation goes through here.
     #[inline]
-    pub fn check_allocation(&self, bytes: usize) -> R<()> {
-        if bytes < 1 << 16 || self.core.memory_allows(bytes) {
-            Ok(())
-        } else {
-            Err(self.memory_limit_error())
-        }
-    }
-
-    #[cold]
-    fn memory_limit_error(&self) -> crate::value::Raised {
-        let limit = self.core.limits.memory_bytes >> 20;
-        self.memory_error(format!(
-            "the task would hold more than its {limit} MiB of memory"
-        ))
-    }
-
-    /// Runs a native operation that recurses over data (comparison, `repr`), within the depth and the stack there is.
     pub fn recurse<T>(&self, inner: impl FnOnce() -> R<T>) -> R<T> {
-        let depth = self.core.native_depth.get();
-        if depth + self.core.depth.get() >= self.core.limits.call_depth.max(NATIVE_DEPTH_MAX) {
+        let core = &*self.core;
+        let depth = core.native_depth.get();
+        if depth + core.depth.get() >= core.limits.call_depth.max(NATIVE_DEPTH_MAX) {
             return Err(self.recursion_error());
         }
-        self.core.native_depth.set(depth + 1);
-        let result = self.with_stack(super::coroutine::RESERVE, inner);
-        self.core.native_depth.set(depth);
-        result
+        core.native_depth.set(depth + 1);
+        let _level = NativeLevel(&core.native_depth);
+        self.with_stack(super::coroutine::RESERVE, inner)
+    }
+}
+
+/// One level of native nesting of the running thread, left when it goes out of scope. It counts down by one instead of
+/// restoring what was there: between threads the count goes with `ThreadState`.
+struct NativeLevel<'c>(&'c Cell<u32>);
+
+impl Drop for NativeLevel<'_> {
+    #[inline]
+    fn drop(&mut self) {
+        self.0.set(self.0.get().saturating_sub(1));
     }
 }

@@ -10,6 +10,7 @@ use corosensei::{Yielder, on_stack};
 
 use super::Evaluator;
 use super::generator::{FromGenerator, ToGenerator};
+use crate::limits::memory;
 use crate::native::WaitToken;
 use crate::value::{R, Raised};
 
@@ -89,7 +90,21 @@ impl StackPool {
     pub fn take(&self, kind: StackKind) -> Option<DefaultStack> {
         let (shelf, size) = self.shelf(kind);
         let pooled = shelf.borrow_mut().pop();
-        pooled.or_else(|| DefaultStack::new(size).ok())
+        pooled.or_else(|| {
+            let stack = DefaultStack::new(size).ok()?;
+            memory::hold(StackPool::cost(kind));
+            Some(stack)
+        })
+    }
+
+    /// What a stack of this kind counts for in the memory of its task: all of it, as if every page were touched. Debug
+    /// builds count what a release build would use.
+    pub fn cost(kind: StackKind) -> usize {
+        match kind {
+            StackKind::Thread => THREAD_STACK / SCALE,
+            StackKind::Generator => GENERATOR_STACK / SCALE,
+            StackKind::Segment => SEGMENT_STACK / SCALE,
+        }
     }
 
     /// Takes a stack back.
@@ -97,7 +112,26 @@ impl StackPool {
         let mut shelf = self.shelf(kind).0.borrow_mut();
         if shelf.len() < POOL_MAX {
             shelf.push(stack);
+        } else {
+            drop(stack);
+            memory::let_go(StackPool::cost(kind));
         }
+    }
+}
+
+impl StackPool {
+    /// Gives the stacks that are not in use back to the system.
+    pub fn clear(&self) {
+        for kind in [StackKind::Thread, StackKind::Generator, StackKind::Segment] {
+            let kept = self.shelf(kind).0.take();
+            memory::let_go(kept.len() * StackPool::cost(kind));
+        }
+    }
+}
+
+impl Drop for StackPool {
+    fn drop(&mut self) {
+        self.clear();
     }
 }
 
@@ -112,6 +146,7 @@ impl Evaluator<'_> {
         if self.core.stopping.get() != Stopping::No {
             return self.suspend_while_stopping(request);
         }
+        crate::value::held::nothing_is_open();
         let line = self.core.line.get();
         let resume = match &self.outlet {
             Outlet::Thread(yielder) => yielder.suspend(request),
@@ -159,23 +194,29 @@ impl Evaluator<'_> {
     #[cold]
     #[inline(never)]
     pub(super) fn out_of_fuel(&self) -> R<()> {
+        self.core.memory_look();
+        self.core.last_acts.catch_up(&self.core);
+        // Not the fuel has run out then, but more memory is held.
+        let alarmed = memory::take_alarm();
         if self.core.stopping.get() == Stopping::No
             && !self.core.is_searching()
             && self.core.begin_search_if_due()
             && !self.core.search_slice()
         {
             if self.core.loading.get() == 0 {
-                // The driver goes on with the search before it resumes any thread.
+                // The driver goes on with the search before it resumes this thread, which then has the fuel it has now.
+                self.core.keep_fuel();
                 self.suspend(Request::OutOfFuel)?;
-                return self.check_memory();
+            } else {
+                // A module must not be seen half loaded.
+                self.core.collect(0);
             }
-            // A module must not be seen half loaded.
-            self.core.collect();
         }
-        if self.core.refuel() {
-            return self.check_memory();
-        }
+        self.core.memory_watch();
         self.check_memory()?;
+        if alarmed || memory::fuel() > 0 || self.core.refuel() {
+            return Ok(());
+        }
         self.suspend(Request::OutOfFuel)
     }
 
@@ -241,4 +282,6 @@ pub struct ThreadState {
     pub line: u32,
     /// Whether it is being stopped.
     pub stopping: Stopping,
+    /// Native operations within native operations.
+    pub native_depth: u32,
 }

@@ -1,7 +1,7 @@
 //! Generators: what hands values to whoever steps it. Most are a place in a list of steps (`steps`), the others are
 //! coroutines.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use corosensei::stack::DefaultStack;
@@ -11,7 +11,9 @@ use super::coroutine::{Outlet, Request, Resume, StackKind, Stopping, limit_of};
 use super::steps::{Standing, Step};
 use super::{Core, Evaluator, Frame};
 use crate::errors::ExceptionKind;
-use crate::value::{Function, R, Raised, Value};
+use crate::limits::memory;
+use crate::value::held::nothing_is_open;
+use crate::value::{Function, Held, R, Raised, Value, trash};
 
 /// What a generator is resumed with.
 pub enum ToGenerator {
@@ -25,8 +27,8 @@ pub enum ToGenerator {
 
 /// What a generator suspends with.
 pub enum FromGenerator {
-    /// The next value.
-    Yield(Value),
+    /// The next value, and the variables that hold others, for the search for cycles.
+    Yield(Value, Vec<Value>),
     /// A request for the script thread.
     Request(Request),
 }
@@ -38,19 +40,32 @@ pub struct Generator {
     /// The function it was made from.
     pub function: Rc<Function>,
     core: Rc<Core>,
-    state: RefCell<State>,
+    state: Held<State>,
     /// Where it stands, if it has no stack of its own.
-    standing: RefCell<Option<Standing>>,
+    standing: Held<Option<Standing>>,
+    /// While it is suspended with a stack of its own: the values of its variables that hold others, once more.
+    seen: Held<Vec<Value>>,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
 }
 
 enum State {
     /// Not started: its slots, parameters bound.
-    Fresh(Vec<Value>),
+    Fresh(Slots),
     /// At the place in `standing`.
     Standing,
     Suspended(GeneratorCoroutine),
     Running,
     Finished,
+}
+
+/// The slots of a generator that has not started. An argument may be a generator that has not started, and so on.
+struct Slots(Vec<Value>);
+
+impl Drop for Slots {
+    fn drop(&mut self) {
+        trash::dismantle(&mut self.0);
+    }
 }
 
 /// What a step of a generator gave.
@@ -66,24 +81,58 @@ impl Generator {
     pub fn new(core: Rc<Core>, function: Rc<Function>, slots: Vec<Value>) -> Self {
         let (state, standing) = match function.code.body.steps() {
             Some(_) => (State::Standing, Some(Standing::new(slots))),
-            None => (State::Fresh(slots), None),
+            None => (State::Fresh(Slots(slots)), None),
         };
         Generator {
             function,
             core,
-            state: RefCell::new(state),
-            standing: RefCell::new(standing),
+            state: Held::new(state),
+            standing: Held::new(standing),
+            seen: Held::default(),
+            old: Cell::new(false),
         }
     }
 
-    /// Runs `each` on what it refers to: its function and, before it has started, its arguments. What lies on its native
-    /// stack cannot be seen.
+    /// Runs `each` on what it refers to: its function and its variables. What lies on its native stack beyond the
+    /// variables cannot be seen.
     pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
         each(&Value::Function(self.function.clone()));
-        if let Ok(state) = self.state.try_borrow()
+        if let Some(state) = self.state.try_borrow()
             && let State::Fresh(slots) = &*state
         {
-            slots.iter().for_each(each);
+            slots.0.iter().for_each(&mut *each);
+        }
+        if self.has_stack() {
+            // Its native stack refers to the function as well.
+            each(&Value::Function(self.function.clone()));
+        }
+        if let Some(standing) = self.standing.try_borrow()
+            && let Some(standing) = &*standing
+        {
+            standing.visit(each);
+        }
+        if let Some(seen) = self.seen.try_borrow() {
+            // Each is referred to by its variable and by this list.
+            seen.iter().for_each(|value| {
+                each(value);
+                each(value);
+            });
+        }
+    }
+
+    /// Whether it is suspended with a native stack, so that ending it runs its `finally` blocks.
+    pub fn has_stack(&self) -> bool {
+        matches!(
+            self.state.try_borrow().as_deref(),
+            Some(State::Suspended(_))
+        )
+    }
+
+    /// Ends it, unless it is executing: what it holds is let go, `finally` blocks run as when it is dropped.
+    pub fn end(&self) {
+        if !self.is_running() {
+            self.unwind();
+            self.finish();
         }
     }
 
@@ -106,7 +155,7 @@ impl Generator {
         }
     }
 
-    fn start(&self, slots: Vec<Value>) -> Option<GeneratorCoroutine> {
+    fn start(&self, slots: Slots) -> Option<GeneratorCoroutine> {
         let stack = self.core.stacks.take(StackKind::Generator)?;
         let (core, function) = (self.core.clone(), self.function.clone());
         let limit = limit_of(&stack);
@@ -119,7 +168,7 @@ impl Generator {
             let code = function.code.clone();
             ev.with_stack(code.stack_bytes, || {
                 let mut frame = Frame {
-                    slots: &mut slots,
+                    slots: &mut slots.0,
                     function: &function,
                 };
                 code.body.run(&ev, &mut frame)
@@ -151,6 +200,7 @@ impl Generator {
 impl Evaluator<'_> {
     /// Steps a generator to its next `yield` or its end.
     pub fn step_generator(&self, generator: &Generator, input: ToGenerator) -> R<Stepped> {
+        nothing_is_open();
         if let ToGenerator::Throw(raised) = &input
             && generator.finish_fresh()
         {
@@ -159,13 +209,13 @@ impl Evaluator<'_> {
         if let Some(steps) = generator.function.code.body.steps() {
             return self.step_standing(generator, steps, input);
         }
-        let state = std::mem::replace(&mut *generator.state.borrow_mut(), State::Running);
+        let state = generator.state.replace(State::Running);
         let mut coroutine = match state {
             State::Suspended(coroutine) => coroutine,
             State::Fresh(slots) => match generator.start(slots) {
                 Some(coroutine) => coroutine,
                 None => {
-                    *generator.state.borrow_mut() = State::Finished;
+                    generator.state.put(State::Finished);
                     return Err(self.memory_error("the system has no memory for another generator"));
                 }
             },
@@ -173,22 +223,24 @@ impl Evaluator<'_> {
                 return Err(self.raise(ExceptionKind::ValueError, "generator already executing"));
             }
             State::Finished | State::Standing => {
-                *generator.state.borrow_mut() = State::Finished;
+                generator.state.put(State::Finished);
                 return step_finished(input);
             }
         };
         let core = &self.core;
         let (depth, line) = (core.depth.get(), core.line.get());
         if depth >= core.limits.call_depth {
-            *generator.state.borrow_mut() = State::Suspended(coroutine);
+            generator.state.put(State::Suspended(coroutine));
             return Err(self.recursion_error());
         }
         core.depth.set(depth + 1);
+        drop(generator.seen.take());
         let mut input = input;
         let result = loop {
             match coroutine.resume(input) {
-                CoroutineResult::Yield(FromGenerator::Yield(value)) => {
-                    *generator.state.borrow_mut() = State::Suspended(coroutine);
+                CoroutineResult::Yield(FromGenerator::Yield(value, seen)) => {
+                    generator.seen.put(seen);
+                    generator.state.put(State::Suspended(coroutine));
                     break Ok(Stepped::Yielded(value));
                 }
                 CoroutineResult::Yield(FromGenerator::Request(request)) => {
@@ -199,7 +251,7 @@ impl Evaluator<'_> {
                     input = ToGenerator::Resumed(resume);
                 }
                 CoroutineResult::Return(result) => {
-                    *generator.state.borrow_mut() = State::Finished;
+                    generator.state.put(State::Finished);
                     core.stacks
                         .give(StackKind::Generator, coroutine.into_stack());
                     break result.map(Stepped::Returned);
@@ -220,23 +272,28 @@ impl Evaluator<'_> {
     ) -> R<Stepped> {
         let core = &*self.core;
         let (depth, line) = (core.depth.get(), core.line.get());
-        match &mut *generator.state.borrow_mut() {
-            State::Finished => return step_finished(input),
-            State::Running => {
-                return Err(self.raise(ExceptionKind::ValueError, "generator already executing"));
-            }
-            _ if depth >= core.limits.call_depth => return Err(self.recursion_error()),
-            state => *state = State::Running,
+        if generator.is_finished() {
+            return step_finished(input);
         }
+        if generator.is_running() {
+            return Err(self.raise(ExceptionKind::ValueError, "generator already executing"));
+        }
+        if depth >= core.limits.call_depth {
+            return Err(self.recursion_error());
+        }
+        generator.state.put(State::Running);
         core.depth.set(depth + 1);
-        let result = match &mut *generator.standing.borrow_mut() {
+        // Taken out, so that nothing is borrowed while it runs.
+        let mut standing = generator.standing.take();
+        let result = match &mut standing {
             Some(standing) => self.with_stack(generator.function.code.stack_bytes, || {
                 self.go_on(steps, standing, &generator.function, input)
             }),
             None => step_finished(input),
         };
+        generator.standing.put(standing);
         match &result {
-            Ok(Stepped::Yielded(_)) => *generator.state.borrow_mut() = State::Standing,
+            Ok(Stepped::Yielded(_)) => generator.state.put(State::Standing),
             Ok(Stepped::Returned(_)) | Err(_) => generator.finish(),
         }
         core.depth.set(depth);
@@ -244,13 +301,15 @@ impl Evaluator<'_> {
         result
     }
 
-    /// `yield`: hands a value to whoever steps this generator; the value sent back is the result.
-    pub fn yield_value(&self, value: Value) -> R {
+    /// `yield`: hands a value to whoever steps this generator; the value sent back is the result. `slots` are the
+    /// variables of the generator.
+    pub fn yield_value(&self, slots: &[Value], value: Value) -> R {
         let Outlet::Generator(yielder) = &self.outlet else {
             // The parser lets `yield` stand in functions only, and those with one run as generators.
             return Err(self.raise(ExceptionKind::SystemError, "yield outside a generator"));
         };
-        match yielder.suspend(FromGenerator::Yield(value)) {
+        let holding = slots.iter().filter(|value| value.holds_values());
+        match yielder.suspend(FromGenerator::Yield(value, holding.cloned().collect())) {
             ToGenerator::Send(value) => Ok(value),
             ToGenerator::Throw(raised) => Err(raised),
             ToGenerator::Resumed(_) => Err(Raised::Stop),
@@ -266,27 +325,71 @@ fn step_finished(input: ToGenerator) -> R<Stepped> {
     }
 }
 
-impl Drop for Generator {
+impl Generator {
     /// A generator that is given up unwinds as a stopped thread does: its `finally` blocks run, bounded; it cannot wait.
-    fn drop(&mut self) {
-        let State::Suspended(mut coroutine) =
-            std::mem::replace(self.state.get_mut(), State::Finished)
-        else {
+    fn unwind(&self) {
+        if !self.has_stack() {
             return;
-        };
-        let core = &self.core;
+        }
+        if let State::Suspended(coroutine) = self.state.replace(State::Finished) {
+            drop(self.seen.take());
+            self.core.last_acts.unwind(&self.core, coroutine);
+        }
+    }
+}
+
+/// What generators that were given up still have to do. Usually that is done at once; while memory is being freed on behalf
+/// of a native that has its containers in its hands, no script code may run, so it waits for the next safepoint.
+#[derive(Default)]
+pub struct LastActs {
+    held_back: Cell<bool>,
+    waiting: RefCell<Vec<GeneratorCoroutine>>,
+}
+
+impl LastActs {
+    /// From now on they wait (or, `false`, are done at once); what it was before.
+    pub fn hold_back(&self, on: bool) -> bool {
+        self.held_back.replace(on)
+    }
+
+    /// Does what has waited.
+    pub fn catch_up(&self, core: &Core) {
+        while let Some(coroutine) = self.next() {
+            self.unwind(core, coroutine);
+        }
+    }
+
+    fn next(&self) -> Option<GeneratorCoroutine> {
+        match self.held_back.get() {
+            true => None,
+            false => self.waiting.borrow_mut().pop(),
+        }
+    }
+
+    fn unwind(&self, core: &Core, mut coroutine: GeneratorCoroutine) {
+        if self.held_back.get() {
+            return self.waiting.borrow_mut().push(coroutine);
+        }
+        nothing_is_open();
         let saved = (
-            core.fuel.get(),
+            memory::fuel(),
             core.stopping.get(),
             core.line.get(),
             core.depth.get(),
+            core.native_depth.get(),
         );
-        core.fuel.set(core.limits.stop_fuel);
-        core.stopping.set(if saved.1 == Stopping::No {
-            Stopping::Unwinding
-        } else {
-            saved.1
+        let depth = saved.3 + saved.4;
+        core.stopping.set(match saved.1 {
+            // A `finally` block may give up a generator with a `finally` block, and so on without end.
+            _ if depth >= core.limits.call_depth => Stopping::Abandoned,
+            Stopping::No => {
+                memory::set_fuel(core.limits.stop_fuel);
+                Stopping::Unwinding
+            }
+            // One within another shares its fuel, so that all of them together are bounded.
+            stopping => stopping,
         });
+        core.depth.set(saved.3 + 1);
         let mut input = ToGenerator::Throw(Raised::Stop);
         loop {
             match coroutine.resume(input) {
@@ -298,9 +401,19 @@ impl Drop for Generator {
         }
         core.stacks
             .give(StackKind::Generator, coroutine.into_stack());
-        core.fuel.set(saved.0);
+        // What a generator within a stopping thread has used is used; all else goes on as if nothing had happened.
+        if saved.1 == Stopping::No {
+            memory::set_fuel(saved.0);
+        }
         core.stopping.set(saved.1);
         core.line.set(saved.2);
         core.depth.set(saved.3);
+        core.native_depth.set(saved.4);
+    }
+}
+
+impl Drop for Generator {
+    fn drop(&mut self) {
+        self.unwind();
     }
 }

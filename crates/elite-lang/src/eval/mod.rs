@@ -11,18 +11,20 @@ pub mod cycles;
 pub mod expr;
 pub mod generator;
 pub mod pace;
+pub mod room;
 pub mod run;
 pub mod steps;
 pub mod stmt;
 pub mod types;
 pub mod walk;
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::rc::Rc;
 
 pub use self::core::Core;
 use self::coroutine::Outlet;
-use crate::value::{Function, Instance, R, Raised, Value};
+use crate::limits::memory;
+use crate::value::{Function, Held, Instance, R, Raised, Value};
 
 /// The variables of a running function.
 pub struct Frame<'f> {
@@ -112,7 +114,7 @@ pub struct Evaluator<'y> {
     /// Lowest address of the native stack that calls may reach.
     stack_limit: Cell<usize>,
     /// The exception whose handler is running, for a bare `raise`.
-    handled: RefCell<Option<Rc<Instance>>>,
+    handled: Held<Option<Rc<Instance>>>,
 }
 
 impl<'y> Evaluator<'y> {
@@ -122,24 +124,22 @@ impl<'y> Evaluator<'y> {
             core,
             outlet,
             stack_limit: Cell::new(stack_limit),
-            handled: RefCell::new(None),
+            handled: Held::new(None),
         }
     }
 
     /// Passed at every loop back-edge and call: counts fuel, and lets the driver in when it is used up.
     #[inline]
     pub fn safepoint(&self) -> R<()> {
-        let fuel = self.core.fuel.get();
-        if fuel == 0 {
-            return self.out_of_fuel();
+        if memory::burn() {
+            return Ok(());
         }
-        self.core.fuel.set(fuel - 1);
-        Ok(())
+        self.out_of_fuel()
     }
 
     /// The exception whose handler is running.
     pub fn handled_exception(&self) -> Option<Rc<Instance>> {
-        self.handled.borrow().clone()
+        self.handled.get()
     }
 
     /// Sets the exception whose handler is running; returns the one before.

@@ -6,6 +6,7 @@ use std::rc::Rc;
 use super::code::{Code, CodeKind};
 use super::generator::Generator;
 use super::{Evaluator, Frame};
+use crate::value::held::nothing_is_open;
 use crate::value::{CellVar, Dict, Function, R, Symbol, Value};
 
 /// Empty slots on the native stack.
@@ -50,6 +51,7 @@ impl Evaluator<'_> {
         if code.kind == CodeKind::Generator {
             return Ok(self.make_generator(function, slots));
         }
+        nothing_is_open();
         let core = &*self.core;
         let depth = core.depth.get();
         if depth >= core.limits.call_depth {
@@ -77,11 +79,10 @@ impl Evaluator<'_> {
     fn make_generator(&self, function: &Rc<Function>, slots: &mut [Value]) -> Value {
         make_cells(&function.code, slots);
         let slots = slots.iter_mut().map(std::mem::take).collect();
-        Value::Generator(Rc::new(Generator::new(
-            self.core.clone(),
-            function.clone(),
-            slots,
-        )))
+        let generator = Generator::new(self.core.clone(), function.clone(), slots);
+        let generator = Rc::new(generator);
+        self.core.note_generator(&generator);
+        Value::Generator(generator)
     }
 
     /// Calls a script function with arguments that are values already.
@@ -155,21 +156,25 @@ impl Evaluator<'_> {
     #[inline]
     pub fn fill_defaults(&self, function: &Function, slots: &mut [Value]) -> R<()> {
         let params = &function.code.params;
-        let defaults = function.defaults.borrow();
-        let first = params.positional - defaults.len().min(params.positional);
-        for (index, slot) in slots[..params.positional].iter_mut().enumerate() {
-            if slot.is_unbound() {
-                match index
-                    .checked_sub(first)
-                    .and_then(|index| defaults.get(index))
-                {
-                    Some(default) => *slot = default.clone(),
-                    None => {
-                        let error = self.missing_arguments(function, slots);
-                        return Err(self.with_signature(error, function));
+        let mut is_complete = true;
+        {
+            let defaults = function.defaults.borrow();
+            let first = params.positional - defaults.len().min(params.positional);
+            for (index, slot) in slots[..params.positional].iter_mut().enumerate() {
+                if slot.is_unbound() {
+                    match index
+                        .checked_sub(first)
+                        .and_then(|index| defaults.get(index))
+                    {
+                        Some(default) => slot.put(default.clone()),
+                        None => is_complete = false,
                     }
                 }
             }
+        }
+        if !is_complete {
+            let error = self.missing_arguments(function, slots);
+            return Err(self.with_signature(error, function));
         }
         if params.names.len() == params.positional {
             return Ok(());

@@ -91,6 +91,14 @@ impl Standing {
         }
     }
 
+    /// Runs `each` on what it refers to.
+    pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        self.slots.iter().for_each(&mut *each);
+        for walk in &self.walks {
+            walk.visit(each);
+        }
+    }
+
     /// Whether it stands at a `yield`.
     pub fn waits(&self) -> bool {
         self.waits

@@ -27,6 +27,16 @@ pub enum Walk {
 }
 
 impl Walk {
+    /// Runs `each` on what it refers to.
+    pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        match self {
+            Walk::Range(..) => {}
+            Walk::List(list, _) => each(&Value::List(list.clone())),
+            Walk::Tuple(tuple, _) => each(&Value::Tuple(tuple.clone())),
+            Walk::Iterator(iterator) => each(iterator),
+        }
+    }
+
     /// Begins to walk through `iterable`, which is written at `span`.
     #[inline]
     pub fn over(iterable: Value, ev: &Evaluator<'_>, f: &Frame<'_>, span: Span) -> R<Walk> {

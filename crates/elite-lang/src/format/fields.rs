@@ -143,7 +143,7 @@ impl Evaluator<'_> {
                 if end == 0 {
                     return Err(self.value_error("Empty attribute in format string"));
                 }
-                value = self.attribute(&value, self.core.symbols.intern(&after[..end]))?;
+                value = self.attribute(&value, *self.core.symbols.ask(&after[..end]))?;
                 path = &after[end..];
             } else if let Some(after) = path.strip_prefix('[') {
                 let end = after

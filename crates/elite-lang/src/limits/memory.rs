@@ -1,33 +1,277 @@
-//! Approximate accounting of the memory that values take.
+//! The memory account: what the allocations of an OS thread come to, and the alarm when that is more than a task may hold.
 //!
-//! Containers report the bytes of their buffers here, per OS thread; while a script thread runs, its interpreter
-//! attributes the difference to its task. Small fixed parts of objects are left out.
+//! Owns the global allocator, which hands every request to the system and counts it for the thread that makes it. Linking
+//! this crate installs it, so no interpreter runs unlimited. A task counts what its thread has come to hold since its
+//! interpreter was made: numbers, small objects, tables, compiled text, whatever a library allocates on its behalf.
+//!
+//! Two things are said by hand: memory that does not come from the allocator (`hold`, `let_go`), and memory that changes
+//! its thread. What is made for another thread, or freed on behalf of one, goes through `outside`: otherwise the account
+//! of a task that runs for days would drift.
+//!
+//! The fuel of the running script thread lies here as well: the alarm withholds it, so the next safepoint looks at the
+//! account, however much or little was left, and a loop that only counts fuel costs nothing more.
 
+use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+/// Hands requests to the system and counts them.
+pub struct CountingAllocator;
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+struct Account {
+    /// Bytes the allocations of this thread come to; less than nothing if it frees what others have made.
+    held: Cell<isize>,
+    /// Beyond this the fuel is withheld.
+    alarm: Cell<isize>,
+    /// Safepoints that may be passed.
+    fuel: Cell<u32>,
+    /// What was taken from `fuel` by the alarm, until somebody has looked.
+    withheld: Cell<Option<u32>>,
+}
+
 thread_local! {
-    static HELD: Cell<isize> = const { Cell::new(0) };
+    static ACCOUNT: Account = const {
+        Account {
+            held: Cell::new(0),
+            alarm: Cell::new(isize::MAX),
+            fuel: Cell::new(0),
+            withheld: Cell::new(None),
+        }
+    };
 }
 
-/// Notes that `bytes` more are held.
-#[inline]
-pub fn track(bytes: usize) {
-    let _ = HELD.try_with(|held| held.set(held.get() + bytes as isize));
+/// From this size on the system maps pages of their own.
+const MAPPED: usize = 128 << 10;
+const PAGE: usize = 4096;
+
+/// What a request costs: the size the system rounds it up to, its own header included.
+#[inline(always)]
+fn cost(size: usize, align: usize) -> isize {
+    let size = if size >= MAPPED {
+        size.saturating_add(16 + PAGE - 1) & !(PAGE - 1)
+    } else if size <= 24 {
+        32
+    } else {
+        (size + 8 + 15) & !15
+    };
+    let padding = if align > 16 { align } else { 0 };
+    size.saturating_add(padding) as isize
 }
 
-/// Notes that `bytes` are no longer held.
-#[inline]
-pub fn release(bytes: usize) {
-    let _ = HELD.try_with(|held| held.set(held.get() - bytes as isize));
+impl Account {
+    #[inline(always)]
+    fn add(&self, bytes: isize) {
+        let held = self.held.get() + bytes;
+        self.held.set(held);
+        if held > self.alarm.get() {
+            self.raise_alarm();
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn raise_alarm(&self) {
+        self.alarm.set(isize::MAX);
+        if self.withheld.get().is_none() {
+            self.withheld.set(Some(self.fuel.replace(0)));
+        }
+    }
 }
 
-/// Notes that a buffer went from `before` to `after` bytes.
-#[inline]
-pub fn retrack(before: usize, after: usize) {
-    let _ = HELD.try_with(|held| held.set(held.get() + after as isize - before as isize));
+#[inline(always)]
+fn count(bytes: isize) {
+    // Neither initialised nor dropped, so it is there as long as the thread is.
+    let _ = ACCOUNT.try_with(|account| account.add(bytes));
 }
 
-/// Bytes held by the values of this OS thread.
+// SAFETY: every call is handed to the system's allocator as it came, and its answer is returned as it is; counting
+// touches a cell of the thread only, which allocates nothing and cannot unwind.
+#[allow(unsafe_code)]
+unsafe impl GlobalAlloc for CountingAllocator {
+    #[inline]
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: the caller's promises are those that the system asks for.
+        let block = unsafe { System.alloc(layout) };
+        if !block.is_null() {
+            count(cost(layout.size(), layout.align()));
+        }
+        block
+    }
+
+    #[inline]
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: as in `alloc`.
+        let block = unsafe { System.alloc_zeroed(layout) };
+        if !block.is_null() {
+            count(cost(layout.size(), layout.align()));
+        }
+        block
+    }
+
+    #[inline]
+    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
+        // SAFETY: as in `alloc`.
+        unsafe { System.dealloc(block, layout) };
+        count(-cost(layout.size(), layout.align()));
+    }
+
+    #[inline]
+    unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        // SAFETY: as in `alloc`.
+        let moved = unsafe { System.realloc(block, layout, size) };
+        if !moved.is_null() {
+            count(cost(size, layout.align()) - cost(layout.size(), layout.align()));
+        }
+        moved
+    }
+}
+
+/// Bytes the allocations of this thread come to.
 pub fn held() -> isize {
-    HELD.with(Cell::get)
+    ACCOUNT.with(|account| account.held.get())
+}
+
+/// Counts memory that does not come from the allocator, or that another thread has made for this one.
+pub(crate) fn hold(bytes: usize) {
+    count(bytes as isize);
+}
+
+/// The end of what was counted with `hold`, or of memory that another thread will free.
+pub(crate) fn let_go(bytes: usize) {
+    count(-(bytes as isize));
+}
+
+/// Runs `work` for others: what it allocates and frees is not counted. For messages to other threads, and for whatever
+/// else is made here and freed elsewhere, or the other way round.
+pub fn outside<T>(work: impl FnOnce() -> T) -> T {
+    /// Puts the account back, also when `work` unwinds.
+    struct Back {
+        held: isize,
+        alarm: isize,
+    }
+    impl Drop for Back {
+        fn drop(&mut self) {
+            let _ = ACCOUNT.try_with(|account| {
+                account.held.set(self.held);
+                account.alarm.set(self.alarm);
+            });
+        }
+    }
+    let back = ACCOUNT.with(|account| Back {
+        held: account.held.get(),
+        alarm: account.alarm.replace(isize::MAX),
+    });
+    let result = work();
+    drop(back);
+    result
+}
+
+/// Runs `work` for others, as `outside` does, and brings a copy of its result in.
+pub fn copied<T: Clone>(work: impl FnOnce() -> T) -> T {
+    let theirs = outside(work);
+    let own = theirs.clone();
+    outside(|| drop(theirs));
+    own
+}
+
+/// Has the fuel withheld once this thread holds more than `bytes`; `isize::MAX` never does.
+pub(crate) fn set_alarm(bytes: isize) {
+    ACCOUNT.with(|account| account.alarm.set(bytes));
+}
+
+/// Whether the alarm has gone off since the last call; gives the fuel back.
+#[inline]
+pub(crate) fn take_alarm() -> bool {
+    ACCOUNT.with(|account| {
+        let Some(fuel) = account.withheld.take() else {
+            return false;
+        };
+        account.fuel.set(fuel);
+        true
+    })
+}
+
+/// Takes one unit of the running script thread's fuel; false if there is none to be had.
+#[inline(always)]
+pub(crate) fn burn() -> bool {
+    ACCOUNT.with(|account| {
+        let fuel = account.fuel.get();
+        if fuel == 0 {
+            return false;
+        }
+        account.fuel.set(fuel - 1);
+        true
+    })
+}
+
+/// Fuel that is left, withheld or not.
+pub(crate) fn fuel() -> u32 {
+    ACCOUNT.with(|account| account.withheld.get().unwrap_or(account.fuel.get()))
+}
+
+/// Sets the fuel; while the alarm stands it stays withheld.
+pub(crate) fn set_fuel(fuel: u32) {
+    ACCOUNT.with(|account| match account.withheld.get() {
+        Some(_) => account.withheld.set(Some(fuel)),
+        None => account.fuel.set(fuel),
+    });
+}
+
+/// Gives memory that was freed back to the system. Takes some milliseconds for every hundred megabytes.
+pub(crate) fn trim() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    // SAFETY: the call takes no pointers and may be made at any time, from any thread.
+    #[allow(unsafe_code)]
+    unsafe {
+        libc::malloc_trim(0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test
+
+    use super::*;
+
+    #[test]
+    fn every_allocation_of_a_thread_is_counted_until_it_is_freed() {
+        let before = held();
+        let mut buffer: Vec<u8> = Vec::with_capacity(1000);
+        assert_eq!(held() - before, 1008);
+        buffer.reserve_exact(1 << 20);
+        assert!(held() - before >= 1 << 20, "{}", held() - before);
+        let small: Vec<Box<u8>> = (0..100).map(Box::new).collect();
+        assert!(held() - before >= (1 << 20) + 3200);
+        drop((buffer, small));
+        assert_eq!(held() - before, 0);
+    }
+
+    #[test]
+    fn what_is_done_for_others_leaves_no_trace() {
+        let before = held();
+        let made = outside(|| vec![1_u8; 5000]);
+        assert_eq!(held(), before);
+        outside(|| drop(made));
+        assert_eq!(held(), before);
+    }
+
+    #[test]
+    fn the_alarm_withholds_the_fuel_until_somebody_looks() {
+        set_fuel(7);
+        set_alarm(held() + 10_000);
+        let small = vec![0_u8; 5_000];
+        assert!(burn() && !take_alarm());
+        let big = vec![0_u8; 10_000];
+        assert!(!burn());
+        assert_eq!(fuel(), 6);
+        set_fuel(9);
+        assert!(!burn(), "new fuel stays withheld too");
+        assert!(take_alarm());
+        assert_eq!(fuel(), 9);
+        assert!(burn());
+        drop((small, big));
+        set_alarm(isize::MAX);
+    }
 }

@@ -170,7 +170,7 @@ impl Evaluator<'_> {
     pub fn check_bits(&self, bits: u64) -> R<()> {
         let limit = self.core.limits.int_bits;
         if bits <= limit {
-            return Ok(());
+            return self.check_allocation((bits / 8) as usize);
         }
         Err(self.raise(
             ExceptionKind::OverflowError,

@@ -166,9 +166,8 @@ impl Evaluator<'_> {
         let class = self.core.types.of(receiver);
         let found = class.lookup(method(op));
         if let Some(found) = found {
-            let value = self.with_stack(crate::eval::coroutine::RESERVE, || {
-                self.call_method_value(&found, receiver, &mut [other.clone()])
-            })?;
+            let value =
+                self.recurse(|| self.call_method_value(&found, receiver, &mut [other.clone()]))?;
             return Ok((!matches!(value, Value::NotImplemented)).then_some(value));
         }
         // `!=` is the opposite of `==` unless defined otherwise.
@@ -203,14 +202,15 @@ impl Evaluator<'_> {
                 if Rc::ptr_eq(a, b) && matches!(op, CompareOp::Eq | CompareOp::Ne) {
                     return Ok(Some(op == CompareOp::Eq));
                 }
-                Some(self.recurse(|| {
-                    self.compare_sequences(op, (a.len(), b.len()), |i| Some((a.get(i)?, b.get(i)?)))
-                })?)
+                let lengths = || (a.len(), b.len());
+                let pair = |i: usize| Some((a.get(i)?, b.get(i)?));
+                Some(self.recurse(|| self.compare_sequences(op, lengths, pair))?)
             }
             (Value::Tuple(a), Value::Tuple(b)) => {
                 let (x, y) = (a.items(), b.items());
                 let pair = |i: usize| Some((x.get(i)?.clone(), y.get(i)?.clone()));
-                Some(self.recurse(|| self.compare_sequences(op, (x.len(), y.len()), pair))?)
+                let lengths = || (x.len(), y.len());
+                Some(self.recurse(|| self.compare_sequences(op, lengths, pair))?)
             }
             (Value::Dict(a), Value::Dict(b)) => match op {
                 CompareOp::Eq => Some(self.recurse(|| self.dicts_equal(a, b))?),
@@ -244,7 +244,9 @@ impl Evaluator<'_> {
                 let result = self.recurse(|| self.compare(op, &x, &y))?;
                 Some(self.truth(&result)?)
             }
-            (Value::DictView(_), _) | (_, Value::DictView(_)) => self.compare_views(op, a, b)?,
+            (Value::DictView(_), _) | (_, Value::DictView(_)) => {
+                self.recurse(|| self.compare_views(op, a, b))?
+            }
             (Value::BoundMethod(x), Value::BoundMethod(y)) => {
                 equality(op, x.receiver.is(&y.receiver) && x.function.is(&y.function))
             }
@@ -253,30 +255,44 @@ impl Evaluator<'_> {
     }
 
     fn compare_views(&self, op: CompareOp, a: &Value, b: &Value) -> R<Option<bool>> {
-        let as_set = |value: &Value| -> R<Option<Rc<crate::value::Set>>> {
-            match value {
-                Value::Set(set) | Value::FrozenSet(set) => Ok(Some(set.clone())),
-                Value::DictView(view) if view.kind != crate::value::dict::ViewKind::Values => {
-                    let set = crate::value::Set::new();
-                    self.set_extend(&set, value)?;
-                    Ok(Some(Rc::new(set)))
-                }
-                _ => Ok(None),
-            }
+        let is_set = |value: &Value| match value {
+            Value::Set(_) | Value::FrozenSet(_) => true,
+            Value::DictView(view) => view.kind != crate::value::dict::ViewKind::Values,
+            _ => false,
         };
-        match (as_set(a)?, as_set(b)?) {
-            (Some(a), Some(b)) => self.compare_sets(op, &a, &b).map(Some),
-            _ => Ok(None),
+        if !is_set(a) || !is_set(b) {
+            return Ok(None);
         }
+        // As CPython has it: by the lengths, then whether the one holds all that the other gives.
+        let (x, y) = (self.len(a)?, self.len(b)?);
+        Ok(Some(match op {
+            CompareOp::Eq => x == y && self.all_within(a, b)?,
+            CompareOp::Ne => !(x == y && self.all_within(a, b)?),
+            CompareOp::Le => x <= y && self.all_within(a, b)?,
+            CompareOp::Lt => x < y && self.all_within(a, b)?,
+            CompareOp::Ge => x >= y && self.all_within(b, a)?,
+            _ => x > y && self.all_within(b, a)?,
+        }))
+    }
+
+    fn all_within(&self, items: &Value, container: &Value) -> R<bool> {
+        let iterator = self.iter(items)?;
+        while let Some(item) = self.next(&iterator)? {
+            if !self.contains(container, &item)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     fn compare_sequences(
         &self,
         op: CompareOp,
-        lengths: (usize, usize),
+        lengths: impl Fn() -> (usize, usize),
         pair: impl Fn(usize) -> Option<(Value, Value)>,
     ) -> R<bool> {
-        if lengths.0 != lengths.1 {
+        let (a, b) = lengths();
+        if a != b {
             match op {
                 CompareOp::Eq => return Ok(false),
                 CompareOp::Ne => return Ok(true),
@@ -288,15 +304,21 @@ impl Evaluator<'_> {
         while let Some((a, b)) = pair(index) {
             self.worked(VALUE)?;
             if !self.equal(&a, &b)? {
-                return match op {
-                    CompareOp::Eq => Ok(false),
-                    CompareOp::Ne => Ok(true),
-                    _ => self.compare_truth(op, &a, &b),
-                };
+                match op {
+                    CompareOp::Eq => return Ok(false),
+                    CompareOp::Ne => return Ok(true),
+                    _ => {}
+                }
+                match pair(index) {
+                    Some((a, b)) => return self.compare_truth(op, &a, &b),
+                    // They are gone by now; then the lengths tell.
+                    None => break,
+                }
             }
             index += 1;
         }
-        Ok(by_order(op, Some(lengths.0.cmp(&lengths.1))))
+        let (a, b) = lengths();
+        Ok(by_order(op, Some(a.cmp(&b))))
     }
 
     /// `item in container`.
@@ -350,19 +372,16 @@ impl Evaluator<'_> {
                 crate::value::dict::ViewKind::Keys => {
                     Ok(self.dict_find(&view.dict, item)?.is_some())
                 }
-                crate::value::dict::ViewKind::Items => {
-                    let Value::Tuple(pair) = item else {
-                        return Ok(false);
-                    };
-                    let [key, value] = pair.items() else {
-                        return Ok(false);
-                    };
-                    match self.dict_find(&view.dict, key)? {
-                        Some(index) => self.equal(&view.dict.value_at(index), value),
-                        None => Ok(false),
+                crate::value::dict::ViewKind::Items => match item {
+                    Value::Tuple(pair) if pair.items().len() == 2 => {
+                        match self.dict_get(&view.dict, &pair.items()[0])? {
+                            Some(value) => self.equal(&value, &pair.items()[1]),
+                            None => Ok(false),
+                        }
                     }
-                }
-                crate::value::dict::ViewKind::Values => self.contains_by_iteration(container, item),
+                    _ => Ok(false),
+                },
+                _ => self.contains_by_iteration(container, item),
             },
             Value::Instance(instance) => {
                 if let Some(Value::None) = instance.class.lookup(known::CONTAINS) {

@@ -8,7 +8,7 @@ use crate::value::attrs::AttrMap;
 use crate::value::exception::ExceptionState;
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
-use crate::value::{Function, Instance, R, Symbol, Value};
+use crate::value::{Function, Held, Instance, R, Symbol, Value};
 
 impl Evaluator<'_> {
     /// Attributes that exceptions have by nature.
@@ -34,8 +34,8 @@ impl Evaluator<'_> {
         }
         Some(match name {
             known::ARGS => state.args(),
-            known::CAUSE => or_none(&state.cause.borrow()),
-            known::CONTEXT => or_none(&state.context.borrow()),
+            known::CAUSE => or_none(&state.cause.get()),
+            known::CONTEXT => or_none(&state.context.get()),
             known::SUPPRESS_CONTEXT => Value::Bool(state.suppress_context.get()),
             known::TRACEBACK => self.traceback_object(state),
             known::VALUE => {
@@ -119,12 +119,11 @@ impl Evaluator<'_> {
         name: Symbol,
         new: &Value,
     ) -> R<bool> {
-        let chained = |place: &std::cell::RefCell<Value>| {
-            *place.borrow_mut() = if new.is_none() {
-                Value::Unbound
-            } else {
-                new.clone()
-            };
+        let chained = |place: &Held<Value>| {
+            place.put(match new {
+                Value::None => Value::Unbound,
+                new => new.clone(),
+            });
         };
         if state.group.get().is_some()
             && matches!(&*self.core.symbols.name(name), "message" | "exceptions")
@@ -243,17 +242,18 @@ impl Evaluator<'_> {
                 Value::Tuple(tuple) => tuple.items().to_vec(),
                 _ => return Err(self.type_error("__defaults__ must be set to a tuple object")),
             };
-            *function.defaults.borrow_mut() = defaults.into();
+            self.core.note_function(function);
+            function.defaults.put(defaults.into());
             return Ok(());
         }
         if new.holds_values() {
             self.core.note_function(function);
         }
-        let mut attrs = function.attrs.borrow_mut();
-        let old = attrs
-            .get_or_insert_with(|| Box::new(AttrMap::default()))
-            .insert(name, new);
-        drop(attrs);
+        self.core.symbols.settle(name);
+        let old = function.attrs.change(|attrs| {
+            let attrs = attrs.get_or_insert_with(|| Box::new(AttrMap::default()));
+            attrs.insert(name, new)
+        });
         drop(old);
         Ok(())
     }
@@ -286,7 +286,7 @@ impl Evaluator<'_> {
                 Value::BoundMethod(method),
                 known::NAME | known::QUALNAME | known::DOC | known::MODULE,
             ) => {
-                return self.attribute_or_none(&method.function, name);
+                return self.recurse(|| self.attribute_or_none(&method.function, name));
             }
             (Value::Builtin(builtin), known::NAME) => Value::str(builtin.name),
             (Value::Builtin(builtin), known::QUALNAME) => Value::str(&*builtin.label()),
@@ -305,7 +305,7 @@ impl Evaluator<'_> {
             (
                 Value::StaticMethod(function) | Value::ClassMethod(function),
                 known::NAME | known::QUALNAME | known::DOC | known::MODULE,
-            ) => return self.attribute_or_none(function, name),
+            ) => return self.recurse(|| self.attribute_or_none(function, name)),
             (
                 Value::StaticMethod(function) | Value::ClassMethod(function),
                 known::FUNC | known::WRAPPED,

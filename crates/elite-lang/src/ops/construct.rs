@@ -20,7 +20,7 @@ impl Evaluator<'_> {
         caller: Option<&mut Frame<'_>>,
     ) -> R {
         if !class.is_script {
-            let constructor = class.constructor.borrow().clone();
+            let constructor = class.constructor.get();
             if !constructor.is_unbound() {
                 return self.call_from(&constructor, args, keywords, caller);
             }
@@ -132,7 +132,7 @@ impl Evaluator<'_> {
             let name = class.name();
             return Err(self.type_error(format!("cannot create '{name}' instances")));
         };
-        let constructor = builtin.constructor.borrow().clone();
+        let constructor = builtin.constructor.get();
         // Mutable containers are filled by `__init__`; immutable values take the arguments now.
         let is_mutable = matches!(
             class.base,
@@ -143,7 +143,7 @@ impl Evaluator<'_> {
         } else {
             self.call(&constructor, &mut args.to_vec(), keywords)?
         };
-        let payload = Payload::Value(std::cell::RefCell::new(made));
+        let payload = Payload::Value(crate::value::Held::new(made));
         Ok(Value::Instance(Instance::new(class.clone(), payload)))
     }
 

@@ -13,6 +13,14 @@ use crate::value::{Dict, R, Set, Value};
 /// Times a search starts over because script code changed the table meanwhile.
 const RETRIES_MAX: usize = 100;
 
+/// A search in a table that script code may change meanwhile.
+struct Place<'t> {
+    generation: &'t dyn Fn() -> u64,
+    /// Whether an entry still has this very key.
+    is_at: &'t dyn Fn(usize, &Value) -> bool,
+    again: &'t dyn Fn() -> Found,
+}
+
 impl Evaluator<'_> {
     /// Python's `hash(value)`.
     #[inline]
@@ -50,7 +58,7 @@ impl Evaluator<'_> {
             }),
             Value::FrozenSet(set) => Ok(frozenset_hash(set)),
             Value::BoundMethod(method) => {
-                let function = self.hash(&method.function)?;
+                let function = self.recurse(|| self.hash(&method.function))?;
                 Ok(address_hash(method.receiver.address().unwrap_or(0)) ^ function)
             }
             Value::Instance(instance) => self.instance_hash(value, instance),
@@ -104,8 +112,11 @@ impl Evaluator<'_> {
                 key,
                 candidates,
                 generation,
-                || dict.generation(),
-                || dict.find(hash, key),
+                Place {
+                    generation: &|| dict.generation(),
+                    is_at: &|index, key| dict.is_key_at(index, key),
+                    again: &|| dict.find(hash, key),
+                },
             ),
         }
     }
@@ -117,26 +128,34 @@ impl Evaluator<'_> {
         key: &Value,
         candidates: Vec<(usize, Value)>,
         generation: u64,
-        current: impl Fn() -> u64,
-        again: impl Fn() -> Found,
+        place: Place<'_>,
     ) -> R<Option<usize>> {
         let (mut candidates, mut generation) = (candidates, generation);
+        // Keys that have said no are not asked again.
+        let mut others: Vec<Value> = Vec::new();
         for _ in 0..RETRIES_MAX {
             let mut changed = false;
             for (index, candidate) in &candidates {
+                if others.iter().any(|other| other.is(candidate)) {
+                    continue;
+                }
                 let equal = self.equal(candidate, key)?;
-                changed = current() != generation;
+                changed = (place.generation)() != generation;
+                // The answer counts if the key that gave it is still where it was.
+                if equal && (!changed || (place.is_at)(*index, candidate)) {
+                    return Ok(Some(*index));
+                }
+                if !equal {
+                    others.push(candidate.clone());
+                }
                 if changed {
                     break;
-                }
-                if equal {
-                    return Ok(Some(*index));
                 }
             }
             if !changed {
                 return Ok(None);
             }
-            match again() {
+            match (place.again)() {
                 Found::At(index) => return Ok(Some(index)),
                 Found::Nowhere => return Ok(None),
                 Found::Ask(more, now) => (candidates, generation) = (more, now),
@@ -163,7 +182,10 @@ impl Evaluator<'_> {
     pub fn dict_set_hashed(&self, dict: &Dict, hash: u64, key: Value, value: Value) -> R<()> {
         match self.dict_find_hashed(dict, hash, &key)? {
             Some(index) => dict.set_value_at(index, value),
-            None => dict.append(hash, key, value),
+            None => {
+                self.check_allocation(dict.growth(1))?;
+                dict.append(hash, key, value);
+            }
         }
         Ok(())
     }
@@ -177,6 +199,7 @@ impl Evaluator<'_> {
 
     /// Copies all entries of `other` into `dict`.
     pub fn dict_update(&self, dict: &Dict, other: &Dict) -> R<()> {
+        self.check_allocation(dict.growth(other.len()).saturating_add(other.bytes()))?;
         for (hash, key, value) in other.entries() {
             self.dict_set_hashed(dict, hash, key, value)?;
         }
@@ -241,6 +264,16 @@ impl Evaluator<'_> {
 
     /// The index of an element of a set.
     pub fn set_find(&self, set: &Set, hash: u64, key: &Value) -> R<Option<usize>> {
+        self.set_search(set, hash, key, &|index, key| set.is_key_at(index, key))
+    }
+
+    fn set_search(
+        &self,
+        set: &Set,
+        hash: u64,
+        key: &Value,
+        is_at: &dyn Fn(usize, &Value) -> bool,
+    ) -> R<Option<usize>> {
         match set.find(hash, key) {
             Found::At(index) => Ok(Some(index)),
             Found::Nowhere => Ok(None),
@@ -248,8 +281,11 @@ impl Evaluator<'_> {
                 key,
                 candidates,
                 generation,
-                || set.generation(),
-                || set.find(hash, key),
+                Place {
+                    generation: &|| set.generation(),
+                    is_at,
+                    again: &|| set.find(hash, key),
+                },
             ),
         }
     }
@@ -262,7 +298,9 @@ impl Evaluator<'_> {
 
     /// Like `set_add` with the hash known.
     pub fn set_add_hashed(&self, set: &Set, hash: u64, key: Value) -> R<()> {
-        if self.set_find(set, hash, &key)?.is_none() {
+        // An equal one that was there counts, as in CPython, also if it has left while it was compared.
+        if self.set_search(set, hash, &key, &|_, _| true)?.is_none() {
+            self.check_allocation(set.growth(1))?;
             set.append(hash, key);
         }
         Ok(())
@@ -296,6 +334,7 @@ impl Evaluator<'_> {
         match iterable {
             Value::Set(other) | Value::FrozenSet(other) => self.set_merge(set, other)?,
             Value::Dict(dict) => {
+                self.check_allocation(set.growth(dict.len()))?;
                 set.reserve(dict.len());
                 for (hash, key, _) in dict.entries() {
                     self.set_add_hashed(set, hash, key)?;
@@ -316,6 +355,7 @@ impl Evaluator<'_> {
         if std::ptr::eq(set, other) {
             return Ok(());
         }
+        self.check_allocation(set.growth(other.len()))?;
         if set.is_empty() {
             set.replace(other.copy());
             return Ok(());
@@ -329,6 +369,7 @@ impl Evaluator<'_> {
 
     /// `a | b`
     pub fn set_union(&self, a: &Set, b: &Set) -> R<Set> {
+        self.check_allocation(a.bytes())?;
         let result = a.copy();
         self.set_merge(&result, b)?;
         Ok(result)
@@ -349,6 +390,7 @@ impl Evaluator<'_> {
     /// `a - b`
     pub fn set_difference(&self, a: &Set, b: &Set) -> R<Set> {
         if a.len() >> 2 > b.len() {
+            self.check_allocation(a.bytes())?;
             let result = a.copy();
             self.set_subtract(&result, b)?;
             return Ok(result);
@@ -378,6 +420,7 @@ impl Evaluator<'_> {
 
     /// `a ^ b`
     pub fn set_symmetric_difference(&self, a: &Set, b: &Set) -> R<Set> {
+        self.check_allocation(b.bytes())?;
         let result = b.copy();
         self.set_toggle(&result, a)?;
         Ok(result)
@@ -412,6 +455,10 @@ impl Evaluator<'_> {
 
     /// Comparison of sets: subset relations.
     pub fn compare_sets(&self, op: CompareOp, a: &Rc<Set>, b: &Rc<Set>) -> R<bool> {
+        self.recurse(|| self.compare_sets_inside(op, a, b))
+    }
+
+    fn compare_sets_inside(&self, op: CompareOp, a: &Set, b: &Set) -> R<bool> {
         match op {
             CompareOp::Eq => Ok(a.len() == b.len() && self.is_subset(a, b)?),
             CompareOp::Ne => Ok(!(a.len() == b.len() && self.is_subset(a, b)?)),

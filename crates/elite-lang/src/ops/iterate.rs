@@ -1,6 +1,6 @@
 //! The iterator protocol.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::rc::Rc;
 
 use crate::builtins::types::range::long_range_iterator;
@@ -9,14 +9,14 @@ use crate::eval::Evaluator;
 use crate::eval::generator::{Stepped, ToGenerator};
 use crate::value::dict::ViewKind;
 use crate::value::symbol::known;
-use crate::value::{Iter, R, Raised, Value};
+use crate::value::{Held, Iter, R, Raised, Value};
 
 impl Evaluator<'_> {
     /// Python's `iter(value)`.
     pub fn iter(&self, value: &Value) -> R {
         let iter = match value {
             Value::List(list) => Iter::List {
-                list: RefCell::new(Some(list.clone())),
+                list: Held::new(Some(list.clone())),
                 index: Cell::new(0),
             },
             Value::Tuple(tuple) => Iter::Tuple {
@@ -132,8 +132,8 @@ impl Evaluator<'_> {
         if let (Raised::Exception(error), Raised::Exception(cause)) = (&error, raised)
             && let Some(state) = error.exception()
         {
-            *state.cause.borrow_mut() = Value::Instance(cause.clone());
-            *state.context.borrow_mut() = Value::Instance(cause);
+            state.cause.put(Value::Instance(cause.clone()));
+            state.context.put(Value::Instance(cause));
         }
         error
     }
@@ -274,12 +274,12 @@ impl Evaluator<'_> {
                 let Some(value) = self.next(source)? else {
                     return Ok(None);
                 };
-                let number = count.borrow().clone();
+                let number = count.get();
                 let following = match number {
                     Value::Int(number) if number < i64::MAX => Value::Int(number + 1),
                     _ => self.binary(crate::ast::BinaryOp::Add, &number, &Value::Int(1))?,
                 };
-                drop(count.replace(following));
+                count.put(following);
                 Ok(Some((number, value)))
             }
             Iter::Zip { sources, .. } => {
@@ -431,20 +431,22 @@ impl Evaluator<'_> {
     pub fn collect(&self, iterable: &Value) -> R<Vec<Value>> {
         match iterable {
             Value::List(list) => {
-                let mut items = Vec::with_capacity(list.len());
+                let mut items = self.room_for(list.len())?;
                 self.copy_list(list, &mut items)?;
                 return Ok(items);
             }
             Value::Tuple(tuple) => {
-                let mut items = Vec::with_capacity(tuple.items().len());
+                let mut items = self.room_for(tuple.items().len())?;
                 self.copy_values(tuple.items(), &mut items)?;
                 return Ok(items);
             }
-            Value::Dict(dict) => return Ok(dict.keys()),
+            Value::Dict(dict) => {
+                self.check_allocation(dict.len() * size_of::<Value>())?;
+                return Ok(dict.keys());
+            }
             Value::Range(range) => {
                 let length = range.len();
-                self.check_allocation((length as usize).saturating_mul(size_of::<Value>()))?;
-                let mut items = Vec::with_capacity(length as usize);
+                let mut items = self.room_for(usize::try_from(length).unwrap_or(usize::MAX))?;
                 for index in 0..length {
                     self.worked(1)?;
                     items.push(Value::Int(range.at(index)));
@@ -462,8 +464,9 @@ impl Evaluator<'_> {
         let mut items = Vec::new();
         while let Some(value) = self.step(iterator)? {
             if items.len() == items.capacity() {
-                self.check_allocation(2 * items.len() * size_of::<Value>())?;
+                self.grow(&mut items, 1)?;
             }
+            self.check_memory()?;
             items.push(value);
         }
         Ok(items)

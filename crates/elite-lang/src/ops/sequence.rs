@@ -55,11 +55,16 @@ impl Evaluator<'_> {
                 Value::tuple(items)
             }
             (Value::Bytes(a), _) => match self.bytes_like(b) {
-                Some(b) => Value::Bytes(Rc::new(Bytes::new([a.data(), &b].concat()))),
+                Some(b) => {
+                    self.check_allocation(a.data().len() + b.len())?;
+                    Value::Bytes(Rc::new(Bytes::new([a.data(), &b].concat())))
+                }
                 None => return Ok(None),
             },
             (Value::ByteArray(a), _) => match self.bytes_like(b) {
                 Some(b) => {
+                    let length = a.data.borrow().len();
+                    self.check_allocation(length + b.len())?;
                     let data = [&a.data.borrow()[..], &b].concat();
                     Value::ByteArray(Rc::new(ByteArray::new(data)))
                 }
@@ -80,10 +85,32 @@ impl Evaluator<'_> {
     }
 
     fn repeat_either(&self, a: &Value, b: &Value) -> R<Option<Value>> {
-        match (Int::of(a), Int::of(b)) {
-            (None, Some(count)) => self.repeat(a, &count),
-            (Some(count), None) => self.repeat(b, &count),
-            _ => Ok(None),
+        let is_sequence = |value: &Value| {
+            matches!(
+                value,
+                Value::Str(_)
+                    | Value::List(_)
+                    | Value::Tuple(_)
+                    | Value::Bytes(_)
+                    | Value::ByteArray(_)
+            )
+        };
+        let (sequence, count) = match (is_sequence(a), is_sequence(b)) {
+            (true, false) => (a, b),
+            (false, true) => (b, a),
+            _ => return Ok(None),
+        };
+        match self.count_of(count)? {
+            Some(count) => self.repeat(sequence, &count),
+            None => Ok(None),
+        }
+    }
+
+    /// How often something is to be repeated: an integer, or an object that stands for one as an index.
+    fn count_of(&self, value: &Value) -> R<Option<Int>> {
+        match value {
+            Value::Instance(_) if self.has_index(value) => self.to_int(value).map(Some),
+            other => Ok(Int::of(other)),
         }
     }
 
@@ -125,9 +152,10 @@ impl Evaluator<'_> {
                 Value::Bytes(Rc::new(Bytes::new(bytes.data().repeat(count))))
             }
             Value::ByteArray(bytes) => {
-                let data = bytes.data.borrow();
-                let count = self.repetitions(count, data.len())?;
-                Value::ByteArray(Rc::new(ByteArray::new(data.repeat(count))))
+                let length = bytes.data.borrow().len();
+                let count = self.repetitions(count, length)?;
+                let data = bytes.data.borrow().repeat(count);
+                Value::ByteArray(Rc::new(ByteArray::new(data)))
             }
             _ => return Ok(None),
         }))
@@ -135,6 +163,7 @@ impl Evaluator<'_> {
 
     fn algebra(&self, op: BinaryOp, a: &Value, b: &Value) -> R<Option<Value>> {
         if let (BinaryOp::BitOr, Value::Dict(a), Value::Dict(b)) = (op, a, b) {
+            self.check_allocation(a.bytes())?;
             let union = Rc::new(a.copy());
             self.dict_update(&union, b)?;
             return Ok(Some(Value::Dict(union)));
@@ -186,32 +215,37 @@ impl Evaluator<'_> {
 
     /// `a op= b` for containers that change in place; None if `a` is not one or the operands do not fit.
     pub fn builtin_in_place(&self, op: BinaryOp, a: &Value, b: &Value) -> R<Option<Value>> {
+        if b.holds_values() {
+            self.core.note(a);
+        }
         match (op, a) {
             (BinaryOp::Add, Value::List(list)) => {
-                let items = self.collect(b)?;
-                self.check_allocation((list.len() + items.len()) * size_of::<Value>())?;
-                list.borrow_mut().extend(items);
-                list.account();
+                self.list_extend(list, b)?;
             }
             (BinaryOp::Mul, Value::List(list)) => {
-                let Some(count) = Int::of(b) else {
+                let Some(count) = self.count_of(b)? else {
                     return Ok(None);
                 };
                 let count = self.repetitions(&count, list.len() * size_of::<Value>())?;
                 let mut items = Vec::new();
                 self.copy_list(list, &mut items)?;
                 let items = self.repeated(items, count)?;
-                let old = std::mem::replace(&mut *list.borrow_mut(), items);
-                list.account();
-                drop(old);
+                drop(list.replace_all(items));
+            }
+            (BinaryOp::Mul, Value::ByteArray(bytes)) => {
+                let Some(count) = self.count_of(b)? else {
+                    return Ok(None);
+                };
+                let data = bytes.data.get();
+                let count = self.repetitions(&count, data.len())?;
+                bytes.data.put(data.repeat(count));
             }
             (BinaryOp::Add, Value::ByteArray(bytes)) => {
                 let Some(more) = self.bytes_like(b) else {
                     return Ok(None);
                 };
-                self.check_allocation(bytes.data.borrow().len() + more.len())?;
-                bytes.data.borrow_mut().extend(more);
-                bytes.account();
+                self.grow_bytes(bytes, more.len())?;
+                bytes.data.change(|data| data.extend(more));
             }
             (BinaryOp::BitOr, Value::Dict(dict)) => self.dict_update_from(dict, b)?,
             (

@@ -18,7 +18,8 @@ impl Evaluator<'_> {
                 push_int(*int, &mut text);
                 Ok(text)
             }
-            Value::Instance(instance) => self.instance_str(value, instance),
+            // The text of an exception is that of its argument, which may be an exception.
+            Value::Instance(instance) => self.recurse(|| self.instance_str(value, instance)),
             Value::Class(class) if class.meta_method(known::STR).is_some() => {
                 match self.special(value, known::STR, &mut [])? {
                     Some(text) => self.expect_text(&text, "__str__"),

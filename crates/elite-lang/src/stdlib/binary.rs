@@ -330,6 +330,8 @@ fn unpack(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             &data[offset as usize..]
         }
     };
+    // Each field is a number or a text of its own.
+    ev.ask_for_pieces(data.len(), || format.fields.len())?;
     let mut values = Vec::with_capacity(format.fields.len());
     for (code, width, offset) in &format.fields {
         let mut field = data[*offset..*offset + *width].to_vec();

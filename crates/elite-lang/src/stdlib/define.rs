@@ -63,7 +63,9 @@ impl<'b, 'y> Builder<'b, 'y> {
     ) -> Rc<Class> {
         let class = self.new_class(name, Base::Native);
         if let Some((signature, body)) = constructor {
-            *class.constructor.borrow_mut() = Builtin::bound(self.core(), name, signature, body);
+            class
+                .constructor
+                .put(Builtin::bound(self.core(), name, signature, body));
         }
         for (method, signature, body) in methods {
             let builtin = self.builtin(name, method, &format!("self {signature}"), *body);
@@ -76,7 +78,7 @@ impl<'b, 'y> Builder<'b, 'y> {
         let core = self.core();
         let object = core.types.object.clone();
         let class = Class::new(name, base, vec![object.clone()], vec![object], false);
-        core.classes.borrow_mut().push(Rc::downgrade(&class));
+        core.note_class(&class);
         class.set(known::MODULE, Value::str(&*self.module.name));
         class.in_c.set(true);
         self.value(name, Value::Class(class.clone()));
@@ -96,6 +98,7 @@ impl<'b, 'y> Builder<'b, 'y> {
             module: None,
             signature: Signature::parse(signature, &self.core().symbols),
             body: BuiltinBody::Bound(body),
+            fills: true,
         }))
     }
 
@@ -107,7 +110,9 @@ impl<'b, 'y> Builder<'b, 'y> {
     ) -> Rc<Class> {
         let class = self.new_class(name, Base::Iterator);
         if let Some((signature, body)) = constructor {
-            *class.constructor.borrow_mut() = Builtin::bound(self.core(), name, signature, body);
+            class
+                .constructor
+                .put(Builtin::bound(self.core(), name, signature, body));
         }
         install_next(self.core(), &class);
         class
@@ -116,7 +121,7 @@ impl<'b, 'y> Builder<'b, 'y> {
     /// Like `iterator_class`, with a constructor that takes its arguments as they come.
     pub fn raw_iterator_class(&self, name: &'static str, constructor: RawFn) -> Rc<Class> {
         let class = self.iterator_class(name, None);
-        *class.constructor.borrow_mut() = Builtin::raw(name, constructor);
+        class.constructor.put(Builtin::raw(name, constructor));
         class
     }
 

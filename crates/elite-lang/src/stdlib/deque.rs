@@ -1,17 +1,19 @@
 //! `_collections`: the double-ended queue.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::define::{Builder, Entry, holding, native_class, with_data};
 use crate::ast::CompareOp;
+use crate::builtins::types::insertion_place;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::limits::memory;
 use crate::value::instance::Holds;
+use crate::value::int::Int;
 use crate::value::iter::NativeIter;
-use crate::value::{Iter, R, Raised, Value, trash};
+use crate::value::symbol::known;
+use crate::value::{Held, Iter, R, Raised, Value, trash};
 
 pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     let class = module.class(
@@ -41,11 +43,10 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
 /// The data of a deque.
 #[derive(Default)]
 struct Deque {
-    items: RefCell<VecDeque<Value>>,
+    items: Held<VecDeque<Value>>,
     maxlen: Cell<Option<usize>>,
     /// Counts changes of length, so that iterators notice.
     generation: Cell<u64>,
-    tracked: Cell<usize>,
 }
 
 impl Deque {
@@ -56,45 +57,51 @@ impl Deque {
         }
     }
 
+    /// Makes room for `more` items; a bounded deque at its bound needs room for one.
+    fn grow(&self, ev: &Evaluator<'_>, more: usize) -> R<()> {
+        ev.grow_held(&self.items, more)
+    }
+
     fn changed(&self) {
         self.generation.set(self.generation.get() + 1);
-        let bytes = self.items.borrow().capacity() * size_of::<Value>();
-        memory::retrack(self.tracked.replace(bytes), bytes);
     }
 
     /// Adds at one end; what does not fit any more leaves at the other one.
     fn push(&self, value: Value, left: bool) {
-        let mut dropped = None;
-        {
-            let mut items = self.items.borrow_mut();
+        let left_over = self.items.change(|items| {
             if left {
                 items.push_front(value);
             } else {
                 items.push_back(value);
             }
-            if self.maxlen.get().is_some_and(|most| items.len() > most) {
-                dropped = if left {
-                    items.pop_back()
-                } else {
-                    items.pop_front()
-                };
+            match self.maxlen.get() {
+                Some(most) if items.len() > most && left => items.pop_back(),
+                Some(most) if items.len() > most => items.pop_front(),
+                _ => None,
             }
-        }
+        });
         self.changed();
-        drop(dropped);
+        drop(left_over);
     }
 
     fn pop(&self, left: bool) -> Option<Value> {
-        let popped = {
-            let mut items = self.items.borrow_mut();
-            if left {
-                items.pop_front()
-            } else {
-                items.pop_back()
-            }
-        };
+        let popped = self.items.change(|items| match left {
+            true => items.pop_front(),
+            false => items.pop_back(),
+        });
         self.changed();
         popped
+    }
+
+    /// Removes everything; the items are dropped when the deque is free again.
+    fn clear(&self) {
+        let old = self.items.take();
+        self.changed();
+        drop(old);
+    }
+
+    fn get(&self, index: usize) -> Option<Value> {
+        self.items.borrow().get(index).cloned()
     }
 
     fn to_vec(&self) -> Vec<Value> {
@@ -108,7 +115,6 @@ impl Deque {
 
 impl Drop for Deque {
     fn drop(&mut self) {
-        memory::release(self.tracked.get());
         let mut items: Vec<Value> = std::mem::take(self.items.get_mut()).into();
         trash::dismantle(&mut items);
     }
@@ -116,7 +122,7 @@ impl Drop for Deque {
 
 fn make(ev: &Evaluator<'_>, items: Vec<Value>, maxlen: Option<usize>) -> R {
     let deque = Deque::default();
-    *deque.items.borrow_mut() = items.into();
+    deque.items.put(items.into());
     deque.maxlen.set(maxlen);
     deque.changed();
     holding(ev, "_collections.deque", Rc::new(deque), &HOLDS)
@@ -128,16 +134,14 @@ static HOLDS: Holds = Holds {
         if let Some(deque) = data.downcast_ref::<Rc<Deque>>()
             // An iterator shares the deque; then its items are not only its own.
             && Rc::strong_count(deque) == 1
-            && let Ok(items) = deque.items.try_borrow()
+            && let Some(items) = deque.items.try_borrow()
         {
             items.iter().for_each(each);
         }
     },
     clear: |data| {
         if let Some(deque) = data.downcast_ref::<Rc<Deque>>() {
-            let items = std::mem::take(&mut *deque.items.borrow_mut());
-            drop(items);
-            deque.changed();
+            deque.clear();
         }
     },
 };
@@ -161,15 +165,18 @@ fn init(ev: &Evaluator<'_>, receiver: &Value, iterable: &Value, maxlen: &Value) 
     let deque = data(ev, receiver)?;
     let most = match maxlen.given() {
         None | Some(Value::None) => None,
-        Some(value) => match usize::try_from(ev.index(value)?) {
-            Ok(most) => Some(most),
-            Err(_) => return Err(ev.value_error("maxlen must be non-negative")),
-        },
+        Some(value) => {
+            let Some(most) = Int::of(value) else {
+                return Err(ev.type_error("an integer is required"));
+            };
+            match usize::try_from(ev.index(&most.into_value())?) {
+                Ok(most) => Some(most),
+                Err(_) => return Err(ev.value_error("maxlen must be non-negative")),
+            }
+        }
     };
     deque.maxlen.set(most);
-    let old = std::mem::take(&mut *deque.items.borrow_mut());
-    drop(old);
-    deque.changed();
+    deque.clear();
     match iterable.given() {
         Some(iterable) => extend(ev, &deque, iterable, false),
         None => Ok(()),
@@ -177,21 +184,27 @@ fn init(ev: &Evaluator<'_>, receiver: &Value, iterable: &Value, maxlen: &Value) 
 }
 
 fn extend(ev: &Evaluator<'_>, deque: &Deque, iterable: &Value, left: bool) -> R<()> {
-    // Collected first, so that a deque can extend itself.
-    for item in ev.collect(iterable)? {
-        deque.push(item, left);
+    // What it holds is collected first, so that a deque can extend itself.
+    let own = data(ev, iterable).is_ok_and(|other| std::ptr::eq(&*other, deque));
+    if own {
+        for item in deque.to_vec() {
+            deque.grow(ev, 1)?;
+            deque.push(item, left);
+        }
+    } else {
+        let iterator = ev.iter(iterable)?;
+        while let Some(item) = ev.step(&iterator)? {
+            deque.grow(ev, 1)?;
+            deque.push(item, left);
+        }
     }
-    ev.check_allocation(deque.tracked.get())
+    Ok(())
 }
 
 fn position(ev: &Evaluator<'_>, deque: &Deque, index: &Value) -> R<usize> {
-    let (index, length) = (ev.index(index)?, deque.len() as i64);
-    let index = if index < 0 { index + length } else { index };
-    if (0..length).contains(&index) {
-        Ok(index as usize)
-    } else {
-        Err(ev.raise(ExceptionKind::IndexError, "deque index out of range"))
-    }
+    let index = ev.index(index)?;
+    ev.place(index, deque.len())
+        .ok_or_else(|| ev.raise(ExceptionKind::IndexError, "deque index out of range"))
 }
 
 fn mutated(ev: &Evaluator<'_>) -> Raised {
@@ -232,13 +245,15 @@ fn iterator(ev: &Evaluator<'_>, deque: Rc<Deque>, reversed: bool) -> R {
 
 fn find(ev: &Evaluator<'_>, deque: &Deque, wanted: &Value) -> R<Option<usize>> {
     let generation = deque.generation.get();
-    for (index, item) in deque.to_vec().iter().enumerate() {
-        if ev.equal(item, wanted)? {
+    let mut index = 0;
+    while let Some(item) = deque.get(index) {
+        if ev.equal(&item, wanted)? {
             return Ok(Some(index));
         }
         if deque.generation.get() != generation {
             return Err(mutated(ev));
         }
+        index += 1;
     }
     Ok(None)
 }
@@ -259,15 +274,15 @@ const METHODS: &[Entry] = &[
     ("append", "item /", |ev, args| {
         let deque = data(ev, &args[0])?;
         note(ev, &args[0], &args[1]);
+        deque.grow(ev, 1)?;
         deque.push(std::mem::take(&mut args[1]), false);
-        ev.check_allocation(deque.tracked.get())?;
         Ok(Value::None)
     }),
     ("appendleft", "item /", |ev, args| {
         let deque = data(ev, &args[0])?;
         note(ev, &args[0], &args[1]);
+        deque.grow(ev, 1)?;
         deque.push(std::mem::take(&mut args[1]), true);
-        ev.check_allocation(deque.tracked.get())?;
         Ok(Value::None)
     }),
     ("pop", "", |ev, args| pop(ev, &args[0], false)),
@@ -282,9 +297,7 @@ const METHODS: &[Entry] = &[
     }),
     ("clear", "", |ev, args| {
         let deque = data(ev, &args[0])?;
-        let old = std::mem::take(&mut *deque.items.borrow_mut());
-        drop(old);
-        deque.changed();
+        deque.clear();
         Ok(Value::None)
     }),
     ("copy", "", |ev, args| {
@@ -300,45 +313,49 @@ const METHODS: &[Entry] = &[
         let deque = data(ev, &args[0])?;
         let length = deque.len() as i64;
         if length > 0 {
-            deque
-                .items
-                .borrow_mut()
-                .rotate_right(steps.rem_euclid(length) as usize);
+            let steps = steps.rem_euclid(length) as usize;
+            deque.items.change(|items| items.rotate_right(steps));
             deque.changed();
         }
         Ok(Value::None)
     }),
     ("reverse", "", |ev, args| {
         let deque = data(ev, &args[0])?;
-        deque.items.borrow_mut().make_contiguous().reverse();
+        deque
+            .items
+            .change(|items| items.make_contiguous().reverse());
         Ok(Value::None)
     }),
     ("count", "item /", |ev, args| {
-        let mut count = 0;
-        for item in data(ev, &args[0])?.to_vec() {
+        let deque = data(ev, &args[0])?;
+        let generation = deque.generation.get();
+        let (mut index, mut count) = (0, 0);
+        while let Some(item) = deque.get(index) {
             count += i64::from(ev.equal(&item, &args[1])?);
+            if deque.generation.get() != generation {
+                return Err(mutated(ev));
+            }
+            index += 1;
         }
         Ok(Value::Int(count))
     }),
     ("index", "item start? stop? /", |ev, args| {
         let deque = data(ev, &args[0])?;
-        let length = deque.len() as i64;
+        let generation = deque.generation.get();
         let bound = |value: &Value, default: i64| match value.given() {
             None => Ok(default),
-            Some(value) => {
-                let index = ev.clamped_index(value)?;
-                let index = if index < 0 {
-                    index.saturating_add(length)
-                } else {
-                    index
-                };
-                Ok(index.clamp(0, length))
-            }
+            Some(value) => ev.clamped_index(value),
         };
-        let (start, stop) = (bound(&args[2], 0)?, bound(&args[3], length)?);
-        for (index, item) in deque.to_vec().iter().enumerate() {
-            if (start..stop).contains(&(index as i64)) && ev.equal(item, &args[1])? {
+        let (start, stop) = (bound(&args[2], 0)?, bound(&args[3], i64::MAX)?);
+        let length = deque.len();
+        let places = insertion_place(start, length)..insertion_place(stop, length);
+        for index in places {
+            let Some(item) = deque.get(index) else { break };
+            if ev.equal(&item, &args[1])? {
                 return Ok(Value::Int(index as i64));
+            }
+            if deque.generation.get() != generation {
+                return Err(mutated(ev));
             }
         }
         let text = format!("{} is not in deque", ev.repr(&args[1])?);
@@ -353,33 +370,41 @@ const METHODS: &[Entry] = &[
             ));
         }
         note(ev, &args[0], &args[2]);
-        let (index, length) = (ev.clamped_index(&args[1])?, deque.len() as i64);
-        let index = if index < 0 {
-            index.saturating_add(length).max(0)
-        } else {
-            index.min(length)
-        };
-        deque
-            .items
-            .borrow_mut()
-            .insert(index as usize, std::mem::take(&mut args[2]));
+        // What is beyond an end is so by the length before the index is asked, as in CPython.
+        let before = deque.len() as i64;
+        let index = ev.clamped_index(&args[1])?;
+        let item = std::mem::take(&mut args[2]);
+        deque.items.change(|items| {
+            let place = match index {
+                index if index >= before => items.len(),
+                index if index <= -before => 0,
+                index => insertion_place(index, items.len()),
+            };
+            items.insert(place, item);
+        });
         deque.changed();
         Ok(Value::None)
     }),
     ("remove", "item /", |ev, args| {
         let deque = data(ev, &args[0])?;
-        match find(ev, &deque, &args[1])? {
-            Some(index) => {
-                let removed = deque.items.borrow_mut().remove(index);
+        let generation = deque.generation.get();
+        let mut index = 0;
+        while let Some(item) = deque.get(index) {
+            let equal = ev.equal(&item, &args[1])?;
+            if deque.generation.get() != generation {
+                let text = "deque mutated during remove().";
+                return Err(ev.raise(ExceptionKind::IndexError, text));
+            }
+            if equal {
+                let removed = deque.items.change(|items| items.remove(index));
                 deque.changed();
                 drop(removed);
-                Ok(Value::None)
+                return Ok(Value::None);
             }
-            None => {
-                let text = format!("{} is not in deque", ev.repr(&args[1])?);
-                Err(ev.value_error(text))
-            }
+            index += 1;
         }
+        let text = format!("{} is not in deque", ev.repr(&args[1])?);
+        Err(ev.value_error(text))
     }),
     ("__len__", "", |ev, args| {
         Ok(Value::Int(data(ev, &args[0])?.len() as i64))
@@ -390,26 +415,24 @@ const METHODS: &[Entry] = &[
     ("__getitem__", "index /", |ev, args| {
         let deque = data(ev, &args[0])?;
         let at = position(ev, &deque, &args[1])?;
-        let item = deque.items.borrow().get(at).cloned();
-        Ok(item.unwrap_or_default())
+        Ok(deque.get(at).unwrap_or_default())
     }),
     ("__setitem__", "index value /", |ev, args| {
         let deque = data(ev, &args[0])?;
         let at = position(ev, &deque, &args[1])?;
         note(ev, &args[0], &args[2]);
         let value = std::mem::take(&mut args[2]);
-        let old = deque
-            .items
-            .borrow_mut()
-            .get_mut(at)
-            .map(|place| std::mem::replace(place, value));
+        let old = deque.items.change(|items| match items.get_mut(at) {
+            Some(place) => std::mem::replace(place, value),
+            None => value,
+        });
         drop(old);
         Ok(Value::None)
     }),
     ("__delitem__", "index /", |ev, args| {
         let deque = data(ev, &args[0])?;
         let at = position(ev, &deque, &args[1])?;
-        let removed = deque.items.borrow_mut().remove(at);
+        let removed = deque.items.change(|items| items.remove(at));
         deque.changed();
         drop(removed);
         Ok(Value::None)
@@ -442,6 +465,10 @@ const METHODS: &[Entry] = &[
     ("__add__", "other /", |ev, args| {
         let own = data(ev, &args[0])?;
         let Ok(other) = data(ev, &args[1]) else {
+            // The other one may know how to be added to a deque.
+            if is_added_by_itself(ev, &args[1]) {
+                return Ok(Value::NotImplemented);
+            }
             let name = ev.core.types.name_of(&args[1]);
             return Err(ev.type_error(format!(
                 "can only concatenate deque (not \"{name}\") to deque"
@@ -452,27 +479,33 @@ const METHODS: &[Entry] = &[
         Ok(sum)
     }),
     ("__iadd__", "other /", |ev, args| {
+        if data(ev, &args[1]).is_err() && is_added_by_itself(ev, &args[1]) {
+            return Ok(Value::NotImplemented);
+        }
         note(ev, &args[0], &args[1]);
         extend(ev, &*data(ev, &args[0])?, &args[1], false)?;
         Ok(std::mem::take(&mut args[0]))
     }),
     ("__mul__", "n /", |ev, args| {
-        let own = data(ev, &args[0])?;
-        let times = ev.clamped_index(&args[1])?.max(0) as usize;
-        let bytes = own
-            .len()
-            .saturating_mul(times)
-            .saturating_mul(size_of::<Value>());
-        ev.check_allocation(bytes)?;
-        let times = if bytes == 0 { 0 } else { times };
-        let product = make(ev, Vec::new(), own.maxlen.get())?;
-        let deque = data(ev, &product)?;
-        for _ in 0..times {
-            own.to_vec()
-                .into_iter()
-                .for_each(|item| deque.push(item, false));
-        }
-        Ok(product)
+        let items = repeated(ev, args)?;
+        repeat_into(
+            ev,
+            make(ev, Vec::new(), data(ev, &args[0])?.maxlen.get())?,
+            items,
+        )
+    }),
+    ("__rmul__", "n /", |ev, args| {
+        let items = repeated(ev, args)?;
+        repeat_into(
+            ev,
+            make(ev, Vec::new(), data(ev, &args[0])?.maxlen.get())?,
+            items,
+        )
+    }),
+    ("__imul__", "n /", |ev, args| {
+        let items = repeated(ev, args)?;
+        data(ev, &args[0])?.clear();
+        repeat_into(ev, std::mem::take(&mut args[0]), items)
     }),
     ("__repr__", "", |ev, args| {
         let deque = data(ev, &args[0])?;
@@ -484,6 +517,30 @@ const METHODS: &[Entry] = &[
         }))
     }),
 ];
+
+/// Whether an object of a script says what adding it to something means; then it has its turn first.
+fn is_added_by_itself(ev: &Evaluator<'_>, value: &Value) -> bool {
+    matches!(value, Value::Instance(_)) && ev.core.types.of(value).lookup(known::RADD).is_some()
+}
+
+/// The items of a deque so many times over.
+fn repeated(ev: &Evaluator<'_>, args: &[Value]) -> R<Vec<Value>> {
+    let times = ev.clamped_index(&args[1])?.max(0) as usize;
+    let items = data(ev, &args[0])?.to_vec();
+    let count = items.len().saturating_mul(times);
+    ev.check_allocation(count.saturating_mul(2 * size_of::<Value>()))?;
+    let mut all = Vec::with_capacity(count);
+    for _ in 0..if items.is_empty() { 0 } else { times } {
+        all.extend_from_slice(&items);
+    }
+    Ok(all)
+}
+
+fn repeat_into(ev: &Evaluator<'_>, receiver: Value, items: Vec<Value>) -> R {
+    let deque = data(ev, &receiver)?;
+    items.into_iter().for_each(|item| deque.push(item, false));
+    Ok(receiver)
+}
 
 fn pop(ev: &Evaluator<'_>, receiver: &Value, left: bool) -> R {
     match data(ev, receiver)?.pop(left) {

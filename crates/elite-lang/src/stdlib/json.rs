@@ -39,7 +39,6 @@ fn read(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         strict: ev.truth(&option(4))?,
         parse_constant: option(5),
         error: option(6),
-        depth: 0,
     };
     if args[2].given().is_some() {
         // Only one value, from a position on (`raw_decode`).
@@ -58,9 +57,6 @@ fn read(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(value)
 }
 
-/// Values nested deeper than this are refused, as CPython does at its recursion limit.
-const DEPTH_MAX: usize = 990;
-
 struct Reader<'r, 'y> {
     ev: &'r Evaluator<'y>,
     text: &'r str,
@@ -73,7 +69,6 @@ struct Reader<'r, 'y> {
     strict: bool,
     parse_constant: Value,
     error: Value,
-    depth: usize,
 }
 
 impl Reader<'_, '_> {
@@ -109,22 +104,16 @@ impl Reader<'_, '_> {
                 self.string().map(Value::str)
             }
             Some(b'{' | b'[') => {
-                self.depth += 1;
-                if self.depth > DEPTH_MAX {
-                    return Err(self.ev.recursion_error());
-                }
                 let ev = self.ev;
                 let is_object = self.bytes[self.at] == b'{';
                 self.at += 1;
-                let value = ev.with_stack(crate::eval::coroutine::RESERVE, || {
+                ev.recurse(|| {
                     if is_object {
                         self.object()
                     } else {
                         self.array()
                     }
-                })?;
-                self.depth -= 1;
-                Ok(value)
+                })
             }
             Some(b'-' | b'0'..=b'9') => self.number(),
             _ => match self.word() {
@@ -459,9 +448,19 @@ impl Writer<'_, '_> {
                 let text = self.float(*float)?;
                 self.out.push_str(&text);
             }
-            Value::List(_) | Value::Tuple(_) => {
-                let items = plain.as_items().unwrap_or_default();
-                self.within(&plain, |writer| writer.array(&items))?;
+            // CPython copies the items of a subclass before it writes them.
+            Value::List(list) if matches!(value, Value::Instance(_)) => {
+                let items = list.borrow().clone();
+                self.within(&plain, |writer| {
+                    writer.array(|index| items.get(index).cloned())
+                })?;
+            }
+            Value::List(list) => {
+                self.within(&plain, |writer| writer.array(|index| list.get(index)))?;
+            }
+            Value::Tuple(tuple) => {
+                let item = |index: usize| tuple.items().get(index).cloned();
+                self.within(&plain, |writer| writer.array(item))?;
             }
             Value::Dict(dict) => {
                 let entries = dict.entries();
@@ -548,20 +547,23 @@ impl Writer<'_, '_> {
         }
     }
 
-    fn array(&mut self, items: &[Value]) -> R<()> {
-        if items.is_empty() {
+    /// The items come one by one: `default` of the script may change the list.
+    fn array(&mut self, item: impl Fn(usize) -> Option<Value>) -> R<()> {
+        if item(0).is_none() {
             self.out.push_str("[]");
             return Ok(());
         }
         self.out.push('[');
         let levels = self.open.len();
-        for (index, item) in items.iter().enumerate() {
+        let mut index = 0;
+        while let Some(item) = item(index) {
             if index > 0 {
                 self.out.push_str(&self.item.clone());
             }
             self.new_line(levels);
-            self.value(item)?;
+            self.value(&item)?;
             self.ev.safepoint()?;
+            index += 1;
         }
         self.new_line(levels - 1);
         self.out.push(']');

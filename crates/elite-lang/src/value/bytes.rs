@@ -1,8 +1,6 @@
 //! `bytes` and `bytearray`.
 
-use std::cell::{Cell, RefCell};
-
-use crate::limits::memory;
+use super::Held;
 
 /// Immutable bytes.
 pub struct Bytes {
@@ -12,7 +10,6 @@ pub struct Bytes {
 impl Bytes {
     /// Takes over `data`.
     pub fn new(data: Vec<u8>) -> Self {
-        memory::track(data.capacity());
         Bytes { data }
     }
 
@@ -22,41 +19,18 @@ impl Bytes {
     }
 }
 
-impl Drop for Bytes {
-    fn drop(&mut self) {
-        memory::release(self.data.capacity());
-    }
-}
-
 /// Mutable bytes.
 #[derive(Default)]
 pub struct ByteArray {
-    /// The bytes. After growing them, call `account`.
-    pub data: RefCell<Vec<u8>>,
-    /// Bytes that are accounted for.
-    tracked: Cell<usize>,
+    /// The bytes.
+    pub data: Held<Vec<u8>>,
 }
 
 impl ByteArray {
     /// Takes over `data`.
     pub fn new(data: Vec<u8>) -> Self {
-        memory::track(data.capacity());
         ByteArray {
-            tracked: Cell::new(data.capacity()),
-            data: RefCell::new(data),
+            data: Held::new(data),
         }
-    }
-
-    /// Brings the accounting up to date with the capacity.
-    pub fn account(&self) {
-        let bytes = self.data.borrow().capacity();
-        let before = self.tracked.replace(bytes);
-        memory::retrack(before, bytes);
-    }
-}
-
-impl Drop for ByteArray {
-    fn drop(&mut self) {
-        memory::release(self.tracked.get());
     }
 }

@@ -4,11 +4,13 @@
 //! a version names one state of one class, and changes whenever a cached answer could.
 
 use std::cell::{Cell, OnceCell, Ref, RefCell};
-use std::rc::{Rc, Weak};
+use std::rc::Rc;
 
 use super::attrs::AttrMap;
+use super::held::Look;
 use super::symbol::{SymbolMap, known};
-use super::{Symbol, Value, trash};
+use super::weak::WeakList;
+use super::{Held, Symbol, Value, trash};
 
 /// How instances of a class are laid out: which builtin type they extend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,9 +94,9 @@ pub struct Class {
     bases: Vec<Rc<Class>>,
     /// The method resolution order without the class itself.
     ancestors: Vec<Rc<Class>>,
-    attrs: RefCell<AttrMap>,
+    attrs: Held<AttrMap>,
     version: Cell<u32>,
-    subclasses: RefCell<Vec<Weak<Class>>>,
+    subclasses: WeakList<Class>,
     layout: RefCell<Layout>,
     /// The only attributes instances may have (`__slots__`), those of the ancestors aside.
     slots: RefCell<Option<Box<[Symbol]>>>,
@@ -105,7 +107,9 @@ pub struct Class {
     /// How instances are made, and the version that holds for.
     making: Cell<(u32, Making)>,
     /// Makes instances without going through `__new__` and `__init__` of scripts.
-    pub constructor: RefCell<Value>,
+    pub constructor: Held<Value>,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
 }
 
 thread_local! {
@@ -161,18 +165,19 @@ impl Class {
             base,
             bases,
             ancestors,
-            attrs: RefCell::default(),
+            attrs: Held::default(),
             version: Cell::new(fresh_version()),
-            subclasses: RefCell::default(),
+            subclasses: WeakList::default(),
+            old: Cell::new(false),
             layout: RefCell::default(),
             slots: RefCell::default(),
             metaclass: OnceCell::new(),
             is_script,
             making: Cell::new((0, Making::General)),
-            constructor: RefCell::default(),
+            constructor: Held::default(),
         });
         for parent in &class.bases {
-            parent.subclasses.borrow_mut().push(Rc::downgrade(&class));
+            parent.subclasses.push(&class);
         }
         class
     }
@@ -244,15 +249,11 @@ impl Class {
 
     /// Classes derived directly from this one that are still alive.
     pub fn subclasses(&self) -> Vec<Rc<Class>> {
-        self.subclasses
-            .borrow()
-            .iter()
-            .filter_map(Weak::upgrade)
-            .collect()
+        self.subclasses.alive()
     }
 
     /// The attributes of the class itself.
-    pub fn own_attrs(&self) -> Ref<'_, AttrMap> {
+    pub fn own_attrs(&self) -> Look<'_, AttrMap> {
         self.attrs.borrow()
     }
 
@@ -347,7 +348,7 @@ impl Class {
     /// Sets an attribute of the class itself.
     pub fn set(&self, name: Symbol, value: Value) {
         let plain = is_plain(&value);
-        let old = self.attrs.borrow_mut().insert(name, value);
+        let old = self.attrs.change(|attrs| attrs.insert(name, value));
         // Caches read the value through its place, so a new plain value for an old one needs no new version.
         if old.is_unbound() || !plain || !is_plain(&old) {
             self.changed();
@@ -356,17 +357,20 @@ impl Class {
 
     /// Deletes an attribute of the class itself.
     pub fn remove(&self, name: Symbol) -> bool {
-        let removed = self.attrs.borrow_mut().remove(name);
+        let removed = self.attrs.change(|attrs| attrs.remove(name));
         if removed.is_some() {
             self.changed();
         }
         removed.is_some()
     }
 
+    /// Gives the class and all derived from it new versions, one after the other: they may be derived a long way.
     fn changed(&self) {
         self.version.set(fresh_version());
-        for class in self.subclasses() {
-            class.changed();
+        let mut left = self.subclasses();
+        while let Some(class) = left.pop() {
+            class.version.set(fresh_version());
+            left.extend(class.subclasses());
         }
     }
 
@@ -417,9 +421,23 @@ impl Class {
         self.layout.borrow()
     }
 
+    /// Runs `each` on what it refers to, unless that is being changed.
+    pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        let classes = self.bases.iter().chain(&self.ancestors);
+        for class in classes.chain(self.metaclass.get()) {
+            each(&Value::Class(class.clone()));
+        }
+        if let Some(attrs) = self.attrs.try_borrow() {
+            attrs.iter().for_each(|(_, value)| each(value));
+        }
+        if let Some(constructor) = self.constructor.try_borrow() {
+            each(&constructor);
+        }
+    }
+
     /// Drops all attributes, to break cycles when an interpreter ends.
     pub fn dismantle(&self) {
-        let values = self.attrs.borrow_mut().take_values();
+        let values = self.attrs.change(AttrMap::take_values);
         self.version.set(fresh_version());
         drop(values);
     }

@@ -7,7 +7,6 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use super::{Value, trash};
-use crate::limits::memory;
 use crate::ops::hash::{Equal, quick_equal};
 
 const EMPTY: u32 = u32::MAX;
@@ -18,10 +17,10 @@ const SCAN_MAX: usize = 8;
 #[derive(Default)]
 pub struct Dict {
     table: RefCell<Table>,
-    /// Bytes of the table that are accounted for.
-    tracked: Cell<usize>,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
 }
 
 /// A key and its value, with the key's hash.
@@ -137,6 +136,20 @@ impl Table {
         self.slots[at] = index;
     }
 
+    #[cold]
+    fn growth_to(&self, needed: usize) -> usize {
+        let mut bytes = 0;
+        if needed > self.entries.capacity() {
+            let entries = needed.max(self.entries.capacity().saturating_mul(2));
+            bytes += (entries - self.entries.capacity()).saturating_mul(size_of::<Entry>());
+        }
+        if needed > SCAN_MAX && needed.saturating_mul(3) > self.slots.len().saturating_mul(2) {
+            let slots = needed.saturating_mul(4);
+            bytes = bytes.saturating_add(slots.saturating_mul(size_of::<u32>()));
+        }
+        bytes
+    }
+
     /// Throws deleted entries away and builds the slots anew.
     fn compact(&mut self) {
         self.squeeze();
@@ -184,10 +197,6 @@ impl Table {
         }
         removed
     }
-
-    fn bytes(&self) -> usize {
-        self.entries.capacity() * size_of::<Entry>() + self.slots.capacity() * size_of::<u32>()
-    }
 }
 
 impl Dict {
@@ -218,6 +227,15 @@ impl Dict {
         self.table.borrow().generation
     }
 
+    /// Whether the entry at an index from `find` has this very key, also if others have come or gone meanwhile.
+    pub fn is_key_at(&self, index: usize, key: &Value) -> bool {
+        let table = self.table.borrow();
+        table
+            .entries
+            .get(index)
+            .is_some_and(|entry| entry.key.is(key))
+    }
+
     /// The value of the entry at an index from `find`.
     #[inline]
     pub fn value_at(&self, index: usize) -> Value {
@@ -233,15 +251,25 @@ impl Dict {
 
     /// Adds a key that is known not to be there.
     pub fn append(&self, hash: u64, key: Value, value: Value) {
-        let (before, after) = {
-            let mut table = self.table.borrow_mut();
-            let before = table.entries.capacity();
-            table.append(hash, key, value);
-            (before, table.entries.capacity())
-        };
-        if before != after {
-            self.account();
+        self.table.borrow_mut().append(hash, key, value);
+    }
+
+    /// Bytes of its table.
+    pub fn bytes(&self) -> usize {
+        let table = self.table.borrow();
+        table.entries.capacity() * size_of::<Entry>() + table.slots.capacity() * size_of::<u32>()
+    }
+
+    /// Bytes its table grows by for `more` new keys; 0 if they fit as it is.
+    #[inline]
+    pub fn growth(&self, more: usize) -> usize {
+        let table = self.table.borrow();
+        let needed = table.entries.len() + more;
+        let scanned = needed <= SCAN_MAX || needed * 3 <= table.slots.len() * 2;
+        if scanned && needed <= table.entries.capacity() {
+            return 0;
         }
+        table.growth_to(needed)
     }
 
     /// Deletes the entry at an index from `find`; returns key and value.
@@ -339,7 +367,6 @@ impl Dict {
             )
         };
         drop_entries(old.entries);
-        self.account();
     }
 
     /// A shallow copy.
@@ -354,7 +381,6 @@ impl Dict {
             new.squeeze();
             new.rebuild();
         }
-        copy.account();
         copy
     }
 
@@ -382,12 +408,6 @@ impl Dict {
             Found::Nowhere | Found::Ask(..) => self.append(hash, key, value),
         }
     }
-
-    fn account(&self) {
-        let bytes = self.table.borrow().bytes();
-        let before = self.tracked.replace(bytes);
-        memory::retrack(before, bytes);
-    }
 }
 
 fn drop_entries(entries: Vec<Entry>) {
@@ -406,7 +426,6 @@ fn drop_entries(entries: Vec<Entry>) {
 
 impl Drop for Dict {
     fn drop(&mut self) {
-        memory::release(self.tracked.get());
         let entries = std::mem::take(&mut self.table.get_mut().entries);
         if !entries.is_empty() {
             drop_entries(entries);

@@ -3,7 +3,7 @@
 use std::cell::{Cell, OnceCell, RefCell};
 use std::rc::Rc;
 
-use super::{Instance, Value};
+use super::{Held, Instance, Value};
 use crate::eval::code::Code;
 use crate::source::Span;
 
@@ -11,12 +11,12 @@ use crate::source::Span;
 #[derive(Default)]
 pub struct ExceptionState {
     /// Arguments; `Unbound` while there is only a message, which then is the single argument.
-    args: RefCell<Value>,
+    args: Held<Value>,
     message: RefCell<Option<Box<str>>>,
     /// `__cause__`, or `Unbound`.
-    pub cause: RefCell<Value>,
+    pub cause: Held<Value>,
     /// `__context__`, or `Unbound`.
-    pub context: RefCell<Value>,
+    pub context: Held<Value>,
     /// `raise … from …` has been used.
     pub suppress_context: Cell<bool>,
     /// How the function is to be called whose call raised it.
@@ -60,30 +60,28 @@ impl ExceptionState {
     /// State of an exception made with these arguments.
     pub fn with_args(args: Value) -> Self {
         ExceptionState {
-            args: RefCell::new(args),
+            args: Held::new(args),
             ..ExceptionState::default()
         }
     }
 
     /// The arguments, a tuple.
     pub fn args(&self) -> Value {
-        let mut args = self.args.borrow_mut();
-        if args.is_unbound() {
-            let message = self.message.borrow_mut().take();
-            *args = Value::tuple(
-                message
-                    .map(|message| Value::str(String::from(message)))
-                    .into_iter()
-                    .collect(),
-            );
+        let args = self.args.get();
+        if !args.is_unbound() {
+            return args;
         }
-        args.clone()
+        let message = self.message.take();
+        let message = message.map(|message| Value::str(String::from(message)));
+        let args = Value::tuple(message.into_iter().collect());
+        self.args.put(args.clone());
+        args
     }
 
     /// Replaces the arguments.
     pub fn set_args(&self, args: Value) {
-        *self.message.borrow_mut() = None;
-        *self.args.borrow_mut() = args;
+        self.message.replace(None);
+        self.args.put(args);
     }
 
     /// The message of an exception that the interpreter raised and nobody has looked at.
@@ -134,23 +132,22 @@ impl ExceptionState {
         let mut at = context.clone();
         for _ in 0..1000 {
             let Some(state) = at.exception() else { break };
-            let next = match &*state.context.borrow() {
-                Value::Instance(next) => next.clone(),
-                _ => break,
+            let Value::Instance(next) = state.context.get() else {
+                break;
             };
             if Rc::ptr_eq(&next, own) {
-                *state.context.borrow_mut() = Value::Unbound;
+                state.context.put(Value::Unbound);
                 break;
             }
             at = next;
         }
-        *self.context.borrow_mut() = Value::Instance(context.clone());
+        self.context.put(Value::Instance(context.clone()));
     }
 
     /// Runs `each` on what it refers to, unless that is being changed.
     pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
         for place in [&self.args, &self.cause, &self.context] {
-            if let Ok(value) = place.try_borrow() {
+            if let Some(value) = place.try_borrow() {
                 each(&value);
             }
         }
@@ -162,15 +159,14 @@ impl ExceptionState {
     /// Lets go of arguments, cause and context.
     pub fn clear(&self) {
         for place in [&self.args, &self.cause, &self.context] {
-            let value = place.take();
-            drop(value);
+            place.put(Value::Unbound);
         }
     }
 
     /// Takes out everything it refers to.
     pub fn take_values(&mut self) -> Vec<Value> {
         let places = [&mut self.args, &mut self.cause, &mut self.context];
-        let mut values = Vec::from(places.map(RefCell::get_mut).map(std::mem::take));
+        let mut values = Vec::from(places.map(Held::get_mut).map(std::mem::take));
         values.extend(self.group.take().map(|group| group.exceptions));
         values
     }

@@ -1,11 +1,11 @@
 //! Functions of scripts and what wraps them: bound methods, properties, `super`.
 
-use std::cell::RefCell;
+use std::cell::Cell;
 use std::rc::Rc;
 
 use super::attrs::AttrMap;
 use super::symbol::known;
-use super::{CellVar, Class, Value, trash};
+use super::{CellVar, Class, Held, Value, trash};
 use crate::eval::code::Code;
 
 /// A function: code, defaults and the variables it shares with functions around it.
@@ -13,25 +13,31 @@ pub struct Function {
     /// What runs.
     pub code: Rc<Code>,
     /// Defaults of the last positional parameters.
-    pub defaults: RefCell<Rc<[Value]>>,
+    pub defaults: Held<Rc<[Value]>>,
     /// Defaults of the keyword-only parameters, `Unbound` where there is none.
     pub keyword_defaults: Box<[Value]>,
     /// Cells of outer functions.
     pub closure: Box<[Rc<CellVar>]>,
     /// Attributes set by scripts, and what `__name__` and the like were changed to.
-    pub attrs: RefCell<Option<Box<AttrMap>>>,
+    pub attrs: Held<Option<Box<AttrMap>>>,
+    /// The interpreter knows it as a possible part of a cycle.
+    pub noted: Cell<bool>,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
 }
 
 impl Function {
     /// A function without defaults.
     pub fn plain(code: Rc<Code>, closure: Box<[Rc<CellVar>]>) -> Rc<Self> {
-        let defaults = RefCell::new(Rc::from([]));
+        let defaults = Held::new(Rc::from([]));
         Rc::new(Function {
             code,
             defaults,
             keyword_defaults: Box::default(),
             closure,
-            attrs: RefCell::default(),
+            attrs: Held::default(),
+            noted: Cell::new(false),
+            old: Cell::new(false),
         })
     }
 
@@ -54,6 +60,11 @@ impl Drop for Function {
         if let Some(attrs) = self.attrs.get_mut() {
             trash::dismantle(&mut attrs.take_values());
         }
+        // Shared ones are dropped by the last who has them.
+        if let Some(defaults) = Rc::get_mut(self.defaults.get_mut()) {
+            trash::dismantle_all(defaults);
+        }
+        trash::dismantle_all(&mut self.keyword_defaults);
     }
 }
 
@@ -67,8 +78,7 @@ pub struct BoundMethod {
 
 impl Drop for BoundMethod {
     fn drop(&mut self) {
-        trash::dismantle_one(&mut self.receiver);
-        trash::dismantle_one(&mut self.function);
+        trash::hand_over([&mut self.receiver, &mut self.function]);
     }
 }
 
@@ -84,14 +94,12 @@ pub struct Property {
 
 impl Drop for Property {
     fn drop(&mut self) {
-        for part in [
+        trash::hand_over([
             &mut self.get,
             &mut self.set,
             &mut self.delete,
             &mut self.doc,
-        ] {
-            trash::dismantle_one(part);
-        }
+        ]);
     }
 }
 

@@ -1,23 +1,25 @@
 //! Instances of classes: slots by the layout of their class, and what they extend.
 
 use std::any::Any;
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::rc::Rc;
 
 use smallvec::SmallVec;
 
 use super::exception::ExceptionState;
-use super::{Class, Dict, Symbol, Value, trash};
+use super::{Class, Dict, Held, Symbol, Value, trash};
 
 /// An object with a class.
 pub struct Instance {
     /// Its class.
     pub class: Rc<Class>,
-    attrs: RefCell<Attrs>,
+    attrs: Held<Attrs>,
     /// What it is beyond its attributes.
     pub payload: Payload,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
 }
 
 /// Attributes by slot; as many as most objects have lie in the object itself.
@@ -38,7 +40,7 @@ pub enum Payload {
     /// An exception.
     Exception(Box<ExceptionState>),
     /// The builtin value a subclass of a builtin type extends.
-    Value(RefCell<Value>),
+    Value(Held<Value>),
     /// Data of the library or the embedder.
     Object(Box<dyn Any>),
     /// Data of the library that holds values, and how to reach them.
@@ -60,13 +62,13 @@ impl Instance {
     /// An instance without attributes.
     pub fn new(class: Rc<Class>, payload: Payload) -> Rc<Self> {
         let width = class.layout().names().len();
-        let attrs = RefCell::new(Attrs::Slots(Slots::with_capacity(width)));
-        crate::limits::memory::track(size_of::<Instance>());
+        let attrs = Held::new(Attrs::Slots(Slots::with_capacity(width)));
         Rc::new(Instance {
             class,
             attrs,
             payload,
             noted: Cell::new(false),
+            old: Cell::new(false),
         })
     }
 
@@ -86,7 +88,7 @@ impl Instance {
 
     /// Runs `each` on the attributes and on what it holds beyond them, unless they are being changed.
     pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
-        if let Ok(attrs) = self.attrs.try_borrow() {
+        if let Some(attrs) = self.attrs.try_borrow() {
             match &*attrs {
                 Attrs::Slots(slots) => slots.iter().for_each(&mut *each),
                 Attrs::Dict(dict) => each(&Value::Dict(dict.clone())),
@@ -94,7 +96,7 @@ impl Instance {
         }
         match &self.payload {
             Payload::Value(value) => {
-                if let Ok(value) = value.try_borrow() {
+                if let Some(value) = value.try_borrow() {
                     each(&value);
                 }
             }
@@ -153,22 +155,22 @@ impl Instance {
     /// Sets the attribute in slot `slot`; false (and the value back) if the attributes are in a dictionary.
     #[inline]
     pub fn set_slot(&self, slot: usize, value: Value) -> Result<(), Value> {
-        let old = match &mut *self.attrs.borrow_mut() {
+        let old = self.attrs.change(|attrs| match attrs {
             Attrs::Slots(slots) => match slots.get_mut(slot) {
                 // Dropping a number runs no script code.
                 Some(place) if place.is_flat() => {
                     place.put(value);
-                    return Ok(());
+                    Ok(Value::Unbound)
                 }
-                Some(place) => std::mem::replace(place, value),
+                Some(place) => Ok(std::mem::replace(place, value)),
                 None => {
                     slots.resize_with(slot, Value::default);
                     slots.push(value);
-                    Value::Unbound
+                    Ok(Value::Unbound)
                 }
             },
-            Attrs::Dict(_) => return Err(value),
-        };
+            Attrs::Dict(_) => Err(value),
+        })?;
         // Dropped only now: the old value's last reference may run script code.
         drop(old);
         Ok(())
@@ -188,7 +190,16 @@ impl Instance {
 
     /// Sets the attribute `name` of the instance itself.
     pub fn set(&self, name: Symbol, value: Value, symbols: &super::symbol::Symbols) {
-        let value = match self.class.slot_for(name) {
+        // Slots are named; a dictionary has the text itself as its key.
+        let in_dict = matches!(&*self.attrs.borrow(), Attrs::Dict(_));
+        let slot = match in_dict {
+            true => None,
+            false => self.class.slot_for(name),
+        };
+        if slot.is_some() {
+            symbols.settle(name);
+        }
+        let value = match slot {
             Some(slot) => match self.set_slot(slot, value) {
                 Ok(()) => return,
                 Err(value) => value,
@@ -200,7 +211,7 @@ impl Instance {
 
     /// Deletes the attribute `name` of the instance itself; whether it was there.
     pub fn remove(&self, name: Symbol, symbols: &super::symbol::Symbols) -> bool {
-        let removed = match &mut *self.attrs.borrow_mut() {
+        let removed = self.attrs.change(|attrs| match attrs {
             Attrs::Slots(slots) => {
                 let slot = self.class.slot(name);
                 slot.and_then(|slot| slots.get_mut(slot))
@@ -208,13 +219,13 @@ impl Instance {
             }
             Attrs::Dict(dict) => {
                 let key = symbols.value(name);
-                let Value::Str(text) = &key else { return false };
+                let Value::Str(text) = &key else { return None };
                 match dict.find(text.hash(), &key) {
                     super::dict::Found::At(index) => Some(dict.delete_at(index).1),
                     _ => None,
                 }
             }
-        };
+        });
         removed.is_some_and(|value| !value.is_unbound())
     }
 
@@ -257,14 +268,13 @@ impl Instance {
         for (key, value) in self.entries(symbols) {
             dict.set_interned(key, value);
         }
-        *self.attrs.borrow_mut() = Attrs::Dict(dict.clone());
+        self.attrs.put(Attrs::Dict(dict.clone()));
         dict
     }
 }
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        crate::limits::memory::release(size_of::<Instance>());
         if let Attrs::Slots(slots) = self.attrs.get_mut() {
             trash::dismantle_all(slots);
         }
@@ -274,6 +284,7 @@ impl Drop for Instance {
                 trash::dismantle(&mut values);
             }
             Payload::Value(value) => trash::dismantle_one(value.get_mut()),
+            // Data of the library that holds values hands them over in a `drop` of its own.
             Payload::None | Payload::Object(_) | Payload::Holding(..) => {}
         }
     }

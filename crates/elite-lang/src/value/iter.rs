@@ -1,17 +1,17 @@
 //! Iterators over builtin values and the lazy builtins (`map`, `zip`, …). Stepping them is in `ops::iterate`.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::rc::Rc;
 
 use super::dict::ViewKind;
-use super::{Bytes, Class, Dict, List, R, Set, Str, Tuple, Value, trash};
+use super::{Bytes, Class, Dict, Held, List, R, Set, Str, Tuple, Value, trash};
 use crate::eval::Evaluator;
 
 /// An iterator. What can run script code while stepping keeps nothing borrowed meanwhile.
 pub enum Iter {
     /// Over a list; emptied at its end, so that later growth does not revive it.
     List {
-        list: RefCell<Option<Rc<List>>>,
+        list: Held<Option<Rc<List>>>,
         index: Cell<usize>,
     },
     /// Over a tuple.
@@ -71,10 +71,7 @@ pub enum Iter {
     /// `zip`
     Zip { sources: Vec<Value>, strict: bool },
     /// `enumerate`
-    Enumerate {
-        source: Value,
-        count: RefCell<Value>,
-    },
+    Enumerate { source: Value, count: Held<Value> },
     /// Of the library: a closure with its own name.
     Native(NativeIter),
 }
@@ -174,20 +171,31 @@ impl Iter {
 impl Drop for Iter {
     fn drop(&mut self) {
         match self {
+            // These consist of one container, or of nothing that holds values.
+            Iter::List { .. }
+            | Iter::Tuple { .. }
+            | Iter::Str { .. }
+            | Iter::Bytes { .. }
+            | Iter::Range { .. }
+            | Iter::Dict { .. }
+            | Iter::Set { .. }
+            | Iter::ListReversed { .. } => {}
+            Iter::Sequence { object, .. } => trash::dismantle_one(object),
+            Iter::Callable {
+                function, sentinel, ..
+            } => trash::hand_over([function, sentinel]),
             Iter::Map { function, sources } => {
                 trash::dismantle_one(function);
                 trash::dismantle(sources);
             }
+            Iter::Filter { function, source } => trash::hand_over([function, source]),
             Iter::Zip { sources, .. } => trash::dismantle(sources),
-            Iter::Filter { source, .. } | Iter::Enumerate { source, .. } => {
-                trash::dismantle_one(source)
-            }
+            Iter::Enumerate { source, .. } => trash::dismantle_one(source),
             Iter::Native(native) => {
                 let mut held = Vec::new();
                 native.steps.clear(&mut held);
                 trash::dismantle(&mut held);
             }
-            _ => {}
         }
     }
 }

@@ -1,35 +1,33 @@
 //! Lists and tuples.
 
-use std::cell::{Cell, Ref, RefCell, RefMut};
+use std::cell::Cell;
 
-use super::{Value, trash};
-use crate::limits::memory;
+use super::held::Look;
+use super::{Held, Value, trash};
 
 /// A list. Nothing may hold a borrow of the items while it runs script code.
 #[derive(Default)]
 pub struct List {
-    items: RefCell<Vec<Value>>,
-    /// Bytes of the items that are accounted for.
-    tracked: Cell<usize>,
+    items: Held<Vec<Value>>,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
 }
 
 impl List {
     /// A list of these items.
     pub fn new(items: Vec<Value>) -> Self {
-        let bytes = items.capacity() * size_of::<Value>();
-        memory::track(bytes);
         List {
-            items: RefCell::new(items),
-            tracked: Cell::new(bytes),
+            items: Held::new(items),
             noted: Cell::new(false),
+            old: Cell::new(false),
         }
     }
 
     /// Runs `each` on up to `count` items from `from` on, unless they are being changed; whether there are more.
     pub fn visit(&self, from: usize, count: usize, each: &mut dyn FnMut(&Value)) -> bool {
-        let Ok(items) = self.items.try_borrow() else {
+        let Some(items) = self.items.try_borrow() else {
             return false;
         };
         items.iter().skip(from).take(count).for_each(each);
@@ -38,14 +36,29 @@ impl List {
 
     /// The items, to read.
     #[inline]
-    pub fn borrow(&self) -> Ref<'_, Vec<Value>> {
+    pub fn borrow(&self) -> Look<'_, Vec<Value>> {
         self.items.borrow()
     }
 
-    /// The items, to change. After growing them by more than a few, call `account`.
-    #[inline]
-    pub fn borrow_mut(&self) -> RefMut<'_, Vec<Value>> {
-        self.items.borrow_mut()
+    /// Changes the items; gives back what `change` has taken out, to be dropped now that the list is free again.
+    #[inline(always)]
+    pub fn change<O>(&self, change: impl FnOnce(&mut Vec<Value>) -> O) -> O {
+        self.items.change(change)
+    }
+
+    /// Puts other items in the place of all there were, which are given back.
+    #[must_use = "the old items are dropped only now"]
+    pub fn replace_all(&self, items: Vec<Value>) -> Vec<Value> {
+        self.items.replace(items)
+    }
+
+    /// Puts an item in the place of number `index`: the one that was there, or, if there is none, the new one back.
+    #[inline(always)]
+    pub fn replace(&self, index: usize, value: Value) -> Result<Value, Value> {
+        self.items.change(|items| match items.get_mut(index) {
+            Some(place) => Ok(std::mem::replace(place, value)),
+            None => Err(value),
+        })
     }
 
     /// Number of items.
@@ -68,26 +81,12 @@ impl List {
     /// Appends an item.
     #[inline]
     pub fn push(&self, value: Value) {
-        let mut items = self.items.borrow_mut();
-        let full = items.len() == items.capacity();
-        items.push(value);
-        if full {
-            drop(items);
-            self.account();
-        }
-    }
-
-    /// Brings the accounting up to date with the capacity.
-    pub fn account(&self) {
-        let bytes = self.items.borrow().capacity() * size_of::<Value>();
-        let before = self.tracked.replace(bytes);
-        memory::retrack(before, bytes);
+        self.items.change(|items| items.push(value));
     }
 }
 
 impl Drop for List {
     fn drop(&mut self) {
-        memory::release(self.tracked.get());
         trash::dismantle(self.items.get_mut());
     }
 }
@@ -95,6 +94,8 @@ impl Drop for List {
 /// A tuple. Two or three items, the commonest numbers, are kept in the object itself.
 pub struct Tuple {
     items: Items,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
     /// 0: not known, or not the same for ever because items have hashes of the script's making.
     hash: Cell<u64>,
 }
@@ -108,26 +109,26 @@ enum Items {
 impl Tuple {
     /// A tuple of these items.
     pub fn new(items: Vec<Value>) -> Self {
-        Tuple::counted(Items::Many(items))
+        Tuple::of(Items::Many(items))
     }
 
     /// A tuple of two items.
     #[inline]
     pub fn of_two(items: [Value; 2]) -> Self {
-        Tuple::counted(Items::Two(items))
+        Tuple::of(Items::Two(items))
     }
 
     /// A tuple of three items.
     #[inline]
     pub fn of_three(items: [Value; 3]) -> Self {
-        Tuple::counted(Items::Three(items))
+        Tuple::of(Items::Three(items))
     }
 
     #[inline]
-    fn counted(items: Items) -> Self {
-        memory::track(items.bytes());
+    fn of(items: Items) -> Self {
         Tuple {
             items,
+            old: Cell::new(false),
             hash: Cell::new(0),
         }
     }
@@ -153,20 +154,8 @@ impl Tuple {
     }
 }
 
-impl Items {
-    #[inline]
-    fn bytes(&self) -> usize {
-        match self {
-            Items::Two(items) => size_of_val(items),
-            Items::Three(items) => size_of_val(items),
-            Items::Many(items) => items.capacity() * size_of::<Value>(),
-        }
-    }
-}
-
 impl Drop for Tuple {
     fn drop(&mut self) {
-        memory::release(self.items.bytes());
         match &mut self.items {
             Items::Two(items) => trash::dismantle_all(items),
             Items::Three(items) => trash::dismantle_all(items),

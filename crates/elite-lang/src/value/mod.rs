@@ -10,6 +10,7 @@ pub mod dict;
 pub mod embed;
 pub mod exception;
 pub mod function;
+pub mod held;
 pub mod instance;
 pub mod int;
 pub mod iter;
@@ -20,8 +21,9 @@ pub mod set;
 pub mod string;
 pub mod symbol;
 pub mod trash;
+pub mod weak;
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::rc::Rc;
 
 use compact_str::CompactString;
@@ -31,6 +33,7 @@ pub use bytes::{ByteArray, Bytes};
 pub use class::Class;
 pub use dict::{Dict, DictView};
 pub use function::{BoundMethod, Function};
+pub use held::Held;
 pub use instance::Instance;
 pub use iter::Iter;
 pub use list::{List, Tuple};
@@ -102,17 +105,20 @@ const _: () = assert!(size_of::<Result<Value, Raised>>() == 16);
 #[derive(Default)]
 pub struct CellVar {
     /// The current value.
-    pub value: RefCell<Value>,
+    pub value: Held<Value>,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
 }
 
 impl CellVar {
     /// A cell with this value.
     pub fn new(value: Value) -> Rc<Self> {
         Rc::new(CellVar {
-            value: RefCell::new(value),
+            value: Held::new(value),
             noted: Cell::new(false),
+            old: Cell::new(false),
         })
     }
 }
@@ -221,19 +227,43 @@ impl Value {
     /// Whether it can hold other values, and so be part of a cycle.
     #[inline]
     pub fn holds_values(&self) -> bool {
-        !matches!(
-            self,
+        match self {
             Value::Unbound
-                | Value::None
-                | Value::Bool(_)
-                | Value::Int(_)
-                | Value::Float(_)
-                | Value::Str(_)
-                | Value::BigInt(_)
-                | Value::Bytes(_)
-                | Value::Class(_)
-                | Value::Module(_)
-        )
+            | Value::None
+            | Value::Ellipsis
+            | Value::NotImplemented
+            | Value::Bool(_)
+            | Value::Int(_)
+            | Value::Float(_)
+            | Value::Str(_)
+            | Value::BigInt(_)
+            | Value::Complex(_)
+            | Value::Bytes(_)
+            | Value::ByteArray(_)
+            | Value::Range(_)
+            | Value::LongRange(_)
+            | Value::Module(_) => false,
+            // Builtin types stay as long as the interpreter.
+            Value::Class(class) => class.is_script,
+            Value::List(_)
+            | Value::Tuple(_)
+            | Value::Dict(_)
+            | Value::DictView(_)
+            | Value::Set(_)
+            | Value::FrozenSet(_)
+            | Value::Slice(_)
+            | Value::Function(_)
+            | Value::BoundMethod(_)
+            | Value::Builtin(_)
+            | Value::Instance(_)
+            | Value::Iter(_)
+            | Value::Generator(_)
+            | Value::Property(_)
+            | Value::StaticMethod(_)
+            | Value::ClassMethod(_)
+            | Value::Super(_)
+            | Value::Cell(_) => true,
+        }
     }
 
     /// Whether this is `None`.

@@ -68,6 +68,11 @@ impl Namespace {
         self.cells.borrow_mut().entry(name).or_default().clone()
     }
 
+    /// The cells of all names of this very namespace.
+    pub fn own_cells(&self) -> Vec<Rc<CellVar>> {
+        self.cells.borrow().values().cloned().collect()
+    }
+
     /// The value of a name, if it is bound.
     pub fn get(&self, name: Symbol) -> Option<Value> {
         let value = self.cells.borrow().get(&name)?.value.borrow().clone();

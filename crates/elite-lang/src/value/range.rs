@@ -211,8 +211,6 @@ pub struct Slice {
 
 impl Drop for Slice {
     fn drop(&mut self) {
-        for part in [&mut self.start, &mut self.stop, &mut self.step] {
-            super::trash::dismantle_one(part);
-        }
+        super::trash::hand_over([&mut self.start, &mut self.stop, &mut self.step]);
     }
 }

@@ -7,7 +7,6 @@ use std::cell::{Cell, RefCell};
 
 use super::dict::Found;
 use super::{Value, trash};
-use crate::limits::memory;
 use crate::ops::hash::{Equal, quick_equal};
 
 const SIZE_MIN: usize = 8;
@@ -17,7 +16,10 @@ const PERTURB_SHIFT: u32 = 5;
 /// A set. Frozen sets are the same behind another tag.
 pub struct Set {
     table: RefCell<Table>,
-    tracked: Cell<usize>,
+    /// The interpreter knows it as a possible part of a cycle.
+    pub noted: Cell<bool>,
+    /// A search for cycles has found it in use.
+    pub old: Cell<bool>,
 }
 
 #[derive(Clone, Default)]
@@ -50,7 +52,8 @@ impl Default for Set {
     fn default() -> Self {
         Set {
             table: RefCell::new(Table::with_size(SIZE_MIN)),
-            tracked: Cell::new(0),
+            noted: Cell::new(false),
+            old: Cell::new(false),
         }
     }
 }
@@ -197,10 +200,35 @@ impl Set {
         self.table.borrow().generation
     }
 
+    /// Whether the slot at an index from `find` has this very element, also if others have come or gone meanwhile.
+    pub fn is_key_at(&self, index: usize, key: &Value) -> bool {
+        let table = self.table.borrow();
+        table
+            .slots
+            .get(index)
+            .is_some_and(|slot| slot.state == SlotState::Used && slot.key.is(key))
+    }
+
     /// Adds an element that is known not to be there.
     pub fn append(&self, hash: u64, key: Value) {
         self.table.borrow_mut().append(hash, key);
-        self.account();
+    }
+
+    /// Bytes of its table.
+    pub fn bytes(&self) -> usize {
+        self.table.borrow().slots.capacity() * size_of::<Slot>()
+    }
+
+    /// Bytes its table grows by for `more` new elements; 0 if they fit as it is.
+    #[inline]
+    pub fn growth(&self, more: usize) -> usize {
+        let table = self.table.borrow();
+        if (table.filled + more) * 5 < (table.slots.len() - 1) * 3 {
+            return 0;
+        }
+        let wanted = (table.used + more).saturating_mul(if table.used > 50_000 { 2 } else { 4 });
+        let slots = wanted.saturating_mul(2).min(1 << 50);
+        slots.saturating_mul(size_of::<Slot>())
     }
 
     /// Removes the element at an index from `find`.
@@ -259,7 +287,6 @@ impl Set {
             generation,
             ..table
         });
-        self.account();
         drop(old);
     }
 
@@ -301,7 +328,6 @@ impl Set {
             )
         };
         drop(old);
-        self.account();
     }
 
     /// A copy, in the order in which CPython would have it: elements are inserted into a fresh table.
@@ -324,20 +350,12 @@ impl Set {
                 used.for_each(|slot| new.insert_clean(slot.hash, slot.key.clone()));
             }
         }
-        copy.account();
         copy
-    }
-
-    fn account(&self) {
-        let bytes = self.table.borrow().slots.capacity() * size_of::<Slot>();
-        let before = self.tracked.replace(bytes);
-        memory::retrack(before, bytes);
     }
 }
 
 impl Drop for Set {
     fn drop(&mut self) {
-        memory::release(self.tracked.get());
         let slots = std::mem::take(&mut self.table.get_mut().slots);
         let cell = Cell::new(slots);
         trash::dismantle_with(

@@ -23,7 +23,6 @@ const MARK_STEP: usize = 64;
 #[derive(Default)]
 struct Marks {
     offsets: Vec<usize>,
-    tracked: usize,
 }
 
 impl Marks {
@@ -40,15 +39,6 @@ impl Marks {
             }
             skip -= 1;
         }
-        let bytes = self.offsets.capacity() * size_of::<usize>();
-        crate::limits::memory::retrack(self.tracked, bytes);
-        self.tracked = bytes;
-    }
-}
-
-impl Drop for Marks {
-    fn drop(&mut self) {
-        crate::limits::memory::release(self.tracked);
     }
 }
 
@@ -68,7 +58,6 @@ impl Str {
     pub fn counted(text: impl Into<CompactString>, chars: usize) -> Self {
         let text = text.into();
         debug_assert_eq!(chars, text.chars().count());
-        crate::limits::memory::track(text.capacity());
         Str {
             text,
             chars,
@@ -172,20 +161,12 @@ impl Str {
 
     /// Appends in place; the caller holds the only reference.
     pub fn push_str(&mut self, more: &Str) {
-        let before = self.text.capacity();
         self.text.push_str(&more.text);
-        crate::limits::memory::track(self.text.capacity() - before);
         self.chars += more.chars;
         self.hash.set(0);
         if let Some(marks) = self.marks.get_mut() {
             marks.extend(&self.text);
         }
-    }
-}
-
-impl Drop for Str {
-    fn drop(&mut self) {
-        crate::limits::memory::release(self.text.capacity());
     }
 }
 

@@ -86,22 +86,52 @@ BYTES = "__bytes__", SLOTS = "__slots__", THISCLASS = "__thisclass__", KWDEFAULT
 CLASSCELL = "__classcell__", CLOSE = "close", MAIN = "__main__", }
 
 /// The table of names of one interpreter.
+///
+/// A name that something is called by stays. One that a program only asks for (`getattr(o, name)`, a key of `**mapping`)
+/// passes: it is forgotten when the last `Passing` for it is dropped, unless something has been called by it meanwhile.
 pub struct Symbols {
     inner: RefCell<Inner>,
 }
 
+#[derive(Default)]
 struct Inner {
     numbers: HashMap<Rc<str>, Symbol>,
-    names: Vec<(Rc<str>, Rc<Str>)>,
+    names: Vec<Name>,
+    /// Numbers of names that have passed.
+    free: Vec<Symbol>,
+}
+
+struct Name {
+    text: Rc<str>,
+    value: Rc<Str>,
+    /// How many ask for it right now, if nothing is called by it yet.
+    asked: Option<u32>,
+}
+
+/// A name for as long as somebody asks for it.
+pub struct Passing<'s> {
+    symbols: &'s Symbols,
+    symbol: Symbol,
+}
+
+impl std::ops::Deref for Passing<'_> {
+    type Target = Symbol;
+
+    fn deref(&self) -> &Symbol {
+        &self.symbol
+    }
+}
+
+impl Drop for Passing<'_> {
+    fn drop(&mut self) {
+        self.symbols.no_longer_asked(self.symbol);
+    }
 }
 
 impl Default for Symbols {
     fn default() -> Self {
         let symbols = Symbols {
-            inner: RefCell::new(Inner {
-                numbers: HashMap::new(),
-                names: Vec::new(),
-            }),
+            inner: RefCell::default(),
         };
         for (number, text) in KNOWN.iter().enumerate() {
             let symbol = symbols.intern(text);
@@ -112,17 +142,44 @@ impl Default for Symbols {
 }
 
 impl Symbols {
-    /// The symbol for `name`, a new one if need be.
+    /// The symbol for `name`, a new one if need be; from now on something is called by it.
     pub fn intern(&self, name: &str) -> Symbol {
         let mut inner = self.inner.borrow_mut();
-        if let Some(symbol) = inner.numbers.get(name) {
-            return *symbol;
-        }
-        let symbol = Symbol(inner.names.len() as u32);
-        let text: Rc<str> = name.into();
-        inner.numbers.insert(text.clone(), symbol);
-        inner.names.push((text, Rc::new(Str::new(name))));
+        let symbol = inner.number(name, None);
+        inner.names[symbol.0 as usize].asked = None;
         symbol
+    }
+
+    /// The symbol for `name`, to look for what is called by it. Whoever then calls something by it says so with `settle`.
+    pub fn ask(&self, name: &str) -> Passing<'_> {
+        let mut inner = self.inner.borrow_mut();
+        let symbol = inner.number(name, Some(0));
+        if let Some(asked) = &mut inner.names[symbol.0 as usize].asked {
+            *asked += 1;
+        }
+        Passing {
+            symbols: self,
+            symbol,
+        }
+    }
+
+    /// Something is called by this name from now on.
+    pub fn settle(&self, symbol: Symbol) {
+        self.inner.borrow_mut().names[symbol.0 as usize].asked = None;
+    }
+
+    fn no_longer_asked(&self, symbol: Symbol) {
+        let mut inner = self.inner.borrow_mut();
+        let name = &mut inner.names[symbol.0 as usize];
+        let Some(asked) = &mut name.asked else { return };
+        *asked -= 1;
+        if *asked == 0 {
+            let nothing: Rc<str> = Rc::from("");
+            let text = std::mem::replace(&mut name.text, nothing);
+            name.value = Rc::new(Str::new(""));
+            inner.numbers.remove(&text);
+            inner.free.push(symbol);
+        }
     }
 
     /// The symbol for `name`, if anything has ever been called that.
@@ -132,11 +189,43 @@ impl Symbols {
 
     /// The text of a symbol.
     pub fn name(&self, symbol: Symbol) -> Rc<str> {
-        self.inner.borrow().names[symbol.0 as usize].0.clone()
+        self.inner.borrow().names[symbol.0 as usize].text.clone()
     }
 
     /// The text of a symbol as a value; always the same object.
     pub fn value(&self, symbol: Symbol) -> Value {
-        Value::Str(self.inner.borrow().names[symbol.0 as usize].1.clone())
+        Value::Str(self.inner.borrow().names[symbol.0 as usize].value.clone())
+    }
+
+    /// How many names there are.
+    #[cfg(test)]
+    pub fn count(&self) -> usize {
+        self.inner.borrow().numbers.len()
+    }
+}
+
+impl Inner {
+    fn number(&mut self, text: &str, asked: Option<u32>) -> Symbol {
+        if let Some(symbol) = self.numbers.get(text) {
+            return *symbol;
+        }
+        let name = Name {
+            text: text.into(),
+            value: Rc::new(Str::new(text)),
+            asked,
+        };
+        let key = name.text.clone();
+        let symbol = match self.free.pop() {
+            Some(symbol) => {
+                self.names[symbol.0 as usize] = name;
+                symbol
+            }
+            None => {
+                self.names.push(name);
+                Symbol(self.names.len() as u32 - 1)
+            }
+        };
+        self.numbers.insert(key, symbol);
+        symbol
     }
 }

@@ -3,7 +3,7 @@
 //! `interpreter_mode()` executes the statements of port 30020 itself, in the scope of its caller, and waits when there
 //! are none. The queue, and what ports see of it, is `crate::interpreter`'s.
 
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Raised, Value, memory};
 use motion_api::ThreadNumber;
 
 use super::call::Call;
@@ -99,14 +99,18 @@ fn execute_statements(call: &mut Call<'_, '_>) -> Result<(), Raised> {
     let (interpreter, observer) = (call.context().interpreter(), call.context().observer());
     let mut executed = 0_u32;
     loop {
-        match interpreter.next() {
+        match memory::outside(|| interpreter.next()) {
             Next::End => return Ok(()),
             Next::Nothing => call.wait(Wait::Statement)?,
             Next::Statement(id, statement) => {
                 let text = statement.file().text();
                 observer.interpreter(&InterpreterEvent::Executing { id: id.0, text });
                 let result = call.native().run_statement(&statement);
-                interpreter.finish();
+                memory::outside(|| {
+                    // It was compiled on the port's thread, and may be freed here.
+                    drop(statement);
+                    interpreter.finish();
+                });
                 result?;
                 executed += 1;
                 if executed.is_multiple_of(STATEMENTS_PER_TURN) {

@@ -1,6 +1,6 @@
 //! Manual 9.2, 9.3 and 9.5, and `print` and `sync` of 1.2: the task's own state, messages, time, flags.
 
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Raised, Value, memory};
 use motion_api::{CommandKind, Seconds};
 
 use super::call::Call;
@@ -272,9 +272,11 @@ fn rtsi_set_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     };
     let context = call.context();
     let now = context.robot().state().time;
-    context
-        .panel()
-        .with_watchdogs(|dogs| dogs.watch(&variable, frequency, action, now));
+    memory::outside(|| {
+        context
+            .panel()
+            .with_watchdogs(|dogs| dogs.watch(&variable, frequency, action, now));
+    });
     Ok(Value::None)
 }
 
@@ -299,11 +301,14 @@ fn popup(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     if panel.operator() == Operator::Absent {
         return Ok(Value::None);
     }
-    let id = panel.open_popup(Popup {
-        title,
-        text,
-        style,
-        blocking,
+    // The panel keeps its own copy, which others close.
+    let id = memory::outside(|| {
+        panel.open_popup(Popup {
+            title: title.clone(),
+            text: text.clone(),
+            style,
+            blocking,
+        })
     });
     if blocking {
         call.wait(Wait::Popup(id))?;

@@ -1,6 +1,6 @@
 //! Processes for programs that were granted them (`--allow process`), on the task's own tokio runtime.
 //!
-//! A process has a group of its own, so that at the end of the task it is killed together with what it has started.
+//! A process has a group of its own. At the end of the task it is killed together with what it has started ([`Family`]).
 //! Futures move the bytes of its pipes through buffers of fixed size; no operation of a script waits, a thread that has
 //! to is parked and woken at the next news.
 
@@ -20,6 +20,8 @@ use tokio::process::{Child, ChildStdin, Command};
 use tokio::sync::Notify;
 use tokio::task::AbortHandle;
 
+use super::death_signal;
+use super::family::Family;
 use super::files::Files;
 use super::network::Outside;
 
@@ -34,6 +36,7 @@ pub(crate) struct Processes {
     outside: Arc<Outside>,
     /// Held until the end of the task: a program may drop a process that goes on.
     all: RefCell<Vec<Rc<Process>>>,
+    family: RefCell<Family>,
 }
 
 impl Processes {
@@ -43,14 +46,23 @@ impl Processes {
             files,
             outside,
             all: RefCell::default(),
+            family: RefCell::default(),
         }
     }
 
-    /// The end of the task: what still runs is killed.
+    /// The end of the task: what still runs is killed, whoever of the task's processes has started it.
     pub fn kill_all(&self) {
         for process in self.all.take() {
             process.end();
         }
+        self.family.borrow_mut().end();
+    }
+}
+
+impl Drop for Processes {
+    /// Also when the task ends by a panic.
+    fn drop(&mut self) {
+        self.kill_all();
     }
 }
 
@@ -62,7 +74,10 @@ impl HostProcesses for Processes {
             let text = format!("{PROCESSES_MAX} processes run already, more are not allowed");
             return Err(io::Error::other(text));
         }
+        let mut family = self.family.borrow_mut();
+        family.prepare();
         let process = start(command, &self.files, &self.outside)?;
+        family.add(process.number);
         all.push(process.clone());
         Ok(process)
     }
@@ -108,9 +123,10 @@ fn start(command: HostCommand, files: &Files, outside: &Arc<Outside>) -> io::Res
     let mut system = Command::new(program);
     system
         .args(arguments)
-        .current_dir(files.full(command.folder.as_deref().unwrap_or("")))
+        .current_dir(files.start_folder(command.folder.as_deref().unwrap_or(""))?)
         .process_group(0)
         .kill_on_drop(true);
+    death_signal::with_the_controller(&mut system);
     if let Some(environment) = command.environment {
         system.env_clear().envs(environment);
     }

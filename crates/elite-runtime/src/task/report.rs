@@ -1,6 +1,6 @@
 //! What a task tells people while it runs: findings, errors, lines, global variables, and watchdogs that bite.
 
-use elite_lang::{Diagnostic, ScriptError, SourceFile};
+use elite_lang::{Diagnostic, ScriptError, SourceFile, memory};
 use motion_api::{Origin, Seconds, ThreadNumber};
 
 use super::scheduler::{Task, TaskEnd, Waiting};
@@ -91,9 +91,11 @@ impl Task {
                 type_name: value.type_name().to_string(),
                 value: repr_text(&value, VALUE_CHARS_MAX),
             };
-            let is_news = self.settings.panel.with_variables(|variables| {
-                (at_the_end || variables.is_due(name, state.time))
-                    && variables.publish(name, &value, state.time)
+            let is_news = memory::outside(|| {
+                self.settings.panel.with_variables(|variables| {
+                    (at_the_end || variables.is_due(name, state.time))
+                        && variables.publish(name, &value, state.time)
+                })
             });
             if is_news {
                 let program = self.context.program();

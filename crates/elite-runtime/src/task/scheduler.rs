@@ -11,19 +11,20 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{
-    Diagnostic, Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptThread,
-    SourceFile, Step, WaitToken,
+    Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptThread, SourceFile, Step,
+    WaitToken, memory,
 };
 use io_bus::Fieldbus;
 use motion_api::{CommandKind, IoChange, Origin, ProgramId, StopReason, ThreadNumber};
-use tokio::sync::{mpsc, oneshot, watch};
+use tokio::sync::watch;
 use tokio::time::Instant;
 
 use super::context::{TaskContext, TaskRequest};
+use super::controls::{Control, Controls};
 use super::host::{Permissions, TaskHost};
 use crate::builtins;
 use crate::interpreter::Interpreter as StatementPort;
-use crate::message::{Message, Observer, Severity};
+use crate::message::{Aside, Observer};
 use crate::panel::{Panel, Variables};
 use crate::robot::Robot;
 use crate::supervisor::{TaskState, TaskStatus, is_secondary};
@@ -67,43 +68,6 @@ pub struct TaskSettings {
     pub task_folder: Arc<Path>,
 }
 
-/// What others ask of a running task.
-#[derive(Debug)]
-pub enum Control {
-    /// End it.
-    Stop,
-    /// Hold it.
-    Pause,
-    /// Let it go on.
-    Resume,
-    /// Run a secondary program beside it, and say that it was taken. A task that ends first drops the sender.
-    Secondary(Box<Compiled>, oneshot::Sender<()>),
-}
-
-/// A program and what the compiler says to it.
-#[derive(Debug)]
-pub struct Compiled {
-    name: String,
-    secondary: bool,
-    file: Arc<SourceFile>,
-    result: Result<Program, Vec<Diagnostic>>,
-}
-
-impl Compiled {
-    /// Compiles a program, which takes a while for a long one.
-    pub fn new(text: ProgramText) -> Self {
-        let known = KnownNames::new(builtins::all().map(|b| b.name));
-        let secondary = is_secondary(&text.text);
-        let file = SourceFile::new(text.name.clone(), text.text);
-        Compiled {
-            name: text.name,
-            secondary,
-            result: elite_lang::compile(file.clone(), &known),
-            file,
-        }
-    }
-}
-
 /// How a task ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TaskEnd {
@@ -125,9 +89,10 @@ pub(crate) struct Task {
     pub(super) context: Rc<TaskContext>,
     pub(super) host: Rc<TaskHost>,
     pub(super) interpreter: Interpreter,
+    known: KnownNames,
     pub(super) threads: BTreeMap<ThreadNumber, Entry>,
     pub(super) ready: VecDeque<ThreadNumber>,
-    pub(super) controls: mpsc::Receiver<Control>,
+    pub(super) controls: Controls,
     status: watch::Sender<TaskStatus>,
     pub(super) paused: bool,
     stops_at_start: u64,
@@ -141,6 +106,8 @@ pub(crate) struct Task {
     pub(super) variables_due: u64,
     /// When the next cycle is due while a virtual clock keeps wall pace.
     pub(super) next_tick: Option<Instant>,
+    /// What the robot has to be told as soon as there is room for it.
+    untold: VecDeque<CommandKind>,
 }
 
 pub(super) struct Entry {
@@ -173,27 +140,30 @@ const FIRST_SECONDARY: u32 = 1 << 31;
 
 impl Task {
     pub fn new(
-        settings: TaskSettings,
+        mut settings: TaskSettings,
         statements: Arc<StatementPort>,
         program: ProgramId,
-        controls: mpsc::Receiver<Control>,
+        controls: Controls,
         status: watch::Sender<TaskStatus>,
     ) -> Self {
+        settings.observer = Arc::new(Aside(settings.observer));
         let context = TaskContext::new(&settings, statements, program);
         let host = Rc::new(TaskHost::new(
             context.clone(),
             settings.seed,
-            settings.permissions,
+            settings.permissions.clone(),
         ));
         let natives = builtins::natives(&context);
+        let known = KnownNames::new(builtins::all().map(|b| b.name));
         let interpreter = Interpreter::new(host.clone(), natives, Limits::default());
         let stops_at_start = settings.robot.protective_stops().0;
-        settings.panel.with_variables(Variables::clear);
+        memory::outside(|| settings.panel.with_variables(Variables::clear));
         Self {
             settings,
             context,
             host,
             interpreter,
+            known,
             threads: BTreeMap::new(),
             ready: VecDeque::new(),
             controls,
@@ -206,14 +176,19 @@ impl Task {
             looked_at: u64::MAX,
             variables_due: 0,
             next_tick: None,
+            untold: VecDeque::new(),
         }
     }
 
     /// Runs the program to its end; the arm stands when this returns.
     pub async fn run(mut self, program: ProgramText) -> TaskEnd {
         self.settings.robot.timeline().drive(true);
-        let end = match self.start_program(ThreadNumber(0), Compiled::new(program)) {
+        let end = match self.start_program(ThreadNumber(0), program) {
             Ok(program) => {
+                let text = program.file().text();
+                self.settings
+                    .observer
+                    .program_runs(self.context.program(), text);
                 self.context.interpreter().task_runs(&program);
                 self.program_runs(true);
                 self.run_threads().await
@@ -228,15 +203,11 @@ impl Task {
         end
     }
 
-    /// Readies a program. Findings are reported.
-    fn start_program(&mut self, number: ThreadNumber, compiled: Compiled) -> Result<Program, ()> {
-        let Compiled {
-            secondary,
-            file,
-            result,
-            ..
-        } = compiled;
-        let program = match result {
+    /// Compiles and readies a program. Findings are reported.
+    fn start_program(&mut self, number: ThreadNumber, text: ProgramText) -> Result<Program, ()> {
+        let secondary = is_secondary(&text.text);
+        let file = SourceFile::new(text.name, text.text);
+        let program = match elite_lang::compile(file.clone(), &self.known) {
             Ok(program) => program,
             Err(findings) => {
                 for finding in &findings {
@@ -287,7 +258,7 @@ impl Task {
     async fn run_threads(&mut self) -> TaskEnd {
         let mut slices = 0_u32;
         loop {
-            while let Ok(control) = self.controls.try_recv() {
+            while let Some(control) = self.controls.try_next() {
                 self.take(control);
             }
             self.look_around();
@@ -347,6 +318,7 @@ impl Task {
         let cycle = self.settings.robot.state().cycle;
         if cycle != self.looked_at {
             self.looked_at = cycle;
+            self.tell_what_is_untold();
             self.look_at_watchdogs();
             self.publish_variables(false);
             self.end_late_secondaries();
@@ -371,7 +343,7 @@ impl Task {
             Control::Secondary(program, taken) => {
                 // Whoever asked may have lost interest.
                 let _ = taken.send(());
-                self.start_secondary(*program);
+                self.start_secondary(program);
             }
         }
     }
@@ -389,7 +361,7 @@ impl Task {
         self.status.send_modify(|status| status.state = state);
     }
 
-    fn start_secondary(&mut self, program: Compiled) {
+    fn start_secondary(&mut self, program: ProgramText) {
         let running = self.threads.values().filter(|e| e.secondary.is_some());
         if running.count() >= SECONDARIES_MAX {
             let text = format!(
@@ -404,21 +376,27 @@ impl Task {
         let _ = self.start_program(number, program);
     }
 
-    pub(super) fn tell_robot(&self, kind: CommandKind) {
+    /// Gives the robot a command. Where there is no room for it just now it is given in one of the next cycles: a stop is
+    /// late at worst, never lost.
+    pub(super) fn tell_robot(&mut self, kind: CommandKind) {
+        self.untold.push_back(kind);
+        self.tell_what_is_untold();
+    }
+
+    pub(super) fn tell_what_is_untold(&mut self) {
         let origin = Origin {
             program: self.context.program(),
             ..Origin::default()
         };
-        if let Err(full) = self.settings.robot.send(origin, kind) {
-            let text = format!("{} was not carried out: {full}", kind.name());
-            self.settings
-                .observer
-                .message(&Message::log(Severity::Error, origin, text));
+        while let Some(kind) = self.untold.front()
+            && self.settings.robot.send(origin, *kind).is_ok()
+        {
+            self.untold.pop_front();
         }
     }
 
     /// For outputs that follow the run state (manual 5.20 to 5.25). A held program does not run.
-    fn program_runs(&self, runs: bool) {
+    fn program_runs(&mut self, runs: bool) {
         self.tell_robot(CommandKind::SetIo(IoChange::ProgramRunning(runs)));
         self.settings.fieldbus.program_running(runs);
     }
@@ -465,6 +443,10 @@ impl Task {
     }
 
     fn out_of_fuel(&mut self, number: ThreadNumber) {
+        if self.interpreter.is_searching() {
+            // It has its turn when the search is over.
+            return self.ready.push_front(number);
+        }
         let bounds = self.threads.get_mut(&number);
         if let Some(bounds) = bounds.and_then(|entry| entry.secondary.as_mut()) {
             bounds.slices -= 1;

@@ -5,10 +5,12 @@
 
 use std::time::Duration;
 
+use elite_lang::memory;
 use motion_api::{CommandId, CommandKind, MotionMode, RobotMode, ThreadNumber};
 use tokio::time::{Instant, sleep_until};
 
-use super::scheduler::{Control, Task, TaskEnd, Waiting};
+use super::controls::Control;
+use super::scheduler::{Task, TaskEnd, Waiting};
 use super::wait::Wait;
 
 /// Longest time to wait for the arm to stand after the end of a program, in simulated seconds.
@@ -116,9 +118,12 @@ impl Task {
 
     fn tick(&self) {
         let robot = &self.settings.robot;
-        if robot.timeline().advance() {
-            robot.pump();
-        }
+        // The arm's memory is not the task's, even while the task's thread moves it.
+        memory::outside(|| {
+            if robot.timeline().advance() {
+                robot.pump();
+            }
+        });
     }
 
     async fn wait_at_wall_pace(&mut self) {
@@ -137,7 +142,7 @@ impl Task {
         self.next_tick = Some(due);
         tokio::select! {
             biased;
-            control = self.controls.recv() => match control {
+            control = self.controls.next() => match control {
                 Some(control) => self.take(control),
                 // The supervisor is gone: nobody could stop this task any more.
                 None => self.end = Some(TaskEnd::Stopped),
@@ -186,8 +191,9 @@ impl Task {
             if state.cycle > first && (!powered || stands) || is_over {
                 return;
             }
+            self.tell_what_is_untold();
             // No program is left to pause or to join; the arm can still be stopped.
-            while let Ok(control) = self.controls.try_recv() {
+            while let Some(control) = self.controls.try_next() {
                 if goes_on && matches!(control, Control::Stop) {
                     goes_on = false;
                     deadline = state.time + SETTLE_TIME_MAX;
@@ -196,9 +202,14 @@ impl Task {
                     });
                 }
             }
-            if robot.timeline().advance() {
-                robot.pump();
-            } else {
+            let advanced = memory::outside(|| {
+                let advanced = robot.timeline().advance();
+                if advanced {
+                    robot.pump();
+                }
+                advanced
+            });
+            if !advanced {
                 robot.progress().await;
             }
         }

@@ -56,6 +56,8 @@ pub struct Ran {
     pub report: String,
     /// What the arm was told.
     pub commands: Vec<CommandKind>,
+    /// What its memory account said at each `print`, bytes.
+    pub held: Vec<isize>,
 }
 
 /// Time that passes when it is asked to.
@@ -90,13 +92,20 @@ impl Timeline for Still {
 }
 
 #[derive(Default)]
-struct Listener(Mutex<(String, Vec<String>, String, String)>);
+struct Listener {
+    heard: Mutex<(String, Vec<String>, String, String)>,
+    /// What the task's thread held at each `print`.
+    held: Mutex<Vec<isize>>,
+}
 
 impl Observer for Listener {
     fn message(&self, message: &Message) {
-        let (printed, log, error, full) = &mut *self.0.lock().unwrap();
+        let (printed, log, error, full) = &mut *self.heard.lock().unwrap();
         match message {
-            Message::Print { text, .. } => printed.push_str(text),
+            Message::Print { text, .. } => {
+                self.held.lock().unwrap().push(elite_lang::memory::held());
+                printed.push_str(text);
+            }
             Message::Log { text, .. } | Message::Robot { text, .. } => log.push(text.clone()),
             Message::ScriptError {
                 summary, report, ..
@@ -122,7 +131,7 @@ pub struct Printed(Arc<Listener>);
 impl Printed {
     /// Standard output so far.
     pub fn text(&self) -> String {
-        self.0.0.lock().unwrap().0.clone()
+        self.0.heard.lock().unwrap().0.clone()
     }
 
     /// Waits until the program has printed this; panics after five seconds.
@@ -160,7 +169,7 @@ pub fn run_while(
     let supervisor = Supervisor::new(TaskSettings {
         robot: Arc::new(robot),
         observer: listener.clone(),
-        permissions: standing.permissions,
+        permissions: standing.permissions.clone(),
         task_folder: std::path::Path::new("/tasks").into(),
         seed: 0,
         fieldbus: Arc::default(),
@@ -179,7 +188,8 @@ pub fn run_while(
         meanwhile(&supervisor, &Printed(listener.clone())).await;
         supervisor.ended().await.unwrap()
     });
-    let (printed, log, error, report) = std::mem::take(&mut *listener.0.lock().unwrap());
+    let (printed, log, error, report) = std::mem::take(&mut *listener.heard.lock().unwrap());
+    let held = std::mem::take(&mut *listener.held.lock().unwrap());
     let commands = std::mem::take(&mut timeline.0.lock().unwrap().2);
     Ran {
         end,
@@ -188,5 +198,6 @@ pub fn run_while(
         error,
         report,
         commands,
+        held,
     }
 }

@@ -1,12 +1,18 @@
 //! One XML-RPC server over HTTP/1.1; the connection is kept between calls. Needs a tokio runtime with `LocalSet`.
+//!
+//! A call moves something out there, so it is sent once. A kept connection is looked at before it is used again, and a
+//! call goes out on another one only while nothing of it has left. After that an error says that nobody knows.
 
+use std::io::ErrorKind;
+use std::mem::MaybeUninit;
 use std::time::Duration;
 
 use http_body_util::{BodyExt, Full, Limited};
-use hyper::body::Bytes;
+use hyper::body::{Bytes, Incoming};
 use hyper::client::conn::http1::{SendRequest, handshake};
-use hyper::{Request, StatusCode, header};
+use hyper::{Request, Response, StatusCode, header};
 use hyper_util::rt::TokioIo;
+use socket2::Socket;
 use thiserror::Error;
 use tokio::net::TcpStream;
 use tokio::sync::Mutex;
@@ -79,9 +85,19 @@ pub enum RpcError {
         /// Why.
         source: std::io::Error,
     },
-    /// The connection broke, or what came is no HTTP.
-    #[error("the connection to {address} failed: {reason}")]
-    Http {
+    /// The connection broke before anything of the call was sent.
+    #[error("the connection to {address} failed before the call was sent: {reason}")]
+    NotSent {
+        /// Host and port.
+        address: String,
+        /// Why.
+        reason: String,
+    },
+    /// The connection broke after the call was sent, or what came is no HTTP.
+    #[error(
+        "the connection to {address} failed: {reason}; the call may have been executed, it is not sent again"
+    )]
+    Unanswered {
         /// Host and port.
         address: String,
         /// Why.
@@ -96,7 +112,10 @@ pub enum RpcError {
         status: StatusCode,
     },
     /// No answer in time.
-    #[error("{address} did not answer within {} s", CALL_TIME.as_secs())]
+    #[error(
+        "{address} did not answer within {} s; the call may have been executed",
+        CALL_TIME.as_secs()
+    )]
     NoAnswer {
         /// Host and port.
         address: String,
@@ -106,7 +125,43 @@ pub enum RpcError {
 /// A server to call.
 pub struct RpcClient {
     url: Url,
-    connection: Mutex<Option<SendRequest<Full<Bytes>>>>,
+    connection: Mutex<Option<Connection>>,
+}
+
+/// An open connection.
+struct Connection {
+    sender: SendRequest<Full<Bytes>>,
+    /// The same socket, to look at.
+    socket: Socket,
+}
+
+/// What became of a call that has no answer.
+enum Failed {
+    /// Nothing of it was sent; here it is again.
+    NotSent(Box<Request<Full<Bytes>>>, String),
+    /// It was sent, in part at least.
+    Unanswered(String),
+}
+
+impl Connection {
+    /// Whether the server still holds its end, and has said nothing unasked.
+    fn is_quiet(&self) -> bool {
+        let seen = self.socket.peek(&mut [MaybeUninit::uninit()]);
+        !self.sender.is_closed() && seen.is_err_and(|error| error.kind() == ErrorKind::WouldBlock)
+    }
+
+    async fn send(&mut self, request: Request<Full<Bytes>>) -> Result<Response<Incoming>, Failed> {
+        if let Err(error) = self.sender.ready().await {
+            return Err(Failed::NotSent(Box::new(request), error.to_string()));
+        }
+        self.sender
+            .try_send_request(request)
+            .await
+            .map_err(|mut failed| match failed.take_message() {
+                Some(request) => Failed::NotSent(Box::new(request), failed.error().to_string()),
+                None => Failed::Unanswered(failed.error().to_string()),
+            })
+    }
 }
 
 impl RpcClient {
@@ -133,47 +188,57 @@ impl RpcClient {
     }
 
     async fn post(&self, body: Bytes) -> Result<String, RpcError> {
-        let address = || self.url.authority.clone();
-        let failed = |reason: String| RpcError::Http {
-            address: address(),
+        let unanswered = |reason: String| RpcError::Unanswered {
+            address: self.url.authority.clone(),
             reason,
         };
         let mut kept = self.connection.lock().await;
-        // A server may close a kept connection just when it is used again: then once more on a new one.
-        let reused = kept.take();
-        let was_reused = reused.is_some();
-        let mut sender = match reused {
-            Some(sender) => sender,
-            None => self.connect().await?,
+        let request = self.request(body).map_err(|reason| self.not_sent(reason))?;
+        // Taken out: a call that is given up half-way leaves no connection with an answer on its way.
+        let (connection, response) = match kept.take().filter(Connection::is_quiet) {
+            Some(mut connection) => match connection.send(request).await {
+                Ok(response) => (connection, response),
+                // The server has closed it just now, and none of the call has left.
+                Err(Failed::NotSent(request, _)) => self.send_on_a_new_one(*request).await?,
+                Err(Failed::Unanswered(reason)) => return Err(unanswered(reason)),
+            },
+            None => self.send_on_a_new_one(request).await?,
         };
-        let mut sent = match sender.ready().await {
-            Ok(()) => {
-                sender
-                    .send_request(self.request(body.clone()).map_err(failed)?)
-                    .await
-            }
-            Err(error) => Err(error),
-        };
-        if was_reused && sent.is_err() {
-            sender = self.connect().await?;
-            sent = sender
-                .send_request(self.request(body).map_err(failed)?)
-                .await;
-        }
-        let response = sent.map_err(|error| failed(error.to_string()))?;
         let status = response.status();
         let answer = Limited::new(response.into_body(), ANSWER_BYTES_MAX)
             .collect()
             .await;
         let answer = answer
-            .map_err(|error| failed(error.to_string()))?
+            .map_err(|error| unanswered(error.to_string()))?
             .to_bytes();
         if status != StatusCode::OK {
-            let address = address();
+            let address = self.url.authority.clone();
             return Err(RpcError::Status { address, status });
         }
-        *kept = Some(sender);
+        *kept = Some(connection);
         Ok(String::from_utf8_lossy(&answer).into_owned())
+    }
+
+    async fn send_on_a_new_one(
+        &self,
+        request: Request<Full<Bytes>>,
+    ) -> Result<(Connection, Response<Incoming>), RpcError> {
+        let mut connection = self.connect().await?;
+        match connection.send(request).await {
+            Ok(response) => Ok((connection, response)),
+            Err(Failed::NotSent(_, reason)) => Err(self.not_sent(reason)),
+            Err(Failed::Unanswered(reason)) => Err(RpcError::Unanswered {
+                address: self.url.authority.clone(),
+                reason,
+            }),
+        }
+    }
+
+    fn not_sent(&self, reason: String) -> RpcError {
+        RpcError::NotSent {
+            address: self.url.authority.clone(),
+            reason,
+        }
     }
 
     fn request(&self, body: Bytes) -> Result<Request<Full<Bytes>>, String> {
@@ -185,24 +250,23 @@ impl RpcClient {
             .map_err(|error| error.to_string())
     }
 
-    async fn connect(&self) -> Result<SendRequest<Full<Bytes>>, RpcError> {
-        let address = || self.url.authority.clone();
+    async fn connect(&self) -> Result<Connection, RpcError> {
+        let failed = |source| RpcError::Connect {
+            address: self.url.authority.clone(),
+            source,
+        };
         let stream = TcpStream::connect(self.url.authority.as_str())
             .await
-            .map_err(|source| RpcError::Connect {
-                address: address(),
-                source,
-            })?;
-        let (sender, connection) =
-            handshake(TokioIo::new(stream))
-                .await
-                .map_err(|error| RpcError::Http {
-                    address: address(),
-                    reason: error.to_string(),
-                })?;
+            .map_err(failed)?;
+        let stream = stream.into_std().map_err(failed)?;
+        let socket = Socket::from(stream.try_clone().map_err(failed)?);
+        let stream = TcpStream::from_std(stream).map_err(failed)?;
+        let (sender, connection) = handshake(TokioIo::new(stream))
+            .await
+            .map_err(|error| self.not_sent(error.to_string()))?;
         // Its end shows at the next call.
         tokio::spawn(async move { drop(connection.await) });
-        Ok(sender)
+        Ok(Connection { sender, socket })
     }
 }
 
@@ -269,5 +333,124 @@ mod tests {
         assert_eq!(served.await.unwrap(), 2);
         let error = client.call("m", &[]).await.unwrap_err().to_string();
         assert!(error.contains(&address.to_string()), "{error}");
+    }
+
+    const SEVEN: &str = "<methodResponse><params><param><value><int>7</int></value></param></params></methodResponse>";
+
+    /// How a server treats one call.
+    #[derive(Clone, Copy, Debug)]
+    enum Treat {
+        Answer,
+        /// Answers, then closes the connection without having said so.
+        AnswerAndClose,
+        /// Executes it and goes away.
+        CloseUnanswered,
+        /// Executes it, begins an answer and goes away.
+        CloseInTheAnswer,
+        /// Executes it and resets the connection.
+        Reset,
+    }
+
+    /// A server that treats its calls as told and counts those it has read whole.
+    fn server(listener: TcpListener, treats: Vec<Treat>) -> std::rc::Rc<std::cell::Cell<usize>> {
+        let executed = std::rc::Rc::new(std::cell::Cell::new(0));
+        let count = executed.clone();
+        tokio::task::spawn_local(async move {
+            let mut treats = treats.into_iter();
+            loop {
+                let (mut stream, _) = listener.accept().await.unwrap();
+                loop {
+                    let mut request = Vec::new();
+                    while !request.ends_with(b"</methodCall>") {
+                        match stream.read_u8().await {
+                            Ok(byte) => request.push(byte),
+                            Err(_) => break,
+                        }
+                    }
+                    if !request.ends_with(b"</methodCall>") {
+                        break;
+                    }
+                    count.set(count.get() + 1);
+                    let length = SEVEN.len();
+                    let head = format!("HTTP/1.1 200 OK\r\nContent-Length: {length}\r\n\r\n");
+                    match treats.next().unwrap_or(Treat::Answer) {
+                        Treat::Answer => {
+                            let answer = format!("{head}{SEVEN}");
+                            stream.write_all(answer.as_bytes()).await.unwrap();
+                        }
+                        Treat::AnswerAndClose => {
+                            let answer = format!("{head}{SEVEN}");
+                            stream.write_all(answer.as_bytes()).await.unwrap();
+                            break;
+                        }
+                        Treat::CloseUnanswered => break,
+                        Treat::CloseInTheAnswer => {
+                            let answer = format!("{head}{}", &SEVEN[..20]);
+                            stream.write_all(answer.as_bytes()).await.unwrap();
+                            break;
+                        }
+                        Treat::Reset => {
+                            let linger = Some(Duration::ZERO);
+                            socket2::SockRef::from(&stream).set_linger(linger).unwrap();
+                            break;
+                        }
+                    }
+                }
+            }
+        });
+        executed
+    }
+
+    #[tokio::test]
+    async fn a_call_is_executed_once_whatever_becomes_of_the_connection() {
+        use Treat::*;
+        for (treats, answered) in [
+            (vec![CloseUnanswered], [false, true, true]),
+            (vec![Answer, CloseUnanswered], [true, false, true]),
+            (vec![Answer, CloseInTheAnswer], [true, false, true]),
+            (vec![Answer, Reset], [true, false, true]),
+            (vec![Answer, Answer, Reset], [true, true, false]),
+            (vec![AnswerAndClose, CloseUnanswered], [true, false, true]),
+            (vec![AnswerAndClose; 3], [true, true, true]),
+        ] {
+            tokio::task::LocalSet::new()
+                .run_until(async {
+                    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+                    let url = listener.local_addr().unwrap().to_string();
+                    let executed = server(listener, treats.clone());
+                    let client = RpcClient::new(url.parse().unwrap());
+                    for (i, answered) in answered.into_iter().enumerate() {
+                        match client.call("step", &[]).await {
+                            Ok(value) => assert_eq!((value, answered), (RpcValue::Int(7), true)),
+                            Err(error) => {
+                                assert!(!answered, "{treats:?} call {i}: {error}");
+                                let text = error.to_string();
+                                assert!(text.contains("may have been executed"), "{text}");
+                            }
+                        }
+                        assert_eq!(executed.get(), i + 1, "{treats:?}");
+                    }
+                })
+                .await;
+        }
+    }
+
+    #[tokio::test]
+    async fn a_server_that_hangs_up_at_once_has_executed_nothing_and_is_not_called_again() {
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let url = listener.local_addr().unwrap().to_string();
+        let accepted = tokio::spawn(async move {
+            let mut accepted = 0;
+            while let Ok(Ok((stream, _))) =
+                tokio::time::timeout(Duration::from_millis(300), listener.accept()).await
+            {
+                accepted += 1;
+                drop(stream);
+            }
+            accepted
+        });
+        let client = RpcClient::new(url.parse().unwrap());
+        assert!(client.call("step", &[]).await.is_err());
+        assert_eq!(accepted.await.unwrap(), 1);
     }
 }

@@ -14,6 +14,7 @@ use crate::backend::{Backend, Lifetime};
 use crate::config::{PortSettings, ServeConfig};
 use crate::controller::{Controller, StartError};
 use crate::options::{PortSetting, RecordTarget};
+use crate::ports::callers::{Callers, machine_name};
 use crate::ports::listen::{BindError, PortMeter, bind};
 use crate::ports::{dashboard, foxglove, http, interpreter, modbus, primary, rtsi};
 use crate::{ready_file, shutdown};
@@ -154,6 +155,11 @@ async fn serve_ports(
     ));
 
     let image = controller.fieldbus().port_image.clone();
+    let callers = Callers::of(
+        config.bind,
+        machine_name().as_deref(),
+        &config.trusted_hosts,
+    );
     let mut services = tokio::task::JoinSet::new();
     let bound = bound_ports(&listeners)?;
     let meters: Vec<PortMeter> = listeners
@@ -173,7 +179,12 @@ async fn serve_ports(
                 services.spawn(primary::serve(listener, backend, hub.clone(), meter, token))
             }
             "interpreter" => services.spawn(interpreter::serve(listener, backend, meter, token)),
-            "http" => services.spawn(http::serve(listener, backend, meters.clone(), meter, token)),
+            "http" => {
+                let (meters, callers) = (meters.clone(), callers.clone());
+                services.spawn(http::serve(
+                    listener, backend, meters, meter, callers, token,
+                ))
+            }
             "modbus" => {
                 let robot = controller.robot().clone();
                 services.spawn(modbus::serve(listener, image.clone(), robot, meter, token))
@@ -185,7 +196,13 @@ async fn serve_ports(
                     samples: controller.feed().subscribe(),
                     log: controller.announcer().subscribe_log(),
                 };
-                services.spawn(foxglove::serve(listener, view, meter, token))
+                services.spawn(foxglove::serve(
+                    listener,
+                    view,
+                    meter,
+                    callers.clone(),
+                    token,
+                ))
             }
             "dashboard" => services.spawn(dashboard::serve(listener, backend, meter, token)),
             other => unreachable!("{other} is no entry of PortSettings::list"),

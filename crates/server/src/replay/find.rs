@@ -29,9 +29,7 @@ pub(super) fn print(
     let (mut stretches, mut found, mut cycles) = (0_u64, 0_u64, 0_u64);
     for entry in recording.entries(&[Topic::Cycle, Topic::Command, Topic::Script])? {
         match entry?.1 {
-            Entry::Command(command) => {
-                commands.insert(command.id, command);
-            }
+            Entry::Command(command) => super::remember(&mut commands, command),
             Entry::Script(script) => match (script.thread, script.line) {
                 (Some(0), Some(line)) => doing.line = line,
                 (Some(_), _) => {}

@@ -15,10 +15,11 @@ mod serve;
 mod state;
 mod summary;
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use kinematics::{ModelError, RobotModel};
-use recorder::{ReadError, Recording, Setup, Summary};
+use recorder::{CommandMessage, Ending, ReadError, Recording, Setup, Summary};
 use thiserror::Error;
 
 use crate::cli::ReplayArgs;
@@ -28,23 +29,48 @@ pub use plot::PictureError;
 pub use rerun::{Comparison, RerunError};
 pub use serve::ServeRecordingError;
 
+/// Commands that may be waiting or running; the ring of a controller holds fewer.
+const MAX_COMMANDS: usize = 1024;
+/// Characters of a sentence; what a file says of itself may be of any length.
+const SENTENCE_CHARS: usize = 1000;
+
 /// Exit status: 0 answered, 1 a cycle differs (`--rerun`), 2 the recording cannot be read or the question not answered.
 pub fn run(args: &ReplayArgs) -> u8 {
     let stdout = io::stdout();
     let mut out = io::BufWriter::new(stdout.lock());
-    let answered = answer(args, &mut out).and_then(|status| {
-        out.flush()?;
-        Ok(status)
-    });
-    match answered {
+    let mut notes = Vec::new();
+    let answered = answer_noting(args, &mut out, &mut notes);
+    // What was found before an error is shown, too.
+    let flushed = out.flush().map_err(ReplayError::from);
+    for note in notes {
+        say(&note);
+    }
+    match answered.and_then(|status| flushed.map(|()| status)) {
         Ok(status) => status,
         // Whoever reads the answer has seen enough: `replay --csv /cycle | head`.
         Err(ReplayError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => 0,
         Err(error) => {
-            eprintln!("eliteserver: {error}");
+            say(&error.to_string());
             2
         }
     }
+}
+
+/// One sentence on standard error, whatever a file made of it. Lines stay: a condition is shown with its place marked.
+fn say(sentence: &str) {
+    let mut text = String::new();
+    for c in sentence.chars().take(SENTENCE_CHARS) {
+        match c {
+            '\n' => text.push(c),
+            c if c.is_control() => text.extend(c.escape_debug()),
+            c => text.push(c),
+        }
+    }
+    if sentence.chars().nth(SENTENCE_CHARS).is_some() {
+        text.push('…');
+    }
+    // Nobody reads it: nothing else can be done.
+    let _ = writeln!(io::stderr(), "eliteserver: {text}");
 }
 
 /// Why a question about a recording has no answer.
@@ -91,26 +117,59 @@ fn covered(range: Option<(f64, f64)>) -> String {
 /// # Errors
 /// [`ReplayError`], a sentence for people.
 pub fn answer(args: &ReplayArgs, out: &mut impl Write) -> Result<u8, ReplayError> {
+    answer_noting(args, out, &mut Vec::new())
+}
+
+/// As [`answer`], with what else is to be said in `notes`.
+fn answer_noting(
+    args: &ReplayArgs,
+    out: &mut impl Write,
+    notes: &mut Vec<String>,
+) -> Result<u8, ReplayError> {
     let recording = Recording::open(&args.file)?;
+    // `--diff A B` and `A --diff B` mean the same; A is the one that was given first.
+    let other = args.diff.as_ref().map(Recording::open).transpose()?;
+    let status = answer_about(&recording, other.as_ref(), args, out)?;
+    for recording in [Some(&recording), other.as_ref()].into_iter().flatten() {
+        let path = recording.name().to_owned();
+        match recording.trouble() {
+            None | Some(Ending::Complete) => {}
+            Some(Ending::Cut) => notes.push(format!(
+                "{path} ends in the middle, its writer was killed or is still writing; the answer is about what is there"
+            )),
+            Some(Ending::Damaged(reason)) => {
+                let reason = reason.clone();
+                return Err(ReadError::Damaged { path, reason }.into());
+            }
+        }
+    }
+    Ok(status)
+}
+
+fn answer_about(
+    recording: &Recording,
+    other: Option<&Recording>,
+    args: &ReplayArgs,
+    out: &mut impl Write,
+) -> Result<u8, ReplayError> {
     if let Some(time) = args.at {
-        state::print(&recording, time, out)?;
+        state::print(recording, time, out)?;
     } else if let Some(topic) = &args.csv {
-        csv::print(&recording, topic, out)?;
+        csv::print(recording, topic, out)?;
     } else if let Some(path) = &args.plot {
-        plot::plot(&recording, path)?;
+        plot::plot(recording, path)?;
     } else if let Some(condition) = &args.find {
-        find::print(&recording, condition, out)?;
+        find::print(recording, condition, out)?;
     } else if args.script {
-        script::print(&recording, out)?;
-    } else if let Some(other) = &args.diff {
-        // `--diff A B` and `A --diff B` mean the same; A is the one that was given first.
-        let report = diff::compare(&recording, &Recording::open(other)?)?;
+        script::print(recording, out)?;
+    } else if let Some(other) = other {
+        let report = diff::compare(recording, other)?;
         writeln!(out, "{report}")?;
         return Ok(u8::from(!report.is_identical()));
     } else if args.serve {
-        serve::serve(&recording, args.rate, &args.ports)?;
+        serve::serve(recording, args.rate, &args.ports)?;
     } else if args.rerun {
-        let comparison = rerun::rerun(&recording)?;
+        let comparison = rerun::rerun(recording)?;
         writeln!(out, "{comparison}")?;
         return Ok(u8::from(!comparison.is_identical()));
     } else {
@@ -118,10 +177,19 @@ pub fn answer(args: &ReplayArgs, out: &mut impl Write) -> Result<u8, ReplayError
             .setup()
             .and_then(|setup| model_of(setup).ok())
             .map(|model| *model.limits());
-        let summary = Summary::of(&recording, limits.as_ref())?;
-        summary::print(&recording, &summary, out)?;
+        let summary = Summary::of(recording, limits.as_ref())?;
+        summary::print(recording, &summary, out)?;
     }
     Ok(0)
+}
+
+/// Keeps a command that may be running, without its arguments. Of more than a controller can have waiting, the oldest go.
+fn remember(commands: &mut BTreeMap<u64, CommandMessage>, mut command: CommandMessage) {
+    command.arguments.clear();
+    commands.insert(command.id, command);
+    if commands.len() > MAX_COMMANDS {
+        commands.pop_first();
+    }
 }
 
 /// The arm of a recording: the URDF it carries, or the built-in model it names.

@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use recorder::lengths::cut;
 use recorder::{Cycle, Entry, ReadError, Recording, Topic};
 use thiserror::Error;
 
@@ -14,6 +15,10 @@ use crate::plot::{Curve, Figure, Marks, Panel, PlotError, Slots};
 const SIZE: (u32, u32) = (1600, 1500);
 /// Marks of a kind; more would hide the curves.
 const MAX_MARKS: usize = 400;
+/// Longest time that is drawn, s: a hundred years.
+const MAX_SPAN: f64 = 3.2e9;
+/// Bytes of a mark's name.
+const MAX_NAME: usize = 80;
 
 /// Why there is no picture of a recording.
 #[derive(Debug, Error)]
@@ -25,6 +30,16 @@ pub enum PictureError {
     /// Nothing to draw.
     #[error("there is nothing to draw: the recording has no cycles")]
     Empty,
+    /// The times are none that a controller has.
+    #[error(
+        "there is nothing to draw from {begin:e} s to {end:e} s; time goes forward, for a hundred years at most"
+    )]
+    Times {
+        /// Begin of the first cycle, s.
+        begin: f64,
+        /// End of the last one, s.
+        end: f64,
+    },
     /// The picture cannot be made or written.
     #[error(transparent)]
     Plot(#[from] PlotError),
@@ -100,7 +115,7 @@ fn figure(recording: &Recording) -> Result<Figure, PictureError> {
     let mut unmarked = 0;
     let mut mark = |marks: &mut Marks, time: f64, name: String| {
         if marks.len() < MAX_MARKS {
-            marks.push(time, name);
+            marks.push(time, cut(&name, MAX_NAME).unwrap_or(name));
         } else {
             unmarked += 1;
         }
@@ -155,9 +170,12 @@ fn time_range(recording: &Recording) -> Result<(f64, f64), PictureError> {
         let begin = range.map_or(cycle.time - cycle.step_time, |(begin, _)| begin);
         range = Some((begin, cycle.time));
     }
-    range
-        .filter(|(begin, end)| begin.is_finite() && end.is_finite() && begin <= end)
-        .ok_or(PictureError::Empty)
+    let (begin, end) = range.ok_or(PictureError::Empty)?;
+    // A file may say anything; `contains` is false for what is no number.
+    match (0.0..=MAX_SPAN).contains(&(end - begin)) && begin.abs() <= MAX_SPAN {
+        true => Ok((begin, end)),
+        false => Err(PictureError::Times { begin, end }),
+    }
 }
 
 fn title(recording: &Recording) -> String {

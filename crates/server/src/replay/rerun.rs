@@ -20,8 +20,10 @@ use super::register_write::RegisterWrite;
 use crate::cell::{Cell, CellError};
 use crate::start_configuration::{SetupError, cycle_config};
 
-/// More cycles missing in one place are not worth waiting for.
-const MAX_GAP: u64 = 1_000_000;
+/// More missing cycles are not worth waiting for.
+const MAX_MISSING: u64 = 200_000;
+/// Commands, and changes of registers, that one cycle may have taken; the rings hold fewer.
+const MAX_WAITING: usize = 10_000;
 
 /// Why a recording cannot be run again.
 #[derive(Debug, Error)]
@@ -74,7 +76,9 @@ pub enum RerunError {
         cycle: u64,
     },
     /// So many cycles are missing that running them would take for ever.
-    #[error("the recording jumps from cycle {from} to cycle {to}")]
+    #[error(
+        "the recording jumps from cycle {from} to cycle {to}; at most {MAX_MISSING} missing cycles are run"
+    )]
     Gap {
         /// The cycle before.
         from: u64,
@@ -132,6 +136,10 @@ pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
     let mut compared = 0;
     for entry in recording.entries(&[Topic::Cycle, Topic::Command, Topic::Io])? {
         match entry?.1 {
+            Entry::Command(_) | Entry::Io(_) if commands.len() + writes.len() > MAX_WAITING => {
+                let cycle = controller.latest.saturating_add(1);
+                return Err(RerunError::TooManyCommands { cycle });
+            }
             Entry::Command(command) => commands.push(command),
             Entry::Io(change) => writes.extend(RegisterWrite::of(&change)),
             Entry::Cycle(recorded) => {
@@ -155,6 +163,8 @@ struct Controller {
     script: ScriptEnd,
     /// The latest cycle that ran.
     latest: u64,
+    /// Cycles that ran and are not recorded.
+    missing: u64,
 }
 
 impl Controller {
@@ -169,6 +179,7 @@ impl Controller {
             cycle: Cycle::new(config, motion)?,
             script,
             latest: 0,
+            missing: 0,
         })
     }
 
@@ -180,7 +191,9 @@ impl Controller {
         commands: &mut Vec<CommandMessage>,
         writes: &mut Vec<RegisterWrite>,
     ) -> Result<(), RerunError> {
-        if last.saturating_sub(self.latest) > MAX_GAP {
+        let missing = last.saturating_sub(self.latest).saturating_sub(1);
+        self.missing = self.missing.saturating_add(missing);
+        if self.missing > MAX_MISSING {
             return Err(RerunError::Gap {
                 from: self.latest,
                 to: last,

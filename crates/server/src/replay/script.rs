@@ -13,6 +13,13 @@ use super::ReplayError;
 /// The message of `/log` that ends a program.
 pub(crate) const ENDED: &str = "program ended";
 
+/// Programs that are followed at once; a controller runs fewer.
+const MAX_RUNNING: usize = 64;
+/// Bytes of their texts.
+const MAX_TEXT_BYTES: usize = 64 << 20;
+/// Threads of a program that are followed.
+const MAX_THREADS: usize = 1024;
+
 /// What is known of a line.
 #[derive(Clone, Copy, Default)]
 struct Line {
@@ -27,16 +34,17 @@ struct Line {
 struct Program {
     name: String,
     text: String,
+    /// How many lines the text has; no other is looked at.
+    length: u32,
     start: f64,
-    end: Option<f64>,
     lines: BTreeMap<u32, Line>,
     /// The line each thread is in, and since when.
     threads: BTreeMap<u32, (u32, f64)>,
 }
 
-/// Prints every program of the recording.
+/// Prints every program of the recording when it has ended, and then those that have not.
 pub(super) fn print(recording: &Recording, out: &mut impl Write) -> Result<(), ReplayError> {
-    let mut programs: BTreeMap<u32, Program> = BTreeMap::new();
+    let mut running = Running::default();
     let mut now = 0.0;
     for entry in recording.entries(&[Topic::Cycle, Topic::Script, Topic::Command, Topic::Log])? {
         let (time, entry) = entry?;
@@ -45,9 +53,9 @@ pub(super) fn print(recording: &Recording, out: &mut impl Write) -> Result<(), R
             Entry::Script(script) => {
                 if let Some(text) = script.text {
                     let program = Program::new(script.program, text, time);
-                    programs.insert(script.program_id, program);
+                    running.start(script.program_id, program, out)?;
                 } else if let (Some(program), Some(thread), Some(line)) = (
-                    programs.get_mut(&script.program_id),
+                    running.programs.get_mut(&script.program_id),
                     script.thread,
                     script.line,
                 ) {
@@ -55,39 +63,76 @@ pub(super) fn print(recording: &Recording, out: &mut impl Write) -> Result<(), R
                 }
             }
             Entry::Log(log) if log.level == LogLevel::Info && log.message == ENDED => {
-                let ended = programs
-                    .values_mut()
-                    .find(|program| program.end.is_none() && program.name == log.source);
-                if let Some(program) = ended {
-                    program.end(time);
-                }
+                running.end(&log.source, time, out)?;
             }
             Entry::Command(command) => {
-                if let Some(program) = programs.get_mut(&command.program_id) {
+                if let Some(program) = running.programs.get_mut(&command.program_id) {
                     program.command(command.line, time);
                 }
             }
             Entry::Log(_) | Entry::Io(_) | Entry::Variable(_) => {}
         }
     }
-    if programs.is_empty() {
+    if running.started == 0 {
         writeln!(out, "no program ran")?;
     }
-    for (number, program) in &mut programs {
-        let still = program.end.is_none();
-        program.end(now);
-        program.print(*number, still, out)?;
+    while let Some((number, program)) = running.programs.pop_first() {
+        program.print(number, now, true, out)?;
     }
     Ok(())
+}
+
+/// The programs that have not ended yet.
+#[derive(Default)]
+struct Running {
+    programs: BTreeMap<u32, Program>,
+    started: u64,
+}
+
+impl Running {
+    fn start(
+        &mut self,
+        number: u32,
+        program: Program,
+        out: &mut impl Write,
+    ) -> Result<(), ReplayError> {
+        self.started += 1;
+        let start = program.start;
+        if let Some(before) = self.programs.insert(number, program) {
+            before.print(number, start, true, out)?;
+        }
+        // A file with programs that never end: the oldest are told as they are, and forgotten.
+        let bytes = |programs: &BTreeMap<u32, Program>| {
+            programs.values().map(|p| p.text.len()).sum::<usize>()
+        };
+        while self.programs.len() > 1
+            && (self.programs.len() > MAX_RUNNING || bytes(&self.programs) > MAX_TEXT_BYTES)
+            && let Some((number, oldest)) = self.programs.pop_first()
+        {
+            oldest.print(number, start, true, out)?;
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, name: &str, time: f64, out: &mut impl Write) -> Result<(), ReplayError> {
+        let ended = self.programs.iter().find(|(_, p)| p.name == name);
+        let number = ended.map(|(number, _)| *number);
+        if let Some(number) = number
+            && let Some(program) = self.programs.remove(&number)
+        {
+            program.print(number, time, false, out)?;
+        }
+        Ok(())
+    }
 }
 
 impl Program {
     fn new(name: String, text: String, start: f64) -> Self {
         Self {
             name,
+            length: u32::try_from(text.lines().count()).unwrap_or(u32::MAX),
             text,
             start,
-            end: None,
             lines: BTreeMap::new(),
             threads: BTreeMap::new(),
         }
@@ -95,6 +140,9 @@ impl Program {
 
     fn enter(&mut self, thread: u32, line: u32, time: f64) {
         self.leave(thread, time);
+        if !(1..=self.length).contains(&line) || self.threads.len() >= MAX_THREADS {
+            return;
+        }
         let known = self.lines.entry(line).or_insert(Line {
             first: time,
             ..Line::default()
@@ -119,18 +167,19 @@ impl Program {
         }
     }
 
-    fn end(&mut self, time: f64) {
-        if self.end.is_none() {
-            self.end = Some(time);
-            let threads: Vec<u32> = self.threads.keys().copied().collect();
-            for thread in threads {
-                self.leave(thread, time);
-            }
+    /// Prints it; `end` is when it ended, or up to when it was followed.
+    fn print(
+        mut self,
+        number: u32,
+        end: f64,
+        still: bool,
+        out: &mut impl Write,
+    ) -> Result<(), ReplayError> {
+        let threads: Vec<u32> = self.threads.keys().copied().collect();
+        for thread in threads {
+            self.leave(thread, end);
         }
-    }
-
-    fn print(&self, number: u32, still: bool, out: &mut impl Write) -> Result<(), ReplayError> {
-        let (start, end) = (self.start, self.end.unwrap_or(self.start));
+        let start = self.start;
         let running = if still { ", still running" } else { "" };
         let name = &self.name;
         writeln!(

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
+use recorder::lengths::cut;
 use recorder::{Entry, ReadError, Recording, Topic, Viewer};
 use thiserror::Error;
 use tokio::sync::mpsc;
@@ -24,6 +25,7 @@ use crate::commands::serve::{Listeners, ServeError, bound_ports, open_ports};
 use crate::config::{ConfigError, PRIMARY_PORT, PortSettings};
 use crate::describe::describe;
 use crate::options::PortSetting;
+use crate::ports::callers::{Callers, machine_name};
 use crate::ports::foxglove::View;
 use crate::ports::listen::PortMeter;
 use crate::ports::{foxglove, http, primary, rtsi};
@@ -33,6 +35,10 @@ use playback::Playback;
 
 /// Messages read ahead from the file.
 const READ_AHEAD: usize = 1024;
+/// The longest pause between two messages that is played, s. A controller that runs is never silent for so long.
+const PAUSE_MAX: f64 = 10.0;
+/// Bytes of a text that clients are shown; the program's own text is none of them.
+const SHOWN_BYTES: usize = 16 << 10;
 /// Clients hear the last state before the ports close.
 const FAREWELL: Duration = Duration::from_millis(250);
 
@@ -105,7 +111,9 @@ pub(super) fn serve(
         {
             tracing::info!("{name} on {bind}:{port}");
         }
-        let services = open_services(listeners, &playback, viewer, &stop);
+        let trusted = crate::config::trusted_hosts(args.trust_host.clone());
+        let callers = Callers::of(bind, machine_name().as_deref(), &trusted);
+        let services = open_services(listeners, &playback, viewer, &callers, &stop);
         if let Some(path) = &args.ready_file {
             ready_file::write(path, std::process::id(), &bound).map_err(|source| {
                 ServeError::ReadyFile {
@@ -128,6 +136,7 @@ fn open_services(
     listeners: Listeners,
     playback: &Arc<Playback>,
     viewer: Viewer,
+    callers: &Callers,
     stop: &CancellationToken,
 ) -> JoinSet<()> {
     let meters: Vec<PortMeter> = listeners
@@ -149,8 +158,10 @@ fn open_services(
             }
             "rtsi" => drop(services.spawn(rtsi::serve(listener, playback, meter, stop))),
             "http" => {
-                let meters = meters.clone();
-                services.spawn(http::serve(listener, playback, meters, meter, stop));
+                let (meters, callers) = (meters.clone(), callers.clone());
+                services.spawn(http::serve(
+                    listener, playback, meters, meter, callers, stop,
+                ));
             }
             "foxglove" => {
                 let view = View {
@@ -158,7 +169,8 @@ fn open_services(
                     samples: playback.samples(),
                     log: playback.log_lines(),
                 };
-                services.spawn(foxglove::serve(listener, view, meter, stop));
+                let callers = callers.clone();
+                services.spawn(foxglove::serve(listener, view, meter, callers, stop));
             }
             other => unreachable!("{other} is off in a replay"),
         }
@@ -174,22 +186,25 @@ async fn play(
 ) -> Result<(), ServeRecordingError> {
     let mut messages = read_ahead(recording.clone())?;
     let begin = Instant::now();
-    let mut first = None;
-    let mut last = 0.0;
+    let mut last = None;
+    let mut played = 0.0;
     while let Some(message) = messages.recv().await {
         let (time, entry) = message?;
-        let elapsed = (time - *first.get_or_insert(time)) / rate;
-        // A recording may hold any time stamp; one beyond all reason is played at once.
-        if let Ok(elapsed) = Duration::try_from_secs_f64(elapsed)
+        // A recording may hold any time stamp; time goes on, and in pauses that somebody can wait for.
+        let passed = time - last.unwrap_or(time);
+        if passed > 0.0 {
+            played += passed.min(PAUSE_MAX);
+        }
+        if let Ok(elapsed) = Duration::try_from_secs_f64(played / rate)
             && let Some(due) = begin.checked_add(elapsed)
             && due > Instant::now()
         {
             sleep_until(due).await;
         }
-        last = time;
+        last = Some(time);
         playback.take(time, entry);
     }
-    tracing::info!("the recording ends at {last:.3} s");
+    tracing::info!("the recording ends at {:.3} s", last.unwrap_or(0.0));
     Ok(())
 }
 
@@ -210,10 +225,38 @@ fn read_ahead(
                 }
             };
             for entry in entries {
+                let entry = entry.map(|(time, entry)| (time, shown(entry)));
                 if sender.blocking_send(entry).is_err() {
                     return;
                 }
             }
         })?;
     Ok(receiver)
+}
+
+/// An entry without what no client is shown, so that those that are read ahead are small.
+fn shown(mut entry: Entry) -> Entry {
+    let shorten = |text: &mut String| {
+        if let Some(short) = cut(text, SHOWN_BYTES) {
+            *text = short;
+        }
+    };
+    match &mut entry {
+        Entry::Script(script) => {
+            shorten(&mut script.program);
+            if let Some(text) = &mut script.text {
+                *text = String::new();
+            }
+        }
+        Entry::Log(log) => {
+            shorten(&mut log.source);
+            shorten(&mut log.message);
+        }
+        Entry::Command(command) => {
+            command.arguments.clear();
+            shorten(&mut command.program);
+        }
+        Entry::Cycle(_) | Entry::Io(_) | Entry::Variable(_) => {}
+    }
+    entry
 }

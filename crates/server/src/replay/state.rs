@@ -8,6 +8,9 @@ use recorder::{CommandMessage, Cycle, Entry, FieldValue, Recording, Topic};
 
 use super::ReplayError;
 
+/// Script threads whose lines are kept: more than can run at once.
+const MAX_LINES: usize = 1024;
+
 /// What was known when the cycle ended.
 #[derive(Default)]
 struct Moment {
@@ -93,12 +96,15 @@ fn moment_at(
             Entry::Command(command) => {
                 let running = moment.cycle.as_ref().map_or(0, |cycle| cycle.command_id);
                 moment.commands.retain(|id, _| *id >= running);
-                moment.commands.insert(command.id, command);
+                super::remember(&mut moment.commands, command);
             }
             Entry::Script(script) => {
                 if let (Some(thread), Some(line)) = (script.thread, script.line) {
                     let thread = (script.program_id, thread);
                     moment.lines.insert(thread, (script.program, line));
+                    if moment.lines.len() > MAX_LINES {
+                        moment.lines.pop_first();
+                    }
                 } else {
                     moment
                         .lines

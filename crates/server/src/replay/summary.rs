@@ -28,6 +28,12 @@ pub(super) fn print(
     }
     writeln!(out, "cycles: {}", summary.cycles)?;
     writeln!(out, "missing: {}", summary.missing)?;
+    if summary.out_of_order > 0 {
+        writeln!(out, "out of order: {}", summary.out_of_order)?;
+    }
+    if summary.notes_missing > 0 {
+        writeln!(out, "messages missing: {}", summary.notes_missing)?;
+    }
     writeln!(out, "duration: {:.3} s", summary.duration)?;
 
     writeln!(out, "programs: {}", summary.program_count)?;

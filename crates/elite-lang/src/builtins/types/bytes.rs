@@ -72,6 +72,12 @@ fn data(ev: &Evaluator<'_>, args: &[Value], type_name: &str) -> R<Vec<u8>> {
                 ev.type_error(format!("__bytes__ returned non-bytes (type {name})"))
             })
         }
+        Value::Instance(instance) if instance.class.lookup(known::INDEX).is_some() => {
+            let count = ev.index(source)?;
+            let count = usize::try_from(count).map_err(|_| ev.value_error("negative count"))?;
+            ev.check_allocation(count)?;
+            Ok(vec![0; count])
+        }
         Value::Bool(flag) => Ok(vec![0; usize::from(flag)]),
         Value::Str(text) => {
             if args[1].is_unbound() {
@@ -91,13 +97,11 @@ fn data(ev: &Evaluator<'_>, args: &[Value], type_name: &str) -> R<Vec<u8>> {
                 Err(ev.type_error(format!("cannot convert '{name}' object to {type_name}")))
             }
             None => {
-                let items = ev.collect(source)?;
                 let error =
                     || ev.value_error(format!("{} must be in range(0, 256)", byte_word(type_name)));
-                items
-                    .iter()
-                    .map(|item| u8::try_from(ev.index(item)?).map_err(|_| error()))
-                    .collect()
+                ev.collect_as(source, |item| {
+                    u8::try_from(ev.index(item)?).map_err(|_| error())
+                })
             }
         },
     }
@@ -255,8 +259,8 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
             ("append", "item /", |ev, args| {
                 let byte = ev.byte(&args[1])?;
                 let bytes = mutable(ev, &args[0])?;
-                bytes.data.borrow_mut().push(byte);
-                bytes.account();
+                ev.grow_bytes(&bytes, 1)?;
+                bytes.data.change(|data| data.push(byte));
                 Ok(Value::None)
             }),
             ("extend", "iterable /", |ev, args| {
@@ -269,35 +273,30 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                     None => ev.collect_bytes(&args[1])?,
                 };
                 let bytes = mutable(ev, &args[0])?;
-                ev.check_allocation(bytes.data.borrow().len() + more.len())?;
-                bytes.data.borrow_mut().extend(more);
-                bytes.account();
+                ev.grow_bytes(&bytes, more.len())?;
+                bytes.data.change(|data| data.extend(more));
                 Ok(Value::None)
             }),
             ("insert", "index item /", |ev, args| {
-                let byte = ev.byte(&args[2])?;
                 let bytes = mutable(ev, &args[0])?;
-                let length = bytes.data.borrow().len();
-                let index = super::clamp_start(ev, &args[1], length, 0)?.min(length);
-                bytes.data.borrow_mut().insert(index, byte);
-                bytes.account();
+                let index = ev.clamped_index(&args[1])?;
+                let byte = ev.byte(&args[2])?;
+                ev.grow_bytes(&bytes, 1)?;
+                bytes.data.change(|data| {
+                    data.insert(super::insertion_place(index, data.len()), byte);
+                });
                 Ok(Value::None)
             }),
             ("pop", "index? /", |ev, args| {
                 let bytes = mutable(ev, &args[0])?;
                 let index = args[1].given().map_or(Ok(-1), |index| ev.index(index))?;
-                let mut data = bytes.data.borrow_mut();
-                let place = if index < 0 {
-                    index + data.len() as i64
-                } else {
-                    index
-                };
-                match usize::try_from(place)
-                    .ok()
-                    .filter(|place| *place < data.len())
-                {
-                    Some(place) => Ok(Value::Int(i64::from(data.remove(place)))),
-                    None if data.is_empty() => {
+                let popped = bytes.data.change(|data| {
+                    let place = ev.place(index, data.len())?;
+                    Some(data.remove(place))
+                });
+                match popped {
+                    Some(byte) => Ok(Value::Int(i64::from(byte))),
+                    None if bytes.data.borrow().is_empty() => {
                         Err(ev.raise(ExceptionKind::IndexError, "pop from empty bytearray"))
                     }
                     None => Err(ev.raise(ExceptionKind::IndexError, "pop index out of range")),
@@ -305,31 +304,30 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
             }),
             ("remove", "value /", |ev, args| {
                 let (bytes, byte) = (mutable(ev, &args[0])?, ev.byte(&args[1])?);
-                let found = bytes.data.borrow().iter().position(|other| *other == byte);
-                match found {
-                    Some(index) => {
-                        bytes.data.borrow_mut().remove(index);
-                        Ok(Value::None)
-                    }
+                let removed = bytes.data.change(|data| {
+                    let index = data.iter().position(|other| *other == byte)?;
+                    Some(data.remove(index))
+                });
+                match removed {
+                    Some(_) => Ok(Value::None),
                     None => Err(ev.value_error("value not found in bytearray")),
                 }
             }),
             ("clear", "", |ev, args| {
-                mutable(ev, &args[0])?.data.borrow_mut().clear();
+                mutable(ev, &args[0])?.data.change(Vec::clear);
                 Ok(Value::None)
             }),
             ("reverse", "", |ev, args| {
-                mutable(ev, &args[0])?.data.borrow_mut().reverse();
+                mutable(ev, &args[0])?.data.change(|data| data.reverse());
                 Ok(Value::None)
             }),
             ("copy", "", |ev, args| {
-                Ok(bytearray(mutable(ev, &args[0])?.data.borrow().clone()))
+                Ok(bytearray(mutable(ev, &args[0])?.data.get()))
             }),
             ("__init__", "source? encoding? errors?", |ev, args| {
                 let data = data(ev, &args[1..], "bytearray")?;
                 let bytes = mutable(ev, &args[0])?;
-                *bytes.data.borrow_mut() = data;
-                bytes.account();
+                bytes.data.put(data);
                 Ok(Value::None)
             }),
         ],
@@ -396,6 +394,7 @@ fn from_text(ev: &Evaluator<'_>, receiver: &Value, value: Value) -> Value {
 
 /// The method of `str` with this name, on bytes read as Latin-1.
 fn by_text(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
+    settle(ev, args, name)?;
     let method = ev
         .core
         .types
@@ -408,6 +407,28 @@ fn by_text(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
     Ok(from_text(ev, &args[0], result))
 }
 
+/// Asks the objects among the arguments that stand for integers, each once and before the bytes are looked at.
+fn settle(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R<()> {
+    let places: &[usize] = match name {
+        "find" | "rfind" | "index" | "rindex" | "count" => &[2, 3, 1],
+        "startswith" | "endswith" => &[2, 3],
+        "center" | "ljust" | "rjust" | "zfill" | "expandtabs" => &[1],
+        "split" | "rsplit" => &[2],
+        "replace" => &[3],
+        _ => &[],
+    };
+    for place in places {
+        if let Some(arg) = args.get_mut(*place)
+            && matches!(arg, Value::Instance(_))
+            && ev.bytes_like(arg).is_none()
+            && ev.has_index(arg)
+        {
+            *arg = ev.to_int(arg)?.into_value();
+        }
+    }
+    Ok(())
+}
+
 fn strip(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
     if args[1].is_unbound() || args[1].is_none() {
         args[1] = Value::Bytes(Rc::new(Bytes::new(SPACES.as_bytes().to_vec())));
@@ -416,6 +437,7 @@ fn strip(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
 }
 
 fn split(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
+    settle(ev, args, name)?;
     if !args[1].is_unbound() && !args[1].is_none() {
         return by_text(ev, args, name);
     }
@@ -519,6 +541,12 @@ fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let keep = args[1].given().map_or(Ok(0), |value| ev.index(value))? != 0;
     let data = receiver(ev, &args[0])?;
+    ev.ask_for_pieces(data.len(), || {
+        data.iter()
+            .filter(|byte| matches!(byte, b'\n' | b'\r'))
+            .count()
+            + 1
+    })?;
     let mut lines = Vec::new();
     let mut rest = &data[..];
     while !rest.is_empty() {

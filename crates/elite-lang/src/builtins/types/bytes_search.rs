@@ -3,7 +3,7 @@
 
 use memchr::memmem;
 
-use super::string_methods::bounds;
+use super::bounds::Bounds;
 use super::wrong_receiver;
 use crate::eval::Evaluator;
 use crate::value::int::Int;
@@ -18,10 +18,10 @@ pub enum Side {
 
 /// `find` and `rfind`; with `required`, `index` and `rindex`.
 pub fn find(ev: &Evaluator<'_>, args: &[Value], side: Side, required: bool) -> R {
+    let bounds = Bounds::read(ev, &args[2], &args[3])?;
     let part = part(ev, &args[1])?;
-    let (from, to) = match range(ev, args)? {
-        Some(range) => range,
-        None => return not_found(ev, required),
+    let Some((from, to)) = bounds.within(length(ev, args)?) else {
+        return not_found(ev, required);
     };
     let found = within(ev, &args[0], (from, to), |data| match side {
         Side::Left => memmem::find(data, &part),
@@ -42,8 +42,9 @@ fn not_found(ev: &Evaluator<'_>, required: bool) -> R {
 
 /// `count`
 pub fn count(ev: &Evaluator<'_>, args: &[Value]) -> R {
+    let bounds = Bounds::read(ev, &args[2], &args[3])?;
     let part = part(ev, &args[1])?;
-    let Some(range) = range(ev, args)? else {
+    let Some(range) = bounds.within(length(ev, args)?) else {
         return Ok(Value::Int(0));
     };
     let count = within(ev, &args[0], range, |data| match part.len() {
@@ -55,6 +56,7 @@ pub fn count(ev: &Evaluator<'_>, args: &[Value]) -> R {
 
 /// `startswith` and `endswith`
 pub fn affix(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
+    let bounds = Bounds::read(ev, &args[2], &args[3])?;
     let parts = match &args[1] {
         Value::Tuple(parts) => parts.items().iter().map(|part| ev.bytes(part)).collect(),
         one => match ev.bytes_like(one) {
@@ -73,7 +75,7 @@ pub fn affix(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
         },
     };
     let parts: Vec<Vec<u8>> = parts?;
-    let Some(range) = range(ev, args)? else {
+    let Some(range) = bounds.within(length(ev, args)?) else {
         return Ok(Value::Bool(false));
     };
     let found = within(ev, &args[0], range, |data| {
@@ -98,9 +100,8 @@ fn part(ev: &Evaluator<'_>, value: &Value) -> R<Vec<u8>> {
     })
 }
 
-fn range(ev: &Evaluator<'_>, args: &[Value]) -> R<Option<(usize, usize)>> {
-    let length = within(ev, &args[0], (0, usize::MAX), <[u8]>::len)?;
-    bounds(ev, length, &args[2], &args[3])
+fn length(ev: &Evaluator<'_>, args: &[Value]) -> R<usize> {
+    within(ev, &args[0], (0, usize::MAX), <[u8]>::len)
 }
 
 /// Looks at a part of the receiver's bytes; what runs code of the script has no place in `look`.

@@ -4,16 +4,12 @@ use std::rc::Rc;
 
 use super::{methods, wrong_receiver};
 use crate::errors::ExceptionKind;
-use crate::eval::coroutine::RESERVE;
 use crate::eval::{Core, Evaluator};
 use crate::value::class::Base;
 use crate::value::exception::{ExceptionState, Group};
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
 use crate::value::{Class, Instance, R, Value};
-
-/// Groups within groups that are split; deeper ones are a `RecursionError`, as in CPython.
-const NESTING_MAX: u32 = 900;
 
 /// What a group is split by.
 #[derive(Clone, Copy)]
@@ -183,13 +179,6 @@ impl Evaluator<'_> {
 
     /// Splits an exception into the part that matches and the rest, both with the structure of the original.
     pub fn split_group(&self, exception: &Rc<Instance>, matcher: Matcher<'_>) -> R<Parts> {
-        self.split_at(exception, matcher, 0)
-    }
-
-    fn split_at(&self, exception: &Rc<Instance>, matcher: Matcher<'_>, depth: u32) -> R<Parts> {
-        if depth > NESTING_MAX {
-            return Err(self.recursion_error());
-        }
         let matches = match matcher {
             Matcher::Types(types) => self.exception_matches(exception, types)?,
             Matcher::Predicate(function) => {
@@ -207,7 +196,7 @@ impl Evaluator<'_> {
         let members = exception.exception().map(ExceptionState::members);
         let (mut matched, mut rest) = (Vec::new(), Vec::new());
         for member in members.unwrap_or_default() {
-            let parts = self.with_stack(RESERVE, || self.split_at(&member, matcher, depth + 1))?;
+            let parts = self.recurse(|| self.split_group(&member, matcher))?;
             matched.extend(parts.0);
             rest.extend(parts.1);
         }
@@ -238,8 +227,8 @@ impl Evaluator<'_> {
         };
         if let (Some(from), Some(to)) = (original.exception(), part.exception()) {
             to.set_traceback(from.traceback());
-            *to.context.borrow_mut() = from.context.borrow().clone();
-            *to.cause.borrow_mut() = from.cause.borrow().clone();
+            to.context.put(from.context.get());
+            to.cause.put(from.cause.get());
             to.suppress_context.set(true);
         }
         if let Some(notes) = self.attribute_or_none(&value, known::NOTES)?

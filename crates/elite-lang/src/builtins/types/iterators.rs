@@ -1,6 +1,6 @@
 //! `map`, `filter`, `zip`, `enumerate`, `reversed`, and the methods of generators.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::rc::Rc;
 
 use super::range::long_range_iterator;
@@ -12,7 +12,7 @@ use crate::eval::{Core, Evaluator};
 use crate::ops::iterate::dict_iter;
 use crate::value::dict::ViewKind;
 use crate::value::symbol::known;
-use crate::value::{Iter, R, Raised, Range, Value};
+use crate::value::{Held, Iter, R, Raised, Range, Value};
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
@@ -33,7 +33,7 @@ pub(super) fn install(core: &Rc<Core>) {
         let source = ev.iter(&args[0])?;
         Ok(Value::Iter(Rc::new(Iter::Enumerate {
             source,
-            count: RefCell::new(start),
+            count: Held::new(start),
         })))
     });
     constructor(core, &types.reversed, "sequence /", reversed);

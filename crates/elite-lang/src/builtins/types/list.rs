@@ -2,10 +2,11 @@
 
 use std::rc::Rc;
 
-use super::{clamp_start, constructor, methods, wrong_receiver};
+use super::{constructor, insertion_place, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
 use crate::eval::pace::VALUE;
 use crate::eval::{Core, Evaluator};
+use crate::value::symbol::known;
 use crate::value::{Iter, List, R, Value};
 
 pub(super) fn install(core: &Rc<Core>) {
@@ -34,9 +35,8 @@ pub(super) fn install(core: &Rc<Core>) {
             ("remove", "value /", remove),
             ("clear", "", clear),
             ("copy", "", |ev, args| {
-                let mut items = Vec::new();
-                ev.copy_list(&*receiver(ev, &args[0])?, &mut items)?;
-                Ok(Value::list(items))
+                let list = receiver(ev, &args[0])?;
+                ev.collect(&Value::List(list)).map(Value::list)
             }),
             ("count", "value /", |ev, args| count(ev, &args[0], &args[1])),
             ("index", "value start? stop? /", index),
@@ -73,34 +73,23 @@ fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<List>> {
 
 fn init(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    let items = match args[1].given() {
-        Some(iterable) => ev.collect(iterable)?,
-        None => Vec::new(),
-    };
-    let old = std::mem::replace(&mut *list.borrow_mut(), items);
-    drop(old);
-    list.account();
-    Ok(Value::None)
-}
-
-/// A list that is given a value which can hold others may become part of a cycle.
-#[inline]
-fn note(ev: &Evaluator<'_>, list: &Rc<crate::value::List>, item: &Value) {
-    if !list.noted.get() && item.holds_values() {
-        ev.core.note_list(list);
+    drop(list.replace_all(Vec::new()));
+    if let Some(iterable) = args[1].given() {
+        ev.list_extend(&list, iterable)?;
     }
+    Ok(Value::None)
 }
 
 fn append(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let item = std::mem::take(&mut args[1]);
     match &args[0] {
         Value::List(list) => {
-            note(ev, list, &item);
+            ev.grow_list(list, 1)?;
             list.push(item);
         }
         other => {
             let list = receiver(ev, other)?;
-            note(ev, &list, &item);
+            ev.grow_list(&list, 1)?;
             list.push(item);
         }
     }
@@ -109,30 +98,49 @@ fn append(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn extend(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    let items = ev.collect(&args[1])?;
-    ev.check_allocation((list.len() + items.len()) * size_of::<Value>())?;
-    if let Some(holder) = items.iter().find(|item| item.holds_values()) {
-        note(ev, &list, holder);
-    }
-    list.borrow_mut().extend(items);
-    list.account();
+    ev.list_extend(&list, &args[1])?;
     Ok(Value::None)
+}
+
+impl Evaluator<'_> {
+    /// `list.extend(iterable)`. What script code gives item by item is appended item by item, as it sees.
+    pub fn list_extend(&self, list: &Rc<List>, iterable: &Value) -> R<()> {
+        // Itself, behind an instance of a subclass, gives what it holds now.
+        let is_itself = |value: &Value| matches!(self.plain(value), Value::List(other) if Rc::ptr_eq(&other, list));
+        let runs_code = matches!(
+            iterable,
+            Value::Instance(_) | Value::Generator(_) | Value::Iter(_) | Value::Class(_)
+        );
+        if runs_code && !is_itself(iterable) {
+            let iterator = self.iter(iterable)?;
+            if let Value::Instance(instance) = iterable
+                && instance.class.lookup(known::LEN).is_some()
+            {
+                // CPython asks how much room to make; the answer means nothing here.
+                self.len(iterable)?;
+            }
+            while let Some(item) = self.step(&iterator)? {
+                self.grow_list(list, 1)?;
+                list.push(item);
+            }
+            return Ok(());
+        }
+        let items = match is_itself(iterable) {
+            true => list.borrow().clone(),
+            false => self.collect(iterable)?,
+        };
+        self.grow_list(list, items.len())?;
+        list.change(|old| old.extend(items));
+        Ok(())
+    }
 }
 
 fn insert(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    let length = list.len();
     let index = ev.clamped_index(&args[1])?;
-    let index = if index < 0 {
-        index.saturating_add(length as i64).max(0)
-    } else {
-        index
-    };
-    let index = usize::try_from(index).unwrap_or(usize::MAX).min(length);
-    note(ev, &list, &args[2]);
-    list.borrow_mut()
-        .insert(index, std::mem::take(&mut args[2]));
-    list.account();
+    let item = std::mem::take(&mut args[2]);
+    ev.grow_list(&list, 1)?;
+    list.change(|items| items.insert(super::insertion_place(index, items.len()), item));
     Ok(Value::None)
 }
 
@@ -140,24 +148,17 @@ fn pop(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
     let error = |text: &str| Err(ev.raise(ExceptionKind::IndexError, text));
     let Some(index) = args[1].given() else {
-        let last = list.borrow_mut().pop();
+        let last = list.change(Vec::pop);
         return last.map_or_else(|| error("pop from empty list"), Ok);
     };
     let index = ev.index(index)?;
-    let mut items = list.borrow_mut();
-    if items.is_empty() {
-        return error("pop from empty list");
-    }
-    let place = if index < 0 {
-        index + items.len() as i64
-    } else {
-        index
-    };
-    match usize::try_from(place)
-        .ok()
-        .filter(|place| *place < items.len())
-    {
-        Some(place) => Ok(items.remove(place)),
+    let popped = list.change(|items| {
+        let place = ev.place(index, items.len())?;
+        Some(items.remove(place))
+    });
+    match popped {
+        Some(item) => Ok(item),
+        None if list.is_empty() => error("pop from empty list"),
         None => error("pop index out of range"),
     }
 }
@@ -168,11 +169,8 @@ fn remove(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     while let Some(item) = list.get(index) {
         ev.worked(VALUE)?;
         if ev.equal(&item, &args[1])? {
-            let mut items = list.borrow_mut();
             // The comparison may have changed the list.
-            let removed = (index < items.len()).then(|| items.remove(index));
-            drop(items);
-            drop(removed);
+            drop(list.change(|items| (index < items.len()).then(|| items.remove(index))));
             return Ok(Value::None);
         }
         index += 1;
@@ -182,9 +180,7 @@ fn remove(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn clear(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    let old = std::mem::take(&mut *list.borrow_mut());
-    list.account();
-    drop(old);
+    drop(list.replace_all(Vec::new()));
     Ok(Value::None)
 }
 
@@ -209,17 +205,17 @@ fn count(ev: &Evaluator<'_>, sequence: &Value, value: &Value) -> R {
 
 fn index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let plain = ev.plain(&args[0]);
-    let length = ev.len(&plain)?;
-    let bound = |value: &Value, default: usize| match value {
+    let bound = |value: &Value, default: i64| match value {
         Value::Unbound => Ok(default),
-        value if ev.has_index(value) => clamp_start(ev, value, length, default),
+        value if ev.has_index(value) => ev.clamped_index(value),
         _ => {
             let text = "slice indices must be integers or have an __index__ method";
             Err(ev.type_error(text))
         }
     };
-    let (start, stop) = (bound(&args[2], 0)?, bound(&args[3], length)?);
-    for index in start..stop {
+    let (start, stop) = (bound(&args[2], 0)?, bound(&args[3], i64::MAX)?);
+    let length = ev.len(&plain)?;
+    for index in insertion_place(start, length)..insertion_place(stop, usize::MAX >> 1) {
         let Some(item) = item_at(ev, &plain, index)? else {
             break;
         };
@@ -235,7 +231,7 @@ fn index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn reverse(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    receiver(ev, &args[0])?.borrow_mut().reverse();
+    receiver(ev, &args[0])?.change(|items| items.reverse());
     Ok(Value::None)
 }
 
@@ -258,12 +254,10 @@ fn sort(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         });
     }
     // The list is empty while it is sorted, so that key functions see no half-sorted state.
-    let mut items = std::mem::take(&mut *list.borrow_mut());
+    let mut items = list.change(std::mem::take);
     let result = ev.sort(&mut items, key.as_ref(), reverse);
     let changed = !list.is_empty();
-    let meanwhile = std::mem::replace(&mut *list.borrow_mut(), items);
-    list.account();
-    drop(meanwhile);
+    drop(list.replace_all(items));
     result?;
     match changed {
         true => Err(ev.value_error("list modified during sort")),

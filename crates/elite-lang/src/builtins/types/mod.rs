@@ -1,5 +1,6 @@
 //! Constructors and methods of the builtin types, one file a type.
 
+mod bounds;
 mod bytes;
 mod bytes_search;
 mod codec;
@@ -24,7 +25,8 @@ use std::rc::Rc;
 
 use super::{BoundFn, Builtin, BuiltinBody, RawFn, Signature};
 use crate::eval::{Core, Evaluator};
-use crate::value::{Class, R, Raised, Value};
+use crate::value::class::Base;
+use crate::value::{Class, Raised, Value};
 
 /// Puts them in place.
 pub fn install(core: &Rc<Core>) {
@@ -66,9 +68,18 @@ fn methods(core: &Core, class: &Class, list: &[(&'static str, &str, BoundFn)]) {
                 module: None,
                 signature,
                 body,
+                fills: holds_items(class),
             })),
         );
     }
+}
+
+/// Whether methods of a class may put their arguments into the receiver.
+fn holds_items(class: &Class) -> bool {
+    matches!(
+        class.base,
+        Base::List | Base::Dict | Base::Set | Base::Exception
+    )
 }
 
 /// Gives a class a method that takes its arguments as they come.
@@ -83,6 +94,7 @@ fn raw_method(core: &Core, class: &Class, name: &'static str, body: RawFn) {
             module: None,
             signature,
             body,
+            fills: holds_items(class),
         })),
     );
 }
@@ -95,6 +107,7 @@ fn class_method(core: &Core, class: &Class, name: &'static str, signature: &str,
         module: None,
         signature: Signature::parse(&format!("cls {signature}"), &core.symbols),
         body: BuiltinBody::Bound(body),
+        fills: false,
     };
     class.set(
         core.symbols.intern(name),
@@ -104,12 +117,16 @@ fn class_method(core: &Core, class: &Class, name: &'static str, signature: &str,
 
 /// What calling the class does.
 fn constructor(core: &Core, class: &Class, signature: &str, body: BoundFn) {
-    *class.constructor.borrow_mut() = Builtin::bound(core, static_name(class), signature, body);
+    class
+        .constructor
+        .put(Builtin::bound(core, static_name(class), signature, body));
 }
 
 /// What calling the class does, with arguments as they come.
 fn raw_constructor(class: &Class, body: RawFn) {
-    *class.constructor.borrow_mut() = Builtin::raw(static_name(class), body);
+    class
+        .constructor
+        .put(Builtin::raw(static_name(class), body));
 }
 
 /// The error for a receiver of the wrong type.
@@ -121,18 +138,15 @@ fn wrong_receiver(ev: &Evaluator<'_>, wanted: &str, value: &Value) -> Raised {
     ))
 }
 
-/// An index argument for `index` and the like, clamped to the length as slices are.
-fn clamp_start(ev: &Evaluator<'_>, value: &Value, length: usize, default: usize) -> R<usize> {
-    if value.is_unbound() || value.is_none() {
-        return Ok(default);
-    }
-    let index = ev.clamped_index(value)?;
-    let index = if index < 0 {
+/// Where `insert` puts an item in a sequence of `length`: negative indices count from the end, others beyond an end mean
+/// that end.
+pub fn insertion_place(index: i64, length: usize) -> usize {
+    let from_start = if index < 0 {
         index.saturating_add(length as i64).max(0)
     } else {
         index
     };
-    Ok(usize::try_from(index)
+    usize::try_from(from_start)
         .unwrap_or(usize::MAX)
-        .min(length.max(default)))
+        .min(length)
 }

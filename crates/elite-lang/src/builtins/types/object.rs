@@ -9,8 +9,8 @@ use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
 use crate::ops::hash::address_hash;
 use crate::value::instance::Payload;
-use crate::value::symbol::known;
-use crate::value::{Instance, R, Symbol, Value};
+use crate::value::symbol::{Passing, known};
+use crate::value::{Instance, R, Value};
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
@@ -148,13 +148,13 @@ fn install_natural(core: &Rc<Core>) {
                 let name = name_of(ev, &args[1])?;
                 let found = match &args[0] {
                     Value::Instance(instance) => {
-                        ev.plain_instance_attribute(&args[0], instance, name)?
+                        ev.plain_instance_attribute(&args[0], instance, *name)?
                     }
-                    other => ev.attribute_or_none(other, name)?,
+                    other => ev.attribute_or_none(other, *name)?,
                 };
                 found.ok_or_else(|| {
                     let (class, name) =
-                        (ev.core.types.name_of(&args[0]), ev.core.symbols.name(name));
+                        (ev.core.types.name_of(&args[0]), ev.core.symbols.name(*name));
                     ev.raise(
                         ExceptionKind::AttributeError,
                         format!("'{class}' object has no attribute '{name}'"),
@@ -165,13 +165,13 @@ fn install_natural(core: &Rc<Core>) {
                 let name = name_of(ev, &args[1])?;
                 match &args[0] {
                     Value::Instance(instance) => ev
-                        .plain_set_attribute(&args[0], instance, name, args[2].clone())
+                        .plain_set_attribute(&args[0], instance, *name, args[2].clone())
                         .map(|()| Value::None),
                     Value::Class(class) if class.is_script => ev
-                        .plain_set_class_attribute(&args[0], class, name, args[2].clone())
+                        .plain_set_class_attribute(&args[0], class, *name, args[2].clone())
                         .map(|()| Value::None),
                     other => ev
-                        .set_attribute(other, name, args[2].clone())
+                        .set_attribute(other, *name, args[2].clone())
                         .map(|()| Value::None),
                 }
             }),
@@ -179,13 +179,13 @@ fn install_natural(core: &Rc<Core>) {
                 let name = name_of(ev, &args[1])?;
                 match &args[0] {
                     Value::Instance(instance) => ev
-                        .plain_delete_attribute(&args[0], instance, name)
+                        .plain_delete_attribute(&args[0], instance, *name)
                         .map(|()| Value::None),
-                    Value::Class(class) if class.is_script => match class.remove(name) {
+                    Value::Class(class) if class.is_script => match class.remove(*name) {
                         true => Ok(Value::None),
-                        false => Err(ev.attribute_error(&args[0], name)),
+                        false => Err(ev.attribute_error(&args[0], *name)),
                     },
-                    other => ev.delete_attribute(other, name).map(|()| Value::None),
+                    other => ev.delete_attribute(other, *name).map(|()| Value::None),
                 }
             }),
             ("__sizeof__", "", |_, _| {
@@ -203,9 +203,9 @@ fn identity(a: &Value, b: &Value, equal: bool) -> Value {
     }
 }
 
-fn name_of(ev: &Evaluator<'_>, name: &Value) -> R<Symbol> {
+fn name_of<'e>(ev: &'e Evaluator<'_>, name: &Value) -> R<Passing<'e>> {
     match name {
-        Value::Str(text) => Ok(ev.core.symbols.intern(text.as_str())),
+        Value::Str(text) => Ok(ev.core.symbols.ask(text.as_str())),
         other => {
             let name = ev.core.types.name_of(other);
             Err(ev.type_error(format!("attribute name must be string, not '{name}'")))

@@ -140,7 +140,7 @@ fn indices(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     let length = usize::try_from(ev.index(&args[1])?);
     let length = length.map_err(|_| ev.value_error("length should not be negative"))?;
-    let bounds = ev.bounds(slice, length)?;
+    let bounds = ev.bounds(slice, || length)?;
     Ok(Value::tuple(
         [bounds.start, bounds.stop, bounds.step]
             .map(Value::Int)

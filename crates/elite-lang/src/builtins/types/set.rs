@@ -81,14 +81,25 @@ pub(super) fn install(core: &Rc<Core>) {
                 Ok(Value::None)
             }),
             ("intersection_update", "*others", |ev, args| {
-                let result = combined(ev, args, Evaluator::set_intersection)?;
+                let result = intersection(ev, args)?;
                 receiver(ev, &args[0])?.replace(result);
                 Ok(Value::None)
             }),
             ("difference_update", "*others", |ev, args| {
                 let set = receiver(ev, &args[0])?;
                 for other in others(&args[1]) {
-                    ev.set_subtract(&set, &*as_set(ev, &other)?)?;
+                    match ev.plain(&other) {
+                        Value::Set(other) | Value::FrozenSet(other) => {
+                            ev.set_subtract(&set, &other)?;
+                        }
+                        other => {
+                            let iterator = ev.iter(&other)?;
+                            while let Some(item) = ev.next(&iterator)? {
+                                ev.set_remove(&set, &item)?;
+                                ev.safepoint()?;
+                            }
+                        }
+                    }
                 }
                 Ok(Value::None)
             }),
@@ -107,18 +118,22 @@ fn install_queries(core: &Rc<Core>, class: &Class) {
         class,
         &[
             ("copy", "", |ev, args| {
-                let copy = receiver(ev, &args[0])?.copy();
+                let set = receiver(ev, &args[0])?;
+                ev.check_allocation(set.bytes())?;
+                let copy = set.copy();
                 Ok(like(&args[0], copy))
             }),
             ("union", "*others", |ev, args| {
-                let result = receiver(ev, &args[0])?.copy();
+                let set = receiver(ev, &args[0])?;
+                ev.check_allocation(set.bytes())?;
+                let result = set.copy();
                 for other in others(&args[1]) {
                     ev.set_extend(&result, &other)?;
                 }
                 Ok(like(&args[0], result))
             }),
             ("intersection", "*others", |ev, args| {
-                combine(ev, args, Evaluator::set_intersection)
+                Ok(like(&args[0], intersection(ev, args)?))
             }),
             ("difference", "*others", |ev, args| {
                 combine(ev, args, Evaluator::set_difference)
@@ -192,6 +207,33 @@ fn others(rest: &Value) -> Vec<Value> {
     } else {
         Vec::new()
     }
+}
+
+/// What is in all of them; what is no set is walked through item by item.
+fn intersection(ev: &Evaluator<'_>, args: &[Value]) -> R<Set> {
+    let mut result = receiver(ev, &args[0])?;
+    let others = others(&args[1]);
+    if others.is_empty() {
+        return Ok(result.copy());
+    }
+    for other in others {
+        result = Rc::new(match ev.plain(&other) {
+            Value::Set(other) | Value::FrozenSet(other) => ev.set_intersection(&result, &other)?,
+            other => {
+                let common = Set::new();
+                let iterator = ev.iter(&other)?;
+                while let Some(item) = ev.next(&iterator)? {
+                    let hash = ev.hash(&item)?;
+                    if ev.set_find(&result, hash, &item)?.is_some() {
+                        ev.set_add_hashed(&common, hash, item)?;
+                    }
+                    ev.safepoint()?;
+                }
+                common
+            }
+        });
+    }
+    Ok(result.copy())
 }
 
 type Combine<'y> = fn(&Evaluator<'y>, &Set, &Set) -> R<Set>;

@@ -4,8 +4,9 @@ use std::rc::Rc;
 
 use compact_str::CompactString;
 
+use super::bounds::Bounds;
 use super::string::{receiver, text_argument};
-use super::{clamp_start, methods, raw_method};
+use super::{methods, raw_method};
 use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
 use crate::ops::{search, unicode};
@@ -287,6 +288,12 @@ fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
     };
     let whole = &*text;
     let text = whole.as_str();
+    ev.ask_for_pieces(text.len(), || match args[1].given() {
+        Some(Value::Str(separator)) if !separator.is_empty() => {
+            text.matches(separator.as_str()).count().min(most) + 1
+        }
+        _ => text.split(is_space).count().min(most) + 1,
+    })?;
     let parts: Vec<&str> = match args[1].given() {
         None | Some(Value::None) => split_spaces(text, most, from_right),
         Some(separator) => {
@@ -365,6 +372,7 @@ fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             '\n' | '\r' | '\x0b' | '\x0c' | '\x1c'..='\x1e' | '\u{85}' | '\u{2028}' | '\u{2029}'
         )
     };
+    ev.ask_for_pieces(text.len(), || text.matches(is_end).count() + 1)?;
     let mut lines = Vec::new();
     let mut rest = text;
     while !rest.is_empty() {
@@ -523,29 +531,9 @@ fn within<'t>(
     start: &Value,
     end: &Value,
 ) -> R<Option<(usize, &'t str)>> {
-    let bounds = bounds(ev, text.len(), start, end)?;
-    Ok(bounds.map(|(from, to)| (from, text.slice(from, to))))
-}
-
-/// Optional bounds of a search in something of this length; None if they cross.
-pub(super) fn bounds(
-    ev: &Evaluator<'_>,
-    length: usize,
-    start: &Value,
-    end: &Value,
-) -> R<Option<(usize, usize)>> {
-    for bound in [start, end] {
-        ev.check_slice_index(bound)?;
-    }
-    let from = clamp_start(ev, start, usize::MAX, 0)?;
-    let from = match start.given() {
-        Some(value) if !value.is_none() && ev.clamped_index(value)? < 0 => {
-            clamp_start(ev, start, length, 0)?
-        }
-        _ => from,
-    };
-    let to = clamp_start(ev, end, length, length)?;
-    Ok((from <= length && from <= to).then_some((from, to)))
+    let bounds = Bounds::read(ev, start, end)?;
+    let places = bounds.within(text.len());
+    Ok(places.map(|(from, to)| (from, text.slice(from, to))))
 }
 
 fn find(ev: &Evaluator<'_>, args: &[Value], from_right: bool, required: bool) -> R {

@@ -1,9 +1,10 @@
 //! What refers to what: the counted references the search for cycles knows of.
 //!
-//! A reference it does not know of (the native stack of a suspended generator, a class, data of the library other than
-//! deques and the iterators of `itertools`) keeps its object alive, so a search errs towards keeping. One it knows of must
+//! A reference it does not know of (what a generator with a native stack holds beyond its variables, data of the library
+//! other than deques and the iterators of `itertools`) keeps its object alive, so a search errs towards keeping. One it knows of must
 //! be reported exactly as often as it is counted.
 
+use std::cell::Cell;
 use std::rc::Rc;
 
 use crate::value::{Iter, Value};
@@ -28,8 +29,56 @@ pub(super) fn references(value: &Value) -> Option<usize> {
         Value::Property(rc) => Rc::strong_count(rc),
         Value::StaticMethod(rc) | Value::ClassMethod(rc) => Rc::strong_count(rc),
         Value::Super(rc) => Rc::strong_count(rc),
+        Value::Slice(rc) => Rc::strong_count(rc),
+        // Builtin types stay as long as the interpreter.
+        Value::Class(rc) if rc.is_script => Rc::strong_count(rc),
+        Value::Class(_) | Value::Module(_) | Value::Builtin(_) => return None,
+        Value::Unbound
+        | Value::None
+        | Value::Ellipsis
+        | Value::NotImplemented
+        | Value::Bool(_)
+        | Value::Int(_)
+        | Value::Float(_)
+        | Value::BigInt(_)
+        | Value::Complex(_)
+        | Value::Str(_)
+        | Value::Bytes(_)
+        | Value::ByteArray(_)
+        | Value::Range(_)
+        | Value::LongRange(_) => return None,
+    })
+}
+
+/// Where a value keeps whether a search has found it in use; None for kinds that do not.
+pub(super) fn age_of(value: &Value) -> Option<&Cell<bool>> {
+    Some(match value {
+        Value::List(rc) => &rc.old,
+        Value::Tuple(rc) => &rc.old,
+        Value::Dict(rc) => &rc.old,
+        Value::Set(rc) | Value::FrozenSet(rc) => &rc.old,
+        Value::Instance(rc) => &rc.old,
+        Value::Cell(rc) => &rc.old,
+        Value::Function(rc) => &rc.old,
+        Value::Class(rc) => &rc.old,
+        Value::Generator(rc) => &rc.old,
         _ => return None,
     })
+}
+
+/// Whether a value is a short tuple of values that hold no others: the commonest of all, and never part of a cycle.
+pub(super) fn is_leaf(value: &Value) -> bool {
+    match value {
+        Value::Tuple(tuple) => {
+            tuple.items().len() <= 16 && !tuple.items().iter().any(Value::holds_values)
+        }
+        _ => false,
+    }
+}
+
+/// Whether taking a value apart may run script code.
+pub(super) fn ends_by_script(value: &Value) -> bool {
+    matches!(value, Value::Generator(generator) if generator.has_stack())
 }
 
 /// Runs `each` on what a value refers to directly, from entry `from` of a container on; where to go on if it has more
@@ -55,9 +104,12 @@ pub(super) fn visit(value: &Value, from: usize, each: &mut dyn FnMut(&Value)) ->
 fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
     match value {
         Value::DictView(view) => each(&Value::Dict(view.dict.clone())),
-        Value::Instance(instance) => instance.visit(each),
+        Value::Instance(instance) => {
+            each(&Value::Class(instance.class.clone()));
+            instance.visit(each);
+        }
         Value::Cell(cell) => {
-            if let Ok(held) = cell.value.try_borrow() {
+            if let Some(held) = cell.value.try_borrow() {
                 each(&held);
             }
         }
@@ -66,13 +118,13 @@ fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
                 each(&Value::Cell(cell.clone()));
             }
             function.keyword_defaults.iter().for_each(&mut *each);
-            if let Ok(attrs) = function.attrs.try_borrow()
+            if let Some(attrs) = function.attrs.try_borrow()
                 && let Some(attrs) = &*attrs
             {
                 attrs.iter().for_each(|(_, value)| each(value));
             }
             // Defaults that a call has borrowed are counted once, however many share them.
-            if let Ok(defaults) = function.defaults.try_borrow()
+            if let Some(defaults) = function.defaults.try_borrow()
                 && Rc::strong_count(&defaults) == 1
             {
                 defaults.iter().for_each(each);
@@ -95,7 +147,17 @@ fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
             }
         }
         Value::StaticMethod(function) | Value::ClassMethod(function) => each(function),
-        Value::Super(parent) => each(&parent.receiver),
+        Value::Super(parent) => {
+            each(&parent.receiver);
+            each(&Value::Class(parent.class.clone()));
+            each(&Value::Class(parent.receiver_class.clone()));
+        }
+        Value::Slice(slice) => {
+            for part in [&slice.start, &slice.stop, &slice.step] {
+                each(part);
+            }
+        }
+        Value::Class(class) => class.visit(each),
         _ => {}
     }
 }
@@ -103,7 +165,7 @@ fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
 fn visit_iterator(iter: &Iter, each: &mut dyn FnMut(&Value)) {
     match iter {
         Iter::List { list, .. } => {
-            if let Ok(list) = list.try_borrow()
+            if let Some(list) = list.try_borrow()
                 && let Some(list) = &*list
             {
                 each(&Value::List(list.clone()));
@@ -139,9 +201,7 @@ fn visit_iterator(iter: &Iter, each: &mut dyn FnMut(&Value)) {
 pub(super) fn take_apart(value: &Value) {
     match value {
         Value::List(list) => {
-            let items = std::mem::take(&mut *list.borrow_mut());
-            list.account();
-            drop(items);
+            drop(list.replace_all(Vec::new()));
         }
         Value::Dict(dict) => dict.clear(),
         Value::Set(set) => set.clear(),
@@ -149,8 +209,11 @@ pub(super) fn take_apart(value: &Value) {
         Value::Cell(cell) => drop(cell.value.take()),
         Value::Function(function) => {
             let attrs = function.attrs.take();
-            drop(attrs);
+            let defaults = function.defaults.replace(Rc::from([]));
+            drop((attrs, defaults));
         }
+        Value::Class(class) => class.dismantle(),
+        Value::Generator(generator) => generator.end(),
         _ => {}
     }
 }

@@ -1,48 +1,61 @@
 //! Reference cycles: what the interpreter does about them.
 //!
 //! Values are counted references, so a cycle keeps itself alive. Every cycle goes through something that was changed
-//! after it was made: an instance, a shared variable of closures, a list, a dictionary or a function with attributes. The
-//! interpreter notes those when they are given a value that can hold others. From time to time it looks for the ones that
-//! only keep each other alive (`search`) and takes them apart; at the end of the task it takes apart whatever is left.
+//! after it was made: an instance, a shared variable of closures, a list, a dictionary, a set, a function with attributes,
+//! a class or a generator. The interpreter notes the former when they are given a value that can hold others, the last two
+//! when they are made. From time to time it looks for the ones that only keep each other alive (`search`) and takes them
+//! apart; at the end of the task it takes apart whatever is left.
+//!
+//! There are two generations. Most searches look at what was noted since the one before, and at what that reaches, but
+//! not at what an earlier search has found in use: references from there keep objects alive like any others from outside.
+//! Everything is looked at when a quarter as much again has been found in use, or when memory is short. So the work stays
+//! in proportion to what the program makes, however much it keeps.
 //!
 //! A search goes on in slices. While one is under way no script code runs; after each slice the driver of the script
-//! threads has its turn, so that a stop never waits for a search. What references what is in `graph`.
-//! When a search begins depends on counts alone, so a program runs the same every time.
+//! threads has its turn, so that a stop never waits for a search. What references what is in `graph`, the lists of what was
+//! noted are in `noted`. When a search begins depends on counts alone, so a program runs the same every time.
 
 mod graph;
+mod noted;
 mod search;
 #[cfg(test)]
 mod tests;
 
 use std::cell::{Cell, RefCell};
-use std::rc::{Rc, Weak};
+use std::rc::Rc;
 
 use super::Core;
-use crate::value::{CellVar, Dict, Function, Instance, List, Value};
+use super::generator::Generator;
+use crate::value::module::Namespace;
+use crate::value::{CellVar, Class, Dict, Function, Instance, List, Set, Value};
 use graph::take_apart;
+use noted::Noted;
 use search::Search;
 
-/// Entries up to which the lists are not searched for dead ones.
-const LEAST: usize = 1024;
 /// A search is not worth it for fewer new parts of cycles than this.
 const FRESH_MIN: usize = 10_000;
-/// Nor for less growth than this, bytes.
-const GROWTH_MIN: usize = 32 << 20;
+/// Growth for which one is worth it, bytes, if the task may hold as much as usual.
+const GROWTH: usize = 32 << 20;
+/// A search through everything is not worth it for fewer objects that have grown old since the last one.
+const AGED_MIN: usize = 25_000;
 
 /// What may be part of a cycle.
 #[derive(Default)]
 pub struct Cycles {
-    instances: Noted<Instance>,
-    cells: Noted<CellVar>,
-    lists: Noted<List>,
-    dicts: Noted<Dict>,
-    functions: Noted<Function>,
+    noted: Noted,
     /// Noted since the last search.
     fresh: Cell<usize>,
     /// The next search is due with so many.
     fresh_due: Cell<usize>,
     /// Or with so many bytes in use.
     memory_due: Cell<usize>,
+    /// With so many bytes in use everything is looked at.
+    memory_due_all: Cell<usize>,
+    /// Objects found in use since the last search through everything, and by it.
+    aged: Cell<usize>,
+    old: Cell<usize>,
+    /// Slices of fuel since the last search through everything.
+    slices: Cell<usize>,
     /// The search that is under way; taken out while it does a slice.
     search: RefCell<Option<Box<Search>>>,
     searching: Cell<bool>,
@@ -50,92 +63,31 @@ pub struct Cycles {
     leftover: RefCell<Option<Box<Search>>>,
 }
 
-/// Weak references of one kind. A dead object's memory is kept while it is listed, so the dead ones are dropped
-/// whenever the list has doubled.
-struct Noted<T> {
-    all: RefCell<Vec<Weak<T>>>,
-    limit: Cell<usize>,
-}
-
-impl<T> Default for Noted<T> {
-    fn default() -> Self {
-        Noted {
-            all: RefCell::default(),
-            limit: Cell::new(LEAST),
-        }
-    }
-}
-
-impl<T> Noted<T> {
-    fn push(&self, object: &Rc<T>) {
-        let mut all = self.all.borrow_mut();
-        if all.len() >= self.limit.get() {
-            all.retain(|object| object.strong_count() > 0);
-            self.limit.set((all.len() * 2).max(LEAST));
-        }
-        all.push(Rc::downgrade(object));
-    }
-
-    /// Object number `index`, if it is still alive; an error at the end of the list.
-    fn at(&self, index: usize) -> Result<Option<Rc<T>>, ()> {
-        self.all.borrow().get(index).map(Weak::upgrade).ok_or(())
-    }
-
-    /// Closes the gaps of dead objects, for entries from `read` on, up to `count` of them; false at the end of the list.
-    fn forget_dead(&self, read: &mut usize, write: &mut usize, count: usize) -> bool {
-        let mut all = self.all.borrow_mut();
-        let end = all.len().min(*read + count);
-        while *read < end {
-            if all[*read].strong_count() > 0 {
-                all.swap(*read, *write);
-                *write += 1;
-            }
-            *read += 1;
-        }
-        let more = *read < all.len();
-        if !more {
-            all.truncate(*write);
-        }
-        more
-    }
-
-    fn take(&self) -> impl Iterator<Item = Rc<T>> {
-        self.all
-            .take()
-            .into_iter()
-            .filter_map(|object| object.upgrade())
-    }
-}
-
-impl Cycles {
-    /// Noted object number `index` of kind `kind`: None if it is dead, an error if there is no such number.
-    fn noted(&self, kind: usize, index: usize) -> Result<Option<Value>, ()> {
-        Ok(match kind {
-            0 => self.instances.at(index)?.map(Value::Instance),
-            1 => self.cells.at(index)?.map(Value::Cell),
-            2 => self.lists.at(index)?.map(Value::List),
-            3 => self.dicts.at(index)?.map(Value::Dict),
-            _ => self.functions.at(index)?.map(Value::Function),
-        })
-    }
-
-    fn forget_dead(&self, kind: usize, read: &mut usize, write: &mut usize, count: usize) -> bool {
-        match kind {
-            0 => self.instances.forget_dead(read, write, count),
-            1 => self.cells.forget_dead(read, write, count),
-            2 => self.lists.forget_dead(read, write, count),
-            3 => self.dicts.forget_dead(read, write, count),
-            _ => self.functions.forget_dead(read, write, count),
-        }
-    }
-}
-
-/// Kinds of noted objects.
-const KINDS: usize = 5;
-
 impl Core {
-    fn one_more(&self) {
-        self.cycles.fresh.set(self.cycles.fresh.get() + 1);
+    /// One more is noted, and so many that had died are not any more.
+    fn one_more(&self, died: usize) {
+        let fresh = self.cycles.fresh.get().saturating_sub(died);
+        self.cycles.fresh.set(fresh + 1);
+    }
+
+    /// Notes whatever a container is, because it is given a value which can hold others.
+    #[inline(never)]
+    pub fn note(&self, value: &Value) {
+        match value {
+            Value::List(list) if !list.noted.get() => self.note_list(list),
+            Value::Dict(dict) if !dict.noted.get() => self.note_dict(dict),
+            Value::Set(set) if !set.noted.get() => self.note_set(set),
+            Value::Function(function) => self.note_function(function),
+            Value::Instance(instance) => {
+                if !instance.noted.get() {
+                    self.note_instance(instance);
+                }
+                if let Some(extended) = instance.extended() {
+                    self.note(&extended);
+                }
+            }
+            _ => {}
+        }
     }
 
     /// Notes an instance that is given a value which can hold others.
@@ -143,8 +95,13 @@ impl Core {
     #[inline(never)]
     pub fn note_instance(&self, instance: &Rc<Instance>) {
         instance.noted.set(true);
-        self.one_more();
-        self.cycles.instances.push(instance);
+        instance.old.set(false);
+        self.one_more(
+            self.cycles
+                .noted
+                .instances
+                .push(instance, self.is_searching()),
+        );
     }
 
     /// Notes a shared variable that is given a value which can hold others.
@@ -152,8 +109,8 @@ impl Core {
     #[inline(never)]
     pub fn note_cell(&self, cell: &Rc<CellVar>) {
         cell.noted.set(true);
-        self.one_more();
-        self.cycles.cells.push(cell);
+        cell.old.set(false);
+        self.one_more(self.cycles.noted.cells.push(cell, self.is_searching()));
     }
 
     /// Notes a list that is given a value which can hold others.
@@ -161,8 +118,8 @@ impl Core {
     #[inline(never)]
     pub fn note_list(&self, list: &Rc<List>) {
         list.noted.set(true);
-        self.one_more();
-        self.cycles.lists.push(list);
+        list.old.set(false);
+        self.one_more(self.cycles.noted.lists.push(list, self.is_searching()));
     }
 
     /// Notes a dictionary that is given a value which can hold others.
@@ -170,16 +127,56 @@ impl Core {
     #[inline(never)]
     pub fn note_dict(&self, dict: &Rc<Dict>) {
         dict.noted.set(true);
-        self.one_more();
-        self.cycles.dicts.push(dict);
+        dict.old.set(false);
+        self.one_more(self.cycles.noted.dicts.push(dict, self.is_searching()));
+    }
+
+    /// Notes a set that is given a value which can hold others.
+    #[cold]
+    #[inline(never)]
+    pub fn note_set(&self, set: &Rc<Set>) {
+        set.noted.set(true);
+        set.old.set(false);
+        self.one_more(self.cycles.noted.sets.push(set, self.is_searching()));
     }
 
     /// Notes a function that is given an attribute which can hold others.
     #[cold]
     #[inline(never)]
     pub fn note_function(&self, function: &Rc<Function>) {
-        self.one_more();
-        self.cycles.functions.push(function);
+        if !function.noted.replace(true) {
+            function.old.set(false);
+            self.one_more(
+                self.cycles
+                    .noted
+                    .functions
+                    .push(function, self.is_searching()),
+            );
+        }
+    }
+
+    /// Notes the variables of a namespace that hold what can hold others.
+    pub fn note_namespace(&self, namespace: &Namespace) {
+        for cell in namespace.own_cells() {
+            if !cell.noted.get() && cell.value.borrow().holds_values() {
+                self.note_cell(&cell);
+            }
+        }
+    }
+
+    /// Notes a class that has just been made.
+    pub fn note_class(&self, class: &Rc<Class>) {
+        self.one_more(self.cycles.noted.classes.push(class, self.is_searching()));
+    }
+
+    /// Notes a generator that has just been made.
+    pub fn note_generator(&self, generator: &Rc<Generator>) {
+        self.one_more(
+            self.cycles
+                .noted
+                .generators
+                .push(generator, self.is_searching()),
+        );
     }
 
     /// Whether a search is under way: then no script code may run before `search_slice` says that it is over.
@@ -193,20 +190,44 @@ impl Core {
     pub fn begin_search_if_due(&self) -> bool {
         let cycles = &self.cycles;
         self.drop_leftover();
-        let fresh = cycles.fresh.get();
-        let due = fresh >= cycles.fresh_due.get().max(FRESH_MIN)
-            || fresh > 0 && self.memory_used() >= cycles.memory_due.get().max(GROWTH_MIN);
-        if due {
-            self.begin_search();
+        cycles.slices.set(cycles.slices.get() + 1);
+        let (fresh, aged) = (cycles.fresh.get(), cycles.aged.get());
+        let (used, first) = (self.memory_used(), self.growth_worth_a_search(0));
+        let young = fresh >= cycles.fresh_due.get().max(FRESH_MIN)
+            || fresh > 0 && used >= cycles.memory_due.get().max(first);
+        let all = aged >= (cycles.old.get() / 4).max(AGED_MIN)
+            || aged > 0 && used >= cycles.memory_due_all.get().max(first);
+        if young || all {
+            // What was made lately is more likely to be free than the rest.
+            self.begin_search(!young);
         }
-        due
+        young || all
     }
 
-    /// Begins a search for cycles that nothing refers to from outside, unless one is under way.
+    /// With how many bytes in use a search may be due.
+    pub fn memory_search_due(&self) -> usize {
+        self.cycles
+            .memory_due
+            .get()
+            .max(self.growth_worth_a_search(0))
+    }
+
+    /// How much more a task with `used` bytes may come to hold before a search is worth it: as much again, but less the
+    /// nearer it is to its limit.
+    fn growth_worth_a_search(&self, used: usize) -> usize {
+        let limit = self.limits.memory_bytes;
+        let left = limit.saturating_sub(used) / 2;
+        used.max(GROWTH).min(left).max(limit / 64)
+    }
+
+    /// Begins a search for cycles that nothing refers to from outside, unless one is under way: of everything, or of what is
+    /// not old.
     #[cold]
-    fn begin_search(&self) {
+    fn begin_search(&self, all: bool) {
         if !self.cycles.searching.replace(true) {
-            *self.cycles.search.borrow_mut() = Some(Box::default());
+            // Its tables may take an eighth of what the task may hold.
+            let most = self.limits.memory_bytes / 8 / search::BYTES_OF_NODE;
+            *self.cycles.search.borrow_mut() = Some(Box::new(Search::new(all, most)));
         }
     }
 
@@ -217,14 +238,26 @@ impl Core {
         let Some(mut search) = cycles.search.take() else {
             return !self.is_searching();
         };
-        if !search.slice(cycles) {
+        if !search.slice(&cycles.noted) {
             *cycles.search.borrow_mut() = Some(search);
             return false;
         }
         cycles.fresh.set(0);
-        // So the work stays in proportion to what the program itself does.
-        cycles.fresh_due.set(search.seen());
-        cycles.memory_due.set(self.memory_used().saturating_mul(2));
+        if search.is_of_all() {
+            cycles.old.set(search.alive());
+            cycles.aged.set(0);
+            cycles.slices.set(0);
+            let used = self.memory_used();
+            let due = used.saturating_add(self.growth_worth_a_search(used));
+            cycles.memory_due_all.set(due);
+        } else {
+            cycles.aged.set(cycles.aged.get() + search.alive());
+            // So the work stays in proportion to what the program itself does.
+            cycles.fresh_due.set(search.seen());
+        }
+        let used = self.memory_used();
+        let due = used.saturating_add(self.growth_worth_a_search(used));
+        cycles.memory_due.set(due);
         cycles.searching.set(false);
         true
     }
@@ -246,11 +279,24 @@ impl Core {
         }
     }
 
-    /// A whole search at once, for when memory is short.
+    /// Whole searches at once until `bytes` more fit, for when memory is short. Everything is only looked at if the program
+    /// has done as much since it was looked at last.
     #[cold]
     #[inline(never)]
-    pub fn collect(&self) {
-        self.begin_search();
+    pub fn collect(&self, bytes: usize) {
+        self.search_at_once(false);
+        let work = self
+            .cycles
+            .slices
+            .get()
+            .saturating_mul(super::core::SLICE as usize);
+        if !self.memory_allows(bytes) && work >= self.cycles.old.get() / 8 {
+            self.search_at_once(true);
+        }
+    }
+
+    fn search_at_once(&self, all: bool) {
+        self.begin_search(all);
         while !self.search_slice() {
             if self.cycles.search.borrow().is_none() {
                 // The search itself has led here.
@@ -264,26 +310,8 @@ impl Core {
         drop(self.cycles.search.take());
         drop(self.cycles.leftover.take());
         // What is dropped on the way may run no script code any more, so nothing is noted meanwhile.
-        let cycles = &self.cycles;
-        cycles
-            .cells
-            .take()
-            .for_each(|cell| take_apart(&Value::Cell(cell)));
-        cycles
-            .instances
-            .take()
-            .for_each(|one| take_apart(&Value::Instance(one)));
-        cycles
-            .lists
-            .take()
-            .for_each(|list| take_apart(&Value::List(list)));
-        cycles
-            .dicts
-            .take()
-            .for_each(|dict| take_apart(&Value::Dict(dict)));
-        cycles
-            .functions
-            .take()
-            .for_each(|function| take_apart(&Value::Function(function)));
+        for object in self.cycles.noted.take() {
+            take_apart(&object);
+        }
     }
 }

@@ -5,15 +5,14 @@
 //! slices of one search. No step of a slice works on more than a part of a container, and none copies a table of
 //! everything seen, so a slice takes a few milliseconds at most, however much there is to see.
 
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
+use hashbrown::HashTable;
 
-use super::graph::{references, take_apart, visit};
-use super::{Cycles, KINDS};
+use super::graph::{age_of, ends_by_script, is_leaf, references, take_apart, visit};
+use super::noted::{KINDS, Noted};
 use crate::value::Value;
 
-/// Objects a search looks at; where there are more it gives up, so that its memory is bounded.
-const OBJECTS_MAX: usize = 1 << 20;
+/// What one object takes in the tables of a search, about.
+pub(super) const BYTES_OF_NODE: usize = 40;
 /// References and objects a slice looks at.
 const SLICE: usize = 2048;
 /// Nodes in one block: tables grow by blocks, because moving a big one would take long.
@@ -29,30 +28,28 @@ struct Node {
 }
 
 /// Addresses are well spread after one multiplication.
-#[derive(Default)]
-struct AddressHasher(u64);
-
-impl Hasher for AddressHasher {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        bytes
-            .iter()
-            .for_each(|byte| self.write_usize(usize::from(*byte)));
-    }
-
-    fn write_usize(&mut self, address: usize) {
-        self.0 = mixed(address).rotate_left(32);
-    }
-}
-
 fn mixed(address: usize) -> u64 {
-    (address as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
+    (address as u64)
+        .wrapping_mul(0x9E37_79B9_7F4A_7C15)
+        .rotate_left(32)
 }
 
-type Shard = HashMap<usize, u32, BuildHasherDefault<AddressHasher>>;
+/// Numbers of nodes, by the address of their values.
+type Shard = HashTable<u32>;
+
+fn shard_of(hash: u64) -> usize {
+    // The tables themselves go by the lowest and the highest bits.
+    hash as usize >> 20 & (SHARDS - 1)
+}
+
+fn address_of(blocks: &[Vec<Node>], index: u32) -> Option<usize> {
+    let index = index as usize;
+    blocks
+        .get(index / BLOCK)?
+        .get(index % BLOCK)?
+        .value
+        .address()
+}
 
 /// What a search does next.
 enum Phase {
@@ -74,91 +71,127 @@ enum Phase {
     Spread {
         open: Vec<(u32, usize)>,
     },
+    /// Ends generators that are not marked: their `finally` blocks may save what they refer to.
+    End {
+        next: usize,
+        ended: bool,
+    },
     /// Takes apart what is not marked.
     TakeApart {
         next: usize,
     },
-    /// Lets go of the nodes.
+    /// What is in use grows old, and the nodes are let go.
     LetGo,
-    /// Forgets what has died.
-    Forget {
+    /// What was noted grows old.
+    Age {
         kind: usize,
-        read: usize,
-        write: usize,
+        count: usize,
     },
     Over,
 }
 
 /// A search.
 pub(super) struct Search {
+    /// Whether it follows what is old as well.
+    all: bool,
+    /// Objects it looks at; where there are more it gives up, so that its memory is bounded.
+    most: usize,
+    gave_up: bool,
     blocks: Vec<Vec<Node>>,
     count: usize,
+    alive: usize,
     places: Vec<Shard>,
+    /// Young ones of each kind that it has entered.
+    entered: [usize; KINDS],
     phase: Phase,
 }
 
-impl Default for Search {
-    fn default() -> Self {
+impl Search {
+    /// A search of everything, or of what is not old, that looks at no more than `most` objects.
+    pub(super) fn new(all: bool, most: usize) -> Self {
         Search {
+            all,
+            most,
+            gave_up: false,
             blocks: Vec::new(),
             count: 0,
+            alive: 0,
             places: (0..SHARDS).map(|_| Shard::default()).collect(),
-            phase: Phase::Enter { kind: 0, index: 0 },
+            entered: [0; KINDS],
+            phase: Phase::Enter {
+                kind: 0,
+                index: usize::MAX,
+            },
         }
     }
-}
 
-impl Search {
+    pub(super) fn is_of_all(&self) -> bool {
+        self.all
+    }
+
+    /// Objects it has found in use.
+    pub(super) fn alive(&self) -> usize {
+        self.alive
+    }
+
     /// Objects it has seen.
     pub(super) fn seen(&self) -> usize {
         self.count
     }
 
     /// Does a slice of the work; whether the search is over.
-    pub(super) fn slice(&mut self, cycles: &Cycles) -> bool {
+    pub(super) fn slice(&mut self, noted: &Noted) -> bool {
         let mut left = SLICE;
         while left > 0 {
             let phase = std::mem::replace(&mut self.phase, Phase::Over);
             self.phase = match phase {
                 Phase::Over => return true,
-                Phase::Enter { kind, index } => self.enter_noted(cycles, kind, index, &mut left),
+                Phase::Enter { kind, index } => self.enter_noted(noted, kind, index, &mut left),
                 Phase::Walk { next, from } => self.walk(next, from, &mut left),
                 Phase::Mark { next } => self.mark(next, &mut left),
                 Phase::Spread { open } => self.spread(open, &mut left),
+                Phase::End { next, ended } => self.end_generators(next, ended, &mut left),
                 Phase::TakeApart { next } => self.take_apart(next, &mut left),
                 Phase::LetGo => {
                     left = left.saturating_sub(BLOCK);
                     match self.blocks.pop() {
                         Some(block) => {
-                            drop(block);
+                            self.let_go(block);
                             Phase::LetGo
                         }
-                        None => Phase::Forget {
+                        None => Phase::Age {
                             kind: 0,
-                            read: 0,
-                            write: 0,
+                            count: self.entered[0],
                         },
                     }
                 }
-                Phase::Forget {
-                    kind,
-                    mut read,
-                    mut write,
-                } => {
+                Phase::Age { kind, count } => {
                     left = left.saturating_sub(BLOCK);
-                    match cycles.forget_dead(kind, &mut read, &mut write, BLOCK) {
-                        true => Phase::Forget { kind, read, write },
-                        false if kind + 1 < KINDS => Phase::Forget {
+                    match noted.age(kind, count, BLOCK) {
+                        0 if kind + 1 == KINDS => Phase::Over,
+                        0 => Phase::Age {
                             kind: kind + 1,
-                            read: 0,
-                            write: 0,
+                            count: self.entered[kind + 1],
                         },
-                        false => Phase::Over,
+                        count => Phase::Age { kind, count },
                     }
                 }
             };
         }
         matches!(self.phase, Phase::Over)
+    }
+
+    /// What a block's objects are from now on: old, if they are in use.
+    fn let_go(&mut self, block: Vec<Node>) {
+        if self.gave_up {
+            return;
+        }
+        for node in block.iter().filter(|node| node.lives) {
+            self.alive += 1;
+            if let Some(old) = age_of(&node.value) {
+                old.set(true);
+            }
+        }
     }
 
     /// Drops a few of the nodes of a search that was given up; whether that was all.
@@ -174,8 +207,10 @@ impl Search {
     }
 
     fn place(&self, address: usize) -> Option<u32> {
-        self.places[mixed(address) as usize >> 54]
-            .get(&address)
+        let hash = mixed(address);
+        let blocks = &self.blocks;
+        self.places[shard_of(hash)]
+            .find(hash, |index| address_of(blocks, *index) == Some(address))
             .copied()
     }
 
@@ -184,40 +219,57 @@ impl Search {
         let (Some(_), Some(address)) = (references(value), value.address()) else {
             return None;
         };
-        let shard = &mut self.places[mixed(address) as usize >> 54];
-        let fresh = self.count as u32;
-        let index = *shard.entry(address).or_insert(fresh);
-        if index == fresh {
-            if self.count.is_multiple_of(BLOCK) {
-                self.blocks.push(Vec::with_capacity(BLOCK));
-            }
-            self.blocks.last_mut()?.push(Node {
-                value: value.clone(),
-                within: 0,
-                lives: false,
-            });
-            self.count += 1;
+        if is_leaf(value) || !self.all && age_of(value).is_some_and(|old| old.get()) {
+            return None;
         }
+        let hash = mixed(address);
+        let blocks = &self.blocks;
+        let shard = &mut self.places[shard_of(hash)];
+        let known = shard.find(hash, |index| address_of(blocks, *index) == Some(address));
+        let index = match known {
+            Some(index) => *index,
+            None => {
+                let fresh = self.count as u32;
+                // A moved table of addresses needs their hashes again.
+                let again = |index: &u32| address_of(blocks, *index).map_or(0, mixed);
+                shard.insert_unique(hash, fresh, again);
+                if self.count.is_multiple_of(BLOCK) {
+                    self.blocks.push(Vec::with_capacity(BLOCK));
+                }
+                self.blocks.last_mut()?.push(Node {
+                    value: value.clone(),
+                    within: 0,
+                    lives: false,
+                });
+                self.count += 1;
+                fresh
+            }
+        };
         self.node(index as usize)
     }
 
     fn enter_noted(
         &mut self,
-        cycles: &Cycles,
+        noted: &Noted,
         mut kind: usize,
         mut index: usize,
         left: &mut usize,
     ) -> Phase {
         while *left > 0 {
             *left -= 1;
-            match cycles.noted(kind, index) {
+            if index == usize::MAX {
+                let (old, young) = noted.ages(kind);
+                self.entered[kind] = young;
+                index = if self.all { 0 } else { old };
+            }
+            match noted.at(kind, index) {
                 Ok(value) => {
                     index += 1;
                     if let Some(value) = value {
                         self.enter(&value);
                     }
                 }
-                Err(()) if kind + 1 < KINDS => (kind, index) = (kind + 1, 0),
+                Err(()) if kind + 1 < KINDS => (kind, index) = (kind + 1, usize::MAX),
                 Err(()) => return Phase::Walk { next: 0, from: 0 },
             }
         }
@@ -226,7 +278,8 @@ impl Search {
 
     fn walk(&mut self, mut next: usize, mut from: usize, left: &mut usize) -> Phase {
         while *left > 0 {
-            if self.count > OBJECTS_MAX {
+            if self.count > self.most {
+                self.gave_up = true;
                 return Phase::LetGo;
             }
             let Some(node) = self.node(next) else {
@@ -279,7 +332,12 @@ impl Search {
                 None => {
                     *left -= 1;
                     match self.node(next) {
-                        None => return Phase::TakeApart { next: 0 },
+                        None => {
+                            return Phase::End {
+                                next: 0,
+                                ended: false,
+                            };
+                        }
                         Some(node) if node.lives => {
                             next += 1;
                             (next as u32 - 1, 0)
@@ -321,6 +379,27 @@ impl Search {
         let mut open = vec![(next as u32, 0)];
         open.append(&mut aside);
         Phase::Spread { open }
+    }
+
+    fn end_generators(&mut self, mut next: usize, mut ended: bool, left: &mut usize) -> Phase {
+        while *left > 0 {
+            let Some(node) = self.node(next) else {
+                // The next search finds out what their last statements have left.
+                return match ended {
+                    true => Phase::LetGo,
+                    false => Phase::TakeApart { next: 0 },
+                };
+            };
+            next += 1;
+            *left -= 1;
+            if !node.lives && ends_by_script(&node.value) {
+                let value = node.value.clone();
+                take_apart(&value);
+                ended = true;
+                *left = left.saturating_sub(64);
+            }
+        }
+        Phase::End { next, ended }
     }
 
     fn take_apart(&mut self, mut next: usize, left: &mut usize) -> Phase {

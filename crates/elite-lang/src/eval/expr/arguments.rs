@@ -3,7 +3,7 @@
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
-use crate::value::symbol::known;
+use crate::value::symbol::{Passing, known};
 use crate::value::{Dict, R, Symbol, Value};
 
 /// An argument of a call with stars or keywords.
@@ -32,7 +32,7 @@ impl Expression for CallWith {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let callee = self.function.eval(ev, f)?;
         let mut positional = Vec::with_capacity(self.args.len());
-        let mut keywords = Vec::new();
+        let (mut keywords, mut names) = (Vec::new(), Vec::new());
         gather(
             &self.args,
             &callee,
@@ -41,21 +41,25 @@ impl Expression for CallWith {
             self.span,
             &mut positional,
             &mut keywords,
+            &mut names,
         )?;
         ev.call_from(&callee, &mut positional, &keywords, Some(&mut *f))
             .at(ev, f, self.span)
     }
 }
 
-/// Evaluates arguments with stars and keywords. `callee` is only for messages.
-pub fn gather(
+/// Evaluates arguments with stars and keywords; `names` keeps the names of the keywords while they are in use. `callee` is
+/// only for messages.
+#[allow(clippy::too_many_arguments)] // three of them are results
+pub fn gather<'e>(
     args: &[CallArg],
     callee: &Value,
-    ev: &Evaluator<'_>,
+    ev: &'e Evaluator<'_>,
     f: &mut Frame<'_>,
     span: Span,
     positional: &mut Vec<Value>,
     keywords: &mut Vec<(Symbol, Value)>,
+    names: &mut Vec<Passing<'e>>,
 ) -> R<()> {
     let single = args
         .iter()
@@ -87,18 +91,19 @@ pub fn gather(
             }
             CallArg::DoubleStar(expr) => {
                 let mapping = expr.eval(ev, f)?;
-                gather_mapping(&mapping, callee, ev, keywords).at(ev, f, span)?;
+                gather_mapping(&mapping, callee, ev, keywords, names).at(ev, f, span)?;
             }
         }
     }
     Ok(())
 }
 
-fn gather_mapping(
+fn gather_mapping<'e>(
     mapping: &Value,
     callee: &Value,
-    ev: &Evaluator<'_>,
+    ev: &'e Evaluator<'_>,
     keywords: &mut Vec<(Symbol, Value)>,
+    names: &mut Vec<Passing<'e>>,
 ) -> R<()> {
     let dict = Dict::new();
     ev.update_from_mapping(&dict, mapping).map_err(|raised| {
@@ -120,13 +125,9 @@ fn gather_mapping(
         let Value::Str(text) = ev.plain(&key) else {
             return Err(ev.type_error("keywords must be strings"));
         };
-        add_keyword(
-            ev.core.symbols.intern(text.as_str()),
-            value,
-            callee,
-            ev,
-            keywords,
-        )?;
+        let name = ev.core.symbols.ask(text.as_str());
+        add_keyword(*name, value, callee, ev, keywords)?;
+        names.push(name);
     }
     Ok(())
 }

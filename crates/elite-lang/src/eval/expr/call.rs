@@ -62,7 +62,10 @@ fn call_native(
             slot.put(arg.eval(ev, f)?);
         }
         let result = match bound {
-            Some(body) => body(ev, slots),
+            Some(body) => {
+                ev.note_filled(builtin, slots);
+                body(ev, slots)
+            }
             None => ev.call_builtin(builtin, slots, &[], Some(&mut *f)),
         };
         result.at(ev, f, span)
@@ -100,8 +103,7 @@ fn make_instance(
         }
         Making::Init(location) => class.at(location),
         Making::Native => {
-            if let Value::Builtin(constructor) = &*class.constructor.borrow() {
-                let constructor = constructor.clone();
+            if let Value::Builtin(constructor) = class.constructor.get() {
                 return call_native(&constructor, None, args, ev, f, span);
             }
             Value::Unbound

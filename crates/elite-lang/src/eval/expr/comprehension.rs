@@ -96,9 +96,7 @@ impl Expression for ListComprehension {
         let mut items = Vec::new();
         self.clauses.run(ev, f, &mut |ev, f| {
             let value = self.element.eval(ev, f)?;
-            if items.len() == items.capacity() {
-                ev.check_allocation(2 * items.len() * size_of::<Value>())?;
-            }
+            ev.grow(&mut items, 1)?;
             items.push(value);
             Ok(())
         })?;

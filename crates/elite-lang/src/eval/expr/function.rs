@@ -38,10 +38,12 @@ impl MakeFunction {
             .collect();
         Ok(Rc::new(Function {
             code: self.code.clone(),
-            defaults: std::cell::RefCell::new(defaults?.into()),
+            defaults: crate::value::Held::new(defaults?.into()),
             keyword_defaults: keyword_defaults?.into(),
             closure: closure(&self.closure, f),
             attrs: Default::default(),
+            noted: Default::default(),
+            old: Default::default(),
         }))
     }
 }

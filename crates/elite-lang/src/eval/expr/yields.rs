@@ -22,7 +22,7 @@ impl Expression for Yield {
             None => Value::None,
         };
         let line = ev.core.line.get();
-        let sent = ev.yield_value(value).at(ev, f, self.span);
+        let sent = ev.yield_value(f.slots, value).at(ev, f, self.span);
         ev.core.line.set(line);
         sent
     }
@@ -39,11 +39,11 @@ pub struct YieldFrom {
 impl Expression for YieldFrom {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let iterable = self.value.eval(ev, f)?;
-        delegate(&iterable, ev).at(ev, f, self.span)
+        delegate(&iterable, ev, f).at(ev, f, self.span)
     }
 }
 
-fn delegate(iterable: &Value, ev: &Evaluator<'_>) -> R {
+fn delegate(iterable: &Value, ev: &Evaluator<'_>, f: &Frame<'_>) -> R {
     let iterator = ev.iter(iterable)?;
     let mut step = ev.step_with(&iterator, Value::None)?;
     loop {
@@ -51,7 +51,7 @@ fn delegate(iterable: &Value, ev: &Evaluator<'_>) -> R {
             Stepped::Yielded(value) => value,
             Stepped::Returned(value) => return Ok(value),
         };
-        let input = match ev.yield_value(value) {
+        let input = match ev.yield_value(f.slots, value) {
             Ok(sent) => ToGenerator::Send(sent),
             Err(raised) => ToGenerator::Throw(raised),
         };

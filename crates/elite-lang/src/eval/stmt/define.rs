@@ -71,7 +71,7 @@ pub struct DefineClass {
 impl Statement for DefineClass {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let decorators = attempt!(evaluate(&self.decorators, ev, f));
-        let (mut bases, mut keywords) = (Vec::new(), Vec::new());
+        let (mut bases, mut keywords, mut names) = (Vec::new(), Vec::new(), Vec::new());
         attempt!(gather(
             &self.args,
             &Value::Class(ev.core.types.type_.clone()),
@@ -79,7 +79,8 @@ impl Statement for DefineClass {
             f,
             self.span,
             &mut bases,
-            &mut keywords
+            &mut keywords,
+            &mut names,
         ));
         let function = Function::plain(self.code.clone(), closure(&self.closure, f));
         let mut value = attempt!(self.build(ev, f, &function, &bases, &keywords));
@@ -151,7 +152,7 @@ impl DefineClass {
                 .make_class(&self.code.name, bases, attrs)
                 .at(ev, f, self.span)?;
             if let Some(Value::Cell(cell)) = self.class_cell.map(|slot| &slots[slot as usize]) {
-                *cell.value.borrow_mut() = Value::Class(class.clone());
+                cell.value.put(Value::Class(class.clone()));
             }
             ev.finish_class(&class, keywords).at(ev, f, self.span)?;
             Ok(Value::Class(class))
@@ -237,7 +238,7 @@ impl Evaluator<'_> {
         })?;
         let base = self.layout_base(&parents)?;
         let class = Class::new(name, base, parents, ancestors, true);
-        self.core.classes.borrow_mut().push(Rc::downgrade(&class));
+        self.core.note_class(&class);
         let (mut has_eq, mut has_hash) = (false, false);
         for (name, value) in attrs {
             has_eq |= name == known::EQ;
@@ -339,7 +340,7 @@ impl Evaluator<'_> {
         if let Raised::Exception(error) = &error
             && let Some(state) = error.exception()
         {
-            *state.cause.borrow_mut() = Value::Instance(cause.clone());
+            state.cause.put(Value::Instance(cause.clone()));
             state.suppress_context.set(true);
         }
         error

@@ -105,14 +105,14 @@ impl Evaluator<'_> {
             Value::Class(class) if class.base == crate::value::class::Base::Exception => {
                 Ok(exception.class.is_subclass_of(class))
             }
-            Value::Tuple(tuple) => {
+            Value::Tuple(tuple) => self.recurse(|| {
                 // All of them are looked at: a wrong one is an error also behind one that takes the exception.
                 let mut takes = false;
                 for item in tuple.items() {
                     takes |= self.exception_matches(exception, item)?;
                 }
                 Ok(takes)
-            }
+            }),
             _ => {
                 let text = "catching classes that do not inherit from BaseException is not allowed";
                 Err(self.raise(ExceptionKind::TypeError, text))

@@ -127,6 +127,15 @@ fn suggestion(name: &str, names: impl Iterator<Item = impl AsRef<str>>) -> Strin
 impl Evaluator<'_> {
     /// The module of this name.
     pub fn import(&self, name: &str) -> R {
+        // Of dotted names the part that exists is looked for first, as in Python.
+        for (end, _) in name.match_indices('.') {
+            self.import_one(&name[..end])?;
+        }
+        self.import_one(name)
+    }
+
+    /// The module of this name, whose packages have been found.
+    fn import_one(&self, name: &str) -> R {
         let known = self
             .core
             .modules
@@ -141,9 +150,7 @@ impl Evaluator<'_> {
             Some(module) => Ok(Value::Module(module)),
             None => {
                 let text = match name.rsplit_once('.') {
-                    // Of dotted names the part that exists is looked for first, as in Python.
                     Some((package, _)) => {
-                        self.import(package)?;
                         format!("No module named '{name}'; '{package}' is not a package")
                     }
                     None => {

@@ -5,6 +5,7 @@ use std::rc::Rc;
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
+use crate::limits::memory;
 use crate::source::Span;
 use crate::value::{Instance, R, Raised, Value};
 
@@ -120,7 +121,7 @@ fn set_cause(ev: &Evaluator<'_>, exception: &Rc<Instance>, cause: &Value) -> R<(
     };
     state.suppress_context.set(true);
     if cause.is_none() {
-        *state.cause.borrow_mut() = Value::Unbound;
+        state.cause.put(Value::Unbound);
         return Ok(());
     }
     let cause = ev.to_exception(cause).map_err(|raised| {
@@ -129,7 +130,8 @@ fn set_cause(ev: &Evaluator<'_>, exception: &Rc<Instance>, cause: &Value) -> R<(
         }
         raised
     })?;
-    *state.cause.borrow_mut() = Value::Instance(cause);
+    ev.core.note(&Value::Instance(exception.clone()));
+    state.cause.put(Value::Instance(cause));
     Ok(())
 }
 
@@ -154,8 +156,8 @@ impl Evaluator<'_> {
 
     /// Hands text to the host.
     pub fn print(&self, text: &str) {
-        self.core
-            .host
-            .print(crate::host::ThreadId(self.core.thread.get()), text);
+        let thread = crate::host::ThreadId(self.core.thread.get());
+        // What the host keeps of it is the host's.
+        memory::outside(|| self.core.host.print(thread, text));
     }
 }

@@ -37,6 +37,7 @@ impl Evaluator<'_> {
                 )))
             }
             Value::Module(module) => {
+                self.core.symbols.settle(name);
                 module.namespace.set(name, new);
                 Ok(())
             }
@@ -67,6 +68,7 @@ impl Evaluator<'_> {
             class.set_name(text.as_str());
             return Ok(());
         }
+        self.core.symbols.settle(name);
         class.set(name, new);
         Ok(())
     }
@@ -190,11 +192,7 @@ impl Evaluator<'_> {
                 Ok(())
             }
             Value::Function(function) => {
-                let removed = function
-                    .attrs
-                    .borrow_mut()
-                    .as_mut()
-                    .and_then(|attrs| attrs.remove(name));
+                let removed = function.attrs.change(|attrs| attrs.as_mut()?.remove(name));
                 if removed.is_some() {
                     Ok(())
                 } else {

@@ -69,7 +69,7 @@ impl Evaluator<'_> {
             (Some(found), _) => self.bind_attribute(&found, value, class).map(Some),
             // What a method does not have itself is looked up in its function.
             (None, Value::BoundMethod(method)) if name != known::CLASS => {
-                self.attribute_or_none(&method.function, name)
+                self.recurse(|| self.attribute_or_none(&method.function, name))
             }
             (None, _) => self.object_attribute(value, class, name),
         }

@@ -14,14 +14,17 @@ impl Evaluator<'_> {
             if !list.noted.get() && item.holds_values() {
                 self.core.note_list(list);
             }
-            let mut items = list.borrow_mut();
-            if let Some(place) = self.place(*at, items.len()) {
-                let old = std::mem::replace(&mut items[place], item);
-                drop(items);
-                drop(old);
-                return Ok(());
-            }
-            return Err(self.assignment_error("list"));
+            let old = list.change(|items| match self.place(*at, items.len()) {
+                Some(place) => Ok(std::mem::replace(&mut items[place], item)),
+                None => Err(item),
+            });
+            return match old {
+                Ok(old) => {
+                    drop(old);
+                    Ok(())
+                }
+                Err(_) => Err(self.assignment_error("list")),
+            };
         }
         self.set_item_of(value, index, item)
     }
@@ -35,13 +38,11 @@ impl Evaluator<'_> {
     }
 
     fn set_item_of(&self, value: &Value, index: &Value, item: Value) -> R<()> {
+        if item.holds_values() || index.holds_values() {
+            self.core.note(value);
+        }
         match value {
-            Value::Dict(dict) => {
-                if !dict.noted.get() && item.holds_values() {
-                    self.core.note_dict(dict);
-                }
-                self.dict_set(dict, index.clone(), item)
-            }
+            Value::Dict(dict) => self.dict_set(dict, index.clone(), item),
             Value::List(list) => match index {
                 Value::Slice(slice) => self.set_list_slice(list, slice, &item),
                 _ => {
@@ -51,28 +52,38 @@ impl Evaluator<'_> {
             },
             Value::ByteArray(bytes) => {
                 if let Value::Slice(slice) = index {
+                    if !matches!(item, Value::ByteArray(_)) {
+                        // CPython asks once before it makes a bytearray of the new value, and once more after.
+                        self.slice_indices(slice)?;
+                    }
+                    if self.is_number_or_text(&item) {
+                        return Err(self.type_error(
+                            "can assign only bytes, buffers, or iterables of ints in range(0, 256)",
+                        ));
+                    }
                     let new = match self.bytes_like(&item) {
                         Some(new) => new,
                         None => self.collect_bytes(&item)?,
                     };
-                    let bounds = self.bounds(slice, bytes.data.borrow().len())?;
-                    let done =
-                        self.replace_slice(&mut bytes.data.borrow_mut(), bounds, new, "bytes");
-                    bytes.account();
-                    return done;
+                    let indices = self.slice_indices(slice)?;
+                    self.grow_bytes(bytes, new.len())?;
+                    let done = bytes
+                        .data
+                        .change(|data| replace_slice(data, indices.within(data.len()), new));
+                    return done
+                        .map(|_| ())
+                        .map_err(|refused| self.wrong_size(&refused, "bytes"));
                 }
                 let at = self.sequence_index(index, "bytearray")?;
                 let byte = self.byte(&item)?;
-                let mut data = bytes.data.borrow_mut();
-                match self.place(at, data.len()) {
-                    Some(place) => data[place] = byte,
-                    None => {
-                        return Err(
-                            self.raise(ExceptionKind::IndexError, "bytearray index out of range")
-                        );
-                    }
-                }
-                Ok(())
+                let set = bytes.data.change(|data| {
+                    let place = self.place(at, data.len())?;
+                    data[place] = byte;
+                    Some(())
+                });
+                set.ok_or_else(|| {
+                    self.raise(ExceptionKind::IndexError, "bytearray index out of range")
+                })
             }
             Value::Instance(instance) => match instance.class.lookup(known::SETITEM) {
                 Some(method) => self
@@ -84,6 +95,16 @@ impl Evaluator<'_> {
         }
     }
 
+    fn is_number_or_text(&self, value: &Value) -> bool {
+        match value {
+            Value::Str(_) | Value::Float(_) | Value::Complex(_) => true,
+            Value::Instance(instance) => [known::INDEX, known::FLOAT]
+                .iter()
+                .any(|name| instance.class.lookup(*name).is_some()),
+            other => crate::value::int::Int::of(other).is_some(),
+        }
+    }
+
     /// A value as one byte.
     pub fn byte(&self, value: &Value) -> R<u8> {
         let error = || self.value_error("byte must be in range(0, 256)");
@@ -92,10 +113,21 @@ impl Evaluator<'_> {
 
     /// The bytes an iterable of integers gives.
     pub fn collect_bytes(&self, iterable: &Value) -> R<Vec<u8>> {
-        self.collect(iterable)?
-            .iter()
-            .map(|item| self.byte(item))
-            .collect()
+        self.collect_as(iterable, |item| self.byte(item))
+    }
+
+    /// What `byte` makes of each item, asked as soon as the item is there: asking may change what comes next.
+    pub fn collect_as(&self, iterable: &Value, byte: impl Fn(&Value) -> R<u8>) -> R<Vec<u8>> {
+        let iterator = self.iter(iterable)?;
+        let mut data = Vec::new();
+        while let Some(item) = self.next(&iterator)? {
+            if data.len() == data.capacity() {
+                self.check_allocation(2 * data.len())?;
+                self.safepoint()?;
+            }
+            data.push(byte(&item)?);
+        }
+        Ok(data)
     }
 
     #[cold]
@@ -124,6 +156,9 @@ impl Evaluator<'_> {
     }
 
     fn set_list_slice(&self, list: &List, slice: &Slice, item: &Value) -> R<()> {
+        // As in CPython: the indices, the length, the new items; then what is left of the old ones.
+        let indices = self.slice_indices(slice)?;
+        let before = indices.within(list.len());
         let new = self.collect(item).map_err(|raised| {
             if self.is_kind(&raised, ExceptionKind::TypeError)
                 && !matches!(item, Value::Instance(_))
@@ -137,39 +172,29 @@ impl Evaluator<'_> {
             }
             raised
         })?;
-        let bounds = self.bounds(slice, list.len())?;
-        let mut items = list.borrow_mut();
-        self.replace_slice(&mut items, bounds, new, "sequence")?;
-        drop(items);
-        list.account();
-        Ok(())
+        self.grow_list(list, new.len())?;
+        let done = list.change(|items| {
+            let bounds = match before.step {
+                1 => before.clamped(items.len()),
+                _ => indices.within(items.len()),
+            };
+            replace_slice(items, bounds, new)
+        });
+        match done {
+            Ok(old) => {
+                drop(old);
+                Ok(())
+            }
+            Err(refused) => Err(self.wrong_size(&refused, "sequence")),
+        }
     }
 
-    fn replace_slice<T>(
-        &self,
-        items: &mut Vec<T>,
-        bounds: Bounds,
-        new: Vec<T>,
-        what: &str,
-    ) -> R<()> {
-        if bounds.step == 1 {
-            let start = bounds.start as usize;
-            let end = (bounds.stop.max(bounds.start)) as usize;
-            items.splice(start..end, new);
-            return Ok(());
-        }
-        let length = bounds.len();
-        if new.len() != length {
-            let given = new.len();
-            let text = format!(
-                "attempt to assign {what} of size {given} to extended slice of size {length}"
-            );
-            return Err(self.value_error(text));
-        }
-        for (index, item) in bounds.indices().zip(new) {
-            items[index] = item;
-        }
-        Ok(())
+    #[cold]
+    fn wrong_size<T>(&self, refused: &Refused<T>, what: &str) -> Raised {
+        let (given, length) = (refused.new.len(), refused.length);
+        self.value_error(format!(
+            "attempt to assign {what} of size {given} to extended slice of size {length}"
+        ))
     }
 
     /// `del value[index]`
@@ -181,38 +206,42 @@ impl Evaluator<'_> {
             },
             Value::List(list) => {
                 if let Value::Slice(slice) = index {
-                    let bounds = self.bounds(slice, list.len())?;
-                    let removed = remove_slice(&mut list.borrow_mut(), bounds);
-                    drop(removed);
+                    let indices = self.slice_indices(slice)?;
+                    drop(list.change(|items| remove_slice(items, indices.within(items.len()))));
                     return Ok(());
                 }
                 let at = self.sequence_index(index, "list")?;
-                let mut items = list.borrow_mut();
-                let Some(place) = self.place(at, items.len()) else {
-                    return Err(self.assignment_error("list"));
-                };
-                let removed = items.remove(place);
-                drop(items);
-                drop(removed);
-                Ok(())
+                let removed = list.change(|items| {
+                    let place = self.place(at, items.len())?;
+                    Some(items.remove(place))
+                });
+                match removed {
+                    Some(removed) => {
+                        drop(removed);
+                        Ok(())
+                    }
+                    None => Err(self.assignment_error("list")),
+                }
             }
             Value::ByteArray(bytes) => {
-                let mut data = bytes.data.borrow_mut();
                 if let Value::Slice(slice) = index {
-                    let bounds = self.bounds(slice, data.len())?;
-                    remove_slice(&mut data, bounds);
+                    let indices = self.slice_indices(slice)?;
+                    bytes
+                        .data
+                        .change(|data| remove_slice(data, indices.within(data.len())));
                     return Ok(());
                 }
                 let at = self.sequence_index(index, "bytearray")?;
-                match self.place(at, data.len()) {
-                    Some(place) => data.remove(place),
+                let removed = bytes.data.change(|data| {
+                    let place = self.place(at, data.len())?;
+                    Some(data.remove(place))
+                });
+                match removed {
+                    Some(_) => Ok(()),
                     None => {
-                        return Err(
-                            self.raise(ExceptionKind::IndexError, "bytearray index out of range")
-                        );
+                        Err(self.raise(ExceptionKind::IndexError, "bytearray index out of range"))
                     }
-                };
-                Ok(())
+                }
             }
             Value::Instance(instance) => match instance.class.lookup(known::DELITEM) {
                 Some(method) => self
@@ -223,6 +252,29 @@ impl Evaluator<'_> {
             _ => Err(self.no_item_assignment(value, "deletion")),
         }
     }
+}
+
+/// Items that do not fit an extended slice of so many places.
+struct Refused<T> {
+    new: Vec<T>,
+    length: usize,
+}
+
+/// Puts items in the place of a slice; gives back those that were there.
+fn replace_slice<T>(items: &mut Vec<T>, bounds: Bounds, new: Vec<T>) -> Result<Vec<T>, Refused<T>> {
+    if bounds.step == 1 {
+        let start = bounds.start as usize;
+        let end = (bounds.stop.max(bounds.start)) as usize;
+        return Ok(items.splice(start..end, new).collect());
+    }
+    let length = bounds.len();
+    if new.len() != length {
+        return Err(Refused { new, length });
+    }
+    let pairs = bounds.indices().zip(new);
+    Ok(pairs
+        .map(|(index, item)| std::mem::replace(&mut items[index], item))
+        .collect())
 }
 
 fn remove_slice<T>(items: &mut Vec<T>, bounds: Bounds) -> Vec<T> {

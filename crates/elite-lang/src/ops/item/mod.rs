@@ -11,7 +11,7 @@ use crate::value::{R, Raised, Str, Value};
 impl Evaluator<'_> {
     /// The place `index` means in a sequence of `length` items; None if out of range.
     #[inline]
-    fn place(&self, index: i64, length: usize) -> Option<usize> {
+    pub fn place(&self, index: i64, length: usize) -> Option<usize> {
         let index = if index < 0 {
             index + length as i64
         } else {

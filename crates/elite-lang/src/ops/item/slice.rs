@@ -28,16 +28,67 @@ impl Bounds {
         .len() as usize
     }
 
+    /// The same places as far as there are still `length` of them, for a step of 1.
+    pub fn clamped(self, length: usize) -> Bounds {
+        let start = self.start.min(length as i64);
+        Bounds {
+            start,
+            stop: self.stop.clamp(start, length as i64),
+            step: 1,
+        }
+    }
+
     /// The indices.
     pub fn indices(self) -> impl Iterator<Item = usize> {
         (0..self.len() as i64).map(move |i| (self.start + i * self.step) as usize)
     }
 }
 
-impl Evaluator<'_> {
-    /// The bounds of a slice of a sequence of `length` items.
-    pub fn bounds(&self, slice: &Slice, length: usize) -> R<Bounds> {
+/// A slice whose parts are integers: what its objects answered before the length of any sequence was looked at.
+#[derive(Clone, Copy, Debug)]
+pub struct Indices {
+    start: Option<i64>,
+    stop: Option<i64>,
+    /// Never 0.
+    step: i64,
+}
+
+impl Indices {
+    /// The bounds within a sequence of `length` items.
+    pub fn within(self, length: usize) -> Bounds {
         let length = length as i64;
+        let step = self.step;
+        let (lowest, highest) = if step > 0 {
+            (0, length)
+        } else {
+            (-1, length - 1)
+        };
+        let bound = |index: Option<i64>, default: i64| match index {
+            None => default,
+            Some(index) if index < 0 => index.saturating_add(length).clamp(lowest, highest),
+            Some(index) => index.clamp(lowest, highest),
+        };
+        let (first, last) = if step > 0 {
+            (lowest, highest)
+        } else {
+            (highest, lowest)
+        };
+        Bounds {
+            start: bound(self.start, first),
+            stop: bound(self.stop, last),
+            step,
+        }
+    }
+}
+
+impl Evaluator<'_> {
+    /// The bounds of a slice of a sequence of `length` items, which is read when the slice's objects have answered.
+    pub fn bounds(&self, slice: &Slice, length: impl FnOnce() -> usize) -> R<Bounds> {
+        Ok(self.slice_indices(slice)?.within(length()))
+    }
+
+    /// What the parts of a slice are as integers. May run script code, so it comes before any length is read.
+    pub fn slice_indices(&self, slice: &Slice) -> R<Indices> {
         let step = if slice.step.is_none() {
             1
         } else {
@@ -46,33 +97,14 @@ impl Evaluator<'_> {
         if step == 0 {
             return Err(self.value_error("slice step cannot be zero"));
         }
-        let step = step.max(-i64::MAX);
-        let (lowest, highest) = if step > 0 {
-            (0, length)
-        } else {
-            (-1, length - 1)
+        let bound = |value: &Value| match value {
+            Value::None => Ok(None),
+            value => self.slice_index(value).map(Some),
         };
-        let bound = |value: &Value, default: i64| -> R<i64> {
-            if value.is_none() {
-                return Ok(default);
-            }
-            let index = self.slice_index(value)?;
-            let index = if index < 0 {
-                index.saturating_add(length)
-            } else {
-                index
-            };
-            Ok(index.clamp(lowest, highest))
-        };
-        let (first, last) = if step > 0 {
-            (lowest, highest)
-        } else {
-            (highest, lowest)
-        };
-        Ok(Bounds {
-            start: bound(&slice.start, first)?,
-            stop: bound(&slice.stop, last)?,
-            step,
+        Ok(Indices {
+            step: step.max(-i64::MAX),
+            start: bound(&slice.start)?,
+            stop: bound(&slice.stop)?,
         })
     }
 
@@ -84,7 +116,8 @@ impl Evaluator<'_> {
         self.slice_index(value).map(|_| ())
     }
 
-    pub(super) fn slice_index(&self, value: &Value) -> R<i64> {
+    /// A bound of a slice or a search, cut to 64 bits.
+    pub fn slice_index(&self, value: &Value) -> R<i64> {
         self.clamped_index(value).map_err(|raised| {
             if self.is_kind(&raised, ExceptionKind::TypeError)
                 && !matches!(value, Value::Instance(_))
@@ -100,32 +133,39 @@ impl Evaluator<'_> {
     pub(super) fn slice_of(&self, value: &Value, slice: &Slice) -> R {
         Ok(match value {
             Value::List(list) => {
-                let bounds = self.bounds(slice, list.len())?;
+                let indices = self.slice_indices(slice)?;
+                let room = indices.within(list.len()).len() * size_of::<Value>();
+                self.check_allocation(room)?;
                 let items = list.borrow();
+                let bounds = indices.within(items.len());
                 Value::list(pick(&items, bounds))
             }
             Value::Tuple(tuple) => {
-                let bounds = self.bounds(slice, tuple.items().len())?;
+                let bounds = self.bounds(slice, || tuple.items().len())?;
                 if bounds.step == 1 && bounds.len() == tuple.items().len() {
                     return Ok(value.clone());
                 }
+                self.check_allocation(bounds.len() * size_of::<Value>())?;
                 Value::tuple(pick(tuple.items(), bounds))
             }
             Value::Str(text) => {
-                let bounds = self.bounds(slice, text.len())?;
+                let bounds = self.bounds(slice, || text.len())?;
+                self.check_allocation(bounds.len())?;
                 self.slice_text(text, bounds)
             }
             Value::Bytes(bytes) => {
-                let bounds = self.bounds(slice, bytes.data().len())?;
+                let bounds = self.bounds(slice, || bytes.data().len())?;
+                self.check_allocation(bounds.len())?;
                 Value::Bytes(Rc::new(Bytes::new(pick(bytes.data(), bounds))))
             }
             Value::ByteArray(bytes) => {
+                let indices = self.slice_indices(slice)?;
                 let data = bytes.data.borrow();
-                let bounds = self.bounds(slice, data.len())?;
+                let bounds = indices.within(data.len());
                 Value::ByteArray(Rc::new(crate::value::ByteArray::new(pick(&data, bounds))))
             }
             Value::Range(range) if !matches!(slice.step, Value::BigInt(_)) => {
-                let bounds = self.bounds(slice, range.len() as usize)?;
+                let bounds = self.bounds(slice, || range.len() as usize)?;
                 let at = |index: i64| {
                     i128::from(range.start) + i128::from(index) * i128::from(range.step)
                 };

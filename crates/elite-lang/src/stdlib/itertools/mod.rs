@@ -6,7 +6,7 @@
 mod pools;
 mod shared;
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::rc::Rc;
 
 use super::define::{Builder, Entry, native_class};
@@ -16,14 +16,14 @@ use crate::eval::Evaluator;
 use crate::value::int::Int;
 use crate::value::iter::{LibraryIterator, NativeIter};
 use crate::value::symbol::known;
-use crate::value::{Iter, List, R, Value};
+use crate::value::{Held, Iter, List, R, Value};
 
 /// What `repr` says of an iterator.
 type Show<S> = fn(&Evaluator<'_>, &Steps<S>) -> R<String>;
 
 /// An iterator of this module: values it holds, by number, and its own state, which holds none.
 struct Steps<S> {
-    held: RefCell<Vec<Value>>,
+    held: Held<Vec<Value>>,
     state: S,
     next: fn(&Evaluator<'_>, &Steps<S>) -> R<Option<Value>>,
     repr: Option<Show<S>>,
@@ -36,10 +36,10 @@ impl<S> Steps<S> {
     }
 
     fn set(&self, index: usize, value: Value) {
-        let old = match self.held.borrow_mut().get_mut(index) {
+        let old = self.held.change(|held| match held.get_mut(index) {
             Some(place) => std::mem::replace(place, value),
             None => value,
-        };
+        });
         drop(old);
     }
 
@@ -60,15 +60,13 @@ impl<S> LibraryIterator for Steps<S> {
     }
 
     fn visit(&self, each: &mut dyn FnMut(&Value)) {
-        if let Ok(held) = self.held.try_borrow() {
+        if let Some(held) = self.held.try_borrow() {
             held.iter().for_each(each);
         }
     }
 
     fn clear(&self, held: &mut Vec<Value>) {
-        if let Ok(mut own) = self.held.try_borrow_mut() {
-            held.append(&mut own);
-        }
+        held.append(&mut self.held.take());
     }
 
     fn repr(&self, ev: &Evaluator<'_>) -> R<Option<String>> {
@@ -97,7 +95,7 @@ fn shown<S: 'static>(
     repr: Option<Show<S>>,
 ) -> R {
     let steps = Steps {
-        held: RefCell::new(held),
+        held: Held::new(held),
         state,
         next,
         repr,

@@ -169,7 +169,7 @@ pub(super) fn product(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         let Some(indices) = &mut *state else {
             return Ok(None);
         };
-        let held = own.held.borrow();
+        let held = own.held.get();
         let mut chosen = Vec::with_capacity(indices.len());
         for (pool, index) in held.iter().zip(&*indices) {
             match pool {

@@ -100,11 +100,7 @@ const CURRENT_KEY: usize = 3;
 const CURRENT: usize = 4;
 
 fn put(list: &Rc<List>, index: usize, value: Value) {
-    let old = match list.borrow_mut().get_mut(index) {
-        Some(place) => std::mem::replace(place, value),
-        None => value,
-    };
-    drop(old);
+    drop(list.replace(index, value));
 }
 
 /// Reads the next value and its key; whether there is one.

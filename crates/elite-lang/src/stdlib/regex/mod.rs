@@ -503,7 +503,8 @@ const PATTERN: &[Entry] = &[
                     2 => text(&spans[1]),
                     _ => Value::tuple(spans[1..].iter().map(text).collect()),
                 });
-                ev.check_allocation(found.len() * size_of::<Value>())?;
+                ev.grow(&mut found, 1)?;
+                ev.check_memory()?;
             }
             Ok(Value::list(found))
         })
@@ -550,6 +551,7 @@ const PATTERN: &[Entry] = &[
                         .iter()
                         .map(|span| span.map_or(Value::None, |span| scanner.text.slice(span))),
                 );
+                ev.check_memory()?;
                 from = end;
                 count += 1;
             }

@@ -55,6 +55,10 @@ pub struct RecordingFigures {
     pub records_waiting: u64,
     /// Messages of programs that it could not take.
     pub notes_dropped: u64,
+    /// Bytes of such messages that wait.
+    pub note_bytes_waiting: u64,
+    /// Texts that were too long for it.
+    pub texts_cut: u64,
     /// It has stopped because its file cannot be written.
     pub has_failed: bool,
 }
@@ -66,6 +70,8 @@ impl RecordingFigures {
             bytes: meter.bytes(),
             records_waiting: meter.records_waiting(),
             notes_dropped: meter.notes_dropped(),
+            note_bytes_waiting: meter.bytes_waiting(),
+            texts_cut: meter.texts_cut(),
             has_failed: meter.has_failed(),
         }
     }
@@ -139,6 +145,16 @@ pub fn render(m: &Measurements<'_>) -> String {
             "recording_notes_dropped_total",
             "Messages of programs that the recording could not take.",
             recording.notes_dropped,
+        );
+        page.counter(
+            "recording_texts_cut_total",
+            "Texts of programs that were too long and were cut in the recording.",
+            recording.texts_cut,
+        );
+        page.gauge(
+            "recording_bytes_waiting",
+            "Bytes of messages of programs that wait for the recording.",
+            recording.note_bytes_waiting,
         );
     }
     page.gauge("time_seconds", "Simulated time since start.", m.state.time);

@@ -1,0 +1,215 @@
+//! Growth: whatever a script lets grow asks the memory account first, here.
+//!
+//! Asking may free circles, so no borrow of a container may be held. Big buffers grow by an eighth instead of doubling,
+//! so that a list may fill most of what the task is allowed, and what the system refuses is an exception as well.
+
+use std::collections::VecDeque;
+
+use super::{Core, Evaluator};
+use crate::value::{ByteArray, Held, List, R, Raised};
+
+/// What a short text costs with its place in a list, and while the list grows.
+const PIECE: usize = 112;
+/// Buffers below this size in bytes double, as `Vec` does by itself.
+const DOUBLES: usize = 1 << 20;
+
+/// A buffer that can be asked to grow.
+pub trait Buffer {
+    /// Size of one entry.
+    const ENTRY: usize;
+    /// Entries in it, and room for entries.
+    fn extent(&self) -> (usize, usize);
+    /// Takes room for `more` entries beyond its length; whether there was any to be had.
+    fn take_room(&mut self, more: usize) -> bool;
+}
+
+impl<T> Buffer for Vec<T> {
+    const ENTRY: usize = size_of::<T>();
+
+    fn extent(&self) -> (usize, usize) {
+        (self.len(), self.capacity())
+    }
+
+    fn take_room(&mut self, more: usize) -> bool {
+        self.try_reserve_exact(more).is_ok()
+    }
+}
+
+impl<T> Buffer for VecDeque<T> {
+    const ENTRY: usize = size_of::<T>();
+
+    fn extent(&self) -> (usize, usize) {
+        (self.len(), self.capacity())
+    }
+
+    fn take_room(&mut self, more: usize) -> bool {
+        self.try_reserve_exact(more).is_ok()
+    }
+}
+
+impl Buffer for String {
+    const ENTRY: usize = 1;
+
+    fn extent(&self) -> (usize, usize) {
+        (self.len(), self.capacity())
+    }
+
+    fn take_room(&mut self, more: usize) -> bool {
+        self.try_reserve_exact(more).is_ok()
+    }
+}
+
+/// Entries by which a buffer has to grow for `more` of them; None if they fit as it is.
+#[inline]
+fn growth<B: Buffer>(buffer: &B, more: usize) -> Option<usize> {
+    let (length, room) = buffer.extent();
+    let needed = length.saturating_add(more);
+    if needed <= room {
+        return None;
+    }
+    let spare = match length.saturating_mul(B::ENTRY) {
+        0..DOUBLES => length,
+        _ => length / 8,
+    };
+    Some(more.max(spare).max(4))
+}
+
+impl Evaluator<'_> {
+    /// Makes room for `more` entries in a buffer of the caller's own.
+    #[inline]
+    pub fn grow<B: Buffer>(&self, buffer: &mut B, more: usize) -> R<()> {
+        match growth(buffer, more) {
+            None => Ok(()),
+            Some(by) => self.grow_by(buffer, more, by),
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn grow_by<B: Buffer>(&self, buffer: &mut B, more: usize, by: usize) -> R<()> {
+        let by = self.affordable::<B>(more, by)?;
+        match buffer.take_room(by) {
+            true => Ok(()),
+            false => Err(self.refused_by_system()),
+        }
+    }
+
+    /// `by` if the account has that much, otherwise `more`; an exception if that is too much, too.
+    fn affordable<B: Buffer>(&self, more: usize, by: usize) -> R<usize> {
+        if self.core.memory_allows(by.saturating_mul(B::ENTRY)) {
+            return Ok(by);
+        }
+        self.check_allocation(more.saturating_mul(B::ENTRY))?;
+        Ok(more)
+    }
+
+    /// Makes room for `more` entries in a buffer that scripts can reach: asked for first, then taken.
+    pub fn grow_held<B: Buffer>(&self, held: &Held<B>, more: usize) -> R<()> {
+        let by = growth(&*held.borrow(), more);
+        let Some(by) = by else { return Ok(()) };
+        let by = self.affordable::<B>(more, by)?;
+        match held.change(|buffer| buffer.take_room(by)) {
+            true => Ok(()),
+            false => Err(self.refused_by_system()),
+        }
+    }
+
+    /// Makes room for `more` items in a list.
+    #[inline]
+    pub fn grow_list(&self, list: &List, more: usize) -> R<()> {
+        let by = growth(&*list.borrow(), more);
+        match by {
+            None => Ok(()),
+            Some(by) => self.grow_list_by(list, more, by),
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn grow_list_by(&self, list: &List, more: usize, by: usize) -> R<()> {
+        let by = self.affordable::<Vec<crate::value::Value>>(more, by)?;
+        let done = list.change(|items| items.take_room(by));
+        match done {
+            true => Ok(()),
+            false => Err(self.refused_by_system()),
+        }
+    }
+
+    /// Makes room for `more` bytes in a bytearray.
+    pub fn grow_bytes(&self, bytes: &ByteArray, more: usize) -> R<()> {
+        self.grow_held(&bytes.data, more)
+    }
+
+    /// Asks for `pieces` values of their own that a text or the like of `bytes` bytes is taken apart into. `pieces` counts
+    /// them; it is only asked if there is no room for as many as there could be at most.
+    pub fn ask_for_pieces(&self, bytes: usize, pieces: impl FnOnce() -> usize) -> R<()> {
+        let cost = |pieces: usize| pieces.saturating_mul(PIECE).saturating_add(bytes);
+        if self.core.memory_allows(cost(bytes.saturating_add(1))) {
+            return Ok(());
+        }
+        self.check_allocation(cost(pieces()))
+    }
+
+    /// A buffer with room for `entries`.
+    pub fn room_for<T>(&self, entries: usize) -> R<Vec<T>> {
+        self.check_allocation(entries.saturating_mul(size_of::<T>()))?;
+        let mut buffer = Vec::new();
+        match buffer.try_reserve_exact(entries) {
+            Ok(()) => Ok(buffer),
+            Err(_) => Err(self.refused_by_system()),
+        }
+    }
+
+    /// Raises `MemoryError` if the task holds more than it may.
+    pub fn check_memory(&self) -> R<()> {
+        self.check_allocation(0)
+    }
+
+    /// Raises `MemoryError` if `bytes` more would be too much.
+    #[inline]
+    pub fn check_allocation(&self, bytes: usize) -> R<()> {
+        if self.core.memory_allows(bytes) {
+            return Ok(());
+        }
+        self.free_circles_for(bytes)
+    }
+
+    /// Frees the circles that nothing refers to any more; `MemoryError` if `bytes` more are still too much then.
+    #[cold]
+    #[inline(never)]
+    fn free_circles_for(&self, bytes: usize) -> R<()> {
+        if bytes <= self.core.limits.memory_bytes {
+            // The caller may be a native in the midst of its work.
+            let outer = self.core.last_acts.hold_back(true);
+            self.core.collect(bytes);
+            self.core.last_acts.hold_back(outer);
+            self.core.stacks.clear();
+        }
+        self.core.memory_watch();
+        match self.core.memory_allows(bytes) {
+            true => Ok(()),
+            false => Err(self.memory_limit_error()),
+        }
+    }
+
+    #[cold]
+    fn memory_limit_error(&self) -> Raised {
+        let limit = self.core.limits.memory_bytes >> 20;
+        self.memory_error(format!(
+            "the task would hold more than its {limit} MiB of memory"
+        ))
+    }
+
+    #[cold]
+    fn refused_by_system(&self) -> Raised {
+        self.memory_error("the system has no memory left for this")
+    }
+}
+
+impl Core {
+    /// Whether `more` bytes fit the limit.
+    #[inline]
+    pub fn memory_allows(&self, more: usize) -> bool {
+        self.memory_used().saturating_add(more) <= self.limits.memory_bytes
+    }
+}

@@ -1,0 +1,154 @@
+//! The cell for everything scripts can reach and change.
+//!
+//! What it keeps can be looked at and changed only while no script code runs, and dropping a value may run script code
+//! (the `finally` blocks of a generator). So no borrow can be taken to change it: `change` runs a function that gives back
+//! what has left, and the caller drops that afterwards. Builds with debug assertions count the open looks and changes of
+//! the OS thread, and `nothing_is_open` stops the test in which script code begins, or a container is dropped, meanwhile.
+
+use std::cell::{Ref, RefCell};
+use std::ops::Deref;
+
+/// A cell that is never in use while script code runs.
+#[derive(Default)]
+pub struct Held<T>(RefCell<T>);
+
+/// A look at what a `Held` keeps.
+pub struct Look<'h, T: ?Sized> {
+    value: Ref<'h, T>,
+    _open: Open,
+}
+
+impl<T> Held<T> {
+    /// A cell that keeps `value`.
+    pub const fn new(value: T) -> Self {
+        Held(RefCell::new(value))
+    }
+
+    /// A look at what it keeps; no script code may run before it is over.
+    #[inline(always)]
+    pub fn borrow(&self) -> Look<'_, T> {
+        Look {
+            value: self.0.borrow(),
+            _open: Open::begin(),
+        }
+    }
+
+    /// The same, unless it is being changed.
+    #[inline]
+    pub fn try_borrow(&self) -> Option<Look<'_, T>> {
+        Some(Look {
+            value: self.0.try_borrow().ok()?,
+            _open: Open::begin(),
+        })
+    }
+
+    /// Changes what it keeps. `change` runs no script code, drops no values and gives back those that leave.
+    #[inline(always)]
+    pub fn change<O>(&self, change: impl FnOnce(&mut T) -> O) -> O {
+        let mut value = self.0.borrow_mut();
+        let _open = Open::begin();
+        change(&mut value)
+    }
+
+    /// Puts a value in the place of the one before, which is given back.
+    #[inline(always)]
+    #[must_use = "what was kept is dropped only now"]
+    pub fn replace(&self, value: T) -> T {
+        self.0.replace(value)
+    }
+
+    /// Puts a value in the place of the one before, which is dropped when it has left.
+    #[inline(always)]
+    pub fn put(&self, value: T) {
+        drop(self.0.replace(value));
+    }
+
+    /// What it keeps, for its only owner.
+    #[inline(always)]
+    pub fn get_mut(&mut self) -> &mut T {
+        self.0.get_mut()
+    }
+}
+
+impl<T: Clone> Held<T> {
+    /// A copy of what it keeps.
+    #[inline(always)]
+    pub fn get(&self) -> T {
+        self.0.borrow().clone()
+    }
+}
+
+impl<T: Default> Held<T> {
+    /// Takes out what it keeps.
+    #[inline(always)]
+    #[must_use = "what was kept is dropped only now"]
+    pub fn take(&self) -> T {
+        self.0.take()
+    }
+}
+
+impl<T: ?Sized> Deref for Look<'_, T> {
+    type Target = T;
+
+    #[inline(always)]
+    fn deref(&self) -> &T {
+        &self.value
+    }
+}
+
+impl<'h, T: ?Sized> Look<'h, T> {
+    /// A look at a part.
+    pub fn map<U: ?Sized>(look: Self, part: impl FnOnce(&T) -> &U) -> Look<'h, U> {
+        Look {
+            value: Ref::map(look.value, part),
+            _open: look._open,
+        }
+    }
+}
+
+/// An open look or change.
+struct Open;
+
+#[cfg(debug_assertions)]
+mod count {
+    use std::cell::Cell;
+
+    thread_local! {
+        static OPEN: Cell<u32> = const { Cell::new(0) };
+    }
+
+    impl super::Open {
+        pub(super) fn begin() -> Self {
+            let _ = OPEN.try_with(|open| open.set(open.get() + 1));
+            super::Open
+        }
+    }
+
+    impl Drop for super::Open {
+        fn drop(&mut self) {
+            let _ = OPEN.try_with(|open| open.set(open.get() - 1));
+        }
+    }
+
+    pub(super) fn open() -> u32 {
+        OPEN.try_with(Cell::get).unwrap_or(0)
+    }
+}
+
+#[cfg(not(debug_assertions))]
+impl Open {
+    #[inline(always)]
+    fn begin() -> Self {
+        Open
+    }
+}
+
+/// Script code may run from here on: in builds with debug assertions a panic if anything is open.
+#[inline(always)]
+pub fn nothing_is_open() {
+    #[cfg(debug_assertions)]
+    assert!(
+        count::open() == 0 || std::thread::panicking(),
+        "script code may run while a value is being looked at or changed"
+    );
+}

@@ -1,0 +1,163 @@
+//! A task holds what it may and no more, as the system sees it, and leaves nothing behind.
+
+#[path = "support/shapes.rs"]
+mod shapes;
+mod support;
+
+use elite_lang::Limits;
+use shapes::{SHAPES, forget_peak, of_process, program};
+use support::Task;
+
+const MEBIBYTE: usize = 1 << 20;
+
+/// Runs a program that may hold `limit` bytes on a thread of its own, as tasks are run.
+fn run_within(limit: usize, text: String) -> String {
+    let task = move || {
+        let limits = Limits {
+            memory_bytes: limit,
+            ..Limits::default()
+        };
+        support::last_but_help(&Task::with(Vec::new(), limits).run(&text))
+    };
+    std::thread::spawn(task).join().unwrap_or_default()
+}
+
+#[test]
+#[ignore = "takes minutes without optimisation"]
+fn every_kind_of_object_is_counted_as_the_system_counts_it() {
+    let limit = 16 * MEBIBYTE;
+    run_within(limit, "x = 1".into());
+    let base = of_process("VmRSS");
+    let mut wrong = Vec::new();
+    for (name, statement) in SHAPES {
+        forget_peak();
+        let last = run_within(limit, program(statement));
+        let (peak, after) = (of_process("VmHWM"), of_process("VmRSS"));
+        // The stacks of the test itself are unoptimised, hence some more.
+        let most = base + limit + limit / 4 + 6 * MEBIBYTE;
+        if last != "499500" || peak > most || after > base + 12 * MEBIBYTE {
+            let (peak, after) = (peak / MEBIBYTE, after / MEBIBYTE);
+            wrong.push(format!(
+                "{name}: {last}, at most {peak} MiB, then {after} MiB"
+            ));
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "base {} MiB\n{}",
+        base / MEBIBYTE,
+        wrong.join("\n")
+    );
+}
+
+#[test]
+#[ignore = "takes minutes without optimisation"]
+fn natives_that_make_much_at_once_ask_before() {
+    let limit = 16 * MEBIBYTE;
+    run_within(limit, "x = 1".into());
+    let base = of_process("VmRSS");
+    let mut wrong = Vec::new();
+    for statement in [
+        "set(range(10 ** 10))",
+        "frozenset(range(10 ** 10))",
+        "dict.fromkeys(range(10 ** 10))",
+        "dict(zip(range(10 ** 10), range(10 ** 10)))",
+        "{1}.union(range(10 ** 10))",
+        "set().update(map(str, range(10 ** 10)))",
+        "{}.update((str(i), i) for i in range(10 ** 10))",
+        "list(iter(int, 1))",
+        "tuple(iter(str, 1))",
+        "list(map(str, range(10 ** 10)))",
+        "[*map(str, range(10 ** 10))]",
+        "sorted(map(str, range(10 ** 10)))",
+        "[str(i) for i in range(10 ** 10)]",
+        "{str(i) for i in range(10 ** 10)}",
+        "{str(i): i for i in range(10 ** 10)}",
+        "list('é' * 3000000)",
+        "('a,' * 6000000).split(',')",
+        "('a ' * 6000000).split()",
+        "('a,' * 6000000).rsplit(',')",
+        "('a\\n' * 6000000).splitlines()",
+        "(b'a,' * 6000000).split(b',')",
+        "(b'a\\n' * 6000000).splitlines()",
+        "list(zip('a' * 9000000))",
+        "list(enumerate('a' * 9000000))",
+        "import itertools; list(itertools.product(range(10 ** 4), repeat=2))",
+        "import itertools; list(itertools.permutations(range(30), 6))",
+        "import itertools; list(itertools.cycle(map(str, range(10 ** 10))))",
+        "import itertools; a, b = itertools.tee(map(str, range(10 ** 10))); list(a)",
+        "import json; json.loads('[' + '[],' * 5000000 + '1]')",
+        "import json; json.dumps([['a'] * 1000] * 100000)",
+        "import re; re.findall('a', 'a' * 20000000)",
+        "import re; re.split(',', 'a,' * 6000000)",
+        "import re; re.sub('a', 'b' * 1000, 'a' * 1000000)",
+        "import struct; struct.unpack('9000000b', bytes(9000000))",
+        "import struct; struct.pack('90000000s', b'')",
+        "from collections import deque; deque(map(str, range(10 ** 10)))",
+        "bytes(10 ** 12)",
+        "bytearray(10 ** 12)",
+        "bytes(iter(int, 1))",
+        "'a' * 10 ** 10",
+        "'-'.join(map(str, range(10 ** 10)))",
+        "('a' * 10000000).replace('a', 'bcdefgh')",
+        "('a' * 1000).center(10 ** 9)",
+        "'%1000000000d' % 1",
+        "f'{1:1000000000}'",
+        "'{:>1000000000}'.format(1)",
+        "('\\t' * 1000000).expandtabs(1000)",
+        "('é' * 9000000).encode('utf-32')",
+        "bytes(20000000).decode('latin-1') + bytes(30000000).decode('latin-1')",
+        "('a' * 10000000).translate({97: 'bcdefgh'})",
+        "bytes(30000000).hex()",
+        "str(bytes(20000000))",
+        "repr('\\x01' * 20000000)",
+        "def f(*a, **k): return f(*a, *a, 'x' * 100)\nf(1, 2)",
+        "def f(**k): pass\nf(**{str(i): i for i in range(10 ** 6)})",
+        "exec('x = [' + '1,' * 3000000 + ']')",
+        "eval('+'.join(['1'] * 3000000))",
+        "compile('a = 1\\n' * 2000000, '', 'exec')",
+        "int('9' * 4000) ** 100000",
+        "x = 1\nwhile True: x = (x << 1000000) + 1; y = [x] * 1000; z = [a + 1 for a in y]",
+        "def f(): return [f(), 'x' * 100000]\nf()",
+    ] {
+        forget_peak();
+        let text = format!(
+            "import sys\ntry:\n    {}\n    print('made')\nexcept (MemoryError, OverflowError, RecursionError, ValueError): print('refused')\n",
+            statement.replace('\n', "\n    ")
+        );
+        let last = run_within(limit, text);
+        let (peak, after) = (of_process("VmHWM"), of_process("VmRSS"));
+        let most = base + limit + limit / 4 + 6 * MEBIBYTE;
+        if !(last == "refused" || last == "made") || peak > most || after > base + 12 * MEBIBYTE {
+            let (peak, after) = (peak / MEBIBYTE, after / MEBIBYTE);
+            wrong.push(format!(
+                "{statement}: {last}, at most {peak} MiB, then {after} MiB"
+            ));
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "base {} MiB\n{}",
+        base / MEBIBYTE,
+        wrong.join("\n")
+    );
+}
+
+#[test]
+fn names_and_classes_that_pass_leave_no_trace() {
+    for text in [
+        "class O: pass\no = O()\nfor i in range(60_000): getattr(o, f'name_{i}', None)",
+        "class O: pass\no = O()\nfor i in range(60_000): hasattr(o, f'name_{i}')",
+        "def f(**k): return len(k)\nfor i in range(40_000): f(**{f'name_{i}': i})",
+        "def local():\n    class A:\n        def m(self): pass\n    return A\nfor i in range(20_000): local()",
+        "def local():\n    class A:\n        def m(self): return super().m()\n    return A\nfor i in range(20_000): local()",
+        "a = [3, 1, 2]\nfor i in range(10_000): a.sort(lambda x, y: x - y)",
+        "for i in range(20_000): type('K', (), {})",
+        "class O: pass\no = O(); o.__dict__\nfor i in range(60_000): setattr(o, f'name_{i}', i); delattr(o, f'name_{i}')",
+        "for i in range(60_000): '{0.real}'.format(i)",
+        "for i in range(100_000):\n    try: getattr(i, f'name_{i}')\n    except AttributeError: pass",
+    ] {
+        let last = run_within(5 * MEBIBYTE, format!("{text}\nprint('done')\n"));
+        assert_eq!(last, "done", "{text}");
+    }
+}

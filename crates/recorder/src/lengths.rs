@@ -1,0 +1,48 @@
+//! How long what is recorded may be. What is longer is cut, with a mark that says so.
+//!
+//! Numbers, commands and registers are of fixed size; only texts have to be looked at. Owns the limits of each kind and
+//! the mark.
+
+/// The text of a program that runs: what a port takes at most, so a program from a client is whole.
+pub const PROGRAM_TEXT_BYTES: usize = 8 << 20;
+/// The text of a program that does not compile, or that comes when much text has just been recorded.
+pub const SHORT_TEXT_BYTES: usize = 4 << 10;
+/// A message of `/log`.
+pub const MESSAGE_BYTES: usize = 64 << 10;
+/// The value of a variable.
+pub const VALUE_BYTES: usize = 4 << 10;
+/// Names: of programs, of variables and their types, of points, of the sources of messages.
+pub const NAME_BYTES: usize = 256;
+
+/// The beginning of a text that is longer than `most` bytes, with the mark behind it: together not longer than that.
+/// `None` for a text that fits.
+pub fn cut(text: &str, most: usize) -> Option<String> {
+    if text.len() <= most {
+        return None;
+    }
+    let mark = format!(" … [cut, {} bytes in all]", text.len());
+    let mut end = most.saturating_sub(mark.len());
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    Some(format!("{}{mark}", &text[..end]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_fits_stays_and_what_does_not_is_marked() {
+        assert_eq!(cut("", 64), None);
+        assert_eq!(cut(&"x".repeat(64), 64), None);
+        for text in ["x".repeat(65), "é".repeat(60), "🦀".repeat(1000)] {
+            let short = cut(&text, 64).unwrap();
+            assert!(short.len() <= 64 && short.len() > 60, "{short}");
+            let whole = format!("[cut, {} bytes in all]", text.len());
+            assert!(short.ends_with(&whole), "{short}");
+            let kept = short.split(" …").next().unwrap();
+            assert!(text.starts_with(kept) && !kept.is_empty());
+        }
+    }
+}
