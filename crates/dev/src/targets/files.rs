@@ -57,7 +57,7 @@ pub(super) const TARGETS: &[Target] = &[
                 Ok(cell) => {
                     _ = (cell.io(), cell.safety_inputs(), cell.belts(), cell.loads());
                     _ = (cell.surroundings(), cell.limits(), cell.drawn());
-                    _ = cell.fieldbus();
+                    _ = cell.fieldbus(&supervision::Faults::default());
                 }
                 Err(error) => assert!(!error.to_string().is_empty()),
             }

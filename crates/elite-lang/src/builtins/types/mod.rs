@@ -26,7 +26,7 @@ use std::rc::Rc;
 use super::{BoundFn, Builtin, BuiltinBody, RawFn, Signature};
 use crate::eval::{Core, Evaluator};
 use crate::value::class::Base;
-use crate::value::{Class, R, Raised, Value};
+use crate::value::{Class, Raised, Value};
 
 /// Puts them in place.
 pub fn install(core: &Rc<Core>) {
