@@ -58,6 +58,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "motion-api",
             "recorder",
             "server",
+            "supervision",
         ],
     ),
 ];

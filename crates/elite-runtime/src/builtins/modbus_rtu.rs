@@ -5,12 +5,12 @@
 
 use std::sync::Arc;
 
-use elite_lang::{Raised, Value};
+use elite_lang::{Raised, Value, memory};
 use io_bus::modbus::pdu::{Reply, Request, Table};
 
 use super::call::Call;
 use super::declare::{Builtin, Category::ModbusRtu, Default, Kind, Parameter, Range};
-use super::serial::{OLD_PORT, Port, check_not_daemon};
+use super::serial::{OLD_PORT, Port, at_line, check_not_daemon};
 
 const SLAVE: Parameter = Parameter::required("slave", Kind::Integer(1, 247), "the device");
 const ADDR: Parameter =
@@ -312,8 +312,11 @@ fn ask(call: &mut Call<'_, '_>, port: Port, request: Request) -> Result<Option<R
     }
     check_not_daemon(call, port)?;
     let fieldbus = Arc::clone(call.context().fieldbus());
-    let job = async move { port.line(&fieldbus).request(slave, request, patience).await };
-    match call.outside(job)? {
+    let theirs = memory::outside(|| request.clone());
+    let done = at_line(call, async move {
+        port.line(&fieldbus).request(slave, theirs, patience).await
+    })?;
+    match done {
         Ok(reply) => Ok(Some(reply)),
         Err(error) => {
             call.warn(error);

@@ -3,10 +3,13 @@
 //! A line that is closed, in the other mode or broken makes reads empty and writes fail by value, with a line in the log;
 //! arguments outside their range raise. The functions of the 2.14.5 edition mean the port of the control box.
 
+use std::fmt::Display;
+use std::pin::Pin;
 use std::sync::Arc;
+use std::task::{Context, Poll};
 use std::time::Duration;
 
-use elite_lang::{Raised, Value};
+use elite_lang::{Raised, Value, memory};
 use io_bus::Fieldbus;
 use io_bus::serial::{SerialLine, SerialMode, SerialSettings};
 
@@ -365,6 +368,30 @@ pub(super) fn check_not_daemon(call: &mut Call<'_, '_>, port: Port) -> Result<()
     }
 }
 
+/// What a line does for a program is done on the thread of the line: what passes between the two is not in the account of
+/// the task, which gets copies of results and of what is said of errors.
+pub(super) fn at_line<T: Clone + 'static, E: Display>(
+    call: &mut Call<'_, '_>,
+    work: impl Future<Output = Result<T, E>> + 'static,
+) -> Result<Result<T, String>, Raised> {
+    let work = async move { work.await.map_err(|error| error.to_string()) };
+    let theirs = call.outside(Uncounted(Box::pin(work)))?;
+    let own = theirs.clone();
+    memory::outside(|| drop(theirs));
+    Ok(own)
+}
+
+/// A future whose steps allocate and free for others.
+struct Uncounted<F>(Pin<Box<F>>);
+
+impl<F: Future> Future for Uncounted<F> {
+    type Output = F::Output;
+
+    fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<F::Output> {
+        memory::outside(|| self.0.as_mut().poll(context))
+    }
+}
+
 fn config(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Raised> {
     let enable = call.boolean(0)?;
     let modbus_rtu = call.boolean(5)?;
@@ -382,7 +409,10 @@ fn config(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Raised> {
     };
     let fieldbus = Arc::clone(call.context().fieldbus());
     let wanted = enable.then_some(settings);
-    let done = call.outside(async move { port.line(&fieldbus).configure(wanted).await })?;
+    let done = at_line(
+        call,
+        async move { port.line(&fieldbus).configure(wanted).await },
+    )?;
     if let Err(error) = &done {
         call.warn(error);
     }
@@ -398,7 +428,9 @@ fn read(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Raised> {
     let (as_numbers, patience) = (call.boolean(1)?, call.patience(2)?);
     check_not_daemon(call, port)?;
     let fieldbus = Arc::clone(call.context().fieldbus());
-    let received = call.outside(async move { port.line(&fieldbus).read(count, patience).await })?;
+    let received = at_line(call, async move {
+        port.line(&fieldbus).read(count, patience).await
+    })?;
     let bytes = received.unwrap_or_else(|error| {
         call.warn(error);
         Vec::new()
@@ -433,7 +465,11 @@ fn write(call: &mut Call<'_, '_>, port: Port) -> Result<usize, Raised> {
     };
     check_not_daemon(call, port)?;
     let fieldbus = Arc::clone(call.context().fieldbus());
-    let sent = call.outside(async move { port.line(&fieldbus).write(bytes).await })?;
+    let theirs = memory::outside(|| bytes.clone());
+    let sent = at_line(
+        call,
+        async move { port.line(&fieldbus).write(theirs).await },
+    )?;
     Ok(sent.unwrap_or_else(|error| {
         call.warn(error);
         0
@@ -447,14 +483,16 @@ fn write_masterboard(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 
 fn flush(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let fieldbus = Arc::clone(call.context().fieldbus());
-    let job = async move {
+    let done = at_line(call, async move {
         // Everything written has left already: writes wait for that.
-        tokio::time::timeout(FLUSH_TIME, fieldbus.masterboard_serial.flush()).await
-    };
-    match call.outside(job)? {
-        Ok(Ok(())) => {}
-        Ok(Err(error)) => call.warn(error),
-        Err(_elapsed) => call.warn("another thread is reading from the port"),
+        let flush = fieldbus.masterboard_serial.flush();
+        match tokio::time::timeout(FLUSH_TIME, flush).await {
+            Ok(done) => done.map_err(|error| error.to_string()),
+            Err(_elapsed) => Err("another thread is reading from the port".to_owned()),
+        }
+    })?;
+    if let Err(error) = done {
+        call.warn(error);
     }
     Ok(Value::None)
 }
