@@ -12,15 +12,25 @@ use std::process::Command;
 /// Which of our crates each crate may import.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("kinematics", &[]),
+    ("supervision", &[]),
     ("elite-lang", &[]),
     ("motion-api", &["kinematics"]),
     ("force", &["kinematics", "motion-api"]),
-    ("motion", &["kinematics", "motion-api", "force"]),
-    ("io-bus", &["motion-api"]),
-    ("recorder", &["kinematics", "motion-api"]),
+    (
+        "motion",
+        &["kinematics", "motion-api", "force", "supervision"],
+    ),
+    ("io-bus", &["motion-api", "supervision"]),
+    ("recorder", &["kinematics", "motion-api", "supervision"]),
     (
         "elite-runtime",
-        &["elite-lang", "kinematics", "motion-api", "io-bus"],
+        &[
+            "elite-lang",
+            "kinematics",
+            "motion-api",
+            "io-bus",
+            "supervision",
+        ],
     ),
     (
         "server",
@@ -33,6 +43,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "motion",
             "motion-api",
             "recorder",
+            "supervision",
         ],
     ),
     ("pybind", &["kinematics"]),
@@ -47,6 +58,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "motion-api",
             "recorder",
             "server",
+            "supervision",
         ],
     ),
 ];
@@ -58,7 +70,11 @@ const KEPT_IN: &[(&str, &[&str])] = &[
     ("clarabel", &["force"]),
     ("corosensei", &["elite-lang"]),
     ("mcap", &["recorder", "server"]),
-    ("tokio", &["io-bus", "elite-runtime", "server"]),
+    // `supervision` starts tasks for those who have it, behind a feature that motion and recorder leave off
+    (
+        "tokio",
+        &["io-bus", "elite-runtime", "server", "supervision"],
+    ),
     ("tokio-modbus", &["io-bus"]),
     ("pyo3", &["pybind"]),
 ];

@@ -320,7 +320,7 @@ impl Stage {
     fn panel(&self) -> Value {
         let mut stream = TcpStream::connect(("127.0.0.1", self.server.ports["http"])).unwrap();
         stream
-            .write_all(b"GET /panel HTTP/1.1\r\nHost: t\r\nConnection: close\r\n\r\n")
+            .write_all(b"GET /panel HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
             .unwrap();
         let mut page = String::new();
         stream.read_to_string(&mut page).unwrap();

@@ -37,6 +37,12 @@ pub struct Server {
 impl Server {
     /// Starts a server on free ports and waits until its ready file is there.
     pub fn start(folder: &Path, options: &[&str]) -> Self {
+        let log = std::fs::File::create(folder.join("stderr.log")).unwrap();
+        Self::start_with(folder, options, log)
+    }
+
+    /// The same with another standard error. Faults on demand are ordered in the file `faults` of the folder.
+    pub fn start_with(folder: &Path, options: &[&str], log: impl Into<Stdio>) -> Self {
         let ready = folder.join("ready.json");
         let mut command = eliteserver();
         command
@@ -54,9 +60,9 @@ impl Server {
         ] {
             command.arg(format!("--{service}-port")).arg("0");
         }
-        let log = std::fs::File::create(folder.join("stderr.log")).unwrap();
         let child = command
             .args(options)
+            .env(supervision::injection::VARIABLE, folder.join("faults"))
             .stdout(Stdio::null())
             .stderr(log)
             .spawn()
@@ -102,23 +108,49 @@ impl Server {
     }
 
     /// Asks the server to end, as a service manager would, and waits for it.
-    pub fn terminate(mut self) -> ExitStatus {
-        let pid = self.child.id().to_string();
-        assert!(
-            Command::new("kill")
-                .args(["-TERM", &pid])
-                .status()
-                .unwrap()
-                .success()
-        );
+    pub fn terminate(self) -> ExitStatus {
+        send_signal(self.child.id(), "TERM");
+        self.ended().0
+    }
+
+    /// Waits for its end; how long that took.
+    pub fn ended(mut self) -> (ExitStatus, Duration) {
         let started = Instant::now();
         loop {
             if let Some(status) = self.child.try_wait().unwrap() {
-                return status;
+                return (status, started.elapsed());
             }
-            assert!(started.elapsed() < PATIENCE, "does not end after SIGTERM");
+            assert!(started.elapsed() < PATIENCE, "does not end");
             std::thread::sleep(Duration::from_millis(5));
         }
+    }
+
+    /// Its process.
+    pub fn process(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// A page of the http port: status and body.
+    pub fn page(&self, path: &str) -> (u16, String) {
+        let mut stream = TcpStream::connect(("127.0.0.1", self.ports["http"])).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let request =
+            format!("GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+        stream.write_all(request.as_bytes()).unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        let (head, body) = answer.split_once("\r\n\r\n").unwrap_or((&answer, ""));
+        let status = head
+            .split(' ')
+            .nth(1)
+            .and_then(|status| status.parse().ok());
+        (status.unwrap_or(0), body.to_owned())
+    }
+
+    /// `/healthz`.
+    pub fn health(&self) -> (u16, serde_json::Value) {
+        let (status, body) = self.page("/healthz");
+        (status, serde_json::from_str(&body).unwrap())
     }
 
     /// Ends it without warning.
@@ -133,6 +165,14 @@ impl Drop for Server {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// Sends a signal by its name.
+pub fn send_signal(process: u32, name: &str) {
+    let sent = Command::new("kill")
+        .args([&format!("-{name}"), &process.to_string()])
+        .status();
+    assert!(sent.unwrap().success());
 }
 
 fn log_of(folder: &Path) -> String {

@@ -1,5 +1,6 @@
 //! The interpreter of one task, and its script threads as the embedder drives them.
 
+use std::ops::Deref;
 use std::rc::Rc;
 
 use corosensei::stack::DefaultStack;
@@ -19,6 +20,57 @@ use crate::value::{Function, R, Raised, Value};
 /// The interpreter of one task: its globals, its script threads. Stays on the OS thread that made it.
 pub struct Interpreter {
     core: Rc<Core>,
+    // Dropped after the core, whose tables go back to the system as well.
+    leftovers: Leftovers,
+}
+
+/// Gives memory back to the system when it is dropped, if that is worth it.
+#[derive(Default)]
+struct Leftovers {
+    are_large: bool,
+}
+
+impl Drop for Leftovers {
+    fn drop(&mut self) {
+        if self.are_large {
+            memory::trim();
+        }
+    }
+}
+
+/// A program in the account of the task that runs it, wherever it was compiled.
+struct Guest(Option<Program>);
+
+impl Guest {
+    fn new(program: Program) -> Self {
+        let guest = Guest(Some(program));
+        if guest.is_foreign() {
+            memory::hold(guest.bytes);
+        }
+        guest
+    }
+
+    fn is_foreign(&self) -> bool {
+        self.made_by != std::thread::current().id()
+    }
+}
+
+impl Deref for Guest {
+    type Target = Program;
+
+    fn deref(&self) -> &Program {
+        // Taken out only when it is dropped.
+        self.0.as_ref().unwrap_or_else(|| unreachable!())
+    }
+}
+
+impl Drop for Guest {
+    fn drop(&mut self) {
+        if self.is_foreign() {
+            memory::let_go(self.bytes);
+            memory::outside(|| drop(self.0.take()));
+        }
+    }
 }
 
 impl Interpreter {
@@ -29,15 +81,19 @@ impl Interpreter {
             let name = core.symbols.intern(native.name);
             core.builtins.set(name, Builtin::native(&core, native));
         }
-        Interpreter { core }
+        Interpreter {
+            core,
+            leftovers: Leftovers::default(),
+        }
     }
 
     /// A script thread that runs the top-level statements of a program in the globals of the task; a program that
     /// consists of one function runs that. Nothing runs before the first `resume`.
     pub fn spawn_program(&self, program: &Program) -> ScriptThread {
-        let (core, program) = (self.core.clone(), program.clone());
+        let (core, program) = (self.core.clone(), Guest::new(program.clone()));
         ScriptThread::new(&self.core, move |ev| {
             let namespace = core.globals.clone();
+            ev.check_allocation(program.bytes)?;
             let code = with_deep_stack(|| {
                 let (module, resolution) = (&program.module, &program.resolution);
                 crate::lower::module(&core, &namespace, &program.file, module, resolution)
@@ -131,9 +187,7 @@ impl Drop for Interpreter {
     fn drop(&mut self) {
         self.core.memory_look();
         self.core.dismantle();
-        if self.core.memory_was_large() {
-            memory::trim();
-        }
+        self.leftovers.are_large = self.core.memory_was_large();
     }
 }
 

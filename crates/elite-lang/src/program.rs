@@ -1,10 +1,12 @@
 //! From text to a program that can be run: the one entry for lexer, parser and resolver.
 
 use std::sync::Arc;
+use std::thread::ThreadId;
 
 use crate::ast::{Expr, ExprKind, FunctionDef, Module, Stmt, StmtKind};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::findings::in_order;
+use crate::limits::memory::Budget;
 use crate::parser::parse;
 use crate::resolve::{KnownNames, Resolution, resolve};
 use crate::source::{SourceFile, Span};
@@ -32,6 +34,9 @@ pub struct Program {
     /// The function that is called once it is defined.
     pub(crate) entry: Option<Box<str>>,
     warnings: Arc<[Diagnostic]>,
+    /// Bytes that its tree takes, and the thread in whose account they are.
+    pub(crate) bytes: usize,
+    pub(crate) made_by: ThreadId,
 }
 
 impl Program {
@@ -77,6 +82,7 @@ pub fn compile(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Vec
 }
 
 fn compile_here(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Vec<Diagnostic>> {
+    let budget = Budget::of(usize::MAX);
     let (module, mut diagnostics, shape) = front(&file);
     let Some(module) = module else {
         return Err(diagnostics);
@@ -97,6 +103,8 @@ fn compile_here(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Ve
         kind: shape.kind,
         entry: shape.entry,
         warnings: in_order(diagnostics).into(),
+        bytes: budget.used(),
+        made_by: std::thread::current().id(),
     })
 }
 

@@ -161,3 +161,40 @@ fn names_and_classes_that_pass_leave_no_trace() {
         assert_eq!(last, "done", "{text}");
     }
 }
+
+/// Large texts of every shape are read within what the task may hold, or not at all.
+#[test]
+fn a_text_that_is_compiled_counts_before_it_runs() {
+    let limit = 24 * MEBIBYTE;
+    run_within(limit, "x = 1".into());
+    let base = of_process("VmRSS");
+    for text in [
+        "'f = (' + '0,' * 2000000 + ')'",
+        "'x = 1\\n' * 600000",
+        "'x = [' + '-a.b(c)[0],' * 200000 + ']'",
+        "'def f(a=1): return a\\n' * 100000",
+        "'x = f\"' + '{a}' * 300000 + '\"'",
+        "';' .join(['x = 1'] * 600000)",
+    ] {
+        for how in ["exec", "eval", "compile"] {
+            let rest = if how == "compile" {
+                ", 'x', 'exec'"
+            } else {
+                ""
+            };
+            let program = format!(
+                "text = {text}\ntry:\n    {how}(text{rest})\n    print('done')\nexcept MemoryError:\n    print('MemoryError')\nexcept SyntaxError:\n    print('SyntaxError')\n"
+            );
+            forget_peak();
+            let last = run_within(limit, program);
+            let peak = of_process("VmHWM");
+            let most = base + limit + limit / 4 + 8 * MEBIBYTE;
+            assert!(
+                last != "done" && !last.is_empty() && peak < most,
+                "{how} of {text}: {last}, {} of {} MiB",
+                peak / MEBIBYTE,
+                most / MEBIBYTE
+            );
+        }
+    }
+}

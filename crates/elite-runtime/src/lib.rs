@@ -3,6 +3,12 @@
 //! Owns the life of programs and what their calls do. Talks to the robot only through `motion-api`: commands go into a
 //! ring, events and snapshots come back. Knows no port, no recording format and not the planner.
 
+// No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
 pub mod builtins;
 pub mod interpreter;
 pub mod interpreter_queue;
@@ -19,4 +25,7 @@ pub use message::{Message, Observer, Severity};
 pub use panel::Panel;
 pub use robot::Robot;
 pub use supervisor::{SubmitError, Supervisor, TaskState, TaskStatus};
-pub use task::{Permissions, ProgramText, TaskEnd, TaskSettings, all_children_are_tasks};
+pub use task::{
+    FileAccess, FolderAccessError, Folders, Permissions, ProgramText, TaskEnd, TaskSettings,
+    all_children_are_tasks,
+};

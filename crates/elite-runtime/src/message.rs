@@ -78,7 +78,24 @@ pub const SCRIPT_ALARM_CODE: i32 = 110;
 /// Error code of the alarm that the recording has stopped. Our numbering.
 pub const RECORDING_ALARM_CODE: i32 = 120;
 
+/// Error code of the alarm that the control cycle has ended by a fault of ours. Our numbering.
+pub const CONTROLLER_FAULT_CODE: i32 = 130;
+
 impl Message {
+    /// A program ended by a fault of the controller.
+    pub fn internal_error(program: ProgramId, line: u32, what: &str) -> Self {
+        let summary = format!(
+            "InternalError: {what}; this is a fault of the controller, not of the program: please report it"
+        );
+        Self::ScriptError {
+            program,
+            line,
+            column: 1,
+            report: format!("line {line}\n{summary}"),
+            summary,
+        }
+    }
+
     /// A log line.
     pub fn log(severity: Severity, origin: Origin, text: impl Into<String>) -> Self {
         Self::Log {

@@ -120,6 +120,26 @@ impl Robot {
         self.enter(origin, kind, true)
     }
 
+    /// Sends commands nobody waits for, all of them or none.
+    ///
+    /// # Errors
+    /// [`RingFull`] when the motion thread does not keep up.
+    pub fn send_all(&self, origin: Origin, kinds: &[CommandKind]) -> Result<(), RingFull> {
+        self.commands.send_all(origin, kinds, |id, kind| {
+            let entry = Entry {
+                command: Command { id, origin, kind },
+                keep_outcome: false,
+                outcome: None,
+            };
+            self.awaited().open.insert(id, entry);
+        })
+    }
+
+    /// True when nobody takes commands any more: the control cycle has ended.
+    pub fn is_abandoned(&self) -> bool {
+        self.commands.is_abandoned()
+    }
+
     fn enter(
         &self,
         origin: Origin,

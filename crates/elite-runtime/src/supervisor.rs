@@ -6,14 +6,15 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use motion_api::{CommandKind, Origin, ProgramId};
+use motion_api::{CommandId, CommandKind, Origin, ProgramId};
+use supervision::{Fault, Kind, Panicked, catch};
 use thiserror::Error;
-use tokio::sync::{mpsc, oneshot, watch};
+use tokio::sync::{oneshot, watch};
 
 use crate::interpreter::Interpreter;
 use crate::message::{Message, Severity};
 use crate::panel::{Panel, Watchdogs};
-use crate::task::{Control, ProgramText, Task, TaskEnd, TaskSettings};
+use crate::task::{Controller, Controls, ProgramText, Task, TaskEnd, TaskSettings, controls};
 
 /// How long a new main program waits for one that is ending.
 pub const GRACE: Duration = Duration::from_secs(2);
@@ -21,9 +22,6 @@ pub const GRACE: Duration = Duration::from_secs(2);
 /// How long a new main program waits for one that has not been told to end: programs of one line follow each other
 /// within milliseconds. A refusal must come within a second.
 const PATIENCE: Duration = Duration::from_millis(500);
-
-/// Orders that may wait for a task; it takes them at the latest after a slice.
-const CONTROLS_WAITING_MAX: usize = 256;
 
 /// What the task is doing, as ports show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -93,7 +91,7 @@ struct Current {
 
 struct Running {
     name: String,
-    controls: mpsc::Sender<Control>,
+    controller: Controller,
 }
 
 impl Supervisor {
@@ -174,12 +172,9 @@ impl Supervisor {
 
     /// Hands a secondary program to the running task; the receiver hears whether it was taken.
     fn join_running(&self, program: &ProgramText) -> Option<oneshot::Receiver<()>> {
-        let (sender, taken) = oneshot::channel();
-        let control = Control::Secondary(program.clone(), sender);
         let current = self.current();
         let running = current.running.as_ref()?;
-        running.controls.try_send(control).ok()?;
-        Some(taken)
+        running.controller.join(program.clone())
     }
 
     fn start(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
@@ -191,7 +186,7 @@ impl Supervisor {
             });
         }
         let id = ProgramId(current.last_program + 1);
-        let (controls, receiver) = mpsc::channel(CONTROLS_WAITING_MAX);
+        let (controller, controls) = controls();
         let name = program.name.clone();
         let shared = Arc::clone(&self.shared);
         self.shared.interpreter.task_starts();
@@ -201,9 +196,12 @@ impl Supervisor {
             ending: false,
             end: None,
         });
-        std::thread::Builder::new()
-            .name(format!("task-{}", id.0))
-            .spawn(move || shared.run_task(id, program, receiver))
+        let called = format!("task-{}", id.0);
+        let faults = self.shared.settings.faults.clone();
+        faults
+            .start(Kind::Task, called, move || {
+                shared.run_task(id, program, controls)
+            })
             .map_err(|error| {
                 self.shared.interpreter.task_ended();
                 self.shared.status.send_replace(TaskStatus::default());
@@ -213,31 +211,32 @@ impl Supervisor {
                 }
             })?;
         current.last_program = id.0;
-        current.running = Some(Running { name, controls });
+        current.running = Some(Running { name, controller });
         Ok(id)
     }
 
     /// Ends the running program, if one runs.
     pub fn stop(&self) {
-        self.control(Control::Stop, |status| status.ending = true);
+        let current = self.current();
+        if let Some(running) = &current.running {
+            running.controller.stop();
+            self.shared
+                .status
+                .send_modify(|status| status.ending = true);
+        }
     }
 
     /// Holds the running program and the arm on its path. The status says so once the program is held.
     pub fn pause(&self) {
-        self.control(Control::Pause, |_| {});
+        if let Some(running) = &self.current().running {
+            running.controller.pause();
+        }
     }
 
     /// Lets a held program go on.
     pub fn resume(&self) {
-        self.control(Control::Resume, |_| {});
-    }
-
-    fn control(&self, control: Control, change: impl FnOnce(&mut TaskStatus)) {
-        let current = self.current();
-        if let Some(running) = &current.running
-            && running.controls.try_send(control).is_ok()
-        {
-            self.shared.status.send_modify(change);
+        if let Some(running) = &self.current().running {
+            running.controller.resume();
         }
     }
 
@@ -273,35 +272,74 @@ impl Supervisor {
 }
 
 impl Shared {
-    fn run_task(&self, id: ProgramId, program: ProgramText, controls: mpsc::Receiver<Control>) {
+    fn run_task(&self, id: ProgramId, program: ProgramText, controls: Controls) {
+        let mut ending = Ending {
+            shared: self,
+            id,
+            end: TaskEnd::Failed,
+        };
         let observer = self.settings.observer.clone();
         observer.program_started(id, &program.name, &program.text);
-        let end = match tokio::runtime::Builder::new_current_thread()
+        match tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()
         {
             Ok(runtime) => {
                 let (interpreter, status) = (self.interpreter.clone(), self.status.clone());
-                let task = Task::new(self.settings.clone(), interpreter, id, controls, status);
-                tokio::task::LocalSet::new().block_on(&runtime, task.run(program))
+                let settings = self.settings.clone();
+                let ran = catch(|| {
+                    let task = Task::new(settings, interpreter, id, controls, status);
+                    tokio::task::LocalSet::new().block_on(&runtime, task.run(program))
+                });
+                // Whatever the program left on it is not waited for.
+                runtime.shutdown_background();
+                ending.end = ran.unwrap_or_else(|panicked| self.met_fault(id, panicked));
             }
             Err(error) => {
                 let text = format!("the program could not be started: {error}");
                 observer.message(&Message::log(Severity::Error, Origin::default(), text));
-                TaskEnd::Failed
             }
-        };
-        self.interpreter.task_ended();
-        self.settings.panel.with_watchdogs(Watchdogs::clear);
-        observer.program_ended(id);
+        }
+    }
+
+    /// A fault outside the program itself, which the task could not contain: nobody else will stop the arm.
+    fn met_fault(&self, id: ProgramId, panicked: Panicked) -> TaskEnd {
+        let fault = Fault::new(Kind::Task, format!("program {}", id.0), panicked);
+        self.settings.faults.tell(&fault);
+        let only = CommandId::NONE;
+        for command in [CommandKind::Stop { only }, CommandKind::Resume] {
+            // A full ring belongs to a cycle that takes nothing, which moves nothing either.
+            let _ = self.settings.robot.send(Origin::default(), command);
+        }
+        let message = Message::internal_error(id, 1, &fault.what());
+        self.settings.observer.message(&message);
+        TaskEnd::Failed
+    }
+}
+
+/// The end of a task for everybody who waits for it, whatever ended it.
+struct Ending<'a> {
+    shared: &'a Shared,
+    id: ProgramId,
+    end: TaskEnd,
+}
+
+impl Drop for Ending<'_> {
+    fn drop(&mut self) {
+        let (shared, id) = (self.shared, self.id);
+        // Each of these must happen, also when another meets a fault.
+        let _ = catch(|| shared.interpreter.task_ended());
+        let _ = catch(|| shared.settings.panel.with_watchdogs(Watchdogs::clear));
+        let _ = catch(|| shared.settings.observer.program_ended(id));
         // Under one lock: a program that starts right now must not have its status overwritten.
-        let mut current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
+        let current = shared.current.lock();
+        let mut current = current.unwrap_or_else(PoisonError::into_inner);
         current.running = None;
-        self.status.send_replace(TaskStatus {
+        shared.status.send_replace(TaskStatus {
             state: TaskState::Stopped,
             program: id,
             ending: false,
-            end: Some(end),
+            end: Some(self.end.clone()),
         });
     }
 }

@@ -15,7 +15,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use common::{Ran, Standing, run, run_while};
-use elite_runtime::{Permissions, TaskEnd, TaskState};
+use elite_runtime::{FileAccess, Permissions, TaskEnd, TaskState};
 
 /// An empty folder of one test.
 fn folder(name: &str) -> PathBuf {
@@ -32,7 +32,7 @@ fn allowed(text: &str) -> Ran {
 /// An arm whose programs may do everything.
 fn permitted() -> Standing {
     let permissions = Permissions {
-        files: true,
+        files: FileAccess::Everything,
         processes: true,
         environment: true,
         network: true,

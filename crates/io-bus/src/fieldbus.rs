@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use supervision::Faults;
+
 use crate::modbus::ModbusClient;
 use crate::port_image::PortImage;
 use crate::serial::SerialLine;
@@ -21,6 +23,16 @@ pub struct Fieldbus {
 }
 
 impl Fieldbus {
+    /// A field bus with these lines; `faults` hears of those on its threads.
+    pub fn new(tool_serial: SerialLine, masterboard_serial: SerialLine, faults: &Faults) -> Self {
+        Self {
+            modbus: ModbusClient::new(faults.clone()),
+            port_image: Arc::default(),
+            tool_serial: tool_serial.told_to(faults.clone()),
+            masterboard_serial: masterboard_serial.told_to(faults.clone()),
+        }
+    }
+
     /// A program runs, or none does: outputs of Modbus devices may depend on it.
     pub fn program_running(&self, running: bool) {
         self.modbus.program_running(running);

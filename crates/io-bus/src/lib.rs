@@ -3,9 +3,17 @@
 //! Knows no script value and no robot. The runtime reads and writes [`PortImage`] for `read_port_*` and `write_port_*`
 //! and finds signals and serial ports in [`Fieldbus`]; the server hands connections to [`modbus_server::serve`].
 
+// No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
+mod driver;
 mod fieldbus;
 pub mod modbus;
 pub mod modbus_server;
+pub mod names;
 pub mod port_image;
 pub mod script_socket;
 pub mod serial;

@@ -15,6 +15,7 @@ use tokio::net::TcpStream;
 use tokio::sync::Mutex;
 use tokio::time::{Instant, timeout, timeout_at};
 
+use crate::names;
 use decode::{Found, floats, saturated, text};
 
 pub use decode::TEXT_BYTES_MAX;
@@ -40,7 +41,7 @@ impl ScriptSocket {
     /// # Errors
     /// What the system said, or that it took too long.
     pub async fn open(address: &str, port: u16) -> io::Result<Self> {
-        let stream = timeout(CONNECT_TIME, TcpStream::connect((address, port)))
+        let stream = timeout(CONNECT_TIME, names::connect(address, port))
             .await
             .map_err(|_| io::Error::from(io::ErrorKind::TimedOut))??;
         // Small messages are what scripts exchange; a system that refuses this only makes them slower.

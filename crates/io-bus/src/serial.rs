@@ -7,17 +7,18 @@ use std::io;
 use std::sync::{Arc, Mutex as SyncMutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
+use supervision::{Faults, injection};
 use thiserror::Error;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
-use tokio::net::TcpStream;
-use tokio::runtime::Handle;
-use tokio::sync::{Mutex, Notify};
+use tokio::sync::Mutex;
 use tokio::task::JoinHandle;
 use tokio::time::{Instant, sleep, timeout, timeout_at};
 use tokio_serial::{DataBits, Parity, SerialPortBuilderExt, StopBits};
 
+use crate::driver::Driver;
 use crate::modbus::pdu::{PduError, Reply, Request};
 use crate::modbus::rtu;
+use crate::names;
 
 /// How long connecting to a TCP line and writing may take.
 const CONNECT_TIME: Duration = Duration::from_secs(2);
@@ -128,23 +129,13 @@ pub struct SerialLine {
     settings: SyncMutex<Option<SerialSettings>>,
     line: Arc<Mutex<Line>>,
     driver: OnceLock<Driver>,
+    faults: Faults,
 }
 
 #[derive(Default)]
 struct Line {
     transport: Option<Box<dyn Transport>>,
     unread: Vec<u8>,
-}
-
-struct Driver {
-    handle: Handle,
-    ending: Arc<Notify>,
-}
-
-impl Drop for Driver {
-    fn drop(&mut self) {
-        self.ending.notify_one();
-    }
 }
 
 /// Ends the work on the driver's thread when nobody waits for it any more.
@@ -163,6 +154,11 @@ impl SerialLine {
             endpoint,
             ..Self::default()
         }
+    }
+
+    /// The same port; `faults` hears of those on its thread.
+    pub fn told_to(self, faults: Faults) -> Self {
+        Self { faults, ..self }
     }
 
     /// The settings while the port is open.
@@ -334,12 +330,20 @@ impl SerialLine {
         let driver = match self.driver.get() {
             Some(driver) => driver,
             None => {
-                let started = start_driver().map_err(SerialError::NoThread)?;
+                let started =
+                    Driver::start("serial", self.faults.clone()).map_err(SerialError::NoThread)?;
                 self.driver.get_or_init(|| started)
             }
         };
-        let mut work = Work(driver.handle.spawn(work));
-        (&mut work.0).await.unwrap_or(Err(SerialError::Ended))
+        let mut work = Work(driver.spawn(async move {
+            injection::point("serial");
+            work.await
+        }));
+        match (&mut work.0).await {
+            Ok(Ok(given)) => given,
+            Ok(Err(fault)) => Err(SerialError::Line(io::Error::other(fault))),
+            Err(_ended) => Err(SerialError::Ended),
+        }
     }
 }
 
@@ -424,7 +428,7 @@ async fn open(
 ) -> Result<Box<dyn Transport>, SerialError> {
     match endpoint {
         Endpoint::Tcp(address) => {
-            let stream = timeout(CONNECT_TIME, TcpStream::connect(address.as_str()))
+            let stream = timeout(CONNECT_TIME, names::connect_to(address))
                 .await
                 .map_err(|_| io::Error::from(io::ErrorKind::TimedOut))??;
             // Frames are small; a system that refuses this only makes them slower.
@@ -463,19 +467,6 @@ async fn within<T>(deadline: Option<Instant>, future: impl Future<Output = T>) -
         Some(deadline) => timeout_at(deadline, future).await.ok(),
         None => Some(future.await),
     }
-}
-
-fn start_driver() -> io::Result<Driver> {
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()?;
-    let handle = runtime.handle().clone();
-    let ending = Arc::new(Notify::new());
-    let told = ending.clone();
-    std::thread::Builder::new()
-        .name("serial".to_owned())
-        .spawn(move || runtime.block_on(told.notified()))?;
-    Ok(Driver { handle, ending })
 }
 
 #[cfg(test)]

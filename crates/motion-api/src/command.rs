@@ -301,6 +301,25 @@ pub enum CommandKind {
 }
 
 impl CommandKind {
+    /// True for what stops the arm or lets it go on, and for what tells that a program runs no more. Places in the ring
+    /// are kept for these, so that no flood of other commands can keep them out.
+    pub const fn has_kept_place(&self) -> bool {
+        matches!(
+            self,
+            Self::Stop { .. }
+                | Self::Pause
+                | Self::Resume
+                | Self::PowerOff
+                | Self::EmergencyStop { .. }
+                | Self::StopJ { .. }
+                | Self::StopL { .. }
+                | Self::EndFreedrive
+                | Self::EndForceMode
+                | Self::StopConveyorTracking
+                | Self::SetIo(IoChange::ProgramRunning(_))
+        )
+    }
+
     /// The name used in the recording and in messages: the script function's where there is one.
     pub const fn name(&self) -> &'static str {
         match self {

@@ -61,6 +61,8 @@ pub struct RingFull {
 pub struct BorderSizes {
     /// Commands that wait for the next cycle.
     pub commands: usize,
+    /// Further places for commands that stop the arm and their like ([`CommandKind::has_kept_place`]).
+    pub kept: usize,
     /// Events that wait for their reader.
     pub events: usize,
     /// Records that wait for the recorder; `None`: nothing is recorded.
@@ -72,7 +74,9 @@ pub struct BorderSizes {
 impl Default for BorderSizes {
     fn default() -> Self {
         Self {
-            commands: 1024,
+            // Eight cycles take them all: a stop behind them is there within 35 ms.
+            commands: 512,
+            kept: 64,
             events: 4096,
             records: Some(4096),
             // A second of the usual cycle: whoever is held up longer has other trouble.
@@ -83,7 +87,7 @@ impl Default for BorderSizes {
 
 /// Makes the border: the motion thread's end and everybody else's.
 pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) {
-    let (command_in, command_out) = RingBuffer::new(sizes.commands);
+    let (command_in, command_out) = RingBuffer::new(sizes.commands + sizes.kept);
     let (event_in, event_out) = RingBuffer::new(sizes.events);
     let (record_in, record_out) = match sizes.records {
         Some(n) => {
@@ -108,6 +112,7 @@ pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) 
             ring: command_in,
             last: 0,
             capacity: sizes.commands,
+            kept: sizes.kept,
         })),
     };
     let script = ScriptEnd {
@@ -157,6 +162,25 @@ struct Sender {
     ring: Producer<Command>,
     last: u64,
     capacity: usize,
+    kept: usize,
+}
+
+impl Sender {
+    /// How many commands of this kind still fit.
+    fn room_for(&self, kind: &CommandKind) -> usize {
+        let kept = if kind.has_kept_place() { 0 } else { self.kept };
+        self.ring.slots().saturating_sub(kept)
+    }
+
+    fn push(&mut self, origin: Origin, kind: CommandKind) -> Result<CommandId, RingFull> {
+        let id = CommandId(self.last + 1);
+        let capacity = self.capacity;
+        self.ring
+            .push(Command { id, origin, kind })
+            .map_err(|_| RingFull { capacity })?;
+        self.last = id.0;
+        Ok(id)
+    }
 }
 
 /// The door for commands; clones share one ring.
@@ -177,7 +201,37 @@ impl CommandPort {
     /// How many commands wait for the motion thread.
     pub fn waiting(&self) -> usize {
         let sender = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
-        sender.capacity.saturating_sub(sender.ring.slots())
+        (sender.capacity + sender.kept).saturating_sub(sender.ring.slots())
+    }
+
+    /// True when nobody takes commands any more: the other end is gone.
+    pub fn is_abandoned(&self) -> bool {
+        let sender = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
+        sender.ring.is_abandoned()
+    }
+
+    /// Puts all of `kinds` into the ring, one behind the other, or none; `before` learns each number as with
+    /// [`send_with`](Self::send_with).
+    ///
+    /// # Errors
+    /// [`RingFull`] when there is no room for all of them.
+    pub fn send_all(
+        &self,
+        origin: Origin,
+        kinds: &[CommandKind],
+        mut before: impl FnMut(CommandId, CommandKind),
+    ) -> Result<(), RingFull> {
+        let mut sender = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
+        let room = kinds.iter().map(|kind| sender.room_for(kind)).min();
+        if room.is_some_and(|room| room < kinds.len()) {
+            let capacity = sender.capacity;
+            return Err(RingFull { capacity });
+        }
+        for kind in kinds {
+            before(CommandId(sender.last + 1), *kind);
+            sender.push(origin, *kind)?;
+        }
+        Ok(())
     }
 
     /// As [`send`](Self::send); `before` learns the number before the motion thread can see the command, so that a
@@ -193,20 +247,13 @@ impl CommandPort {
     ) -> Result<CommandId, RingFull> {
         // A panic while the lock was held cannot have left the ring half written: rtrb writes whole slots.
         let mut sender = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
-        if sender.ring.is_full() {
+        if sender.room_for(&kind) == 0 {
             return Err(RingFull {
                 capacity: sender.capacity,
             });
         }
-        let id = CommandId(sender.last + 1);
-        before(id);
-        let capacity = sender.capacity;
-        sender
-            .ring
-            .push(Command { id, origin, kind })
-            .map_err(|_| RingFull { capacity })?;
-        sender.last = id.0;
-        Ok(id)
+        before(CommandId(sender.last + 1));
+        sender.push(origin, kind)
     }
 }
 
@@ -265,6 +312,7 @@ mod tests {
     fn small() -> (MotionEnd, ScriptEnd) {
         let sizes = BorderSizes {
             commands: 2,
+            kept: 1,
             events: 2,
             records: None,
             frames: 0,
@@ -278,7 +326,7 @@ mod tests {
         for _ in 0..2 {
             script
                 .commands
-                .send(Origin::default(), CommandKind::Pause)
+                .send(Origin::default(), CommandKind::PowerOn)
                 .unwrap();
         }
         let ids: Vec<u64> = std::iter::from_fn(|| motion.commands.pop().ok())
@@ -290,7 +338,11 @@ mod tests {
     #[test]
     fn a_full_ring_refuses_and_uses_up_no_number() {
         let (mut motion, script) = small();
-        let send = || script.commands.send(Origin::default(), CommandKind::Pause);
+        let send = || {
+            script
+                .commands
+                .send(Origin::default(), CommandKind::PowerOn)
+        };
         send().unwrap();
         send().unwrap();
         assert_eq!(send(), Err(RingFull { capacity: 2 }));
@@ -299,17 +351,61 @@ mod tests {
     }
 
     #[test]
+    fn a_stop_finds_room_where_nothing_else_does() {
+        let (mut motion, script) = small();
+        let send = |kind| script.commands.send(Origin::default(), kind);
+        let stop = CommandKind::Stop {
+            only: CommandId::NONE,
+        };
+        send(CommandKind::PowerOn).unwrap();
+        send(CommandKind::PowerOn).unwrap();
+        assert!(send(CommandKind::PowerOn).is_err());
+        assert_eq!(send(stop), Ok(CommandId(3)));
+        assert_eq!(script.commands.waiting(), 3);
+        assert!(send(stop).is_err(), "the kept places are bounded, too");
+        motion.commands.pop().unwrap();
+        assert!(
+            send(CommandKind::PowerOn).is_err(),
+            "the kept place comes first"
+        );
+        assert!(send(stop).is_ok());
+    }
+
+    #[test]
+    fn commands_that_belong_together_go_in_together_or_not_at_all() {
+        let (mut motion, script) = small();
+        let two = [CommandKind::PowerOn, CommandKind::ReleaseBrakes];
+        let send = |kinds: &[CommandKind]| {
+            let mut announced = Vec::new();
+            let origin = Origin::default();
+            let sent = script
+                .commands
+                .send_all(origin, kinds, |id, _| announced.push(id.0));
+            (sent.is_ok(), announced)
+        };
+        assert_eq!(send(&two[..1]), (true, vec![1]));
+        assert_eq!(send(&two), (false, vec![]));
+        assert_eq!(send(&[]), (true, vec![]));
+        motion.commands.pop().unwrap();
+        assert_eq!(send(&two), (true, vec![2, 3]));
+        assert_eq!(motion.commands.pop().unwrap().kind, two[0]);
+        assert!(!script.commands.is_abandoned());
+        drop(motion);
+        assert!(script.commands.is_abandoned());
+    }
+
+    #[test]
     fn a_full_ring_does_not_announce_a_command() {
         let (_motion, script) = small();
         for _ in 0..2 {
             script
                 .commands
-                .send(Origin::default(), CommandKind::Pause)
+                .send(Origin::default(), CommandKind::PowerOn)
                 .unwrap();
         }
         let refused = script
             .commands
-            .send_with(Origin::default(), CommandKind::Pause, |_| {
+            .send_with(Origin::default(), CommandKind::PowerOn, |_| {
                 panic!("announced")
             });
         assert!(refused.is_err());

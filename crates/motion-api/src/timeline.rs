@@ -41,6 +41,11 @@ pub trait Timeline: Send + Sync {
     /// Says that a task drives the timeline from now on (`true`) or no longer does (`false`). Calls are counted. While
     /// nobody drives it, a virtual timeline of a server goes on at wall pace.
     fn drive(&self, on: bool);
+
+    /// True when no cycle will ever run again: the clock was stopped, or a fault has ended it. Nobody may wait for it then.
+    fn has_ended(&self) -> bool {
+        false
+    }
 }
 
 #[cfg(test)]

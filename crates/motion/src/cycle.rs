@@ -208,6 +208,12 @@ impl Cycle {
         self.out.publish(&state, registers);
     }
 
+    /// After a fault of ours, when nothing of the cycle can be relied on any more: the plant is held where it is (no tick
+    /// will move it) and the ports are shown an arm that stands, with the safety mode that says why.
+    pub(crate) fn hold_after_fault(&mut self) {
+        self.out.publish_fault();
+    }
+
     /// The generator's setpoint, or why there is none.
     fn generate(&mut self) -> Result<Setpoint, StopReason> {
         let slowing = self.tracking.as_ref().map_or(1.0, |t| t.slowing);

@@ -28,6 +28,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+// No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
 mod belt;
 pub mod brake;
 pub mod collision;

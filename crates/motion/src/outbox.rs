@@ -3,9 +3,10 @@
 //! Owns the motion side of the border except the commands. The rule: before a command is taken there is room for all it
 //! may cause and for the ends of all commands that are still under way (see `constants`).
 
+use kinematics::{JointAccelerations, JointSpeeds};
 use motion_api::{
-    Command, CommandId, Event, Frame, MotionEnd, Outcome, Record, RegisterImages, RobotState,
-    SnapshotCell, StopReason, Warning,
+    Command, CommandId, Event, Frame, MotionEnd, MotionMode, Outcome, Record, RegisterImages,
+    RobotState, SafetyMode, SnapshotCell, StopReason, Warning,
 };
 use rtrb::{Consumer, Producer};
 use std::sync::Arc;
@@ -104,6 +105,28 @@ impl Outbox {
         }
     }
 
+    /// After a fault of ours: the arm is held where it was, the ports see it once more.
+    pub(crate) fn publish_fault(&mut self) {
+        let last = self.snapshot.read();
+        let state = RobotState {
+            target_q: last.actual_q,
+            target_qd: JointSpeeds::ZERO,
+            target_qdd: JointAccelerations::ZERO,
+            actual_qd: JointSpeeds::ZERO,
+            target_tcp_speed: [0.0; 6],
+            actual_tcp_speed: [0.0; 6],
+            motion_mode: MotionMode::ProtectiveStop,
+            safety_mode: SafetyMode::Fault,
+            command_id: CommandId::NONE,
+            speed_scaling: 0.0,
+            ..last
+        };
+        self.snapshot.publish(&state);
+        let registers = RegisterImages::default();
+        // A full ring is one that nobody empties.
+        let _ = self.frames.push(Frame { state, registers });
+    }
+
     /// The state before the first cycle: to the snapshot alone, no cycle has run.
     pub(crate) fn publish_first(&mut self, state: &RobotState) {
         self.snapshot.publish(state);
@@ -130,6 +153,10 @@ impl Outbox {
         let Some(records) = &mut self.records else {
             return false;
         };
+        // Whoever recorded is gone, which has been told: what nobody wants is not lost.
+        if records.is_abandoned() {
+            return false;
+        }
         let is_taken = records.push(record).is_ok();
         self.records_lost += u64::from(!is_taken);
         is_taken

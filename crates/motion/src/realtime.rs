@@ -6,13 +6,14 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc;
-use std::thread::{self, JoinHandle, Thread};
+use std::thread::Thread;
 use std::time::Duration;
 
 use motion_api::Timeline;
 use nix::sys::mman::{MlockAllFlags, mlockall};
 use nix::sys::time::TimeSpec;
 use nix::time::{ClockId, ClockNanosleepFlags, clock_gettime, clock_nanosleep};
+use supervision::{Faults, Handle, Kind, catch, injection};
 use thiserror::Error;
 use thread_priority::{
     RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
@@ -35,8 +36,10 @@ pub struct RealtimeOptions {
     pub fifo_priority: Option<u8>,
     /// Lock the memory that is in use when the thread starts.
     pub lock_memory: bool,
-    /// Threads to unpark after every cycle.
+    /// Threads to unpark after every cycle, and when there will be no more.
     pub wake: Vec<Thread>,
+    /// Who hears of a fault.
+    pub faults: Faults,
 }
 
 impl Default for RealtimeOptions {
@@ -45,6 +48,7 @@ impl Default for RealtimeOptions {
             fifo_priority: Some(80),
             lock_memory: true,
             wake: Vec::new(),
+            faults: Faults::default(),
         }
     }
 }
@@ -74,6 +78,7 @@ pub enum SetupWarning {
 #[derive(Default)]
 struct Shared {
     is_stopping: AtomicBool,
+    has_ended: AtomicBool,
     overruns: AtomicU64,
     missed: AtomicU64,
     durations: Histogram,
@@ -85,7 +90,7 @@ struct Shared {
 pub struct ClockMeter(Arc<Shared>);
 
 impl ClockMeter {
-    /// Cycles that ended later than the next one was due.
+    /// Cycles that ended later than the next one was due, because they took long or because they began late.
     pub fn overruns(&self) -> u64 {
         self.0.overruns.load(Ordering::Relaxed)
     }
@@ -108,7 +113,7 @@ impl ClockMeter {
 
 /// The running motion thread. Dropping it stops it.
 pub struct MotionThread {
-    thread: Option<JoinHandle<Cycle>>,
+    thread: Option<Handle<Option<Cycle>>>,
     shared: Arc<Shared>,
     warnings: Vec<SetupWarning>,
 }
@@ -122,13 +127,20 @@ impl MotionThread {
         let shared = Arc::new(Shared::default());
         let (report, warnings) = mpsc::channel();
         let in_thread = shared.clone();
-        let thread = thread::Builder::new()
-            .name("motion".into())
-            .spawn(move || {
-                // The receiver waits right below; should it be gone, nobody reads the warnings.
-                let _ = report.send(set_up(&options));
-                run(cycle, &options.wake, &in_thread)
-            })?;
+        let faults = options.faults.clone();
+        let thread = faults.start(Kind::Motion, "motion", move || {
+            // The receiver waits right below; should it be gone, nobody reads the warnings.
+            let _ = report.send(set_up(&options));
+            let mut running = Running {
+                cycle: Some(cycle),
+                wake: options.wake,
+                shared: in_thread,
+            };
+            if let Some(cycle) = &mut running.cycle {
+                run(cycle, &running.wake, &running.shared);
+            }
+            running.cycle.take()
+        })?;
         Ok(Self {
             thread: Some(thread),
             shared,
@@ -146,6 +158,11 @@ impl MotionThread {
         ClockMeter(self.shared.clone())
     }
 
+    /// The clock as scripts see it.
+    pub fn timeline(&self) -> RealTimeline {
+        RealTimeline(self.shared.clone())
+    }
+
     /// Brings the arm to rest, publishes the last snapshot, ends the thread and gives the cycle back; `None` when the
     /// thread has died.
     pub fn stop(mut self) -> Option<Cycle> {
@@ -154,7 +171,26 @@ impl MotionThread {
 
     fn join(&mut self) -> Option<Cycle> {
         self.shared.is_stopping.store(true, Ordering::Relaxed);
-        self.thread.take()?.join().ok()
+        self.thread.take()?.join().ok().flatten()
+    }
+}
+
+/// What the thread holds. However it ends, the arm is held, and whoever waits for cycles hears that no more will come.
+struct Running {
+    /// Still there when this is dropped: a panic has ended the thread.
+    cycle: Option<Cycle>,
+    wake: Vec<Thread>,
+    shared: Arc<Shared>,
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if let Some(mut cycle) = self.cycle.take() {
+            // What a fault has left may hold another; the first one is told.
+            let _ = catch(move || cycle.hold_after_fault());
+        }
+        self.shared.has_ended.store(true, Ordering::Release);
+        self.wake.iter().for_each(Thread::unpark);
     }
 }
 
@@ -165,8 +201,8 @@ impl Drop for MotionThread {
 }
 
 /// The real clock as scripts see it: it runs by itself.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct RealTimeline;
+#[derive(Clone)]
+pub struct RealTimeline(Arc<Shared>);
 
 impl Timeline for RealTimeline {
     fn is_virtual(&self) -> bool {
@@ -178,6 +214,10 @@ impl Timeline for RealTimeline {
     }
 
     fn drive(&self, _on: bool) {}
+
+    fn has_ended(&self) -> bool {
+        self.0.has_ended.load(Ordering::Acquire)
+    }
 }
 
 fn set_up(options: &RealtimeOptions) -> Vec<SetupWarning> {
@@ -211,7 +251,7 @@ fn describe(error: thread_priority::Error) -> String {
     }
 }
 
-fn run(mut cycle: Cycle, wake: &[Thread], shared: &Shared) -> Cycle {
+fn run(cycle: &mut Cycle, wake: &[Thread], shared: &Shared) {
     let step = Duration::from_secs_f64(cycle.step_time());
     let mut stop_cycles = (STOP_TIME_MAX / cycle.step_time()) as u64;
     let mut deadline = now() + step;
@@ -220,6 +260,7 @@ fn run(mut cycle: Cycle, wake: &[Thread], shared: &Shared) -> Cycle {
         sleep_until(deadline);
         let begin = now();
         let late = begin.saturating_sub(deadline);
+        injection::point("motion");
         cycle.tick(Timing {
             step_duration_us,
             wakeup_latency_us: late.as_secs_f64() * 1e6,
@@ -243,7 +284,7 @@ fn run(mut cycle: Cycle, wake: &[Thread], shared: &Shared) -> Cycle {
         }
         if shared.is_stopping.load(Ordering::Relaxed) {
             if cycle.is_standing() || stop_cycles == 0 {
-                return cycle;
+                return;
             }
             cycle.stop_moving();
             stop_cycles -= 1;

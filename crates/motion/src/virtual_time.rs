@@ -3,11 +3,13 @@
 //! Owns the cycle behind a mutex. A task that drives the timeline ticks it on its own thread; while nobody does, an
 //! [`IdlePacer`] lets time pass at wall pace. Loses no record: a tick waits until the recorder has made room.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::{self, JoinHandle, Thread};
+use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 
 use motion_api::Timeline;
+use supervision::{Fault, Faults, Handle, Kind, catch, injection};
 
 use crate::config::ConfigError;
 use crate::constants::RECORDS_PER_CYCLE;
@@ -22,6 +24,9 @@ pub struct VirtualTimeline {
     drivers: Mutex<Drivers>,
     drivers_changed: Condvar,
     wake: Vec<Thread>,
+    /// A fault has ended the clock.
+    has_ended: AtomicBool,
+    faults: Faults,
 }
 
 struct Drivers {
@@ -53,11 +58,19 @@ impl VirtualTimeline {
             }),
             drivers_changed: Condvar::new(),
             wake,
+            has_ended: AtomicBool::new(false),
+            faults: Faults::default(),
         })
     }
 
-    fn tick(&self) {
-        // A panic in a tick cannot leave the cycle half written in a way that matters: the process is about to end.
+    /// The same timeline; `faults` hears of a fault in its cycle, on whichever thread that ran.
+    pub fn told_to(self, faults: Faults) -> Self {
+        Self { faults, ..self }
+    }
+
+    /// One cycle; none, and false, once a fault has ended the clock.
+    fn tick(&self) -> bool {
+        // A tick that panics ends the clock, so nobody uses what it left half written.
         let mut cycle = self.cycle.lock().unwrap_or_else(PoisonError::into_inner);
         while cycle
             .record_room()
@@ -65,9 +78,25 @@ impl VirtualTimeline {
         {
             thread::sleep(ROOM_POLL);
         }
-        cycle.tick(Timing::default());
+        if self.has_ended() {
+            return false;
+        }
+        let ticked = catch(|| {
+            injection::point("motion");
+            cycle.tick(Timing::default());
+        });
+        let fault = ticked.err().map(|panicked| {
+            // What a fault has left may hold another; the first one is told.
+            let _ = catch(|| cycle.hold_after_fault());
+            Fault::new(Kind::Motion, "the virtual clock", panicked)
+        });
         drop(cycle);
+        if let Some(fault) = &fault {
+            self.has_ended.store(true, Ordering::Release);
+            self.faults.tell(fault);
+        }
         self.wake.iter().for_each(Thread::unpark);
+        fault.is_none()
     }
 
     fn drivers(&self) -> MutexGuard<'_, Drivers> {
@@ -86,8 +115,11 @@ impl Timeline for VirtualTimeline {
     }
 
     fn advance(&self) -> bool {
-        self.tick();
-        true
+        self.tick()
+    }
+
+    fn has_ended(&self) -> bool {
+        self.has_ended.load(Ordering::Acquire)
     }
 
     fn drive(&self, on: bool) {
@@ -104,7 +136,7 @@ impl Timeline for VirtualTimeline {
 /// A thread that ticks a virtual timeline at wall pace while nobody drives it. Ends when it is dropped.
 pub struct IdlePacer {
     timeline: Arc<VirtualTimeline>,
-    thread: Option<JoinHandle<()>>,
+    thread: Option<Handle<()>>,
 }
 
 impl IdlePacer {
@@ -114,9 +146,8 @@ impl IdlePacer {
     /// The operating system gave no thread.
     pub fn start(timeline: Arc<VirtualTimeline>) -> std::io::Result<Self> {
         let paced = timeline.clone();
-        let thread = thread::Builder::new()
-            .name("idle-pace".into())
-            .spawn(move || pace(&paced))?;
+        let faults = timeline.faults.clone();
+        let thread = faults.start_service("idle-pace", move || pace(&paced))?;
         Ok(Self {
             timeline,
             thread: Some(thread),
@@ -129,7 +160,7 @@ impl Drop for IdlePacer {
         self.timeline.drivers().is_closed = true;
         self.timeline.drivers_changed.notify_all();
         if let Some(thread) = self.thread.take() {
-            // A panic of that thread has been reported by the panic hook already.
+            // It is started again after a fault, so it ends by itself.
             let _ = thread.join();
         }
     }
@@ -158,7 +189,10 @@ fn pace(timeline: &VirtualTimeline) {
             continue;
         }
         drop(drivers);
-        timeline.tick();
+        injection::point("idle-pace");
+        if !timeline.tick() {
+            return;
+        }
         // After a pause of the whole process, go on from now instead of catching up.
         deadline = (deadline + step).max(Instant::now());
         drivers = timeline.drivers();

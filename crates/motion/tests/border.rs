@@ -84,6 +84,7 @@ fn commands_wait_until_their_ends_have_room_and_none_is_lost() {
         events: 40,
         records: None,
         frames: 0,
+        ..BorderSizes::default()
     };
     let config = ideal("cs66");
     let (motion, mut script) = border(sizes, &config.first_state());

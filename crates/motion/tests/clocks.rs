@@ -37,6 +37,7 @@ fn plain() -> RealtimeOptions {
         fifo_priority: None,
         lock_memory: false,
         wake: vec![thread::current()],
+        ..RealtimeOptions::default()
     }
 }
 

@@ -8,6 +8,12 @@
 //!
 //! Times are simulated seconds since start; time stamps in the file are [`Setup::epoch_ns`] plus that time.
 
+// No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
 pub mod arguments;
 mod chunks;
 pub mod compare;
@@ -39,7 +45,7 @@ pub use compare::{Difference, difference, difference_but};
 pub use cycle::{Cycle, CycleError, FieldValue};
 pub use handle::{RecorderHandle, RecorderMeter};
 pub use reader::{Ending, Entry, ReadError, Recording};
-pub use recorder::{RecordError, Recorder, RecorderConfig};
+pub use recorder::{Closer, RecordError, Recorder, RecorderConfig};
 pub use rotation::{PartEnd, Rotation};
 pub use setup::{Setup, SetupError};
 pub use summary::Summary;

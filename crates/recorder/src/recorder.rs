@@ -11,13 +11,14 @@
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::thread::JoinHandle;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use kinematics::RobotModel;
 use mcap::McapError;
 use motion_api::RecordReader;
+use supervision::{Ended, Fault, Faults, Handle, Kind, catch};
 use thiserror::Error;
 
 use crate::handle::{RecorderHandle, RecorderMeter, Shared};
@@ -43,7 +44,8 @@ pub struct RecorderConfig {
     /// What a script does that outruns the recorder: wait (virtual clock) or go on, the note being dropped and counted
     /// (real clock).
     pub notes_wait: bool,
-    /// Called once, from the recorder's thread, when the output can no longer be written: raise an alarm.
+    /// Called once, from the recorder's thread, when the output can no longer be written or the thread has met a fault:
+    /// raise an alarm.
     pub on_failure: FailureReport,
 }
 
@@ -73,8 +75,11 @@ pub enum RecordError {
     /// The thread cannot be started.
     #[error("cannot start the recorder's thread: {0}")]
     Thread(io::Error),
-    /// The thread has ended by a panic. A bug of ours.
-    #[error("the recorder's thread has ended unexpectedly; the recording is not complete")]
+    /// The thread has ended by a panic.
+    #[error("the recording is not complete: {0}")]
+    Fault(Fault),
+    /// The thread was given up: the output takes nothing and gives no error.
+    #[error("the recording is not complete: the disk did not take it in time")]
     Ended,
 }
 
@@ -86,11 +91,41 @@ fn reason(error: &McapError) -> String {
     }
 }
 
+/// The report as worker and thread share it: a panic must not take it along.
+pub(crate) type SharedReport = Arc<Mutex<Option<FailureReport>>>;
+
+/// Raises the alarm, unless it has been raised.
+pub(crate) fn report_once(report: &SharedReport, error: &RecordError) {
+    let report = report.lock().unwrap_or_else(PoisonError::into_inner).take();
+    if let Some(report) = report {
+        report(error);
+    }
+}
+
+/// Closes a recording from outside, whatever the rest of the controller is doing. Clones do the same.
+#[derive(Clone)]
+pub struct Closer {
+    shared: Arc<Shared>,
+    ended: Ended,
+}
+
+impl Closer {
+    /// Asks the thread to write what has come by now, the index and the end of the file; does not wait.
+    pub fn ask(&self) {
+        self.shared.finish.store(true, Ordering::Release);
+    }
+
+    /// Waits until the file is closed, at most so long; true when it was written to its end.
+    pub fn closed_within(&self, patience: Duration) -> bool {
+        self.ended.wait_for(patience) && !self.shared.failed.load(Ordering::Acquire)
+    }
+}
+
 /// A running recording. Dropping it finishes the file as [`finish`](Self::finish) does, with errors only logged.
 pub struct Recorder {
     shared: Arc<Shared>,
     notes: Arc<Notes>,
-    thread: Option<JoinHandle<Result<Totals, RecordError>>>,
+    thread: Option<Handle<Result<Totals, RecordError>>>,
 }
 
 impl Recorder {
@@ -128,9 +163,20 @@ impl Recorder {
             Arc::clone(&notes),
             Arc::clone(&shared),
         )?;
-        let thread = std::thread::Builder::new()
-            .name("recorder".to_owned())
-            .spawn(move || worker.run())
+        let (failed, report) = (Arc::clone(&shared), worker.report());
+        // A fault is told to whoever hears of failures, so nothing gets as far as the watcher of the thread.
+        let thread = Faults::default()
+            .start(Kind::Recorder, "recorder", move || {
+                let given = catch(|| worker.run()).unwrap_or_else(|panicked| {
+                    let fault = Fault::new(Kind::Recorder, "recorder", panicked);
+                    Err(RecordError::Fault(fault))
+                });
+                if let Err(error) = &given {
+                    failed.failed.store(true, Ordering::Release);
+                    report_once(&report, error);
+                }
+                given
+            })
             .map_err(RecordError::Thread)?;
         let recorder = Self {
             shared,
@@ -143,6 +189,13 @@ impl Recorder {
     /// Whether recording has stopped because the output cannot be written.
     pub fn has_failed(&self) -> bool {
         self.shared.failed.load(Ordering::Acquire)
+    }
+
+    /// For whoever must close it without the recorder at hand.
+    pub fn closer(&self) -> Option<Closer> {
+        let ended = self.thread.as_ref()?.ended().clone();
+        let shared = Arc::clone(&self.shared);
+        Some(Closer { shared, ended })
     }
 
     /// Figures of the recording, also after it has ended.
@@ -161,7 +214,7 @@ impl Recorder {
     fn join(&mut self) -> Result<Totals, RecordError> {
         self.shared.finish.store(true, Ordering::Release);
         let thread = self.thread.take().ok_or(RecordError::Ended)?;
-        thread.join().map_err(|_| RecordError::Ended)?
+        thread.join().map_err(RecordError::Fault)?
     }
 }
 

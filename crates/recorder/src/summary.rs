@@ -57,7 +57,8 @@ pub struct Summary {
     pub limits: Vec<LimitReached>,
     /// How often limits of the arm were reached.
     pub limit_count: u64,
-    /// Cycles that took longer than they may.
+    /// Cycles that ended later than the next one was due, because they took long or because they began late: the same
+    /// count as the clock's own.
     pub overruns: u64,
     /// The longest cycle, µs.
     pub longest_step_us: f64,
@@ -120,6 +121,7 @@ impl Summary {
                 Entry::Script(_) | Entry::Io(_) | Entry::Variable(_) => {}
             }
         }
+        summary.overruns += u64::from(progress.last_overran());
         summary.ending = entries.ending().cloned();
         Ok(summary)
     }
@@ -139,9 +141,7 @@ impl Summary {
         self.duration = cycle.time - progress.begin;
         self.until = cycle.time;
         self.step_time = cycle.step_time;
-        if cycle.step_duration_us > cycle.step_time * 1e6 {
-            self.overruns += 1;
-        }
+        self.overruns += u64::from(progress.overran(cycle));
         raise(&mut self.longest_step_us, cycle.step_duration_us);
         raise(&mut self.latest_wakeup_us, cycle.wakeup_latency_us);
         for (peak, speed) in self.peak_joint_speed.iter_mut().zip(&cycle.actual_qd) {
@@ -217,9 +217,28 @@ impl Summary {
 #[derive(Default)]
 struct Progress {
     begin: f64,
+    /// How late the cycle before began, µs, and how long a cycle may take.
+    late_us: f64,
+    step_us: f64,
     stopped: bool,
     at_speed: [bool; DOF],
     at_position: [bool; DOF],
+}
+
+impl Progress {
+    /// Whether the cycle before this one overran: a record tells how late its own cycle began and how long the one before
+    /// took.
+    fn overran(&mut self, cycle: &Cycle) -> bool {
+        let overran = self.late_us + cycle.step_duration_us > cycle.step_time * 1e6;
+        self.late_us = cycle.wakeup_latency_us;
+        self.step_us = cycle.step_time * 1e6;
+        overran
+    }
+
+    /// Whether the last cycle overran, as far as is known: how long it took is in no record.
+    fn last_overran(&self) -> bool {
+        self.late_us > self.step_us
+    }
 }
 
 fn list<T>(items: &mut Vec<T>, item: T) {
@@ -238,4 +257,45 @@ fn raise(peak: &mut f64, value: f64) {
 fn length(linear_angular: &[f64]) -> f64 {
     let linear = linear_angular.iter().take(3);
     linear.map(|x| x * x).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the clock counts, from what the records tell: each its own wake-up and the duration of the cycle before.
+    #[test]
+    fn a_cycle_that_began_late_or_took_long_is_an_overrun_once() {
+        // (late, took), µs, of cycles of 4 ms
+        let cycles = [
+            (0.0, 3900.0),
+            (200.0, 3900.0),
+            (10_000.0, 50.0),
+            (3900.0, 50.0),
+            (0.0, 4100.0),
+            (0.0, 10.0),
+            (4500.0, 0.0),
+        ];
+        let mut summary = Summary::default();
+        let mut progress = Progress::default();
+        let mut took_before = 0.0;
+        for (number, (late, took)) in cycles.into_iter().enumerate() {
+            let cycle = Cycle {
+                cycle: number as u64 + 1,
+                step_time: 0.004,
+                step_duration_us: took_before,
+                wakeup_latency_us: late,
+                ..Cycle::default()
+            };
+            took_before = took;
+            summary.cycle(&cycle, None, &mut progress);
+        }
+        summary.overruns += u64::from(progress.last_overran());
+        let overran = |&&(late, took): &&(f64, f64)| late + took > 4000.0;
+        assert_eq!(
+            summary.overruns,
+            cycles.iter().filter(overran).count() as u64
+        );
+        assert_eq!(summary.overruns, 4);
+    }
 }

@@ -4,17 +4,18 @@
 //! time stands still.
 
 use std::io::{self, BufWriter, Write};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use mcap::McapError;
 use motion_api::RecordReader;
+use supervision::injection;
 
 use crate::chunks::CHUNK_BYTES;
 use crate::handle::Shared;
 use crate::notes::{Notes, Waiting};
-use crate::recorder::{FailureReport, RecordError, RecorderConfig};
+use crate::recorder::{RecordError, RecorderConfig, SharedReport, report_once};
 use crate::rotation::Parts;
 use crate::setup::Setup;
 use crate::viewer::Viewer;
@@ -51,6 +52,7 @@ impl Counted {
 
 impl Write for Counted {
     fn write(&mut self, data: &[u8]) -> io::Result<usize> {
+        injection::point("disk");
         let written = self.out.write(data)?;
         self.bytes.fetch_add(written as u64, Ordering::Relaxed);
         let all = &self.shared.bytes;
@@ -76,7 +78,7 @@ pub(crate) struct Worker {
     /// Bytes of the part being written.
     bytes: Arc<AtomicU64>,
     setup: Setup,
-    on_failure: Option<FailureReport>,
+    on_failure: SharedReport,
     dropped_before: u64,
     /// The open chunk, and since when it has been seen open.
     unflushed: Option<(Option<u64>, Instant)>,
@@ -116,15 +118,21 @@ impl Worker {
             parts: Parts::new(path, rotation),
             bytes,
             setup,
-            on_failure: Some(on_failure),
+            on_failure: Arc::new(Mutex::new(Some(on_failure))),
             dropped_before: 0,
             unflushed: None,
         })
     }
 
+    /// Who is told when the recording ends early.
+    pub(crate) fn report(&self) -> SharedReport {
+        Arc::clone(&self.on_failure)
+    }
+
     /// Until it is asked to finish; then writes the end of the file.
     pub(crate) fn run(mut self) -> Result<Totals, RecordError> {
         loop {
+            injection::point("recorder");
             // Read before the ring is emptied: what was pushed before the request is then certainly taken.
             let finish = self.shared.finish.load(Ordering::Acquire);
             let waiting = self.records.waiting() as u64;
@@ -202,10 +210,7 @@ impl Worker {
         };
         self.writer = Err(source);
         self.shared.failed.store(true, Ordering::Release);
-        // Said once, by whoever asked to be told.
-        if let Some(report) = self.on_failure.take() {
-            report(&error);
-        }
+        report_once(&self.on_failure, &error);
     }
 
     /// Under a clock that stands still, and when cycles are slow, nothing stays in memory for long. Where simulated time

@@ -20,6 +20,7 @@ use tracing::Span;
 
 use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
+use crate::logging;
 use crate::ports::foxglove::LogLine;
 use crate::replay::script;
 
@@ -201,7 +202,7 @@ impl Observer for Announcer {
             } => {
                 // The report has lines of its own; a log prefix would push the caret out of place.
                 if self.console == Console::Stdout {
-                    eprintln!("{}", report.trim_end());
+                    logging::say(report);
                 } else {
                     let origin = Origin {
                         program: *program,

@@ -24,6 +24,7 @@ use motion::modes::encoder::Belt;
 use motion::{
     InputPair, IoSetup, LimitOverrides, SafetyInputs, SensorNoise, TimedInput, WireSetup,
 };
+use supervision::Faults;
 use thiserror::Error;
 
 use crate::config::line_of;
@@ -175,7 +176,7 @@ impl Cell {
     ///
     /// # Errors
     /// [`CellError::Value`] names the signal that cannot be added.
-    pub fn fieldbus(&self) -> Result<Fieldbus, CellError> {
+    pub fn fieldbus(&self, faults: &Faults) -> Result<Fieldbus, CellError> {
         let line = |wanted| {
             let port = self
                 .tables
@@ -184,11 +185,8 @@ impl Cell {
                 .find(|serial| serial.port == wanted);
             SerialLine::new(port.map(|serial| Endpoint::parse(&serial.device)))
         };
-        let fieldbus = Fieldbus {
-            tool_serial: line(SerialPort::Tool),
-            masterboard_serial: line(SerialPort::Masterboard),
-            ..Fieldbus::default()
-        };
+        let (tool, masterboard) = (line(SerialPort::Tool), line(SerialPort::Masterboard));
+        let fieldbus = Fieldbus::new(tool, masterboard, faults);
         for signal in &self.tables.modbus {
             let spec = SignalSpec {
                 device: DeviceAddress {

@@ -10,7 +10,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::options::{
     ByteSize, ClockChoice, Home, LogFormat, ModelChoice, PayloadChoice, Permission, PlantChoice,
-    PortSetting, RecordTarget, RotateAt, StepMillis, Tcp,
+    PortSetting, RecordTarget, RotateAt, StepMillis, Tcp, TrustedHost,
 };
 
 /// An open controller for Elite Robots CS arms, with a simulated arm.
@@ -105,7 +105,11 @@ pub struct SharedArgs {
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// What scripts may reach beyond the robot; repeat it for more, the list replaces the default [default: net]
-    #[arg(long, value_name = "fs|process|env|net")]
+    ///
+    /// net: connections to and from anywhere. fs: every file that this user may read or write, nothing is held back.
+    /// fs=DIR: the files beneath that folder only, no link leads out of it; relative paths count from it.
+    /// process: programs of this user, which reach files and network themselves. env: environment variables.
+    #[arg(long, value_name = "fs|fs=DIR|process|env|net")]
     pub allow: Option<Vec<Permission>>,
     /// Folder for the log files that the vendor's controller writes [default: not written]
     #[arg(long, value_name = "PATH")]
@@ -145,6 +149,10 @@ pub struct ServeArgs {
     /// Live data for the Foxglove app, read-only [default: off]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub foxglove_port: Option<PortSetting>,
+    /// Another name of this machine, or of a machine whose pages may ask, on the http and Foxglove ports; repeat it for more
+    /// [default: this machine's own names]
+    #[arg(long, value_name = "NAME")]
+    pub trust_host: Option<Vec<TrustedHost>>,
     /// Where to write process id and ports as JSON once every port listens
     #[arg(long, value_name = "PATH")]
     pub ready_file: Option<PathBuf>,
@@ -272,6 +280,10 @@ pub struct ReplayPortArgs {
     /// Live data for the Foxglove app [default: off]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub foxglove_port: Option<PortSetting>,
+    /// Another name of this machine, or of a machine whose pages may ask, on the http and Foxglove ports; repeat it for more
+    /// [default: this machine's own names]
+    #[arg(long, value_name = "NAME")]
+    pub trust_host: Option<Vec<TrustedHost>>,
     /// Where to write process id and ports as JSON once every port listens
     #[arg(long, value_name = "PATH")]
     pub ready_file: Option<PathBuf>,
@@ -409,7 +421,7 @@ mod tests {
             ("eliteserver --rtsi-port on", ["--rtsi-port", "'on'", "off"]),
             (
                 "eliteserver run x --allow all",
-                ["--allow", "'all'", "fs, process, env and net"],
+                ["--allow", "'all'", "fs, fs=DIR, process, env and net"],
             ),
             (
                 "eliteserver --home --tcp",

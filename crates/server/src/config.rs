@@ -15,7 +15,7 @@ use thiserror::Error;
 use crate::cli::{RunArgs, ServeArgs, SharedArgs};
 use crate::options::{
     ByteSize, ClockChoice, LogFormat, ModelChoice, Permission, PlantChoice, PortSetting,
-    RecordTarget, RotateAt, StepMillis,
+    RecordTarget, RotateAt, StepMillis, TrustedHost,
 };
 
 /// The default of `--primary-port`.
@@ -181,6 +181,8 @@ pub struct ServeConfig {
     pub bind: IpAddr,
     /// Which services listen where.
     pub ports: PortSettings,
+    /// Names beside this machine's own that requests of the http and Foxglove ports may be for and from.
+    pub trusted_hosts: Vec<String>,
     /// Where to write process id and ports.
     pub ready_file: Option<PathBuf>,
     /// Start with the power off.
@@ -222,6 +224,7 @@ impl ServeConfig {
             ),
             bind: args.bind.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST)),
             ports,
+            trusted_hosts: trusted_hosts(args.trust_host),
             ready_file: args.ready_file,
             powered_off: args.powered_off.unwrap_or(false),
             local: args.local.unwrap_or(false),
@@ -268,6 +271,12 @@ fn robot(args: SharedArgs, clock: ClockChoice, record: RecordTarget) -> RobotCon
     }
 }
 
+/// The names as texts.
+pub(crate) fn trusted_hosts(given: Option<Vec<TrustedHost>>) -> Vec<String> {
+    let given = given.unwrap_or_default();
+    given.into_iter().map(|TrustedHost(name)| name).collect()
+}
+
 pub(crate) fn each_on_its_own(ports: &PortSettings) -> Result<(), ConfigError> {
     let mut taken = BTreeMap::new();
     for (_, option, setting) in ports.list() {
@@ -285,7 +294,7 @@ pub(crate) fn each_on_its_own(ports: &PortSettings) -> Result<(), ConfigError> {
 }
 
 /// Every key of the file: the long names of the options of `serve`, `config` apart.
-const KEYS: [&str; 27] = [
+const KEYS: [&str; 28] = [
     "allow",
     "bind",
     "cell",
@@ -313,6 +322,7 @@ const KEYS: [&str; 27] = [
     "step-ms",
     "task-dir",
     "tcp",
+    "trust-host",
 ];
 
 /// Fills what was not typed from the configuration file, if one is named.
@@ -380,6 +390,7 @@ fn fill(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), ConfigError
             "step-ms" => entry.one(&mut shared.step_ms),
             "task-dir" => entry.one(&mut shared.task_dir),
             "tcp" => entry.one(&mut shared.tcp),
+            "trust-host" => entry.list(&mut args.trust_host),
             _ => Err(ConfigError::UnknownKey {
                 path: path.to_owned(),
                 key: written.clone(),

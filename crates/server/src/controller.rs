@@ -9,17 +9,25 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock, Weak};
 
-use elite_runtime::message::{Message, Observer, RECORDING_ALARM_CODE, Severity};
+use elite_runtime::message::{
+    CONTROLLER_FAULT_CODE, Message, Observer, RECORDING_ALARM_CODE, Severity,
+};
 use elite_runtime::panel::Operator;
-use elite_runtime::{Panel, Permissions, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
+use elite_runtime::{
+    FileAccess, FolderAccessError, Folders, Panel, Permissions, ProgramText, Robot, Supervisor,
+    TaskEnd, TaskSettings,
+};
 use io_bus::Fieldbus;
+use io_bus::serial::SerialLine;
 use kinematics::ModelError;
 use motion::realtime::ClockMeter;
 use motion::{Cycle, CycleConfig};
 use motion_api::{BorderSizes, SnapshotCell, border};
-use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, RecorderMeter, Viewer};
+use recorder::{
+    Closer, RecordError, Recorder, RecorderConfig, RecorderHandle, RecorderMeter, Viewer,
+};
+use supervision::{Fault, Faults};
 use thiserror::Error;
-use tokio_util::sync::CancellationToken;
 
 use crate::announce::{Announcer, Console};
 use crate::cell::{Cell, CellError};
@@ -30,7 +38,7 @@ use crate::log_dir::InterpreterLog;
 use crate::options::{ClockChoice, Permission};
 use crate::ports::description::RobotDescription;
 use crate::recording_files;
-use crate::shutdown;
+use crate::shutdown::Shutdown;
 use crate::start_configuration::{SetupError, cycle_config};
 use clock::{Clock, Pump, start_clock};
 use loaded_model::{LoadedModel, setup};
@@ -39,6 +47,9 @@ use loaded_model::{LoadedModel, setup};
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum StartError {
+    /// A folder of `--allow fs=DIR` is not there.
+    #[error(transparent)]
+    Folder(#[from] FolderAccessError),
     /// The arm's description is not usable.
     #[error("cannot use the model {model}: {source}")]
     Model {
@@ -94,6 +105,7 @@ pub struct Controller {
     recording_path: Option<PathBuf>,
     viewer: Viewer,
     description: RobotDescription,
+    faults: Faults,
 }
 
 impl Controller {
@@ -106,6 +118,7 @@ impl Controller {
         console: Console,
         powered_off: bool,
     ) -> Result<Self, StartError> {
+        let permissions = permissions(config)?;
         let loaded = LoadedModel::open(&config.model)?;
         let cell = config.cell.as_deref().map(Cell::load).transpose()?;
         let setup = setup(config, &loaded, cell.as_ref(), powered_off);
@@ -125,7 +138,8 @@ impl Controller {
 
         let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
         let viewer = Viewer::new(loaded.model.clone(), obstacles.clone(), setup.epoch_ns);
-        let alarm = RecordingAlarm::default();
+        let faults = Faults::default();
+        let alarm = RecordingAlarm::new(faults.clone());
         let (recorder, handle) = match (&path, script_end.records.take()) {
             (Some(path), Some(records)) => {
                 let recorder_config = RecorderConfig {
@@ -151,10 +165,12 @@ impl Controller {
         };
         let snapshot: Arc<SnapshotCell> = script_end.snapshot.clone();
         let interpreter_log = match &config.log_dir {
-            Some(folder) => InterpreterLog::open(folder, snapshot.clone()).map_err(|source| {
-                let path = folder.clone();
-                StartError::LogDir { path, source }
-            })?,
+            Some(folder) => {
+                InterpreterLog::open(folder, snapshot.clone(), &faults).map_err(|source| {
+                    let path = folder.clone();
+                    StartError::LogDir { path, source }
+                })?
+            }
             None => InterpreterLog::default(),
         };
         let feed = Arc::new(Feed::new(model.clone()));
@@ -162,18 +178,17 @@ impl Controller {
         let announcer = Arc::new(Announcer::new(handle, snapshot, console, log, feed.clone()));
         alarm.connect(&announcer);
 
-        let (pump, robot_for_pump) = Pump::start()?;
-        let (clock, timeline) = start_clock(config.clock, console, cycle, pump.thread())?;
+        let (pump, robot_for_pump) = Pump::start(&faults)?;
+        let (clock, timeline) = start_clock(config.clock, console, cycle, pump.thread(), &faults)?;
         let robot = Robot::new(model, script_end.into(), timeline, announcer.clone());
         let robot = Arc::new(robot.with_safety_bounds(safety));
         // The pump waits for exactly this; it cannot have ended before.
         let _ = robot_for_pump.send(Arc::clone(&robot));
-        let fieldbus = Arc::new(
-            cell.as_ref()
-                .map(Cell::fieldbus)
-                .transpose()?
-                .unwrap_or_default(),
-        );
+        let fieldbus = match &cell {
+            Some(cell) => cell.fieldbus(&faults)?,
+            None => Fieldbus::new(SerialLine::default(), SerialLine::default(), &faults),
+        };
+        let fieldbus = Arc::new(fieldbus);
         let settings = TaskSettings {
             robot: robot.clone(),
             observer: announcer.clone(),
@@ -183,8 +198,9 @@ impl Controller {
                 Console::Stdout => Operator::Absent,
                 Console::Log => Operator::Present,
             })),
-            permissions: permissions(config),
+            permissions,
             task_folder: absolute(&config.task_dir),
+            faults: faults.clone(),
         };
         let supervisor = Supervisor::new(settings);
         feed.follow(supervisor.watch());
@@ -201,7 +217,28 @@ impl Controller {
             recording_path: path,
             viewer,
             description,
+            faults,
         })
+    }
+
+    /// Where faults of its threads are told.
+    pub const fn faults(&self) -> &Faults {
+        &self.faults
+    }
+
+    /// Closes the recording, if there is one, without the controller's help.
+    pub fn closer(&self) -> Option<Closer> {
+        self.recorder.as_ref().and_then(Recorder::closer)
+    }
+
+    /// Tells everybody of the fault after which the process must end.
+    pub fn announce_fault(&self, fault: &Fault) {
+        self.announcer.message(&Message::Robot {
+            code: CONTROLLER_FAULT_CODE,
+            sub_code: 0,
+            severity: Severity::Error,
+            text: format!("the controller ends, the arm is held: {fault}"),
+        });
     }
 
     /// The robot.
@@ -265,21 +302,23 @@ impl Controller {
     /// Runs a program and waits for its end; SIGINT and SIGTERM stop it. `None`: it was refused.
     ///
     /// # Errors
-    /// The operating system gave no runtime or no signal handler.
-    pub fn run_to_end(&self, program: ProgramText) -> io::Result<Option<TaskEnd>> {
+    /// The operating system gave no runtime.
+    pub fn run_to_end(
+        &self,
+        program: ProgramText,
+        shutdown: &Shutdown,
+    ) -> io::Result<Option<TaskEnd>> {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()?;
         runtime.block_on(async {
-            let signalled = CancellationToken::new();
-            shutdown::on_signals(signalled.clone())?;
             // A refusal was reported to the observer.
             let Ok(_) = self.supervisor.submit(program).await else {
                 return Ok(None);
             };
             tokio::select! {
                 end = self.supervisor.ended() => Ok(end),
-                () = signalled.cancelled() => {
+                () = shutdown.token().cancelled() => {
                     self.supervisor.stop();
                     Ok(self.supervisor.ended().await)
                 }
@@ -322,10 +361,14 @@ fn warn_of_overlaps(config: &CycleConfig) {
 }
 
 /// Says once, through the announcer, that the recording has stopped.
-#[derive(Clone, Default)]
-struct RecordingAlarm(Arc<OnceLock<Weak<Announcer>>>);
+#[derive(Clone)]
+struct RecordingAlarm(Arc<OnceLock<Weak<Announcer>>>, Faults);
 
 impl RecordingAlarm {
+    fn new(faults: Faults) -> Self {
+        Self(Arc::default(), faults)
+    }
+
     fn connect(&self, announcer: &Arc<Announcer>) {
         // Connected once, right after the announcer exists.
         let _ = self.0.set(Arc::downgrade(announcer));
@@ -333,6 +376,9 @@ impl RecordingAlarm {
 
     fn into_callback(self) -> Box<dyn FnOnce(&RecordError) + Send> {
         Box::new(move |error| {
+            if let RecordError::Fault(fault) = error {
+                self.1.tell(fault);
+            }
             let text = format!("recording stopped, the robot goes on: {error}");
             match self.0.get().and_then(Weak::upgrade) {
                 Some(announcer) => {
@@ -357,12 +403,24 @@ fn absolute(path: &Path) -> Arc<Path> {
 }
 
 /// What `--allow` lets programs reach.
-fn permissions(config: &RobotConfig) -> Permissions {
+fn permissions(config: &RobotConfig) -> Result<Permissions, FolderAccessError> {
     let allows = |permission| config.allow.contains(&permission);
-    Permissions {
-        files: allows(Permission::Fs),
+    let folders: Vec<PathBuf> = config
+        .allow
+        .iter()
+        .filter_map(|permission| match permission {
+            Permission::FsIn(folder) => Some(folder.clone()),
+            _ => None,
+        })
+        .collect();
+    Ok(Permissions {
+        files: match folders.is_empty() {
+            _ if allows(Permission::Fs) => FileAccess::Everything,
+            true => FileAccess::Nothing,
+            false => FileAccess::Beneath(Folders::open(&folders)?),
+        },
         processes: allows(Permission::Process),
         environment: allows(Permission::Env),
         network: allows(Permission::Net),
-    }
+    })
 }

@@ -3,6 +3,12 @@
 //! Wires the other crates together and owns what users meet: command line, configuration, ports. No other crate
 //! imports this one but `dev`, which tries the decoders.
 
+// No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
 pub mod announce;
 pub mod backend;
 pub mod cell;
@@ -13,6 +19,7 @@ pub mod controller;
 pub mod describe;
 pub mod feed;
 pub mod log_dir;
+mod log_limit;
 pub mod logging;
 pub mod options;
 pub mod plot;

@@ -10,12 +10,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::thread;
 
 use elite_runtime::message::InterpreterEvent;
 use motion_api::SnapshotCell;
+use supervision::{Faults, injection};
 
 use crate::ports::ClientId;
+use crate::ports::shown::Escaped;
 
 /// A file of this size is put aside.
 pub const FILE_BYTES_MAX: u64 = 4 * 1024 * 1024;
@@ -49,16 +50,17 @@ impl InterpreterLog {
     ///
     /// # Errors
     /// The folder or a file in it cannot be made.
-    pub fn open(folder: &Path, snapshot: Arc<SnapshotCell>) -> io::Result<Self> {
+    pub fn open(folder: &Path, snapshot: Arc<SnapshotCell>, faults: &Faults) -> io::Result<Self> {
         fs::create_dir_all(folder)?;
         let received = RotatingFile::open(folder, "interpreter", FILE_BYTES_MAX)?;
         let executed = RotatingFile::open(folder, "interpreter.execute", FILE_BYTES_MAX)?;
         let (lines, to_write) = sync_channel(LINES_WAITING_MAX);
         let lost = Arc::new(AtomicU64::new(0));
         let counted = Arc::clone(&lost);
-        thread::Builder::new()
-            .name("interpreter-log".to_owned())
-            .spawn(move || write_lines(&to_write, received, executed, &counted))?;
+        let mut files = (received, executed);
+        faults.start_service("interpreter-log", move || {
+            write_lines(&to_write, &mut files.0, &mut files.1, &counted);
+        })?;
         let to_disk = ToDisk {
             lines,
             lost,
@@ -106,22 +108,24 @@ impl InterpreterLog {
 fn one_line(text: &str) -> String {
     let end = text.floor_char_boundary(TEXT_BYTES_MAX);
     let cut = if end < text.len() { "..." } else { "" };
-    format!("{}{cut}", text[..end].trim().replace(['\n', '\r'], " "))
+    let text = text[..end].trim().replace(['\n', '\r'], " ");
+    format!("{}{cut}", Escaped(&text))
 }
 
 /// Writes until every sender is gone. What waits is written at one go; then the files are up to date for readers.
 fn write_lines(
     lines: &Receiver<(Which, String)>,
-    mut received: RotatingFile,
-    mut executed: RotatingFile,
+    received: &mut RotatingFile,
+    executed: &mut RotatingFile,
     lost: &AtomicU64,
 ) {
     while let Ok(first) = lines.recv() {
+        injection::point("interpreter-log");
         let mut result = Ok(());
         for (which, line) in std::iter::once(first).chain(lines.try_iter()) {
             let file = match which {
-                Which::Received => &mut received,
-                Which::Executed => &mut executed,
+                Which::Received => &mut *received,
+                Which::Executed => &mut *executed,
             };
             result = result.and(file.write(line.as_bytes()));
         }
@@ -213,5 +217,6 @@ mod tests {
     fn a_line_is_one_line_and_not_endless() {
         assert_eq!(one_line("def f():\n a()\nend\n"), "def f():  a() end");
         assert_eq!(one_line(&"é".repeat(2000)).len(), TEXT_BYTES_MAX + 3);
+        assert_eq!(one_line("a\x1b[2J"), "a\\u{1b}[2J");
     }
 }

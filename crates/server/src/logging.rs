@@ -1,13 +1,24 @@
-//! Where log lines go: stderr, filtered by RUST_LOG, as text or JSON.
+//! Where log lines go: stderr, filtered by RUST_LOG, as text or JSON. Everything for stderr goes through one queue, which
+//! never makes anybody wait.
 
-use std::io::{IsTerminal, stderr};
+pub mod queue;
+
+use std::io::{self, IsTerminal, Write, stderr};
+use std::sync::OnceLock;
+use std::time::Duration;
 
 use thiserror::Error;
 use tracing::Subscriber;
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::fmt::writer::BoxMakeWriter;
+use tracing_subscriber::layer::SubscriberExt as _;
 
+use crate::log_limit::LogLimit;
 use crate::options::LogFormat;
+use queue::{Events, LogQueue, harmless};
+
+/// The way to stderr of this process.
+static STDERR: OnceLock<LogQueue> = OnceLock::new();
 
 /// What is shown when RUST_LOG is not set.
 const DEFAULT_FILTER: &str = "info,foxglove=warn";
@@ -23,9 +34,43 @@ pub enum LoggingError {
         /// What the parser says.
         reason: String,
     },
+    /// No thread to write it.
+    #[error("the log cannot be written: {0}")]
+    Thread(io::Error),
     /// Set up twice: a fault of ours.
     #[error("the log is set up already")]
     Twice,
+}
+
+/// The queue, started by whoever needs it first.
+fn queue() -> io::Result<LogQueue> {
+    if let Some(queue) = STDERR.get() {
+        return Ok(queue.clone());
+    }
+    let started = LogQueue::start(stderr())?;
+    Ok(STDERR.get_or_init(|| started).clone())
+}
+
+/// Says something to the person at the terminal, without time and level. Like the log it waits for nobody.
+pub fn say(text: &str) {
+    let shown = harmless(text.trim_end_matches('\n'), false, "");
+    match queue() {
+        Ok(queue) => queue.push(shown.into_bytes()),
+        // Without threads nothing runs that could be held up; that stderr is gone changes nothing either.
+        Err(_) => drop(stderr().write_all(shown.as_bytes())),
+    }
+}
+
+/// Lines that nobody will read: there was no room for them, or standard error is closed.
+pub fn lost() -> u64 {
+    STDERR.get().map_or(0, LogQueue::lost)
+}
+
+/// Waits until everything said so far is written, at most so long.
+pub fn flush_within(patience: Duration) {
+    if let Some(queue) = STDERR.get() {
+        queue.flush_within(patience);
+    }
 }
 
 /// Sets up the log of the process. Call it once.
@@ -40,7 +85,12 @@ pub fn init(format: LogFormat) -> Result<(), LoggingError> {
         _ => EnvFilter::new(DEFAULT_FILTER),
     };
     let ansi = format == LogFormat::Text && stderr().is_terminal();
-    let log = subscriber(format, filter, ansi, BoxMakeWriter::new(stderr));
+    let queue = queue().map_err(LoggingError::Thread)?;
+    let events = move || Events {
+        queue: queue.clone(),
+        coloured: ansi,
+    };
+    let log = subscriber(format, filter, ansi, BoxMakeWriter::new(events));
     tracing::subscriber::set_global_default(log).map_err(|_| LoggingError::Twice)
 }
 
@@ -56,12 +106,13 @@ fn subscriber(
         .with_writer(writer)
         .with_ansi(ansi);
     match format {
-        LogFormat::Text => Box::new(log.finish()),
+        LogFormat::Text => Box::new(log.finish().with(LogLimit::default())),
         LogFormat::Json => Box::new(
             log.json()
                 .flatten_event(true)
                 .with_current_span(false)
-                .finish(),
+                .finish()
+                .with(LogLimit::default()),
         ),
     }
 }

@@ -224,10 +224,12 @@ impl fmt::Display for PortSetting {
 }
 
 /// What scripts may reach beyond the robot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Permission {
-    /// Files.
+    /// Every file that the controller itself may reach.
     Fs,
+    /// The files beneath a folder.
+    FsIn(PathBuf),
     /// Other processes, signals.
     Process,
     /// Environment variables.
@@ -245,8 +247,32 @@ impl FromStr for Permission {
             "process" => Ok(Self::Process),
             "env" => Ok(Self::Env),
             "net" => Ok(Self::Net),
-            _ => Err("allowed are fs, process, env and net".to_owned()),
+            _ => match text.strip_prefix("fs=") {
+                Some("") => Err("fs= needs a folder, fs=/data for instance".to_owned()),
+                Some(folder) => Ok(Self::FsIn(folder.into())),
+                None => Err("allowed are fs, fs=DIR, process, env and net".to_owned()),
+            },
         }
+    }
+}
+
+/// A name, or an address, by which this machine is called beside its own.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TrustedHost(pub String);
+
+impl FromStr for TrustedHost {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let is_name = |text: &str| {
+            text.bytes()
+                .all(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'.' | b'-'))
+        };
+        let is_one = text.parse::<std::net::IpAddr>().is_ok() || is_name(text);
+        if text.is_empty() || !is_one {
+            return Err("allowed are a host name or an IP address, without a port".to_owned());
+        }
+        Ok(Self(text.to_owned()))
     }
 }
 

@@ -23,6 +23,17 @@ pub fn write(path: &Path, pid: u32, ports: &[(&str, Option<u16>)]) -> io::Result
     written
 }
 
+/// Removes what an earlier server has left, or this one wrote. That nothing is there is fine.
+///
+/// # Errors
+/// What the operating system says.
+pub fn remove(path: &Path) -> io::Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}
+
 fn write_all(path: &Path, text: &str) -> io::Result<()> {
     let mut file = File::create(path)?;
     writeln!(file, "{text}")?;
@@ -45,6 +56,16 @@ mod tests {
             "{\"pid\":42,\"ports\":{\"primary\":30001,\"rtsi\":null}}\n"
         );
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn what_an_earlier_server_left_is_removed_and_nothing_is_no_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ready.json");
+        fs::write(&path, "old").unwrap();
+        remove(&path).unwrap();
+        remove(&path).unwrap();
+        assert!(remove(folder.path()).is_err());
     }
 
     #[test]

@@ -1,31 +1,144 @@
-//! The end of the server: SIGINT or SIGTERM cancels one token, which every port, session and thread watches.
+//! The end of the process: SIGINT or SIGTERM, or a fault after which nothing can go on.
+//!
+//! Owns two threads that ask nobody. One hears signals; the other counts the time from the first of them, and when the
+//! orderly way takes too long it has the recording closed and ends the process, whatever the rest of it is doing.
 
 use std::io;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::Duration;
 
-use tokio::signal::unix::{SignalKind, signal};
+use recorder::Closer;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+use signal_hook::low_level;
+use supervision::{Faults, Kind};
 use tokio_util::sync::CancellationToken;
+
+use crate::logging;
+
+/// Exit status after a fault that nothing can go on after.
+pub const FAULT_EXIT: u8 = 3;
 
 /// Exit status of a second signal, by which a person says that the end takes too long: 128 + SIGINT.
 const IMPATIENT_EXIT: i32 = 130;
 
-/// Cancels `shutdown` at the first SIGINT or SIGTERM; a second one ends the process at once. Call it once, inside the
-/// runtime, before the ports open: a signal before that would kill the process without flushing.
-pub fn on_signals(shutdown: CancellationToken) -> io::Result<()> {
-    let mut interrupt = signal(SignalKind::interrupt())?;
-    let mut terminate = signal(SignalKind::terminate())?;
-    tokio::spawn(async move {
-        let name = tokio::select! {
-            _ = interrupt.recv() => "SIGINT",
-            _ = terminate.recv() => "SIGTERM",
+/// The orderly way has this long; then the recording is closed without it.
+const ORDERLY: Duration = Duration::from_millis(1100);
+/// The recording has this long to be closed, standard error this long to be read.
+const CLOSING: Duration = Duration::from_millis(500);
+const LAST_LINES: Duration = Duration::from_millis(100);
+
+/// How the process ends. Clones share it.
+#[derive(Clone)]
+pub struct Shutdown {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    token: CancellationToken,
+    begun: Begun,
+    closer: Mutex<Option<Closer>>,
+}
+
+/// The first call counts; the deadline's thread waits for it.
+#[derive(Default)]
+struct Begun {
+    status: OnceLock<u8>,
+    told: Mutex<bool>,
+    changed: Condvar,
+}
+
+impl Shutdown {
+    /// Listens for signals from now on; before, they end the process at once. `status` is that of a process that a signal
+    /// ended with everything flushed.
+    ///
+    /// # Errors
+    /// The operating system gives no threads or no signals.
+    pub fn start(status: u8) -> io::Result<Self> {
+        let shutdown = Self {
+            shared: Arc::new(Shared {
+                token: CancellationToken::new(),
+                begun: Begun::default(),
+                closer: Mutex::default(),
+            }),
         };
-        tracing::info!("{name}: the server ends");
-        shutdown.cancel();
-        tokio::select! {
-            _ = interrupt.recv() => {}
-            _ = terminate.recv() => {}
+        let mut signals = Signals::new([SIGINT, SIGTERM])?;
+        let faults = Faults::default();
+        let on_signal = shutdown.clone();
+        faults.start(Kind::Service, "signals", move || {
+            let mut heard = signals.forever();
+            if let Some(signal) = heard.next() {
+                on_signal.begin(status);
+                let name = if signal == SIGINT {
+                    "SIGINT"
+                } else {
+                    "SIGTERM"
+                };
+                tracing::info!("{name}: the end begins");
+            }
+            if heard.next().is_some() {
+                // No word about it: words could wait.
+                low_level::exit(IMPATIENT_EXIT);
+            }
+        })?;
+        let at_deadline = shutdown.clone();
+        faults.start(Kind::Service, "deadline", move || {
+            at_deadline.keep_deadline()
+        })?;
+        Ok(shutdown)
+    }
+
+    /// Cancelled when the end begins.
+    pub fn token(&self) -> &CancellationToken {
+        &self.shared.token
+    }
+
+    /// Begins the end, which is sure to come from now on. The first call counts.
+    pub fn begin(&self, status: u8) {
+        let begun = &self.shared.begun;
+        if begun.status.set(status).is_err() {
+            return;
         }
-        tracing::warn!("a second signal: ended without flushing");
-        std::process::exit(IMPATIENT_EXIT);
-    });
-    Ok(())
+        *begun.told.lock().unwrap_or_else(PoisonError::into_inner) = true;
+        begun.changed.notify_all();
+        self.shared.token.cancel();
+    }
+
+    /// The recording that is to be closed even when nothing else can be.
+    pub fn close_in_any_case(&self, closer: Option<Closer>) {
+        *self.closer() = closer;
+    }
+
+    fn closer(&self) -> MutexGuard<'_, Option<Closer>> {
+        let closer = self.shared.closer.lock();
+        closer.unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn keep_deadline(&self) {
+        let status = self.shared.begun.wait();
+        std::thread::sleep(ORDERLY);
+        let closer = self.closer().clone();
+        let is_closed = closer.is_none_or(|closer| {
+            closer.ask();
+            closer.closed_within(CLOSING)
+        });
+        tracing::warn!("the orderly way took too long; what still runs is cut off");
+        logging::flush_within(LAST_LINES);
+        let flushed = if is_closed { status } else { status.max(1) };
+        low_level::exit(i32::from(flushed));
+    }
+}
+
+impl Begun {
+    fn wait(&self) -> u8 {
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        while !*told {
+            told = self
+                .changed
+                .wait(told)
+                .unwrap_or_else(PoisonError::into_inner);
+        }
+        // Set before it is told.
+        self.status.get().copied().unwrap_or_default()
+    }
 }

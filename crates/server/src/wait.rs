@@ -10,6 +10,7 @@ use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
 use crate::cli::WaitArgs;
+use crate::logging;
 use crate::ports::primary::codec::ROBOT_STATE;
 
 /// Between two attempts.
@@ -41,7 +42,7 @@ pub fn command(args: &WaitArgs) -> ExitCode {
     match answered {
         Ok(()) => ExitCode::SUCCESS,
         Err(sentence) => {
-            eprintln!("eliteserver: {sentence}");
+            logging::say(&format!("eliteserver: {sentence}"));
             ExitCode::FAILURE
         }
     }

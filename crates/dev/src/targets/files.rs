@@ -11,6 +11,7 @@ use server::cell::Cell;
 use server::cli::{ServeArgs, SharedArgs};
 use server::config::ServeConfig;
 use server::replay::rerun::rerun;
+use supervision::Faults;
 
 use super::{Target, as_they_are, files_of};
 use crate::mcap_file;
@@ -57,7 +58,7 @@ pub(super) const TARGETS: &[Target] = &[
                 Ok(cell) => {
                     _ = (cell.io(), cell.safety_inputs(), cell.belts(), cell.loads());
                     _ = (cell.surroundings(), cell.limits(), cell.drawn());
-                    _ = cell.fieldbus();
+                    _ = cell.fieldbus(&Faults::default());
                 }
                 Err(error) => assert!(!error.to_string().is_empty()),
             }

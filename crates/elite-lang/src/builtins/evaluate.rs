@@ -11,7 +11,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::code::Code;
-use crate::parser::{parse, parse_expression};
+use crate::parser::{parse_expression, parse_within};
 use crate::resolve::{KnownNames, resolve};
 use crate::source::SourceFile;
 use crate::stack::with_deep_stack;
@@ -44,7 +44,7 @@ pub(super) fn eval(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
 }
 
 fn eval_code(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &TextScope) -> R<Rc<Code>> {
-    let (expr, parsed) = parse_expression(file);
+    let (expr, parsed) = parse_expression(file, ev.core.memory_left());
     let expr = match (expr, refusal(ev, file, &parsed.diagnostics)) {
         (Some(expr), None) => expr,
         (_, Some(raised)) => return Err(raised),
@@ -63,6 +63,7 @@ fn eval_code(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &TextScope) -> R
     if let Some(raised) = refusal(ev, file, &resolution.diagnostics) {
         return Err(raised);
     }
+    ev.check_allocation(parsed.bytes)?;
     Ok(crate::lower::expression(
         &ev.core,
         &scope.namespace,
@@ -79,7 +80,7 @@ pub(super) fn exec(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
 }
 
 fn exec_code(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &TextScope) -> R<Rc<Code>> {
-    let parsed = parse(file);
+    let parsed = parse_within(file, ev.core.memory_left());
     if let Some(raised) = refusal(ev, file, &parsed.diagnostics) {
         return Err(raised);
     }
@@ -92,6 +93,7 @@ fn exec_code(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &TextScope) -> R
             scope.namespace.own_cell(ev.core.symbols.intern(name));
         }
     }
+    ev.check_allocation(parsed.bytes)?;
     let module = &parsed.module;
     Ok(crate::lower::module(
         &ev.core,
@@ -129,7 +131,7 @@ pub(super) fn compile(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     let file = SourceFile::new("<string>", text.clone());
     with_deep_stack(|| {
         let (module, diagnostics) = if is_expression {
-            let (expr, parsed) = parse_expression(&file);
+            let (expr, parsed) = parse_expression(&file, ev.core.memory_left());
             let statement = expr.map(|expr| crate::ast::Stmt {
                 span: expr.span,
                 kind: crate::ast::StmtKind::Expr(expr),
@@ -143,7 +145,7 @@ pub(super) fn compile(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
                 parsed.diagnostics,
             )
         } else {
-            let parsed = parse(&file);
+            let parsed = parse_within(&file, ev.core.memory_left());
             (parsed.module, parsed.diagnostics)
         };
         if let Some(raised) = refusal(ev, &file, &diagnostics) {
@@ -301,6 +303,9 @@ fn refusal(ev: &Evaluator<'_>, file: &SourceFile, diagnostics: &[Diagnostic]) ->
     let error = diagnostics
         .iter()
         .find(|diagnostic| diagnostic.severity == Severity::Error)?;
+    if error.code == "too-large" {
+        return Some(ev.memory_error(error.message.clone()));
+    }
     let line = file.position(error.span.start).line;
     let kind = if error.code == "indentation" {
         ExceptionKind::IndentationError

@@ -155,12 +155,14 @@ fn pow(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     }
     let (mut base, mut exponent, modulus) = (base.to_big(), exponent.to_big(), modulus.to_big());
     if exponent.sign() == num_bigint::Sign::Minus {
-        base = base
-            .modinv(&modulus)
+        base = ev
+            .big_inverse(&base, &modulus)?
             .ok_or_else(|| ev.value_error("base is not invertible for the given modulus"))?;
         exponent = -exponent;
     }
-    Ok(Value::bigint(base.modpow(&exponent, &modulus)))
+    Ok(Value::bigint(
+        ev.big_power_modulo(&base, &exponent, &modulus)?,
+    ))
 }
 
 fn round(ev: &Evaluator<'_>, args: &mut [Value]) -> R {

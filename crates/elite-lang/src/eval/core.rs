@@ -53,6 +53,8 @@ pub struct Core {
     /// Safepoints left for the slices after the present one.
     pub fuel_left: Cell<u32>,
     fuel_kept: Cell<Option<u32>>,
+    /// Work of natives since one gave way.
+    pub work: Cell<usize>,
     /// Calls within calls.
     pub depth: Cell<u32>,
     /// Nesting of native operations on data.
@@ -67,6 +69,7 @@ pub struct Core {
     memory_base: isize,
     /// The most the task has been seen to hold since freed memory was given back to the system.
     memory_peak: Cell<usize>,
+    memory_was_large: Cell<bool>,
     /// Texts being evaluated with variables of their own, innermost last: their code and their namespace.
     pub texts: RefCell<Vec<(Rc<Code>, Rc<Namespace>)>>,
     /// Namespaces of evaluated texts, to break their cycles at the end.
@@ -113,6 +116,7 @@ impl Core {
             empty_tuple: Value::tuple(Vec::new()),
             fuel_left: Cell::new(0),
             fuel_kept: Cell::new(None),
+            work: Cell::new(0),
             depth: Cell::new(0),
             native_depth: Cell::new(0),
             line: Cell::new(0),
@@ -120,6 +124,7 @@ impl Core {
             stopping: Cell::default(),
             memory_base,
             memory_peak: Cell::new(0),
+            memory_was_large: Cell::new(false),
             texts: RefCell::default(),
             namespaces: WeakList::default(),
             loading: Cell::new(0),
@@ -168,6 +173,14 @@ impl Core {
         let slice = fuel.min(SLICE);
         memory::set_fuel(slice);
         self.fuel_left.set(fuel - slice);
+    }
+
+    /// Takes the fuel of a slice away.
+    pub fn spend_fuel(&self) {
+        let spent = SLICE - memory::fuel().min(SLICE);
+        let left = self.fuel_left.get();
+        memory::set_fuel(0);
+        self.fuel_left.set(left.saturating_sub(spent));
     }
 
     /// Takes the next slice of fuel; false if all is used up.
@@ -232,6 +245,9 @@ impl Core {
     /// into it: if much was freed, it goes back to the system.
     pub fn memory_look(&self) {
         let (used, peak) = (self.memory_used(), self.memory_peak.get());
+        if used > LARGE {
+            self.memory_was_large.set(true);
+        }
         let large = self.limits.memory_bytes / 2;
         if peak > large && peak - used.min(peak) > self.limits.memory_bytes / 8 {
             memory::trim();
@@ -243,7 +259,7 @@ impl Core {
 
     /// Whether the task has held so much that what it leaves is worth giving back.
     pub fn memory_was_large(&self) -> bool {
-        self.memory_peak.get() > LARGE
+        self.memory_was_large.get()
     }
 
     /// No longer watches it.
@@ -256,6 +272,11 @@ impl Core {
     #[inline]
     pub fn memory_used(&self) -> usize {
         (memory::held() - self.memory_base).max(0) as usize
+    }
+
+    /// Bytes that may still be held.
+    pub fn memory_left(&self) -> usize {
+        self.limits.memory_bytes.saturating_sub(self.memory_used())
     }
 
     /// A namespace that is taken apart when the interpreter ends.

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 use super::{Core, Evaluator};
-use crate::value::{ByteArray, List, R, Raised};
+use crate::value::{ByteArray, Held, List, R, Raised};
 
 /// What a short text costs with its place in a list, and while the list grows.
 const PIECE: usize = 112;
@@ -103,6 +103,17 @@ impl Evaluator<'_> {
         Ok(more)
     }
 
+    /// Makes room for `more` entries in a buffer that scripts can reach: asked for first, then taken.
+    pub fn grow_held<B: Buffer>(&self, held: &Held<B>, more: usize) -> R<()> {
+        let by = growth(&*held.borrow(), more);
+        let Some(by) = by else { return Ok(()) };
+        let by = self.affordable::<B>(more, by)?;
+        match held.change(|buffer| buffer.take_room(by)) {
+            true => Ok(()),
+            false => Err(self.refused_by_system()),
+        }
+    }
+
     /// Makes room for `more` items in a list.
     #[inline]
     pub fn grow_list(&self, list: &List, more: usize) -> R<()> {
@@ -126,14 +137,7 @@ impl Evaluator<'_> {
 
     /// Makes room for `more` bytes in a bytearray.
     pub fn grow_bytes(&self, bytes: &ByteArray, more: usize) -> R<()> {
-        let by = growth(&*bytes.data.borrow(), more);
-        let Some(by) = by else { return Ok(()) };
-        let by = self.affordable::<Vec<u8>>(more, by)?;
-        let done = bytes.data.change(|data| data.take_room(by));
-        match done {
-            true => Ok(()),
-            false => Err(self.refused_by_system()),
-        }
+        self.grow_held(&bytes.data, more)
     }
 
     /// Asks for `pieces` values of their own that a text or the like of `bytes` bytes is taken apart into. `pieces` counts

@@ -9,6 +9,7 @@ pub use token::{Token, TokenKind};
 
 use crate::diagnostic::Diagnostic;
 use crate::findings::{Findings, quoted};
+use crate::limits::memory::Budget;
 use crate::source::{SourceFile, Span};
 
 /// The tokens of a file, always ended by `EndOfFile`, and what was wrong with its text.
@@ -21,9 +22,16 @@ pub struct Tokens {
     pub cuts: Vec<u32>,
 }
 
-/// Lexes a whole file.
-pub fn lex(file: &SourceFile) -> Tokens {
-    let mut lexer = Lexer::new(file.text(), 0, file.text().len());
+/// What is said of a text whose tokens or tree would take more than `budget`.
+pub(crate) fn too_large(budget: Budget) -> Diagnostic {
+    let most = budget.most() >> 20;
+    let message = format!("the text is too large: to read it would take more than {most} MiB");
+    Diagnostic::error("too-large", Span::default(), message)
+}
+
+/// Lexes a whole file. A text whose tokens would take more than `budget` has none, and one error.
+pub fn lex(file: &SourceFile, budget: Budget) -> Tokens {
+    let mut lexer = Lexer::new(file.text(), 0, file.text().len(), budget);
     lexer.run();
     Tokens {
         tokens: lexer.tokens,
@@ -34,8 +42,8 @@ pub fn lex(file: &SourceFile) -> Tokens {
 
 /// Lexes a single expression that lies at `span` of a file (a replacement field of an f-string): line ends and
 /// indentation mean nothing, as between brackets.
-pub fn lex_expression(file: &SourceFile, span: Span) -> Tokens {
-    let mut lexer = Lexer::new(file.text(), span.start as usize, span.end as usize);
+pub fn lex_expression(file: &SourceFile, span: Span, budget: Budget) -> Tokens {
+    let mut lexer = Lexer::new(file.text(), span.start as usize, span.end as usize, budget);
     lexer.brackets.push((TokenKind::LeftParen, span));
     lexer.run_expression();
     Tokens {
@@ -54,11 +62,15 @@ struct Lexer<'t> {
     /// Open brackets, innermost last.
     brackets: Vec<(TokenKind, Span)>,
     cuts: Vec<u32>,
+    /// What tokens and tree may take.
+    budget: Budget,
+    /// The tokens take more than that; the rest of the text is not looked at.
+    is_full: bool,
     layout: layout::Layout,
 }
 
 impl<'t> Lexer<'t> {
-    fn new(text: &'t str, start: usize, end: usize) -> Self {
+    fn new(text: &'t str, start: usize, end: usize, budget: Budget) -> Self {
         let start = if start == 0 && text.starts_with('\u{feff}') {
             '\u{feff}'.len_utf8()
         } else {
@@ -73,6 +85,8 @@ impl<'t> Lexer<'t> {
             diagnostics,
             brackets,
             cuts: Vec::new(),
+            budget,
+            is_full: false,
             layout: layout::Layout::default(),
         }
     }
@@ -83,6 +97,9 @@ impl<'t> Lexer<'t> {
                 self.start_of_line();
                 while self.at < self.end && !self.layout.at_line_start() {
                     self.token();
+                    if self.is_full {
+                        return self.give_up();
+                    }
                 }
                 if self.diagnostics.is_full() {
                     // Nothing that could follow would be reported.
@@ -100,7 +117,18 @@ impl<'t> Lexer<'t> {
         self.layout.inside_expression();
         while self.at < self.end {
             self.token();
+            if self.is_full {
+                return self.give_up();
+            }
         }
+        self.push(TokenKind::EndOfFile, self.end, self.end);
+    }
+
+    /// A text with too many tokens has none, so that nothing more is made of it.
+    fn give_up(&mut self) {
+        self.diagnostics.truncate(0);
+        self.diagnostics.push(too_large(self.budget));
+        self.tokens = Vec::new();
         self.push(TokenKind::EndOfFile, self.end, self.end);
     }
 
@@ -113,6 +141,11 @@ impl<'t> Lexer<'t> {
     }
 
     fn push(&mut self, kind: TokenKind, start: usize, end: usize) {
+        if self.tokens.len() == self.tokens.capacity() {
+            // Room is doubled.
+            let more = self.tokens.len() * size_of::<Token>();
+            self.is_full |= self.budget.used() + more > self.budget.most();
+        }
         self.tokens.push(Token {
             kind,
             span: Span::new(start, end),

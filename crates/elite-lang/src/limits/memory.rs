@@ -176,6 +176,35 @@ pub fn copied<T: Clone>(work: impl FnOnce() -> T) -> T {
     own
 }
 
+/// What a piece of work on this thread may come to hold.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Budget {
+    base: isize,
+    most: usize,
+}
+
+impl Budget {
+    /// `most` bytes more than this thread holds now.
+    pub(crate) fn of(most: usize) -> Self {
+        Budget { base: held(), most }
+    }
+
+    /// How much it may be.
+    pub(crate) fn most(&self) -> usize {
+        self.most
+    }
+
+    /// What has come to be held since.
+    pub(crate) fn used(&self) -> usize {
+        usize::try_from(held() - self.base).unwrap_or(0)
+    }
+
+    /// Whether that is more than it may be.
+    pub(crate) fn is_spent(&self) -> bool {
+        self.used() > self.most
+    }
+}
+
 /// Has the fuel withheld once this thread holds more than `bytes`; `isize::MAX` never does.
 pub(crate) fn set_alarm(bytes: isize) {
     ACCOUNT.with(|account| account.alarm.set(bytes));

@@ -5,7 +5,7 @@ use num_bigint::BigInt;
 use crate::ast::BinaryOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::value::int::{Int, big_floor_divmod, floor_divmod};
+use crate::value::int::{Int, floor_divmod};
 use crate::value::{R, Raised, Value};
 
 /// A number, brought to the wider of two types.
@@ -145,7 +145,7 @@ impl Evaluator<'_> {
             BinaryOp::Sub => big(|a, b| a - b),
             BinaryOp::Mul => {
                 self.check_bits(a.bits() + b.bits())?;
-                big(|a, b| a * b)
+                Value::bigint(self.big_product(&a.to_big(), &b.to_big())?)
             }
             BinaryOp::Div => return self.int_true_division(&a, &b).map(Some),
             BinaryOp::FloorDiv if b.is_zero() => {
@@ -154,8 +154,8 @@ impl Evaluator<'_> {
             BinaryOp::Mod if b.is_zero() => {
                 return Err(self.zero_division("integer modulo by zero"));
             }
-            BinaryOp::FloorDiv => big(|a, b| big_floor_divmod(&a, &b).0),
-            BinaryOp::Mod => big(|a, b| big_floor_divmod(&a, &b).1),
+            BinaryOp::FloorDiv => Value::bigint(self.big_divmod(&a.to_big(), &b.to_big())?.0),
+            BinaryOp::Mod => Value::bigint(self.big_divmod(&a.to_big(), &b.to_big())?.1),
             BinaryOp::Pow => return self.int_pow(&a, &b).map(Some),
             BinaryOp::BitAnd => big(|a, b| a & b),
             BinaryOp::BitOr => big(|a, b| a | b),
@@ -259,8 +259,7 @@ impl Evaluator<'_> {
         {
             return Ok(Value::Int(value));
         }
-        // `check_bits` has bounded the exponent.
-        Ok(Value::bigint(base.to_big().pow(exponent as u32)))
+        Ok(Value::bigint(self.big_power(&base.to_big(), exponent)?))
     }
 
     fn float_binary(&self, op: BinaryOp, a: f64, b: f64) -> R<Option<Value>> {
@@ -372,7 +371,7 @@ impl Evaluator<'_> {
                 Ok(parts)
             }
             Some(Ok(Pair::Int(x, y))) => {
-                let (quotient, remainder) = big_floor_divmod(&x.to_big(), &y.to_big());
+                let (quotient, remainder) = self.big_divmod(&x.to_big(), &y.to_big())?;
                 Ok(Some((Value::bigint(quotient), Value::bigint(remainder))))
             }
             Some(Ok(Pair::Float(_, 0.0))) => Err(self.zero_division("float divmod()")),

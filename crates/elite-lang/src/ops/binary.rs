@@ -53,6 +53,9 @@ impl Evaluator<'_> {
         }
         if has_methods(a) || has_methods(b) {
             let (plain, reflected, _) = methods(op);
+            if let Some(value) = self.before_sequence(op, a, b)? {
+                return Ok(value);
+            }
             if let Some(value) = self.binary_by_methods(plain, reflected, a, b)? {
                 return Ok(value);
             }
@@ -74,6 +77,9 @@ impl Evaluator<'_> {
         }
         let (plain, reflected, in_place) = methods(op);
         if has_methods(a) || has_methods(b) {
+            if let Some(value) = self.before_sequence(op, a, b)? {
+                return Ok(value);
+            }
             if let Value::Instance(instance) = a
                 && let Some(method) = instance.class.lookup(in_place)
             {
@@ -81,8 +87,9 @@ impl Evaluator<'_> {
                 if !matches!(value, Value::NotImplemented) {
                     return Ok(value);
                 }
-            } else if let Some(value) = self.builtin_in_place(op, a, b)? {
-                return Ok(value);
+            } else if self.builtin_in_place(op, &self.plain(a), b)?.is_some() {
+                // An instance of a subclass of a container has changed with what it extends.
+                return Ok(a.clone());
             }
             if let Some(value) = self.binary_by_methods(plain, reflected, a, b)? {
                 return Ok(value);
@@ -101,6 +108,17 @@ impl Evaluator<'_> {
             format!("{}=", text(op))
         };
         Err(self.unsupported(op, a, b, &text))
+    }
+
+    /// Sequences come last: an object that says what adding or repeating a sequence with it means has its turn first.
+    fn before_sequence(&self, op: BinaryOp, a: &Value, b: &Value) -> R<Option<Value>> {
+        if !is_sequence(a) || !matches!(op, BinaryOp::Add | BinaryOp::Mul) {
+            return Ok(None);
+        }
+        match self.core.types.of(b).lookup(methods(op).1) {
+            Some(method @ Value::Function(_)) => self.try_method(Some(&method), b, a),
+            _ => Ok(None),
+        }
     }
 
     /// Tries `a.plain(b)` and `b.reflected(a)`; the right operand goes first if its class is derived from the left's.

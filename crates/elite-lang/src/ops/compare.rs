@@ -6,6 +6,7 @@ use std::rc::Rc;
 use super::hash::{Equal, int_float_order, quick_equal};
 use crate::ast::CompareOp;
 use crate::eval::Evaluator;
+use crate::eval::pace::VALUE;
 use crate::value::int::Int;
 use crate::value::symbol::known;
 use crate::value::{LongRange, R, Symbol, Value};
@@ -193,14 +194,15 @@ impl Evaluator<'_> {
                 if Rc::ptr_eq(a, b) && matches!(op, CompareOp::Eq | CompareOp::Ne) {
                     return Ok(Some(op == CompareOp::Eq));
                 }
-                Some(self.recurse(|| {
-                    self.compare_sequences(op, (a.len(), b.len()), |i| Some((a.get(i)?, b.get(i)?)))
-                })?)
+                let lengths = || (a.len(), b.len());
+                let pair = |i: usize| Some((a.get(i)?, b.get(i)?));
+                Some(self.recurse(|| self.compare_sequences(op, lengths, pair))?)
             }
             (Value::Tuple(a), Value::Tuple(b)) => {
                 let (x, y) = (a.items(), b.items());
                 let pair = |i: usize| Some((x.get(i)?.clone(), y.get(i)?.clone()));
-                Some(self.recurse(|| self.compare_sequences(op, (x.len(), y.len()), pair))?)
+                let lengths = || (x.len(), y.len());
+                Some(self.recurse(|| self.compare_sequences(op, lengths, pair))?)
             }
             (Value::Dict(a), Value::Dict(b)) => match op {
                 CompareOp::Eq => Some(self.recurse(|| self.dicts_equal(a, b))?),
@@ -245,30 +247,44 @@ impl Evaluator<'_> {
     }
 
     fn compare_views(&self, op: CompareOp, a: &Value, b: &Value) -> R<Option<bool>> {
-        let as_set = |value: &Value| -> R<Option<Rc<crate::value::Set>>> {
-            match value {
-                Value::Set(set) | Value::FrozenSet(set) => Ok(Some(set.clone())),
-                Value::DictView(view) if view.kind != crate::value::dict::ViewKind::Values => {
-                    let set = crate::value::Set::new();
-                    self.set_extend(&set, value)?;
-                    Ok(Some(Rc::new(set)))
-                }
-                _ => Ok(None),
-            }
+        let is_set = |value: &Value| match value {
+            Value::Set(_) | Value::FrozenSet(_) => true,
+            Value::DictView(view) => view.kind != crate::value::dict::ViewKind::Values,
+            _ => false,
         };
-        match (as_set(a)?, as_set(b)?) {
-            (Some(a), Some(b)) => self.compare_sets(op, &a, &b).map(Some),
-            _ => Ok(None),
+        if !is_set(a) || !is_set(b) {
+            return Ok(None);
         }
+        // As CPython has it: by the lengths, then whether the one holds all that the other gives.
+        let (x, y) = (self.len(a)?, self.len(b)?);
+        Ok(Some(match op {
+            CompareOp::Eq => x == y && self.all_within(a, b)?,
+            CompareOp::Ne => !(x == y && self.all_within(a, b)?),
+            CompareOp::Le => x <= y && self.all_within(a, b)?,
+            CompareOp::Lt => x < y && self.all_within(a, b)?,
+            CompareOp::Ge => x >= y && self.all_within(b, a)?,
+            _ => x > y && self.all_within(b, a)?,
+        }))
+    }
+
+    fn all_within(&self, items: &Value, container: &Value) -> R<bool> {
+        let iterator = self.iter(items)?;
+        while let Some(item) = self.next(&iterator)? {
+            if !self.contains(container, &item)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     fn compare_sequences(
         &self,
         op: CompareOp,
-        lengths: (usize, usize),
+        lengths: impl Fn() -> (usize, usize),
         pair: impl Fn(usize) -> Option<(Value, Value)>,
     ) -> R<bool> {
-        if lengths.0 != lengths.1 {
+        let (a, b) = lengths();
+        if a != b {
             match op {
                 CompareOp::Eq => return Ok(false),
                 CompareOp::Ne => return Ok(true),
@@ -278,16 +294,23 @@ impl Evaluator<'_> {
         let mut index = 0;
         // The lists may change while items are compared; the pairs are taken one by one.
         while let Some((a, b)) = pair(index) {
+            self.worked(VALUE)?;
             if !self.equal(&a, &b)? {
-                return match op {
-                    CompareOp::Eq => Ok(false),
-                    CompareOp::Ne => Ok(true),
-                    _ => self.compare_truth(op, &a, &b),
-                };
+                match op {
+                    CompareOp::Eq => return Ok(false),
+                    CompareOp::Ne => return Ok(true),
+                    _ => {}
+                }
+                match pair(index) {
+                    Some((a, b)) => return self.compare_truth(op, &a, &b),
+                    // They are gone by now; then the lengths tell.
+                    None => break,
+                }
             }
             index += 1;
         }
-        Ok(by_order(op, Some(lengths.0.cmp(&lengths.1))))
+        let (a, b) = lengths();
+        Ok(by_order(op, Some(a.cmp(&b))))
     }
 
     /// `item in container`.
@@ -296,6 +319,7 @@ impl Evaluator<'_> {
             Value::List(list) => {
                 let mut index = 0;
                 while let Some(other) = list.get(index) {
+                    self.worked(VALUE)?;
                     if self.equal(&other, item)? {
                         return Ok(true);
                     }
@@ -305,6 +329,7 @@ impl Evaluator<'_> {
             }
             Value::Tuple(tuple) => {
                 for other in tuple.items() {
+                    self.worked(VALUE)?;
                     if self.equal(other, item)? {
                         return Ok(true);
                     }
@@ -339,6 +364,15 @@ impl Evaluator<'_> {
                 crate::value::dict::ViewKind::Keys => {
                     Ok(self.dict_find(&view.dict, item)?.is_some())
                 }
+                crate::value::dict::ViewKind::Items => match item {
+                    Value::Tuple(pair) if pair.items().len() == 2 => {
+                        match self.dict_get(&view.dict, &pair.items()[0])? {
+                            Some(value) => self.equal(&value, &pair.items()[1]),
+                            None => Ok(false),
+                        }
+                    }
+                    _ => Ok(false),
+                },
                 _ => self.contains_by_iteration(container, item),
             },
             Value::Instance(instance) => {
@@ -362,9 +396,9 @@ impl Evaluator<'_> {
     }
 
     fn bytes_contain(&self, container: &Value, item: &Value) -> R<bool> {
-        let data = self.bytes_like(container).unwrap_or_default();
+        let data = || self.bytes_like(container).unwrap_or_default();
         if let Some(part) = self.bytes_like(item) {
-            return Ok(part.is_empty() || data.windows(part.len()).any(|window| window == part));
+            return Ok(memchr::memmem::find(&data(), &part).is_some());
         }
         if crate::value::int::Int::of(item).is_none() && !matches!(item, Value::Instance(_)) {
             let name = self.core.types.name_of(item);
@@ -372,7 +406,7 @@ impl Evaluator<'_> {
         }
         let byte = u8::try_from(self.index(item)?);
         let byte = byte.map_err(|_| self.value_error("byte must be in range(0, 256)"))?;
-        Ok(data.contains(&byte))
+        Ok(data().contains(&byte))
     }
 
     fn contains_by_iteration(&self, container: &Value, item: &Value) -> R<bool> {
@@ -384,11 +418,10 @@ impl Evaluator<'_> {
             }
             Err(raised) => return Err(raised),
         };
-        while let Some(other) = self.next(&iterator)? {
+        while let Some(other) = self.step(&iterator)? {
             if self.equal(&other, item)? {
                 return Ok(true);
             }
-            self.safepoint()?;
         }
         Ok(false)
     }

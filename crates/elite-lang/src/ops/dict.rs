@@ -12,6 +12,14 @@ use crate::value::{Dict, R, Set, Value};
 /// Times a search starts over because script code changed the table meanwhile.
 const RETRIES_MAX: usize = 100;
 
+/// A search in a table that script code may change meanwhile.
+struct Place<'t> {
+    generation: &'t dyn Fn() -> u64,
+    /// Whether an entry still has this very key.
+    is_at: &'t dyn Fn(usize, &Value) -> bool,
+    again: &'t dyn Fn() -> Found,
+}
+
 impl Evaluator<'_> {
     /// Python's `hash(value)`.
     #[inline]
@@ -27,10 +35,23 @@ impl Evaluator<'_> {
         match value {
             Value::Tuple(tuple) => self.recurse(|| {
                 let mut combine = TupleHash::default();
+                let mut lasting = true;
                 for item in tuple.items() {
-                    combine.add(self.hash(item)?);
+                    self.worked(crate::eval::pace::VALUE)?;
+                    combine.add(match quick_hash(item) {
+                        Some(hash) => hash,
+                        None => {
+                            let hash = self.hash_slowly(item)?;
+                            lasting &= has_lasting_hash(item);
+                            hash
+                        }
+                    });
                 }
-                Ok(combine.finish())
+                let hash = combine.finish();
+                if lasting {
+                    tuple.note_hash(hash);
+                }
+                Ok(hash)
             }),
             Value::FrozenSet(set) => Ok(frozenset_hash(set)),
             Value::BoundMethod(method) => {
@@ -88,8 +109,11 @@ impl Evaluator<'_> {
                 key,
                 candidates,
                 generation,
-                || dict.generation(),
-                || dict.find(hash, key),
+                Place {
+                    generation: &|| dict.generation(),
+                    is_at: &|index, key| dict.is_key_at(index, key),
+                    again: &|| dict.find(hash, key),
+                },
             ),
         }
     }
@@ -101,26 +125,34 @@ impl Evaluator<'_> {
         key: &Value,
         candidates: Vec<(usize, Value)>,
         generation: u64,
-        current: impl Fn() -> u64,
-        again: impl Fn() -> Found,
+        place: Place<'_>,
     ) -> R<Option<usize>> {
         let (mut candidates, mut generation) = (candidates, generation);
+        // Keys that have said no are not asked again.
+        let mut others: Vec<Value> = Vec::new();
         for _ in 0..RETRIES_MAX {
             let mut changed = false;
             for (index, candidate) in &candidates {
+                if others.iter().any(|other| other.is(candidate)) {
+                    continue;
+                }
                 let equal = self.equal(candidate, key)?;
-                changed = current() != generation;
+                changed = (place.generation)() != generation;
+                // The answer counts if the key that gave it is still where it was.
+                if equal && (!changed || (place.is_at)(*index, candidate)) {
+                    return Ok(Some(*index));
+                }
+                if !equal {
+                    others.push(candidate.clone());
+                }
                 if changed {
                     break;
-                }
-                if equal {
-                    return Ok(Some(*index));
                 }
             }
             if !changed {
                 return Ok(None);
             }
-            match again() {
+            match (place.again)() {
                 Found::At(index) => return Ok(Some(index)),
                 Found::Nowhere => return Ok(None),
                 Found::Ask(more, now) => (candidates, generation) = (more, now),
@@ -179,7 +211,7 @@ impl Evaluator<'_> {
         if let Some(keys) = self.attribute_or_none(other, known::KEYS)? {
             let keys = self.call(&keys, &mut [], &[])?;
             let iterator = self.iter(&keys)?;
-            while let Some(key) = self.next(&iterator)? {
+            while let Some(key) = self.step(&iterator)? {
                 let value = self.item(other, &key)?;
                 self.dict_set(dict, key, value)?;
             }
@@ -187,7 +219,7 @@ impl Evaluator<'_> {
         }
         let iterator = self.iter(other)?;
         let mut index = 0;
-        while let Some(pair) = self.next(&iterator)? {
+        while let Some(pair) = self.step(&iterator)? {
             let items = self.collect(&pair).map_err(|raised| {
                 if self.is_kind(&raised, crate::errors::ExceptionKind::TypeError) {
                     let message = format!(
@@ -229,6 +261,16 @@ impl Evaluator<'_> {
 
     /// The index of an element of a set.
     pub fn set_find(&self, set: &Set, hash: u64, key: &Value) -> R<Option<usize>> {
+        self.set_search(set, hash, key, &|index, key| set.is_key_at(index, key))
+    }
+
+    fn set_search(
+        &self,
+        set: &Set,
+        hash: u64,
+        key: &Value,
+        is_at: &dyn Fn(usize, &Value) -> bool,
+    ) -> R<Option<usize>> {
         match set.find(hash, key) {
             Found::At(index) => Ok(Some(index)),
             Found::Nowhere => Ok(None),
@@ -236,8 +278,11 @@ impl Evaluator<'_> {
                 key,
                 candidates,
                 generation,
-                || set.generation(),
-                || set.find(hash, key),
+                Place {
+                    generation: &|| set.generation(),
+                    is_at,
+                    again: &|| set.find(hash, key),
+                },
             ),
         }
     }
@@ -250,7 +295,8 @@ impl Evaluator<'_> {
 
     /// Like `set_add` with the hash known.
     pub fn set_add_hashed(&self, set: &Set, hash: u64, key: Value) -> R<()> {
-        if self.set_find(set, hash, &key)?.is_none() {
+        // An equal one that was there counts, as in CPython, also if it has left while it was compared.
+        if self.set_search(set, hash, &key, &|_, _| true)?.is_none() {
             self.check_allocation(set.growth(1))?;
             set.append(hash, key);
         }
@@ -293,7 +339,7 @@ impl Evaluator<'_> {
             }
             _ => {
                 let iterator = self.iter(iterable)?;
-                while let Some(key) = self.next(&iterator)? {
+                while let Some(key) = self.step(&iterator)? {
                     self.set_add(set, key)?;
                 }
             }
@@ -435,4 +481,13 @@ fn frozenset_hash(set: &Set) -> u64 {
         hash = 590_923_713;
     }
     hash
+}
+
+/// Whether a hash that has just been computed slowly stays the same: code of the script has no part in it.
+fn has_lasting_hash(value: &Value) -> bool {
+    match value {
+        Value::Tuple(tuple) => tuple.known_hash().is_some(),
+        Value::FrozenSet(_) => true,
+        _ => false,
+    }
 }

@@ -20,6 +20,18 @@ const HASH_IMAGINARY: u64 = 1_000_003;
 /// Nesting of tuples that is compared and hashed without running script code; deeper ones go through `ops`, which
 /// watches the native stack.
 const DEPTH_MAX: u32 = 32;
+/// Items of tuples that are compared or hashed at once; where there are more, `ops` does it, which lets other threads have
+/// their turn. Tuples within tuples many times over may have any number.
+const QUICK_MAX: u32 = 10_000;
+
+/// Takes `items` from what is left; whether that was too much.
+fn spent(left: &mut u32, items: usize) -> bool {
+    let enough = u32::try_from(items)
+        .ok()
+        .and_then(|items| left.checked_sub(items));
+    *left = enough.unwrap_or(0);
+    enough.is_none()
+}
 
 /// Whether two values are equal, as far as that can be told without script code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,11 +56,11 @@ pub fn quick_equal(a: &Value, b: &Value) -> Equal {
         (Value::Int(a), Value::Int(b)) => (a == b).into(),
         // A deleted entry of a table equals nothing.
         (Value::Unbound, _) | (_, Value::Unbound) => Equal::No,
-        _ => quick_equal_at(a, b, 0),
+        _ => quick_equal_at(a, b, 0, &mut QUICK_MAX.clone()),
     }
 }
 
-fn quick_equal_at(a: &Value, b: &Value, depth: u32) -> Equal {
+fn quick_equal_at(a: &Value, b: &Value, depth: u32, left: &mut u32) -> Equal {
     if a.is(b) {
         return Equal::Yes;
     }
@@ -57,12 +69,12 @@ fn quick_equal_at(a: &Value, b: &Value, depth: u32) -> Equal {
             if x.items().len() != y.items().len() {
                 return Equal::No;
             }
-            if depth == DEPTH_MAX {
+            if depth == DEPTH_MAX || spent(left, x.items().len()) {
                 return Equal::Ask;
             }
             let mut all = Equal::Yes;
             for (x, y) in x.items().iter().zip(y.items()) {
-                match quick_equal_at(x, y, depth + 1) {
+                match quick_equal_at(x, y, depth + 1, left) {
                     Equal::Yes => {}
                     Equal::No if all == Equal::Yes => return Equal::No,
                     _ => all = Equal::Ask,
@@ -157,11 +169,11 @@ pub fn quick_hash(value: &Value) -> Option<u64> {
     match value {
         Value::Str(text) => Some(text.hash()),
         Value::Int(int) => Some(hash_i64(*int) as u64),
-        _ => quick_hash_at(value, 0),
+        _ => quick_hash_at(value, 0, &mut QUICK_MAX.clone()),
     }
 }
 
-fn quick_hash_at(value: &Value, depth: u32) -> Option<u64> {
+fn quick_hash_at(value: &Value, depth: u32, left: &mut u32) -> Option<u64> {
     Some(match value {
         Value::Str(text) => text.hash(),
         Value::Int(int) => hash_i64(*int) as u64,
@@ -173,12 +185,20 @@ fn quick_hash_at(value: &Value, depth: u32) -> Option<u64> {
         Value::Ellipsis => 0x5eed_0001,
         Value::NotImplemented => 0x5eed_0002,
         Value::Bytes(bytes) => hash_bytes(bytes.data()) ^ 0xb17e5,
-        Value::Tuple(tuple) if depth < DEPTH_MAX => {
+        Value::Tuple(tuple) => {
+            if let Some(known) = tuple.known_hash() {
+                return Some(known);
+            }
+            if depth == DEPTH_MAX || spent(left, tuple.items().len()) {
+                return None;
+            }
             let mut combine = TupleHash::default();
             for item in tuple.items() {
-                combine.add(quick_hash_at(item, depth + 1)?);
+                combine.add(quick_hash_at(item, depth + 1, left)?);
             }
-            combine.finish()
+            let hash = combine.finish();
+            tuple.note_hash(hash);
+            hash
         }
         Value::Range(range) => range_hash(range),
         Value::LongRange(range) => long_range_hash(range),
@@ -204,7 +224,7 @@ pub fn address_hash(address: usize) -> u64 {
 fn range_hash(range: &crate::value::Range) -> u64 {
     let mut combine = TupleHash::default();
     let len = range.len();
-    let none = quick_hash_at(&Value::None, 0).unwrap_or(0);
+    let none = quick_hash(&Value::None).unwrap_or(0);
     combine.add(hash_i64(len as i64) as u64);
     combine.add(if len == 0 {
         none
@@ -220,8 +240,8 @@ fn range_hash(range: &crate::value::Range) -> u64 {
 }
 
 fn long_range_hash(range: &crate::value::LongRange) -> u64 {
-    let none = quick_hash_at(&Value::None, 0).unwrap_or(0);
-    let number = |number: &BigInt| quick_hash_at(&Value::bigint(number.clone()), 0).unwrap_or(0);
+    let none = quick_hash(&Value::None).unwrap_or(0);
+    let number = |number: &BigInt| quick_hash(&Value::bigint(number.clone())).unwrap_or(0);
     let mut combine = TupleHash::default();
     combine.add(number(range.len()));
     combine.add(if range.is_empty() {

@@ -459,10 +459,9 @@ impl Evaluator<'_> {
     /// All remaining values of an iterator.
     pub fn drain(&self, iterator: &Value) -> R<Vec<Value>> {
         let mut items = Vec::new();
-        while let Some(value) = self.next(iterator)? {
+        while let Some(value) = self.step(iterator)? {
             if items.len() == items.capacity() {
                 self.grow(&mut items, 1)?;
-                self.safepoint()?;
             }
             self.check_memory()?;
             items.push(value);

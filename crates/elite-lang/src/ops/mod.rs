@@ -5,6 +5,7 @@
 
 pub mod arith;
 pub mod attribute;
+pub mod big;
 pub mod binary;
 pub mod compare;
 pub mod computed;

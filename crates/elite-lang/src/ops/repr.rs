@@ -78,6 +78,7 @@ impl Evaluator<'_> {
             // Methods show their receiver, which may be a method, and iterators of the library what they hold.
             other => out.push_str(&self.recurse(|| self.object_repr(other))?),
         }
+        self.worked(crate::eval::pace::VALUE)?;
         self.check_allocation(out.len())
     }
 
@@ -166,8 +167,11 @@ impl Evaluator<'_> {
 
     fn dict_repr(&self, dict: &Dict, out: &mut String, inside: &mut Vec<usize>) -> R<()> {
         out.push('{');
-        for (index, (_, key, value)) in dict.entries().into_iter().enumerate() {
-            out.push_str(if index > 0 { ", " } else { "" });
+        let mut position = 0;
+        // Entry by entry: a `__repr__` of the script may change the dictionary.
+        while let Some((after, key, value)) = dict.next_entry(position) {
+            out.push_str(if position > 0 { ", " } else { "" });
+            position = after;
             self.repr_into(&key, out, inside)?;
             out.push_str(": ");
             self.repr_into(&value, out, inside)?;

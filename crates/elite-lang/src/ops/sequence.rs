@@ -80,10 +80,32 @@ impl Evaluator<'_> {
     }
 
     fn repeat_either(&self, a: &Value, b: &Value) -> R<Option<Value>> {
-        match (Int::of(a), Int::of(b)) {
-            (None, Some(count)) => self.repeat(a, &count),
-            (Some(count), None) => self.repeat(b, &count),
-            _ => Ok(None),
+        let is_sequence = |value: &Value| {
+            matches!(
+                value,
+                Value::Str(_)
+                    | Value::List(_)
+                    | Value::Tuple(_)
+                    | Value::Bytes(_)
+                    | Value::ByteArray(_)
+            )
+        };
+        let (sequence, count) = match (is_sequence(a), is_sequence(b)) {
+            (true, false) => (a, b),
+            (false, true) => (b, a),
+            _ => return Ok(None),
+        };
+        match self.count_of(count)? {
+            Some(count) => self.repeat(sequence, &count),
+            None => Ok(None),
+        }
+    }
+
+    /// How often something is to be repeated: an integer, or an object that stands for one as an index.
+    fn count_of(&self, value: &Value) -> R<Option<Int>> {
+        match value {
+            Value::Instance(_) if self.has_index(value) => self.to_int(value).map(Some),
+            other => Ok(Int::of(other)),
         }
     }
 
@@ -191,17 +213,23 @@ impl Evaluator<'_> {
         }
         match (op, a) {
             (BinaryOp::Add, Value::List(list)) => {
-                let items = self.collect(b)?;
-                self.grow_list(list, items.len())?;
-                list.change(|old| old.extend(items));
+                self.list_extend(list, b)?;
             }
             (BinaryOp::Mul, Value::List(list)) => {
-                let Some(count) = Int::of(b) else {
+                let Some(count) = self.count_of(b)? else {
                     return Ok(None);
                 };
                 let items = list.borrow().clone();
                 let count = self.repetitions(&count, items.len() * size_of::<Value>())?;
                 drop(list.replace_all(repeated(&items, count)));
+            }
+            (BinaryOp::Mul, Value::ByteArray(bytes)) => {
+                let Some(count) = self.count_of(b)? else {
+                    return Ok(None);
+                };
+                let data = bytes.data.get();
+                let count = self.repetitions(&count, data.len())?;
+                bytes.data.put(data.repeat(count));
             }
             (BinaryOp::Add, Value::ByteArray(bytes)) => {
                 let Some(more) = self.bytes_like(b) else {

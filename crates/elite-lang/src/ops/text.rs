@@ -122,7 +122,7 @@ impl Evaluator<'_> {
         let at = usize::try_from(start).unwrap_or(0);
         let (verb, many, single) = match object {
             Value::Str(text) => {
-                let c = text.as_str().chars().nth(at);
+                let c = text.char_at(at);
                 let shown = c.map(|c| match u32::from(c) {
                     code @ 0..0x100 => format!("character '\\x{code:02x}'"),
                     code @ 0x100..0x1_0000 => format!("character '\\u{code:04x}'"),

@@ -205,7 +205,8 @@ impl Parser<'_> {
         }
         while self.kind() != T::RightBrace {
             if self.eat(T::DoubleStar).is_some() {
-                items.push(DictItem::Unpack(self.nested(|parser| parser.binary(2))?));
+                let mapping = self.nested(|parser| parser.binary(2))?;
+                items.push(DictItem::Unpack(mapping));
             } else {
                 let key = self.expression()?;
                 if self.eat(T::Colon).is_none() {
@@ -280,13 +281,13 @@ impl Parser<'_> {
     pub(super) fn target_item(&mut self) -> Parse<Expr> {
         let start = self.token().span;
         if self.eat(T::Star).is_some() {
-            let inner = self.postfix()?;
+            let inner = self.nested(Self::postfix)?;
             return Ok(Expr::new(
                 ExprKind::Starred(Box::new(inner)),
                 self.span_from(start),
             ));
         }
-        self.binary(2)
+        self.nested(|parser| parser.binary(2))
     }
 
     /// Arguments up to and including the closing parenthesis; the opening one is taken already.

@@ -17,7 +17,8 @@ mod target;
 use crate::ast::{Expr, ExprKind, Ident, Module, ScopeId, Stmt};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::findings::{Findings, in_order, quoted};
-use crate::lexer::{Token, TokenKind, lex, lex_expression};
+use crate::lexer::{Token, TokenKind, lex, lex_expression, too_large};
+use crate::limits::memory::Budget;
 use crate::source::{SourceFile, Span};
 
 /// Nesting of brackets, blocks and prefix operators that is accepted.
@@ -27,18 +28,32 @@ const DEPTH_MAX: u16 = 1000;
 /// Longest name of a class, in bytes, that private names are made with: each use of one repeats it.
 const PRIVATE_CLASS_MAX: usize = 255;
 
+/// Most bytes that tokens and tree of one text may take. What is made of the tree to run it takes about as much again.
+const TREE_MAX: usize = 256 << 20;
+/// Tokens between two looks at what the tree takes.
+const LOOK_EVERY: usize = 256;
+
 /// What the parser makes of a text.
 pub struct Parsed {
     /// The tree; where there were errors it has gaps.
     pub module: Module,
     /// Errors and warnings of lexer and parser, in the order of the text.
     pub diagnostics: Vec<Diagnostic>,
+    /// Bytes that the tree takes.
+    pub bytes: usize,
 }
 
 /// Parses a whole program.
 pub fn parse(file: &SourceFile) -> Parsed {
-    let lexed = lex(file);
-    let mut parser = Parser::new(file, lexed.tokens, lexed.diagnostics);
+    parse_within(file, TREE_MAX)
+}
+
+/// Parses a whole program that may take `most` bytes meanwhile, if that is less than is allowed anyway. One that needs more
+/// has one error, `too-large`.
+pub fn parse_within(file: &SourceFile, most: usize) -> Parsed {
+    let budget = Budget::of(most.min(TREE_MAX));
+    let lexed = lex(file, budget);
+    let mut parser = Parser::new(file, lexed.tokens, lexed.diagnostics, budget);
     parser.cuts = lexed.cuts;
     parser.print_is_assigned = parser.assigns_print();
     let body = parser.statements_until_end();
@@ -46,11 +61,16 @@ pub fn parse(file: &SourceFile) -> Parsed {
 }
 
 /// Parses the text of one expression, as `eval` takes it.
-pub fn parse_expression(file: &SourceFile) -> (Option<Expr>, Parsed) {
+pub fn parse_expression(file: &SourceFile, most: usize) -> (Option<Expr>, Parsed) {
+    let budget = Budget::of(most.min(TREE_MAX));
     let text = file.text();
     let start = text.len() - text.trim_start_matches([' ', '\t']).len();
-    let lexed = lex_expression(file, Span::new(start, text.trim_end().len().max(start)));
-    let mut parser = Parser::new(file, lexed.tokens, lexed.diagnostics);
+    let lexed = lex_expression(
+        file,
+        Span::new(start, text.trim_end().len().max(start)),
+        budget,
+    );
+    let mut parser = Parser::new(file, lexed.tokens, lexed.diagnostics, budget);
     let expr = parser.whole_expression().ok();
     (expr, parser.finish(Vec::new()))
 }
@@ -84,10 +104,13 @@ struct Parser<'f> {
     cuts: Vec<u32>,
     /// The script assigns `print`, so `print x` is not rewritten.
     print_is_assigned: bool,
+    /// What tokens and tree may take; spent, the parser is at the end of the text.
+    budget: Budget,
+    is_too_large: bool,
 }
 
 impl<'f> Parser<'f> {
-    fn new(file: &'f SourceFile, tokens: Vec<Token>, lexed: Findings) -> Self {
+    fn new(file: &'f SourceFile, tokens: Vec<Token>, lexed: Findings, budget: Budget) -> Self {
         let context = Context::default();
         let classes = Vec::new();
         Parser {
@@ -102,19 +125,27 @@ impl<'f> Parser<'f> {
             classes,
             cuts: Vec::new(),
             print_is_assigned: false,
+            budget,
+            is_too_large: false,
         }
     }
 
-    fn finish(self, body: Vec<Stmt>) -> Parsed {
+    fn finish(self, mut body: Vec<Stmt>) -> Parsed {
         let mut diagnostics = self.lexed.into_vec();
         diagnostics.extend(self.diagnostics.into_vec());
         let span = Span::new(0, self.file.text().len());
+        drop(self.tokens);
+        if self.is_too_large {
+            body = Vec::new();
+            diagnostics = vec![too_large(self.budget)];
+        }
         Parsed {
             module: Module {
                 body,
                 span,
                 scope_count: self.scope_count,
             },
+            bytes: self.budget.used(),
             diagnostics: in_order(diagnostics),
         }
     }
@@ -162,6 +193,11 @@ impl<'f> Parser<'f> {
         let token = self.token();
         if self.at + 1 < self.tokens.len() {
             self.at += 1;
+        }
+        if self.at.is_multiple_of(LOOK_EVERY) && self.budget.is_spent() {
+            // At the end of the text every construct ends.
+            self.is_too_large = true;
+            self.at = self.tokens.len() - 1;
         }
         token
     }

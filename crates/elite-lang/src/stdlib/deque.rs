@@ -10,7 +10,9 @@ use crate::builtins::types::insertion_place;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::instance::Holds;
+use crate::value::int::Int;
 use crate::value::iter::NativeIter;
+use crate::value::symbol::known;
 use crate::value::{Held, Iter, R, Raised, Value, trash};
 
 pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
@@ -57,17 +59,7 @@ impl Deque {
 
     /// Makes room for `more` items; a bounded deque at its bound needs room for one.
     fn grow(&self, ev: &Evaluator<'_>, more: usize) -> R<()> {
-        let full = {
-            let items = self.items.borrow();
-            items.len() + more > items.capacity()
-        };
-        if full {
-            let mut items = self.items.take();
-            let grown = ev.grow(&mut items, more);
-            self.items.put(items);
-            grown?;
-        }
-        Ok(())
+        ev.grow_held(&self.items, more)
     }
 
     fn changed(&self) {
@@ -173,10 +165,15 @@ fn init(ev: &Evaluator<'_>, receiver: &Value, iterable: &Value, maxlen: &Value) 
     let deque = data(ev, receiver)?;
     let most = match maxlen.given() {
         None | Some(Value::None) => None,
-        Some(value) => match usize::try_from(ev.index(value)?) {
-            Ok(most) => Some(most),
-            Err(_) => return Err(ev.value_error("maxlen must be non-negative")),
-        },
+        Some(value) => {
+            let Some(most) = Int::of(value) else {
+                return Err(ev.type_error("an integer is required"));
+            };
+            match usize::try_from(ev.index(&most.into_value())?) {
+                Ok(most) => Some(most),
+                Err(_) => return Err(ev.value_error("maxlen must be non-negative")),
+            }
+        }
     };
     deque.maxlen.set(most);
     deque.clear();
@@ -187,10 +184,19 @@ fn init(ev: &Evaluator<'_>, receiver: &Value, iterable: &Value, maxlen: &Value) 
 }
 
 fn extend(ev: &Evaluator<'_>, deque: &Deque, iterable: &Value, left: bool) -> R<()> {
-    // Collected first, so that a deque can extend itself.
-    for item in ev.collect(iterable)? {
-        deque.grow(ev, 1)?;
-        deque.push(item, left);
+    // What it holds is collected first, so that a deque can extend itself.
+    let own = data(ev, iterable).is_ok_and(|other| std::ptr::eq(&*other, deque));
+    if own {
+        for item in deque.to_vec() {
+            deque.grow(ev, 1)?;
+            deque.push(item, left);
+        }
+    } else {
+        let iterator = ev.iter(iterable)?;
+        while let Some(item) = ev.step(&iterator)? {
+            deque.grow(ev, 1)?;
+            deque.push(item, left);
+        }
     }
     Ok(())
 }
@@ -335,6 +341,7 @@ const METHODS: &[Entry] = &[
     }),
     ("index", "item start? stop? /", |ev, args| {
         let deque = data(ev, &args[0])?;
+        let generation = deque.generation.get();
         let bound = |value: &Value, default: i64| match value.given() {
             None => Ok(default),
             Some(value) => ev.clamped_index(value),
@@ -342,7 +349,6 @@ const METHODS: &[Entry] = &[
         let (start, stop) = (bound(&args[2], 0)?, bound(&args[3], i64::MAX)?);
         let length = deque.len();
         let places = insertion_place(start, length)..insertion_place(stop, length);
-        let generation = deque.generation.get();
         for index in places {
             let Some(item) = deque.get(index) else { break };
             if ev.equal(&item, &args[1])? {
@@ -364,28 +370,41 @@ const METHODS: &[Entry] = &[
             ));
         }
         note(ev, &args[0], &args[2]);
+        // What is beyond an end is so by the length before the index is asked, as in CPython.
+        let before = deque.len() as i64;
         let index = ev.clamped_index(&args[1])?;
         let item = std::mem::take(&mut args[2]);
-        deque
-            .items
-            .change(|items| items.insert(insertion_place(index, items.len()), item));
+        deque.items.change(|items| {
+            let place = match index {
+                index if index >= before => items.len(),
+                index if index <= -before => 0,
+                index => insertion_place(index, items.len()),
+            };
+            items.insert(place, item);
+        });
         deque.changed();
         Ok(Value::None)
     }),
     ("remove", "item /", |ev, args| {
         let deque = data(ev, &args[0])?;
-        match find(ev, &deque, &args[1])? {
-            Some(index) => {
+        let generation = deque.generation.get();
+        let mut index = 0;
+        while let Some(item) = deque.get(index) {
+            let equal = ev.equal(&item, &args[1])?;
+            if deque.generation.get() != generation {
+                let text = "deque mutated during remove().";
+                return Err(ev.raise(ExceptionKind::IndexError, text));
+            }
+            if equal {
                 let removed = deque.items.change(|items| items.remove(index));
                 deque.changed();
                 drop(removed);
-                Ok(Value::None)
+                return Ok(Value::None);
             }
-            None => {
-                let text = format!("{} is not in deque", ev.repr(&args[1])?);
-                Err(ev.value_error(text))
-            }
+            index += 1;
         }
+        let text = format!("{} is not in deque", ev.repr(&args[1])?);
+        Err(ev.value_error(text))
     }),
     ("__len__", "", |ev, args| {
         Ok(Value::Int(data(ev, &args[0])?.len() as i64))
@@ -446,6 +465,10 @@ const METHODS: &[Entry] = &[
     ("__add__", "other /", |ev, args| {
         let own = data(ev, &args[0])?;
         let Ok(other) = data(ev, &args[1]) else {
+            // The other one may know how to be added to a deque.
+            if is_added_by_itself(ev, &args[1]) {
+                return Ok(Value::NotImplemented);
+            }
             let name = ev.core.types.name_of(&args[1]);
             return Err(ev.type_error(format!(
                 "can only concatenate deque (not \"{name}\") to deque"
@@ -456,27 +479,33 @@ const METHODS: &[Entry] = &[
         Ok(sum)
     }),
     ("__iadd__", "other /", |ev, args| {
+        if data(ev, &args[1]).is_err() && is_added_by_itself(ev, &args[1]) {
+            return Ok(Value::NotImplemented);
+        }
         note(ev, &args[0], &args[1]);
         extend(ev, &*data(ev, &args[0])?, &args[1], false)?;
         Ok(std::mem::take(&mut args[0]))
     }),
     ("__mul__", "n /", |ev, args| {
-        let own = data(ev, &args[0])?;
-        let times = ev.clamped_index(&args[1])?.max(0) as usize;
-        let bytes = own
-            .len()
-            .saturating_mul(times)
-            .saturating_mul(size_of::<Value>());
-        ev.check_allocation(bytes)?;
-        let times = if bytes == 0 { 0 } else { times };
-        let product = make(ev, Vec::new(), own.maxlen.get())?;
-        let deque = data(ev, &product)?;
-        for _ in 0..times {
-            own.to_vec()
-                .into_iter()
-                .for_each(|item| deque.push(item, false));
-        }
-        Ok(product)
+        let items = repeated(ev, args)?;
+        repeat_into(
+            ev,
+            make(ev, Vec::new(), data(ev, &args[0])?.maxlen.get())?,
+            items,
+        )
+    }),
+    ("__rmul__", "n /", |ev, args| {
+        let items = repeated(ev, args)?;
+        repeat_into(
+            ev,
+            make(ev, Vec::new(), data(ev, &args[0])?.maxlen.get())?,
+            items,
+        )
+    }),
+    ("__imul__", "n /", |ev, args| {
+        let items = repeated(ev, args)?;
+        data(ev, &args[0])?.clear();
+        repeat_into(ev, std::mem::take(&mut args[0]), items)
     }),
     ("__repr__", "", |ev, args| {
         let deque = data(ev, &args[0])?;
@@ -488,6 +517,30 @@ const METHODS: &[Entry] = &[
         }))
     }),
 ];
+
+/// Whether an object of a script says what adding it to something means; then it has its turn first.
+fn is_added_by_itself(ev: &Evaluator<'_>, value: &Value) -> bool {
+    matches!(value, Value::Instance(_)) && ev.core.types.of(value).lookup(known::RADD).is_some()
+}
+
+/// The items of a deque so many times over.
+fn repeated(ev: &Evaluator<'_>, args: &[Value]) -> R<Vec<Value>> {
+    let times = ev.clamped_index(&args[1])?.max(0) as usize;
+    let items = data(ev, &args[0])?.to_vec();
+    let count = items.len().saturating_mul(times);
+    ev.check_allocation(count.saturating_mul(2 * size_of::<Value>()))?;
+    let mut all = Vec::with_capacity(count);
+    for _ in 0..if items.is_empty() { 0 } else { times } {
+        all.extend_from_slice(&items);
+    }
+    Ok(all)
+}
+
+fn repeat_into(ev: &Evaluator<'_>, receiver: Value, items: Vec<Value>) -> R {
+    let deque = data(ev, &receiver)?;
+    items.into_iter().for_each(|item| deque.push(item, false));
+    Ok(receiver)
+}
 
 fn pop(ev: &Evaluator<'_>, receiver: &Value, left: bool) -> R {
     match data(ev, receiver)?.pop(left) {

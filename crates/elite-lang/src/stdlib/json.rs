@@ -448,9 +448,19 @@ impl Writer<'_, '_> {
                 let text = self.float(*float)?;
                 self.out.push_str(&text);
             }
-            Value::List(_) | Value::Tuple(_) => {
-                let items = plain.as_items().unwrap_or_default();
-                self.within(&plain, |writer| writer.array(&items))?;
+            // CPython copies the items of a subclass before it writes them.
+            Value::List(list) if matches!(value, Value::Instance(_)) => {
+                let items = list.borrow().clone();
+                self.within(&plain, |writer| {
+                    writer.array(|index| items.get(index).cloned())
+                })?;
+            }
+            Value::List(list) => {
+                self.within(&plain, |writer| writer.array(|index| list.get(index)))?;
+            }
+            Value::Tuple(tuple) => {
+                let item = |index: usize| tuple.items().get(index).cloned();
+                self.within(&plain, |writer| writer.array(item))?;
             }
             Value::Dict(dict) => {
                 let entries = dict.entries();
@@ -537,20 +547,23 @@ impl Writer<'_, '_> {
         }
     }
 
-    fn array(&mut self, items: &[Value]) -> R<()> {
-        if items.is_empty() {
+    /// The items come one by one: `default` of the script may change the list.
+    fn array(&mut self, item: impl Fn(usize) -> Option<Value>) -> R<()> {
+        if item(0).is_none() {
             self.out.push_str("[]");
             return Ok(());
         }
         self.out.push('[');
         let levels = self.open.len();
-        for (index, item) in items.iter().enumerate() {
+        let mut index = 0;
+        while let Some(item) = item(index) {
             if index > 0 {
                 self.out.push_str(&self.item.clone());
             }
             self.new_line(levels);
-            self.value(item)?;
+            self.value(&item)?;
             self.ev.safepoint()?;
+            index += 1;
         }
         self.new_line(levels - 1);
         self.out.push(']');

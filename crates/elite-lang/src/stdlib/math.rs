@@ -64,7 +64,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     module.raw("gcd", |ev, args| {
         let mut result = BigInt::ZERO;
         for arg in args.positional.iter() {
-            result = gcd(result, ev.to_int(arg)?.to_big());
+            result = ev.big_gcd(&result, &ev.to_int(arg)?.to_big())?;
         }
         Ok(Value::bigint(result))
     });
@@ -72,12 +72,13 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         let mut result = BigInt::from(1);
         for arg in args.positional.iter() {
             let other = ev.to_int(arg)?.to_big();
-            let divisor = gcd(result.clone(), other.clone());
+            let divisor = ev.big_gcd(&result, &other)?;
             if divisor == BigInt::ZERO {
                 return Ok(Value::Int(0));
             }
             ev.check_bits(result.bits() + other.bits())?;
-            result = result / divisor * other;
+            let (quotient, _) = ev.big_divmod(&result, &divisor)?;
+            result = ev.big_product(&quotient, &other)?;
         }
         Ok(Value::bigint(BigInt::from(result.magnitude().clone())))
     });
@@ -467,14 +468,6 @@ fn exact_sum(ev: &Evaluator<'_>, items: &[Value]) -> R {
     Ok(Value::Float(sum))
 }
 
-fn gcd(a: BigInt, b: BigInt) -> BigInt {
-    let (mut a, mut b) = (a, b);
-    while b != BigInt::ZERO {
-        (a, b) = (b.clone(), a % b);
-    }
-    BigInt::from(a.magnitude().clone())
-}
-
 /// Largest argument of `factorial` and the like: the result has about 70 kB then.
 const FACTORIAL_MAX: i64 = 50_000;
 
@@ -515,7 +508,7 @@ const INTEGERS: &[Entry] = &[
         if n.is_negative() {
             return Err(ev.value_error("isqrt() argument must be nonnegative"));
         }
-        Ok(Value::bigint(n.to_big().sqrt()))
+        Ok(Value::bigint(ev.big_root(&n.to_big())?))
     }),
     ("prod", "iterable / * start?", |ev, args| {
         let mut result = args[1].given().cloned().unwrap_or(Value::Int(1));

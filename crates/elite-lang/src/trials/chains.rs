@@ -149,9 +149,9 @@ fn iterator(iter: &Iter) -> Nesting {
 type Chain = (&'static str, &'static str, &'static str, usize);
 
 /// Long enough for any native stack there is: a level of recursion takes at least a hundred bytes.
-const LONG: usize = 100_000;
+const LONG: usize = 50_000;
 /// For what takes more time to make.
-const MIDDLE: usize = 30_000;
+const MIDDLE: usize = 12_000;
 /// For what has a native stack of its own, or takes memory with the square of its number.
 const SHORT: usize = 2_000;
 
@@ -569,7 +569,7 @@ const KINDS_OF_ITERATORS: &[&str] = &[
 ];
 
 /// How many a chain has for those.
-const ITERATORS: usize = 4_000;
+const ITERATORS: usize = 3_000;
 
 const ASK: &str = r#"
 def throw(a): raise a
@@ -667,4 +667,20 @@ parts! {
     long_chains_of_every_kind_are_survived_5 5;
     long_chains_of_every_kind_are_survived_6 6;
     long_chains_of_every_kind_are_survived_7 7;
+    long_chains_of_every_kind_are_survived_8 8;
+    long_chains_of_every_kind_are_survived_9 9;
+    long_chains_of_every_kind_are_survived_10 10;
+    long_chains_of_every_kind_are_survived_11 11;
+    long_chains_of_every_kind_are_survived_12 12;
+    long_chains_of_every_kind_are_survived_13 13;
+    long_chains_of_every_kind_are_survived_14 14;
+    long_chains_of_every_kind_are_survived_15 15;
+    long_chains_of_every_kind_are_survived_16 16;
+    long_chains_of_every_kind_are_survived_17 17;
+    long_chains_of_every_kind_are_survived_18 18;
+    long_chains_of_every_kind_are_survived_19 19;
+    long_chains_of_every_kind_are_survived_20 20;
+    long_chains_of_every_kind_are_survived_21 21;
+    long_chains_of_every_kind_are_survived_22 22;
+    long_chains_of_every_kind_are_survived_23 23;
 }

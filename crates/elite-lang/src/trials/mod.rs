@@ -1,12 +1,15 @@
 //! Trials by hostile programs, generated from the enum of values and the tables of builtin types: what can hold a value
-//! is nested very deep (`chains`), and threads wait within natives (`threads`).
-//! A new kind of value does not compile here until it has a trial.
+//! is nested very deep (`chains`), what can be changed is changed by the script code that runs meanwhile (`mutation`).
+//! A new kind of value does not compile here until it has a trial; a new method has its trials the day it is added.
 #![allow(clippy::unwrap_used)] // tests: a broken program should stop them
 
 mod chains;
+mod mutation;
+mod shape;
 mod threads;
 
 use std::cell::{Cell, RefCell};
+use std::process::{Command, Stdio};
 use std::rc::Rc;
 
 use crate::{
@@ -125,4 +128,29 @@ fn drive(stage: &Stage, main: ScriptThread) -> String {
             }
         }
     }
+}
+
+/// What CPython prints for the same text; None where there is none of this language's version.
+fn cpython(text: &str) -> Option<String> {
+    use std::io::Write as _;
+    let version = "import sys; sys.exit(sys.version_info[:2] != (3, 11))";
+    let is_right = Command::new("python3").args(["-c", version]).status();
+    if !is_right.is_ok_and(|status| status.success()) {
+        return None;
+    }
+    let mut python = Command::new("python3")
+        .arg("-")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::inherit())
+        .env("PYTHONHASHSEED", "0")
+        .spawn()
+        .unwrap();
+    python
+        .stdin
+        .take()
+        .unwrap()
+        .write_all(text.as_bytes())
+        .unwrap();
+    Some(String::from_utf8_lossy(&python.wait_with_output().unwrap().stdout).into_owned())
 }

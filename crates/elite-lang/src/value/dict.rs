@@ -40,6 +40,10 @@ struct Table {
     live: usize,
     /// Changes whenever keys come or go.
     generation: u64,
+    /// All entries before this one are deleted, as far as is known.
+    head: Cell<usize>,
+    /// All entries from this one on are deleted, as far as is known.
+    tail: Cell<usize>,
 }
 
 /// What a search for a key found.
@@ -108,6 +112,7 @@ impl Table {
             self.compact();
         }
         self.entries.push(Entry { hash, key, value });
+        self.tail.set(self.entries.len());
         self.live += 1;
         self.generation += 1;
         if self.slots.is_empty() {
@@ -147,10 +152,17 @@ impl Table {
 
     /// Throws deleted entries away and builds the slots anew.
     fn compact(&mut self) {
+        self.squeeze();
+        self.rebuild();
+    }
+
+    /// Throws deleted entries away.
+    fn squeeze(&mut self) {
         if self.live < self.entries.len() {
             self.entries.retain(|entry| !entry.key.is_unbound());
         }
-        self.rebuild();
+        self.head.set(0);
+        self.tail.set(self.entries.len());
     }
 
     fn rebuild(&mut self) {
@@ -177,8 +189,9 @@ impl Table {
         if self.live == 0 {
             self.entries.clear();
             self.slots.clear();
+            self.squeeze();
         } else if self.slots.is_empty() {
-            self.entries.retain(|entry| !entry.key.is_unbound());
+            self.squeeze();
         } else if index + 1 == self.entries.len() && self.live < self.entries.len() / 4 {
             self.compact();
         }
@@ -212,6 +225,15 @@ impl Dict {
     /// Changes whenever keys come or go; values may change without.
     pub fn generation(&self) -> u64 {
         self.table.borrow().generation
+    }
+
+    /// Whether the entry at an index from `find` has this very key, also if others have come or gone meanwhile.
+    pub fn is_key_at(&self, index: usize, key: &Value) -> bool {
+        let table = self.table.borrow();
+        table
+            .entries
+            .get(index)
+            .is_some_and(|entry| entry.key.is(key))
     }
 
     /// The value of the entry at an index from `find`.
@@ -259,11 +281,15 @@ impl Dict {
     /// not of keys.
     pub fn next_entry(&self, from: usize) -> Option<(usize, Value, Value)> {
         let table = self.table.borrow();
-        let mut at = from;
+        let head = table.head.get();
+        let mut at = from.max(head);
         loop {
             let entry = table.entries.get(at)?;
             at += 1;
             if !entry.key.is_unbound() {
+                if from <= head {
+                    table.head.set(at - 1);
+                }
                 return Some((at, entry.key.clone(), entry.value.clone()));
             }
         }
@@ -272,10 +298,14 @@ impl Dict {
     /// The last entry before position `from` and its position; `usize::MAX` starts at the end.
     pub fn previous_entry(&self, from: usize) -> Option<(usize, Value, Value)> {
         let table = self.table.borrow();
-        let end = from.min(table.entries.len());
+        let tail = table.tail.get();
+        let end = from.min(tail);
         let at = table.entries[..end]
             .iter()
             .rposition(|entry| !entry.key.is_unbound())?;
+        if end == tail {
+            table.tail.set(at + 1);
+        }
         let entry = &table.entries[at];
         Some((at, entry.key.clone(), entry.value.clone()))
     }
@@ -348,6 +378,7 @@ impl Dict {
             let mut new = copy.table.borrow_mut();
             new.entries = live.cloned().collect();
             new.live = new.entries.len();
+            new.squeeze();
             new.rebuild();
         }
         copy

@@ -96,6 +96,8 @@ pub struct Tuple {
     items: Items,
     /// A search for cycles has found it in use.
     pub old: Cell<bool>,
+    /// 0: not known, or not the same for ever because items have hashes of the script's making.
+    hash: Cell<u64>,
 }
 
 enum Items {
@@ -107,28 +109,38 @@ enum Items {
 impl Tuple {
     /// A tuple of these items.
     pub fn new(items: Vec<Value>) -> Self {
-        Tuple {
-            items: Items::Many(items),
-            old: Cell::new(false),
-        }
+        Tuple::of(Items::Many(items))
     }
 
     /// A tuple of two items.
     #[inline]
     pub fn of_two(items: [Value; 2]) -> Self {
-        Tuple {
-            items: Items::Two(items),
-            old: Cell::new(false),
-        }
+        Tuple::of(Items::Two(items))
     }
 
     /// A tuple of three items.
     #[inline]
     pub fn of_three(items: [Value; 3]) -> Self {
+        Tuple::of(Items::Three(items))
+    }
+
+    #[inline]
+    fn of(items: Items) -> Self {
         Tuple {
-            items: Items::Three(items),
+            items,
             old: Cell::new(false),
+            hash: Cell::new(0),
         }
+    }
+
+    /// The hash, if it has been noted.
+    pub fn known_hash(&self) -> Option<u64> {
+        Some(self.hash.get()).filter(|hash| *hash != 0)
+    }
+
+    /// Notes the hash, which no code of the script has a part in.
+    pub fn note_hash(&self, hash: u64) {
+        self.hash.set(hash);
     }
 
     /// The items.

@@ -44,6 +44,8 @@ struct Table {
     /// Used and deleted slots.
     filled: usize,
     generation: u64,
+    /// Where the next `pop` begins to look.
+    finger: usize,
 }
 
 impl Default for Set {
@@ -63,6 +65,7 @@ impl Table {
             used: 0,
             filled: 0,
             generation: 0,
+            finger: 0,
         }
     }
 
@@ -162,6 +165,7 @@ impl Table {
         }
         let old = std::mem::replace(self, Table::with_size(size));
         self.generation = old.generation;
+        self.finger = old.finger;
         for slot in old.slots {
             if slot.state == SlotState::Used {
                 self.insert_clean(slot.hash, slot.key);
@@ -196,6 +200,15 @@ impl Set {
         self.table.borrow().generation
     }
 
+    /// Whether the slot at an index from `find` has this very element, also if others have come or gone meanwhile.
+    pub fn is_key_at(&self, index: usize, key: &Value) -> bool {
+        let table = self.table.borrow();
+        table
+            .slots
+            .get(index)
+            .is_some_and(|slot| slot.state == SlotState::Used && slot.key.is(key))
+    }
+
     /// Adds an element that is known not to be there.
     pub fn append(&self, hash: u64, key: Value) {
         self.table.borrow_mut().append(hash, key);
@@ -227,6 +240,22 @@ impl Set {
         table.used -= 1;
         table.generation += 1;
         key
+    }
+
+    /// Takes an element out: the next one behind that of the last call.
+    pub fn pop(&self) -> Option<Value> {
+        let mut table = self.table.borrow_mut();
+        if table.used == 0 {
+            return None;
+        }
+        let mask = table.slots.len() - 1;
+        let mut at = table.finger & mask;
+        while table.slots[at].state != SlotState::Used {
+            at = (at + 1) & mask;
+        }
+        table.finger = at + 1;
+        drop(table);
+        Some(self.delete_at(at))
     }
 
     /// The first element at position `from` or later, with the position after it and its hash.

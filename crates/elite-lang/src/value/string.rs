@@ -1,7 +1,7 @@
 //! Text. Owns the string object: UTF-8 with the number of characters and the hash kept beside it; short texts lie in the
 //! object itself.
 
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell};
 
 use compact_str::CompactString;
 
@@ -12,6 +12,34 @@ pub struct Str {
     chars: usize,
     /// 0: not computed yet.
     hash: Cell<u64>,
+    /// Where characters lie, once somebody asks for one far into a text that is not ASCII.
+    marks: OnceCell<Box<Marks>>,
+}
+
+/// Characters between two of which the place is known.
+const MARK_STEP: usize = 64;
+
+/// Byte offsets of every `MARK_STEP`th character, from the first on.
+#[derive(Default)]
+struct Marks {
+    offsets: Vec<usize>,
+}
+
+impl Marks {
+    /// Goes on to the end of `text`.
+    fn extend(&mut self, text: &str) {
+        let (mut skip, start) = match self.offsets.last() {
+            Some(last) => (MARK_STEP, *last),
+            None => (0, 0),
+        };
+        for (offset, _) in text[start..].char_indices() {
+            if skip == 0 {
+                self.offsets.push(start + offset);
+                skip = MARK_STEP;
+            }
+            skip -= 1;
+        }
+    }
 }
 
 impl Str {
@@ -34,6 +62,7 @@ impl Str {
             text,
             chars,
             hash: Cell::new(0),
+            marks: OnceCell::new(),
         }
     }
 
@@ -65,10 +94,32 @@ impl Str {
         if self.is_ascii() {
             return index.min(self.text.len());
         }
-        self.text
-            .char_indices()
-            .nth(index)
-            .map_or(self.text.len(), |(offset, _)| offset)
+        if index >= self.chars {
+            return self.text.len();
+        }
+        let (start, left) = match self.marks() {
+            Some(marks) => (marks.offsets[index / MARK_STEP], index % MARK_STEP),
+            None => (0, index),
+        };
+        let rest = self.text[start..].char_indices().nth(left);
+        rest.map_or(self.text.len(), |(offset, _)| start + offset)
+    }
+
+    /// None for a short text, which is read from its beginning.
+    fn marks(&self) -> Option<&Marks> {
+        (self.chars > MARK_STEP).then(|| {
+            let marks = self.marks.get_or_init(|| {
+                let mut marks = Marks::default();
+                marks.extend(&self.text);
+                Box::new(marks)
+            });
+            &**marks
+        })
+    }
+
+    /// Character number `index`.
+    pub fn char_at(&self, index: usize) -> Option<char> {
+        self.text[self.byte_offset(index)..].chars().next()
     }
 
     /// Number of characters before byte `offset`.
@@ -76,7 +127,15 @@ impl Str {
         if self.is_ascii() {
             offset
         } else {
-            self.text[..offset].chars().count()
+            let (from, before) = match self.marks() {
+                Some(marks) => {
+                    let after = marks.offsets.partition_point(|mark| *mark <= offset);
+                    let mark = after.saturating_sub(1);
+                    (marks.offsets[mark], mark * MARK_STEP)
+                }
+                None => (0, 0),
+            };
+            before + self.text[from..offset].chars().count()
         }
     }
 
@@ -85,16 +144,7 @@ impl Str {
         if start >= end {
             return "";
         }
-        let from = self.byte_offset(start);
-        if self.is_ascii() {
-            return &self.text[from..end.min(self.text.len())];
-        }
-        let rest = &self.text[from..];
-        let length = rest
-            .char_indices()
-            .nth(end - start)
-            .map_or(rest.len(), |(offset, _)| offset);
-        &rest[..length]
+        &self.text[self.byte_offset(start)..self.byte_offset(end)]
     }
 
     /// The hash; never 0.
@@ -114,6 +164,9 @@ impl Str {
         self.text.push_str(&more.text);
         self.chars += more.chars;
         self.hash.set(0);
+        if let Some(marks) = self.marks.get_mut() {
+            marks.extend(&self.text);
+        }
     }
 }
 

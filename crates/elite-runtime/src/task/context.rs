@@ -102,7 +102,7 @@ impl TaskContext {
             robot: settings.robot.clone(),
             observer: settings.observer.clone(),
             fieldbus: settings.fieldbus.clone(),
-            permissions: settings.permissions,
+            permissions: settings.permissions.clone(),
             task_folder: settings.task_folder.clone(),
             outside: Outside::default(),
             sockets: RefCell::default(),
@@ -138,8 +138,8 @@ impl TaskContext {
     }
 
     /// What the program may reach beyond the robot.
-    pub fn permissions(&self) -> Permissions {
-        self.permissions
+    pub fn permissions(&self) -> &Permissions {
+        &self.permissions
     }
 
     /// The waits on the outside world.

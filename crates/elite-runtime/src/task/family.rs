@@ -17,8 +17,8 @@ use nix::unistd::{Pid, getpid};
 /// Whether this process has no other children than those of tasks.
 static ALL_CHILDREN: AtomicBool = AtomicBool::new(false);
 /// Rounds of looking and killing at the end of a task, and the pause between them: a second at most.
-const ROUNDS_MAX: u32 = 200;
-const PAUSE: Duration = Duration::from_millis(5);
+const ROUNDS_MAX: u32 = 1000;
+const PAUSE: Duration = Duration::from_millis(1);
 /// Most processes whose numbers are kept before those that nothing refers to are forgotten.
 const STARTED_MAX: usize = 256;
 
@@ -135,20 +135,63 @@ fn reap(table: &Table, started: &BTreeSet<i32>) {
     }
 }
 
-/// The system's table of processes; those that end while it is read may be missing.
+/// The part of the system's table that descends from this process; those that end while it is read may be missing.
 fn table() -> Table {
+    let mut found = Table::new();
+    let mut open = vec![getpid().as_raw()];
+    while let Some(number) = open.pop() {
+        let Some(children) = children(number) else {
+            // It has just ended, or this system does not tell children: then everybody is looked at.
+            match number == getpid().as_raw() {
+                true => return whole_table(),
+                false => continue,
+            }
+        };
+        for child in children {
+            if let Some(entry) = entry(child)
+                && found.insert(child, entry).is_none()
+            {
+                open.push(child);
+            }
+        }
+    }
+    found
+}
+
+/// The children of all threads of a process.
+fn children(number: i32) -> Option<Vec<i32>> {
+    let mut found = Vec::new();
+    for thread in std::fs::read_dir(format!("/proc/{number}/task")).ok()? {
+        let text = std::fs::read_to_string(thread.ok()?.path().join("children"));
+        match text {
+            Ok(text) => found.extend(
+                text.split_ascii_whitespace()
+                    .filter_map(|n| n.parse::<i32>().ok()),
+            ),
+            // A thread that has just ended has left its children to another one.
+            Err(_) if std::path::Path::new("/proc/thread-self/children").exists() => {}
+            Err(_) => return None,
+        }
+    }
+    Some(found)
+}
+
+fn whole_table() -> Table {
     let Ok(folder) = std::fs::read_dir("/proc") else {
         return Table::new();
     };
     folder
         .flatten()
-        .filter_map(|entry| {
-            let number = entry.file_name().to_str()?.parse().ok()?;
-            // As bytes: a process may have any name.
-            let stat = std::fs::read(entry.path().join("stat")).ok()?;
-            Some((number, parse(&stat)?))
+        .filter_map(|found| {
+            let number = found.file_name().to_str()?.parse().ok()?;
+            Some((number, entry(number)?))
         })
         .collect()
+}
+
+fn entry(number: i32) -> Option<Entry> {
+    // As bytes: a process may have any name.
+    parse(&std::fs::read(format!("/proc/{number}/stat")).ok()?)
 }
 
 /// `4711 (any ) name) S PARENT GROUP SESSION …` (proc_pid_stat(5)).

@@ -1,6 +1,7 @@
 //! Files for programs that were granted them (`--allow fs`): the system's calls, in a folder of the task's own.
 //!
 //! Only regular files and devices are opened, and devices without waiting, so no call can hold the task up for long.
+//! Where only some folders are granted, [`beneath`](super::beneath) finds the way.
 
 use std::cell::{Cell, RefCell};
 use std::fs::{self, File, OpenOptions};
@@ -17,6 +18,8 @@ use nix::errno::Errno;
 use nix::fcntl::OFlag;
 use nix::unistd::{AccessFlags, access};
 
+use super::beneath::{Folders, Place};
+
 /// Most files a task may have open.
 const FILES_MAX: usize = 128;
 /// Most names of one folder that are listed.
@@ -25,23 +28,37 @@ const NAMES_MAX: usize = 1 << 20;
 /// The files of one task.
 pub(crate) struct Files {
     folder: RefCell<PathBuf>,
+    /// What is granted, if not everything is.
+    within: Option<Folders>,
     open: Rc<Cell<usize>>,
 }
 
-impl Default for Files {
-    /// Relative paths count from the folder the controller was started in.
-    fn default() -> Self {
+impl Files {
+    /// Relative paths count from the folder the controller was started in; with `within`, from the first of those.
+    pub fn new(within: Option<Folders>) -> Self {
+        let folder = match &within {
+            Some(folders) => folders.first(),
+            None => std::env::current_dir().unwrap_or_else(|_| PathBuf::from("/")),
+        };
         Self {
-            folder: RefCell::new(std::env::current_dir().unwrap_or_else(|_| PathBuf::from("/"))),
+            folder: RefCell::new(folder),
+            within,
             open: Rc::default(),
         }
     }
-}
 
-impl Files {
     /// The path in the task's own folder.
     pub fn full(&self, path: &str) -> PathBuf {
         self.folder.borrow().join(path)
+    }
+
+    /// The folder that a process starts in.
+    pub fn start_folder(&self, path: &str) -> io::Result<PathBuf> {
+        let path = self.full(path);
+        match &self.within {
+            Some(folders) => folders.real(&path),
+            None => Ok(path),
+        }
     }
 }
 
@@ -85,9 +102,49 @@ fn checked(path: &Path) -> io::Result<&Path> {
 }
 
 impl Files {
-    fn at(&self, path: &str) -> io::Result<PathBuf> {
+    /// What the path leads to, links followed.
+    fn target(&self, path: &str) -> io::Result<Place> {
         checked(Path::new(path))?;
-        Ok(self.full(path))
+        match &self.within {
+            Some(folders) => folders.target(&self.full(path)),
+            None => Ok(Place::free(self.full(path))),
+        }
+    }
+
+    /// The entry that the path names; a link is not followed.
+    fn entry(&self, path: &str) -> io::Result<Place> {
+        checked(Path::new(path))?;
+        match &self.within {
+            Some(folders) => folders.entry(&self.full(path)),
+            None => Ok(Place::free(self.full(path))),
+        }
+    }
+
+    fn open_as(&self, path: &str, mode: OpenMode) -> io::Result<File> {
+        let waiting = OFlag::O_NONBLOCK | OFlag::O_NOCTTY;
+        let Some(folders) = &self.within else {
+            let mut options = OpenOptions::new();
+            options
+                .read(mode.read)
+                .write(mode.write)
+                .append(mode.append)
+                .create(mode.create && !mode.exclusive)
+                .create_new(mode.exclusive)
+                .truncate(mode.truncate)
+                .custom_flags(waiting.bits());
+            return options.open(self.full(path));
+        };
+        let mut flags = waiting;
+        flags |= match (mode.read, mode.write || mode.append) {
+            (true, true) => OFlag::O_RDWR,
+            (false, true) => OFlag::O_WRONLY,
+            (_, false) => OFlag::O_RDONLY,
+        };
+        flags.set(OFlag::O_APPEND, mode.append);
+        flags.set(OFlag::O_CREAT, mode.create || mode.exclusive);
+        flags.set(OFlag::O_EXCL, mode.exclusive);
+        flags.set(OFlag::O_TRUNC, mode.truncate && !mode.exclusive);
+        folders.open_file(&self.full(path), flags)
     }
 }
 
@@ -96,9 +153,9 @@ impl HostFiles for Files {
         if self.open.get() >= FILES_MAX {
             return Err(Errno::EMFILE.into());
         }
-        let path = self.at(path)?;
         // What would make `open` itself wait, or hands the task something that waits, is turned down.
-        if let Ok(found) = fs::metadata(&path) {
+        let found = self.target(path).and_then(fs::metadata);
+        if let Ok(found) = found {
             let kind = found.file_type();
             if kind.is_dir() {
                 return Err(Errno::EISDIR.into());
@@ -108,16 +165,7 @@ impl HostFiles for Files {
                 return Err(io::Error::new(io::ErrorKind::Unsupported, text));
             }
         }
-        let mut options = OpenOptions::new();
-        options
-            .read(mode.read)
-            .write(mode.write)
-            .append(mode.append)
-            .create(mode.create && !mode.exclusive)
-            .create_new(mode.exclusive)
-            .truncate(mode.truncate)
-            .custom_flags((OFlag::O_NONBLOCK | OFlag::O_NOCTTY).bits());
-        let file = options.open(&path)?;
+        let file = self.open_as(path, mode)?;
         self.open.set(self.open.get() + 1);
         Ok(Rc::new(OpenFile {
             file,
@@ -126,18 +174,21 @@ impl HostFiles for Files {
     }
 
     fn stat(&self, path: &str, follow: bool) -> io::Result<FileStat> {
-        let path = self.at(path)?;
-        let found = if follow {
-            fs::metadata(path)
-        } else {
-            fs::symlink_metadata(path)
+        let found = match (follow, &self.within) {
+            (true, _) => fs::metadata(self.target(path)?),
+            (false, None) => fs::symlink_metadata(self.entry(path)?),
+            // A folder that is granted has no entry that may be looked at; it is no link itself.
+            (false, Some(_)) => match self.entry(path) {
+                Ok(entry) => fs::symlink_metadata(entry),
+                Err(_) => fs::metadata(self.target(path)?),
+            },
         };
         found.map(|found| stat_of(&found))
     }
 
     fn list(&self, path: &str) -> io::Result<Vec<String>> {
         let mut names = Vec::new();
-        for entry in fs::read_dir(self.at(path)?)? {
+        for entry in fs::read_dir(self.target(path)?)? {
             if names.len() >= NAMES_MAX {
                 return Err(io::Error::other(format!(
                     "the folder has more than {NAMES_MAX} entries"
@@ -149,35 +200,38 @@ impl HostFiles for Files {
     }
 
     fn make_dir(&self, path: &str, mode: u32) -> io::Result<()> {
-        fs::DirBuilder::new().mode(mode).create(self.at(path)?)
+        fs::DirBuilder::new().mode(mode).create(self.entry(path)?)
     }
 
     fn remove_dir(&self, path: &str) -> io::Result<()> {
-        fs::remove_dir(self.at(path)?)
+        fs::remove_dir(self.entry(path)?)
     }
 
     fn remove_file(&self, path: &str) -> io::Result<()> {
-        fs::remove_file(self.at(path)?)
+        fs::remove_file(self.entry(path)?)
     }
 
     fn rename(&self, from: &str, to: &str) -> io::Result<()> {
-        fs::rename(self.at(from)?, self.at(to)?)
+        fs::rename(self.entry(from)?, self.entry(to)?)
     }
 
     fn symlink(&self, target: &str, path: &str) -> io::Result<()> {
-        symlink(target, self.at(path)?)
+        symlink(target, self.entry(path)?)
     }
 
     fn link(&self, from: &str, to: &str) -> io::Result<()> {
-        fs::hard_link(self.at(from)?, self.at(to)?)
+        fs::hard_link(self.entry(from)?, self.entry(to)?)
     }
 
     fn read_link(&self, path: &str) -> io::Result<String> {
-        text(fs::read_link(self.at(path)?)?)
+        text(fs::read_link(self.entry(path)?)?)
     }
 
     fn set_mode(&self, path: &str, mode: u32) -> io::Result<()> {
-        fs::set_permissions(self.at(path)?, fs::Permissions::from_mode(mode & 0o7777))
+        fs::set_permissions(
+            self.target(path)?,
+            fs::Permissions::from_mode(mode & 0o7777),
+        )
     }
 
     fn set_times(&self, path: &str, accessed_ns: i64, modified_ns: i64) -> io::Result<()> {
@@ -186,7 +240,7 @@ impl HostFiles for Files {
             .set_modified(moment(modified_ns));
         let mut options = OpenOptions::new();
         options.custom_flags((OFlag::O_NONBLOCK | OFlag::O_NOCTTY).bits());
-        let path = self.at(path)?;
+        let path = self.target(path)?;
         let file = options.read(true).open(&path);
         let file = file.or_else(|_| options.read(false).write(true).open(&path))?;
         file.set_times(times)
@@ -194,8 +248,8 @@ impl HostFiles for Files {
 
     fn access(&self, path: &str, mode: u32) -> bool {
         let wanted = AccessFlags::from_bits_truncate(i32::try_from(mode & 7).unwrap_or(7));
-        self.at(path)
-            .is_ok_and(|path| access(&path, wanted).is_ok())
+        self.target(path)
+            .is_ok_and(|place| access(place.as_ref(), wanted).is_ok())
     }
 
     fn current_dir(&self) -> String {
@@ -203,7 +257,13 @@ impl HostFiles for Files {
     }
 
     fn set_current_dir(&self, path: &str) -> io::Result<()> {
-        let folder = fs::canonicalize(self.at(path)?)?;
+        let folder = match &self.within {
+            Some(folders) => {
+                checked(Path::new(path))?;
+                folders.real(&self.full(path))?
+            }
+            None => fs::canonicalize(self.target(path)?)?,
+        };
         if !folder.is_dir() {
             return Err(Errno::ENOTDIR.into());
         }

@@ -8,6 +8,7 @@ use std::rc::Rc;
 use elite_lang::{Access, Host, HostFiles, HostProcesses, HostSocket, ScriptThread, ThreadId};
 use motion_api::ThreadNumber;
 
+use super::beneath::Folders;
 use super::context::TaskContext;
 use super::files::Files;
 use super::network::Sockets;
@@ -15,10 +16,10 @@ use super::processes::Processes;
 use crate::message::Message;
 
 /// What programs may reach beyond the robot (`--allow`).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct Permissions {
     /// Files and folders.
-    pub files: bool,
+    pub files: FileAccess,
     /// Other processes and signals.
     pub processes: bool,
     /// Environment variables.
@@ -27,11 +28,22 @@ pub struct Permissions {
     pub network: bool,
 }
 
+/// Which files programs may reach.
+#[derive(Clone, Debug)]
+pub enum FileAccess {
+    /// None.
+    Nothing,
+    /// Those beneath some folders.
+    Beneath(Folders),
+    /// All that the controller itself may reach.
+    Everything,
+}
+
 impl Default for Permissions {
     /// The network only.
     fn default() -> Self {
         Self {
-            files: false,
+            files: FileAccess::Nothing,
             processes: false,
             environment: false,
             network: true,
@@ -54,7 +66,11 @@ pub(crate) struct TaskHost {
 impl TaskHost {
     /// Random numbers follow from `seed`.
     pub fn new(context: Rc<TaskContext>, seed: u64, permissions: Permissions) -> Self {
-        let (sockets, files) = (Rc::<Sockets>::default(), Rc::<Files>::default());
+        let within = match &permissions.files {
+            FileAccess::Beneath(folders) => Some(folders.clone()),
+            FileAccess::Nothing | FileAccess::Everything => None,
+        };
+        let (sockets, files) = (Rc::<Sockets>::default(), Rc::new(Files::new(within)));
         Self {
             context,
             random_state: Cell::new(seed),
@@ -122,7 +138,7 @@ impl Host for TaskHost {
 
     fn permits(&self, access: Access) -> bool {
         match access {
-            Access::Files => self.permissions.files,
+            Access::Files => !matches!(self.permissions.files, FileAccess::Nothing),
             Access::Processes => self.permissions.processes,
             Access::Environment => self.permissions.environment,
             Access::Network => self.permissions.network,

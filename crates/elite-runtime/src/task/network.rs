@@ -11,6 +11,8 @@ use std::rc::{Rc, Weak};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use elite_lang::{HostSocket, Interest, ThreadId};
+use io_bus::names;
+use supervision::{Contained, Faults, Kind, Panicked};
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::sync::Notify;
 use tokio::task::AbortHandle;
@@ -167,6 +169,18 @@ fn settle<T>(pending: &Mutex<Pending<T>>, result: io::Result<T>, outside: &Outsi
     }
 }
 
+/// Starts a future of the task's own runtime.
+fn start(future: impl Future<Output = ()> + Send + 'static) -> AbortHandle {
+    let task = Faults::default().spawn(Kind::Task, "socket", future);
+    task.abort_handle()
+}
+
+/// A panic is an error of the socket, so that whoever waits goes on.
+async fn contained<T>(result: impl Future<Output = io::Result<T>>) -> io::Result<T> {
+    let fault = |panicked: Panicked| Err(io::Error::other(panicked.message));
+    Contained::new(result).await.unwrap_or_else(fault)
+}
+
 /// Ends the future, and says who waited for it.
 fn give_up<T>(pending: &Mutex<Pending<T>>) -> Vec<ThreadId> {
     let mut pending = lock(pending);
@@ -233,15 +247,17 @@ impl HostSocket for Socket {
         } else {
             host
         };
-        let task = tokio::spawn(async move {
-            let result = if bound {
-                connect_from(socket, &host, port).await
-            } else {
-                TcpStream::connect((host.as_str(), port)).await
+        let task = start(async move {
+            let connecting = async {
+                if bound {
+                    connect_from(socket, &host, port).await
+                } else {
+                    names::connect(&host, port).await
+                }
             };
-            settle(&slot, result, &outside);
+            settle(&slot, contained(connecting).await, &outside);
         });
-        lock(&pending).under_way = Some(task.abort_handle());
+        lock(&pending).under_way = Some(task);
         *state = State::Connecting(pending);
         Ok(())
     }
@@ -387,7 +403,7 @@ impl HostSocket for Socket {
         let wait = match &*self.state.borrow() {
             State::Connected(stream) => {
                 let stream = stream.clone();
-                tokio::spawn(async move {
+                start(async move {
                     // An error shows in the operation that follows.
                     let _ = match interest {
                         Interest::Write => stream.writable().await,
@@ -402,24 +418,23 @@ impl HostSocket for Socket {
                     pending.waiters.push(thread);
                     return;
                 }
-                tokio::spawn(async move { outside.wake(thread) })
+                start(async move { outside.wake(thread) })
             }
             State::Listening(listener, pending) => {
                 let (listener, slot) = (listener.clone(), pending.clone());
                 let mut pending = lock(pending);
                 pending.waiters.push(thread);
                 if pending.under_way.is_none() {
-                    let accepting = tokio::spawn(async move {
-                        let result = listener.accept().await;
-                        settle(&slot, result, &outside);
+                    let accepting = start(async move {
+                        settle(&slot, contained(listener.accept()).await, &outside);
                     });
-                    pending.under_way = Some(accepting.abort_handle());
+                    pending.under_way = Some(accepting);
                 }
                 return;
             }
-            State::New(_) | State::Closed => tokio::spawn(async move { outside.wake(thread) }),
+            State::New(_) | State::Closed => start(async move { outside.wake(thread) }),
         };
-        waits.push((thread, wait.abort_handle()));
+        waits.push((thread, wait));
     }
 }
 
@@ -431,8 +446,8 @@ impl Drop for Socket {
 
 /// Connects a socket that has an address of its own.
 async fn connect_from(socket: TcpSocket, host: &str, port: u16) -> io::Result<TcpStream> {
-    let mut addresses = tokio::net::lookup_host((host, port)).await?;
-    match addresses.find(SocketAddr::is_ipv4) {
+    let addresses = names::resolve(host, port).await?;
+    match addresses.into_iter().find(SocketAddr::is_ipv4) {
         Some(address) => socket.connect(address).await,
         None => Err(io::Error::new(
             io::ErrorKind::NotFound,

@@ -9,6 +9,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
+use supervision::{Contained, Panicked};
 use tokio::sync::Notify;
 use tokio::task::AbortHandle;
 
@@ -26,6 +27,8 @@ pub(crate) struct Outside {
 struct Shared {
     jobs: RefCell<Jobs>,
     news: Notify,
+    /// A job has panicked; the task ends with it.
+    panicked: RefCell<Option<Panicked>>,
 }
 
 #[derive(Default)]
@@ -46,11 +49,19 @@ impl Outside {
         jobs.last += 1;
         let id = JobId(jobs.last);
         let shared = Rc::clone(&self.shared);
+        #[allow(
+            clippy::disallowed_methods,
+            reason = "the one place where jobs of a task start; a panic is contained and ends the task"
+        )]
         let task = tokio::task::spawn_local(async move {
-            let result = future.await;
-            if let Some(job) = shared.jobs.borrow_mut().open.get_mut(&id) {
-                job.result = Some(Box::new(result));
-                job.task = None;
+            let result = Contained::new(future).await;
+            match (result, shared.jobs.borrow_mut().open.get_mut(&id)) {
+                (Ok(result), Some(job)) => {
+                    job.result = Some(Box::new(result));
+                    job.task = None;
+                }
+                (Ok(_), None) => {}
+                (Err(panicked), _) => drop(shared.panicked.replace(Some(panicked))),
             }
             shared.news.notify_one();
         });
@@ -80,6 +91,11 @@ impl Outside {
         if let Some(task) = job.and_then(|job| job.task) {
             task.abort();
         }
+    }
+
+    /// The panic of a job, once.
+    pub fn take_panic(&self) -> Option<Panicked> {
+        self.shared.panicked.take()
     }
 
     /// True while a job has no result yet.
@@ -116,6 +132,17 @@ mod tests {
             assert!(!outside.is_open() && outside.is_done(job));
             assert_eq!(outside.take::<i32>(job), Some(7));
             assert_eq!(outside.take::<i32>(job), None);
+        });
+    }
+
+    #[test]
+    fn a_job_that_panics_says_so() {
+        run(async {
+            let outside = Outside::default();
+            outside.start(async { panic!("here") });
+            outside.news().await;
+            assert_eq!(outside.take_panic().unwrap().message, "here");
+            assert!(outside.take_panic().is_none());
         });
     }
 

@@ -15,6 +15,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use elite_lang::{HostCommand, HostProcess, HostProcesses, ProcessOutput, ProcessStream, ThreadId};
 use nix::sys::signal::{Signal, kill, killpg};
 use nix::unistd::{Pid, getegid, geteuid, getgid, getpid, getppid, getuid};
+use supervision::{Faults, Kind};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWriteExt};
 use tokio::process::{Child, ChildStdin, Command};
 use tokio::sync::Notify;
@@ -123,7 +124,7 @@ fn start(command: HostCommand, files: &Files, outside: &Arc<Outside>) -> io::Res
     let mut system = Command::new(program);
     system
         .args(arguments)
-        .current_dir(files.full(command.folder.as_deref().unwrap_or("")))
+        .current_dir(files.start_folder(command.folder.as_deref().unwrap_or(""))?)
         .process_group(0)
         .kill_on_drop(true);
     death_signal::with_the_controller(&mut system);
@@ -189,7 +190,8 @@ fn finish(
     });
     let mut futures = Vec::new();
     let mut run = |future: std::pin::Pin<Box<dyn Future<Output = ()> + Send>>| {
-        futures.push(tokio::spawn(future).abort_handle());
+        let task = Faults::default().spawn(Kind::Task, "process", future);
+        futures.push(task.abort_handle());
     };
     {
         let mut state = shared.lock();

@@ -16,14 +16,16 @@ use elite_lang::{
 };
 use io_bus::Fieldbus;
 use motion_api::{CommandKind, IoChange, Origin, ProgramId, StopReason, ThreadNumber};
-use tokio::sync::{mpsc, oneshot, watch};
+use supervision::{Contained, Fault, Faults, Kind, Panicked, catch, injection};
+use tokio::sync::watch;
 use tokio::time::Instant;
 
 use super::context::{TaskContext, TaskRequest};
+use super::controls::{Control, Controls};
 use super::host::{Permissions, TaskHost};
 use crate::builtins;
 use crate::interpreter::Interpreter as StatementPort;
-use crate::message::{Aside, Message, Observer, Severity};
+use crate::message::{Aside, Message, Observer};
 use crate::panel::{Panel, Variables};
 use crate::robot::Robot;
 use crate::supervisor::{TaskState, TaskStatus, is_secondary};
@@ -65,19 +67,8 @@ pub struct TaskSettings {
     pub permissions: Permissions,
     /// Where tasks are kept.
     pub task_folder: Arc<Path>,
-}
-
-/// What others ask of a running task.
-#[derive(Debug)]
-pub enum Control {
-    /// End it.
-    Stop,
-    /// Hold it.
-    Pause,
-    /// Let it go on.
-    Resume,
-    /// Run a secondary program beside it, and say that it was taken. A task that ends first drops the sender.
-    Secondary(ProgramText, oneshot::Sender<()>),
+    /// Who hears of faults in tasks.
+    pub faults: Faults,
 }
 
 /// How a task ended.
@@ -104,11 +95,13 @@ pub(crate) struct Task {
     known: KnownNames,
     pub(super) threads: BTreeMap<ThreadNumber, Entry>,
     pub(super) ready: VecDeque<ThreadNumber>,
-    pub(super) controls: mpsc::Receiver<Control>,
+    pub(super) controls: Controls,
     status: watch::Sender<TaskStatus>,
     pub(super) paused: bool,
     stops_at_start: u64,
     pub(super) end: Option<TaskEnd>,
+    /// A fault of ours has left the language as it was: no script runs any more.
+    is_broken: bool,
     secondaries: u32,
     /// Names declared `global`, in the order in which they were met.
     pub(super) global_names: Vec<String>,
@@ -118,6 +111,24 @@ pub(crate) struct Task {
     pub(super) variables_due: u64,
     /// When the next cycle is due while a virtual clock keeps wall pace.
     pub(super) next_tick: Option<Instant>,
+    /// What the robot has to be told as soon as there is room for it.
+    untold: VecDeque<CommandKind>,
+}
+
+/// The task makes time pass, until this is dropped.
+struct Driving(Arc<Robot>);
+
+impl Driving {
+    fn begin(robot: Arc<Robot>) -> Self {
+        robot.timeline().drive(true);
+        Self(robot)
+    }
+}
+
+impl Drop for Driving {
+    fn drop(&mut self) {
+        self.0.timeline().drive(false);
+    }
 }
 
 pub(super) struct Entry {
@@ -153,7 +164,7 @@ impl Task {
         mut settings: TaskSettings,
         statements: Arc<StatementPort>,
         program: ProgramId,
-        controls: mpsc::Receiver<Control>,
+        controls: Controls,
         status: watch::Sender<TaskStatus>,
     ) -> Self {
         settings.observer = Arc::new(Aside(settings.observer));
@@ -161,7 +172,7 @@ impl Task {
         let host = Rc::new(TaskHost::new(
             context.clone(),
             settings.seed,
-            settings.permissions,
+            settings.permissions.clone(),
         ));
         let natives = builtins::natives(&context);
         let known = KnownNames::new(builtins::all().map(|b| b.name));
@@ -181,18 +192,41 @@ impl Task {
             paused: false,
             stops_at_start,
             end: None,
+            is_broken: false,
             secondaries: 0,
             global_names: Vec::new(),
             looked_at: u64::MAX,
             variables_due: 0,
             next_tick: None,
+            untold: VecDeque::new(),
         }
     }
 
-    /// Runs the program to its end; the arm stands when this returns.
+    /// Runs the program to its end; the arm stands when this returns. A fault of ours ends the program, not more: the arm
+    /// comes to rest as after any other end.
     pub async fn run(mut self, program: ProgramText) -> TaskEnd {
-        self.settings.robot.timeline().drive(true);
-        let end = match self.start_program(ThreadNumber(0), program) {
+        let _driving = Driving::begin(self.settings.robot.clone());
+        let ran = Contained::new(self.run_program(program)).await;
+        let mut end = ran.unwrap_or_else(|panicked| self.met_fault(panicked));
+        if !self.is_broken {
+            let ended = catch(|| {
+                self.publish_variables(true);
+                self.stop_all_threads();
+            });
+            if let Err(panicked) = ended {
+                end = self.met_fault(panicked);
+            }
+        }
+        if self.is_broken {
+            self.give_up_threads();
+        }
+        self.program_runs(false);
+        self.settle(&end).await;
+        end
+    }
+
+    async fn run_program(&mut self, program: ProgramText) -> TaskEnd {
+        match self.start_program(ThreadNumber(0), program) {
             Ok(program) => {
                 let text = program.file().text();
                 self.settings
@@ -203,13 +237,31 @@ impl Task {
                 self.run_threads().await
             }
             Err(()) => TaskEnd::NotCompiled,
-        };
-        self.publish_variables(true);
-        self.stop_all_threads();
-        self.program_runs(false);
-        self.settle(&end).await;
-        self.settings.robot.timeline().drive(false);
-        end
+        }
+    }
+
+    /// Tells a fault as the error of the program. No script runs after it: what the language holds may be half changed.
+    fn met_fault(&mut self, panicked: Panicked) -> TaskEnd {
+        self.is_broken = true;
+        let program = self.context.program();
+        let fault = Fault::new(Kind::Task, format!("program {}", program.0), panicked);
+        self.settings.faults.tell(&fault);
+        let number = self.context.origin(0).thread;
+        let line = catch(|| Some(self.threads.get(&number)?.script.current_line()));
+        let line = line.ok().flatten().unwrap_or(1).max(1);
+        let message = Message::internal_error(program, line, &fault.what());
+        self.settings.observer.message(&message);
+        TaskEnd::Failed
+    }
+
+    /// Drops what is left of the program after a fault, which may meet others: they are its consequences.
+    fn give_up_threads(&mut self) {
+        self.ready.clear();
+        let threads = std::mem::take(&mut self.threads);
+        for entry in threads.into_values() {
+            let _ = catch(move || drop(entry));
+        }
+        let _ = catch(|| self.host.close());
     }
 
     /// Compiles and readies a program. Findings are reported.
@@ -267,7 +319,13 @@ impl Task {
     async fn run_threads(&mut self) -> TaskEnd {
         let mut slices = 0_u32;
         loop {
-            while let Ok(control) = self.controls.try_recv() {
+            if self.settings.robot.timeline().has_ended() {
+                return self.lost_clock();
+            }
+            if let Some(panicked) = self.context.outside().take_panic() {
+                return self.met_fault(panicked);
+            }
+            while let Some(control) = self.controls.try_next() {
                 self.take(control);
             }
             self.look_around();
@@ -305,6 +363,15 @@ impl Task {
         }
     }
 
+    /// Nothing can move or pass any more, so nothing may wait.
+    fn lost_clock(&self) -> TaskEnd {
+        let program = self.context.program();
+        let what = "the control cycle has ended, nothing moves any more";
+        let message = Message::internal_error(program, 1, what);
+        self.settings.observer.message(&message);
+        TaskEnd::Failed
+    }
+
     /// The thread whose turn it is. While the task is held, secondary programs still run.
     fn next_ready(&mut self) -> Option<ThreadNumber> {
         if self.paused {
@@ -327,6 +394,7 @@ impl Task {
         let cycle = self.settings.robot.state().cycle;
         if cycle != self.looked_at {
             self.looked_at = cycle;
+            self.tell_what_is_untold();
             self.look_at_watchdogs();
             self.publish_variables(false);
             self.end_late_secondaries();
@@ -384,21 +452,27 @@ impl Task {
         let _ = self.start_program(number, program);
     }
 
-    pub(super) fn tell_robot(&self, kind: CommandKind) {
+    /// Gives the robot a command. Where there is no room for it just now it is given in one of the next cycles: a stop is
+    /// late at worst, never lost.
+    pub(super) fn tell_robot(&mut self, kind: CommandKind) {
+        self.untold.push_back(kind);
+        self.tell_what_is_untold();
+    }
+
+    pub(super) fn tell_what_is_untold(&mut self) {
         let origin = Origin {
             program: self.context.program(),
             ..Origin::default()
         };
-        if let Err(full) = self.settings.robot.send(origin, kind) {
-            let text = format!("{} was not carried out: {full}", kind.name());
-            self.settings
-                .observer
-                .message(&Message::log(Severity::Error, origin, text));
+        while let Some(kind) = self.untold.front()
+            && self.settings.robot.send(origin, *kind).is_ok()
+        {
+            self.untold.pop_front();
         }
     }
 
     /// For outputs that follow the run state (manual 5.20 to 5.25). A held program does not run.
-    fn program_runs(&self, runs: bool) {
+    fn program_runs(&mut self, runs: bool) {
         self.tell_robot(CommandKind::SetIo(IoChange::ProgramRunning(runs)));
         self.settings.fieldbus.program_running(runs);
     }
@@ -419,6 +493,7 @@ impl Task {
         };
         self.context.enter(number, entry.secondary.is_some());
         self.host.sockets().outside().forget(entry.script.id());
+        injection::point("task");
         let step = entry.script.resume(Resume::Continue, FUEL_PER_SLICE);
         self.report_line(number);
         match step {

@@ -9,7 +9,8 @@ use elite_lang::memory;
 use motion_api::{CommandId, CommandKind, MotionMode, RobotMode, ThreadNumber};
 use tokio::time::{Instant, sleep_until};
 
-use super::scheduler::{Control, Task, TaskEnd, Waiting};
+use super::controls::Control;
+use super::scheduler::{Task, TaskEnd, Waiting};
 use super::wait::Wait;
 
 /// Longest time to wait for the arm to stand after the end of a program, in simulated seconds.
@@ -141,7 +142,7 @@ impl Task {
         self.next_tick = Some(due);
         tokio::select! {
             biased;
-            control = self.controls.recv() => match control {
+            control = self.controls.next() => match control {
                 Some(control) => self.take(control),
                 // The supervisor is gone: nobody could stop this task any more.
                 None => self.end = Some(TaskEnd::Stopped),
@@ -187,11 +188,13 @@ impl Task {
             let powered = state.robot_mode == RobotMode::Running;
             let is_on_its_way = goes_on && is_planned(state.motion_mode);
             let is_over = state.time > deadline && !is_on_its_way;
-            if state.cycle > first && (!powered || stands) || is_over {
+            let rests = state.cycle > first && (!powered || stands);
+            if rests || is_over || robot.timeline().has_ended() {
                 return;
             }
+            self.tell_what_is_untold();
             // No program is left to pause or to join; the arm can still be stopped.
-            while let Ok(control) = self.controls.try_recv() {
+            while let Some(control) = self.controls.try_next() {
                 if goes_on && matches!(control, Control::Stop) {
                     goes_on = false;
                     deadline = state.time + SETTLE_TIME_MAX;

@@ -169,11 +169,12 @@ pub fn run_while(
     let supervisor = Supervisor::new(TaskSettings {
         robot: Arc::new(robot),
         observer: listener.clone(),
-        permissions: standing.permissions,
+        permissions: standing.permissions.clone(),
         task_folder: std::path::Path::new("/tasks").into(),
         seed: 0,
         fieldbus: Arc::default(),
         panel: Arc::new(Panel::new(Operator::Absent)),
+        faults: supervision::Faults::default(),
     });
     let program = ProgramText {
         name: "test.script".into(),

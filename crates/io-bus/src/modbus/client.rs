@@ -3,20 +3,19 @@
 //! Owns the table of signals and devices. Each device has one connection, shared by its signals and driven by a task of
 //! `device` on a thread of its own; nothing here waits but the functions that say so. Signals outlive programs.
 
-use std::io;
 use std::sync::{Arc, MutexGuard, OnceLock};
 use std::time::Duration;
 
 use motion_api::RunStateChoice;
+use supervision::Faults;
 use thiserror::Error;
-use tokio::runtime::Handle;
-use tokio::sync::Notify;
 use tokio::time::{Instant, timeout_at};
 
 use super::device;
 use super::pdu::Request;
 use super::signal::{DeviceAddress, Signal, SignalKind, SignalSpec};
 use super::state::{Custom, Shared, State};
+use crate::driver::Driver;
 
 /// Most signals of one controller (manual 6.1.1).
 pub const SIGNALS_MAX: usize = 200;
@@ -97,21 +96,19 @@ pub enum ModbusError {
 #[derive(Default)]
 pub struct ModbusClient {
     shared: Arc<Shared>,
-    runtime: OnceLock<Runtime>,
-}
-
-struct Runtime {
-    handle: Handle,
-    ending: Arc<Notify>,
-}
-
-impl Drop for Runtime {
-    fn drop(&mut self) {
-        self.ending.notify_one();
-    }
+    driver: OnceLock<Driver>,
+    faults: Faults,
 }
 
 impl ModbusClient {
+    /// A client without signals; `faults` hears of those on its thread.
+    pub fn new(faults: Faults) -> Self {
+        Self {
+            faults,
+            ..Self::default()
+        }
+    }
+
     /// Adds a signal, or replaces the one of that name.
     ///
     /// # Errors
@@ -375,12 +372,13 @@ impl ModbusClient {
         mut state: MutexGuard<'_, State>,
         address: DeviceAddress,
     ) -> Result<(), ModbusError> {
-        let runtime = match self.runtime.get() {
-            Some(runtime) => runtime,
+        let driver = match self.driver.get() {
+            Some(driver) => driver,
             None => {
-                let started = start_runtime().map_err(|e| ModbusError::NoThread(e.to_string()))?;
+                let started = Driver::start("modbus", self.faults.clone())
+                    .map_err(|e| ModbusError::NoThread(e.to_string()))?;
                 // Under the lock of the state, so nobody else can have set it.
-                self.runtime.get_or_init(|| started)
+                self.driver.get_or_init(|| started)
             }
         };
         let device = state.device(&address);
@@ -389,23 +387,9 @@ impl ModbusClient {
         if !device.has_task {
             device.has_task = true;
             device.is_connecting = true;
-            runtime
-                .handle
-                .spawn(device::run(self.shared.clone(), address));
+            let shared = self.shared.clone();
+            driver.keep_up(move || device::run(shared.clone(), address.clone()));
         }
         Ok(())
     }
-}
-
-fn start_runtime() -> io::Result<Runtime> {
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()?;
-    let handle = runtime.handle().clone();
-    let ending = Arc::new(Notify::new());
-    let told = ending.clone();
-    std::thread::Builder::new()
-        .name("modbus".to_owned())
-        .spawn(move || runtime.block_on(told.notified()))?;
-    Ok(Runtime { handle, ending })
 }

@@ -13,10 +13,13 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt, BufStream};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout, timeout_at};
 
+use supervision::injection;
+
 use super::pdu::Reply;
 use super::schedule::{Asked, Next, Schedule, note_reply};
 use super::signal::DeviceAddress;
 use super::state::{Shared, State};
+use crate::names;
 
 /// How long a connection and an answer may take.
 const CONNECT_TIME: Duration = Duration::from_secs(2);
@@ -49,7 +52,8 @@ pub(super) async fn run(shared: Arc<Shared>, address: DeviceAddress) {
     // Kept over connections: a device that does not answer several requests at once never will.
     let mut one_by_one = false;
     while let Some(wake) = begin_connecting(&shared, &address) {
-        let connecting = TcpStream::connect((address.host.as_str(), address.port));
+        injection::point("modbus");
+        let connecting = names::connect(&address.host, address.port);
         let connected = timeout(CONNECT_TIME, connecting).await;
         let failure = match connected {
             Ok(Ok(stream)) => {
@@ -95,6 +99,8 @@ fn begin_connecting(shared: &Shared, address: &DeviceAddress) -> Option<Arc<toki
     }
     let device = state.devices.get_mut(address)?;
     device.wants_reset = false;
+    // A fault may have ended the connection before this one without saying so.
+    device.is_connected = false;
     device.is_connecting = true;
     Some(device.wake.clone())
 }

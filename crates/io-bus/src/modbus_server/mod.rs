@@ -1,6 +1,7 @@
 //! The controller's own Modbus TCP server: one client over any duplex stream.
 //!
-//! Owns the conversation and its time limits. Connections are accepted, counted and ended by the caller.
+//! Owns the conversation and the time of a message. Connections are accepted, counted and ended by the caller; so are those
+//! that stay silent.
 
 pub mod codec;
 pub mod state_map;
@@ -16,9 +17,6 @@ use crate::port_image::PortImage;
 use codec::{ADU_BYTES_MAX, NotModbus, answer_with, message_bytes};
 use state_map::Controller;
 
-/// A client that asks nothing for so long is closed.
-pub const IDLE: Duration = Duration::from_secs(300);
-
 /// A request that has begun has to be complete, and a reply taken, within this time.
 pub const MESSAGE_TIME: Duration = Duration::from_secs(5);
 
@@ -32,9 +30,6 @@ pub enum Ended {
     /// What was sent is not Modbus TCP.
     #[error("not Modbus TCP: {0}")]
     NotModbus(#[from] NotModbus),
-    /// Nothing was asked for [`IDLE`].
-    #[error("idle for {} s", IDLE.as_secs())]
-    Idle,
     /// A request stayed unfinished, or a reply unread, for [`MESSAGE_TIME`].
     #[error("a request stayed unfinished or a reply unread for {} s", MESSAGE_TIME.as_secs())]
     Stalled,
@@ -66,14 +61,15 @@ pub async fn serve(
             continue;
         }
         // A message is never longer than the buffer, so there is room for more of it.
-        let (patience, ended) = match filled {
-            0 => (IDLE, Ended::Idle),
-            _ => (MESSAGE_TIME, Ended::Stalled),
+        let reading = stream.read(&mut buffer[filled..]);
+        let read = match filled {
+            0 => Ok(reading.await),
+            _ => timeout(MESSAGE_TIME, reading).await,
         };
-        match timeout(patience, stream.read(&mut buffer[filled..])).await {
+        match read {
             Ok(Ok(0)) => return Ok(()),
             Ok(count) => filled += count?,
-            Err(_elapsed) => return Err(ended),
+            Err(_elapsed) => return Err(Ended::Stalled),
         }
     }
 }
@@ -108,14 +104,8 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn idle_and_stalled_clients_are_closed() {
+    async fn stalled_clients_are_closed() {
         let image = PortImage::default();
-        let (_idle, server) = duplex(64);
-        assert!(matches!(
-            serve(server, &image, None).await,
-            Err(Ended::Idle)
-        ));
-
         let (mut half, server) = duplex(64);
         half.write_all(&[0, 1, 0]).await.unwrap();
         let start = tokio::time::Instant::now();

@@ -13,10 +13,13 @@ use hyper::client::conn::http1::{SendRequest, handshake};
 use hyper::{Request, Response, StatusCode, header};
 use hyper_util::rt::TokioIo;
 use socket2::Socket;
+use supervision::{Faults, Kind};
 use thiserror::Error;
 use tokio::net::TcpStream;
 use tokio::sync::Mutex;
 use tokio::time::timeout;
+
+use crate::names;
 
 use super::codec::{Fault, NotXmlRpc, RpcValue, decode_response, encode_call};
 
@@ -255,7 +258,7 @@ impl RpcClient {
             address: self.url.authority.clone(),
             source,
         };
-        let stream = TcpStream::connect(self.url.authority.as_str())
+        let stream = names::connect_to(&self.url.authority)
             .await
             .map_err(failed)?;
         let stream = stream.into_std().map_err(failed)?;
@@ -265,7 +268,10 @@ impl RpcClient {
             .await
             .map_err(|error| self.not_sent(error.to_string()))?;
         // Its end shows at the next call.
-        tokio::spawn(async move { drop(connection.await) });
+        let faults = Faults::default();
+        drop(faults.spawn(Kind::Service, "rpc connection", async move {
+            drop(connection.await);
+        }));
         Ok(Connection { sender, socket })
     }
 }

@@ -11,9 +11,10 @@ use kinematics::{Payload, RpyPose};
 use motion_api::{CommandKind, Origin, RobotState};
 use serde::Deserialize;
 
-use super::{Backend, locked};
+use super::{Backend, LOOK_AGAIN, locked};
 use crate::ports::dashboard::{Dashboard, Order};
 use crate::ports::description::{RobotDescription, TaskStatus};
+use crate::ports::shown::{Escaped, Shown};
 use crate::ports::text::statements_of_line;
 
 /// The configuration that is always there: the settings with which the server was started.
@@ -21,8 +22,27 @@ const DEFAULT_CONFIGURATION: &str = "default.configuration";
 
 /// A reply waits no longer than this for a cycle that takes its command.
 const TAKEN_WITHIN: Duration = Duration::from_millis(100);
-/// Time between two looks at the cycle's number.
-const LOOK_AGAIN: Duration = Duration::from_millis(1);
+
+/// Lines of clients for the log: a burst of so many, then one each interval.
+const LOG_BURST: u32 = 100;
+/// See [`LOG_BURST`].
+const LOG_INTERVAL: Duration = Duration::from_millis(10);
+
+/// When lines of clients are written (the generic cell rate algorithm).
+#[derive(Debug, Default)]
+pub(super) struct LogPace {
+    /// When everything so far would have been due at the steady rate.
+    due: Option<tokio::time::Instant>,
+}
+
+impl LogPace {
+    /// When the next line may be written.
+    fn next(&mut self, now: tokio::time::Instant) -> tokio::time::Instant {
+        let due = self.due.map_or(now, |due| due.max(now));
+        self.due = Some(due + LOG_INTERVAL);
+        due.checked_sub(LOG_INTERVAL * LOG_BURST).unwrap_or(now)
+    }
+}
 
 /// What was loaded by name.
 #[derive(Debug, Default)]
@@ -81,11 +101,15 @@ impl Dashboard for Backend {
             Order::SetSpeed(fraction) => self.take(CommandKind::SetSpeedFraction(fraction)).await,
             Order::RemoteControl(on) => self.remote.store(on, Ordering::Relaxed),
             Order::Log(text) => {
+                // No line is lost: whoever writes faster than that waits for its reply.
+                let due = locked(&self.log_pace).next(tokio::time::Instant::now());
+                tokio::time::sleep_until(due).await;
+                let text = Escaped(&text).to_string();
                 let message = Message::log(Severity::Info, Origin::default(), text);
                 self.announcer.message(&message);
             }
             Order::ShowPopup(text) => {
-                tracing::info!("popup: {text}");
+                tracing::info!("popup: {}", Shown(&text));
                 self.supervisor.panel().open_popup(Popup {
                     title: "Popup".to_owned(),
                     text,
@@ -187,7 +211,7 @@ impl Backend {
     /// on another port, is already answered by a state with it.
     async fn take(&self, command: CommandKind) {
         let before = self.robot.state().cycle;
-        self.supervisor.command(command);
+        self.give(command).await;
         let patience = tokio::time::Instant::now() + TAKEN_WITHIN;
         // The cycle that runs now may have looked at its commands already.
         while self.robot.state().cycle < before + 2 && tokio::time::Instant::now() < patience {
@@ -219,6 +243,15 @@ fn parse_configuration(name: &str, text: &str) -> Result<Configuration, String> 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_of_clients_come_in_a_burst_and_then_at_a_steady_rate() {
+        let now = tokio::time::Instant::now();
+        let mut pace = LogPace::default();
+        let dues: Vec<_> = (0..300).map(|_| pace.next(now)).collect();
+        assert!(dues[..=LOG_BURST as usize].iter().all(|due| *due <= now));
+        assert_eq!(dues[299], now + LOG_INTERVAL * 199);
+    }
 
     #[test]
     fn a_configuration_sets_what_it_names_and_says_what_is_wrong() {

@@ -8,7 +8,7 @@ mod rtsi;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use elite_lang::{KnownNames, SourceFile};
 use elite_runtime::interpreter::{Statement, Submitted, ThrownAway};
@@ -17,9 +17,10 @@ use elite_runtime::panel::{FLAGS, PopupStyle};
 use elite_runtime::{ProgramText, Robot, Supervisor};
 use io_bus::Fieldbus;
 use motion::realtime::ClockMeter;
-use motion_api::{CommandId, CommandKind, Frame, MotionMode, RegisterImages, RobotState};
+use motion_api::{CommandId, CommandKind, Frame, MotionMode, Origin, RegisterImages, RobotState};
 use recorder::RecorderMeter;
 use serde_json::{Value, json};
+use supervision::Faults;
 use tokio::sync::{broadcast, watch};
 use tokio_util::sync::CancellationToken;
 
@@ -28,22 +29,28 @@ use crate::config::ServeConfig;
 use crate::controller::Controller;
 use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
+use crate::logging;
 use crate::ports::ClientId;
 use crate::ports::description::{RobotDescription, TaskStatus, ToolSerial};
-use crate::ports::http;
 use crate::ports::http::metrics::{Figures, RecordingFigures};
+use crate::ports::http::{self, NotSet};
 use crate::ports::interpreter::codec::{Command, Discard, executed};
 use crate::ports::interpreter::{self, Verdict};
 use crate::ports::primary::codec::{ErrorData, Exception, Level, Source};
 use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
 use crate::ports::primary::{self, Hub, Submission};
 use crate::ports::sample::Sample;
-use dashboard::{Configuration, Loaded};
+use dashboard::{Configuration, Loaded, LogPace};
 use elite_runtime::task_folder::TaskFolder;
 pub use lifetime::Lifetime;
 
 /// Name of programs that are one line outside a block.
 const LINE_NAME: &str = "line";
+
+/// A command waits so long for room among the others.
+const ROOM_WITHIN: Duration = Duration::from_millis(300);
+/// Time between two looks whether there is room.
+const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
 /// What ports ask the controller, answered.
 pub struct Backend {
@@ -59,11 +66,13 @@ pub struct Backend {
     task_folder: TaskFolder,
     start_configuration: Configuration,
     loaded: Mutex<Loaded>,
+    log_pace: Mutex<LogPace>,
     lifetime: Lifetime,
     clock: ClockMeter,
     recording: Option<RecorderMeter>,
     known: KnownNames,
     log: InterpreterLog,
+    faults: Faults,
 }
 
 /// Every value is whole at every moment, so a poisoned lock is as good as any.
@@ -91,6 +100,7 @@ impl Backend {
                 speed: Some(1.0),
             },
             loaded: Mutex::default(),
+            log_pace: Mutex::default(),
             lifetime,
             robot: controller.robot().clone(),
             fieldbus: controller.fieldbus().clone(),
@@ -102,6 +112,18 @@ impl Backend {
             recording: controller.recorder_meter(),
             known: KnownNames::new(elite_runtime::builtins::all().map(|b| b.name)),
             log: controller.interpreter_log().clone(),
+            faults: controller.faults().clone(),
+        }
+    }
+
+    /// Gives the robot a command; while others flood it, a moment later. What finds no room is told to everybody.
+    async fn give(&self, command: CommandKind) {
+        let patience = tokio::time::Instant::now() + ROOM_WITHIN;
+        while self.robot.send(Origin::default(), command).is_err() {
+            if tokio::time::Instant::now() >= patience {
+                return self.supervisor.command(command);
+            }
+            tokio::time::sleep(LOOK_AGAIN).await;
         }
     }
 
@@ -258,6 +280,12 @@ impl primary::Backend for Backend {
         let _ = self.supervisor.submit(program).await;
     }
 
+    fn hurry(&self) {
+        if self.remote.load(Ordering::Relaxed) {
+            self.supervisor.stop();
+        }
+    }
+
     async fn control(&self, client: ClientId, phrase: ControlPhrase) {
         tracing::info!(%client, ?phrase, "control phrase");
         let task_only = matches!(
@@ -285,21 +313,18 @@ impl primary::Backend for Backend {
                     tracing::info!(%client, "close popup: none is open");
                 }
             }
-            ControlPhrase::PowerOn => self.supervisor.command(CommandKind::PowerOn),
+            ControlPhrase::PowerOn => self.give(CommandKind::PowerOn).await,
             ControlPhrase::PowerOff => {
                 self.supervisor.stop();
-                self.supervisor.command(CommandKind::PowerOff);
+                self.give(CommandKind::PowerOff).await;
             }
-            ControlPhrase::ReleaseBrakes => self.supervisor.command(CommandKind::ReleaseBrakes),
+            ControlPhrase::ReleaseBrakes => self.give(CommandKind::ReleaseBrakes).await,
             ControlPhrase::UnlockProtectiveStop => {
-                self.supervisor.command(CommandKind::UnlockProtectiveStop)
+                self.give(CommandKind::UnlockProtectiveStop).await
             }
-            ControlPhrase::RestartSafetyBoard => {
-                self.supervisor.command(CommandKind::RestartSafetyBoard)
-            }
+            ControlPhrase::RestartSafetyBoard => self.give(CommandKind::RestartSafetyBoard).await,
             ControlPhrase::SetSpeed(fraction) => {
-                self.supervisor
-                    .command(CommandKind::SetSpeedFraction(fraction));
+                self.give(CommandKind::SetSpeedFraction(fraction)).await;
             }
         }
     }
@@ -340,7 +365,7 @@ impl interpreter::Interpreter for Backend {
             Command::SkipBuffer => interpreter.skip(),
             Command::Abort if moves_by_plan(self.robot.state().motion_mode) => {
                 let only = CommandId::NONE;
-                self.supervisor.command(CommandKind::Stop { only });
+                self.give(CommandKind::Stop { only }).await;
             }
             _ => {}
         }
@@ -411,19 +436,31 @@ impl http::Source for Backend {
             statements_waiting: self.supervisor.interpreter().counters().unexecuted,
             recording: self.recording.as_ref().map(RecordingFigures::of),
             errors: self.announcer.errors(),
+            faults: self.faults.counts().map(|(_, count)| count),
+            log_lines_lost: logging::lost(),
         }
+    }
+
+    fn fault(&self) -> Option<String> {
+        self.faults.fatal().map(ToString::to_string)
     }
 
     fn registers(&self) -> RegisterImages {
         self.robot.registers().images()
     }
 
-    fn set_inputs(&self, changes: &http::io::InputChanges) -> Result<(), String> {
+    fn set_inputs(&self, changes: &http::io::InputChanges) -> Result<(), NotSet> {
+        if self.robot.is_abandoned() {
+            let text = "the control cycle has ended; nothing was set".to_owned();
+            return Err(NotSet::Unavailable(text));
+        }
+        let points = changes.points.iter();
+        let points: Vec<CommandKind> = points.map(|change| CommandKind::SetIo(*change)).collect();
+        // First what may be refused: it is all or nothing.
+        let sent = self.robot.send_all(Origin::default(), &points);
+        sent.map_err(|full| NotSet::Unavailable(format!("nothing was set: {full}")))?;
         for value in &changes.registers {
             value.write(&self.robot.registers().input);
-        }
-        for change in &changes.points {
-            self.supervisor.command(CommandKind::SetIo(*change));
         }
         Ok(())
     }
@@ -437,9 +474,11 @@ fn name_of(program: &Program) -> String {
         ProgramKind::Secondary => head.strip_prefix("sec"),
         ProgramKind::Line => None,
     };
+    // A name of the language, or none: it is shown in messages, the log and the recording.
+    let is_name = |name: &str| name.chars().all(|c| c == '_' || c.is_alphanumeric());
     rest.and_then(|rest| rest.split('(').next())
         .map(str::trim)
-        .filter(|name| !name.is_empty() && name.len() <= 100)
+        .filter(|name| !name.is_empty() && name.len() <= 100 && is_name(name))
         .unwrap_or(LINE_NAME)
         .to_owned()
 }

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use motion_api::{CommandKind, DigitalBank, IoChange, RegisterBank};
+use motion_api::{CommandKind, DigitalBank, IoChange, Origin, RegisterBank, RingFull};
 use tokio::sync::broadcast;
 
 use super::Backend;
@@ -28,61 +28,66 @@ impl Controller for Backend {
         primary::Backend::sample(self)
     }
 
-    fn apply(&self, _client: ClientId, changes: &[Change], written: &[Input]) -> u64 {
+    fn apply(
+        &self,
+        _client: ClientId,
+        changes: &[Change],
+        written: &[Input],
+    ) -> Result<u64, RingFull> {
+        let commands: Vec<CommandKind> = changes.iter().copied().flat_map(commands_of).collect();
+        self.robot.send_all(Origin::default(), &commands)?;
+        for change in changes {
+            write_register(&self.robot.registers().input, *change);
+        }
         let (panel, now) = (self.supervisor.panel(), self.robot.state().time);
         if panel.has_watchdogs() {
             for input in written {
                 panel.rtsi_input_was_set(&input.name(), now);
             }
         }
-        for change in changes {
-            match *change {
-                Change::SpeedFraction(fraction) => {
-                    self.supervisor
-                        .command(CommandKind::SetSpeedFraction(fraction));
-                }
-                Change::StandardDigitalOut { mask, levels } => {
-                    self.set_digital(DigitalBank::Standard, mask.into(), levels.into());
-                }
-                Change::ConfigurableDigitalOut { mask, levels } => {
-                    self.set_digital(DigitalBank::Configurable, mask.into(), levels.into());
-                }
-                Change::ToolDigitalOut { mask, levels } => {
-                    self.set_digital(DigitalBank::Tool, mask.into(), levels.into());
-                }
-                Change::StandardAnalogOut {
-                    index,
-                    domain,
-                    ratio,
-                } => {
-                    let port = index;
-                    self.set_io(IoChange::AnalogOutDomain { port, domain });
-                    self.set_io(IoChange::AnalogOut { port, ratio });
-                }
-                Change::ExternalForceTorque(wrench) => {
-                    self.supervisor
-                        .command(CommandKind::SetExternalWrench(wrench));
-                }
-                register => write_register(&self.robot.registers().input, register),
-            }
-        }
         // The cycle that runs meanwhile may have looked for commands already; the one after it has not.
-        self.robot.state().cycle + 2
+        Ok(self.robot.state().cycle + 2)
     }
 }
 
-impl Backend {
-    fn set_digital(&self, bank: DigitalBank, mask: u32, levels: u32) {
+/// What the motion thread has to do for a change; nothing for a register.
+fn commands_of(change: Change) -> impl Iterator<Item = CommandKind> {
+    let digital = |bank: DigitalBank, mask: u32, levels: u32| {
         let first = bank.first_bit();
-        self.set_io(IoChange::DigitalOut {
+        CommandKind::SetIo(IoChange::DigitalOut {
             mask: mask << first,
             levels: levels << first,
-        });
-    }
-
-    fn set_io(&self, change: IoChange) {
-        self.supervisor.command(CommandKind::SetIo(change));
-    }
+        })
+    };
+    let commands = match change {
+        Change::SpeedFraction(fraction) => [Some(CommandKind::SetSpeedFraction(fraction)), None],
+        Change::StandardDigitalOut { mask, levels } => {
+            let bank = DigitalBank::Standard;
+            [Some(digital(bank, mask.into(), levels.into())), None]
+        }
+        Change::ConfigurableDigitalOut { mask, levels } => {
+            let bank = DigitalBank::Configurable;
+            [Some(digital(bank, mask.into(), levels.into())), None]
+        }
+        Change::ToolDigitalOut { mask, levels } => {
+            let bank = DigitalBank::Tool;
+            [Some(digital(bank, mask.into(), levels.into())), None]
+        }
+        Change::StandardAnalogOut {
+            index: port,
+            domain,
+            ratio,
+        } => [
+            Some(CommandKind::SetIo(IoChange::AnalogOutDomain {
+                port,
+                domain,
+            })),
+            Some(CommandKind::SetIo(IoChange::AnalogOut { port, ratio })),
+        ],
+        Change::ExternalForceTorque(wrench) => [Some(CommandKind::SetExternalWrench(wrench)), None],
+        _register => [None, None],
+    };
+    commands.into_iter().flatten()
 }
 
 /// One input register, or 32 of the boolean ones.

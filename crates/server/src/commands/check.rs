@@ -1,6 +1,6 @@
 //! `eliteserver check`: parses and checks scripts without running them.
 
-use std::io::Read;
+use std::io::{Read, Write};
 use std::path::Path;
 
 use elite_lang::{Diagnostic, SourceFile};
@@ -8,6 +8,7 @@ use serde_json::json;
 
 use crate::cli::{CheckArgs, FindingFormat};
 use crate::commands::run::SCRIPT_BYTES_MAX;
+use crate::logging;
 
 /// Exit status: 0 clean, 1 findings (warnings count), 2 unreadable.
 pub fn check(args: &CheckArgs) -> u8 {
@@ -19,21 +20,23 @@ pub fn check(args: &CheckArgs) -> u8 {
                 let file = SourceFile::new(display_name(path), text);
                 let findings = elite_lang::check(file.clone(), &known);
                 for finding in &findings {
-                    print!("{}", render(finding, &file, args.format));
+                    // Whoever reads may have seen enough; the status still tells.
+                    let shown = render(finding, &file, args.format);
+                    let _ = std::io::stdout().write_all(shown.as_bytes());
                 }
                 if findings.len() == elite_lang::FINDINGS_MAX {
                     let most = elite_lang::FINDINGS_MAX;
-                    eprintln!(
+                    logging::say(&format!(
                         "eliteserver: {}: only the first {most} findings are shown",
                         file.name()
-                    );
+                    ));
                 }
                 if !findings.is_empty() {
                     status = status.max(1);
                 }
             }
             Err(sentence) => {
-                eprintln!("eliteserver: {sentence}");
+                logging::say(&format!("eliteserver: {sentence}"));
                 status = 2;
             }
         }

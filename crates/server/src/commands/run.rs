@@ -8,29 +8,34 @@ use crate::announce::Console;
 use crate::commands::check::{display_name, read_script};
 use crate::config::RunConfig;
 use crate::controller::{Controller, StartError};
+use crate::logging;
+use crate::shutdown::{FAULT_EXIT, Shutdown};
 
 /// Largest script.
 pub const SCRIPT_BYTES_MAX: usize = 8 << 20;
 
-/// Exit status: 0 ended, 1 failed, 2 does not compile or cannot be read.
+/// Exit status: 0 ended, 1 failed, 2 does not compile or cannot be read, 3 the control cycle met a fault of ours.
 ///
 /// # Errors
 /// What kept the controller from starting.
 pub fn run(config: &RunConfig) -> Result<u8, StartError> {
+    // A program that a signal cuts off has not ended well.
+    let shutdown = Shutdown::start(1)?;
     let text = match read_script(&config.file) {
         Ok(text) => text,
         Err(sentence) => {
-            eprintln!("eliteserver: {sentence}");
+            logging::say(&format!("eliteserver: {sentence}"));
             return Ok(2);
         }
     };
     let controller = Controller::start(&config.robot, Console::Stdout, false)?;
+    shutdown.close_in_any_case(controller.closer());
     let program = ProgramText {
         name: display_name(&config.file),
         text,
     };
     let started = Instant::now();
-    let end = controller.run_to_end(program)?;
+    let end = controller.run_to_end(program, &shutdown)?;
     let simulated = controller.robot().state().time;
     let wall = started.elapsed().as_secs_f64();
     // Not after an error: the last line on stderr is then the exception.
@@ -40,8 +45,16 @@ pub fn run(config: &RunConfig) -> Result<u8, StartError> {
             simulated / wall.max(1e-9)
         );
     }
+    let fault = controller.faults().fatal().cloned();
+    if let Some(fault) = &fault {
+        controller.announce_fault(fault);
+        shutdown.begin(FAULT_EXIT);
+    }
     // A recording that was cut short has been reported; the status is the script's.
     controller.shut_down();
+    if fault.is_some() {
+        return Ok(FAULT_EXIT);
+    }
     Ok(match end {
         Some(TaskEnd::Finished) => 0,
         Some(TaskEnd::NotCompiled) => 2,

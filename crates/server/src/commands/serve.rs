@@ -1,22 +1,25 @@
 //! `eliteserver serve`: the controller with its ports, until SIGINT or SIGTERM.
 
 use std::net::IpAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-use thiserror::Error;
-use tokio::net::TcpListener;
-use tokio::runtime::Runtime;
-use tokio_util::sync::CancellationToken;
+use std::time::Duration;
 
 use crate::announce::Console;
-use crate::backend::{Backend, Lifetime};
+use crate::backend::{Backend, Lifetime, forward_messages};
 use crate::config::{PortSettings, ServeConfig};
 use crate::controller::{Controller, StartError};
 use crate::options::{PortSetting, RecordTarget};
-use crate::ports::listen::{BindError, PortMeter, bind};
+use crate::ports::callers::{Callers, machine_name};
+use crate::ports::listen::{BindError, PortMeter, bind, start_port};
 use crate::ports::{dashboard, foxglove, http, interpreter, modbus, primary, rtsi};
-use crate::{ready_file, shutdown};
+use crate::ready_file;
+use crate::shutdown::{FAULT_EXIT, Shutdown};
+use supervision::Kind;
+use thiserror::Error;
+use tokio::net::TcpListener;
+use tokio::runtime::Runtime;
+use tokio::time::timeout;
 
 /// What kept the server from starting.
 #[derive(Debug, Error)]
@@ -36,30 +39,61 @@ pub enum ServeError {
         /// Why.
         source: std::io::Error,
     },
+    /// A ready file of an earlier server.
+    #[error("cannot remove the old ready file {}: {source}", path.display())]
+    StaleReadyFile {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
     /// Threads or signals.
     #[error("the operating system refused what a server needs: {0}")]
     System(#[from] std::io::Error),
 }
 
-/// Serves until a signal. Exit status 0 when everything was flushed, 1 when the recording was cut short.
+impl ServeError {
+    /// The old ready file at `path` cannot be removed.
+    pub(crate) fn stale(path: &Path, source: std::io::Error) -> Self {
+        Self::StaleReadyFile {
+            path: path.to_owned(),
+            source,
+        }
+    }
+}
+
+/// A program that was told to stop has so long, the arm's way to rest included.
+const PROGRAM_ENDS: Duration = Duration::from_secs(6);
+
+/// After a fault that ends the controller the ports stay open for so long, to say why.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+
+/// Serves until a signal. Exit status 0 when everything was flushed, 1 when the recording was cut short, 3 after a fault of
+/// ours in the control cycle.
 ///
 /// # Errors
 /// What kept the server from starting.
 pub fn serve(config: &ServeConfig) -> Result<u8, ServeError> {
+    let shutdown = Shutdown::start(0)?;
+    if let Some(path) = &config.ready_file {
+        ready_file::remove(path).map_err(|source| ServeError::stale(path, source))?;
+    }
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
         .enable_all()
         .build()?;
-    let signalled = CancellationToken::new();
-    runtime.block_on(async { shutdown::on_signals(signalled.clone()) })?;
     let mut config = config.clone();
-    loop {
-        let life = live(&runtime, &mut config, &signalled)?;
-        if life.status != 0 || !life.reboots {
-            return Ok(life.status);
+    let status = loop {
+        let life = live(&runtime, &mut config, &shutdown);
+        match life {
+            Ok(life) if life.status == 0 && life.reboots => tracing::info!("rebooting"),
+            Ok(life) => break Ok(life.status),
+            Err(error) => break Err(error),
         }
-        tracing::info!("rebooting");
-    }
+    };
+    // Nothing that is left on it is waited for.
+    runtime.shutdown_background();
+    status
 }
 
 /// How a life of the server ended.
@@ -73,15 +107,29 @@ struct Life {
 fn live(
     runtime: &Runtime,
     config: &mut ServeConfig,
-    signalled: &CancellationToken,
+    shutdown: &Shutdown,
 ) -> Result<Life, ServeError> {
     // Ports first: a port in use must not leave an empty recording behind.
     let listeners = runtime.block_on(open_ports(config.bind, &mut config.ports))?;
     let controller = Controller::start(&config.robot, Console::Log, config.powered_off)?;
-    let served = runtime.block_on(serve_ports(config, &controller, listeners, signalled));
-    // The ports are closed; a program that still runs has been told to stop.
-    runtime.block_on(controller.supervisor().ended());
+    shutdown.close_in_any_case(controller.closer());
+    let served = runtime.block_on(serve_ports(config, &controller, listeners, shutdown));
+    // Whoever starts something when the file is there must not find a server that is gone.
+    if let Some(path) = &config.ready_file
+        && let Err(error) = ready_file::remove(path)
+    {
+        tracing::warn!("cannot remove the ready file {}: {error}", path.display());
+    }
+    // The ports are closed; a program that still runs has been told to stop. Before a reboot nobody else counts the time.
+    let supervisor = controller.supervisor();
+    let ended = runtime.block_on(async { timeout(PROGRAM_ENDS, supervisor.ended()).await });
+    if ended.is_err() {
+        tracing::error!("the program does not end, so the server does");
+        shutdown.begin(1);
+    }
+    let fault = controller.faults().fatal().is_some();
     let flushed = controller.shut_down();
+    shutdown.close_in_any_case(None);
     let reboots = served?;
     if let RecordTarget::File(path) = &config.robot.record {
         // The next life must not write over the recording of this one.
@@ -89,7 +137,11 @@ fn live(
         config.robot.record = RecordTarget::NewFileIn(folder);
     }
     Ok(Life {
-        status: u8::from(!flushed),
+        status: if fault {
+            FAULT_EXIT
+        } else {
+            u8::from(!flushed)
+        },
         reboots,
     })
 }
@@ -136,7 +188,7 @@ async fn serve_ports(
     config: &ServeConfig,
     controller: &Controller,
     listeners: Listeners,
-    signalled: &CancellationToken,
+    shutdown: &Shutdown,
 ) -> Result<bool, ServeError> {
     let lifetime = Lifetime::default();
     let token = lifetime.token().clone();
@@ -147,19 +199,32 @@ async fn serve_ports(
         hub.clone(),
         lifetime.clone(),
     ));
-    let forwarding = tokio::spawn(crate::backend::forward_messages(
-        controller.announcer().subscribe(),
-        backend.clone(),
-        token.clone(),
-    ));
+    let faults = controller.faults();
+    let forwarding = {
+        let (announcer, backend, token) = (
+            controller.announcer().clone(),
+            backend.clone(),
+            token.clone(),
+        );
+        let watch = faults.clone();
+        faults.spawn(Kind::Service, "messages", async move {
+            let begin = || forward_messages(announcer.subscribe(), backend.clone(), token.clone());
+            watch.keep_up("messages", begin).await;
+        })
+    };
 
     let image = controller.fieldbus().port_image.clone();
+    let callers = Callers::of(
+        config.bind,
+        machine_name().as_deref(),
+        &config.trusted_hosts,
+    );
     let mut services = tokio::task::JoinSet::new();
     let bound = bound_ports(&listeners)?;
     let meters: Vec<PortMeter> = listeners
         .iter()
         .filter(|(_, l)| l.is_some())
-        .map(|(name, _)| PortMeter::new(name))
+        .map(|(name, _)| PortMeter::new(name).told_to(faults.clone()))
         .collect();
     for (name, listener) in listeners {
         let (Some(listener), Some(meter)) =
@@ -168,28 +233,55 @@ async fn serve_ports(
             continue;
         };
         let (backend, token) = (backend.clone(), token.clone());
+        let (all, one, callers) = (meters.clone(), meter.clone(), callers.clone());
         match name {
             "primary" => {
-                services.spawn(primary::serve(listener, backend, hub.clone(), meter, token))
+                let hub = hub.clone();
+                start_port(&mut services, listener, &meter, move |listener| {
+                    let (backend, hub) = (backend.clone(), hub.clone());
+                    primary::serve(listener, backend, hub, one.clone(), token.clone())
+                })?;
             }
-            "interpreter" => services.spawn(interpreter::serve(listener, backend, meter, token)),
-            "http" => services.spawn(http::serve(listener, backend, meters.clone(), meter, token)),
+            "interpreter" => start_port(&mut services, listener, &meter, move |listener| {
+                interpreter::serve(listener, backend.clone(), one.clone(), token.clone())
+            })?,
+            "http" => start_port(&mut services, listener, &meter, move |listener| {
+                http::serve(
+                    listener,
+                    backend.clone(),
+                    all.clone(),
+                    one.clone(),
+                    callers.clone(),
+                    token.clone(),
+                )
+            })?,
             "modbus" => {
-                let robot = controller.robot().clone();
-                services.spawn(modbus::serve(listener, image.clone(), robot, meter, token))
+                let (image, robot) = (image.clone(), controller.robot().clone());
+                start_port(&mut services, listener, &meter, move |listener| {
+                    let (image, robot) = (image.clone(), robot.clone());
+                    modbus::serve(listener, image, robot, one.clone(), token.clone())
+                })?;
             }
-            "rtsi" => services.spawn(rtsi::serve(listener, backend, meter, token)),
+            "rtsi" => start_port(&mut services, listener, &meter, move |listener| {
+                rtsi::serve(listener, backend.clone(), one.clone(), token.clone())
+            })?,
             "foxglove" => {
-                let view = foxglove::View {
-                    viewer: controller.viewer(),
-                    samples: controller.feed().subscribe(),
-                    log: controller.announcer().subscribe_log(),
-                };
-                services.spawn(foxglove::serve(listener, view, meter, token))
+                let (viewer, feed) = (controller.viewer(), controller.feed().clone());
+                let announcer = controller.announcer().clone();
+                start_port(&mut services, listener, &meter, move |listener| {
+                    let view = foxglove::View {
+                        viewer: viewer.clone(),
+                        samples: feed.subscribe(),
+                        log: announcer.subscribe_log(),
+                    };
+                    foxglove::serve(listener, view, one.clone(), callers.clone(), token.clone())
+                })?;
             }
-            "dashboard" => services.spawn(dashboard::serve(listener, backend, meter, token)),
+            "dashboard" => start_port(&mut services, listener, &meter, move |listener| {
+                dashboard::serve(listener, backend.clone(), one.clone(), token.clone())
+            })?,
             other => unreachable!("{other} is no entry of PortSettings::list"),
-        };
+        }
     }
     for (name, port) in &bound {
         if let Some(port) = port {
@@ -209,8 +301,23 @@ async fn serve_ports(
     }
 
     tokio::select! {
-        () = signalled.cancelled() => lifetime.shut_down(),
+        () = shutdown.token().cancelled() => {}
         () = token.cancelled() => {}
+        () = faults.fatal_told() => {
+            if let Some(fault) = faults.fatal() {
+                controller.announce_fault(fault);
+            }
+            tokio::select! {
+                () = shutdown.token().cancelled() => {}
+                () = tokio::time::sleep(LAST_WORDS) => {}
+            }
+            shutdown.begin(FAULT_EXIT);
+        }
+    }
+    lifetime.shut_down();
+    if !lifetime.reboots() {
+        // By a client; after a signal it has begun.
+        shutdown.begin(0);
     }
     controller.supervisor().stop();
     while services.join_next().await.is_some() {}

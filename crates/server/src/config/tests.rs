@@ -76,6 +76,17 @@ fn a_flag_comes_before_the_file_and_the_file_before_the_default() {
 }
 
 #[test]
+fn folders_are_opened_to_programs_by_flag_and_by_key() {
+    let folders = |names: &[&str]| names.iter().map(|n| Permission::FsIn(n.into())).collect();
+    let by_flag = serve("eliteserver --allow fs=/data --allow fs=./a=b", "").unwrap();
+    assert_eq!(by_flag.robot.allow, folders(&["./a=b", "/data"]));
+    let by_key = serve("eliteserver", "allow = ['fs=/data']").unwrap();
+    assert_eq!(by_key.robot.allow, folders(&["/data"]));
+    let error = serve("eliteserver", "allow = ['fs=']").unwrap_err();
+    assert!(error.to_string().contains("fs= needs a folder"), "{error}");
+}
+
+#[test]
 fn every_key_is_read() {
     let text = r#"
         model = "./a.urdf"
@@ -102,6 +113,7 @@ fn every_key_is_read() {
         modbus-port = 502
         http-port = 80
         foxglove-port = "off"
+        trust-host = ["cell-4.example", "192.0.2.7"]
         ready-file = "ready.json"
         powered-off = true
         local = true
@@ -129,6 +141,7 @@ fn every_key_is_read() {
     assert_eq!(config.ports.primary, PortSetting::Any);
     assert_eq!(config.ports.interpreter, PortSetting::Off);
     assert_eq!(config.ports.modbus, PortSetting::Number(502));
+    assert_eq!(config.trusted_hosts, ["cell-4.example", "192.0.2.7"]);
     assert_eq!(config.ready_file, Some("ready.json".into()));
     assert!(config.powered_off && config.local);
     for key in KEYS {
@@ -161,6 +174,7 @@ fn each_mistake_has_one_sentence_with_key_value_and_what_is_allowed() {
             "model = 'cs99'",
             "step-ms = 9",
             "step-ms = 2.5",
+            "trust-host = 'http://a:80'",
             "step-ms = 4\nstep_ms = 4",
             "home = [0, 0, 0]",
             "home = ['a', 0, 0, 0, 0, 0]",

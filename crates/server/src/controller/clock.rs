@@ -4,14 +4,15 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
-use std::thread::{self, JoinHandle, Thread};
+use std::thread::{self, Thread};
 use std::time::Duration;
 
 use elite_runtime::Robot;
 use motion::Cycle;
-use motion::realtime::{MotionThread, RealTimeline, RealtimeOptions};
+use motion::realtime::{MotionThread, RealtimeOptions};
 use motion::virtual_time::{IdlePacer, VirtualTimeline};
 use motion_api::Timeline;
+use supervision::{Faults, Handle, injection};
 
 use super::StartError;
 use crate::announce::Console;
@@ -32,21 +33,25 @@ pub(super) fn start_clock(
     console: Console,
     cycle: Cycle,
     pump: Thread,
+    faults: &Faults,
 ) -> Result<(Clock, Arc<dyn Timeline>), StartError> {
     match choice {
         ClockChoice::Realtime => {
             let options = RealtimeOptions {
                 wake: vec![pump],
+                faults: faults.clone(),
                 ..RealtimeOptions::default()
             };
             let thread = MotionThread::start(cycle, options)?;
             for warning in thread.warnings() {
                 tracing::warn!("{warning}");
             }
-            Ok((Clock::Real(thread), Arc::new(RealTimeline)))
+            let timeline = Arc::new(thread.timeline());
+            Ok((Clock::Real(thread), timeline))
         }
         ClockChoice::Virtual => {
-            let timeline = Arc::new(VirtualTimeline::new(cycle, Vec::new())?);
+            let timeline = VirtualTimeline::new(cycle, Vec::new())?;
+            let timeline = Arc::new(timeline.told_to(faults.clone()));
             // `run` has exactly one task; before and after it nothing needs time to pass.
             let pacer = match console {
                 Console::Log => Some(IdlePacer::start(timeline.clone())?),
@@ -59,29 +64,33 @@ pub(super) fn start_clock(
 
 /// The thread that carries events from the motion thread to whoever waits for them.
 pub(super) struct Pump {
-    thread: JoinHandle<()>,
+    thread: Handle<()>,
     ending: Arc<AtomicBool>,
 }
 
 impl Pump {
     /// Starts the thread; it begins once it is given the robot.
-    pub(super) fn start() -> io::Result<(Self, mpsc::Sender<Arc<Robot>>)> {
+    pub(super) fn start(faults: &Faults) -> io::Result<(Self, mpsc::Sender<Arc<Robot>>)> {
         let ending = Arc::new(AtomicBool::new(false));
         let (sender, receiver) = mpsc::channel::<Arc<Robot>>();
         let told = ending.clone();
-        let thread = thread::Builder::new()
-            .name("pump".to_owned())
-            .spawn(move || {
-                let Ok(robot) = receiver.recv() else { return };
-                while !told.load(Ordering::Acquire) {
-                    robot.pump();
-                    if robot.timeline().is_virtual() {
-                        thread::park_timeout(IDLE_PUMP);
-                    } else {
-                        thread::park();
-                    }
+        let mut given = None;
+        let thread = faults.start_service("pump", move || {
+            // Begun again after a fault it has the robot already.
+            if given.is_none() {
+                given = receiver.recv().ok();
+            }
+            let Some(robot) = &given else { return };
+            while !told.load(Ordering::Acquire) {
+                injection::point("pump");
+                robot.pump();
+                if robot.timeline().is_virtual() {
+                    thread::park_timeout(IDLE_PUMP);
+                } else {
+                    thread::park();
                 }
-            })?;
+            }
+        })?;
         Ok((Self { thread, ending }, sender))
     }
 
@@ -92,7 +101,7 @@ impl Pump {
     pub(super) fn stop(self) {
         self.ending.store(true, Ordering::Release);
         self.thread.thread().unpark();
-        // A panic of the pump was printed when it happened.
+        // It is begun again after a fault, so it ends by itself.
         let _ = self.thread.join();
     }
 }

@@ -16,6 +16,7 @@ use crate::announce::{Announcer, Console};
 use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
 use crate::ports::listen::{PortMeter, serve_port};
+use crate::ports::peer::Speaks;
 
 #[derive(Clone, Default)]
 struct Lines(Arc<Mutex<Vec<u8>>>);
@@ -74,6 +75,7 @@ async fn say_something() {
     let end = shutdown.clone();
     let port = serve_port(
         listener,
+        Speaks::Its,
         PortMeter::new("primary"),
         shutdown,
         move |_stream, _, _| {

@@ -1,7 +1,5 @@
 //! Bytes cut into lines, with a limit. Pure.
 
-use crate::ports::text::begins_with_http_verb;
-
 /// One thing a client sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Line {
@@ -9,8 +7,6 @@ pub enum Line {
     Text(String),
     /// A line longer than the limit; it is skipped to its end.
     TooLong,
-    /// The connection speaks HTTP: close it.
-    Http,
 }
 
 /// Cuts the bytes of one connection at `\n` or `\r\n`.
@@ -23,11 +19,8 @@ pub struct LineFramer {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    /// Nothing but blank lines so far: the connection may turn out to be HTTP.
-    First,
     Between,
     Skipping,
-    Closed,
 }
 
 impl LineFramer {
@@ -36,7 +29,7 @@ impl LineFramer {
         Self {
             line: Vec::new(),
             limit,
-            state: State::First,
+            state: State::Between,
         }
     }
 
@@ -48,21 +41,16 @@ impl LineFramer {
                 None => (piece, false),
             };
             match self.state {
-                State::Closed => return,
                 State::Skipping if ended => self.state = State::Between,
                 State::Skipping => {}
-                State::First | State::Between => self.take(content, ended, lines),
+                State::Between => self.take(content, ended, lines),
             }
         }
     }
 
     fn take(&mut self, content: &[u8], ended: bool, lines: &mut Vec<Line>) {
         self.line.extend(content);
-        if self.state == State::First && begins_with_http_verb(&self.line) {
-            self.line = Vec::new();
-            self.state = State::Closed;
-            lines.push(Line::Http);
-        } else if self.line.len() > self.limit {
+        if self.line.len() > self.limit {
             self.line = Vec::new();
             self.state = if ended {
                 State::Between
@@ -74,7 +62,6 @@ impl LineFramer {
             let line = core::mem::take(&mut self.line);
             let text = String::from_utf8_lossy(&line).trim().to_owned();
             if !text.is_empty() {
-                self.state = State::Between;
                 lines.push(Line::Text(text));
             }
         }
@@ -128,9 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn http_and_broken_text_are_recognised() {
-        assert_eq!(lines(&[b"\nPOST", b" /\nplay\n"]), [Line::Http]);
-        assert_eq!(lines(&[b"play\nGET /\n"]), [text("play"), text("GET /")]);
+    fn broken_text_is_replaced() {
         assert_eq!(lines(&[b"\xff\n"]), [text("\u{FFFD}")]);
     }
 }

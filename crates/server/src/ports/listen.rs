@@ -1,7 +1,8 @@
 //! Accepting clients: the same loop for every port.
 //!
 //! Owns the limit of clients, their numbers and the end of the port. Which address a port listens on is decided by
-//! [`bind`]'s caller; what a client may say, by the session.
+//! [`bind`]'s caller; who is turned away or gives its place up, by [`peer`](super::peer); what a client may say, by the
+//! session.
 
 use core::fmt;
 use std::future::Future;
@@ -12,12 +13,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use socket2::{SockRef, TcpKeepalive};
+use supervision::{Faults, Kind, injection};
 use thiserror::Error;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::task::{JoinError, JoinSet};
+use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 use tracing::Instrument as _;
 
+use super::peer::{DEAFNESS_MAX, Peer, Speaks};
 use crate::options::PortSetting;
 
 /// Clients of one port; one more is closed at once.
@@ -25,6 +28,10 @@ pub const CLIENTS_MAX: usize = 64;
 
 /// After a failed accept (no file descriptors left, say) the port waits so long.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
+
+/// What the operating system keeps for a client that does not take it, bytes at most. More would hide for minutes that a
+/// client takes nothing; a fast client of a distant network still gets 2 MB/s with it.
+const SEND_BUFFER_BYTES: usize = 128 * 1024;
 
 /// How long sessions may take to end.
 const FAREWELL: Duration = Duration::from_secs(1);
@@ -44,6 +51,7 @@ impl fmt::Display for ClientId {
 pub struct PortMeter {
     name: &'static str,
     clients: Arc<AtomicUsize>,
+    faults: Faults,
 }
 
 impl PortMeter {
@@ -52,7 +60,13 @@ impl PortMeter {
         Self {
             name,
             clients: Arc::default(),
+            faults: Faults::default(),
         }
+    }
+
+    /// The same port; `faults` hears of those in its sessions.
+    pub fn told_to(self, faults: Faults) -> Self {
+        Self { faults, ..self }
     }
 
     /// The name, as in the ready file.
@@ -132,23 +146,24 @@ pub async fn bind(
     Ok(Some(listener))
 }
 
-/// Accepts clients until `shutdown` and runs `session` for each. Returns when every session has ended; the listener is
-/// closed first.
+/// Accepts clients until `shutdown` and runs `session` for each, until that ends or the client gives its place up. Returns
+/// when every session has ended; the listener is closed first.
 pub async fn serve_port<S>(
     listener: TcpListener,
+    speaks: Speaks,
     meter: PortMeter,
     shutdown: CancellationToken,
-    session: impl Fn(TcpStream, ClientId, CancellationToken) -> S,
+    session: impl Fn(Peer, ClientId, CancellationToken) -> S,
 ) where
     S: Future<Output = ()> + Send + 'static,
 {
+    let name = meter.name;
     let mut sessions = JoinSet::new();
     let mut last = 0;
     loop {
         let accepted = tokio::select! {
             () = shutdown.cancelled() => break,
-            Some(ended) = sessions.join_next() => {
-                log_panic(&meter, ended);
+            Some(_ended) = sessions.join_next() => {
                 meter.clients.store(sessions.len(), Ordering::Relaxed);
                 continue;
             }
@@ -162,6 +177,7 @@ pub async fn serve_port<S>(
                 continue;
             }
         };
+        while sessions.try_join_next().is_some() {}
         if sessions.len() >= CLIENTS_MAX {
             tracing::warn!(
                 port = meter.name,
@@ -179,15 +195,26 @@ pub async fn serve_port<S>(
         // Of the highest level: who it is about is told with every message that is shown.
         let span = tracing::error_span!("session", port = meter.name, %client, %peer);
         span.in_scope(|| tracing::debug!("connected"));
-        sessions.spawn(session(stream, client, shutdown.clone()).instrument(span));
+        let (peer, watch) = Peer::accepted(stream, speaks);
+        let session = session(peer, client, shutdown.clone());
+        let until_it_gives_up = async move {
+            injection::point(name);
+            tokio::select! {
+                reason = watch.gives_up() => tracing::warn!("closed: {reason}"),
+                () = session => {}
+            }
+        };
+        // A fault ends this client only; it has been told when it happened.
+        let contained = meter.faults.contain(Kind::Port, name, until_it_gives_up);
+        #[allow(
+            clippy::disallowed_methods,
+            reason = "the one place where sessions start, each contained"
+        )]
+        sessions.spawn(contained.instrument(span));
         meter.clients.store(sessions.len(), Ordering::Relaxed);
     }
     drop(listener);
-    let all_ended = async {
-        while let Some(ended) = sessions.join_next().await {
-            log_panic(&meter, ended);
-        }
-    };
+    let all_ended = async { while sessions.join_next().await.is_some() {} };
     if tokio::time::timeout(FAREWELL, all_ended).await.is_err() {
         tracing::debug!(port = meter.name, "some clients are cut off");
         sessions.shutdown().await;
@@ -195,23 +222,50 @@ pub async fn serve_port<S>(
     meter.clients.store(0, Ordering::Relaxed);
 }
 
-/// A panic of a session is a bug of ours; it ends that client only, and must be seen.
-fn log_panic(meter: &PortMeter, ended: Result<(), JoinError>) {
-    if let Err(error) = ended
-        && error.is_panic()
-    {
-        tracing::error!(port = meter.name, %error, "a session ended by a fault of ours; please report it");
-    }
+/// Starts the service of a port. After a fault that no session has contained it is begun again on the same port.
+pub fn start_port<F>(
+    services: &mut JoinSet<()>,
+    listener: TcpListener,
+    meter: &PortMeter,
+    mut serve: impl FnMut(TcpListener) -> F + Send + 'static,
+) -> io::Result<()>
+where
+    F: Future<Output = ()> + Send,
+{
+    let listener = listener.into_std()?;
+    let (faults, name) = (meter.faults.clone(), meter.name);
+    #[allow(
+        clippy::disallowed_methods,
+        reason = "the one place where ports start, each kept up"
+    )]
+    services.spawn(async move {
+        let begin = || {
+            let again = listener.try_clone().and_then(TcpListener::from_std);
+            let serving = again.map(&mut serve);
+            async move {
+                match serving {
+                    Ok(serving) => serving.await,
+                    Err(error) => tracing::error!(port = name, %error, "the port is closed"),
+                }
+            }
+        };
+        faults.keep_up(name, begin).await;
+    });
+    Ok(())
 }
 
-/// No delay for small messages; a peer that vanished without a word is noticed within half a minute.
+/// No delay for small messages; a peer that vanished without a word is noticed within half a minute, and so is one whose
+/// side takes nothing more.
 fn prepare(stream: &TcpStream) -> io::Result<()> {
     stream.set_nodelay(true)?;
     let keepalive = TcpKeepalive::new()
         .with_time(Duration::from_secs(15))
         .with_interval(Duration::from_secs(5))
         .with_retries(3);
-    SockRef::from(stream).set_tcp_keepalive(&keepalive)
+    let socket = SockRef::from(stream);
+    socket.set_tcp_keepalive(&keepalive)?;
+    socket.set_tcp_user_timeout(Some(DEAFNESS_MAX))?;
+    socket.set_send_buffer_size(SEND_BUFFER_BYTES)
 }
 
 #[cfg(test)]
@@ -232,7 +286,7 @@ mod tests {
     }
 
     /// Sends `hi` and stays until the server ends or the client goes.
-    async fn greet(mut stream: TcpStream, _: ClientId, shutdown: CancellationToken) {
+    async fn greet(mut stream: Peer, _: ClientId, shutdown: CancellationToken) {
         let _ = stream.write_all(b"hi").await;
         let mut byte = [0];
         let _ = shutdown.run_until_cancelled(stream.read(&mut byte)).await;
@@ -260,7 +314,13 @@ mod tests {
     async fn one_client_more_than_the_limit_is_closed_and_a_place_can_be_taken_again() {
         let (listener, address) = any_port().await;
         let (meter, shutdown) = (PortMeter::new("x"), CancellationToken::new());
-        let port = tokio::spawn(serve_port(listener, meter.clone(), shutdown.clone(), greet));
+        let port = tokio::spawn(serve_port(
+            listener,
+            Speaks::Its,
+            meter.clone(),
+            shutdown.clone(),
+            greet,
+        ));
         let mut clients = Vec::new();
         let mut two = [0; 2];
         for _ in 0..CLIENTS_MAX {
@@ -296,6 +356,7 @@ mod tests {
         };
         let port = tokio::spawn(serve_port(
             listener,
+            Speaks::Its,
             PortMeter::new("x"),
             shutdown.clone(),
             session,
@@ -319,6 +380,7 @@ mod tests {
         };
         let port = tokio::spawn(serve_port(
             listener,
+            Speaks::Its,
             PortMeter::new("x"),
             shutdown.clone(),
             session,

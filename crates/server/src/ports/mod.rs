@@ -1,5 +1,6 @@
 //! The ports: one folder each, with a pure codec, a session over any duplex stream, and a listener handed in bound.
 
+pub mod callers;
 pub mod dashboard;
 pub mod derived;
 pub mod description;
@@ -9,9 +10,12 @@ pub mod interpreter;
 pub mod lines;
 pub mod listen;
 pub mod modbus;
+pub mod opening;
+pub mod peer;
 pub mod primary;
 pub mod rtsi;
 pub mod sample;
+pub mod shown;
 pub mod text;
 
 pub use listen::ClientId;

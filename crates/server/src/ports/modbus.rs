@@ -10,6 +10,7 @@ use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
 
 use crate::ports::listen::{PortMeter, serve_port};
+use crate::ports::peer::Speaks;
 
 /// Serves the port until `shutdown`; returns when every client is closed.
 pub async fn serve(
@@ -19,16 +20,22 @@ pub async fn serve(
     meter: PortMeter,
     shutdown: CancellationToken,
 ) {
-    serve_port(listener, meter, shutdown, |stream, client, shutdown| {
-        let image = Arc::clone(&image);
-        let robot = RobotMap(Arc::clone(&robot));
-        async move {
-            let conversation = modbus_server::serve(stream, &image, Some(&robot));
-            if let Some(Err(ended)) = shutdown.run_until_cancelled(conversation).await {
-                tracing::debug!(%client, "modbus: {ended}");
+    serve_port(
+        listener,
+        Speaks::Its,
+        meter,
+        shutdown,
+        |stream, client, shutdown| {
+            let image = Arc::clone(&image);
+            let robot = RobotMap(Arc::clone(&robot));
+            async move {
+                let conversation = modbus_server::serve(stream, &image, Some(&robot));
+                if let Some(Err(ended)) = shutdown.run_until_cancelled(conversation).await {
+                    tracing::debug!(%client, "modbus: {ended}");
+                }
             }
-        }
-    })
+        },
+    )
     .await;
 }
 

@@ -1,4 +1,4 @@
-//! What the text ports have to know about script text: where strings are, where a block ends, what a browser sends.
+//! What the text ports have to know about script text: where strings are, where a block ends.
 //!
 //! Pure and incremental; not a parser. Everything else about the language is decided by whoever compiles the text.
 
@@ -125,20 +125,6 @@ pub fn statements_of_line(line: &str) -> Vec<&str> {
     parts
 }
 
-/// The methods a browser can send. A page that posts a script to a port of this machine must not succeed.
-const HTTP_VERBS: [&str; 10] = [
-    "GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH", "PRI",
-];
-
-/// True when a connection that begins like this speaks HTTP.
-pub fn begins_with_http_verb(start: &[u8]) -> bool {
-    HTTP_VERBS.iter().any(|verb| {
-        start
-            .strip_prefix(verb.as_bytes())
-            .is_some_and(|rest| rest.first() == Some(&b' '))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -205,15 +191,6 @@ mod tests {
         assert_eq!(statements_of_line("a"), ["a"]);
         assert_eq!(statements_of_line("a;"), ["a", ""]);
         assert_eq!(statements_of_line(")];a"), [")]", "a"]);
-    }
-
-    #[test]
-    fn only_a_verb_with_a_blank_is_http() {
-        assert!(begins_with_http_verb(b"POST / HTTP/1.1"));
-        assert!(begins_with_http_verb(b"OPTIONS *"));
-        for text in ["GET", "GETTER = 1", "get /", "def f():", ""] {
-            assert!(!begins_with_http_verb(text.as_bytes()), "{text}");
-        }
     }
 
     proptest! {

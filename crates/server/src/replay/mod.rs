@@ -23,6 +23,7 @@ use recorder::{CommandMessage, Ending, ReadError, Recording, Setup, Summary};
 use thiserror::Error;
 
 use crate::cli::ReplayArgs;
+use crate::logging;
 
 pub use condition::ConditionError;
 pub use plot::PictureError;
@@ -69,8 +70,7 @@ fn say(sentence: &str) {
     if sentence.chars().nth(SENTENCE_CHARS).is_some() {
         text.push('…');
     }
-    // Nobody reads it: nothing else can be done.
-    let _ = writeln!(io::stderr(), "eliteserver: {text}");
+    logging::say(&format!("eliteserver: {text}"));
 }
 
 /// Why a question about a recording has no answer.

@@ -7,11 +7,11 @@ mod playback;
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::Arc;
-use std::thread;
 use std::time::Duration;
 
 use recorder::lengths::cut;
 use recorder::{Entry, ReadError, Recording, Topic, Viewer};
+use supervision::{Faults, Kind};
 use thiserror::Error;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
@@ -25,11 +25,13 @@ use crate::commands::serve::{Listeners, ServeError, bound_ports, open_ports};
 use crate::config::{ConfigError, PRIMARY_PORT, PortSettings};
 use crate::describe::describe;
 use crate::options::PortSetting;
+use crate::ports::callers::{Callers, machine_name};
 use crate::ports::foxglove::View;
-use crate::ports::listen::PortMeter;
+use crate::ports::listen::{PortMeter, start_port};
 use crate::ports::{foxglove, http, primary, rtsi};
+use crate::ready_file;
+use crate::shutdown::Shutdown;
 use crate::start_configuration::cycle_config;
-use crate::{ready_file, shutdown};
 use playback::Playback;
 
 /// Messages read ahead from the file.
@@ -71,6 +73,10 @@ pub(super) fn serve(
     rate: f64,
     args: &ReplayPortArgs,
 ) -> Result<(), ServeRecordingError> {
+    let shutdown = Shutdown::start(0)?;
+    if let Some(path) = &args.ready_file {
+        ready_file::remove(path).map_err(|source| ServeError::stale(path, source))?;
+    }
     let setup = recording.setup().ok_or(RerunError::NoSetup)?;
     let model = model_of(setup).map_err(RerunError::Model)?;
     let name = std::path::Path::new("the recorded cell file");
@@ -99,9 +105,8 @@ pub(super) fn serve(
         .worker_threads(2)
         .enable_all()
         .build()?;
-    runtime.block_on(async {
-        let stop = CancellationToken::new();
-        shutdown::on_signals(stop.clone())?;
+    let served = runtime.block_on(async {
+        let stop = shutdown.token().child_token();
         let listeners = open_ports(bind, &mut ports).await?;
         let bound = bound_ports(&listeners)?;
         for (name, port) in bound
@@ -110,7 +115,9 @@ pub(super) fn serve(
         {
             tracing::info!("{name} on {bind}:{port}");
         }
-        let services = open_services(listeners, &playback, viewer, &stop);
+        let trusted = crate::config::trusted_hosts(args.trust_host.clone());
+        let callers = Callers::of(bind, machine_name().as_deref(), &trusted);
+        let services = open_services(listeners, &playback, viewer, &callers, &stop)?;
         if let Some(path) = &args.ready_file {
             ready_file::write(path, std::process::id(), &bound).map_err(|source| {
                 ServeError::ReadyFile {
@@ -126,15 +133,23 @@ pub(super) fn serve(
         stop.cancel();
         services.join_all().await;
         played.unwrap_or(Ok(()))
-    })
+    });
+    runtime.shutdown_background();
+    if let Some(path) = &args.ready_file
+        && let Err(error) = ready_file::remove(path)
+    {
+        tracing::warn!("cannot remove the ready file {}: {error}", path.display());
+    }
+    served
 }
 
 fn open_services(
     listeners: Listeners,
     playback: &Arc<Playback>,
     viewer: Viewer,
+    callers: &Callers,
     stop: &CancellationToken,
-) -> JoinSet<()> {
+) -> std::io::Result<JoinSet<()>> {
     let meters: Vec<PortMeter> = listeners
         .iter()
         .filter(|(_, listener)| listener.is_some())
@@ -147,28 +162,40 @@ fn open_services(
             continue;
         };
         let (playback, stop) = (playback.clone(), stop.clone());
+        let (all, one, callers) = (meters.clone(), meter.clone(), callers.clone());
         match name {
-            "primary" => {
+            "primary" => start_port(&mut services, listener, &meter, move |listener| {
                 let hub = playback.hub().clone();
-                services.spawn(primary::serve(listener, playback, hub, meter, stop));
-            }
-            "rtsi" => drop(services.spawn(rtsi::serve(listener, playback, meter, stop))),
-            "http" => {
-                let meters = meters.clone();
-                services.spawn(http::serve(listener, playback, meters, meter, stop));
-            }
+                primary::serve(listener, playback.clone(), hub, one.clone(), stop.clone())
+            })?,
+            "rtsi" => start_port(&mut services, listener, &meter, move |listener| {
+                rtsi::serve(listener, playback.clone(), one.clone(), stop.clone())
+            })?,
+            "http" => start_port(&mut services, listener, &meter, move |listener| {
+                http::serve(
+                    listener,
+                    playback.clone(),
+                    all.clone(),
+                    one.clone(),
+                    callers.clone(),
+                    stop.clone(),
+                )
+            })?,
             "foxglove" => {
-                let view = View {
-                    viewer: viewer.clone(),
-                    samples: playback.samples(),
-                    log: playback.log_lines(),
-                };
-                services.spawn(foxglove::serve(listener, view, meter, stop));
+                let viewer = viewer.clone();
+                start_port(&mut services, listener, &meter, move |listener| {
+                    let view = View {
+                        viewer: viewer.clone(),
+                        samples: playback.samples(),
+                        log: playback.log_lines(),
+                    };
+                    foxglove::serve(listener, view, one.clone(), callers.clone(), stop.clone())
+                })?;
             }
             other => unreachable!("{other} is off in a replay"),
         }
     }
-    services
+    Ok(services)
 }
 
 /// Gives every message of the recording to `playback` when its time has come.
@@ -206,24 +233,22 @@ fn read_ahead(
     recording: Recording,
 ) -> std::io::Result<mpsc::Receiver<Result<(f64, Entry), ReadError>>> {
     let (sender, receiver) = mpsc::channel(READ_AHEAD);
-    thread::Builder::new()
-        .name("replay".to_owned())
-        .spawn(move || {
-            let entries = match recording.entries(&Topic::ALL) {
-                Ok(entries) => entries,
-                Err(error) => {
-                    // Nobody to tell any more: the ports are closing.
-                    let _ = sender.blocking_send(Err(error));
-                    return;
-                }
-            };
-            for entry in entries {
-                let entry = entry.map(|(time, entry)| (time, shown(entry)));
-                if sender.blocking_send(entry).is_err() {
-                    return;
-                }
+    Faults::default().start(Kind::Service, "replay", move || {
+        let entries = match recording.entries(&Topic::ALL) {
+            Ok(entries) => entries,
+            Err(error) => {
+                // Nobody to tell any more: the ports are closing.
+                let _ = sender.blocking_send(Err(error));
+                return;
             }
-        })?;
+        };
+        for entry in entries {
+            let entry = entry.map(|(time, entry)| (time, shown(entry)));
+            if sender.blocking_send(entry).is_err() {
+                return;
+            }
+        }
+    })?;
     Ok(receiver)
 }
 

@@ -23,7 +23,6 @@ pub(super) fn judge(data: &[u8]) {
             }
             Frame::Command(command) => command.reply(1),
             Frame::Rejected(rejection) => rejection.reply(),
-            Frame::Http => continue,
         };
         assert!(
             reply.ends_with('\n') && !reply.trim_end_matches('\n').contains(['\n', '\r']),

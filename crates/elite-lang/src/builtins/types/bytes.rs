@@ -71,6 +71,12 @@ fn data(ev: &Evaluator<'_>, args: &[Value], type_name: &str) -> R<Vec<u8>> {
                 ev.type_error(format!("__bytes__ returned non-bytes (type {name})"))
             })
         }
+        Value::Instance(instance) if instance.class.lookup(known::INDEX).is_some() => {
+            let count = ev.index(source)?;
+            let count = usize::try_from(count).map_err(|_| ev.value_error("negative count"))?;
+            ev.check_allocation(count)?;
+            Ok(vec![0; count])
+        }
         Value::Bool(flag) => Ok(vec![0; usize::from(flag)]),
         Value::Str(text) => {
             if args[1].is_unbound() {
@@ -90,13 +96,11 @@ fn data(ev: &Evaluator<'_>, args: &[Value], type_name: &str) -> R<Vec<u8>> {
                 Err(ev.type_error(format!("cannot convert '{name}' object to {type_name}")))
             }
             None => {
-                let items = ev.collect(source)?;
                 let error =
                     || ev.value_error(format!("{} must be in range(0, 256)", byte_word(type_name)));
-                items
-                    .iter()
-                    .map(|item| u8::try_from(ev.index(item)?).map_err(|_| error()))
-                    .collect()
+                ev.collect_as(source, |item| {
+                    u8::try_from(ev.index(item)?).map_err(|_| error())
+                })
             }
         },
     }
@@ -389,6 +393,7 @@ fn from_text(ev: &Evaluator<'_>, receiver: &Value, value: Value) -> Value {
 
 /// The method of `str` with this name, on bytes read as Latin-1.
 fn by_text(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
+    settle(ev, args, name)?;
     let method = ev
         .core
         .types
@@ -430,6 +435,28 @@ fn by_text(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
     Ok(from_text(ev, &args[0], result))
 }
 
+/// Asks the objects among the arguments that stand for integers, each once and before the bytes are looked at.
+fn settle(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R<()> {
+    let places: &[usize] = match name {
+        "find" | "rfind" | "index" | "rindex" | "count" => &[2, 3, 1],
+        "startswith" | "endswith" => &[2, 3],
+        "center" | "ljust" | "rjust" | "zfill" | "expandtabs" => &[1],
+        "split" | "rsplit" => &[2],
+        "replace" => &[3],
+        _ => &[],
+    };
+    for place in places {
+        if let Some(arg) = args.get_mut(*place)
+            && matches!(arg, Value::Instance(_))
+            && ev.bytes_like(arg).is_none()
+            && ev.has_index(arg)
+        {
+            *arg = ev.to_int(arg)?.into_value();
+        }
+    }
+    Ok(())
+}
+
 fn strip(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
     if args[1].is_unbound() || args[1].is_none() {
         args[1] = Value::Bytes(Rc::new(Bytes::new(SPACES.as_bytes().to_vec())));
@@ -438,6 +465,7 @@ fn strip(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
 }
 
 fn split(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
+    settle(ev, args, name)?;
     if !args[1].is_unbound() && !args[1].is_none() {
         return by_text(ev, args, name);
     }

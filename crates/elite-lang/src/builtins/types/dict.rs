@@ -5,6 +5,7 @@ use std::rc::Rc;
 use super::{class_method, methods, raw_constructor, raw_method, wrong_receiver};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
+use crate::eval::pace::VALUE;
 use crate::eval::{Core, Evaluator};
 use crate::ops::iterate::dict_iter;
 use crate::value::dict::ViewKind;
@@ -78,9 +79,24 @@ pub(super) fn install(core: &Rc<Core>) {
         |ev, args| {
             let dict = Dict::new();
             let value = args[2].given().cloned().unwrap_or(Value::None);
-            let iterator = ev.iter(&args[1])?;
-            while let Some(key) = ev.next(&iterator)? {
-                ev.dict_set(&dict, key, value.clone())?;
+            // Hashes that are known are not asked for again.
+            let hashed: Vec<(u64, Value)> = match &args[1] {
+                Value::Dict(other) => {
+                    let entries = other.entries().into_iter();
+                    entries.map(|(hash, key, _)| (hash, key)).collect()
+                }
+                Value::Set(other) | Value::FrozenSet(other) => other.elements(),
+                other => {
+                    let iterator = ev.iter(other)?;
+                    while let Some(key) = ev.step(&iterator)? {
+                        ev.dict_set(&dict, key, value.clone())?;
+                    }
+                    Vec::new()
+                }
+            };
+            for (hash, key) in hashed {
+                ev.worked(VALUE)?;
+                ev.dict_set_hashed(&dict, hash, key, value.clone())?;
             }
             Ok(Value::Dict(Rc::new(dict)))
         },
@@ -103,7 +119,7 @@ pub(super) fn install(core: &Rc<Core>) {
             class,
             &[("isdisjoint", "other /", |ev, args| {
                 let iterator = ev.iter(&args[1])?;
-                while let Some(item) = ev.next(&iterator)? {
+                while let Some(item) = ev.step(&iterator)? {
                     if ev.contains(&args[0], &item)? {
                         return Ok(Value::Bool(false));
                     }
@@ -166,7 +182,12 @@ fn setdefault(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn pop(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let dict = receiver(ev, &args[0])?;
-    match (ev.dict_remove(&dict, &args[1])?, args[2].given()) {
+    // An empty one is not asked, so that a key without a hash is missing from it.
+    let found = match dict.is_empty() {
+        true => None,
+        false => ev.dict_remove(&dict, &args[1])?,
+    };
+    match (found, args[2].given()) {
         (Some(value), _) => Ok(value),
         (None, Some(default)) => Ok(default.clone()),
         (None, None) => Err(ev.key_error(&args[1])),

@@ -5,6 +5,7 @@ use std::rc::Rc;
 use super::{constructor, insertion_place, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
+use crate::value::symbol::known;
 use crate::value::{Iter, List, R, Value};
 
 pub(super) fn install(core: &Rc<Core>) {
@@ -71,11 +72,10 @@ fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<List>> {
 
 fn init(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    let items = match args[1].given() {
-        Some(iterable) => ev.collect(iterable)?,
-        None => Vec::new(),
-    };
-    drop(list.replace_all(items));
+    drop(list.replace_all(Vec::new()));
+    if let Some(iterable) = args[1].given() {
+        ev.list_extend(&list, iterable)?;
+    }
     Ok(Value::None)
 }
 
@@ -97,10 +97,41 @@ fn append(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn extend(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    let items = ev.collect(&args[1])?;
-    ev.grow_list(&list, items.len())?;
-    list.change(|old| old.extend(items));
+    ev.list_extend(&list, &args[1])?;
     Ok(Value::None)
+}
+
+impl Evaluator<'_> {
+    /// `list.extend(iterable)`. What script code gives item by item is appended item by item, as it sees.
+    pub fn list_extend(&self, list: &Rc<List>, iterable: &Value) -> R<()> {
+        // Itself, behind an instance of a subclass, gives what it holds now.
+        let is_itself = |value: &Value| matches!(self.plain(value), Value::List(other) if Rc::ptr_eq(&other, list));
+        let runs_code = matches!(
+            iterable,
+            Value::Instance(_) | Value::Generator(_) | Value::Iter(_) | Value::Class(_)
+        );
+        if runs_code && !is_itself(iterable) {
+            let iterator = self.iter(iterable)?;
+            if let Value::Instance(instance) = iterable
+                && instance.class.lookup(known::LEN).is_some()
+            {
+                // CPython asks how much room to make; the answer means nothing here.
+                self.len(iterable)?;
+            }
+            while let Some(item) = self.step(&iterator)? {
+                self.grow_list(list, 1)?;
+                list.push(item);
+            }
+            return Ok(());
+        }
+        let items = match is_itself(iterable) {
+            true => list.borrow().clone(),
+            false => self.collect(iterable)?,
+        };
+        self.grow_list(list, items.len())?;
+        list.change(|old| old.extend(items));
+        Ok(())
+    }
 }
 
 fn insert(ev: &Evaluator<'_>, args: &mut [Value]) -> R {

@@ -64,11 +64,10 @@ pub(super) fn install(core: &Rc<Core>) {
             }),
             ("pop", "", |ev, args| {
                 let set = receiver(ev, &args[0])?;
-                let Some((at, _, _)) = set.next_element(0) else {
+                set.pop().ok_or_else(|| {
                     let text = Value::str("pop from an empty set");
-                    return Err(ev.raise_args(crate::errors::ExceptionKind::KeyError, vec![text]));
-                };
-                Ok(set.delete_at(at - 1))
+                    ev.raise_args(crate::errors::ExceptionKind::KeyError, vec![text])
+                })
             }),
             ("clear", "", |ev, args| {
                 receiver(ev, &args[0])?.clear();
@@ -82,14 +81,25 @@ pub(super) fn install(core: &Rc<Core>) {
                 Ok(Value::None)
             }),
             ("intersection_update", "*others", |ev, args| {
-                let result = combined(ev, args, Evaluator::set_intersection)?;
+                let result = intersection(ev, args)?;
                 receiver(ev, &args[0])?.replace(result);
                 Ok(Value::None)
             }),
             ("difference_update", "*others", |ev, args| {
                 let set = receiver(ev, &args[0])?;
                 for other in others(&args[1]) {
-                    ev.set_subtract(&set, &*as_set(ev, &other)?)?;
+                    match ev.plain(&other) {
+                        Value::Set(other) | Value::FrozenSet(other) => {
+                            ev.set_subtract(&set, &other)?;
+                        }
+                        other => {
+                            let iterator = ev.iter(&other)?;
+                            while let Some(item) = ev.next(&iterator)? {
+                                ev.set_remove(&set, &item)?;
+                                ev.safepoint()?;
+                            }
+                        }
+                    }
                 }
                 Ok(Value::None)
             }),
@@ -123,7 +133,7 @@ fn install_queries(core: &Rc<Core>, class: &Class) {
                 Ok(like(&args[0], result))
             }),
             ("intersection", "*others", |ev, args| {
-                combine(ev, args, Evaluator::set_intersection)
+                Ok(like(&args[0], intersection(ev, args)?))
             }),
             ("difference", "*others", |ev, args| {
                 combine(ev, args, Evaluator::set_difference)
@@ -146,7 +156,7 @@ fn install_queries(core: &Rc<Core>, class: &Class) {
             ("isdisjoint", "other /", |ev, args| {
                 let set = receiver(ev, &args[0])?;
                 let iterator = ev.iter(&args[1])?;
-                while let Some(item) = ev.next(&iterator)? {
+                while let Some(item) = ev.step(&iterator)? {
                     if ev.set_contains(&set, &item)? {
                         return Ok(Value::Bool(false));
                     }
@@ -197,6 +207,33 @@ fn others(rest: &Value) -> Vec<Value> {
     } else {
         Vec::new()
     }
+}
+
+/// What is in all of them; what is no set is walked through item by item.
+fn intersection(ev: &Evaluator<'_>, args: &[Value]) -> R<Set> {
+    let mut result = receiver(ev, &args[0])?;
+    let others = others(&args[1]);
+    if others.is_empty() {
+        return Ok(result.copy());
+    }
+    for other in others {
+        result = Rc::new(match ev.plain(&other) {
+            Value::Set(other) | Value::FrozenSet(other) => ev.set_intersection(&result, &other)?,
+            other => {
+                let common = Set::new();
+                let iterator = ev.iter(&other)?;
+                while let Some(item) = ev.next(&iterator)? {
+                    let hash = ev.hash(&item)?;
+                    if ev.set_find(&result, hash, &item)?.is_some() {
+                        ev.set_add_hashed(&common, hash, item)?;
+                    }
+                    ev.safepoint()?;
+                }
+                common
+            }
+        });
+    }
+    Ok(result.copy())
 }
 
 type Combine<'y> = fn(&Evaluator<'y>, &Set, &Set) -> R<Set>;

@@ -555,7 +555,8 @@ fn find(ev: &Evaluator<'_>, args: &[Value], from_right: bool, required: bool) ->
         } else {
             search::find(slice, part.as_str())
         }?;
-        Some(start + slice[..at].chars().count())
+        let offset = text.byte_offset(start) + at;
+        Some(text.char_index(offset))
     });
     match found {
         Some(index) => Ok(Value::Int(index as i64)),

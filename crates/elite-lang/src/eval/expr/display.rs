@@ -89,8 +89,27 @@ pub struct SetDisplay {
 impl Expression for SetDisplay {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let set = Set::new();
-        for item in gather(&self.elements, ev, f)? {
+        // Those before the first `*` are evaluated before the first of them is asked for its hash.
+        let is_star = |element: &Element| matches!(element, Element::Star(..));
+        let stars = self.elements.iter().position(is_star);
+        let (first, rest) = self.elements.split_at(stars.unwrap_or(self.elements.len()));
+        for item in gather(first, ev, f)? {
             ev.set_add(&set, item).at(ev, f, self.span)?;
+        }
+        for element in rest {
+            match element {
+                Element::One(expr) => {
+                    let item = expr.eval(ev, f)?;
+                    ev.set_add(&set, item).at(ev, f, self.span)?;
+                }
+                Element::Star(expr, span) => {
+                    let iterable = expr.eval(ev, f)?;
+                    let added = ev.set_extend(&set, &iterable);
+                    added
+                        .map_err(|raised| ev.not_unpackable(raised, &iterable))
+                        .at(ev, f, *span)?;
+                }
+            }
         }
         if !self.copied {
             return Ok(Value::Set(Rc::new(set)));

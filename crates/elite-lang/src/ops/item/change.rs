@@ -52,6 +52,15 @@ impl Evaluator<'_> {
             },
             Value::ByteArray(bytes) => {
                 if let Value::Slice(slice) = index {
+                    if !matches!(item, Value::ByteArray(_)) {
+                        // CPython asks once before it makes a bytearray of the new value, and once more after.
+                        self.slice_indices(slice)?;
+                    }
+                    if self.is_number_or_text(&item) {
+                        return Err(self.type_error(
+                            "can assign only bytes, buffers, or iterables of ints in range(0, 256)",
+                        ));
+                    }
                     let new = match self.bytes_like(&item) {
                         Some(new) => new,
                         None => self.collect_bytes(&item)?,
@@ -86,6 +95,16 @@ impl Evaluator<'_> {
         }
     }
 
+    fn is_number_or_text(&self, value: &Value) -> bool {
+        match value {
+            Value::Str(_) | Value::Float(_) | Value::Complex(_) => true,
+            Value::Instance(instance) => [known::INDEX, known::FLOAT]
+                .iter()
+                .any(|name| instance.class.lookup(*name).is_some()),
+            other => crate::value::int::Int::of(other).is_some(),
+        }
+    }
+
     /// A value as one byte.
     pub fn byte(&self, value: &Value) -> R<u8> {
         let error = || self.value_error("byte must be in range(0, 256)");
@@ -94,10 +113,21 @@ impl Evaluator<'_> {
 
     /// The bytes an iterable of integers gives.
     pub fn collect_bytes(&self, iterable: &Value) -> R<Vec<u8>> {
-        self.collect(iterable)?
-            .iter()
-            .map(|item| self.byte(item))
-            .collect()
+        self.collect_as(iterable, |item| self.byte(item))
+    }
+
+    /// What `byte` makes of each item, asked as soon as the item is there: asking may change what comes next.
+    pub fn collect_as(&self, iterable: &Value, byte: impl Fn(&Value) -> R<u8>) -> R<Vec<u8>> {
+        let iterator = self.iter(iterable)?;
+        let mut data = Vec::new();
+        while let Some(item) = self.next(&iterator)? {
+            if data.len() == data.capacity() {
+                self.check_allocation(2 * data.len())?;
+                self.safepoint()?;
+            }
+            data.push(byte(&item)?);
+        }
+        Ok(data)
     }
 
     #[cold]
@@ -126,6 +156,9 @@ impl Evaluator<'_> {
     }
 
     fn set_list_slice(&self, list: &List, slice: &Slice, item: &Value) -> R<()> {
+        // As in CPython: the indices, the length, the new items; then what is left of the old ones.
+        let indices = self.slice_indices(slice)?;
+        let before = indices.within(list.len());
         let new = self.collect(item).map_err(|raised| {
             if self.is_kind(&raised, ExceptionKind::TypeError)
                 && !matches!(item, Value::Instance(_))
@@ -139,9 +172,14 @@ impl Evaluator<'_> {
             }
             raised
         })?;
-        let indices = self.slice_indices(slice)?;
         self.grow_list(list, new.len())?;
-        let done = list.change(|items| replace_slice(items, indices.within(items.len()), new));
+        let done = list.change(|items| {
+            let bounds = match before.step {
+                1 => before.clamped(items.len()),
+                _ => indices.within(items.len()),
+            };
+            replace_slice(items, bounds, new)
+        });
         match done {
             Ok(old) => {
                 drop(old);

@@ -229,7 +229,7 @@ impl Evaluator<'_> {
                 .core
                 .char_value(char::from(text.as_str().as_bytes()[place]));
         }
-        let c = text.as_str().chars().nth(place);
+        let c = text.char_at(place);
         c.map_or_else(|| self.core.empty_str.clone(), |c| self.core.char_value(c))
     }
 }

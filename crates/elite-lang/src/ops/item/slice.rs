@@ -28,6 +28,16 @@ impl Bounds {
         .len() as usize
     }
 
+    /// The same places as far as there are still `length` of them, for a step of 1.
+    pub fn clamped(self, length: usize) -> Bounds {
+        let start = self.start.min(length as i64);
+        Bounds {
+            start,
+            stop: self.stop.clamp(start, length as i64),
+            step: 1,
+        }
+    }
+
     /// The indices.
     pub fn indices(self) -> impl Iterator<Item = usize> {
         (0..self.len() as i64).map(move |i| (self.start + i * self.step) as usize)
@@ -201,8 +211,10 @@ impl Evaluator<'_> {
                 .map(|index| char::from(text.as_str().as_bytes()[index]))
                 .collect()
         } else {
-            let chars: Vec<char> = text.as_str().chars().collect();
-            bounds.indices().map(|index| chars[index]).collect()
+            let first = bounds.indices().min().unwrap_or(0);
+            let last = bounds.indices().max().unwrap_or(0);
+            let chars: Vec<char> = text.slice(first, last + 1).chars().collect();
+            bounds.indices().map(|index| chars[index - first]).collect()
         };
         Value::Str(Rc::new(Str::counted(picked, length)))
     }

@@ -13,6 +13,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::ports::description::{RobotDescription, TaskStatus};
 use crate::ports::listen::{PortMeter, serve_port};
+use crate::ports::peer::Speaks;
 
 /// Something to be done that has no answer of its own; clients watch the modes.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,14 +89,20 @@ pub async fn serve<D: Dashboard>(
     meter: PortMeter,
     shutdown: CancellationToken,
 ) {
-    serve_port(listener, meter, shutdown, |stream, client, shutdown| {
-        let dashboard = Arc::clone(&dashboard);
-        async move {
-            let session = session::serve(stream, client, &*dashboard);
-            if let Some(Err(error)) = shutdown.run_until_cancelled(session).await {
-                tracing::debug!(%client, %error, "dashboard: the connection broke");
+    serve_port(
+        listener,
+        Speaks::Its,
+        meter,
+        shutdown,
+        |stream, client, shutdown| {
+            let dashboard = Arc::clone(&dashboard);
+            async move {
+                let session = session::serve(stream, client, &*dashboard);
+                if let Some(Err(error)) = shutdown.run_until_cancelled(session).await {
+                    tracing::debug!(%client, %error, "dashboard: the connection broke");
+                }
             }
-        }
-    })
+        },
+    )
     .await;
 }

@@ -17,7 +17,7 @@ use motion_api::RobotMode;
 /// What is read at once.
 const READ_BYTES: usize = 4096;
 
-/// Serves one client until it leaves, says so, or turns out to be a browser.
+/// Serves one client until it leaves or says so.
 ///
 /// # Errors
 /// The connection broke.
@@ -43,10 +43,6 @@ pub async fn serve(
                     format!("The line is longer than {} KiB.", LINE_BYTES_MAX / 1024),
                     false,
                 ),
-                Line::Http => {
-                    tracing::warn!(%client, "dashboard: closed, the client speaks HTTP");
-                    return Ok(());
-                }
             };
             stream.write_all(&encode(&reply)).await?;
             if closes {

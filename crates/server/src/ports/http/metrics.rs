@@ -5,6 +5,7 @@ use core::fmt::{Display, Write};
 use motion::histogram::{BUCKETS_US, HistogramReading};
 use motion_api::RobotState;
 use recorder::RecorderMeter;
+use supervision::Kind;
 
 use crate::ports::description::TaskStatus;
 use crate::ports::listen::PortMeter;
@@ -28,7 +29,7 @@ pub struct Measurements<'a> {
 /// What the controller counts, since start.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Figures {
-    /// Cycles that took longer than a cycle lasts.
+    /// Cycles that ended later than the next one was due.
     pub overruns: u64,
     /// Cycles that were left out because the motion thread woke up too late.
     pub missed_cycles: u64,
@@ -44,6 +45,10 @@ pub struct Figures {
     pub recording: Option<RecordingFigures>,
     /// Errors by kind.
     pub errors: [(&'static str, u64); 5],
+    /// Faults of ours that were contained, by the kind of their thread.
+    pub faults: [u64; Kind::ALL.len()],
+    /// Log lines that nobody will read.
+    pub log_lines_lost: u64,
 }
 
 /// What the recording counts.
@@ -83,7 +88,7 @@ pub fn render(m: &Measurements<'_>) -> String {
     page.counter("cycles_total", "Control cycles since start.", m.state.cycle);
     page.counter(
         "cycle_overruns_total",
-        "Cycles that took longer than a cycle lasts.",
+        "Cycles that ended later than the next one was due, because they took long or began late.",
         m.figures.overruns,
     );
     page.counter(
@@ -130,6 +135,19 @@ pub fn render(m: &Measurements<'_>) -> String {
     for (kind, count) in m.figures.errors {
         page.labelled("errors_total", "kind", kind, count);
     }
+    page.head(
+        "faults_total",
+        "Faults of ours that were contained, by kind of thread.",
+        "counter",
+    );
+    for (kind, count) in Kind::ALL.iter().zip(m.figures.faults) {
+        page.labelled("faults_total", "kind", kind.name(), count);
+    }
+    page.counter(
+        "log_lines_lost_total",
+        "Log lines lost because standard error was closed or not read.",
+        m.figures.log_lines_lost,
+    );
     if let Some(recording) = &m.figures.recording {
         page.gauge(
             "recording_active",

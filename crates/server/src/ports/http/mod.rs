@@ -1,7 +1,9 @@
 //! The http port: `/healthz`, `/metrics`, `/panel`, and `/api` for inputs and outputs.
 //!
-//! Owns routes and limits of the connection; the numbers come from [`Source`], their text form from `metrics`.
+//! Owns the routes; the numbers come from [`Source`], their text form from `metrics`, the limits of a connection and who may
+//! ask at all from `connection`.
 
+pub mod connection;
 pub mod guard;
 pub mod io;
 pub mod metrics;
@@ -15,8 +17,7 @@ use axum::extract::{Request, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use hyper::server::conn::http1;
-use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper::service::Service as _;
 use hyper_util::service::TowerToHyperService;
 use motion_api::{RegisterImages, RobotState};
 use serde_json::json;
@@ -24,21 +25,22 @@ use tokio::net::TcpListener;
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
+use crate::ports::callers::Callers;
 use crate::ports::description::TaskStatus;
 use crate::ports::listen::{PortMeter, serve_port};
+use crate::ports::peer::Speaks;
 use metrics::{Figures, Measurements, render};
-
-/// A client has so long for the head of a request; also how long an idle connection is kept.
-const HEAD_TIMEOUT: Duration = Duration::from_secs(15);
-
-/// Largest head of a request, bytes.
-const HEAD_BYTES_MAX: usize = 16 * 1024;
 
 /// Largest body of a request, bytes: several times what all inputs take.
 const BODY_BYTES_MAX: usize = 64 * 1024;
 
 /// A client has so long for the body of a request.
 const BODY_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// Inputs are set when a cycle has begun; whoever sets them waits no longer than this for one.
+const TAKEN_WITHIN: Duration = Duration::from_millis(500);
+/// Time between two looks at the cycle's number.
+const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
 /// With the cycle counter standing still for this long the controller is not well.
 const STANDSTILL: Duration = Duration::from_secs(1);
@@ -53,13 +55,26 @@ pub trait Source: Send + Sync + 'static {
     fn panel(&self) -> serde_json::Value;
     /// What the controller counts.
     fn figures(&self) -> Figures;
+    /// The fault of ours after which no cycle runs any more.
+    fn fault(&self) -> Option<String> {
+        None
+    }
     /// The registers as they are now.
     fn registers(&self) -> RegisterImages;
-    /// Sets inputs, as if somebody had wired them; must not wait.
+    /// Sets inputs, as if somebody had wired them, all or none; must not wait.
     ///
     /// # Errors
-    /// A sentence that says why they cannot be set here.
-    fn set_inputs(&self, changes: &io::InputChanges) -> Result<(), String>;
+    /// [`NotSet`]: nothing was changed.
+    fn set_inputs(&self, changes: &io::InputChanges) -> Result<(), NotSet>;
+}
+
+/// Why inputs were not set: a sentence.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum NotSet {
+    /// Never here.
+    ReadOnly(String),
+    /// Not now.
+    Unavailable(String),
 }
 
 /// What the handlers share.
@@ -76,30 +91,31 @@ pub async fn serve<S: Source>(
     source: Arc<S>,
     ports: Vec<PortMeter>,
     meter: PortMeter,
+    callers: Callers,
     shutdown: CancellationToken,
 ) {
     let app = router(source, ports);
-    serve_port(listener, meter, shutdown, |stream, client, shutdown| {
-        let service = TowerToHyperService::new(app.clone());
-        async move {
-            let mut http = http1::Builder::new();
-            http.timer(TokioTimer::new())
-                .header_read_timeout(HEAD_TIMEOUT)
-                .max_buf_size(HEAD_BYTES_MAX);
-            let mut connection =
-                std::pin::pin!(http.serve_connection(TokioIo::new(stream), service));
-            let ended = tokio::select! {
-                ended = connection.as_mut() => ended,
-                () = shutdown.cancelled() => {
-                    connection.as_mut().graceful_shutdown();
-                    connection.await
-                }
-            };
-            if let Err(error) = ended {
-                tracing::debug!(%client, %error, "http: the connection broke");
+    let callers = Arc::new(callers);
+    serve_port(
+        listener,
+        Speaks::Http,
+        meter,
+        shutdown,
+        |peer, _, shutdown| {
+            let (app, callers) = (app.clone(), Arc::clone(&callers));
+            async move {
+                let service = TowerToHyperService::new(app);
+                connection::serve(peer, &callers, &shutdown, |request| {
+                    let answering = service.call(request);
+                    async move {
+                        let Ok(response) = answering.await;
+                        response
+                    }
+                })
+                .await;
             }
-        }
-    })
+        },
+    )
     .await;
 }
 
@@ -138,7 +154,10 @@ fn router<S: Source>(source: Arc<S>, ports: Vec<PortMeter>) -> Router {
 async fn healthz<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
     let state = shared.source.state();
     let standing = shared.standing(state.cycle);
-    let (code, status) = if standing >= STANDSTILL {
+    let fault = shared.source.fault();
+    let (code, status) = if fault.is_some() {
+        (StatusCode::SERVICE_UNAVAILABLE, "stopped by a fault")
+    } else if standing >= STANDSTILL {
         (StatusCode::SERVICE_UNAVAILABLE, "standing still")
     } else {
         (StatusCode::OK, "ok")
@@ -151,6 +170,7 @@ async fn healthz<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
         .collect();
     let details = serde_json::json!({
         "status": status,
+        "fault": fault,
         "cycle": state.cycle,
         "standing_for_secs": standing.as_secs_f64(),
         "time_secs": state.time,
@@ -183,39 +203,64 @@ async fn io_page<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
 
 /// Sets inputs: an object from names to values, all of it or nothing.
 async fn set_inputs<S: Source>(State(shared): State<Arc<Shared<S>>>, request: Request) -> Response {
-    let refuse = |status, text: String| answer(status, &json!({"error": text}));
     let (head, body) = request.into_parts();
     if let Err(turned_away) = guard::check(&head.headers) {
-        return refuse(turned_away.status(), turned_away.to_string());
+        return refuse(turned_away.status(), &turned_away.to_string());
     }
     let body = match tokio::time::timeout(BODY_TIMEOUT, to_bytes(body, BODY_BYTES_MAX)).await {
         Ok(Ok(body)) => body,
         Ok(Err(_too_long_or_broken)) => {
             let text = format!("the body is cut off or longer than {BODY_BYTES_MAX} bytes");
-            return refuse(StatusCode::PAYLOAD_TOO_LARGE, text);
+            return refuse(StatusCode::PAYLOAD_TOO_LARGE, &text);
         }
         Err(_elapsed) => {
-            let text = format!(
-                "the body was not complete after {} s",
-                BODY_TIMEOUT.as_secs()
-            );
-            return refuse(StatusCode::REQUEST_TIMEOUT, text);
+            let secs = BODY_TIMEOUT.as_secs();
+            let text = format!("the body was not complete after {secs} s");
+            return refuse(StatusCode::REQUEST_TIMEOUT, &text);
         }
     };
     let state = shared.source.state();
     let changes = match io::read(&body, &state.io_config) {
         Ok(changes) => changes,
-        Err(error) => return refuse(StatusCode::UNPROCESSABLE_ENTITY, error.to_string()),
+        Err(error) => return refuse(StatusCode::UNPROCESSABLE_ENTITY, &error.to_string()),
     };
     match shared.source.set_inputs(&changes) {
-        Ok(()) => answer(StatusCode::OK, &json!({"after_cycle": state.cycle})),
-        Err(reason) => refuse(StatusCode::CONFLICT, reason),
+        Ok(()) => {}
+        Err(NotSet::ReadOnly(reason)) => return refuse(StatusCode::CONFLICT, &reason),
+        Err(NotSet::Unavailable(reason)) => {
+            return refuse(StatusCode::SERVICE_UNAVAILABLE, &reason);
+        }
     }
+    if is_taken(&*shared.source, state.cycle).await {
+        return answer(StatusCode::OK, &json!({"after_cycle": state.cycle}));
+    }
+    let millis = TAKEN_WITHIN.as_millis();
+    let text = format!(
+        "the inputs wait for a cycle, and none has begun for {millis} ms; they are set when the next one begins"
+    );
+    refuse(StatusCode::SERVICE_UNAVAILABLE, &text)
+}
+
+/// True once a cycle that began after `cycle` has ended; false when none does.
+async fn is_taken(source: &impl Source, cycle: u64) -> bool {
+    let patience = Instant::now() + TAKEN_WITHIN;
+    while source.state().cycle <= cycle {
+        if Instant::now() >= patience {
+            return false;
+        }
+        tokio::time::sleep(LOOK_AGAIN).await;
+    }
+    true
 }
 
 fn answer(status: StatusCode, page: &serde_json::Value) -> Response {
     let kind = [(header::CONTENT_TYPE, "application/json")];
     (status, kind, format!("{page}\n")).into_response()
+}
+
+/// Says why not.
+fn refuse(status: StatusCode, reason: &str) -> Response {
+    answer(status, &json!({"error": reason}))
 }
 
 async fn metrics_page<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {

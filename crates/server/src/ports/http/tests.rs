@@ -1,19 +1,25 @@
 //! The pages over real connections, and what is not a request.
 
 use std::net::SocketAddr;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use kinematics::JointPositions;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::task::JoinHandle;
 
+use super::connection::{HEAD_BYTES_MAX, HEAD_TIMEOUT};
 use super::*;
+use crate::ports::callers::tests::FOREIGN_HOSTS;
 
 #[derive(Default)]
 struct Fake {
     cycle: AtomicU64,
     set: Mutex<Vec<io::InputChanges>>,
+    /// Why inputs cannot be set.
+    not_set: Mutex<Option<NotSet>>,
+    /// No cycle comes any more.
+    stands: AtomicBool,
 }
 
 impl Source for Fake {
@@ -62,8 +68,14 @@ impl Source for Fake {
     fn registers(&self) -> RegisterImages {
         RegisterImages::default()
     }
-    fn set_inputs(&self, changes: &io::InputChanges) -> Result<(), String> {
+    fn set_inputs(&self, changes: &io::InputChanges) -> Result<(), NotSet> {
+        if let Some(reason) = self.not_set.lock().unwrap().clone() {
+            return Err(reason);
+        }
         self.set.lock().unwrap().push(changes.clone());
+        if !self.stands.load(Ordering::Relaxed) {
+            self.cycle.fetch_add(2, Ordering::Relaxed);
+        }
         Ok(())
     }
 }
@@ -74,7 +86,9 @@ async fn port(source: Arc<Fake>) -> (SocketAddr, CancellationToken, JoinHandle<(
     let shutdown = CancellationToken::new();
     let meter = PortMeter::new("http");
     let ports = vec![PortMeter::new("primary"), meter.clone()];
-    let port = tokio::spawn(serve(listener, source, ports, meter, shutdown.clone()));
+    let callers = Callers::of(address.ip(), None, &[]);
+    let served = serve(listener, source, ports, meter, callers, shutdown.clone());
+    let port = tokio::spawn(served);
     (address, shutdown, port)
 }
 
@@ -91,7 +105,7 @@ async fn answer(address: SocketAddr, request: &str) -> String {
 async fn get_page(address: SocketAddr, path: &str) -> String {
     answer(
         address,
-        &format!("GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"),
+        &format!("GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"),
     )
     .await
 }
@@ -139,11 +153,11 @@ async fn other_pages_methods_and_nonsense_are_refused() {
     let (address, shutdown, port) = port(Arc::default()).await;
     for (request, status) in [
         (
-            "GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n",
+            "GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n",
             "404",
         ),
         (
-            "POST /metrics HTTP/1.1\r\nHost: x\r\nContent-Length: 0\r\nConnection: close\r\n\r\n",
+            "POST /metrics HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\nConnection: close\r\n\r\n",
             "405",
         ),
         ("stop task\n\n", "400"),
@@ -174,7 +188,7 @@ async fn other_pages_methods_and_nonsense_are_refused() {
 async fn an_idle_connection_does_not_hold_up_the_end() {
     let (address, shutdown, port) = port(Arc::default()).await;
     let mut idle = TcpStream::connect(address).await.unwrap();
-    idle.write_all(b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n")
+    idle.write_all(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
         .await
         .unwrap();
     let mut byte = [0];
@@ -210,10 +224,11 @@ async fn inputs_are_set_by_programs_and_by_our_own_pages() {
     let (address, _shutdown, _port) = port(source.clone()).await;
     let body = r#"{"standard_digital_in[3]": true}"#;
     let own = format!("{JSON}Origin: http://{address}\r\n");
-    for headers in [JSON, &own] {
+    for (headers, after) in [(JSON, 0), (&own, 2)] {
         let page = post_inputs(address, headers, body).await;
         assert!(page.starts_with("HTTP/1.1 200"), "{page}");
-        assert!(page.ends_with("{\"after_cycle\":0}\n"), "{page}");
+        let end = format!("{{\"after_cycle\":{after}}}\n");
+        assert!(page.ends_with(&end), "{page}");
     }
     let (mask, levels) = (1 << 3, 1 << 3);
     let wanted = io::InputChanges {
@@ -255,12 +270,14 @@ async fn what_may_not_or_cannot_be_set_is_answered_with_a_reason() {
         );
     }
     // What a browser asks before it sends JSON to another origin.
-    let question = format!(
-        "OPTIONS /api/inputs HTTP/1.1\r\nHost: {address}\r\nOrigin: http://evil.example\r\nConnection: close\r\n\r\n"
-    );
-    let page = answer(address, &question).await;
-    assert!(page.starts_with("HTTP/1.1 405"), "{page}");
-    assert!(!page.contains("access-control"), "{page}");
+    for (origin, status) in [("http://evil.example", 403), ("http://localhost:3000", 405)] {
+        let question = format!(
+            "OPTIONS /api/inputs HTTP/1.1\r\nHost: {address}\r\nOrigin: {origin}\r\nConnection: close\r\n\r\n"
+        );
+        let page = answer(address, &question).await;
+        assert!(page.starts_with(&format!("HTTP/1.1 {status}")), "{page}");
+        assert!(!page.contains("access-control"), "{page}");
+    }
     assert!(source.set.lock().unwrap().is_empty());
 }
 
@@ -283,4 +300,105 @@ async fn every_input_and_output_is_shown() {
     assert!(head.contains("content-type: application/json"), "{head}");
     let page: serde_json::Value = serde_json::from_str(body).unwrap();
     assert_eq!(page["points"]["input_boolean_register[127]"], false);
+}
+
+const PAGES: [&str; 4] = ["/healthz", "/metrics", "/panel", "/api/io"];
+
+#[tokio::test]
+async fn no_page_is_shown_to_pages_of_others() {
+    let (address, _shutdown, _port) = port(Arc::default()).await;
+    let ask = async |page: &str, head: &str| {
+        answer(
+            address,
+            &format!("GET {page} HTTP/1.1\r\n{head}Connection: close\r\n\r\n"),
+        )
+        .await
+    };
+    for page in PAGES {
+        let shown = ask(
+            page,
+            "Host: LOCALHOST.:1\r\nOrigin: http://127.0.0.1:3000\r\n",
+        )
+        .await;
+        assert!(shown.starts_with("HTTP/1.1 200"), "{page}: {shown}");
+        for head in [
+            "Host: evil.example\r\n",
+            "Host: localhost\r\nOrigin: http://evil.example\r\n",
+            "Host: evil.example\r\nOrigin: http://evil.example\r\n",
+            "Host: localhost\r\nOrigin: null\r\n",
+            "Host: localhost\r\nHost: evil.example\r\n",
+        ] {
+            let refused = ask(page, head).await;
+            assert!(
+                refused.starts_with("HTTP/1.1 403"),
+                "{page} {head}: {refused}"
+            );
+            assert!(refused.contains("{\"error\":\"the request "), "{refused}");
+        }
+        let whole = ask(&format!("http://evil.example{page}"), "Host: localhost\r\n").await;
+        assert!(whole.starts_with("HTTP/1.1 403"), "{whole}");
+        let nameless = ask(page, "").await;
+        assert!(nameless.starts_with("HTTP/1.1 400"), "{nameless}");
+    }
+    for host in FOREIGN_HOSTS {
+        let refused = ask("/panel", &format!("Host: {host}\r\n")).await;
+        assert!(refused.starts_with("HTTP/1.1 403"), "{host}: {refused}");
+    }
+    let old = answer(address, "GET /healthz HTTP/1.0\r\n\r\n").await;
+    assert!(old.starts_with("HTTP/1.0 200"), "{old}");
+}
+
+#[tokio::test]
+async fn every_request_of_a_connection_is_looked_at() {
+    let (address, _shutdown, _port) = port(Arc::default()).await;
+    let good = "GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n";
+    let evil = "GET /panel HTTP/1.1\r\nHost: evil.example\r\nConnection: close\r\n\r\n";
+    let pages = answer(address, &format!("{good}{good}{evil}")).await;
+    assert_eq!(pages.matches("HTTP/1.1 200").count(), 2, "{pages}");
+    assert_eq!(pages.matches("HTTP/1.1 403").count(), 1, "{pages}");
+}
+
+#[tokio::test]
+async fn inputs_that_were_not_taken_are_not_said_to_be_set() {
+    let source = Arc::new(Fake::default());
+    let (address, _shutdown, _port) = port(source.clone()).await;
+    for (reason, status) in [
+        (NotSet::ReadOnly("a recording".to_owned()), 409),
+        (NotSet::Unavailable("nothing was set: full".to_owned()), 503),
+    ] {
+        *source.not_set.lock().unwrap() = Some(reason);
+        let page = post_inputs(address, JSON, "{}").await;
+        assert!(page.starts_with(&format!("HTTP/1.1 {status}")), "{page}");
+        assert!(page.contains("{\"error\":\""), "{page}");
+    }
+    *source.not_set.lock().unwrap() = None;
+    source.stands.store(true, Ordering::Relaxed);
+    let page = post_inputs(address, JSON, "{}").await;
+    assert!(page.starts_with("HTTP/1.1 503"), "{page}");
+    assert!(page.contains("wait for a cycle"), "{page}");
+}
+
+#[tokio::test]
+async fn a_head_that_comes_drop_by_drop_is_not_waited_for() {
+    let (address, _shutdown, _port) = port(Arc::default()).await;
+    for head in ["", "GET /healthz HTTP/1.1\r\nHost: localhost\r\nX: "] {
+        let mut stream = TcpStream::connect(address).await.unwrap();
+        stream.write_all(head.as_bytes()).await.unwrap();
+        let (mut reader, mut writer) = stream.split();
+        let start = Instant::now();
+        tokio::time::pause();
+        let drops = async {
+            while writer.write_all(b"x").await.is_ok() && !head.is_empty() {
+                tokio::time::sleep(Duration::from_secs(1)).await;
+            }
+            std::future::pending::<()>().await;
+        };
+        let mut rest = Vec::new();
+        tokio::select! {
+            _ = reader.read_to_end(&mut rest) => {}
+            () = drops, if !head.is_empty() => {}
+        }
+        assert!(start.elapsed() < 2 * HEAD_TIMEOUT, "{:?}", start.elapsed());
+        tokio::time::resume();
+    }
 }

@@ -7,7 +7,7 @@
 use core::fmt;
 use std::borrow::Cow;
 
-use crate::ports::text::{StringTracker, begins_with_http_verb, is_end_line, statements_of_line};
+use crate::ports::text::{StringTracker, is_end_line, statements_of_line};
 
 /// The longest line, bytes.
 pub const LINE_BYTES_MAX: usize = 64 * 1024;
@@ -156,8 +156,6 @@ pub enum Frame {
     Command(Command),
     /// To be reported.
     Rejected(Rejection),
-    /// The connection speaks HTTP: close it.
-    Http,
 }
 
 /// Cuts the bytes of one connection.
@@ -174,8 +172,6 @@ pub struct Framer {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    /// Nothing but blank lines so far: the connection may turn out to be HTTP.
-    First,
     /// Between statements.
     Between,
     /// In a block whose header stands at this column, counted in bytes.
@@ -184,14 +180,12 @@ enum State {
     SkippingBlock { indent: usize },
     /// In a line that is too long, reported already; then back to the state before.
     SkippingLine,
-    /// HTTP; nothing more is read.
-    Closed,
 }
 
 impl Default for Framer {
     fn default() -> Self {
         Self {
-            state: State::First,
+            state: State::Between,
             text: Vec::new(),
             line_start: 0,
             strings: StringTracker::default(),
@@ -221,15 +215,11 @@ impl Framer {
     }
 
     fn append(&mut self, piece: &[u8], frames: &mut Vec<Frame>) {
-        if matches!(self.state, State::Closed | State::SkippingLine) {
+        if self.state == State::SkippingLine {
             return;
         }
         self.text.extend(piece);
-        if self.state == State::First && begins_with_http_verb(&self.text) {
-            self.text = Vec::new();
-            self.state = State::Closed;
-            frames.push(Frame::Http);
-        } else if self.text.len() - self.line_start > LINE_BYTES_MAX {
+        if self.text.len() - self.line_start > LINE_BYTES_MAX {
             self.skip_line(frames);
         }
     }
@@ -261,9 +251,8 @@ impl Framer {
 
     fn end_line(&mut self, frames: &mut Vec<Frame>) {
         match self.state {
-            State::Closed => {}
             State::SkippingLine => self.state = State::Between,
-            State::First | State::Between => self.end_line_between(frames),
+            State::Between => self.end_line_between(frames),
             State::Block { indent } => {
                 let ended = self.is_end_of_block(indent);
                 self.follow_strings();
@@ -292,7 +281,6 @@ impl Framer {
             self.text.clear();
             return;
         }
-        self.state = State::Between;
         let line = String::from_utf8_lossy(&self.text);
         if let Some(command) = Command::parse(&line) {
             frames.push(Frame::Command(command));
@@ -333,10 +321,7 @@ impl Framer {
     }
 
     fn reset(&mut self) {
-        *self = Self {
-            state: State::Between,
-            ..Self::default()
-        };
+        *self = Self::default();
     }
 }
 

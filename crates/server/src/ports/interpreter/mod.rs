@@ -11,6 +11,7 @@ use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
 
 use crate::ports::listen::{PortMeter, serve_port};
+use crate::ports::peer::Speaks;
 use codec::{Command, Discard};
 pub use session::Statement;
 
@@ -41,11 +42,17 @@ pub async fn serve<I: Interpreter>(
     meter: PortMeter,
     shutdown: CancellationToken,
 ) {
-    serve_port(listener, meter, shutdown, |stream, client, shutdown| {
-        let interpreter = Arc::clone(&interpreter);
-        async move {
-            session::serve(stream, client, &*interpreter, shutdown).await;
-        }
-    })
+    serve_port(
+        listener,
+        Speaks::Its,
+        meter,
+        shutdown,
+        |stream, client, shutdown| {
+            let interpreter = Arc::clone(&interpreter);
+            async move {
+                session::serve(stream, client, &*interpreter, shutdown).await;
+            }
+        },
+    )
     .await;
 }

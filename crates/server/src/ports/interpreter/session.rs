@@ -15,14 +15,17 @@ use tokio_util::sync::CancellationToken;
 use super::codec::{Discard, Frame, Framer, ack, discard};
 use super::{Interpreter, Verdict};
 use crate::ports::ClientId;
+use crate::ports::shown::Shown;
 
 /// What is read at once.
 const READ_BYTES: usize = 16 * 1024;
 
-/// Statements of one client that wait to be handed over; then reading waits.
-const STATEMENTS_WAITING_MAX: usize = 1024;
-/// The same in bytes.
-const STATEMENT_BYTES_MAX: usize = 2 * 1024 * 1024;
+/// Statements of one client that wait to be handed over; then reading waits, and a command word behind them is not seen.
+/// So there are many: more than the queue of the task takes (manual 2.2).
+const STATEMENTS_WAITING_MAX: usize = 16 * 1024;
+/// The same in bytes; each counts [`STATEMENT_BYTES`] beside its text.
+const STATEMENT_BYTES_MAX: usize = 6 * 1024 * 1024;
+const STATEMENT_BYTES: usize = 128;
 
 /// Replies that wait for a client to read them; more are dropped.
 const REPLIES_WAITING_MAX: usize = 16 * 1024;
@@ -37,8 +40,6 @@ const BATCH_BYTES: usize = 16 * 1024;
 pub enum SessionEnd {
     /// The connection is gone and everything received was handed over.
     Disconnected,
-    /// The client speaks HTTP.
-    Http,
     /// The server ends.
     Shutdown,
 }
@@ -62,7 +63,7 @@ impl Statement {
     }
 }
 
-/// Serves one client until its connection is gone, it turns out to be a browser, or the server ends.
+/// Serves one client until its connection is gone or the server ends.
 pub async fn serve(
     stream: impl AsyncRead + AsyncWrite,
     client: ClientId,
@@ -106,7 +107,7 @@ async fn read_lines(
         for frame in frames.drain(..) {
             match frame {
                 Frame::Statement(text) => {
-                    let bytes = u32::try_from(text.len()).unwrap_or(u32::MAX);
+                    let bytes = u32::try_from(text.len() + STATEMENT_BYTES).unwrap_or(u32::MAX);
                     let statement = Statement {
                         client: replies.client,
                         text: text.into(),
@@ -126,12 +127,9 @@ async fn read_lines(
                     replies.send(command.reply(number));
                 }
                 Frame::Rejected(rejection) => {
-                    tracing::warn!(client = %replies.client, "interpreter: {}", rejection.reply().trim_end());
-                    replies.send(rejection.reply());
-                }
-                Frame::Http => {
-                    tracing::warn!(client = %replies.client, "interpreter: closed, the client speaks HTTP");
-                    return SessionEnd::Http;
+                    let reply = rejection.reply();
+                    tracing::warn!(client = %replies.client, "interpreter: {}", Shown(reply.trim_end()));
+                    replies.send(reply);
                 }
             }
         }

@@ -7,7 +7,7 @@
 
 use core::fmt;
 
-use crate::ports::text::{StringTracker, begins_with_http_verb, is_end_line, statements_of_line};
+use crate::ports::text::{StringTracker, is_end_line, statements_of_line};
 
 /// The longest program, bytes.
 pub const PROGRAM_BYTES_MAX: usize = 8 * 1024 * 1024;
@@ -73,6 +73,13 @@ pub enum ControlPhrase {
     SetSpeed(f64),
 }
 
+impl ControlPhrase {
+    /// True for an order after which no program runs.
+    pub const fn ends_programs(self) -> bool {
+        matches!(self, Self::StopTask | Self::PowerOff)
+    }
+}
+
 /// Why something a client sent is not run. Each is one sentence for the client and the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Rejection {
@@ -117,8 +124,6 @@ pub enum Frame {
     Control(ControlPhrase),
     /// To be reported.
     Rejected(Rejection),
-    /// The connection speaks HTTP: close it.
-    Http,
 }
 
 /// Cuts the bytes of one connection.
@@ -138,16 +143,12 @@ pub struct Framer {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    /// Nothing but blank lines so far: the connection may turn out to be HTTP.
-    First,
     /// Between programs.
     Between,
     /// In a block.
     Block(ProgramKind),
     /// In something too long: a block or a line.
     Skipping { block: bool },
-    /// HTTP; nothing more is read.
-    Closed,
 }
 
 impl Default for Framer {
@@ -160,7 +161,7 @@ impl Framer {
     /// A framer for programs of at most `limit` bytes.
     pub fn with_limit(limit: usize) -> Self {
         Self {
-            state: State::First,
+            state: State::Between,
             text: Vec::new(),
             line_start: 0,
             strings: StringTracker::default(),
@@ -179,12 +180,17 @@ impl Framer {
         }
     }
 
+    /// What the unfinished program takes, bytes.
+    pub const fn bytes(&self) -> usize {
+        self.text.capacity()
+    }
+
     /// True while something is unfinished: a block, or a line without its end.
     pub fn is_open(&self) -> bool {
         match self.state {
             State::Block(_) => true,
-            State::First | State::Between => !is_nothing(&self.text),
-            State::Skipping { .. } | State::Closed => false,
+            State::Between => !is_nothing(&self.text),
+            State::Skipping { .. } => false,
         }
     }
 
@@ -209,7 +215,6 @@ impl Framer {
     /// Adds a piece of the unfinished line.
     fn append(&mut self, piece: &[u8], frames: &mut Vec<Frame>) {
         match self.state {
-            State::Closed => return,
             State::Skipping { block } => {
                 let room = SKIPPED_LINE_BYTES.saturating_sub(self.text.len());
                 self.text.extend(piece.iter().take(room));
@@ -218,23 +223,34 @@ impl Framer {
                 }
                 return;
             }
-            State::Block(_) => {
-                self.text.extend(piece);
-                self.follow_strings(piece);
-            }
-            State::First | State::Between => self.text.extend(piece),
+            State::Block(_) => self.follow_strings(piece),
+            State::Between => {}
         }
-        if self.state == State::First && begins_with_http_verb(&self.text) {
-            self.text = Vec::new();
-            self.state = State::Closed;
-            frames.push(Frame::Http);
-        } else if self.text.len() > self.limit {
+        let too_much = self.hold(piece);
+        if self.text.len() > self.limit {
             frames.push(Frame::Rejected(Rejection::TooLong));
-            self.skip_the_rest();
+            self.skip_the_rest(too_much);
         }
     }
 
-    fn skip_the_rest(&mut self) {
+    /// Adds to the text, of what is too long only so much that it is seen to be and how its last line begins. Room grows
+    /// as that of any vector, but not beyond what can be used.
+    /// Gives back what is too much.
+    fn hold<'p>(&mut self, piece: &'p [u8]) -> &'p [u8] {
+        let most = self.limit + 1 + SKIPPED_LINE_BYTES;
+        let fits = most.saturating_sub(self.text.len()).min(piece.len());
+        let (piece, too_much) = piece.split_at(fits);
+        let (length, room) = (self.text.len(), self.text.capacity());
+        if room - length < piece.len() {
+            let wanted = (2 * room).max(length + piece.len()).min(most);
+            self.text.reserve_exact(wanted - length);
+        }
+        self.text.extend_from_slice(piece);
+        too_much
+    }
+
+    /// Begins to skip; `too_much` is what was received beyond the text.
+    fn skip_the_rest(&mut self, too_much: &[u8]) {
         let block = match self.state {
             State::Block(_) => true,
             // A header alone longer than the limit: its block is as unwanted as it is.
@@ -243,6 +259,7 @@ impl Framer {
                 if header {
                     let line = core::mem::take(&mut self.text);
                     self.follow_strings(&line);
+                    self.follow_strings(too_much);
                     self.text = line;
                 }
                 header
@@ -256,7 +273,6 @@ impl Framer {
 
     fn end_line(&mut self, ended_by: EndedBy, frames: &mut Vec<Frame>) {
         match self.state {
-            State::Closed => {}
             State::Skipping { block } => {
                 let ended = !block || (is_end_line(trim_line(&self.text)) && !self.line_in_string);
                 self.text.clear();
@@ -275,7 +291,7 @@ impl Framer {
                     self.line_in_string = self.strings.in_string();
                 }
             }
-            State::First | State::Between => self.end_line_between(ended_by, frames),
+            State::Between => self.end_line_between(ended_by, frames),
         }
     }
 
@@ -289,7 +305,6 @@ impl Framer {
             self.text.clear();
             return;
         }
-        self.state = State::Between;
         if let Some(frame) = control_phrase(&self.text) {
             frames.push(frame);
             self.reset();
@@ -340,10 +355,7 @@ impl Framer {
     }
 
     fn reset(&mut self) {
-        *self = Self {
-            state: State::Between,
-            ..Self::with_limit(self.limit)
-        };
+        *self = Self::with_limit(self.limit);
     }
 }
 

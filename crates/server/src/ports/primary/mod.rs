@@ -18,6 +18,7 @@ use tokio_util::sync::CancellationToken;
 use crate::ports::ClientId;
 use crate::ports::description::{RobotDescription, ToolSerial};
 use crate::ports::listen::{PortMeter, serve_port};
+use crate::ports::peer::Speaks;
 use crate::ports::sample::Sample;
 use framing::{ControlPhrase, Program};
 pub use hub::Hub;
@@ -51,6 +52,9 @@ pub trait Backend: Send + Sync + 'static {
     fn submit(&self, submission: Submission) -> impl Future<Output = ()> + Send;
     /// Carries out an order, or announces why not.
     fn control(&self, client: ClientId, phrase: ControlPhrase) -> impl Future<Output = ()> + Send;
+    /// An order that ends programs has come in and waits behind a program of the same client: what runs may end already,
+    /// and with it what that program waits for. Must not wait. The order itself follows in its turn.
+    fn hurry(&self);
 }
 
 /// Serves the port until `shutdown`; returns when every client is closed.
@@ -62,11 +66,17 @@ pub async fn serve<B: Backend>(
     shutdown: CancellationToken,
 ) {
     let publishing = hub.publish_states(&*backend, shutdown.clone());
-    let serving = serve_port(listener, meter, shutdown, |stream, client, shutdown| {
-        let (backend, hub) = (Arc::clone(&backend), hub.clone());
-        async move {
-            session::serve(stream, client, &*backend, &hub, shutdown).await;
-        }
-    });
+    let serving = serve_port(
+        listener,
+        Speaks::Its,
+        meter,
+        shutdown,
+        |stream, client, shutdown| {
+            let (backend, hub) = (Arc::clone(&backend), hub.clone());
+            async move {
+                session::serve(stream, client, &*backend, &hub, shutdown).await;
+            }
+        },
+    );
     tokio::join!(publishing, serving);
 }

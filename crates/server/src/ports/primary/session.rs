@@ -2,8 +2,10 @@
 //!
 //! Reading and writing go on side by side: a client that does not read can still send scripts, and one that has sent
 //! its script and closed its half still gets the stream. A connection that breaks never stops a script it sent, and
-//! what arrived before the break is run.
+//! what arrived before the break is run. Programs and orders are carried out one after the other in the order in which
+//! they came; while one is waited for, reading goes on, so that a `stop task` behind it is seen at once.
 
+use std::collections::VecDeque;
 use std::io;
 use std::time::Duration;
 
@@ -17,12 +19,19 @@ use super::framing::{EndedBy, Frame, Framer, Rejection};
 use super::hub::{Hub, Message, Subscription};
 use super::{Backend, Submission};
 use crate::ports::ClientId;
+use crate::ports::shown::Shown;
 
 /// After this much silence an open block that is a whole program as it stands is run.
 const SILENCE: Duration = Duration::from_secs(2);
 
 /// What is read at once.
 const READ_BYTES: usize = 16 * 1024;
+
+/// With so many bytes of one client in the open block, waiting and being carried out, nothing more is read from it.
+const HELD_BYTES_MAX: usize = 14 * 1024 * 1024;
+
+/// What one thing that waits takes beside its text, bytes, rounded up.
+const FRAME_BYTES: usize = 128;
 
 /// When the peer is gone, what it sent before is still read for so long.
 const LAST_WORDS: Duration = Duration::from_secs(1);
@@ -37,13 +46,11 @@ const EXCEPTION_INTERVAL: Duration = Duration::from_millis(25);
 pub enum SessionEnd {
     /// The connection is gone.
     Disconnected,
-    /// The client speaks HTTP.
-    Http,
     /// The server ends.
     Shutdown,
 }
 
-/// Serves one client until its connection is gone, it turns out to be a browser, or the server ends.
+/// Serves one client until its connection is gone or the server ends.
 pub async fn serve(
     stream: impl AsyncRead + AsyncWrite,
     client: ClientId,
@@ -58,10 +65,7 @@ pub async fn serve(
     let mut more_to_read = true;
     loop {
         tokio::select! {
-            end = &mut reading, if more_to_read => match end {
-                ReadEnd::Http => return SessionEnd::Http,
-                ReadEnd::PeerClosed => more_to_read = false,
-            },
+            () = &mut reading, if more_to_read => more_to_read = false,
             error = &mut writing => {
                 tracing::debug!(%client, %error, "primary: the client is gone");
                 if more_to_read {
@@ -75,91 +79,167 @@ pub async fn serve(
     }
 }
 
-/// Why reading ended.
-enum ReadEnd {
-    PeerClosed,
-    Http,
-}
-
+/// Carries out what the client sends until it sends no more and all of it is done.
 async fn read_scripts(
-    mut reader: impl AsyncRead + Unpin,
+    reader: impl AsyncRead + Unpin,
     client: ClientId,
     backend: &impl Backend,
     hub: &Hub,
-) -> ReadEnd {
-    let mut framer = Framer::default();
-    let mut frames = Vec::new();
-    let mut buffer = vec![0; READ_BYTES];
-    // When the silence is long enough; `None` when it is not waited for.
-    let mut silent_at = None;
+) {
+    let mut input = Input::new(reader);
+    let mut waiting = Waiting::default();
     loop {
-        let received = match silent_at {
-            Some(deadline) => timeout_at(deadline, reader.read(&mut buffer)).await,
-            None => Ok(reader.read(&mut buffer).await),
-        };
-        match received {
-            Ok(Ok(count @ 1..)) => {
-                framer.push(&buffer[..count], &mut frames);
-                silent_at = framer.is_open().then(|| Instant::now() + SILENCE);
+        let Some(frame) = waiting.next() else {
+            if input.has_ended {
+                return;
             }
-            // End of stream, or a connection broken without a goodbye: both mean that no more comes.
-            Ok(Ok(0) | Err(_)) => {
-                framer.finish(EndedBy::PeerClosed, &mut frames);
-                handle(&mut frames, client, backend, hub).await;
-                return ReadEnd::PeerClosed;
-            }
-            Err(_elapsed) => {
-                silent_at = None;
-                match framer.open_text() {
+            if core::mem::take(&mut input.is_silent) {
+                match input.framer.open_text() {
                     Some(text) if backend.is_whole_program(text) => {
                         tracing::warn!(
                             %client,
                             "primary: nothing came for {} s, so the open block is run without its `end`",
                             SILENCE.as_secs()
                         );
-                        framer.finish(EndedBy::Silence, &mut frames);
+                        waiting.add(input.finish(EndedBy::Silence));
                     }
                     _ => tracing::info!(%client, "primary: an open block waits for its `end`"),
                 }
+            } else {
+                waiting.add(input.receive().await);
             }
-        }
-        if handle(&mut frames, client, backend, hub).await {
-            return ReadEnd::Http;
+            continue;
+        };
+        let bytes = bytes_of(&frame);
+        let carried_out = carry_out(frame, client, backend, hub);
+        tokio::pin!(carried_out);
+        loop {
+            let held = bytes + waiting.bytes + input.framer.bytes();
+            tokio::select! {
+                biased;
+                () = &mut carried_out => break,
+                frames = input.receive(), if !input.has_ended && held < HELD_BYTES_MAX => {
+                    for frame in &frames {
+                        if let Frame::Control(phrase) = frame && phrase.ends_programs() {
+                            backend.hurry();
+                        }
+                    }
+                    waiting.add(frames);
+                }
+            }
         }
     }
 }
 
-/// Hands over what was received. True when the connection has to be closed.
-async fn handle(
-    frames: &mut Vec<Frame>,
-    client: ClientId,
-    backend: &impl Backend,
-    hub: &Hub,
-) -> bool {
-    for frame in frames.drain(..) {
-        match frame {
-            Frame::Program(program) => backend.submit(Submission { client, program }).await,
-            Frame::Control(phrase) => backend.control(client, phrase).await,
-            Frame::Rejected(rejection) => {
-                tracing::warn!(%client, "primary: {rejection}");
-                let (line, column) = match rejection {
-                    Rejection::NotUtf8 { line, column } => (line, column),
-                    Rejection::TooLong | Rejection::Speed { .. } => (1, 1),
-                };
-                let exception = Exception::Script {
-                    line: i32::try_from(line).unwrap_or(i32::MAX),
-                    column: i32::try_from(column).unwrap_or(i32::MAX),
-                    text: rejection.to_string(),
-                };
-                hub.announce(backend.unix_millis(), Source::Controller, &exception);
+/// What was received and not begun yet, in order.
+#[derive(Default)]
+struct Waiting {
+    frames: VecDeque<Frame>,
+    bytes: usize,
+}
+
+impl Waiting {
+    fn add(&mut self, frames: Vec<Frame>) {
+        self.bytes += frames.iter().map(bytes_of).sum::<usize>();
+        self.frames.extend(frames);
+    }
+
+    fn next(&mut self) -> Option<Frame> {
+        let frame = self.frames.pop_front()?;
+        self.bytes -= bytes_of(&frame);
+        Some(frame)
+    }
+}
+
+fn bytes_of(frame: &Frame) -> usize {
+    let text = match frame {
+        Frame::Program(program) => program.text.capacity(),
+        Frame::Control(_) | Frame::Rejected(_) => 0,
+    };
+    FRAME_BYTES + text
+}
+
+/// What comes from the client.
+struct Input<R> {
+    reader: R,
+    framer: Framer,
+    buffer: Vec<u8>,
+    /// When the silence is long enough; `None` when it is not waited for.
+    silent_at: Option<Instant>,
+    /// It is long enough now, in the middle of a block. Looked at when everything before the block is done.
+    is_silent: bool,
+    /// The client sends no more.
+    has_ended: bool,
+}
+
+impl<R: AsyncRead + Unpin> Input<R> {
+    fn new(reader: R) -> Self {
+        Self {
+            reader,
+            framer: Framer::default(),
+            buffer: vec![0; READ_BYTES],
+            silent_at: None,
+            is_silent: false,
+            has_ended: false,
+        }
+    }
+
+    /// What comes next; nothing when the client falls silent. No byte is lost when this is dropped before it returns.
+    async fn receive(&mut self) -> Vec<Frame> {
+        let read = self.reader.read(&mut self.buffer);
+        let received = match self.silent_at {
+            Some(deadline) => timeout_at(deadline, read).await,
+            None => Ok(read.await),
+        };
+        match received {
+            Ok(Ok(count @ 1..)) => {
+                let mut frames = Vec::new();
+                self.framer.push(&self.buffer[..count], &mut frames);
+                self.silent_at = self.framer.is_open().then(|| Instant::now() + SILENCE);
+                self.is_silent = false;
+                frames
             }
-            Frame::Http => {
-                tracing::warn!(%client, "primary: closed, the client speaks HTTP");
-                return true;
+            // End of stream, or a connection broken without a goodbye: both mean that no more comes.
+            Ok(Ok(0) | Err(_)) => {
+                self.has_ended = true;
+                self.finish(EndedBy::PeerClosed)
+            }
+            Err(_elapsed) => {
+                self.silent_at = None;
+                self.is_silent = true;
+                Vec::new()
             }
         }
     }
-    false
+
+    /// The open block as it stands.
+    fn finish(&mut self, ended_by: EndedBy) -> Vec<Frame> {
+        let mut frames = Vec::new();
+        self.framer.finish(ended_by, &mut frames);
+        frames
+    }
+}
+
+/// Does one thing that the client wants; returns when the next one may begin.
+async fn carry_out(frame: Frame, client: ClientId, backend: &impl Backend, hub: &Hub) {
+    match frame {
+        Frame::Program(program) => backend.submit(Submission { client, program }).await,
+        Frame::Control(phrase) => backend.control(client, phrase).await,
+        Frame::Rejected(rejection) => {
+            let text = rejection.to_string();
+            tracing::warn!(%client, "primary: {}", Shown(&text));
+            let (line, column) = match rejection {
+                Rejection::NotUtf8 { line, column } => (line, column),
+                Rejection::TooLong | Rejection::Speed { .. } => (1, 1),
+            };
+            let exception = Exception::Script {
+                line: i32::try_from(line).unwrap_or(i32::MAX),
+                column: i32::try_from(column).unwrap_or(i32::MAX),
+                text,
+            };
+            hub.announce(backend.unix_millis(), Source::Controller, &exception);
+        }
+    }
 }
 
 /// Sends what the hub has until the connection breaks. One write a message, as the SDK needs it.

@@ -11,6 +11,7 @@ pub mod session;
 
 use std::sync::Arc;
 
+use motion_api::RingFull;
 use tokio::net::TcpListener;
 use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
@@ -18,6 +19,7 @@ use tokio_util::sync::CancellationToken;
 use crate::ports::ClientId;
 use crate::ports::description::RobotDescription;
 use crate::ports::listen::{PortMeter, serve_port};
+use crate::ports::peer::Speaks;
 use crate::ports::sample::Sample;
 use inputs::{Change, Input};
 use owners::Owners;
@@ -34,9 +36,17 @@ pub trait Controller: Send + Sync + 'static {
     fn read_only(&self) -> Option<&'static str> {
         None
     }
-    /// Makes changes in the next cycle. `written` are the variables that the package set, changed or not: watchdogs
-    /// count them. Must not wait. Returns the first cycle that certainly has all of them.
-    fn apply(&self, client: ClientId, changes: &[Change], written: &[Input]) -> u64;
+    /// Makes changes in the next cycle, all of them or none. `written` are the variables that the package set, changed or
+    /// not: watchdogs count them. Must not wait. Returns the first cycle that certainly has all of them.
+    ///
+    /// # Errors
+    /// [`RingFull`]: nothing was changed, the controller has more to do than it can.
+    fn apply(
+        &self,
+        client: ClientId,
+        changes: &[Change],
+        written: &[Input],
+    ) -> Result<u64, RingFull>;
 }
 
 /// Serves the port until `shutdown`; returns when every client is closed.
@@ -47,14 +57,20 @@ pub async fn serve<C: Controller>(
     shutdown: CancellationToken,
 ) {
     let owners = Owners::default();
-    serve_port(listener, meter, shutdown, |stream, client, shutdown| {
-        let (controller, owners) = (Arc::clone(&controller), owners.clone());
-        async move {
-            let session = session::serve(stream, client, &*controller, &owners);
-            if let Some(Err(error)) = shutdown.run_until_cancelled(session).await {
-                tracing::debug!(%client, %error, "rtsi: the connection ended");
+    serve_port(
+        listener,
+        Speaks::Its,
+        meter,
+        shutdown,
+        |stream, client, shutdown| {
+            let (controller, owners) = (Arc::clone(&controller), owners.clone());
+            async move {
+                let session = session::serve(stream, client, &*controller, &owners);
+                if let Some(Err(error)) = shutdown.run_until_cancelled(session).await {
+                    tracing::debug!(%client, %error, "rtsi: the connection ended");
+                }
             }
-        }
-    })
+        },
+    )
     .await;
 }

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::broadcast::error::RecvError;
-use tokio::time::{Instant, sleep_until};
+use tokio::time::{Instant, sleep, sleep_until};
 
 use super::Controller;
 use super::codec::{
@@ -22,6 +22,7 @@ use super::owners::{Claims, Owners};
 use crate::ports::ClientId;
 use crate::ports::description::{CONTROLLER_VERSION, RobotDescription};
 use crate::ports::sample::Sample;
+use crate::ports::shown::Shown;
 
 /// Packages a second at most (SDK user guide).
 const FREQUENCY_MAX: f64 = 250.0;
@@ -45,6 +46,11 @@ const REPLY_BYTES_MAX: usize = 64 * 1024;
 /// When no cycle comes for so long (a virtual clock may stand still), data is repeated: after a second without any the
 /// SDK's receiver gives up for good.
 const SILENCE: Duration = Duration::from_millis(500);
+
+/// A data package waits so long for room among the commands; then it is left out. The client's own data still comes in time.
+const ROOM_WITHIN: Duration = Duration::from_millis(300);
+/// Time between two looks whether there is room.
+const LOOK_AGAIN: Duration = Duration::from_millis(2);
 
 /// What is read at once.
 const READ_BYTES: usize = 16 * 1024;
@@ -195,14 +201,14 @@ impl<C: Controller> Talk<'_, C> {
                 self.started = false;
                 self.reply(letter, &[1]);
             }
-            letter::DATA => self.take_data(payload),
+            letter::DATA => self.take_data(payload).await,
             letter::TEXT => match text_message(payload) {
                 Some(message) => tracing::info!(
                     client = %self.client,
                     level = ?message.level,
-                    "rtsi: {:?} says {:?}",
-                    message.source,
-                    message.text
+                    "rtsi: {} says {}",
+                    Shown(&message.source),
+                    Shown(&message.text)
                 ),
                 None => self.warn("a text message is two texts with their lengths and a level"),
             },
@@ -308,7 +314,7 @@ impl<C: Controller> Talk<'_, C> {
     }
 
     /// Values from the client; applied also while paused.
-    fn take_data(&mut self, payload: &[u8]) {
+    async fn take_data(&mut self, payload: &[u8]) {
         let Some((id, mut values)) = payload.split_first() else {
             self.warn("a data package begins with the id of its recipe");
             return;
@@ -336,9 +342,19 @@ impl<C: Controller> Talk<'_, C> {
             .filter_map(|input| Some((*input, Value::read(input.kind(), &mut values)?)))
             .collect();
         let changes = self.written.take(&package);
-        let in_effect = self
-            .controller
-            .apply(self.client, &changes, &recipe.variables);
+        // A client that floods the controller is slowed down to what that can do.
+        let patience = Instant::now() + ROOM_WITHIN;
+        let in_effect = loop {
+            let variables = &recipe.variables;
+            match self.controller.apply(self.client, &changes, variables) {
+                Ok(cycle) => break cycle,
+                Err(full) if Instant::now() >= patience => {
+                    self.warn(&format!("a data package was left out: {full}"));
+                    return;
+                }
+                Err(_full) => sleep(LOOK_AGAIN).await,
+            }
+        };
         if !self.started {
             self.not_before = in_effect;
         }

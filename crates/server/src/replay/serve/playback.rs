@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use kinematics::RobotModel;
 use motion::histogram::Histogram;
-use motion_api::{RegisterImages, Registers, RobotState};
+use motion_api::{RegisterImages, Registers, RingFull, RobotState};
 use recorder::{
     CommandMessage, Entry, LogLevel, LogMessage, ScriptMessage, Setup, VariableMessage,
 };
@@ -17,8 +17,8 @@ use crate::feed::elbow_velocity;
 use crate::ports::ClientId;
 use crate::ports::description::{Peripherals, RobotDescription, TaskStatus, ToolSerial};
 use crate::ports::foxglove::LogLine;
-use crate::ports::http;
 use crate::ports::http::metrics::Figures;
+use crate::ports::http::{self, NotSet};
 use crate::ports::primary::codec::{ErrorData, Exception, Level, Source};
 use crate::ports::primary::framing::ControlPhrase;
 use crate::ports::primary::{self, Hub, Submission};
@@ -280,6 +280,9 @@ impl primary::Backend for Playback {
         self.refuse(submission.client, "a program");
     }
 
+    /// Nothing runs that could end.
+    fn hurry(&self) {}
+
     async fn control(&self, client: ClientId, phrase: ControlPhrase) {
         self.refuse(client, &format!("the order {phrase:?}"));
     }
@@ -302,10 +305,15 @@ impl rtsi::Controller for Playback {
         Some(READ_ONLY)
     }
 
-    fn apply(&self, client: ClientId, _changes: &[Change], _written: &[Input]) -> u64 {
+    fn apply(
+        &self,
+        client: ClientId,
+        _changes: &[Change],
+        _written: &[Input],
+    ) -> Result<u64, RingFull> {
         // Inputs are refused when they are set up; without a recipe no values come.
         tracing::debug!(%client, "rtsi: values were refused: {READ_ONLY}");
-        self.now().state.cycle
+        Ok(self.now().state.cycle)
     }
 }
 
@@ -336,8 +344,8 @@ impl http::Source for Playback {
         self.registers.images()
     }
 
-    fn set_inputs(&self, _changes: &http::io::InputChanges) -> Result<(), String> {
-        Err(READ_ONLY.to_owned())
+    fn set_inputs(&self, _changes: &http::io::InputChanges) -> Result<(), NotSet> {
+        Err(NotSet::ReadOnly(READ_ONLY.to_owned()))
     }
 
     fn figures(&self) -> Figures {

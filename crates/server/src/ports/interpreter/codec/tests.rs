@@ -156,15 +156,6 @@ fn what_is_no_text_is_reported() {
     );
 }
 
-#[test]
-fn a_browser_is_recognised() {
-    assert_eq!(frames_of(&[b"\nPO", b"ST", b" /\r\na()\n"]), [Frame::Http]);
-    assert_eq!(
-        frames("a()\nGET /\n"),
-        [statement("a()"), statement("GET /")]
-    );
-}
-
 proptest! {
     #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
     #[test]

@@ -158,15 +158,6 @@ async fn a_client_that_streams_without_reading_is_not_held_up() {
 }
 
 #[tokio::test]
-async fn a_browser_is_closed() {
-    let mut rig = rig(4096);
-    rig.send("GET / HTTP/1.1\r\na()\n").await;
-    assert_eq!(rig.reply().await, "");
-    assert_eq!(rig.session.await.unwrap(), SessionEnd::Http);
-    assert!(rig.interpreter.queue.lock().unwrap().is_empty());
-}
-
-#[tokio::test]
 async fn a_long_line_is_answered_and_the_connection_lives_on() {
     let mut rig = rig(256 * 1024);
     rig.send(&format!("{}\na()\n", "x".repeat(100_000))).await;

@@ -241,24 +241,6 @@ fn a_line_that_is_too_long_is_skipped_and_so_is_the_block_it_opens() {
 }
 
 #[test]
-fn a_first_line_that_begins_with_an_http_verb_closes() {
-    for text in [
-        "POST / HTTP/1.1\r\nHost: x\r\n\r\ndef t():\n  a()\nend\n",
-        "\n\nGET /x",
-    ] {
-        assert_eq!(frames(text), [Frame::Http]);
-    }
-    assert_eq!(
-        frames_of(&[b"PO", b"ST", b" ", b"/\na()\n"], 1000),
-        [Frame::Http]
-    );
-    assert_eq!(
-        frames("a()\nGET /\n"),
-        [program(Line, "a()\n"), program(Line, "GET /\n")]
-    );
-}
-
-#[test]
 fn bytes_that_are_no_text_are_reported_with_their_place() {
     let bad = frames_of(&[b"def t():\n  a('\xff')\nend\nb()\n"], 1000);
     let place = Rejection::NotUtf8 { line: 2, column: 6 };

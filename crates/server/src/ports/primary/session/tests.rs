@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use proptest::prelude::*;
 use tokio::io::{DuplexStream, duplex};
-use tokio::sync::watch;
+use tokio::sync::{Semaphore, watch};
 use tokio::task::JoinHandle;
 use tokio::time::{advance, sleep};
 
@@ -24,12 +24,15 @@ struct Fake {
     description: RobotDescription,
     beats: watch::Sender<Option<Arc<Sample>>>,
     asked: Mutex<Vec<Asked>>,
+    /// Programs wait for this many permits; without a limit they are taken over at once.
+    room: Semaphore,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 enum Asked {
     Program(Submission),
     Control(ControlPhrase),
+    Hurry,
 }
 
 impl Fake {
@@ -38,6 +41,7 @@ impl Fake {
             description: RobotDescription::cs66(),
             beats: watch::Sender::new(None),
             asked: Mutex::default(),
+            room: Semaphore::new(Semaphore::MAX_PERMITS),
         })
     }
 
@@ -51,7 +55,7 @@ impl Fake {
             .into_iter()
             .filter_map(|asked| match asked {
                 Asked::Program(submission) => Some(submission.program.text),
-                Asked::Control(_) => None,
+                Asked::Control(_) | Asked::Hurry => None,
             })
             .collect()
     }
@@ -78,10 +82,14 @@ impl Backend for Fake {
         text.matches('(').count() == text.matches(')').count()
     }
     async fn submit(&self, submission: Submission) {
+        self.room.acquire().await.unwrap().forget();
         self.asked.lock().unwrap().push(Asked::Program(submission));
     }
     async fn control(&self, _: ClientId, phrase: ControlPhrase) {
         self.asked.lock().unwrap().push(Asked::Control(phrase));
+    }
+    fn hurry(&self) {
+        self.asked.lock().unwrap().push(Asked::Hurry);
     }
 }
 
@@ -184,6 +192,43 @@ async fn programs_and_orders_are_handed_over_in_the_order_in_which_they_came() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_stop_behind_a_program_that_waits_hurries_and_keeps_its_turn() {
+    let mut rig = rig(4096);
+    rig.backend.room.forget_permits(Semaphore::MAX_PERMITS);
+    rig.send("a()\nb()\n").await;
+    assert_eq!(rig.backend.asked(), []);
+    rig.send("stop task\nc()\n").await;
+    assert_eq!(rig.backend.asked(), [Asked::Hurry]);
+    rig.backend.room.add_permits(3);
+    settle().await;
+    assert_eq!(rig.backend.programs(), ["a()\n", "b()\n", "c()\n"]);
+    let asked = rig.backend.asked();
+    assert_eq!(asked[3], Asked::Control(ControlPhrase::StopTask));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_client_that_floods_a_busy_controller_is_not_read_any_more() {
+    let mut rig = rig(1 << 16);
+    rig.backend.room.forget_permits(Semaphore::MAX_PERMITS);
+    let line = format!("a(\"{}\")\n", "x".repeat(60_000));
+    let mut sent = 0;
+    while tokio::time::timeout(
+        Duration::from_secs(5),
+        rig.client.write_all(line.as_bytes()),
+    )
+    .await
+    .is_ok()
+    {
+        sent += line.len();
+        assert!(sent < 16 << 20, "all of it is taken in");
+    }
+    assert!(sent > 8 << 20, "{sent}");
+    rig.backend.room.add_permits(1000);
+    settle().await;
+    assert!(rig.backend.programs().len() > 100);
+}
+
+#[tokio::test(start_paused = true)]
 async fn two_seconds_of_silence_complete_a_block_that_is_whole() {
     let mut rig = rig(4096);
     rig.send("def t():\n  a()\n").await;
@@ -243,15 +288,6 @@ async fn a_client_that_closed_its_half_still_gets_the_stream() {
         },
     );
     assert_eq!(rig.session.await.unwrap(), SessionEnd::Disconnected);
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_browser_is_closed_and_nothing_of_it_runs() {
-    let mut rig = rig(4096);
-    rig.send("POST / HTTP/1.1\r\n\r\ndef t():\n  a()\nend\nstop task\n")
-        .await;
-    assert_eq!(rig.session.await.unwrap(), SessionEnd::Http);
-    assert!(rig.backend.asked().is_empty());
 }
 
 #[tokio::test(start_paused = true)]

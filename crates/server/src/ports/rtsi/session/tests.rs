@@ -3,8 +3,10 @@
 mod golden;
 
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use motion_api::RingFull;
 use proptest::prelude::*;
 use tokio::io::{DuplexStream, duplex};
 use tokio::sync::broadcast;
@@ -20,6 +22,8 @@ struct Fake {
     description: RobotDescription,
     samples: broadcast::Sender<Arc<Sample>>,
     applied: Mutex<Vec<(ClientId, Vec<Change>, usize)>>,
+    /// There is no room for changes.
+    busy: AtomicBool,
 }
 
 impl Controller for Fake {
@@ -32,12 +36,20 @@ impl Controller for Fake {
     fn sample(&self) -> Sample {
         sample()
     }
-    fn apply(&self, client: ClientId, changes: &[Change], written: &[Input]) -> u64 {
+    fn apply(
+        &self,
+        client: ClientId,
+        changes: &[Change],
+        written: &[Input],
+    ) -> Result<u64, RingFull> {
+        if self.busy.load(Ordering::Relaxed) {
+            return Err(RingFull { capacity: 512 });
+        }
         self.applied
             .lock()
             .unwrap()
             .push((client, changes.to_vec(), written.len()));
-        110
+        Ok(110)
     }
 }
 
@@ -47,6 +59,7 @@ impl Fake {
             description: RobotDescription::cs66(),
             samples: broadcast::Sender::new(64),
             applied: Mutex::default(),
+            busy: AtomicBool::new(false),
         })
     }
 
@@ -339,6 +352,29 @@ async fn unknown_names_are_not_found_and_keep_the_connection_from_starting() {
     assert_eq!(rig.ask(letter::START, &[]).await, [0]);
     controller.cycle(1).await;
     rig.nothing().await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn values_wait_for_room_and_are_left_out_with_a_word_when_there_is_none() {
+    let controller = Fake::new();
+    let mut rig = connect(&controller, &Owners::default(), 1, 4096);
+    assert_eq!(rig.inputs("input_int_register0").await, is(1, "INT32"));
+    let applied = || controller.applied.lock().unwrap().len();
+    controller.busy.store(true, Ordering::Relaxed);
+    rig.send(letter::DATA, &[1, 0, 0, 0, 7]).await;
+    tokio::time::sleep(ROOM_WITHIN / 2).await;
+    assert_eq!(applied(), 0);
+    controller.busy.store(false, Ordering::Relaxed);
+    tokio::time::sleep(2 * LOOK_AGAIN).await;
+    assert_eq!(applied(), 1);
+    controller.busy.store(true, Ordering::Relaxed);
+    rig.send(letter::DATA, &[1, 0, 0, 0, 8]).await;
+    assert!(
+        rig.text()
+            .await
+            .contains("a data package was left out: 512 commands wait")
+    );
+    assert_eq!(applied(), 1);
 }
 
 #[tokio::test(start_paused = true)]

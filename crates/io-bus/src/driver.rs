@@ -1,0 +1,63 @@
+//! A thread with a runtime of its own for lines that outlive programs.
+
+use std::io;
+use std::sync::Arc;
+
+use supervision::{Fault, Faults, Kind};
+use tokio::runtime::Handle;
+use tokio::sync::Notify;
+use tokio::task::JoinHandle;
+
+/// The runtime. Dropping it ends the thread and everything on it.
+pub(crate) struct Driver {
+    name: &'static str,
+    handle: Handle,
+    ending: Arc<Notify>,
+    faults: Faults,
+}
+
+impl Driver {
+    /// Starts the thread.
+    pub(crate) fn start(name: &'static str, faults: Faults) -> io::Result<Self> {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()?;
+        let handle = runtime.handle().clone();
+        let ending = Arc::new(Notify::new());
+        let told = ending.clone();
+        faults.start(Kind::Service, name, move || {
+            runtime.block_on(told.notified());
+            runtime.shutdown_background();
+        })?;
+        Ok(Self {
+            name,
+            handle,
+            ending,
+            faults,
+        })
+    }
+
+    /// Starts something that ends by itself; its panic is its result.
+    pub(crate) fn spawn<T: Send + 'static>(
+        &self,
+        work: impl Future<Output = T> + Send + 'static,
+    ) -> JoinHandle<Result<T, Fault>> {
+        self.faults
+            .spawn_on(&self.handle, Kind::Service, self.name, work)
+    }
+
+    /// Starts something that is begun again when it panics.
+    pub(crate) fn keep_up<F>(&self, begin: impl FnMut() -> F + Send + 'static)
+    where
+        F: Future<Output = ()> + Send + 'static,
+    {
+        let (faults, name) = (self.faults.clone(), self.name);
+        drop(self.spawn(async move { faults.keep_up(name, begin).await }));
+    }
+}
+
+impl Drop for Driver {
+    fn drop(&mut self) {
+        self.ending.notify_one();
+    }
+}

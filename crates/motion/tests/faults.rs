@@ -1,0 +1,70 @@
+//! A panic inside the control cycle: under both clocks the arm is held, whoever waits hears that no cycle will come, and
+//! the fault is fatal.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "tests fail by panicking"
+)]
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use kinematics::RobotModel;
+use motion::realtime::{MotionThread, RealtimeOptions};
+use motion::virtual_time::VirtualTimeline;
+use motion::{Cycle, CycleConfig};
+use motion_api::{BorderSizes, SafetyMode, ScriptEnd, Timeline, border};
+use supervision::{Faults, injection};
+
+fn controller() -> (Cycle, ScriptEnd) {
+    let config = CycleConfig::new(RobotModel::built_in("cs66").unwrap());
+    let (motion, script) = border(BorderSizes::default(), &config.first_state());
+    (Cycle::new(config, motion).unwrap(), script)
+}
+
+fn is_held_for_good(timeline: &dyn Timeline, script: &ScriptEnd, faults: &Faults) {
+    let begin = Instant::now();
+    while !timeline.has_ended() {
+        assert!(begin.elapsed() < Duration::from_secs(10));
+        thread::sleep(Duration::from_millis(1));
+    }
+    let state = script.snapshot.read();
+    assert_eq!(state.safety_mode, SafetyMode::Fault);
+    assert_eq!(state.target_qd.max_abs(), 0.0);
+    assert!(!timeline.advance(), "no cycle runs any more");
+    assert_eq!(script.snapshot.read().cycle, state.cycle);
+    while faults.fatal().is_none() {
+        assert!(begin.elapsed() < Duration::from_secs(10));
+        thread::sleep(Duration::from_millis(1));
+    }
+    let fault = faults.fatal().unwrap().to_string();
+    assert!(fault.contains("on demand in motion"), "{fault}");
+}
+
+#[test]
+fn a_panic_in_the_cycle_ends_either_clock_and_holds_the_arm() {
+    let faults = Faults::default();
+    let (cycle, script) = controller();
+    let timeline = VirtualTimeline::new(cycle, Vec::new()).unwrap();
+    let timeline = timeline.told_to(faults.clone());
+    assert!(timeline.advance());
+    injection::order("motion panic");
+    assert!(!timeline.advance());
+    is_held_for_good(&timeline, &script, &faults);
+
+    let faults = Faults::default();
+    let (cycle, script) = controller();
+    let options = RealtimeOptions {
+        fifo_priority: None,
+        lock_memory: false,
+        wake: vec![thread::current()],
+        faults: faults.clone(),
+    };
+    let clock = MotionThread::start(cycle, options).unwrap();
+    let timeline = clock.timeline();
+    assert!(!timeline.has_ended());
+    injection::order("motion panic");
+    is_held_for_good(&timeline, &script, &faults);
+    assert!(clock.stop().is_none(), "there is no cycle to give back");
+}

@@ -1,0 +1,232 @@
+//! The Foxglove port: the arm as it moves, for the Foxglove app and everything that speaks its WebSocket protocol.
+//!
+//! Read-only: no client can publish, set parameters or call services here. The topics are those of a recording, with the
+//! same schemas. The server of the crate `foxglove` is not used: it opens its own door, which looks at no Host or Origin, takes
+//! any number of clients and counts what waits for them in messages; the part of its protocol that shows is small.
+
+mod protocol;
+mod session;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use prost::Message as _;
+use recorder::{LogLevel, Topic, Viewer};
+use tokio::net::TcpListener;
+use tokio::sync::broadcast;
+use tokio_util::sync::CancellationToken;
+
+use crate::ports::callers::Callers;
+use crate::ports::listen::{PortMeter, serve_port};
+use crate::ports::peer::Speaks;
+use crate::ports::sample::Sample;
+
+/// Topics that clients can follow.
+const TOPICS: [Topic; 6] = [
+    Topic::Cycle,
+    Topic::JointStates,
+    Topic::Tf,
+    Topic::Tcp,
+    Topic::Scene,
+    Topic::Log,
+];
+
+/// Messages that wait for clients that are behind; one more pushes the oldest out. All clients share them.
+const BACKLOG: usize = 1024;
+
+/// Longest text of a message for people, bytes; the rest is cut off with a mark.
+const LOG_BYTES_MAX: usize = 16 * 1024;
+
+/// A message for people with its time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogLine {
+    /// Simulated time, s.
+    pub time: f64,
+    /// How much it matters.
+    pub level: LogLevel,
+    /// Who says it.
+    pub source: String,
+    /// What.
+    pub text: String,
+}
+
+/// What is shown.
+pub struct View {
+    /// Makes the messages; knows arm, obstacles and epoch.
+    pub viewer: Viewer,
+    /// Every cycle.
+    pub samples: broadcast::Receiver<Arc<Sample>>,
+    /// Every message for people.
+    pub log: broadcast::Receiver<LogLine>,
+}
+
+/// Serves the port until `shutdown`; returns when every client is closed.
+pub async fn serve(
+    listener: TcpListener,
+    view: View,
+    meter: PortMeter,
+    callers: Callers,
+    shutdown: CancellationToken,
+) {
+    let stage = Arc::new(Stage::new(view.viewer.nanos(0.0)));
+    // The desktop app of the makers is a page on the disk.
+    let callers = Arc::new(callers.with_files());
+    let clients = serve_port(
+        listener,
+        Speaks::Http,
+        meter,
+        shutdown.clone(),
+        |peer, _, shutdown| {
+            let (stage, callers) = (Arc::clone(&stage), Arc::clone(&callers));
+            async move { session::serve(peer, &callers, &stage, &shutdown).await }
+        },
+    );
+    let mut feed = Feed {
+        stage: Arc::clone(&stage),
+        cycle: recorder::Cycle::default(),
+        encoded: Vec::new(),
+    };
+    tokio::join!(clients, feed.run(view, &shutdown));
+}
+
+/// One thing that clients are shown.
+#[derive(Clone, Debug)]
+enum Packet {
+    /// A message of the topic at this place of [`TOPICS`].
+    Message {
+        place: usize,
+        at: u64,
+        payload: Arc<[u8]>,
+    },
+    /// The time, ns.
+    Time(u64),
+}
+
+/// What all clients of the port see.
+struct Stage {
+    packets: broadcast::Sender<Packet>,
+    /// What every client is told first.
+    greeting: [Arc<str>; 2],
+    /// Clients that follow something.
+    followers: AtomicUsize,
+    /// Somebody has begun to follow.
+    newcomer: AtomicBool,
+}
+
+impl Stage {
+    fn new(session: u64) -> Self {
+        Self {
+            packets: broadcast::Sender::new(BACKLOG),
+            greeting: [
+                protocol::server_info(session).into(),
+                protocol::advertise(&TOPICS).into(),
+            ],
+            followers: AtomicUsize::new(0),
+            newcomer: AtomicBool::new(false),
+        }
+    }
+
+    fn subscribe(&self) -> broadcast::Receiver<Packet> {
+        self.packets.subscribe()
+    }
+
+    const fn greeting(&self) -> &[Arc<str>; 2] {
+        &self.greeting
+    }
+
+    /// Whoever comes is to see the scene.
+    fn somebody_came(&self) {
+        self.newcomer.store(true, Ordering::Relaxed);
+    }
+
+    fn begin_following(&self) {
+        self.followers.fetch_add(1, Ordering::Relaxed);
+    }
+
+    fn end_following(&self) {
+        self.followers.fetch_sub(1, Ordering::Relaxed);
+    }
+
+    fn is_followed(&self) -> bool {
+        self.followers.load(Ordering::Relaxed) > 0
+    }
+
+    fn send(&self, topic: Topic, at: u64, message: &[u8]) {
+        // A topic that is not shown here is nobody's; and that nobody listens is fine.
+        if let Some(place) = TOPICS.iter().position(|one| *one == topic) {
+            let payload = message.into();
+            let _ = self.packets.send(Packet::Message { place, at, payload });
+        }
+    }
+}
+
+/// Makes the messages.
+struct Feed {
+    stage: Arc<Stage>,
+    cycle: recorder::Cycle,
+    encoded: Vec<u8>,
+}
+
+impl Feed {
+    /// Shows what happens until `shutdown`.
+    async fn run(&mut self, mut view: View, shutdown: &CancellationToken) {
+        loop {
+            tokio::select! {
+                () = shutdown.cancelled() => return,
+                sample = view.samples.recv() => match sample {
+                    Ok(sample) => self.show(&mut view.viewer, &sample),
+                    // A screen does not miss single cycles.
+                    Err(broadcast::error::RecvError::Lagged(_)) => {}
+                    Err(broadcast::error::RecvError::Closed) => return,
+                },
+                line = view.log.recv() => match line {
+                    Ok(line) => self.log(&mut view.viewer, &line),
+                    Err(broadcast::error::RecvError::Lagged(missed)) => {
+                        tracing::warn!("foxglove: {missed} messages were not passed on");
+                    }
+                    Err(broadcast::error::RecvError::Closed) => return,
+                },
+            }
+        }
+    }
+
+    fn show(&mut self, viewer: &mut Viewer, sample: &Sample) {
+        if !self.stage.is_followed() {
+            return;
+        }
+        if self.stage.newcomer.swap(false, Ordering::Relaxed) {
+            viewer.draw_scene_next();
+        }
+        let state = &sample.state;
+        let at = viewer.nanos(state.time);
+        self.cycle.set(state);
+        self.encoded.clear();
+        self.cycle.encode_raw(&mut self.encoded);
+        self.stage.send(Topic::Cycle, at, &self.encoded);
+        let mut shown = false;
+        let Ok(()) = viewer.state(state, |topic, message| {
+            self.stage.send(topic, at, message);
+            shown = true;
+            Ok::<(), core::convert::Infallible>(())
+        });
+        if shown {
+            // That nobody listens is fine.
+            let _ = self.stage.packets.send(Packet::Time(at));
+        }
+    }
+
+    fn log(&self, viewer: &mut Viewer, line: &LogLine) {
+        if !self.stage.is_followed() {
+            return;
+        }
+        let end = line.text.floor_char_boundary(LOG_BYTES_MAX);
+        let cut = if end < line.text.len() { "…" } else { "" };
+        let text = format!("{}{cut}", &line.text[..end]);
+        let at = viewer.nanos(line.time);
+        let message = viewer.log(line.time, line.level, &line.source, &text);
+        self.stage.send(Topic::Log, at, message);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,212 @@
+//! One client of the Foxglove port: the handshake, then what it follows, as it happens.
+//!
+//! Messages go to all clients through one channel of the port; a client that is behind loses the oldest and holds up
+//! nobody. So a connection holds no more than what it is sent at the moment.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use axum::body::Body;
+use axum::http::{HeaderMap, HeaderName, Request, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use futures_util::{SinkExt as _, StreamExt as _};
+use hyper::body::Incoming;
+use hyper::upgrade::{OnUpgrade, Upgraded};
+use hyper_util::rt::TokioIo;
+use tokio::sync::broadcast::error::RecvError;
+use tokio_tungstenite::WebSocketStream;
+use tokio_tungstenite::tungstenite::handshake::derive_accept_key;
+use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
+use tokio_tungstenite::tungstenite::{Error, Message};
+use tokio_util::sync::CancellationToken;
+
+use super::protocol::{
+    MESSAGE_BYTES_MAX, SUBPROTOCOL, Subscriptions, answer_to, message_data, time,
+};
+use super::{Packet, Stage, TOPICS};
+use crate::ports::callers::Callers;
+use crate::ports::http::connection;
+use crate::ports::peer::Peer;
+
+/// Serves one client until it leaves or the server ends.
+pub(super) async fn serve(
+    peer: Peer,
+    callers: &Callers,
+    stage: &Stage,
+    shutdown: &CancellationToken,
+) {
+    let upgrade = Arc::new(Mutex::new(None));
+    connection::serve(peer, callers, shutdown, |request| {
+        let response = shake_hands(request, &upgrade);
+        async { response }
+    })
+    .await;
+    let upgrade = upgrade
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .take();
+    let Some(upgrade) = upgrade else {
+        return;
+    };
+    let ended = match upgrade.await {
+        Ok(stream) => talk(stream, stage, shutdown).await,
+        Err(error) => {
+            tracing::debug!(%error, "foxglove: the connection broke in the handshake");
+            return;
+        }
+    };
+    if let Err(error) = ended {
+        tracing::debug!(%error, "foxglove: the connection broke");
+    }
+}
+
+/// Answers a request: with the change to WebSocket, or why not. The stream is then in `upgrade`.
+fn shake_hands(mut request: Request<Incoming>, upgrade: &Mutex<Option<OnUpgrade>>) -> Response {
+    let accept = match accepted(request.headers()) {
+        Ok(accept) => accept,
+        Err(reason) => return (StatusCode::BAD_REQUEST, format!("{reason}\n")).into_response(),
+    };
+    *upgrade.lock().unwrap_or_else(PoisonError::into_inner) =
+        Some(hyper::upgrade::on(&mut request));
+    let headers = [
+        (header::CONNECTION, "Upgrade".to_owned()),
+        (header::UPGRADE, "websocket".to_owned()),
+        (header::SEC_WEBSOCKET_ACCEPT, accept),
+        (header::SEC_WEBSOCKET_PROTOCOL, SUBPROTOCOL.to_owned()),
+    ];
+    (StatusCode::SWITCHING_PROTOCOLS, headers, Body::empty()).into_response()
+}
+
+/// The answer to the client's key (RFC 6455, 4.2).
+fn accepted(headers: &HeaderMap) -> Result<String, String> {
+    let has = |name: HeaderName, wanted: &str, exact: bool| {
+        let values = headers.get_all(name);
+        values.iter().any(|value| {
+            let words = value.to_str().unwrap_or_default().split(',').map(str::trim);
+            words.into_iter().any(|word| match exact {
+                true => word == wanted,
+                false => word.eq_ignore_ascii_case(wanted),
+            })
+        })
+    };
+    if !has(header::UPGRADE, "websocket", false)
+        || !has(header::CONNECTION, "upgrade", false)
+        || !has(header::SEC_WEBSOCKET_VERSION, "13", true)
+    {
+        return Err("this port speaks WebSocket, version 13".to_owned());
+    }
+    if !has(header::SEC_WEBSOCKET_PROTOCOL, SUBPROTOCOL, true) {
+        return Err(format!(
+            "the client must offer the subprotocol {SUBPROTOCOL}"
+        ));
+    }
+    match headers.get(header::SEC_WEBSOCKET_KEY) {
+        Some(key) => Ok(derive_accept_key(key.as_bytes())),
+        None => Err("the header Sec-WebSocket-Key is missing".to_owned()),
+    }
+}
+
+type Socket = WebSocketStream<TokioIo<Upgraded>>;
+
+/// Shows what the client follows, and does what it says.
+async fn talk(stream: Upgraded, stage: &Stage, shutdown: &CancellationToken) -> Result<(), Error> {
+    let config = WebSocketConfig::default()
+        .max_message_size(Some(MESSAGE_BYTES_MAX))
+        .max_frame_size(Some(MESSAGE_BYTES_MAX))
+        .read_buffer_size(16 * 1024)
+        .write_buffer_size(0);
+    let mut socket: Socket =
+        WebSocketStream::from_raw_socket(TokioIo::new(stream), Role::Server, Some(config)).await;
+    let mut packets = stage.subscribe();
+    for text in stage.greeting() {
+        socket.send(Message::text(text.as_ref())).await?;
+    }
+    let mut following = Following::new(stage);
+    loop {
+        tokio::select! {
+            () = shutdown.cancelled() => return close(socket).await,
+            said = socket.next() => match said {
+                None => return Ok(()),
+                Some(said) => match said? {
+                    Message::Text(text) => {
+                        if let Err(mistake) = following.take(&text) {
+                            socket.send(Message::text(answer_to(&mistake))).await?;
+                        }
+                    }
+                    // Publishing, services and parameters are not offered.
+                    Message::Binary(_) => {
+                        let answer = answer_to("nothing can be published here");
+                        socket.send(Message::text(answer)).await?;
+                    }
+                    // Answered by the library: flushed, so that they leave before the next message of ours.
+                    Message::Ping(_) | Message::Close(_) => socket.flush().await?,
+                    Message::Pong(_) | Message::Frame(_) => {}
+                },
+            },
+            packet = packets.recv() => match packet {
+                Ok(packet) => following.show(&mut socket, &packet).await?,
+                Err(RecvError::Lagged(missed)) => {
+                    tracing::debug!(missed, "foxglove: the client reads too slowly and missed messages");
+                }
+                Err(RecvError::Closed) => return close(socket).await,
+            },
+        }
+    }
+}
+
+async fn close(mut socket: Socket) -> Result<(), Error> {
+    socket.close(None).await
+}
+
+/// What a client follows; counted for the stage while it does.
+struct Following<'s> {
+    stage: &'s Stage,
+    subscriptions: Subscriptions,
+}
+
+impl<'s> Following<'s> {
+    fn new(stage: &'s Stage) -> Self {
+        Self {
+            stage,
+            subscriptions: Subscriptions::default(),
+        }
+    }
+
+    fn take(&mut self, text: &str) -> Result<(), String> {
+        let was_empty = self.subscriptions.is_empty();
+        let done = self.subscriptions.take(text, TOPICS.len());
+        self.count(was_empty);
+        if !self.subscriptions.is_empty() {
+            self.stage.somebody_came();
+        }
+        done
+    }
+
+    fn count(&self, was_empty: bool) {
+        match (was_empty, self.subscriptions.is_empty()) {
+            (true, false) => self.stage.begin_following(),
+            (false, true) => self.stage.end_following(),
+            _ => {}
+        }
+    }
+
+    async fn show(&self, socket: &mut Socket, packet: &Packet) -> Result<(), Error> {
+        match packet {
+            Packet::Time(at) => socket.send(Message::binary(time(*at))).await,
+            Packet::Message { place, at, payload } => {
+                for subscription in self.subscriptions.to(*place) {
+                    let bytes = message_data(subscription, *at, payload);
+                    socket.send(Message::binary(bytes)).await?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+impl Drop for Following<'_> {
+    fn drop(&mut self) {
+        if !self.subscriptions.is_empty() {
+            self.stage.end_following();
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! The stream of one client, whatever the port: browsers are turned away, and who is silent or deaf gives its place up.
+//!
+//! Owns what is the same on every port. A session reads and writes a [`Peer`] like any other stream; beside it the port
+//! waits for [`Watch::gives_up`] and ends the session then, whatever that is waiting for.
+
+use core::fmt;
+use std::io;
+use std::net::{IpAddr, Ipv4Addr};
+use std::pin::Pin;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::{Context, Poll, ready};
+use std::time::Duration;
+
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::net::TcpStream;
+use tokio::sync::Notify;
+use tokio::time::{Instant, sleep_until};
+
+use super::opening::{Intruder, Opening, Verdict};
+
+/// A client that neither sends nor takes anything for so long gives its place up. (One that only listens takes what it
+/// is sent; a program that asks nothing of a port that only answers has no use for it.)
+pub const SILENCE_MAX: Duration = Duration::from_secs(3600);
+
+/// A client to which something is to be sent and that takes nothing for so long gives its place up.
+pub const DEAFNESS_MAX: Duration = Duration::from_secs(30);
+
+/// What is read at once while it is not clear yet whether a browser connects.
+const OPENING_BYTES: usize = 4096;
+
+/// What a port speaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Speaks {
+    /// HTTP, and what begins as HTTP: who comes from where is looked at with each request.
+    Http,
+    /// A protocol of its own: browsers are turned away.
+    Its,
+}
+
+/// Why a client gives its place up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GivesUp {
+    /// It belongs on another port.
+    Intruder(Intruder),
+    /// Nothing was sent or taken for [`SILENCE_MAX`].
+    Silent,
+    /// Nothing was taken for [`DEAFNESS_MAX`].
+    Deaf,
+}
+
+impl fmt::Display for GivesUp {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Intruder(intruder) => write!(f, "{intruder}"),
+            Self::Silent => write!(f, "the client was silent for {} s", SILENCE_MAX.as_secs()),
+            Self::Deaf => write!(
+                f,
+                "the client took nothing for {} s",
+                DEAFNESS_MAX.as_secs()
+            ),
+        }
+    }
+}
+
+/// The stream of one client.
+#[derive(Debug)]
+pub struct Peer<S = TcpStream> {
+    stream: S,
+    /// Until it is clear who connects.
+    opening: Option<Opening>,
+    /// Received while it was not clear, to be read before anything else.
+    received: Vec<u8>,
+    local_ip: IpAddr,
+    marks: Arc<Marks>,
+}
+
+/// Sees when the client of a [`Peer`] gives its place up.
+#[derive(Debug)]
+pub struct Watch(Arc<Marks>);
+
+/// What stream and watch share.
+#[derive(Debug)]
+struct Marks {
+    times: Mutex<Times>,
+    turned_away: Notify,
+}
+
+#[derive(Debug)]
+struct Times {
+    /// When something was last sent or taken.
+    moved: Instant,
+    /// Since when the client takes nothing of what it is sent.
+    deaf_since: Option<Instant>,
+    intruder: Option<Intruder>,
+}
+
+impl Marks {
+    /// Whole at every moment, so a poisoned lock is as good as any.
+    fn lock(&self) -> MutexGuard<'_, Times> {
+        self.times.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn moved(&self) {
+        self.lock().moved = Instant::now();
+    }
+}
+
+impl Peer<TcpStream> {
+    /// The stream of a client that was accepted just now, and the watch over it.
+    pub fn accepted(stream: TcpStream, speaks: Speaks) -> (Self, Watch) {
+        let local = stream.local_addr().map(|address| address.ip());
+        // A connection that is gone already has no address; nothing will come of it.
+        let local = local.unwrap_or(IpAddr::V4(Ipv4Addr::UNSPECIFIED));
+        Peer::new(stream, speaks, local)
+    }
+}
+
+impl<S> Peer<S> {
+    /// A client over any stream, which it reached at the address `local_ip` of this machine.
+    pub fn new(stream: S, speaks: Speaks, local_ip: IpAddr) -> (Self, Watch) {
+        let marks = Arc::new(Marks {
+            times: Mutex::new(Times {
+                moved: Instant::now(),
+                deaf_since: None,
+                intruder: None,
+            }),
+            turned_away: Notify::new(),
+        });
+        let peer = Self {
+            stream,
+            opening: (speaks == Speaks::Its).then(Opening::default),
+            received: Vec::new(),
+            local_ip,
+            marks: Arc::clone(&marks),
+        };
+        (peer, Watch(marks))
+    }
+
+    /// The address of this machine that the client has connected to.
+    pub const fn local_ip(&self) -> IpAddr {
+        self.local_ip
+    }
+
+    fn turn_away(&mut self, intruder: Intruder) -> io::Error {
+        self.marks.lock().intruder = Some(intruder);
+        self.marks.turned_away.notify_one();
+        io::Error::new(io::ErrorKind::ConnectionAborted, intruder.to_string())
+    }
+
+    /// Hands out what was received while it was not clear who connects. False when there is nothing.
+    fn hand_out(&mut self, into: &mut ReadBuf<'_>) -> bool {
+        let count = self.received.len().min(into.remaining());
+        into.put_slice(&self.received[..count]);
+        self.received.drain(..count);
+        if self.received.is_empty() {
+            self.received = Vec::new();
+        }
+        count > 0
+    }
+}
+
+impl<S: AsyncRead + Unpin> Peer<S> {
+    /// Reads until there is something to hand out, the stream ends, or the client is turned away.
+    fn poll_opening(&mut self, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        while let Some(opening) = &mut self.opening {
+            let mut bytes = [0; OPENING_BYTES];
+            let mut buffer = ReadBuf::new(&mut bytes);
+            ready!(Pin::new(&mut self.stream).poll_read(context, &mut buffer))?;
+            let came = buffer.filled();
+            if came.is_empty() {
+                opening.give_back(&mut self.received);
+                self.opening = None;
+                break;
+            }
+            self.marks.moved();
+            match opening.take(came, &mut self.received) {
+                Verdict::Undecided if self.received.is_empty() => {}
+                Verdict::Undecided => break,
+                Verdict::Ours => self.opening = None,
+                Verdict::Intruder(intruder) => return Poll::Ready(Err(self.turn_away(intruder))),
+            }
+        }
+        Poll::Ready(Ok(()))
+    }
+}
+
+impl<S: AsyncRead + Unpin> AsyncRead for Peer<S> {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        into: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        let this = &mut *self;
+        if into.remaining() == 0 || this.hand_out(into) {
+            return Poll::Ready(Ok(()));
+        }
+        if this.opening.is_some() {
+            ready!(this.poll_opening(context))?;
+            if this.hand_out(into) {
+                return Poll::Ready(Ok(()));
+            }
+        }
+        let before = into.filled().len();
+        ready!(Pin::new(&mut this.stream).poll_read(context, into))?;
+        if into.filled().len() > before {
+            this.marks.moved();
+        }
+        Poll::Ready(Ok(()))
+    }
+}
+
+impl<S: AsyncWrite + Unpin> AsyncWrite for Peer<S> {
+    fn poll_write(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        bytes: &[u8],
+    ) -> Poll<io::Result<usize>> {
+        let written = Pin::new(&mut self.stream).poll_write(context, bytes);
+        let mut times = self.marks.lock();
+        match written {
+            Poll::Pending => {
+                times.deaf_since.get_or_insert_with(Instant::now);
+            }
+            Poll::Ready(_) => {
+                times.deaf_since = None;
+                times.moved = Instant::now();
+            }
+        }
+        drop(times);
+        written
+    }
+
+    fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_flush(context)
+    }
+
+    fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_shutdown(context)
+    }
+}
+
+impl Watch {
+    /// Returns when the client has to give its place up.
+    pub async fn gives_up(&self) -> GivesUp {
+        loop {
+            let due = match self.look() {
+                Ok(due) => due,
+                Err(reason) => return reason,
+            };
+            tokio::select! {
+                () = self.0.turned_away.notified() => {}
+                () = sleep_until(due) => {}
+            }
+        }
+    }
+
+    /// Why the client gives its place up now, or when to look again.
+    fn look(&self) -> Result<Instant, GivesUp> {
+        let times = self.0.lock();
+        if let Some(intruder) = times.intruder {
+            return Err(GivesUp::Intruder(intruder));
+        }
+        let now = Instant::now();
+        let silent_at = times.moved + SILENCE_MAX;
+        // Deafness that begins after this look is seen in the next one, before it is due.
+        let deaf_at = times.deaf_since.map(|since| since + DEAFNESS_MAX);
+        if deaf_at.is_some_and(|at| at <= now) {
+            Err(GivesUp::Deaf)
+        } else if silent_at <= now {
+            Err(GivesUp::Silent)
+        } else {
+            Ok(silent_at.min(deaf_at.unwrap_or(now + DEAFNESS_MAX)))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,99 @@
+//! A flag that is raised once, and can be waited for by threads and by futures of any runtime.
+
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::task::{Context, Poll, Waker};
+use std::time::{Duration, Instant};
+
+use crate::faults::Ending;
+
+/// Whether something has ended. Clones tell the same.
+#[derive(Clone, Default)]
+pub struct Ended {
+    shared: Arc<Shared>,
+}
+
+#[derive(Default)]
+struct Shared {
+    state: Mutex<State>,
+    raised: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    is_ended: bool,
+    wakers: Vec<Waker>,
+}
+
+impl Ended {
+    fn state(&self) -> MutexGuard<'_, State> {
+        // Whole at every moment, so a poisoned lock is as good as any.
+        self.shared
+            .state
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn set(&self) {
+        let wakers = {
+            let mut state = self.state();
+            state.is_ended = true;
+            std::mem::take(&mut state.wakers)
+        };
+        self.shared.raised.notify_all();
+        for waker in wakers {
+            waker.wake();
+        }
+    }
+
+    /// True from the end on.
+    pub fn is_ended(&self) -> bool {
+        self.state().is_ended
+    }
+
+    /// Waits for the end.
+    pub fn wait(&self) {
+        let mut state = self.state();
+        while !state.is_ended {
+            state = self
+                .shared
+                .raised
+                .wait(state)
+                .unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// Waits for the end, at most so long; whether it has come.
+    pub fn wait_for(&self, patience: Duration) -> bool {
+        let deadline = Instant::now() + patience;
+        let mut state = self.state();
+        while !state.is_ended {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return false;
+            }
+            state = self
+                .shared
+                .raised
+                .wait_timeout(state, left)
+                .unwrap_or_else(PoisonError::into_inner)
+                .0;
+        }
+        true
+    }
+
+    /// Waits for the end in a future, whatever runtime drives it.
+    pub fn ended(&self) -> impl Future<Output = ()> + Send + use<> {
+        Ending(self.clone())
+    }
+
+    pub(crate) fn poll_ended(&self, context: &Context<'_>) -> Poll<()> {
+        let mut state = self.state();
+        if state.is_ended {
+            return Poll::Ready(());
+        }
+        if !state.wakers.iter().any(|w| w.will_wake(context.waker())) {
+            state.wakers.push(context.waker().clone());
+        }
+        Poll::Pending
+    }
+}

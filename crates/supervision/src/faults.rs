@@ -1,0 +1,237 @@
+//! What went wrong in which thread, and who is told.
+
+use std::fmt;
+use std::io;
+use std::pin::Pin;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+use thiserror::Error;
+
+use crate::Ended;
+use crate::contained::{Panicked, catch};
+use crate::thread::{Handle, start};
+
+/// What a thread is for; with it the rule of what a fault in it may take down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A program of a user. It ends with `InternalError: …`, the arm stops on its path, the next program runs.
+    Task,
+    /// One connection of a port. It ends; the port and its other connections live on.
+    Port,
+    /// Something that serves others (a field bus, the pump, a log file). It is started again, or its users are told that
+    /// it is gone; nobody waits for it.
+    Service,
+    /// The recording. It ends with an alarm, the robot goes on.
+    Recorder,
+    /// The control cycle. The arm is stopped, everybody is told, the process ends with a status of its own.
+    Motion,
+}
+
+impl Kind {
+    /// Every kind, in the order of [`Faults::counts`].
+    pub const ALL: [Self; 5] = [
+        Self::Task,
+        Self::Port,
+        Self::Service,
+        Self::Recorder,
+        Self::Motion,
+    ];
+
+    /// One word.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Task => "task",
+            Self::Port => "port",
+            Self::Service => "service",
+            Self::Recorder => "recorder",
+            Self::Motion => "motion",
+        }
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A panic that was caught: a bug of ours.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("a fault of ours in {name} ({kind}): {}; please report it", self.what())]
+pub struct Fault {
+    /// What the thread was for.
+    pub kind: Kind,
+    /// Its name.
+    pub name: String,
+    /// What the panic said.
+    pub message: String,
+    /// Where, as `file:line`, when the hook is installed.
+    pub place: Option<String>,
+}
+
+impl Fault {
+    /// A fault in the thread or task `name`.
+    pub fn new(kind: Kind, name: impl Into<String>, panicked: Panicked) -> Self {
+        Self {
+            kind,
+            name: name.into(),
+            message: panicked.message,
+            place: panicked.place,
+        }
+    }
+
+    /// What the panic said, and where.
+    pub fn what(&self) -> String {
+        match &self.place {
+            Some(place) => format!("{} ({place})", self.message),
+            None => self.message.clone(),
+        }
+    }
+}
+
+/// Where faults are told. Clones share everything; each controller has one.
+#[derive(Clone, Default)]
+pub struct Faults {
+    shared: Arc<Shared>,
+}
+
+#[derive(Default)]
+struct Shared {
+    counts: [AtomicU64; Kind::ALL.len()],
+    /// The first fault of the control cycle: nothing can go on after it.
+    fatal: OnceLock<Fault>,
+    is_fatal: Ended,
+}
+
+/// First and longest pause before a service is started again.
+const PAUSE_MIN: Duration = Duration::from_millis(50);
+const PAUSE_MAX: Duration = Duration::from_secs(5);
+
+impl Faults {
+    /// Counts and logs a fault. One of [`Kind::Motion`] is fatal.
+    pub fn tell(&self, fault: &Fault) {
+        let place = Kind::ALL.iter().position(|kind| *kind == fault.kind);
+        if let Some(count) = place.map(|place| &self.shared.counts[place]) {
+            count.fetch_add(1, Ordering::Relaxed);
+        }
+        if fault.kind == Kind::Motion {
+            // Only the first counts; what follows from it would hide it.
+            let _ = self.shared.fatal.set(fault.clone());
+        }
+        tracing::error!("{fault}");
+        if fault.kind == Kind::Motion {
+            self.shared.is_fatal.set();
+        }
+    }
+
+    /// How many faults of each kind there were.
+    pub fn counts(&self) -> [(Kind, u64); Kind::ALL.len()] {
+        core::array::from_fn(|i| (Kind::ALL[i], self.shared.counts[i].load(Ordering::Relaxed)))
+    }
+
+    /// The fault after which the process must end, once there is one.
+    pub fn fatal(&self) -> Option<&Fault> {
+        self.shared.fatal.get()
+    }
+
+    /// Returns once there is a fault after which the process must end.
+    pub fn fatal_told(&self) -> impl Future<Output = ()> + Send + use<> {
+        self.shared.is_fatal.ended()
+    }
+
+    /// Starts a thread.
+    ///
+    /// # Errors
+    /// The operating system gives none.
+    pub fn start<T: Send + 'static>(
+        &self,
+        kind: Kind,
+        name: impl Into<String>,
+        body: impl FnOnce() -> T + Send + 'static,
+    ) -> io::Result<Handle<T>> {
+        start(self.clone(), kind, name.into(), body)
+    }
+
+    /// Starts a thread of [`Kind::Service`] whose body is run again, after a growing pause, when it panics. It ends when
+    /// the body returns.
+    ///
+    /// # Errors
+    /// The operating system gives no thread.
+    pub fn start_service(
+        &self,
+        name: &'static str,
+        mut body: impl FnMut() + Send + 'static,
+    ) -> io::Result<Handle<()>> {
+        let faults = self.clone();
+        self.start(Kind::Service, name, move || {
+            let mut pause = PAUSE_MIN;
+            while let Err(panicked) = catch(&mut body) {
+                faults.tell(&Fault::new(Kind::Service, name, panicked));
+                std::thread::sleep(pause);
+                pause = next_pause(pause);
+            }
+        })
+    }
+}
+
+/// The pause after the next fault.
+pub(crate) fn next_pause(pause: Duration) -> Duration {
+    (2 * pause).min(PAUSE_MAX)
+}
+
+#[cfg(feature = "tokio")]
+pub(crate) const FIRST_PAUSE: Duration = PAUSE_MIN;
+
+impl fmt::Debug for Faults {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_map().entries(self.counts()).finish()
+    }
+}
+
+/// The wait of [`Faults::fatal_told`] and [`Ended::ended`].
+pub(crate) struct Ending(pub(crate) Ended);
+
+impl Future for Ending {
+    type Output = ();
+
+    fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<()> {
+        self.0.poll_ended(context)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::AtomicU32;
+
+    #[test]
+    fn a_service_that_panics_is_started_again_until_it_returns() {
+        let faults = Faults::default();
+        let runs = Arc::new(AtomicU32::new(0));
+        let counted = runs.clone();
+        let service = faults.start_service("pump", move || {
+            assert!(counted.fetch_add(1, Ordering::Relaxed) >= 2, "not yet");
+        });
+        service.unwrap().join().unwrap();
+        assert_eq!(runs.load(Ordering::Relaxed), 3);
+        assert_eq!(faults.counts()[2], (Kind::Service, 2));
+        assert!(faults.fatal().is_none());
+    }
+
+    #[test]
+    fn only_the_control_cycle_is_fatal_and_the_first_fault_is_the_reason() {
+        let faults = Faults::default();
+        for kind in Kind::ALL {
+            let is_motion = kind == Kind::Motion;
+            let thread = faults.start(kind, format!("a-{kind}"), || panic!("here"));
+            thread.unwrap().join().unwrap_err();
+            assert_eq!(faults.fatal().is_some(), is_motion, "{kind}");
+        }
+        let again = faults.start(Kind::Motion, "other", || panic!("there"));
+        again.unwrap().join().unwrap_err();
+        assert_eq!(faults.fatal().unwrap().message, "here");
+    }
+}
