@@ -104,6 +104,10 @@ fn started(
     command.spawn()
 }
 
+#[allow(
+    clippy::disallowed_methods,
+    reason = "no threads of the controller: they end with the child they read from, and are joined"
+)]
 /// Waits for the end of a child; how it died, if it did.
 fn followed(child: &mut Child, progress: &Path, report: &mut Report) -> io::Result<Option<String>> {
     let (lines, heard) = mpsc::channel();
