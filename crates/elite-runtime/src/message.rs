@@ -191,6 +191,10 @@ impl Observer for Aside {
         memory::outside(|| self.0.program_started(program, name, text));
     }
 
+    fn program_runs(&self, program: ProgramId, text: &str) {
+        memory::outside(|| self.0.program_runs(program, text));
+    }
+
     fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32) {
         memory::outside(|| self.0.line_changed(program, thread, line));
     }
