@@ -221,6 +221,6 @@ impl Task {
 fn is_planned(mode: MotionMode) -> bool {
     matches!(
         mode,
-        MotionMode::MoveJ | MotionMode::MoveL | MotionMode::MoveC
+        MotionMode::MoveJ | MotionMode::MoveL | MotionMode::MoveC | MotionMode::MoveP
     )
 }
