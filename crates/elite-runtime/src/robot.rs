@@ -49,6 +49,8 @@ struct Entry {
     command: Command,
     keep_outcome: bool,
     outcome: Option<Outcome>,
+    /// The next motion may follow it already.
+    is_queued: bool,
 }
 
 impl Robot {
@@ -130,6 +132,7 @@ impl Robot {
                 command: Command { id, origin, kind },
                 keep_outcome: false,
                 outcome: None,
+                is_queued: false,
             };
             self.awaited().open.insert(id, entry);
         })
@@ -153,6 +156,7 @@ impl Robot {
                     command: Command { id, origin, kind },
                     keep_outcome,
                     outcome: None,
+                    is_queued: false,
                 };
                 self.awaited().open.insert(id, entry);
             })
@@ -205,6 +209,14 @@ impl Robot {
             .open
             .get(&id)
             .is_none_or(|entry| entry.outcome.is_some())
+    }
+
+    /// True once a requested motion has ended, or the next one may follow it.
+    pub fn may_be_followed(&self, id: CommandId) -> bool {
+        self.awaited()
+            .open
+            .get(&id)
+            .is_none_or(|entry| entry.outcome.is_some() || entry.is_queued)
     }
 
     /// Gives up waiting for a command; its outcome is dropped when it comes.
@@ -264,6 +276,11 @@ impl Robot {
                         entry.command.origin,
                         text,
                     ));
+                }
+            }
+            Event::Queued { id, .. } => {
+                if let Some(entry) = self.awaited().open.get_mut(&id) {
+                    entry.is_queued = true;
                 }
             }
             Event::Warned { id, warning, .. } => {

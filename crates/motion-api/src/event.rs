@@ -18,6 +18,14 @@ pub enum Event {
         /// The cycle in which it ended.
         cycle: u64,
     },
+    /// A motion with a blend radius is planned and the arm comes so near to its blend that the next motion should follow: its
+    /// sender may send that now, although the command has not ended.
+    Queued {
+        /// Which.
+        id: CommandId,
+        /// The cycle in which that is so.
+        cycle: u64,
+    },
     /// Something a person should read, concerning a command.
     Warned {
         /// Which.

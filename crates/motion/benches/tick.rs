@@ -270,9 +270,14 @@ fn movej_planning(bencher: Bencher) {
         acceleration: 1.4,
         duration: 0.0,
         radius: 0.0,
+        is_process: false,
     };
     let target = JointPositions([0.5, -1.0, 1.0, -1.0, -1.0, 0.3]);
-    bencher.bench_local(|| plan_movej(&config.home, divan::black_box(&target), &wish, &arm));
+    let mut cells = motion::plan::Cells::new();
+    bencher.bench_local(|| {
+        let target = divan::black_box(&target);
+        plan_movej(&config.home, target, &wish, &arm, &mut cells).map(|(leg, _)| leg)
+    });
 }
 
 #[divan::bench]
@@ -290,15 +295,18 @@ fn movel_planning(bencher: Bencher) {
         acceleration: 1.2,
         duration: 0.0,
         radius: 0.0,
+        is_process: false,
     };
     let mut target = config.model.flange_pose(&config.home).to_rpy();
     target.xyz[1] += 0.3;
     target.rpy[2] += 0.3;
+    let mut cells = motion::plan::Cells::new();
     bencher.bench_local(|| {
+        cells.clear();
         let mut planner =
             CartesianPlanner::line(&config.home, divan::black_box(&target), &wish, &arm)
                 .expect("a line that can be followed");
-        planner.work(&arm)
+        planner.work(&arm, &mut cells).is_ok()
     });
 }
 

@@ -7,9 +7,9 @@ use kinematics::{JointAccelerations, JointPositions, JointSpeeds};
 
 use crate::config::MotionLimits;
 use crate::constants::SETTLING_TIME;
-use crate::motion::Motion;
 use crate::path::Ground;
-use crate::scalar::{Profile, ScalarState};
+use crate::queue::{Motion, Queue};
+use crate::scalar::{Drive, Profile, ScalarState};
 use crate::setpoint::Setpoint;
 
 /// A stop under way.
@@ -36,26 +36,27 @@ impl Brake {
     pub(crate) fn next(
         &mut self,
         step: f64,
+        queue: &Queue,
         ground: &Ground,
         near: &JointPositions,
     ) -> Option<Setpoint> {
         match self {
             Self::Joints(brake) => Some(brake.next(step)),
             Self::OnPath(motion, stood) => {
-                if motion.is_standing() {
+                if queue.is_standing(motion) {
                     *stood += step;
                 }
-                motion.next(step, 0.0, ground, near)
+                queue.next(motion, step, Drive::HaltHard, ground, near)
             }
         }
     }
 
     /// True when the target stands and the arm has come to rest as well, or has had its time to.
-    pub(crate) fn has_settled(&self, arm_rests: bool) -> bool {
+    pub(crate) fn has_settled(&self, queue: &Queue, arm_rests: bool) -> bool {
         match self {
             Self::Joints(brake) => brake.has_settled(arm_rests),
             Self::OnPath(motion, stood) => {
-                motion.is_standing() && (arm_rests || *stood >= SETTLING_TIME)
+                queue.is_standing(motion) && (arm_rests || *stood >= SETTLING_TIME)
             }
         }
     }

@@ -94,35 +94,61 @@ pub const NO_MOTION: f64 = 1e-12;
 /// spot at the default 0.25 m/s turns at 1 rad/s, about the default speed of a movej. Our choice; the manual is silent.
 pub const ROTATION_LENGTH: f64 = 0.25;
 
-/// A Cartesian line is looked at in this many intervals, each halved up to [`LINE_REFINEMENTS`] times where the joints
-/// turn fast, with at most [`LINE_PLACES_MAX`] places in all and [`LINE_PLACES_PER_CYCLE`] in one cycle.
+/// A Cartesian line is looked at in intervals of this length, m, between 4 and [`LINE_INTERVALS`], each halved up to
+/// [`LINE_REFINEMENTS`] times where the joints turn fast, with at most [`LINE_PLACES_MAX`] places in all and
+/// [`LINE_PLACES_PER_CYCLE`] in one cycle.
+pub const INTERVAL_LENGTH: f64 = 0.002;
+/// See [`INTERVAL_LENGTH`].
 pub const LINE_INTERVALS: usize = 64;
-/// See [`LINE_INTERVALS`].
+/// See [`INTERVAL_LENGTH`].
 pub const LINE_REFINEMENTS: usize = 10;
-/// See [`LINE_INTERVALS`].
+/// See [`INTERVAL_LENGTH`].
 pub const LINE_PLACES_MAX: u32 = 2000;
-/// See [`LINE_INTERVALS`]. Twice the places of a line without refinements.
+/// See [`INTERVAL_LENGTH`]. Twice the places of a line without refinements.
 pub const LINE_PLACES_PER_CYCLE: usize = 128;
 
-/// Equal parts of a Cartesian line with bounds of their own, and most parts in all: an equal part is divided where the
-/// speeds that it bears differ by more than the factor [`PART_RANGE`].
-pub const LINE_PARTS: usize = 32;
-/// See [`LINE_PARTS`].
-pub const LINE_PARTS_MAX: usize = 96;
-/// See [`LINE_PARTS`].
-pub const PART_RANGE: f64 = 1.2;
+/// Cells of a joint-space line.
+pub const JOINT_CELLS: usize = 48;
+/// Most cells of one leg, and of the way of a whole queue.
+pub const CELLS_OF_LEG: usize = LINE_PLACES_MAX as usize;
+/// See [`CELLS_OF_LEG`].
+pub const CELLS_OF_ROUTE: usize = 6000;
+/// Most legs of a queue.
+pub const LEGS_AHEAD: usize = 64;
+/// A sender is told that the next motion may follow so long before the arm would have to slow down without it, s.
+pub const AHEAD_TIME: f64 = 0.15;
 
-/// Shortest distance of the knots of a pace in time at the wanted speed, s: an acceleration turns into its opposite from
-/// one to the next, within the jerk that belongs to it.
-pub const PACE_KNOT_TIME: f64 = 2.0 * ACCELERATION_RISE;
+/// Shortest and longest time over which a motion is smoothed, s.
+pub const WINDOW_RANGE: (f64, f64) = (0.004, 0.5);
 
-/// Share of the acceleration and jerk of a place that its pace uses up; the rest is for starting and stopping there.
-pub const PACE_SHARE: f64 = 0.5;
+/// Shares of the joints' limits that the bends of a path may take up, so that changes of speed have the rest.
+pub const BEND_SHARES: BendShares = BendShares {
+    acceleration: 0.8,
+    jerk: 0.45,
+    jerk_of_acceleration: 0.22,
+};
 
-/// How often a pace is made anew where it asks too much, in all and in one cycle.
-pub const PACE_ATTEMPTS: u32 = 6;
-/// See [`PACE_ATTEMPTS`].
-pub const PACE_ATTEMPTS_PER_CYCLE: u32 = 2;
+/// See [`BEND_SHARES`].
+#[derive(Clone, Copy, Debug)]
+pub struct BendShares {
+    /// Of the acceleration, for |q''| V².
+    pub acceleration: f64,
+    /// Of the jerk, for |q'''| V³.
+    pub jerk: f64,
+    /// Of the jerk, for 3 |q''| V A.
+    pub jerk_of_acceleration: f64,
+}
+
+/// Share of what the joints can do that the hardest stop on a path uses.
+pub const HARDEST_SHARE: f64 = 0.9;
+
+/// In a blend between two legs of joints no joint accelerates more than this times the larger acceleration of the two.
+pub const HARDER_IN_BLENDS: f64 = 2.0;
+
+/// How often the pace of a timed leg is tried; a motion may begin, or end, so much beside its time, s or share of it.
+pub const DUE_ATTEMPTS: usize = 12;
+/// See [`DUE_ATTEMPTS`].
+pub const START_OF_MOTION: f64 = 1e-6;
 
 /// Most points of a moveml, and the intervals between them that are looked at in one cycle, each at so many places after
 /// its first.
@@ -138,22 +164,22 @@ pub const MICRO_START: f64 = 1e-4;
 /// Three points make no arc when the sine of their angle is below this: the radius would be a million times their distance.
 pub const STRAIGHT_ARC: f64 = 1e-6;
 
-/// Share of a blend zone in which a motion whose successor is not known yet could stop: it enters the zone no faster. The
-/// rest of the zone is time for the successor to arrive.
-pub const ZONE_STOPPING_SHARE: f64 = 0.7;
-
 /// Share of the speed at which a curve through the whole zone could turn straight back: a motion whose successor is not known
 /// yet enters the zone no faster, so that the sharpest turn finds it slow enough. The curve begins a cycle or two into the
 /// zone and is then a little shorter.
-pub const ZONE_TURNING_SHARE: f64 = 0.8;
+pub const ZONE_TURNING_SHARE: f64 = 0.57;
 
 /// Places at which the beginning of a blend zone is searched before it is narrowed down.
 pub const ZONE_PLACES: usize = 16;
 
-/// Parts of a blend with limits of their own, and the intervals in which each is looked at.
-pub const BLEND_PARTS: usize = 8;
-/// See [`BLEND_PARTS`].
-pub const BLEND_INTERVALS_PER_PART: usize = 3;
+/// Cells of a blend; three equal counts for the parts of a curve between two lines.
+pub const BLEND_CELLS: usize = 24;
+
+/// Share of the faster neighbour's TCP speed on a curve in joint space, which is looked at in places only.
+pub const BLEND_TCP_SHARE: f64 = 0.998;
+
+/// A process move's curve reaches so many times as far from the corner as where its arc touches.
+pub const PROCESS_ZONE: f64 = 1.5;
 
 /// Where a blend begins: at these shares of the zone before the waypoint, tried one after the other until one can be done at
 /// the speed that the arm has. The path is left at 0.6 of the radius at the latest wherever that is possible.
@@ -214,9 +240,9 @@ const _: () = assert!(ACCELERATION_RISE > 0.02 && ACCELERATION_RISE < 0.04);
 // The servo must be slow enough for its own step.
 const _: () = assert!(SERVO_STEP * SERVO_BANDWIDTH <= 0.2);
 const _: () = assert!(SERVO_STEP <= STEP_RANGE.0);
-const _: () = assert!(LINE_INTERVALS.is_multiple_of(LINE_PARTS));
+const _: () = assert!(BLEND_CELLS.is_multiple_of(3));
 const _: () = assert!(LINE_PLACES_PER_CYCLE >= 2 * LINE_INTERVALS);
-const _: () = assert!(LINE_PARTS <= LINE_PARTS_MAX);
+const _: () = assert!(CELLS_OF_ROUTE >= 2 * CELLS_OF_LEG);
 const _: () = assert!(SHARE_ON_BELT + SHARE_OF_BELT < 1.0);
 // A command's own end must fit beside everything it may cause.
 const _: () = assert!(EVENTS_PER_COMMAND > EVENT_RESERVE);

@@ -24,12 +24,14 @@ use crate::modes::conveyor::Tracking;
 use crate::modes::encoder::Encoder;
 use crate::modes::path_offset::PathOffset;
 use crate::modes::{Online, stands};
-use crate::motion::Motion;
 use crate::outbox::Outbox;
 use crate::path::Ground;
+use crate::plan::Cells;
 use crate::plant::{ArmState, Plant, Push};
+use crate::queue::{Motion, Queue};
 use crate::report::report;
 use crate::safety_inputs::SafetyInputs;
+use crate::scalar::Drive;
 use crate::sensor::Sensor;
 use crate::setpoint::{LimitedSetpoint, Setpoint, limit};
 use crate::thermal::Thermal;
@@ -76,8 +78,12 @@ pub struct Cycle {
     pub(crate) machine: Machine,
     pub(crate) generator: Generator,
     pub(crate) safety_inputs: SafetyInputs,
+    /// The way of the motions that the arm has taken.
+    pub(crate) queue: Queue,
     /// The next motion, until it begins.
     pub(crate) upcoming: Option<Upcoming>,
+    /// What the leg of the next motion bears.
+    pub(crate) cells: Cells,
     pub(crate) waiting: Waiting,
     pub(crate) is_paused: bool,
     pub(crate) speed_fraction: f64,
@@ -168,7 +174,9 @@ impl Cycle {
             machine,
             generator: Generator::Hold,
             safety_inputs: config.safety_inputs,
+            queue: Queue::new(),
             upcoming: None,
+            cells: Cells::new(),
             waiting: Waiting::default(),
             is_paused: false,
             speed_fraction: 1.0,
@@ -232,19 +240,32 @@ impl Cycle {
         };
         let near = &self.target.q;
         let is_free = self.has_no_planes();
+        let drive = if self.machine.is_safeguarded() {
+            Drive::HaltHard
+        } else if fraction > 0.0 {
+            Drive::Go(fraction)
+        } else {
+            Drive::Halt
+        };
         let lost = StopReason::Internal {
             code: fault::PATH_LOST,
         };
+        let queue = &self.queue;
         match &mut self.generator {
             Generator::Hold | Generator::Online(_) => Ok(Setpoint::standing(self.target.q)),
-            Generator::Brake(brake) => brake.next(self.step, &ground, near).ok_or(lost),
+            Generator::Brake(brake) => {
+                let next = brake.next(self.step, queue, &ground, near);
+                next.ok_or(lost)
+            }
             Generator::Path(motion) if is_free => {
-                motion.next(self.step, fraction, &ground, near).ok_or(lost)
+                let next = queue.next(motion, self.step, drive, &ground, near);
+                next.ok_or(lost)
             }
             Generator::Path(motion) => {
                 // Where it must stop for a safety plane it stays in the state before.
                 let mut moved = *motion;
-                let wanted = moved.next(self.step, fraction, &ground, near).ok_or(lost)?;
+                let next = queue.next(&mut moved, self.step, drive, &ground, near);
+                let wanted = next.ok_or(lost)?;
                 self.check_planes_on_path(&moved, &wanted)?;
                 if let Generator::Path(motion) = &mut self.generator {
                     *motion = moved;
@@ -286,7 +307,7 @@ impl Cycle {
         checked.unwrap_or_else(|reason| {
             let mut brake = self.protective_stop(reason);
             let at = self.commanded.q;
-            let first = brake.next(self.step, &self.ground(), &at);
+            let first = brake.next(self.step, &self.queue, &self.ground(), &at);
             self.generator = Generator::Brake(brake);
             // A path that is lost is left where it is.
             let first = first.unwrap_or(Setpoint::standing(at));
@@ -345,28 +366,12 @@ impl Cycle {
                 }
                 self.generator = Generator::Hold;
             }
-            Generator::Path(motion) if motion.is_stopping && motion.is_standing() => {
-                if !motion.is_handed_over {
-                    self.out.ended(motion.id, Outcome::Aborted);
-                }
-                self.generator = Generator::Hold;
-            }
-            Generator::Path(motion) if motion.is_finished() => {
-                if !motion.is_handed_over {
-                    self.out.ended(motion.id, Outcome::Done);
-                }
-                self.generator = Generator::Hold;
-            }
-            Generator::Path(motion)
-                if motion.is_in_zone() && !motion.is_stopping && !motion.is_handed_over =>
-            {
-                self.out.ended(motion.id, Outcome::Done);
-                if let Generator::Path(motion) = &mut self.generator {
-                    motion.is_handed_over = true;
-                }
+            Generator::Path(motion) => {
+                let motion = *motion;
+                self.settle_path(&motion);
             }
             Generator::Brake(brake)
-                if brake.has_settled(self.actual.qd.max_abs() < RESTING_SPEED) =>
+                if brake.has_settled(&self.queue, self.actual.qd.max_abs() < RESTING_SPEED) =>
             {
                 // The arm may have been held up: from now on it is wanted where it stands, and the brakes hold it there.
                 self.generator = Generator::Hold;
@@ -384,6 +389,40 @@ impl Cycle {
         }
         while let Some(id) = self.waiting.take(|_| true) {
             self.out.ended(id, Outcome::Done);
+        }
+    }
+
+    /// Ends the commands whose ends, or zones, the arm has reached on its path, and tells who may send the next one.
+    fn settle_path(&mut self, motion: &Motion) {
+        if motion.is_stopping && self.queue.is_standing(motion) {
+            self.end_legs(Outcome::Aborted);
+            self.generator = Generator::Hold;
+            return;
+        }
+        while let Some(leg) = self.queue.reached(motion) {
+            leg.has_ended = true;
+            let id = leg.id;
+            self.out.ended(id, Outcome::Done);
+        }
+        if self.queue.is_over(motion) {
+            self.generator = Generator::Hold;
+        } else if self.upcoming.is_none()
+            && let Some(leg) = self.queue.awaits_next(motion)
+        {
+            leg.is_told = true;
+            let id = leg.id;
+            self.out.queued(id);
+        }
+    }
+
+    /// Ends every command whose leg is under way or waits behind it.
+    pub(crate) fn end_legs(&mut self, outcome: Outcome) {
+        if !matches!(self.generator, Generator::Path(_)) {
+            return;
+        }
+        for leg in self.queue.open() {
+            leg.has_ended = true;
+            self.out.ended(leg.id, outcome);
         }
     }
 
@@ -420,26 +459,29 @@ impl Cycle {
         }
         match &self.generator {
             Generator::Hold => self.upcoming.is_none() && self.deferred.is_none(),
-            Generator::Path(motion) => motion.is_standing(),
+            Generator::Path(motion) => self.queue.is_standing(motion),
             Generator::Online(_) => self.is_paused && stands(&self.target),
             Generator::Brake(_) => false,
         }
     }
 
-    /// The motion command that has not ended yet. One that ended by entering its blend zone is none, though the arm moves.
+    /// The motion command under way, or the next one. One that ended by entering its blend zone is none, though the arm moves.
     pub(crate) fn running(&self) -> CommandId {
-        match (&self.upcoming, &self.generator) {
-            (Some(upcoming), _) => upcoming.id,
-            (None, Generator::Path(motion)) if !motion.is_handed_over => motion.id,
-            (None, Generator::Online(online)) => online.id,
-            _ => CommandId::NONE,
+        let upcoming = self.upcoming.as_ref().map_or(CommandId::NONE, |u| u.id);
+        match &self.generator {
+            Generator::Path(_) => match self.queue.current() {
+                Some(leg) if !leg.has_ended => leg.id,
+                _ => upcoming,
+            },
+            Generator::Online(online) if upcoming == CommandId::NONE => online.id,
+            _ => upcoming,
         }
     }
 
-    /// Where the next motion begins: where the arm stands, or the waypoint in whose blend zone it is.
+    /// Where the next motion begins: where the arm stands, or the last waypoint of the queue.
     pub(crate) fn next_start(&self) -> JointPositions {
         match &self.generator {
-            Generator::Path(motion) => motion.end(),
+            Generator::Path(_) => self.queue.end().unwrap_or(self.target.q),
             _ => self.target.q,
         }
     }

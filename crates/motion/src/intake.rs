@@ -5,7 +5,7 @@
 
 use kinematics::{Payload, PayloadError, Pose};
 use motion_api::{
-    Command, CommandId, CommandKind, DigitalBank, IoChange, MotionMode, Outcome, Refusal,
+    Command, CommandId, CommandKind, DigitalBank, IoChange, MotionMode, Origin, Outcome, Refusal,
     StopReason,
 };
 
@@ -29,6 +29,7 @@ impl Cycle {
     pub(crate) fn take_commands(&mut self) {
         for _ in 0..COMMANDS_PER_CYCLE {
             let under_way = self.waiting.count()
+                + self.queue.open_count()
                 + usize::from(self.running() != CommandId::NONE)
                 + usize::from(self.deferred.is_some());
             if self.waiting.is_full() || !self.out.has_room(under_way) {
@@ -59,12 +60,17 @@ impl Cycle {
                     acceleration,
                     duration,
                     radius,
+                    is_process: false,
                 };
-                self.check_free()?;
+                self.check_free(command.origin)?;
                 self.check_target(&target)?;
                 let start = self.next_start();
-                let (leg, warnings) = plan_movej(&start, &target, &wish, &self.arm())?;
-                self.follow_with(command.id, MotionMode::MoveJ, Planned::Ready(leg, warnings));
+                let mut cells = core::mem::take(&mut self.cells);
+                let planned = plan_movej(&start, &target, &wish, &self.arm(), &mut cells);
+                self.cells = cells;
+                let (leg, warnings) = planned?;
+                let who = (command.id, command.origin);
+                self.follow_with(who, MotionMode::MoveJ, Planned::Ready(leg, warnings));
                 Ok(Ending::Later)
             }
             CommandKind::MoveL {
@@ -79,12 +85,13 @@ impl Cycle {
                     acceleration,
                     duration,
                     radius,
+                    is_process: false,
                 };
-                self.check_free()?;
+                self.check_free(command.origin)?;
                 self.check_target_pose(&target)?;
                 let start = self.next_start();
                 let planner = CartesianPlanner::line(&start, &target, &wish, &self.arm())?;
-                self.follow_with(command.id, MotionMode::MoveL, Planned::Partly(planner));
+                self.begin_to_plan(command, MotionMode::MoveL, planner);
                 Ok(Ending::Later)
             }
             CommandKind::MoveC {
@@ -100,8 +107,9 @@ impl Cycle {
                     acceleration,
                     duration: 0.0,
                     radius,
+                    is_process: false,
                 };
-                self.check_free()?;
+                self.check_free(command.origin)?;
                 self.check_target_pose(&via)?;
                 self.check_target_pose(&target)?;
                 let start = self.next_start();
@@ -113,7 +121,7 @@ impl Cycle {
                 let poses = (&via, &target);
                 let planner =
                     CartesianPlanner::arc(&start, poses, orientation, &wish, &self.arm())?;
-                self.follow_with(command.id, MotionMode::MoveC, Planned::Partly(planner));
+                self.begin_to_plan(command, MotionMode::MoveC, planner);
                 Ok(Ending::Later)
             }
             CommandKind::MoveP {
@@ -127,12 +135,13 @@ impl Cycle {
                     acceleration,
                     duration: 0.0,
                     radius,
+                    is_process: true,
                 };
-                self.check_free()?;
+                self.check_free(command.origin)?;
                 self.check_target_pose(&target)?;
                 let start = self.next_start();
                 let planner = CartesianPlanner::line(&start, &target, &wish, &self.arm())?;
-                self.follow_with(command.id, MotionMode::MoveP, Planned::Partly(planner));
+                self.begin_to_plan(command, MotionMode::MoveP, planner);
                 Ok(Ending::Later)
             }
             CommandKind::PathOffsetEnable => self.path_offset_enable(),
@@ -327,16 +336,33 @@ impl Cycle {
         }
     }
 
-    /// A motion may begin: the arm is ready and no other motion is under way.
-    pub(crate) fn check_free(&self) -> Result<(), Refusal> {
+    fn begin_to_plan(&mut self, command: &Command, mode: MotionMode, planner: CartesianPlanner) {
+        self.cells.clear();
+        let who = (command.id, command.origin);
+        self.follow_with(who, mode, Planned::Partly(planner));
+    }
+
+    /// A motion may begin: the arm is ready, and no other motion is under way, or the sender of the last one was told that
+    /// the next may follow.
+    pub(crate) fn check_free(&self, origin: Origin) -> Result<(), Refusal> {
         self.machine.check_ready()?;
+        let running = self.running();
         if let Generator::Path(motion) = &self.generator
-            && motion.is_handed_over
-            && motion.is_stopping
+            && self.upcoming.is_none()
         {
-            return Err(Refusal::StillMoving);
+            if motion.is_stopping && self.queue.open_count() == 0 {
+                return Err(Refusal::StillMoving);
+            }
+            let caller = |origin: Origin| (origin.program, origin.thread);
+            let is_told = self
+                .queue
+                .last()
+                .is_some_and(|leg| leg.is_told && caller(leg.origin) == caller(origin));
+            if is_told && !motion.is_stopping {
+                return Ok(());
+            }
         }
-        match self.running() {
+        match running {
             CommandId::NONE => Ok(()),
             running => Err(Refusal::Busy { running }),
         }
@@ -352,8 +378,16 @@ impl Cycle {
     }
 
     fn stop(&mut self, id: CommandId, only: CommandId) -> Ending {
-        let is_deferred = self.deferred.is_some_and(|deferred| deferred.id == only);
-        if only != CommandId::NONE && only != self.running() && !is_deferred {
+        let is_concerned = only == CommandId::NONE
+            || only == self.running()
+            || self.deferred.is_some_and(|deferred| deferred.id == only)
+            || self
+                .upcoming
+                .as_ref()
+                .is_some_and(|upcoming| upcoming.id == only)
+            || matches!(self.generator, Generator::Path(_))
+                && self.queue.open().any(|leg| leg.id == only);
+        if !is_concerned {
             return Ending::Now;
         }
         self.is_paused = false;

@@ -62,7 +62,7 @@ impl Cycle {
             Generator::Online(online) => {
                 kind.is_motion() && online.has_ended() && !online.is_led_by_hand()
             }
-            Generator::Path(motion) if motion.is_handed_over && self.upcoming.is_none() => {
+            Generator::Path(_) if self.queue.open_count() == 0 && self.upcoming.is_none() => {
                 matches!(
                     kind,
                     CommandKind::ServoJ { .. }
@@ -104,11 +104,6 @@ impl Cycle {
             self.step,
             (self.fraction(), self.is_held()),
         )
-    }
-
-    /// True when the command that moves the arm has returned to its caller.
-    pub(crate) fn has_call_ended(&self) -> bool {
-        matches!(&self.generator, Generator::Online(online) if online.has_ended())
     }
 
     /// A servo or speed command may begin.

@@ -65,6 +65,12 @@ impl Outbox {
         self.event(Event::Ended { id, outcome, cycle });
     }
 
+    /// The sender of a motion may send the next.
+    pub(crate) fn queued(&mut self, id: CommandId) {
+        let cycle = self.cycle;
+        self.event(Event::Queued { id, cycle });
+    }
+
     /// Something to read about a command.
     pub(crate) fn warned(&mut self, id: CommandId, warning: Warning) {
         let cycle = self.cycle;

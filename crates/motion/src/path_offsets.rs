@@ -73,14 +73,7 @@ impl Cycle {
             self.path_offset.end();
             return Ok(Ending::Now);
         }
-        let running = self.running();
-        if running != motion_api::CommandId::NONE && !self.has_call_ended() {
-            self.out.ended(running, Outcome::Aborted);
-        }
-        if let Some(deferred) = self.deferred.take() {
-            self.out.ended(deferred.id, Outcome::Aborted);
-        }
-        self.upcoming = None;
+        self.end_motions(Outcome::Aborted);
         self.is_paused = false;
         self.leave_path_offset(acceleration);
         if let Generator::Online(online) = &mut self.generator {

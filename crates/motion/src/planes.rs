@@ -12,7 +12,7 @@ use motion_api::{Refusal, SafetyMode, StopReason};
 
 use crate::brake::JointBrake;
 use crate::cycle::{Cycle, Generator};
-use crate::motion::Motion;
+use crate::queue::Motion;
 use crate::setpoint::Setpoint;
 
 /// Places on the way of braking joints to rest that are looked at.
@@ -100,7 +100,11 @@ impl Cycle {
             return Ok(());
         };
         let allowed = |q: &JointPositions| self.crossed_at(q).is_none();
-        if allowed(&wanted.q) && motion.halts_within(&self.ground(), &wanted.q, allowed) {
+        let ground = self.ground();
+        let halts = |queue: &crate::queue::Queue| {
+            queue.halts_within(motion, self.step, &ground, &wanted.q, allowed)
+        };
+        if allowed(&wanted.q) && halts(&self.queue) {
             return Ok(());
         }
         Err(crossed)

@@ -4,6 +4,7 @@ use kinematics::{Pose, RpyPose};
 use motion_api::{MotionMode, OffsetAxes, RobotState, SafetyMode};
 
 use crate::cycle::{Cycle, Generator, Timing};
+use crate::queue::Queued;
 
 /// Everything that is known about the robot now.
 pub(crate) fn report(cycle: &Cycle, timing: Timing) -> RobotState {
@@ -79,7 +80,7 @@ pub(crate) fn report(cycle: &Cycle, timing: Timing) -> RobotState {
 /// Where the motion under way leads; the commanded pose without one.
 fn waypoint(cycle: &Cycle, target_tcp: &Pose) -> RpyPose {
     let end = match &cycle.generator {
-        Generator::Path(motion) => Some(motion.end()),
+        Generator::Path(_) => cycle.queue.current().map(Queued::end_q),
         Generator::Online(online) => online.goal(),
         _ => None,
     };
@@ -107,8 +108,13 @@ fn motion_mode(cycle: &Cycle) -> MotionMode {
         Generator::Online(online) => online.mode,
         Generator::Brake(_) => MotionMode::ProtectiveStop,
         Generator::Path(motion) if motion.is_stopping => MotionMode::Stopping,
-        Generator::Path(motion) if cycle.is_paused && motion.is_standing() => MotionMode::Paused,
-        Generator::Path(motion) => motion.mode,
+        Generator::Path(motion) if cycle.is_paused && cycle.queue.is_standing(motion) => {
+            MotionMode::Paused
+        }
+        Generator::Path(_) => cycle
+            .queue
+            .current()
+            .map_or(MotionMode::Idle, |leg| leg.mode),
     }
 }
 

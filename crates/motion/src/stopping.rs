@@ -48,10 +48,7 @@ impl Cycle {
 
     /// Ends the motion with `reason` and gives the braking from the present target.
     fn brake_from_target(&mut self, reason: StopReason) -> Brake {
-        let running = self.running();
-        if running != CommandId::NONE && !self.has_call_ended() {
-            self.out.ended(running, Outcome::ProtectiveStop(reason));
-        }
+        self.end_motions(Outcome::ProtectiveStop(reason));
         let is_for_plane = matches!(reason, StopReason::SafetyPlane { .. });
         let brake = match &self.generator {
             Generator::Path(motion) if is_for_plane && self.must_halt_on_path() => {
@@ -59,16 +56,29 @@ impl Cycle {
             }
             _ => Brake::Joints(JointBrake::new(&self.commanded, &self.limits)),
         };
-        if let Some(deferred) = self.deferred.take() {
-            self.out.ended(deferred.id, Outcome::ProtectiveStop(reason));
-        }
         self.is_paused = false;
-        self.upcoming = None;
         self.tracking = None;
         self.path_offset.end();
         self.force.pressing = None;
         self.target = self.commanded;
         brake
+    }
+
+    /// Ends the commands of every motion under way or to come.
+    pub(crate) fn end_motions(&mut self, outcome: Outcome) {
+        self.end_legs(outcome);
+        if let Generator::Online(online) = &self.generator
+            && online.id != CommandId::NONE
+            && !online.has_ended()
+        {
+            self.out.ended(online.id, outcome);
+        }
+        if let Some(upcoming) = self.upcoming.take() {
+            self.out.ended(upcoming.id, outcome);
+        }
+        if let Some(deferred) = self.deferred.take() {
+            self.out.ended(deferred.id, outcome);
+        }
     }
 
     /// Brings a moving arm to rest on its path, as a stop command would; for the end of the controller.

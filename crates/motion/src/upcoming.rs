@@ -1,26 +1,27 @@
-//! The motion that follows the one under way: planned while that one is still moving, joined to it if it can be.
+//! The motion that follows those under way: planned while they are still moving, joined to them if it can be.
 //!
-//! A command may come as soon as the one before it has ended by entering its blend zone. When the junction cannot be made,
-//! because the command came too late or the turn is too sharp, the arm stops exactly at the waypoint and the next motion
-//! begins from rest, with a warning.
+//! A command may come once the one before it has entered its blend zone, or earlier: its sender is told when the arm comes so
+//! near that it would have to slow down. When the junction cannot be made, because the command came too late or the turn is
+//! too sharp, the arm stops exactly at the waypoint and the next motion begins from rest, with a warning.
 
-use motion_api::{CommandId, MotionMode, Outcome, Refusal, Warning};
+use motion_api::{CommandId, MotionMode, Origin, Outcome, Refusal, Warning};
 
+use crate::constants::BLEND_ENTRIES_PER_CYCLE;
 use crate::cycle::{Cycle, Generator};
-use crate::motion::Motion;
-use crate::path::Geometry;
-use crate::plan::{CartesianPlanner, Junction, Leg, MicroLinePlanner, Warnings};
+use crate::path::Path;
+use crate::plan::{CartesianPlanner, Cells, Junction, Leg, MicroLinePlanner, Warnings};
 
 /// A motion command that waits for its turn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Upcoming {
     pub(crate) id: CommandId,
     pub(crate) mode: MotionMode,
+    pub(crate) origin: Origin,
     pub(crate) plan: Planned,
     pub(crate) junction: Junction,
 }
 
-/// How far the plan is.
+/// How far the plan is. The cells of the leg are in [`Cycle::cells`].
 #[allow(
     clippy::large_enum_variant,
     reason = "lives in place inside the cycle, which must not allocate"
@@ -37,10 +38,16 @@ pub(crate) enum Planned {
 
 impl Cycle {
     /// Takes a motion command: begins it when the arm stands, otherwise keeps it until the motion under way is joined.
-    pub(crate) fn follow_with(&mut self, id: CommandId, mode: MotionMode, plan: Planned) {
+    pub(crate) fn follow_with(
+        &mut self,
+        (id, origin): (CommandId, Origin),
+        mode: MotionMode,
+        plan: Planned,
+    ) {
         self.upcoming = Some(Upcoming {
             id,
             mode,
+            origin,
             plan,
             junction: Junction::default(),
         });
@@ -51,114 +58,105 @@ impl Cycle {
         let Some(mut upcoming) = self.upcoming.take() else {
             return;
         };
-        if let Planned::Partly(mut planner) = upcoming.plan {
-            match planner.work(&self.arm()) {
-                Ok(None) => upcoming.plan = Planned::Partly(planner),
-                Ok(Some((leg, warnings))) => upcoming.plan = Planned::Ready(leg, warnings),
-                Err(refusal) => {
-                    self.refuse(upcoming.id, refusal);
-                    return;
-                }
+        let mut cells = core::mem::take(&mut self.cells);
+        let is_kept = match self.work_on(&mut upcoming, &mut cells) {
+            Ok(is_kept) => is_kept,
+            Err(refusal) => {
+                self.out.ended(upcoming.id, Outcome::Refused(refusal));
+                false
             }
-        }
-        if let Planned::Micro(mut planner) = upcoming.plan {
-            match planner.work(self.micro_points.points(), &self.arm()) {
-                Ok(None) => upcoming.plan = Planned::Micro(planner),
-                Ok(Some((leg, warnings))) => upcoming.plan = Planned::Ready(leg, warnings),
-                Err(refusal) => {
-                    self.refuse(upcoming.id, refusal);
-                    return;
-                }
-            }
-        }
-        let Planned::Ready(leg, warnings) = upcoming.plan else {
+        };
+        self.cells = cells;
+        if is_kept {
             self.upcoming = Some(upcoming);
-            return;
+        }
+    }
+
+    /// True while it has to wait.
+    fn work_on(&mut self, upcoming: &mut Upcoming, cells: &mut Cells) -> Result<bool, Refusal> {
+        let arm = self.arm();
+        let planned = match &mut upcoming.plan {
+            Planned::Partly(planner) => planner.work(&arm, cells)?,
+            Planned::Micro(planner) => planner.work(self.micro_points.points(), &arm, cells)?,
+            Planned::Ready(leg, warnings) => Some((*leg, *warnings)),
+        };
+        let Some((leg, warnings)) = planned else {
+            return Ok(true);
         };
         // Where the way ends is known only now: another solution than the nearest may be behind a plane with its elbow.
-        if !self.has_no_planes()
-            && let Err(refusal) = self.check_target(&leg.path.end().q)
-        {
-            self.refuse(upcoming.id, refusal);
-            return;
+        if !self.has_no_planes() {
+            self.check_target(&leg.path.end().q)?;
         }
-        let mut is_joined = false;
-        match self.generator {
-            Generator::Path(_) => {
-                is_joined = true;
-                if !self.join(&mut upcoming, &leg) {
-                    self.upcoming = Some(upcoming);
-                    return;
-                }
-            }
+        upcoming.plan = Planned::Ready(leg, warnings);
+        let too_short = match self.generator {
+            Generator::Path(_) => match self.join(upcoming, &leg, cells) {
+                Some(too_short) => too_short,
+                None => return Ok(true),
+            },
             Generator::Hold => {
-                if !self.begin(upcoming.id, upcoming.mode, &leg) {
-                    return;
-                }
+                let who = (upcoming.id, upcoming.mode, upcoming.origin);
+                let begun = self.queue.begin(who, &leg, cells);
+                let (motion, too_short) = begun.ok_or(Refusal::Planner { code: NO_MOTION })?;
+                self.generator = Generator::Path(motion);
+                too_short
             }
             // Comes to rest first.
-            Generator::Online(_) => {
-                self.upcoming = Some(upcoming);
-                return;
-            }
+            Generator::Online(_) => return Ok(true),
             // A protective stop has ended the command.
-            Generator::Brake(_) => return,
-        }
-        for warning in warnings.iter() {
-            // How long it would take from rest says nothing once it begins at speed.
-            let is_of_rest = matches!(warning, Warning::DurationStretched { .. });
-            if !(is_joined && is_of_rest) {
-                self.out.warned(upcoming.id, warning);
-            }
-        }
-    }
-
-    fn refuse(&mut self, id: CommandId, refusal: Refusal) {
-        self.out.ended(id, Outcome::Refused(refusal));
-    }
-
-    fn begin(&mut self, id: CommandId, mode: MotionMode, leg: &Leg) -> bool {
-        let Some(motion) = Motion::new(id, mode, leg) else {
-            self.refuse(id, Refusal::Planner { code: NO_MOTION });
-            return false;
-        };
-        self.generator = Generator::Path(motion);
-        true
-    }
-
-    fn join(&mut self, upcoming: &mut Upcoming, leg: &Leg) -> bool {
-        let Generator::Path(motion) = &self.generator else {
-            return false;
-        };
-        let Some(under_way) = motion.under_way(self.target.q) else {
-            return false;
-        };
-        // Into a motion that goes nowhere there is nothing to blend: it begins, and ends, at the waypoint. One through many
-        // points begins at the first of them, from rest.
-        let is_many = matches!(leg.path.geometry(), Geometry::Micro(_));
-        if upcoming.junction.is_given_up() || leg.path.length() <= 0.0 || is_many {
-            return false;
-        }
-        let mut warnings = Warnings::default();
-        let arm = self.arm();
-        let joined = upcoming
-            .junction
-            .attempt(&under_way, leg, &arm, &mut warnings);
-        let Some(joined) = joined else {
-            if upcoming.junction.is_given_up() {
-                self.out.warned(upcoming.id, Warning::NotBlended);
-            }
-            return false;
+            Generator::Brake(_) => return Ok(false),
         };
         for warning in warnings.iter() {
             self.out.warned(upcoming.id, warning);
         }
-        if let Generator::Path(motion) = &mut self.generator {
-            motion.go_over(upcoming.id, upcoming.mode, &joined);
+        if let Some((wanted, planned)) = too_short {
+            let warning = Warning::DurationStretched { wanted, planned };
+            self.out.warned(upcoming.id, warning);
         }
-        true
+        Ok(false)
+    }
+
+    /// Joins the next leg to the way of the queue; `None` when that is not possible, or not yet.
+    fn join(
+        &mut self,
+        upcoming: &mut Upcoming,
+        leg: &Leg,
+        cells: &Cells,
+    ) -> Option<crate::queue::TooShort> {
+        let Generator::Path(motion) = self.generator else {
+            return None;
+        };
+        // Into a motion that goes nowhere there is nothing to blend: it begins, and ends, at the waypoint. One through many
+        // points begins at the first of them, from rest.
+        let is_many = matches!(leg.path, Path::Micro(_));
+        if upcoming.junction.is_given_up() || leg.path.length() <= 0.0 || is_many {
+            return None;
+        }
+        self.queue.forget(&motion);
+        for _ in 0..BLEND_ENTRIES_PER_CYCLE {
+            let (first, committed) = self.queue.open_end(&motion)?;
+            if first.radius <= 0.0 || first.path.length() <= 0.0 {
+                return None;
+            }
+            let joint = upcoming
+                .junction
+                .attempt(first, committed, leg, &self.arm());
+            let who = (upcoming.id, upcoming.mode, upcoming.origin);
+            if let Some(joint) = joint
+                && let Some(too_short) = self.queue.join(&motion, who, &joint, cells)
+            {
+                for warning in joint.warnings.iter() {
+                    self.out.warned(upcoming.id, warning);
+                }
+                return Some(too_short);
+            }
+            if upcoming.junction.is_given_up() {
+                self.out.warned(upcoming.id, Warning::NotBlended);
+                return None;
+            }
+        }
+        None
     }
 }
 
-/// Planner error: a leg that was planned has no course when its motion begins.
+/// Planner error: a leg that was planned bears no motion when it begins.
 const NO_MOTION: u32 = 2;

@@ -245,5 +245,5 @@ fn every_blend_begins_at_the_latest_at_six_tenths_of_its_radius() {
     );
     assert!(late.is_empty(), "{late:?}");
     // Where a leg crawls the arm may have to slow down first, or stop.
-    assert!(100 * (late_beside_singular + stopped.len()) <= blends);
+    assert!(100 * (late_beside_singular + stopped.len()) <= 3 * blends);
 }

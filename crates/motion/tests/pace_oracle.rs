@@ -212,7 +212,7 @@ fn lines_past_singular_positions_take_little_longer_than_the_joints_make_them() 
         ratios[ratios.len() - 1].0
     );
     assert!(ratios.len() > 20 && ratios[0].0 > 0.98, "{ratios:?}");
-    assert!(at(50) < 1.6 && at(90) < 2.2, "{ratios:?}");
+    assert!(at(50) < 1.15 && at(90) < 1.6, "{ratios:?}");
 }
 
 /// How many lines an arm; `ELITE_CASES` asks for more.

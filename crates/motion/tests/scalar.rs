@@ -1,16 +1,12 @@
-//! The scalar profiles and travel along a course: limits kept, ends exact, as fast as an independent planner.
+//! Motion of one number along a track: limits kept, ends exact, as fast as an independent planner where the limits are the
+//! same everywhere, and never faster than a place allows.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
     reason = "a test that cannot go on should say where"
 )]
-#![allow(
-    clippy::approx_constant,
-    reason = "joint angles and speeds as people type them"
-)]
 
-use motion::scalar::course::MAX_STRETCHES;
-use motion::scalar::{Course, Drive, Profile, ScalarLimits, ScalarState, Stretch, Travel};
+use motion::scalar::{CellLimits, Drive, ScalarLimits, ScalarState, Track, Travel, window_for};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rsruckig::prelude::*;
@@ -27,15 +23,11 @@ fn limits() -> impl Strategy<Value = ScalarLimits> {
     })
 }
 
-/// The duration of the same motion planned by rsruckig, an independent planner.
-fn ruckig_duration(from: ScalarState, to: f64, exit: f64, limits: &ScalarLimits) -> f64 {
+/// The duration of a motion from rest to rest planned by rsruckig, an independent planner.
+fn ruckig_duration(length: f64, limits: &ScalarLimits) -> f64 {
     let mut planner = Ruckig::<1, ThrowErrorHandler>::new(None, STEP);
     let mut input = InputParameter::<1>::new(None);
-    input.current_position[0] = from.position;
-    input.current_velocity[0] = from.speed;
-    input.current_acceleration[0] = from.acceleration;
-    input.target_position[0] = to;
-    input.target_velocity[0] = exit;
+    input.target_position[0] = length;
     input.max_velocity[0] = limits.speed;
     input.max_acceleration[0] = limits.acceleration;
     input.max_jerk[0] = limits.jerk;
@@ -44,227 +36,185 @@ fn ruckig_duration(from: ScalarState, to: f64, exit: f64, limits: &ScalarLimits)
     trajectory.get_duration()
 }
 
-/// Checks that consecutive states keep the limits, by their own derivatives and by differences of positions.
-struct Watch {
-    limits: ScalarLimits,
-    positions: Vec<f64>,
+fn cell(limits: &ScalarLimits) -> CellLimits {
+    CellLimits {
+        speed: limits.speed,
+        asked: [limits.acceleration; 2],
+        hardest: [limits.acceleration; 2],
+        jerk: limits.jerk,
+    }
 }
 
-impl Watch {
-    fn new(limits: ScalarLimits, start: f64) -> Self {
-        Self {
-            limits,
-            positions: vec![start; 4],
+fn even(length: f64, limits: &ScalarLimits) -> Track {
+    let mut track = Track::new(4);
+    track.restart(window_for(limits, length));
+    track.push(length, cell(limits), 1.0).unwrap();
+    track.settle();
+    track
+}
+
+/// Steps to the end; the states, and the time of the last.
+fn walk(track: &Track, drives: impl Fn(f64) -> Drive) -> Vec<ScalarState> {
+    let mut travel = Travel::new(track);
+    let mut states = vec![ScalarState::default(); 4];
+    for k in 0..200_000 {
+        travel.drive(drives(f64::from(k) * STEP));
+        states.push(travel.advance(STEP, track));
+        if travel.is_finished(track) {
+            return states;
         }
     }
+    panic!("it does not end: {:?}", states.last());
+}
 
-    fn see(&mut self, state: ScalarState) {
-        let l = &self.limits;
-        let slack = 1.0 + 1e-9;
-        assert!(
-            state.speed >= -1e-9 && state.speed <= l.speed * slack,
-            "{state:?}"
-        );
-        assert!(
-            state.acceleration.abs() <= l.acceleration * slack,
-            "{state:?} {l:?}"
-        );
-        self.positions.push(state.position);
-        let n = self.positions.len();
-        let [a, b, c, d] = [1, 2, 3, 4].map(|k| self.positions[n - 5 + k]);
-        let rounding = 2e-12 * (1.0 + d.abs());
-        let (first, second, third) = (d - c, d - 2.0 * c + b, d - 3.0 * c + 3.0 * b - a);
-        assert!(
-            first >= -rounding && first <= l.speed * STEP * slack + rounding,
-            "{state:?} {first} {:?}",
-            &self.positions[n - 6..]
-        );
-        assert!(second.abs() <= l.acceleration * STEP.powi(2) * slack + rounding);
-        assert!(
-            third.abs() <= l.jerk * STEP.powi(3) * slack + rounding,
-            "jerk {}",
-            third / STEP.powi(3)
-        );
+/// The largest speed, acceleration and jerk by differences.
+fn largest(states: &[ScalarState]) -> [f64; 3] {
+    let mut most = [0.0_f64; 3];
+    for w in states.windows(4) {
+        let p: Vec<f64> = w.iter().map(|s| s.position).collect();
+        most[0] = most[0].max((p[3] - p[2]) / STEP);
+        most[1] = most[1].max(((p[3] - 2.0 * p[2] + p[1]) / (STEP * STEP)).abs());
+        let jerk = (p[3] - 3.0 * p[2] + 3.0 * p[1] - p[0]) / (STEP * STEP * STEP);
+        most[2] = most[2].max(jerk.abs());
     }
+    most
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..Default::default() })]
 
     #[test]
-    fn a_profile_from_rest_takes_as_long_as_an_independent_planner_says(limits in limits(), exponent in -6.0..1.5f64) {
-        let distance = 10f64.powf(exponent);
-        let start = ScalarState::at_rest(0.3);
-        let profile = Profile::to_position(start, 0.3 + distance, 0.0, &limits).unwrap();
-        let expected = ruckig_duration(start, 0.3 + distance, 0.0, &limits);
-        prop_assert!((profile.duration() - expected).abs() <= 1e-6 * expected, "{} {expected}", profile.duration());
-    }
-
-    #[test]
-    fn a_profile_between_speeds_is_time_optimal_too(
-        limits in limits(), distance in 0.5..5.0f64, entry in 0.0..1.0f64, exit in 0.0..1.0f64,
-    ) {
-        let start = ScalarState { position: 0.0, speed: entry * limits.speed, acceleration: 0.0 };
-        let exit = exit * limits.speed;
-        if let Some(profile) = Profile::to_position(start, distance, exit, &limits) {
-            let expected = ruckig_duration(start, distance, exit, &limits);
-            prop_assert!(profile.duration() <= expected * (1.0 + 1e-6), "{} {expected}", profile.duration());
-        }
-    }
-
-    #[test]
-    fn a_profile_keeps_its_limits_and_ends_exactly(limits in limits(), distance in 1e-6..5.0f64) {
-        let profile = Profile::to_position(ScalarState::at_rest(0.0), distance, 0.0, &limits).unwrap();
-        let mut watch = Watch::new(limits, 0.0);
-        let cycles = (profile.duration() / STEP).ceil() as usize;
-        for cycle in 1..=cycles + 3 {
-            watch.see(profile.at(cycle as f64 * STEP));
-        }
-        prop_assert_eq!(*watch.positions.last().unwrap(), distance);
-        // The analytic end of the phases and the exact end are the same place.
-        let before = profile.at(profile.duration() * (1.0 - 1e-12));
-        prop_assert!((before.position - distance).abs() < 1e-9 && before.speed.abs() < 1e-6);
-    }
-
-    #[test]
-    fn any_sequence_of_pauses_and_speed_changes_keeps_the_limits_and_arrives(
+    fn from_rest_to_rest_it_keeps_the_limits_and_is_as_fast_as_an_independent_planner(
         limits in limits(),
-        distance in 0.01..2.0f64,
-        pace in 1.0..3.0f64,
-        orders in prop::collection::vec((1usize..120, 0.0..1.0f64, any::<bool>()), 0..12),
+        length in 0.005..3.0f64,
     ) {
-        let course = Course::of_one(distance, limits).unwrap();
-        let course = course.stretched_to(course.duration() * pace);
-        drive_and_check(course, limits, distance, &orders)?;
+        let track = even(length, &limits);
+        let states = walk(&track, |_| Drive::Go(1.0));
+        let end = states[states.len() - 1];
+        prop_assert_eq!(end, ScalarState::at_rest(length));
+        let [speed, acceleration, jerk] = largest(&states);
+        prop_assert!(speed <= limits.speed * (1.0 + 1e-9));
+        prop_assert!(acceleration <= limits.acceleration * (1.0 + 1e-6) + 1e-6, "{acceleration}");
+        prop_assert!(jerk <= limits.jerk * (1.0 + 1e-3) + 1e-3, "{} {}", jerk, limits.jerk);
+        let taken = (states.len() - 4) as f64 * STEP;
+        let shortest = ruckig_duration(length, &limits);
+        prop_assert!(taken >= shortest - 1e-6, "{taken} {shortest}");
+        prop_assert!(taken <= shortest * 1.002 + STEP + track.window() / 32.0, "{taken} {shortest}");
+        let (foreseen, _) = Travel::new(&track).foresee(&track, length);
+        prop_assert!((foreseen - taken).abs() <= STEP + track.window() / 16.0, "{foreseen} {taken}");
     }
 
     #[test]
-    fn courses_of_many_stretches_keep_every_limit_under_any_orders(
-        parts in prop::collection::vec((limits(), 0.001..0.5f64), 1..12),
-        orders in prop::collection::vec((1usize..120, 0.0..1.0f64, any::<bool>()), 0..12),
+    fn in_uneven_cells_it_is_nowhere_faster_than_allowed_and_keeps_the_jerk(
+        speeds in prop::collection::vec(0.02..1.0f64, 2..12),
+        cell_length in 0.001..0.3f64,
+        acceleration in 0.5..8.0f64,
     ) {
-        let stretches: Vec<_> = parts.iter().map(|(l, length)| Stretch::new(*length, *l)).collect();
-        let course = Course::new(&stretches).unwrap();
-        // The largest of each limit holds everywhere; the limits of the stretch are checked at the end of each cycle.
-        let most = parts.iter().fold(parts[0].0, |m, (l, _)| ScalarLimits {
-            speed: m.speed.max(l.speed),
-            acceleration: m.acceleration.max(l.acceleration),
-            jerk: m.jerk.max(l.jerk),
-        });
-        let travelled = drive_and_check(course, most, course.length(), &orders)?;
-        for state in travelled {
-            let mut behind = 0.0;
-            for stretch in course.stretches() {
-                if state.position > behind + 1e-9 && state.position < behind + stretch.length - 1e-9 {
-                    prop_assert!(state.speed <= stretch.limits.speed * (1.0 + 1e-9));
-                    prop_assert!(state.acceleration.abs() <= stretch.limits.acceleration * (1.0 + 1e-9));
+        let mut track = Track::new(16);
+        let limits = |speed| ScalarLimits { speed, acceleration, jerk: acceleration / 0.03 };
+        track.restart(window_for(&limits(10.0), f64::INFINITY));
+        for (k, speed) in speeds.iter().enumerate() {
+            track.push((k + 1) as f64 * cell_length, cell(&limits(*speed)), 1.0).unwrap();
+        }
+        track.settle();
+        let states = walk(&track, |_| Drive::Go(1.0));
+        for state in &states {
+            let k = ((state.position / cell_length) as usize).min(speeds.len() - 1);
+            prop_assert!(state.speed <= speeds[k] * (1.0 + 1e-6), "{state:?} {}", speeds[k]);
+        }
+        let [_, a, jerk] = largest(&states);
+        prop_assert!(a <= acceleration * (1.0 + 1e-3), "{a}");
+        prop_assert!(jerk <= 1.02 * acceleration / 0.03, "{jerk} {}", acceleration / 0.03);
+    }
+
+    #[test]
+    fn slowed_held_and_let_go_it_keeps_the_acceleration_and_gets_there(
+        orders in prop::collection::vec((0.05..0.5f64, 0.0..1.2f64), 1..6),
+        length in 0.05..1.5f64,
+    ) {
+        let limits = ScalarLimits { speed: 0.4, acceleration: 1.2, jerk: 40.0 };
+        let track = even(length, &limits);
+        let states = walk(&track, |time| {
+            let mut from = 0.0;
+            for (lasts, fraction) in &orders {
+                from += lasts;
+                if time < from {
+                    return if *fraction < 0.2 { Drive::Halt } else { Drive::Go(fraction.min(1.0)) };
                 }
-                behind += stretch.length;
             }
-        }
-    }
-}
-
-/// Goes along the course with the orders (cycles to wait, fraction, halt instead), then at full speed to the end.
-fn drive_and_check(
-    course: Course,
-    limits: ScalarLimits,
-    length: f64,
-    orders: &[(usize, f64, bool)],
-) -> Result<Vec<ScalarState>, TestCaseError> {
-    let mut travel = Travel::new(course, Drive::Go(1.0));
-    let mut watch = Watch::new(limits, 0.0);
-    let mut seen = Vec::new();
-    for (cycles, fraction, halt) in orders {
-        for _ in 0..*cycles {
-            let state = travel.advance(STEP);
-            watch.see(state);
-            seen.push(state);
-        }
-        travel.drive(if *halt {
-            Drive::Halt
-        } else {
-            Drive::Go(fraction.max(0.01))
+            Drive::Go(1.0)
         });
+        prop_assert_eq!(states[states.len() - 1], ScalarState::at_rest(length));
+        let [_, a, jerk] = largest(&states);
+        prop_assert!(a <= 1.2 * 1.15, "{a}");
+        prop_assert!(jerk <= 2.5 * 40.0, "{jerk}");
+        prop_assert!(states.windows(2).all(|w| w[1].position >= w[0].position - 1e-12));
     }
+}
+
+#[test]
+fn at_any_pace_the_time_that_is_foreseen_is_the_time_it_takes() {
+    let limits = ScalarLimits {
+        speed: 3.0,
+        acceleration: 10.0,
+        jerk: 500.0,
+    };
+    for pace in [1.0, 0.5, 0.2, 0.07, 0.01] {
+        let mut track = even(0.5, &limits);
+        track.set_pace(0.0, pace);
+        track.settle();
+        let (foreseen, _) = Travel::new(&track).foresee(&track, f64::INFINITY);
+        let taken = (walk(&track, |_| Drive::Go(1.0)).len() - 4) as f64 * STEP;
+        assert!(
+            (foreseen - taken).abs() <= STEP,
+            "{pace}: {foreseen} {taken}"
+        );
+    }
+}
+
+#[test]
+fn at_a_constant_fraction_it_takes_so_much_longer() {
+    let limits = ScalarLimits {
+        speed: 0.25,
+        acceleration: 1.2,
+        jerk: 40.0,
+    };
+    let track = even(0.3, &limits);
+    let full = walk(&track, |_| Drive::Go(1.0)).len();
+    let half = walk(&track, |_| Drive::Go(0.5)).len();
+    assert!(
+        (half as i64 - 4 - 2 * (full as i64 - 4)).abs() <= 2,
+        "{full} {half}"
+    );
+}
+
+#[test]
+fn a_way_is_lengthened_under_way_without_slowing_down() {
+    let limits = ScalarLimits {
+        speed: 0.25,
+        acceleration: 1.2,
+        jerk: 40.0,
+    };
+    let mut track = Track::new(64);
+    track.restart(window_for(&limits, f64::INFINITY));
+    let mut end = 0.1;
+    track.push(end, cell(&limits), 1.0).unwrap();
+    track.settle();
+    let mut travel = Travel::new(&track);
     travel.drive(Drive::Go(1.0));
-    let mut left = 200_000;
-    while !travel.is_finished() {
-        let state = travel.advance(STEP);
-        watch.see(state);
-        seen.push(state);
-        left -= 1;
-        prop_assert!(left > 0, "does not arrive: {:?}", travel.state());
-    }
-    prop_assert_eq!(travel.state(), ScalarState::at_rest(length));
-    watch.see(travel.advance(STEP));
-    Ok(seen)
-}
-
-fn fast() -> ScalarLimits {
-    ScalarLimits {
-        speed: 1.0,
-        acceleration: 2.0,
-        jerk: 60.0,
-    }
-}
-
-#[test]
-fn half_speed_takes_exactly_twice_as_long() {
-    let course = Course::of_one(1.0, fast()).unwrap();
-    let cycles = |fraction| {
-        let mut travel = Travel::new(course, Drive::Go(fraction));
-        let mut n = 0;
-        while !travel.is_finished() {
-            travel.advance(1e-4);
-            n += 1;
+    let mut speeds = Vec::new();
+    while !travel.is_finished(&track) {
+        let state = travel.advance(STEP, &track);
+        speeds.push(state.speed);
+        if end < 1.0 && end - state.position < 0.08 {
+            track.forget_before(travel.oldest());
+            end += 0.005;
+            track.push(end, cell(&limits), 1.0).unwrap();
+            track.settle();
         }
-        n as f64 * 1e-4
-    };
-    assert!((cycles(0.5) - 2.0 * cycles(1.0)).abs() < 4e-4);
-}
-
-#[test]
-fn a_longer_duration_is_met_exactly() {
-    let course = Course::of_one(1.0, fast()).unwrap().stretched_to(7.5);
-    assert_eq!(course.duration(), 7.5);
-    let mut travel = Travel::new(course, Drive::Go(1.0));
-    for _ in 0..1874 {
-        travel.advance(STEP);
-        assert!(!travel.is_finished());
     }
-    travel.advance(STEP + 1e-12);
-    assert!(travel.is_finished());
-}
-
-#[test]
-fn a_halt_stands_within_the_braking_time_and_does_not_pass_the_end() {
-    for cycles in 1..400 {
-        let mut travel = Travel::new(Course::of_one(1.0, fast()).unwrap(), Drive::Go(1.0));
-        for _ in 0..cycles {
-            travel.advance(STEP);
-        }
-        travel.drive(Drive::Halt);
-        // From full speed: v/a + a/j; while accelerating a/j more.
-        let most = 1.0 / 2.0 + 2.0 * 2.0 / 60.0 + STEP;
-        let mut time = 0.0;
-        while !travel.is_standing() {
-            travel.advance(STEP);
-            time += STEP;
-            assert!(time <= most + STEP, "after {cycles} cycles");
-        }
-        assert!(travel.state().position <= 1.0);
-        assert_eq!(travel.state().speed, 0.0);
-    }
-}
-
-#[test]
-fn unusable_stretches_are_not_planned() {
-    let bad = ScalarLimits {
-        speed: f64::NAN,
-        ..fast()
-    };
-    assert!(Course::of_one(1.0, bad).is_none());
-    assert!(Course::of_one(f64::INFINITY, fast()).is_none());
-    assert!(Course::new(&[Stretch::new(0.1, fast()); MAX_STRETCHES + 1]).is_none());
+    let reached = speeds.iter().position(|v| *v > 0.2499).unwrap();
+    let braking = speeds.iter().rposition(|v| *v > 0.2499).unwrap();
+    assert!(speeds[reached..braking].iter().all(|v| *v > 0.2499));
+    assert!(braking - reached > 800, "{reached} {braking}");
 }

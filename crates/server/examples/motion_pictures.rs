@@ -85,6 +85,7 @@ impl Stage {
                 Event::Ended { outcome, .. } => panic!("{outcome:?}"),
                 Event::Warned { warning, .. } => println!("{warning}"),
                 Event::Stopped { reason, .. } => panic!("{reason}"),
+                Event::Queued { .. } => {}
             }
         }
         self.states.push(self.script.snapshot.read());

@@ -213,7 +213,7 @@ impl<'a, 'n> Call<'a, 'n> {
         }
     }
 
-    /// Sends a command and waits for its end.
+    /// Sends a command and waits for its end, or, for a motion with a blend, until the next may follow.
     ///
     /// A refusal is a `RuntimeError` that the script can catch. A protective stop ends the task and cannot be caught.
     pub fn perform(&mut self, kind: CommandKind) -> Result<(), Raised> {
@@ -232,7 +232,31 @@ impl<'a, 'n> Call<'a, 'n> {
             return Err(self.error(ExceptionKind::RuntimeError, text));
         }
         let id = self.enter(kind, true)?;
-        self.wait(Wait::Command(id))?;
+        if kind.is_motion() {
+            self.wait(Wait::Motion(id))?;
+            if !self.context.robot().has_ended(id) {
+                self.context.go_ahead(id);
+                return Ok(());
+            }
+        } else {
+            self.wait(Wait::Command(id))?;
+        }
+        self.ended(id)
+    }
+
+    /// Waits until the arm has caught up with the motions of this thread whose calls have returned already: what a builtin
+    /// reads and changes is that of the moment when the last of them has entered its blend.
+    pub(super) fn catch_up(&mut self) -> Result<(), Raised> {
+        while let Some(id) = self.context.first_ahead() {
+            self.wait(Wait::Command(id))?;
+            self.context.forget_ahead(id);
+            self.ended(id)?;
+        }
+        Ok(())
+    }
+
+    /// What the end of a command means for its caller.
+    fn ended(&mut self, id: CommandId) -> Result<(), Raised> {
         match self.context.robot().take_outcome(id) {
             Some(Outcome::Done) | None => Ok(()),
             // The motion was ended by somebody else's stop; the program goes on after the call.

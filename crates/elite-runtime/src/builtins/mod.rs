@@ -35,7 +35,7 @@ pub use hints::known_names;
 
 use crate::task::TaskContext;
 use call::Call;
-use declare::{Builtin, Default, Kind};
+use declare::{Builtin, Category, Default, Kind};
 
 /// All builtins, by chapter.
 pub fn all() -> impl Iterator<Item = &'static Builtin> {
@@ -77,12 +77,29 @@ pub(crate) fn natives(context: &Rc<TaskContext>) -> Vec<NativeFunction> {
                 call: Rc::new(move |native| {
                     hints::before(builtin, &context, native);
                     let called = Call::new(builtin, &context, native);
-                    let result = called.and_then(|mut call| run(&mut call));
+                    let result = called.and_then(|mut call| {
+                        if sees_the_robot(builtin, &call) {
+                            call.catch_up()?;
+                        }
+                        run(&mut call)
+                    });
                     result.map_err(|raised| hints::explain(builtin, native, raised))
                 }),
             })
         })
         .collect()
+}
+
+/// Whether a call has to wait for the motions that the program has sent ahead: it reads or changes what they do, or what the
+/// world is when they do it. Computing with given numbers does not, and further motions follow.
+fn sees_the_robot(builtin: &Builtin, call: &Call<'_, '_>) -> bool {
+    match builtin.name {
+        "movej" | "movel" | "movec" | "movep" => false,
+        // Without joint positions they take those of the arm.
+        "get_inverse_kin" | "get_inverse_kin_has_solution" => call.given(1).is_none(),
+        "get_forward_kin" => call.given(0).is_none(),
+        _ => !matches!(builtin.category, Category::Math | Category::Text),
+    }
 }
 
 fn param(parameter: &declare::Parameter) -> Param {

@@ -12,7 +12,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::{Value, WaitToken};
 use io_bus::{Fieldbus, ScriptSocket};
-use motion_api::{Origin, ProgramId, ThreadNumber};
+use motion_api::{CommandId, Origin, ProgramId, ThreadNumber};
 use thiserror::Error;
 
 use super::host::Permissions;
@@ -59,6 +59,8 @@ pub(crate) struct TaskContext {
     running: Cell<Running>,
     end: Cell<Option<TaskEnd>>,
     warned: RefCell<BTreeSet<String>>,
+    /// Motions whose calls have returned before they ended, and whose they were.
+    ahead: RefCell<Vec<(ThreadNumber, CommandId)>>,
 }
 
 /// The thread that is being resumed right now.
@@ -116,7 +118,43 @@ impl TaskContext {
             running: Cell::default(),
             end: Cell::default(),
             warned: RefCell::default(),
+            ahead: RefCell::default(),
         })
+    }
+
+    /// The call of a motion returns before it has ended.
+    pub fn go_ahead(&self, id: CommandId) {
+        let mut ahead = self.ahead.borrow_mut();
+        ahead.retain(|(_, id)| !self.robot.has_ended(*id));
+        ahead.push((self.running.get().number, id));
+    }
+
+    /// The first of the running thread's motions whose calls have returned before they ended.
+    pub fn first_ahead(&self) -> Option<CommandId> {
+        let running = self.running.get().number;
+        let ahead = self.ahead.borrow();
+        ahead
+            .iter()
+            .find(|(thread, _)| *thread == running)
+            .map(|(_, id)| *id)
+    }
+
+    /// The motion has ended, and somebody has waited for that.
+    pub fn forget_ahead(&self, id: CommandId) {
+        self.ahead.borrow_mut().retain(|(_, other)| *other != id);
+    }
+
+    /// Whether a motion is one whose call has returned already.
+    pub fn is_ahead(&self, id: CommandId) -> bool {
+        self.ahead.borrow().iter().any(|(_, other)| *other == id)
+    }
+
+    /// The motions of a thread that is stopped.
+    pub fn take_ahead(&self, thread: ThreadNumber) -> Vec<CommandId> {
+        let mut ahead = self.ahead.borrow_mut();
+        let (own, others): (Vec<_>, Vec<_>) = ahead.drain(..).partition(|(t, _)| *t == thread);
+        *ahead = others;
+        own.into_iter().map(|(_, id)| id).collect()
     }
 
     pub fn robot(&self) -> &Arc<Robot> {

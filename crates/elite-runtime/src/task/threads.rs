@@ -85,13 +85,17 @@ impl Task {
     /// Stops a thread and what it was waiting for. Its `finally` and `with` blocks run first, within the language's bound.
     pub(super) fn stop_thread(&mut self, number: ThreadNumber) {
         match self.end_wait(number) {
-            Some(Wait::Command(id)) => {
+            Some(Wait::Command(id) | Wait::Motion(id)) => {
                 self.settings.robot.forget(id);
                 self.tell_robot(CommandKind::Stop { only: id });
             }
             Some(Wait::Popup(id)) => drop(self.settings.panel.close_popup(id)),
             Some(Wait::Outside(job)) => self.context.outside().cancel(job),
             _ => {}
+        }
+        for id in self.context.take_ahead(number) {
+            self.settings.robot.forget(id);
+            self.tell_robot(CommandKind::Stop { only: id });
         }
         let Some(entry) = self.threads.get_mut(&number) else {
             return;

@@ -59,6 +59,7 @@ impl Task {
         concerned(wait)
             && match wait {
                 Wait::Command(id) => robot.has_ended(id),
+                Wait::Motion(id) => robot.may_be_followed(id),
                 Wait::Cycle(wanted) => robot.state().cycle >= wanted,
                 Wait::Thread(other) => !self.threads.contains_key(&other),
                 Wait::Turn => true,
@@ -165,7 +166,9 @@ impl Task {
         let robot = self.settings.robot.clone();
         let started = robot.state();
         let is_cut_off = *end != TaskEnd::Finished && started.target_qd.max_abs() > 0.0;
-        if started.command_id != CommandId::NONE
+        // The last motions of a program that ran to its end may still be on their way.
+        let is_ahead = *end == TaskEnd::Finished && self.context.is_ahead(started.command_id);
+        if started.command_id != CommandId::NONE && !is_ahead
             || started.motion_mode == MotionMode::Conveyor
             || started.force_mode
             || is_cut_off

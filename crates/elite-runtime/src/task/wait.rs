@@ -13,6 +13,8 @@ use crate::panel::PopupId;
 pub(crate) enum Wait {
     /// The end of a command.
     Command(CommandId),
+    /// The end of a motion, or that the next one may follow it.
+    Motion(CommandId),
     /// The beginning of a cycle with at least this number.
     Cycle(u64),
     /// The end of a script thread.

@@ -208,39 +208,26 @@ impl CartesianPath {
 
     /// The derivatives at joint positions `q` that lie on the way at s; `None` where the Jacobian is singular.
     pub fn point(&self, model: &RobotModel, s: f64, q: JointPositions) -> Option<PathPoint> {
-        let frames = model.forward(&q);
-        let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
-        let jacobian = frames.jacobian(tcp).lu();
-        let (linear, bend) = match self.shape {
-            Shape::Line { along } => (along, Vector3::zeros()),
-            Shape::Arc {
-                centre,
-                axis,
-                turn_per_s,
-                ..
-            } => {
-                let from = tcp - centre;
-                let across = axis * turn_per_s;
-                (across.cross(&from), across.cross(&across.cross(&from)))
+        derivatives(model, &self.flange_from_tcp, s, q, |tcp| {
+            let (linear, bend) = match self.shape {
+                Shape::Line { along } => (along, Vector3::zeros()),
+                Shape::Arc {
+                    centre,
+                    axis,
+                    turn_per_s,
+                    ..
+                } => {
+                    let across = axis * turn_per_s;
+                    let linear = across.cross(&(tcp - centre));
+                    (linear, across.cross(&linear))
+                }
+            };
+            Bent {
+                linear,
+                bend,
+                angular: self.about,
+                change: Vector3::zeros(),
             }
-        };
-        let twist = Twist {
-            linear,
-            angular: self.about,
-        };
-        let first: [f64; 6] = jacobian.solve(&stacked(&twist))?.into();
-        let bias = frames.jacobian_rate_times_speeds(&JointSpeeds(first), tcp);
-        let change = Twist {
-            linear: bend,
-            angular: Vector3::zeros(),
-        };
-        let second: [f64; 6] = jacobian.solve(&(stacked(&change) - stacked(&bias)))?.into();
-        let is_finite = first.iter().chain(&second).all(|x| x.is_finite());
-        is_finite.then_some(PathPoint {
-            s,
-            q,
-            first,
-            second,
         })
     }
 
@@ -252,16 +239,74 @@ impl CartesianPath {
         near: &JointPositions,
     ) -> Option<Setpoint> {
         let q = self.positions(model, s.position, near)?;
-        let point = self.point(model, s.position, q)?;
-        let (v, a) = (s.speed, s.acceleration);
-        Some(Setpoint {
-            q,
-            qd: JointSpeeds(point.first.map(|d| d * v)),
-            qdd: JointAccelerations(core::array::from_fn(|joint| {
-                point.second[joint] * v * v + point.first[joint] * a
-            })),
-        })
+        setpoint_at(&self.point(model, s.position, q)?, s)
     }
+
+    /// Where a line leads, as a unit vector; `None` on arcs, and where s is not the distance of the TCP.
+    pub fn direction(&self) -> Option<Vector3<f64>> {
+        match self.shape {
+            Shape::Line { along } if (along.norm() - 1.0).abs() < 1e-9 => Some(along),
+            Shape::Line { .. } | Shape::Arc { .. } => None,
+        }
+    }
+
+    /// Rotation per s, rad/m, base axes.
+    pub fn turning(&self) -> Vector3<f64> {
+        self.about
+    }
+}
+
+/// Velocity of the TCP per s, and how it changes with s.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bent {
+    pub(super) linear: Vector3<f64>,
+    pub(super) bend: Vector3<f64>,
+    pub(super) angular: Vector3<f64>,
+    pub(super) change: Vector3<f64>,
+}
+
+/// The joints' derivatives at `q` where the TCP moves as `bent` says for its position; `None` where the Jacobian is singular.
+pub(super) fn derivatives(
+    model: &RobotModel,
+    flange_from_tcp: &Pose,
+    s: f64,
+    q: JointPositions,
+    bent: impl Fn(Vector3<f64>) -> Bent,
+) -> Option<PathPoint> {
+    let frames = model.forward(&q);
+    let tcp = (frames.base_from_flange * *flange_from_tcp).translation;
+    let jacobian = frames.jacobian(tcp).lu();
+    let bent = bent(tcp);
+    let twist = Twist {
+        linear: bent.linear,
+        angular: bent.angular,
+    };
+    let change = Twist {
+        linear: bent.bend,
+        angular: bent.change,
+    };
+    let first: [f64; 6] = jacobian.solve(&stacked(&twist))?.into();
+    let bias = frames.jacobian_rate_times_speeds(&JointSpeeds(first), tcp);
+    let second: [f64; 6] = jacobian.solve(&(stacked(&change) - stacked(&bias)))?.into();
+    let is_finite = first.iter().chain(&second).all(|x| x.is_finite());
+    is_finite.then_some(PathPoint {
+        s,
+        q,
+        first,
+        second,
+    })
+}
+
+/// The setpoint at a point of a path, at a state of s there.
+pub(super) fn setpoint_at(point: &PathPoint, s: &ScalarState) -> Option<Setpoint> {
+    let (v, a) = (s.speed, s.acceleration);
+    Some(Setpoint {
+        q: point.q,
+        qd: JointSpeeds(point.first.map(|d| d * v)),
+        qdd: JointAccelerations(core::array::from_fn(|joint| {
+            point.second[joint] * v * v + point.first[joint] * a
+        })),
+    })
 }
 
 /// Length of a way in metres of s, and its inverse; both 0 where nothing moves.

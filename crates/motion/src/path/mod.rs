@@ -1,21 +1,20 @@
 //! Geometric paths of the whole arm, without time: where the joints are at each place s of the way.
 //!
-//! A [`Path`] is one leg or one blend: a [`Geometry`], walked evenly or at a [`Pace`]. A [`Chain`] is what a motion
-//! follows: one path, or the rest of one, a blend and the next.
+//! A [`Path`] is one leg or one blend. A [`Route`] is what a motion follows: the legs of the queue and their blends, end to end.
 
 mod cartesian;
-mod chain;
 mod joint_line;
 mod micro_line;
-mod pace;
 mod quintic;
+mod route;
+mod turn;
 
 pub use cartesian::{ArcOrientation, CartesianPath, NoArc};
-pub use chain::{Chain, Piece};
 pub use joint_line::JointLine;
 pub use micro_line::MicroLine;
-pub use pace::{PACE_POINTS, Pace, PacePiece, PacePoint};
 pub use quintic::{JointQuintic, QuinticPoint};
+pub use route::{Route, Span};
+pub use turn::Turn;
 
 use kinematics::{JointPositions, Pose, RobotModel};
 use nalgebra::Vector3;
@@ -45,34 +44,41 @@ pub struct Ground<'a> {
     pub points: &'a [JointPositions],
 }
 
-/// Where a way leads.
+/// Where a way leads, from 0 to its length in s.
 #[allow(
     clippy::large_enum_variant,
     reason = "lives in place inside the cycle, which must not allocate"
 )]
 #[derive(Clone, Copy, Debug)]
-pub enum Geometry {
+pub enum Path {
     /// A straight line in joint space; s in rad of the leading joint.
     Joint(JointLine),
     /// A line or an arc of the TCP; s in m.
     Cartesian(CartesianPath),
     /// Through many points; s in seconds of the list. Only [`Path::at`] sees the points.
     Micro(MicroLine),
-    /// A blend between two paths; s in the unit of the chain it belongs to.
+    /// A blend in joint space; s in the unit of the path before it.
     Blend(JointQuintic),
+    /// A blend of two lines of the TCP; s in m.
+    Turn(Turn),
 }
 
-impl Geometry {
-    fn at(&self, ground: &Ground, s: &ScalarState, near: &JointPositions) -> Option<Setpoint> {
+impl Path {
+    /// The setpoint at a state of s, in the branch of solutions that `near` belongs to. `None` when the inverse kinematics has
+    /// no solution there.
+    pub fn at(&self, ground: &Ground, s: &ScalarState, near: &JointPositions) -> Option<Setpoint> {
         match self {
             Self::Joint(line) => Some(line.at(s)),
             Self::Cartesian(line) => line.at(ground.model, s, near),
             Self::Micro(line) => line.at(ground.points, s),
             Self::Blend(blend) => Some(blend.at(s)),
+            Self::Turn(turn) => turn.at(ground.model, s, near),
         }
     }
 
-    fn point(&self, model: &RobotModel, s: f64, near: &JointPositions) -> Option<PathPoint> {
+    /// Joints and derivatives at a place, in the branch of solutions that `near` belongs to. `None` also on a way through
+    /// many points, which nothing is blended with.
+    pub fn point(&self, model: &RobotModel, s: f64, near: &JointPositions) -> Option<PathPoint> {
         match self {
             Self::Joint(line) => Some(PathPoint {
                 s,
@@ -80,10 +86,7 @@ impl Geometry {
                 first: line.direction().0,
                 second: [0.0; 6],
             }),
-            Self::Cartesian(path) => {
-                let q = path.positions(model, s, near)?;
-                path.point(model, s, q)
-            }
+            Self::Cartesian(path) => path.point(model, s, path.positions(model, s, near)?),
             Self::Micro(_) => None,
             Self::Blend(blend) => {
                 let point = blend.point(s);
@@ -94,118 +97,43 @@ impl Geometry {
                     second: point.second,
                 })
             }
+            Self::Turn(turn) => turn.point(model, s, turn.positions(model, s, near)?),
         }
     }
 
-    fn length(&self) -> f64 {
+    /// How long it is.
+    pub fn length(&self) -> f64 {
         match self {
             Self::Joint(line) => line.length(),
             Self::Cartesian(path) => path.length(),
             Self::Micro(line) => line.length(),
             Self::Blend(blend) => blend.length(),
-        }
-    }
-}
-
-/// A way from one place to another, walked from 0 to its length in a parameter of its own: the way's s, or one of which
-/// s is a smooth function.
-#[derive(Clone, Copy, Debug)]
-pub struct Path {
-    geometry: Geometry,
-    pace: Option<Pace>,
-}
-
-impl Path {
-    /// A way walked evenly: the parameter is s.
-    pub const fn new(geometry: Geometry) -> Self {
-        Self {
-            geometry,
-            pace: None,
-        }
-    }
-
-    /// The same way walked at a pace made for it.
-    #[must_use]
-    pub fn paced(self, pace: Pace) -> Self {
-        Self {
-            pace: Some(pace),
-            ..self
-        }
-    }
-
-    /// Where it leads.
-    pub fn geometry(&self) -> &Geometry {
-        &self.geometry
-    }
-
-    /// The way's s and its derivatives at a place.
-    pub fn way(&self, u: f64) -> PacePoint {
-        match &self.pace {
-            Some(pace) => pace.at(u),
-            None => PacePoint {
-                s: u,
-                first: 1.0,
-                second: 0.0,
-            },
-        }
-    }
-
-    /// The setpoint at a state of the parameter, in the branch of solutions that `near` belongs to. `None` when the
-    /// inverse kinematics has no solution there.
-    pub fn at(&self, ground: &Ground, u: &ScalarState, near: &JointPositions) -> Option<Setpoint> {
-        let way = self.way(u.position);
-        let s = ScalarState {
-            position: way.s,
-            speed: way.first * u.speed,
-            acceleration: way.first * u.acceleration + way.second * u.speed * u.speed,
-        };
-        self.geometry.at(ground, &s, near)
-    }
-
-    /// Joints and derivatives at a place, in the branch of solutions that `near` belongs to. `None` also on a way through
-    /// many points, which nothing is blended with.
-    pub fn point(&self, model: &RobotModel, u: f64, near: &JointPositions) -> Option<PathPoint> {
-        let way = self.way(u);
-        let point = self.geometry.point(model, way.s, near)?;
-        Some(PathPoint {
-            s: u,
-            q: point.q,
-            first: point.first.map(|d| d * way.first),
-            second: core::array::from_fn(|joint| {
-                point.second[joint] * way.first * way.first + point.first[joint] * way.second
-            }),
-        })
-    }
-
-    /// How long it is in its parameter.
-    pub fn length(&self) -> f64 {
-        match &self.pace {
-            Some(pace) => pace.length(),
-            None => self.geometry.length(),
+            Self::Turn(turn) => turn.length(),
         }
     }
 
     /// Position of the TCP at a place, base frame.
-    pub fn tcp(&self, model: &RobotModel, flange_from_tcp: &Pose, u: f64) -> Vector3<f64> {
-        let s = self.way(u).s;
-        let q = match &self.geometry {
-            Geometry::Cartesian(path) => return path.pose(s).translation,
-            Geometry::Joint(line) => line.positions(s),
+    pub fn tcp(&self, model: &RobotModel, flange_from_tcp: &Pose, s: f64) -> Vector3<f64> {
+        let q = match self {
+            Self::Cartesian(path) => return path.pose(s).translation,
+            Self::Turn(turn) => return turn.pose(s).translation,
+            Self::Joint(line) => line.positions(s),
             // Nothing asks for more: its ends are the waypoints.
-            Geometry::Micro(line) if u <= 0.0 => line.start(),
-            Geometry::Micro(line) => line.end(),
-            Geometry::Blend(blend) => JointPositions(blend.point(s).q),
+            Self::Micro(line) if s <= 0.0 => line.start(),
+            Self::Micro(line) => line.end(),
+            Self::Blend(blend) => JointPositions(blend.point(s).q),
         };
         model.tcp_pose(&q, flange_from_tcp).translation
     }
 
-    /// Where it ends: exactly the target, at rest.
+    /// Where a leg ends: exactly the target, at rest. Blends are no legs; where one ends the next leg knows better.
     pub fn end(&self) -> Setpoint {
-        Setpoint::standing(match &self.geometry {
-            Geometry::Joint(line) => line.end(),
-            Geometry::Cartesian(line) => line.end(),
-            Geometry::Micro(line) => line.end(),
-            Geometry::Blend(blend) => JointPositions(blend.point(blend.length()).q),
+        Setpoint::standing(match self {
+            Self::Joint(line) => line.end(),
+            Self::Cartesian(line) => line.end(),
+            Self::Micro(line) => line.end(),
+            Self::Blend(blend) => JointPositions(blend.point(blend.length()).q),
+            Self::Turn(turn) => turn.end(),
         })
     }
 }

@@ -1,4 +1,4 @@
-//! What a part of a path bears: the limits of s under which no joint exceeds its own, and no drive its torque.
+//! What a piece of a path bears: the limits of s under which no joint exceeds its own, and no drive its torque.
 //!
 //! With q' q'' q''' the derivatives of a joint with respect to s and V, A, J the limits of s
 //!     |q'| V <= speed,  |q''| V² + |q'| A <= acceleration,  |q'''| V³ + 3 |q''| V A + |q'| J <= jerk.
@@ -7,39 +7,18 @@
 use super::torque::TorqueBounds;
 use super::{Arm, Wish};
 use crate::config::MotionLimits;
-use crate::constants::{POINT_SPEED_MARGIN, TORQUE_SHARE_OF_SPEED};
+use crate::constants::{BEND_SHARES, HARDEST_SHARE, POINT_SPEED_MARGIN, TORQUE_SHARE_OF_SPEED};
 use crate::path::PathPoint;
-use crate::scalar::ScalarLimits;
+use crate::scalar::CellLimits;
 
-/// Parts of the joints' limits kept for each term of the sums above, so that none uses up the others' share.
+/// Share of a joint's jerk that is planned with.
+const PLACES_SHARE: f64 = 0.95;
+/// Limits of s on a way on which nothing limits them.
+const FASTEST: f64 = 1e4;
+
+/// Largest absolute derivatives of each joint with respect to s in one piece of a path.
 #[derive(Clone, Copy, Debug)]
-pub struct Shares {
-    /// Of the acceleration, for |q''| V².
-    acceleration: f64,
-    /// Of the jerk, for |q'''| V³.
-    jerk: f64,
-    /// Of the jerk, for 3 |q''| V A.
-    jerk_of_acceleration: f64,
-}
-
-impl Shares {
-    /// On a way walked evenly.
-    pub const EVEN: Self = Self {
-        acceleration: 0.5,
-        jerk: 0.25,
-        jerk_of_acceleration: 0.4,
-    };
-    /// On a way walked at a pace, whose own changes of speed belong to V; A is for starting and stopping alone.
-    pub const PACED: Self = Self {
-        acceleration: 0.8,
-        jerk: 0.6,
-        jerk_of_acceleration: 0.2,
-    };
-}
-
-/// Largest absolute derivatives of each joint with respect to s in one part of a path.
-#[derive(Clone, Copy, Debug)]
-pub struct PartBounds {
+pub struct Bounds {
     /// rad per s.
     pub first: [f64; 6],
     /// rad per s².
@@ -54,7 +33,7 @@ pub struct PartBounds {
     pub torque: TorqueBounds,
 }
 
-impl PartBounds {
+impl Bounds {
     /// No place looked at yet.
     pub const NONE: Self = Self {
         first: [0.0; 6],
@@ -83,7 +62,7 @@ impl PartBounds {
             .cover(&right.q, &right.first, &right.second, arm);
     }
 
-    /// Takes in another part.
+    /// Takes in another piece.
     pub fn join(&mut self, other: &Self) {
         let most = |a: &mut [f64; 6], b: &[f64; 6]| (0..6).for_each(|k| a[k] = a[k].max(b[k]));
         most(&mut self.first, &other.first);
@@ -94,112 +73,58 @@ impl PartBounds {
         self.torque.join(&other.torque);
     }
 
-    /// The same with respect to a parameter of which s is a function with derivatives of at most these (chain rule).
-    #[must_use]
-    pub fn walked_at(&self, first: f64, second: f64, third: f64) -> Self {
-        let by_joint = |f: &dyn Fn(f64, f64, f64) -> f64| {
-            core::array::from_fn(|k| f(self.first[k], self.second[k], self.third[k]))
-        };
-        Self {
-            first: by_joint(&|d1, _, _| d1 * first),
-            second: by_joint(&|d1, d2, _| d2 * first * first + d1 * second),
-            third: by_joint(&|d1, d2, d3| {
-                d3 * first * first * first + 3.0 * d2 * first * second + d1 * third
-            }),
-            tcp: self.tcp * first,
-            elbow: self.elbow * first,
-            torque: self.torque.walked_at(first, second),
-        }
-    }
-}
-
-/// The speed of s at which a joint's second and third derivatives with respect to s take up their shares of its limits.
-pub fn speed_for_bend(
-    (second, third): (f64, f64),
-    joint: usize,
-    limits: &MotionLimits,
-    shares: &Shares,
-) -> f64 {
-    (shares.acceleration * limits.acceleration[joint] / second)
-        .sqrt()
-        .min((shares.jerk * limits.jerk[joint] / third).cbrt())
-}
-
-/// A part with the limits of the arm: what it bears at most, per wanted speed, see [`Able::at`].
-#[derive(Clone, Copy, Debug)]
-pub struct Able {
-    bounds: PartBounds,
-    limits: MotionLimits,
-    shares: Shares,
-    /// Largest speed of s.
-    speed: f64,
-}
-
-impl Able {
-    /// Of a part.
-    pub fn of(part: &PartBounds, limits: &MotionLimits) -> Self {
-        Self::sharing(part, limits, Shares::EVEN)
-    }
-
-    /// The same with other shares.
-    pub fn sharing(part: &PartBounds, limits: &MotionLimits, shares: Shares) -> Self {
-        let mut speed = (limits.tcp_speed / part.tcp)
-            .min(POINT_SPEED_MARGIN * limits.elbow_speed / part.elbow)
-            .min(part.torque.speed_limit(TORQUE_SHARE_OF_SPEED));
+    /// What the piece bears, and no more than is wished for.
+    pub fn limits(&self, wish: &Wish, limits: &MotionLimits) -> CellLimits {
+        let mut speed = (limits.tcp_speed / self.tcp)
+            .min(POINT_SPEED_MARGIN * limits.elbow_speed / self.elbow)
+            .min(self.torque.speed_limit(TORQUE_SHARE_OF_SPEED))
+            .min(FASTEST);
+        let mut by_jerk = FASTEST;
         for joint in 0..6 {
-            let (d1, d2, d3) = (part.first[joint], part.second[joint], part.third[joint]);
-            speed = speed.min(limits.speed[joint] / d1).min(speed_for_bend(
-                (d2, d3),
-                joint,
-                limits,
-                &shares,
-            ));
+            let (d1, d2, d3) = (self.first[joint], self.second[joint], self.third[joint]);
+            speed = speed
+                .min(limits.speed[joint] / d1)
+                .min((BEND_SHARES.acceleration * limits.acceleration[joint] / d2).sqrt())
+                .min((BEND_SHARES.jerk * limits.jerk[joint] / d3).cbrt());
         }
-        Self {
-            bounds: *part,
-            limits: *limits,
-            shares,
-            speed,
+        if wish.duration <= 0.0 {
+            speed = speed.min(wish.speed);
         }
-    }
-
-    /// The largest speed of s.
-    pub fn speed(&self) -> f64 {
-        self.speed
-    }
-
-    /// The limits of s for a wish.
-    pub fn at(&self, wish: &Wish) -> ScalarLimits {
-        let speed = if wish.duration > 0.0 {
-            self.speed
-        } else {
-            self.speed.min(wish.speed)
-        };
-        let mut acceleration = self.bounds.torque.acceleration_limit(speed);
+        let square = speed * speed;
+        let mut able = [
+            self.torque.acceleration_limit(0.0).min(FASTEST),
+            self.torque.acceleration_limit(speed).min(FASTEST),
+        ];
         for joint in 0..6 {
-            let (d1, d2) = (self.bounds.first[joint], self.bounds.second[joint]);
-            let left = self.limits.acceleration[joint] - d2 * speed * speed;
-            acceleration = acceleration.min(left / d1).min(
-                self.shares.jerk_of_acceleration * self.limits.jerk[joint] / (3.0 * d2 * speed),
-            );
+            let (d1, d2) = (self.first[joint], self.second[joint]);
+            let most = limits.acceleration[joint];
+            able[0] = able[0].min(most / d1);
+            able[1] = able[1].min((most - d2 * square) / d1);
+            let left = BEND_SHARES.jerk_of_acceleration * limits.jerk[joint];
+            by_jerk = by_jerk.min(left / (3.0 * d2 * speed));
         }
-        let wanted = wish.within(&ScalarLimits {
-            speed,
-            acceleration,
-            jerk: f64::INFINITY,
-        });
-        let mut jerk = wanted.jerk;
+        let able = able.map(|a| a.min(by_jerk));
+        let most = able[0].max(able[1]);
+        let mut jerk = FASTEST / crate::constants::ACCELERATION_RISE;
         for joint in 0..6 {
-            let (d1, d2, d3) = (
-                self.bounds.first[joint],
-                self.bounds.second[joint],
-                self.bounds.third[joint],
-            );
-            let left = self.limits.jerk[joint]
-                - d3 * speed * speed * speed
-                - 3.0 * d2 * speed * wanted.acceleration;
+            let (d1, d2, d3) = (self.first[joint], self.second[joint], self.third[joint]);
+            // A little is kept for what lies between the places that were looked at.
+            let left =
+                PLACES_SHARE * limits.jerk[joint] - d3 * speed * square - 3.0 * d2 * speed * most;
             jerk = jerk.min(left / d1);
         }
-        ScalarLimits { jerk, ..wanted }
+        let asked = able.map(|a| {
+            if wish.duration > 0.0 {
+                a
+            } else {
+                a.min(wish.acceleration)
+            }
+        });
+        CellLimits {
+            speed,
+            asked,
+            hardest: able.map(|a| HARDEST_SHARE * a),
+            jerk,
+        }
     }
 }

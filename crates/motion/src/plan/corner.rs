@@ -1,23 +1,29 @@
-//! Where a blend leaves the first leg and where it meets the second, and the curves that lead from one to the other.
+//! The corner between two legs: where a blend leaves the first and meets the second, the curves that lead over it, and what
+//! they bear.
 //!
-//! Geometry alone: whether a curve can be walked at the speed that the arm has is for `blend` to find.
+//! Two lines of the TCP join over a [`Turn`]; whatever else meets joins over a curve in joint space (see [`JointQuintic`]),
+//! so that any two kinds of legs join alike, without inverse kinematics on the way.
 
-use kinematics::{JointPositions, RobotModel};
+use kinematics::{JointPositions, JointSpeeds, RobotModel};
 
-use super::blend::UnderWay;
+use super::able::Bounds;
 use super::leg::{End, Leg};
-use super::{Arm, Warnings};
-use crate::constants::{LATEST_ENTRY, PASSED_ENTRY};
-use crate::path::{JointQuintic, Path, PathPoint};
-use crate::scalar::{Course, ScalarLimits, ScalarState, Stretch};
+use super::{Arm, Warnings, Wish};
+use crate::config::MotionLimits;
+use crate::constants::{
+    ACCELERATION_RISE, BLEND_CELLS, BLEND_TCP_SHARE, HARDER_IN_BLENDS, LATEST_ENTRY, PASSED_ENTRY,
+    POINT_SPEED_MARGIN,
+};
+use crate::path::{JointQuintic, Path, PathPoint, QuinticPoint, Turn};
+use crate::scalar::CellLimits;
+use crate::setpoint::elbow_speed;
 
 /// Places on a leg that are stepped through from its end to a place in its zone, so that the branch of solutions stays.
 const STEPS_TO_ENTRY: usize = 4;
 
-/// Where the curve begins and ends.
-pub(super) struct Corner {
-    /// State along the first leg, in its own s.
-    pub(super) now: ScalarState,
+/// Where the curve may begin and end.
+pub(super) struct Corner<'a> {
+    first: &'a Leg,
     /// The first leg's s where the curve begins.
     pub(super) entry: f64,
     /// The second leg's s where it ends.
@@ -29,11 +35,9 @@ pub(super) struct Corner {
     before: f64,
     /// The second leg's s per s of the first at equal distances from the waypoint.
     tcp_rate: f64,
-    start: PathPoint,
-    end: PathPoint,
 }
 
-/// What is equally long per s on both legs next to the curve: they are joined with a common s.
+/// What is equally long per s on both legs next to a curve in joint space: they are joined with a common s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scale {
     /// The distance from the waypoint.
@@ -42,123 +46,352 @@ pub(super) enum Scale {
     Joints,
     /// Between these two.
     Between,
-    /// What is done in the same time: the next leg at its own speed, the first at the speed that the arm has.
+    /// What is done in the same time at the speeds that are asked for.
     Speeds,
 }
 
-/// The scales in the order of liking.
-pub(super) const SCALES: [Scale; 4] = [Scale::Tcp, Scale::Joints, Scale::Speeds, Scale::Between];
-
-/// A curve, and the second leg's s per s of it.
+/// A curve, and what it bears cell by cell.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Curve {
-    pub(super) quintic: JointQuintic,
-    pub(super) rate: f64,
+pub struct Curve {
+    /// The curve; its s is the first leg's.
+    pub path: Path,
+    /// The first leg's s where it begins.
+    pub entry: f64,
+    /// The second leg's s where it ends.
+    pub exit: f64,
+    /// The second leg's s per s of the curve.
+    pub rate: f64,
+    cells: [(f64, CellLimits); BLEND_CELLS],
 }
 
-impl Corner {
-    /// With the curve beginning at a share of the first leg's zone, but ahead of the arm. `None` when that is passed.
-    pub(super) fn new(first: &UnderWay, next: &Leg, share: f64, arm: &Arm) -> Option<Self> {
-        let (piece, leg) = (first.piece, first.leg);
-        let now = ScalarState {
-            position: piece.from + (first.now.position - piece.begin) * piece.rate,
-            speed: first.now.speed * piece.rate,
-            acceleration: first.now.acceleration * piece.rate,
-        };
-        let wanted = (leg.path.length() - leg.zone) * share;
-        let before = wanted.min((leg.path.length() - now.position) * LATEST_ENTRY);
+impl Curve {
+    /// Where each cell ends, and what it bears.
+    pub fn cells(&self) -> impl Iterator<Item = (f64, &CellLimits)> {
+        self.cells.iter().map(|(until, limits)| (*until, limits))
+    }
+
+    /// Time it takes where nothing before and behind it slows it down, s.
+    pub(super) fn time(&self) -> f64 {
+        let mut from = 0.0;
+        self.cells().fold(0.0, |time, (until, limits)| {
+            let way = until - from;
+            from = until;
+            time + way / limits.speed
+        })
+    }
+}
+
+impl<'a> Corner<'a> {
+    /// With the curve beginning at a share of the first leg's zone, but behind `committed`. `None` when that is passed.
+    pub(super) fn new(
+        first: &'a Leg,
+        committed: f64,
+        next: &Leg,
+        share: f64,
+        arm: &Arm,
+    ) -> Option<Self> {
+        let length = first.path.length();
+        let wanted = (length - first.zone) * share;
+        let before = wanted.min((length - committed) * LATEST_ENTRY);
         if before <= 0.0 || before < wanted * PASSED_ENTRY || next.path.length() <= 0.0 {
             return None;
         }
-        let entry = leg.path.length() - before;
-        let radius = leg.distance(arm.model, entry, End::Last, leg.measure);
+        let entry = length - before;
+        let radius = first.distance(arm.model, entry, End::Last, first.measure);
         let (mut next, mut warnings) = (*next, Warnings::default());
         let (place, measure) = next.place(arm.model, radius, End::First);
         let mut exit = place.unwrap_or(next.path.length() / 2.0);
-        if exit > next.zone {
+        if exit > next.zone * (1.0 + 1e-9) {
             let length = next.path.length();
             exit = length * exit / (exit + length - next.zone);
             next.shorten(exit, arm, &mut warnings);
         }
         let after = next.distance(arm.model, exit, End::First, measure);
-        let start = point_at(&leg.path, arm.model, (now.position, &first.q), entry)?;
-        let corner_q = leg.path.end().q;
-        let end = point_at(&next.path, arm.model, (0.0, &corner_q), exit)?;
         Some(Self {
-            now,
+            first,
             entry,
             exit,
             next,
             warnings,
             before,
             tcp_rate: (exit / after) / (before / radius),
-            start,
-            end,
         })
     }
 
-    /// The curve on a scale; `None` where there is none.
-    pub(super) fn curve(&self, scale: Scale) -> Option<Curve> {
-        let joint_rate = norm(&self.start.first) / norm(&self.end.first);
-        let rate = match scale {
+    /// The curve that is walked in the shortest time; `None` where there is none.
+    pub(super) fn best(&self, arm: &Arm) -> Option<Curve> {
+        let mut best = self.turn(arm);
+        if best.is_some() && self.first.touch > 0.0 {
+            return best;
+        }
+        let start = point_from_end(&self.first.path, arm.model, self.entry)?;
+        let end = point_at(
+            &self.next.path,
+            arm.model,
+            &self.first.path.end().q,
+            self.exit,
+        )?;
+        for scale in [Scale::Tcp, Scale::Joints, Scale::Speeds, Scale::Between] {
+            let rate = self.rate(scale, &start, &end);
+            let curve = self.quintic(rate, &start, &end, arm);
+            // The arc, or the one along the TCP's way, is kept unless another is clearly better.
+            if let Some(curve) = curve
+                && best
+                    .as_ref()
+                    .is_none_or(|best| curve.time() < 0.9 * best.time())
+            {
+                best = Some(curve);
+            }
+        }
+        best
+    }
+
+    fn rate(&self, scale: Scale, start: &PathPoint, end: &PathPoint) -> f64 {
+        let joints = norm(&start.first) / norm(&end.first);
+        match scale {
             Scale::Tcp => self.tcp_rate,
-            Scale::Joints => joint_rate,
-            Scale::Between => (self.tcp_rate * joint_rate).sqrt(),
-            Scale::Speeds => limits_at(&self.next.course, self.exit)?.speed / self.now.speed,
+            Scale::Joints => joints,
+            Scale::Between => (self.tcp_rate * joints).sqrt(),
+            Scale::Speeds => self.next.wish.speed / self.first.wish.speed,
+        }
+    }
+
+    /// The curve between two lines of the TCP.
+    fn turn(&self, arm: &Arm) -> Option<Curve> {
+        let (Path::Cartesian(first), Path::Cartesian(second)) = (&self.first.path, &self.next.path)
+        else {
+            return None;
         };
+        let room = self.before.min(self.exit);
+        if self.first.touch <= 0.0 && room < PASSED_ENTRY * self.before {
+            // Beside a short line the arc would use little of the radius.
+            return None;
+        }
+        let touch = if self.first.touch > 0.0 {
+            self.first.touch
+        } else {
+            f64::INFINITY
+        };
+        let ramp = self.wish().speed * ACCELERATION_RISE;
+        let turn = Turn::between(first, second, (touch, room), ramp)?;
+        let [knee, fall] = turn.knees();
+        let (length, third) = (turn.length(), BLEND_CELLS / 3);
+        let entry = first.length() - turn.reach();
+        let mut left = point_from_end(&self.first.path, arm.model, entry)?;
+        left.s = 0.0;
+        let wish = self.wish();
+        let mut cells = [(0.0, CellLimits::NONE); BLEND_CELLS];
+        for (k, cell) in cells.iter_mut().enumerate() {
+            let (from, to) = match k / third {
+                0 => (0.0, knee),
+                1 => (knee, fall),
+                _ => (fall, length),
+            };
+            let s = from + (to - from) * ((k % third + 1) as f64 / third as f64);
+            let q = turn.positions(arm.model, s, &left.q)?;
+            let right = turn.point(arm.model, s, q)?;
+            let is_near = (0..6).all(|joint| (q[joint] - left.q[joint]).abs() < JUMP);
+            if !is_near || !is_in_range(&q.0, arm) {
+                return None;
+            }
+            let mut bounds = Bounds::NONE;
+            let elbow = elbow_at(&left, arm).max(elbow_at(&right, arm));
+            bounds.cover(&left, &right, elbow, arm);
+            bounds.tcp = 1.0;
+            *cell = (s, bounds.limits(&wish, arm.limits));
+            if !cell.1.are_usable() {
+                return None;
+            }
+            left = right;
+        }
+        Some(Curve {
+            path: Path::Turn(turn.ending_at(left.q)),
+            entry,
+            exit: turn.reach(),
+            rate: 1.0,
+            cells,
+        })
+    }
+
+    /// The speed and acceleration that the curve is wanted with: those of the faster leg.
+    fn wish(&self) -> Wish {
+        let (first, next) = (&self.first.wish, &self.next.wish);
+        Wish {
+            speed: first.speed.max(next.speed),
+            acceleration: first.acceleration.max(next.acceleration),
+            duration: if first.duration > 0.0 && next.duration > 0.0 {
+                first.duration
+            } else {
+                0.0
+            },
+            radius: 0.0,
+            is_process: false,
+        }
+    }
+
+    /// A curve in joint space where one of its s is `rate` of the second leg's; `None` when it leaves the radius or a
+    /// joint's range.
+    fn quintic(&self, rate: f64, start: &PathPoint, end: &PathPoint, arm: &Arm) -> Option<Curve> {
         if !(rate.is_finite() && rate > 0.0) {
             return None;
         }
         let end = PathPoint {
-            first: self.end.first.map(|d| d * rate),
-            second: self.end.second.map(|d| d * rate * rate),
-            ..self.end
+            first: end.first.map(|d| d * rate),
+            second: end.second.map(|d| d * rate * rate),
+            ..*end
         };
         let length = self.before + self.exit / rate;
+        let curve = JointQuintic::between(start, &end, length);
+        let tool = &self.first.flange_from_tcp;
+        let corner = arm
+            .model
+            .tcp_pose(&self.first.path.end().q, tool)
+            .translation;
+        let both_joint = matches!(
+            (&self.first.path, &self.next.path),
+            (Path::Joint(_), Path::Joint(_))
+        );
+        let asked = self.wish();
+        // Two legs of joints never accelerate their joints more than twice what was asked for.
+        let most = if both_joint && asked.duration <= 0.0 {
+            HARDER_IN_BLENDS * asked.acceleration
+        } else {
+            f64::INFINITY
+        };
+        let limits = MotionLimits {
+            acceleration: arm.limits.acceleration.map(|a| a.min(most)),
+            ..*arm.limits
+        };
+        let step = length / BLEND_CELLS as f64;
+        let tcp_per_s = |point: &QuinticPoint| {
+            let frames = arm.model.forward(&JointPositions(point.q));
+            let at = (frames.base_from_flange * *tool).translation;
+            let rates = JointSpeeds(point.first);
+            let tcp = frames.twist(&rates, at).linear.norm();
+            (tcp, elbow_speed(&frames, &rates), (at - corner).norm())
+        };
+        let mut left = curve.point(0.0);
+        let mut left_speeds = tcp_per_s(&left);
+        let begun = left_speeds.0;
+        let ended = tcp_per_s(&curve.point(length)).0;
+        // On the curve neither leg's speed is exceeded: not the faster one's TCP speed where a leg is one of the TCP, not the
+        // faster one's leading joint between two joint legs.
+        let (first, next) = (self.first.wish.speed, self.next.wish.speed);
+        let (tcp_limit, turn_limit) = if asked.duration > 0.0 {
+            (f64::INFINITY, f64::INFINITY)
+        } else if both_joint {
+            (f64::INFINITY, first.max(next))
+        } else {
+            let own = |leg: &Leg, per_s: f64| leg.wish.speed * per_s;
+            let fastest = own(self.first, begun).max(own(&self.next, ended / rate));
+            // A tool that only turns has no TCP speed to keep to.
+            (
+                if begun.max(ended) < 1e-6 {
+                    f64::INFINITY
+                } else {
+                    fastest
+                },
+                f64::INFINITY,
+            )
+        };
+        let fastest = first.max(next / rate);
+        let mut cells = [(0.0, CellLimits::NONE); BLEND_CELLS];
+        for (k, cell) in cells.iter_mut().enumerate() {
+            let s = step * (k + 1) as f64;
+            let right = curve.point(s);
+            let right_speeds = tcp_per_s(&right);
+            let middle = tcp_per_s(&curve.point(s - 0.5 * step));
+            // A parabola through three places rises over its ends by an eighth of their second difference.
+            let peak = |a: f64, b: f64, c: f64| a.max(b).max(c) + (a - 2.0 * b + c).abs() / 8.0;
+            let tcp = peak(left_speeds.0, middle.0, right_speeds.0);
+            let elbow = peak(left_speeds.1, middle.1, right_speeds.1);
+            let is_inside = right_speeds.2 <= self.first.radius * (1.0 + 1e-9);
+            if !is_in_range(&right.q, arm) || !(is_inside || k + 1 == BLEND_CELLS) {
+                return None;
+            }
+            let mut bounds = Bounds::NONE;
+            // Between two places a value exceeds both by no more than a parabola's height.
+            let rise = step * step / 8.0;
+            let mut turning = 0.0_f64;
+            for joint in 0..6 {
+                for point in [&left, &right] {
+                    let fourth = point.fourth[joint].abs();
+                    let first = point.first[joint].abs() + rise * point.third[joint].abs();
+                    turning = turning.max(first);
+                    bounds.first[joint] = bounds.first[joint].max(first);
+                    let second = point.second[joint].abs() + rise * fourth;
+                    bounds.second[joint] = bounds.second[joint].max(second);
+                    let third = point.third[joint].abs() + 0.5 * step * fourth;
+                    bounds.third[joint] = bounds.third[joint].max(third);
+                }
+            }
+            let q = JointPositions(right.q);
+            bounds.torque.cover(&q, &right.first, &right.second, arm);
+            bounds.tcp = tcp / POINT_SPEED_MARGIN;
+            bounds.elbow = elbow;
+            let wish = Wish {
+                speed: fastest
+                    .min(BLEND_TCP_SHARE * tcp_limit / tcp)
+                    .min(turn_limit / turning),
+                acceleration: asked.acceleration.max(self.next.wish.acceleration / rate),
+                ..asked
+            };
+            *cell = (s, bounds.limits(&wish, &limits));
+            if !cell.1.are_usable() {
+                return None;
+            }
+            (left, left_speeds) = (right, right_speeds);
+        }
         Some(Curve {
-            quintic: JointQuintic::between(&self.start, &end, length),
+            path: Path::Blend(curve),
+            entry: self.entry,
+            exit: self.exit,
             rate,
+            cells,
         })
-    }
-
-    /// How far the arm has to go to where the curve begins, in s of the first leg.
-    pub(super) fn lead(&self) -> f64 {
-        self.entry - self.now.position
     }
 }
 
-/// The limits that a course has at a place.
-pub(super) fn limits_at(course: &Course, s: f64) -> Option<ScalarLimits> {
-    let mut end = 0.0;
-    course
-        .stretches()
-        .iter()
-        .find(|stretch| {
-            end += stretch.length;
-            end > s
-        })
-        .or(course.stretches().last())
-        .map(Stretch::paced)
+/// A turn between two neighbouring places, rad, beyond which it is another branch of solutions.
+const JUMP: f64 = 0.5;
+
+fn elbow_at(point: &PathPoint, arm: &Arm) -> f64 {
+    elbow_speed(&arm.model.forward(&point.q), &JointSpeeds(point.first))
 }
 
-/// The path's point at `s`, found by stepping from a known place.
-pub(super) fn point_at(
+fn is_in_range(q: &[f64; 6], arm: &Arm) -> bool {
+    (0..6).all(|joint| {
+        let range = arm.limits.position_min[joint]..=arm.limits.position_max[joint];
+        range.contains(&q[joint])
+    })
+}
+
+/// The path's point at a place near its end.
+fn point_from_end(path: &Path, model: &RobotModel, s: f64) -> Option<PathPoint> {
+    stepped(path, model, path.length(), &path.end().q, s)
+}
+
+/// The path's point at `s`, found by stepping from its beginning at `q`.
+fn point_at(path: &Path, model: &RobotModel, q: &JointPositions, s: f64) -> Option<PathPoint> {
+    stepped(path, model, 0.0, q, s)
+}
+
+fn stepped(
     path: &Path,
     model: &RobotModel,
-    (from, q): (f64, &JointPositions),
+    from: f64,
+    q: &JointPositions,
     s: f64,
 ) -> Option<PathPoint> {
-    let mut point = PathPoint {
-        s: from,
-        q: *q,
-        first: [0.0; 6],
-        second: [0.0; 6],
-    };
+    let mut point = None;
+    let mut near = *q;
     for step in 1..=STEPS_TO_ENTRY {
         let place = from + (s - from) * step as f64 / STEPS_TO_ENTRY as f64;
-        point = path.point(model, place, &point.q)?;
+        let found = path.point(model, place, &near)?;
+        near = found.q;
+        point = Some(found);
     }
-    Some(point)
+    point
 }
 
 fn norm(rates: &[f64; 6]) -> f64 {

@@ -1,4 +1,4 @@
-//! A planned leg: the way from one waypoint to the next, from rest to rest, and where its blend zone begins.
+//! A planned leg: the way from one waypoint to the next, and where its blend zone begins.
 //!
 //! A blend zone is the last part of a leg, in which the TCP is within the radius of the waypoint, never more than half of
 //! the leg. Where the TCP hardly moves all that time, its turning counts as way as it does for the length of lines
@@ -7,39 +7,26 @@
 use kinematics::{Pose, RobotModel};
 use motion_api::Warning;
 
-use super::able::{Shares, speed_for_bend};
 use super::{Arm, Warnings, Wish};
-use crate::config::MotionLimits;
-use crate::constants::{ROTATION_LENGTH, ZONE_PLACES, ZONE_TURNING_SHARE};
-use crate::path::{Geometry, Path};
-use crate::scalar::Course;
+use crate::constants::{
+    BEND_SHARES, HARDER_IN_BLENDS, PROCESS_ZONE, ROTATION_LENGTH, ZONE_PLACES, ZONE_TURNING_SHARE,
+};
+use crate::path::Path;
 
 /// A leg in whose half the TCP gets no farther than this share of the radius counts by its turning.
 const TURNING_SHARE: f64 = 0.1;
-
-/// Planner error: the course along the path could not be planned.
-pub(super) const NO_COURSE: u32 = 1;
-
-/// The course in the wanted duration, or as fast as it is with a warning when that is longer.
-pub(super) fn with_duration(course: Course, wanted: f64, warnings: &mut Warnings) -> Course {
-    let planned = course.duration();
-    if wanted > 0.0 && planned > wanted * (1.0 + 1e-9) {
-        warnings.add(Warning::DurationStretched { wanted, planned });
-    }
-    course.stretched_to(wanted)
-}
 
 /// From one waypoint to the next.
 #[derive(Clone, Copy, Debug)]
 pub struct Leg {
     /// Where.
     pub path: Path,
-    /// How fast, from rest to rest and as if there were no blend zone.
-    pub course: Course,
-    /// Wanted duration, s; 0 when there is none.
-    pub duration: f64,
-    /// Blend radius at the end, m; 0 stops there.
+    /// How fast it is wanted.
+    pub wish: Wish,
+    /// Distance from the end at which a blend may begin, m; 0 stops there.
     pub radius: f64,
+    /// Where the arc of a process move touches, m; 0 for other moves.
+    pub touch: f64,
     /// The path's s where the blend zone begins; the end without a radius.
     pub zone: f64,
     /// Speed of s at which the zone may be entered while the next leg is not known.
@@ -61,33 +48,32 @@ pub enum Measure {
 
 impl Leg {
     /// Finds the blend zone. A radius that the leg is too short for is shortened, with a warning.
-    pub fn new(
-        path: Path,
-        course: Course,
-        wish: &Wish,
-        arm: &Arm,
-        warnings: &mut Warnings,
-    ) -> Self {
+    pub fn new(path: Path, wish: &Wish, arm: &Arm, warnings: &mut Warnings) -> Self {
+        let touch = if wish.is_process { wish.radius } else { 0.0 };
         let mut leg = Self {
             path,
-            course,
-            duration: wish.duration,
+            wish: *wish,
             radius: wish.radius,
+            touch,
             zone: path.length(),
             zone_speed: f64::INFINITY,
             flange_from_tcp: *arm.flange_from_tcp,
             measure: Measure::Turning,
         };
-        if wish.radius > 0.0 && leg.path.length() > 0.0 {
-            let length = path.length();
-            let (place, measure) = leg.place(arm.model, wish.radius, End::Last);
-            leg.measure = measure;
-            match place {
-                Some(before) => leg.begin_zone(length - before, arm),
-                None => leg.shorten(length / 2.0, arm, warnings),
-            }
-        } else {
+        if wish.radius <= 0.0 || path.length() <= 0.0 {
             leg.radius = 0.0;
+            return leg;
+        }
+        let length = path.length();
+        if wish.is_process {
+            // The curve reaches a little beyond where its arc touches.
+            leg.radius *= PROCESS_ZONE;
+        }
+        let (place, measure) = leg.place(arm.model, leg.radius, End::Last);
+        leg.measure = measure;
+        match place {
+            Some(before) => leg.begin_zone(length - before, arm),
+            None => leg.shorten(length / 2.0, arm, warnings),
         }
         leg
     }
@@ -97,20 +83,42 @@ impl Leg {
         let wanted = self.radius;
         self.begin_zone(zone, arm);
         self.radius = self.distance(arm.model, zone, End::Last, self.measure);
-        warnings.add(Warning::RadiusShortened {
-            wanted,
-            planned: self.radius,
-        });
+        let wanted = if self.wish.is_process {
+            self.touch
+        } else {
+            wanted
+        };
+        if wanted > self.radius {
+            warnings.add(Warning::RadiusShortened {
+                wanted,
+                planned: self.radius,
+            });
+        }
     }
 
     fn begin_zone(&mut self, zone: f64, arm: &Arm) {
         self.zone = zone;
         let end = self.path.end().q;
-        let place = self.path.point(arm.model, zone, &end);
-        self.zone_speed = place.map_or(f64::INFINITY, |place| {
-            let room = self.path.length() - zone;
-            ZONE_TURNING_SHARE * turning_speed(&place.first, room, arm.limits)
+        let Some(place) = self.path.point(arm.model, zone, &end) else {
+            return;
+        };
+        // A curve of twice the length of the zone that leads back the way it came goes f s - 2 f s³/L² + f s⁴/L³ for each
+        // joint, with second and third derivatives of at most 3 f/L and 12 f/L².
+        let length = 2.0 * (self.path.length() - zone);
+        let most = match self.path {
+            Path::Joint(_) if self.wish.duration <= 0.0 => {
+                HARDER_IN_BLENDS * self.wish.acceleration
+            }
+            _ => f64::INFINITY,
+        };
+        let speed = (0..6).fold(f64::INFINITY, |least, joint| {
+            let bend = place.first[joint].abs() / length;
+            let acceleration = arm.limits.acceleration[joint].min(most);
+            let by_jerk = BEND_SHARES.jerk * arm.limits.jerk[joint] / (12.0 * bend / length);
+            let by_acceleration = BEND_SHARES.acceleration * acceleration / (3.0 * bend);
+            least.min(by_acceleration.sqrt()).min(by_jerk.cbrt())
         });
+        self.zone_speed = ZONE_TURNING_SHARE * speed;
     }
 
     /// How far the place s is from one end, m.
@@ -124,12 +132,11 @@ impl Leg {
         match measure {
             Measure::Tcp => away,
             Measure::Turning => {
-                let metres_per_s = match self.path.geometry() {
-                    Geometry::Joint(_) => ROTATION_LENGTH,
-                    Geometry::Cartesian(_) | Geometry::Micro(_) | Geometry::Blend(_) => 1.0,
+                let metres_per_s = match self.path {
+                    Path::Joint(_) => ROTATION_LENGTH,
+                    Path::Cartesian(_) | Path::Micro(_) | Path::Blend(_) | Path::Turn(_) => 1.0,
                 };
-                let way = (self.path.way(s).s - self.path.way(corner).s).abs();
-                away.max(way * metres_per_s)
+                away.max((s - corner).abs() * metres_per_s)
             }
         }
     }
@@ -175,21 +182,6 @@ impl Leg {
         // Not outside the radius by a rounding.
         Some(near)
     }
-}
-
-/// The speed of s at which a curve of twice the length `room` can lead back the way it came, where the joints go `rates`
-/// per s: f s - 2 f s³/L² + f s⁴/L³ for each joint, with second and third derivatives of at most 3 f/L and 12 f/L².
-fn turning_speed(rates: &[f64; 6], room: f64, limits: &MotionLimits) -> f64 {
-    let length = 2.0 * room;
-    (0..6).fold(f64::INFINITY, |least, joint| {
-        let rate = rates[joint].abs();
-        least.min(speed_for_bend(
-            (3.0 * rate / length, 12.0 * rate / (length * length)),
-            joint,
-            limits,
-            &Shares::EVEN,
-        ))
-    })
 }
 
 /// One end of a leg.

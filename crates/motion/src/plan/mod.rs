@@ -3,21 +3,20 @@
 //! Planning runs inside the cycle that takes the command, and the next ones if it is much: bounded work, no allocation.
 
 mod able;
-mod blend;
 mod cartesian;
+mod cells;
 mod corner;
-mod curve;
+mod junction;
 mod leg;
 mod micro_line;
 mod movej;
-mod pace;
-mod parts;
 mod survey;
 mod torque;
 
-pub use able::{Able, PartBounds};
-pub use blend::{Joined, Junction, UnderWay};
+pub use able::Bounds;
 pub use cartesian::CartesianPlanner;
+pub use cells::Cells;
+pub use junction::{Joint, Junction};
 pub use leg::{End, Leg, Measure};
 pub use micro_line::MicroLinePlanner;
 pub use movej::plan_movej;
@@ -26,8 +25,7 @@ use kinematics::{Dynamics, Pose, RobotModel};
 use motion_api::{Refusal, Warning};
 
 use crate::config::MotionLimits;
-use crate::constants::{ACCELERATION_RISE, LONGEST, SLOWEST};
-use crate::scalar::ScalarLimits;
+use crate::constants::{LONGEST, SLOWEST};
 
 /// Most warnings of one plan.
 const MAX_WARNINGS: usize = 4;
@@ -76,6 +74,8 @@ pub struct Wish {
     pub duration: f64,
     /// Blend radius, m; 0 stops at the end.
     pub radius: f64,
+    /// The blend is an arc that touches at the radius.
+    pub is_process: bool,
 }
 
 impl Wish {
@@ -107,25 +107,5 @@ impl Wish {
             return bad("v", self.speed, "a number of at least 0.000001");
         }
         Ok(())
-    }
-
-    /// The wish within what the arm can do. With a duration, what the arm can do counts alone.
-    pub fn within(&self, able: &ScalarLimits) -> ScalarLimits {
-        let timed = self.duration > 0.0;
-        let speed = if timed {
-            able.speed
-        } else {
-            self.speed.min(able.speed)
-        };
-        let acceleration = if timed {
-            able.acceleration
-        } else {
-            self.acceleration.min(able.acceleration)
-        };
-        ScalarLimits {
-            speed,
-            acceleration,
-            jerk: (acceleration / ACCELERATION_RISE).min(able.jerk),
-        }
     }
 }

@@ -3,15 +3,15 @@
 use kinematics::JointPositions;
 use motion_api::{Refusal, Warning};
 
-use super::leg::{Leg, NO_COURSE, with_duration};
 use super::torque::TorqueBounds;
-use super::{Arm, Warnings, Wish};
+use super::{Arm, Cells, Leg, Warnings, Wish};
 use crate::config::MotionLimits;
 use crate::constants::{
-    LIMIT_SLACK, POINT_SPEED_MARGIN, POINT_SPEED_SAMPLES, TORQUE_SAMPLES, TORQUE_SHARE_OF_SPEED,
+    HARDEST_SHARE, JOINT_CELLS, LIMIT_SLACK, POINT_SPEED_MARGIN, POINT_SPEED_SAMPLES,
+    TORQUE_SAMPLES, TORQUE_SHARE_OF_SPEED,
 };
-use crate::path::{Geometry, JointLine, Path};
-use crate::scalar::{Course, ScalarLimits};
+use crate::path::{JointLine, Path};
+use crate::scalar::{CellLimits, ScalarLimits};
 use crate::setpoint::elbow_speed;
 
 /// Plans a movej (manual 3.1.1) from rest at `start` to rest at `target`.
@@ -26,6 +26,7 @@ pub fn plan_movej(
     target: &JointPositions,
     wish: &Wish,
     arm: &Arm,
+    cells: &mut Cells,
 ) -> Result<(Leg, Warnings), Refusal> {
     wish.check()?;
     check_range(target, arm.limits)?;
@@ -50,8 +51,17 @@ pub fn plan_movej(
         };
         able.acceleration = able.acceleration.min(torques.acceleration_limit(speed));
     }
-    let chosen = wish.within(&able);
-    if wish.duration == 0.0 && line.length() > 0.0 {
+    let is_timed = wish.duration > 0.0;
+    let chosen = if is_timed {
+        able
+    } else {
+        ScalarLimits {
+            speed: able.speed.min(wish.speed),
+            acceleration: able.acceleration.min(wish.acceleration),
+            jerk: able.jerk,
+        }
+    };
+    if !is_timed && line.length() > 0.0 {
         if chosen.speed < wish.speed * (1.0 - 1e-9) {
             warnings.add(Warning::SpeedLimited {
                 wanted: wish.speed,
@@ -65,11 +75,18 @@ pub fn plan_movej(
             });
         }
     }
-    let course =
-        Course::of_one(line.length(), chosen).ok_or(Refusal::Planner { code: NO_COURSE })?;
-    let course = with_duration(course, wish.duration, &mut warnings);
-    let path = Path::new(Geometry::Joint(line));
-    let leg = Leg::new(path, course, wish, arm, &mut warnings);
+    cells.clear();
+    let limits = CellLimits {
+        speed: chosen.speed,
+        asked: [chosen.acceleration; 2],
+        hardest: [HARDEST_SHARE * able.acceleration; 2],
+        jerk: chosen.jerk,
+    };
+    // What a neighbour slows down is a cell: so there are many, although they are all alike.
+    for cell in 1..=JOINT_CELLS {
+        cells.push(line.length() * cell as f64 / JOINT_CELLS as f64, limits);
+    }
+    let leg = Leg::new(Path::Joint(line), wish, arm, &mut warnings);
     Ok((leg, warnings))
 }
 

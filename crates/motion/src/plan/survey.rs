@@ -1,18 +1,16 @@
 //! Looking along a Cartesian line before it is followed: is it possible, and what does it ask of the joints where?
 //!
 //! The line is walked from its start with the nearest solution of the inverse kinematics at each place; where the joints
-//! change fast the steps are halved. What is kept are the largest derivatives of the joints in each of its parts. The walk
-//! can be interrupted after any number of places and be continued in the next cycle.
+//! change fast the steps are halved. What is kept are the limits of each interval. The walk can be interrupted after any number of places and be continued in the next cycle.
 
 use kinematics::{JointPositions, JointSpeeds, RobotModel};
 use motion_api::{PathFault, Refusal};
 
-use super::Arm;
-use super::able::PartBounds;
-use super::parts::{Part, Parts};
+use super::able::Bounds;
+use super::{Arm, Cells, Wish};
 use crate::config::MotionLimits;
 use crate::constants::{
-    LINE_INTERVALS, LINE_PARTS, LINE_PLACES_MAX, LINE_REFINEMENTS, SINGULAR_TURN_PER_M,
+    INTERVAL_LENGTH, LINE_INTERVALS, LINE_PLACES_MAX, LINE_REFINEMENTS, SINGULAR_TURN_PER_M,
 };
 use crate::path::{CartesianPath, PathPoint};
 use crate::setpoint::elbow_speed;
@@ -21,7 +19,8 @@ use crate::setpoint::elbow_speed;
 #[derive(Clone, Copy, Debug)]
 pub struct Survey {
     line: CartesianPath,
-    parts: Parts,
+    /// Smallest steps in the whole line.
+    steps: u32,
     /// The place up to which the line is known.
     left: PathPoint,
     /// Ends of the intervals that were halved, as numbers of smallest steps; the nearest is last.
@@ -32,27 +31,24 @@ pub struct Survey {
     places: u32,
 }
 
-/// Smallest steps in the whole line.
-const STEPS: u32 = (LINE_INTERVALS as u32) << LINE_REFINEMENTS;
-
 impl Survey {
-    /// At the start of the line, where the arm stands at `q`; nobody wants to go faster than `fastest`, unit of s.
+    /// At the start of the line, where the arm stands at `q`.
     ///
     /// # Errors
     /// The arm stands in a singular position.
     pub fn new(
         line: CartesianPath,
         q: JointPositions,
-        fastest: f64,
         model: &RobotModel,
     ) -> Result<Self, Refusal> {
         let left = line.point(model, 0.0, q).ok_or_else(|| Refusal::Path {
             fraction: 0.0,
             fault: singularity(&line, 0.0, &q, model),
         })?;
+        let intervals = (line.length() / INTERVAL_LENGTH).ceil().max(4.0);
         Ok(Self {
             line,
-            parts: Parts::new(fastest),
+            steps: (intervals as u32).min(LINE_INTERVALS as u32) << LINE_REFINEMENTS,
             left,
             ahead: [0; LINE_REFINEMENTS + 1],
             ahead_count: 0,
@@ -66,18 +62,19 @@ impl Survey {
         self.line.ending_at(self.left.q)
     }
 
-    /// What the line asks of the joints, part by part.
-    pub fn parts(&self) -> &[Part] {
-        self.parts.as_slice()
-    }
-
     /// Looks at up to `places` places more; true when the end is reached.
     ///
     /// # Errors
     /// Where and why the line cannot be followed.
-    pub fn walk(&mut self, places: usize, arm: &Arm) -> Result<bool, Refusal> {
+    pub fn walk(
+        &mut self,
+        places: usize,
+        wish: &Wish,
+        arm: &Arm,
+        cells: &mut Cells,
+    ) -> Result<bool, Refusal> {
         for _ in 0..places {
-            if self.left_step >= STEPS {
+            if self.left_step >= self.steps {
                 return Ok(true);
             }
             self.places += 1;
@@ -86,18 +83,20 @@ impl Survey {
                 return Err(self.refusal(self.left_step, fault));
             }
             let step = self.next_step();
-            let s = self.line.length() * (f64::from(step) / f64::from(STEPS));
+            let s = self.line.length() * (f64::from(step) / f64::from(self.steps));
             let reached = self.line.positions(arm.model, s, &self.left.q);
             let right = reached.and_then(|q| self.line.point(arm.model, s, q));
             match right {
-                Some(right) if is_smooth(&self.left, &right) => self.accept(step, right, arm),
+                Some(right) if is_smooth(&self.left, &right) => {
+                    self.accept(step, right, wish, arm, cells);
+                }
                 // Halving also narrows down where the line becomes impossible.
                 _ if self.halve(step) => {}
                 _ if reached.is_some() => return Err(self.refusal(step, self.why_jump(s, arm))),
                 _ => return Err(self.refusal(step, self.why_not(s, arm))),
             }
         }
-        Ok(self.left_step >= STEPS)
+        Ok(self.left_step >= self.steps)
     }
 
     /// The end of the interval to look at next.
@@ -109,7 +108,7 @@ impl Survey {
         self.ahead
             .get(self.ahead_count - 1)
             .copied()
-            .unwrap_or(STEPS)
+            .unwrap_or(self.steps)
     }
 
     fn push(&mut self, step: u32) {
@@ -129,14 +128,11 @@ impl Survey {
         true
     }
 
-    fn accept(&mut self, step: u32, right: PathPoint, arm: &Arm) {
-        let mut bounds = PartBounds::NONE;
+    fn accept(&mut self, step: u32, right: PathPoint, wish: &Wish, arm: &Arm, cells: &mut Cells) {
+        let mut bounds = Bounds::NONE;
         bounds.cover(&self.left, &right, self.elbow_per_s(&right, arm), arm);
         bounds.tcp = self.line.tcp_distance_per_s();
-        let number = self.left_step as usize * LINE_PARTS / STEPS as usize;
-        let begins = self.left_step.is_multiple_of(STEPS / LINE_PARTS as u32);
-        self.parts
-            .add(right.s, &bounds, (number, begins), arm.limits);
+        cells.push(right.s, bounds.limits(wish, arm.limits));
         self.left = right;
         self.left_step = step;
         self.ahead_count -= 1;
@@ -173,7 +169,7 @@ impl Survey {
 
     fn refusal(&self, step: u32, fault: PathFault) -> Refusal {
         Refusal::Path {
-            fraction: f64::from(step) / f64::from(STEPS),
+            fraction: f64::from(step) / f64::from(self.steps),
             fault,
         }
     }

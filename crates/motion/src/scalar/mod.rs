@@ -1,21 +1,21 @@
 //! Motion of one number, the path parameter s, under limits of speed, acceleration and jerk.
 //!
 //! - [`ramp`]: the fastest change from one speed to another (three phases of constant jerk).
-//! - [`profile`]: rest-to-rest and speed-to-speed motions over a distance (seven phases), sampled exactly.
-//! - [`course`]: a chain of stretches with limits of their own, and the speeds at which they are joined.
-//! - [`travel`]: moving along a course cycle by cycle: speed fraction, pause, stop.
+//! - [`profile`]: such a change, sampled exactly.
+//! - [`track`]: how fast one may be at each place of a way.
+//! - [`travel`]: moving along a track cycle by cycle: speed fraction, pause, stop.
 //!
 //! Knows no joints and no poses. The unit of s is the caller's (rad of the leading joint, m along a line); time is in
 //! seconds. Everything is closed form or bisection with a fixed number of steps: no allocation, bounded time.
 
-pub mod course;
 pub mod profile;
 pub mod ramp;
+pub mod track;
 pub mod travel;
 
-pub use course::{Course, Stretch, Stretches};
 pub use profile::Profile;
-pub use travel::{Drive, Travel};
+pub use track::{CellLimits, Track};
+pub use travel::{Drive, Travel, window_for};
 
 /// Limits of a scalar motion, all positive and finite; unit of s over powers of seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,76 +1,79 @@
-//! Moving along a course, cycle by cycle: at full pace, slower, held, and back again, always within the limits.
+//! Moving along a track, cycle by cycle: as fast as it allows, smoothed in time, slower or held on demand.
 //!
-//! A speed fraction f plans with limits slowed by f, so at a constant fraction the motion is the same as at full speed,
-//! stretched in time by 1/f. Braking (a lower fraction, a pause, a stop) uses the full limits of the stretch. A change
-//! that does not fit into what is left of a stretch is made at the beginning of the next one; a pause in the last one
-//! needs none, because the motion brakes there already.
+//! A first motion accelerates and brakes with the full acceleration from one step to the next; the motion that is made is
+//! its mean over a window of time. So the acceleration changes no faster than its bound over the window, which is an
+//! S-curve of seven phases wherever the limits are the same: for those, with the window chosen by [`window_for`], the
+//! fastest there is (Biagiotti and Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, 2008, 3.4 and 4.6:
+//! trajectories by chains of moving averages).
+//!
+//! A speed fraction slows its clock, so that the motion is the same, stretched. It is taken over where the motion stands; one
+//! that comes on the way, a pause and a stop change what the first motion aims for, so their accelerations are smoothed too.
 
-use super::course::{Course, MAX_STRETCHES, Stretch};
-use super::profile::Profile;
-use super::ramp::{exit_speed, natural_speed, ramp};
-use super::{ScalarLimits, ScalarState};
+use super::{ScalarLimits, ScalarState, Track};
+use crate::constants::WINDOW_RANGE;
+
+/// Steps in a window.
+const STEPS: usize = 32;
+/// Room for rounding where speeds are compared.
+const SLACK: f64 = 1e-12;
+/// Steps of a foreseen motion before it counts as endless.
+const FORESEEN: usize = 200_000;
 
 /// What is wanted of the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drive {
-    /// Go on at this fraction of the course's pace, in (0, 1].
+    /// Go on at this fraction of the pace, in (0, 1].
     Go(f64),
     /// Brake on the path and stand.
     Halt,
+    /// The same, as hard as the arm can.
+    HaltHard,
 }
 
-/// A motion under way along a course.
+/// The window over which a motion under these limits over `length` is fastest; infinite lengths are allowed.
+pub fn window_for(limits: &ScalarLimits, length: f64) -> f64 {
+    let reached = limits.acceleration / limits.jerk;
+    let by_speed = (limits.speed / limits.jerk).sqrt();
+    let by_length = (length / (2.0 * limits.jerk)).cbrt();
+    let window = reached.min(by_speed).min(by_length);
+    window.clamp(WINDOW_RANGE.0, WINDOW_RANGE.1)
+}
+
+/// The first motion at the end of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Knot {
+    place: f64,
+    speed: f64,
+}
+
+/// A motion under way along a track.
 #[derive(Clone, Copy, Debug)]
 pub struct Travel {
-    course: Course,
-    stretch: usize,
-    /// Position at the beginning of the current stretch.
-    behind: f64,
-    /// Positions of the profile count from the beginning of the stretch.
-    profile: Profile,
+    /// The first motion at the ends of the steps of a window, the oldest first, and one step ahead.
+    knots: [Knot; STEPS + 2],
+    step: f64,
+    /// Time since the last but one knot.
+    phase: f64,
+    /// Time of its own clock since the start, s.
     time: f64,
-    /// What the profile was planned for; `None` when it was not, and should be as soon as possible.
-    planned: Option<Drive>,
-    /// The fraction of the profile.
-    fraction: f64,
+    /// Seconds of its own clock a second.
+    rate: f64,
     wanted: Drive,
-    finished: bool,
+    fraction: f64,
 }
 
 impl Travel {
-    /// At rest at the beginning of `course`; the first [`advance`](Self::advance) moves.
-    pub fn new(course: Course, drive: Drive) -> Self {
+    /// At rest at the beginning of `track`; the first [`advance`](Self::advance) moves.
+    pub fn new(track: &Track) -> Self {
         Self {
-            course,
-            stretch: 0,
-            behind: 0.0,
-            profile: Profile::standing(0.0, 0.0),
+            knots: [Knot::default(); STEPS + 2],
+            step: track.window().max(WINDOW_RANGE.0) / STEPS as f64,
+            phase: 0.0,
             time: 0.0,
-            planned: None,
+            rate: 1.0,
+            wanted: Drive::Halt,
             fraction: 0.0,
-            wanted: drive,
-            finished: false,
         }
-    }
-
-    /// Under way already, in the state `now` at the beginning of `course`; its position is not used. `None` when the first
-    /// stretch cannot be done from there: too fast for what follows.
-    pub fn joining(course: Course, now: ScalarState, drive: Drive) -> Option<Self> {
-        let mut travel = Self::new(course, drive);
-        let first = travel.current().copied()?;
-        let start = ScalarState {
-            position: 0.0,
-            ..now
-        };
-        let profile = travel.plan(&first, start)?;
-        // A way with a lower exit speed than planned for is one; braking that does not end in time is none.
-        if profile.end().position < first.length
-            || profile.end().speed > first.exit_speed * (1.0 + 1e-9)
-        {
-            return None;
-        }
-        travel.follow(profile);
-        Some(travel)
     }
 
     /// Changes what is wanted; takes effect in the next [`advance`](Self::advance).
@@ -78,29 +81,14 @@ impl Travel {
         self.wanted = drive;
     }
 
-    /// What is wanted of the motion.
-    pub fn wanted(&self) -> Drive {
-        self.wanted
+    /// Whether it is to go on.
+    pub fn is_going(&self) -> bool {
+        matches!(self.wanted, Drive::Go(_))
     }
 
-    /// The course.
-    pub fn course(&self) -> &Course {
-        &self.course
-    }
-
-    /// True when the end of the course is reached.
-    pub fn is_finished(&self) -> bool {
-        self.finished
-    }
-
-    /// True when the motion stands: finished, or halted with nothing left of the braking.
-    pub fn is_standing(&self) -> bool {
-        self.finished
-            || (self.wanted == Drive::Halt && self.current().is_none())
-            || (self.wanted == Drive::Halt
-                && self.planned == Some(Drive::Halt)
-                && self.time >= self.profile.duration()
-                && self.profile.end().speed == 0.0)
+    /// Time of its own clock since the start, s: real time at full speed.
+    pub fn time(&self) -> f64 {
+        self.time
     }
 
     /// The speed fraction that the motion follows now, 0 when it is halted.
@@ -108,249 +96,331 @@ impl Travel {
         self.fraction
     }
 
-    /// The state `dt` seconds later; from the end of the course on exactly its end, at rest.
-    pub fn advance(&mut self, dt: f64) -> ScalarState {
-        if self.planned != Some(self.wanted) && !self.finished {
-            self.replan();
-        }
-        self.time += dt;
-        // Each pass leaves one stretch; one more finishes.
-        for _ in 0..=MAX_STRETCHES {
-            let over = self.time - self.profile.duration();
-            if self.finished || over < 0.0 || !self.at_end_of_stretch() {
-                break;
+    /// The track up to here cannot be changed any more: the first motion has been there.
+    pub fn committed(&self) -> f64 {
+        self.knots[STEPS + 1].place
+    }
+
+    /// The oldest place that the motion still depends on.
+    pub fn oldest(&self) -> f64 {
+        self.knots[0].place
+    }
+
+    /// The speed of the first motion there.
+    pub fn committed_speed(&self) -> f64 {
+        self.knots[STEPS + 1].speed * self.rate
+    }
+
+    /// Whether the motion can go on over a track that has been changed: it is not too fast, and one that speeds up has time
+    /// to end that first.
+    pub fn fits(&self, track: &Track) -> bool {
+        let (place, speed) = (self.committed(), self.committed_speed());
+        let least = if self.accelerations().1 > 0.0 {
+            track.least_square(place, place + speed * track.window() / self.rate)
+        } else {
+            track.square(place)
+        };
+        least >= speed * speed * (1.0 - 1e-9)
+    }
+
+    /// True when the end of the track is reached.
+    pub fn is_finished(&self, track: &Track) -> bool {
+        self.knots[0].place >= track.end()
+    }
+
+    /// True when nothing moves: at the end, or halted.
+    pub fn is_standing(&self, track: &Track) -> bool {
+        self.is_finished(track) || !self.is_going() && self.rests()
+    }
+
+    /// Nothing of the first motion within the window moves.
+    fn rests(&self) -> bool {
+        self.knots.iter().all(|knot| knot.speed == 0.0)
+            && self.knots[0].place == self.knots[STEPS + 1].place
+    }
+
+    /// The state `dt` seconds later; from the end of the track on exactly its end, at rest.
+    pub fn advance(&mut self, dt: f64, track: &Track) -> ScalarState {
+        self.fraction = match self.wanted {
+            Drive::Go(fraction) => fraction,
+            Drive::Halt | Drive::HaltHard => 0.0,
+        };
+        if self.rests() {
+            if !self.is_going() {
+                return self.state(track);
             }
-            if self.current().is_none() {
-                self.finished = true;
-            } else {
-                self.next_stretch(over);
-            }
+            self.begin(self.fraction, track);
         }
-        self.state()
+        let passed = dt * self.rate;
+        self.time += passed;
+        self.phase += passed;
+        while self.phase >= self.step {
+            self.phase -= self.step;
+            self.knots.copy_within(1.., 0);
+            self.knots[STEPS + 1] = self.next_knot(track);
+        }
+        self.state(track)
+    }
+
+    /// From rest at a fraction of the pace.
+    fn begin(&mut self, fraction: f64, track: &Track) {
+        self.rate = fraction;
+        self.phase = 0.0;
+        self.knots[STEPS + 1] = self.next_knot(track);
     }
 
     /// The state now.
-    pub fn state(&self) -> ScalarState {
-        if self.finished {
-            return ScalarState::at_rest(self.course.length());
+    pub fn state(&self, track: &Track) -> ScalarState {
+        if self.is_finished(track) {
+            return ScalarState::at_rest(track.end());
         }
-        let state = self.profile.at(self.time);
+        let own = self.smoothed();
         ScalarState {
-            position: self.behind + state.position,
-            ..state
+            position: own.position,
+            speed: own.speed * self.rate,
+            acceleration: own.acceleration * self.rate * self.rate,
         }
     }
 
-    /// Time until the position is `place`, or until the end and its rest, s; infinite when it is not reached. As of now: what is
-    /// wanted stays as it is.
-    pub fn time_to(&self, place: f64) -> f64 {
+    /// Time of its own clock until the end of the track and until the mean has passed `place`, s.
+    pub fn foresee(&self, track: &Track, place: f64) -> (f64, f64) {
         let mut travel = *self;
-        if travel.planned != Some(travel.wanted) && !travel.finished {
-            travel.replan();
+        travel.wanted = Drive::Go(travel.rate);
+        if travel.rests() && travel.knots[0].place < track.end() {
+            travel.begin(1.0, track);
+            travel.wanted = Drive::Go(1.0);
         }
-        let mut time = 0.0;
-        for _ in 0..=MAX_STRETCHES {
-            let left = (travel.profile.duration() - travel.time).max(0.0);
-            if travel.finished {
-                return time;
+        let mut time = -travel.phase;
+        let mut passed = None;
+        for _ in 0..FORESEEN {
+            if travel.knots[0].place >= track.end() {
+                break;
             }
-            if travel.current().is_some() {
-                let reaches = |after: f64| {
-                    travel.behind + travel.profile.at(travel.time + after).position >= place
-                };
-                if reaches(left) && place < travel.course.length() {
-                    return time + first_true(left, reaches);
+            if passed.is_none() && travel.middle() >= place {
+                passed = Some(time);
+            }
+            // Where the speed stays the same nothing has to be stepped through.
+            let (first, last) = (travel.knots[0], travel.knots[STEPS + 1]);
+            if first.speed == last.speed && first.speed > 0.0 {
+                let even = track
+                    .even_until(last.place, last.speed)
+                    .min(if passed.is_none() {
+                        place
+                    } else {
+                        f64::INFINITY
+                    });
+                let way = even - last.place - last.speed * (track.window() + 2.0 * travel.step);
+                let steps = (way / (last.speed * travel.step)).floor();
+                if steps >= 1.0 {
+                    let skipped = steps * travel.step;
+                    travel
+                        .knots
+                        .iter_mut()
+                        .for_each(|knot| knot.place += knot.speed * skipped);
+                    time += skipped;
                 }
-            } else {
-                return time + left;
             }
-            if !travel.at_end_of_stretch() {
-                return f64::INFINITY;
-            }
-            time += left;
-            travel.next_stretch(0.0);
+            travel.knots.copy_within(1.., 0);
+            travel.knots[STEPS + 1] = travel.next_knot(track);
+            time += travel.step;
         }
-        time
+        (time, passed.unwrap_or(time))
     }
 
-    /// Time until the end of the course, s; infinite when it is not reached.
-    pub fn time_left(&self) -> f64 {
-        self.time_to(f64::INFINITY)
+    fn middle(&self) -> f64 {
+        self.knots[STEPS / 2].place
     }
 
-    fn at_end_of_stretch(&self) -> bool {
-        self.current()
-            .is_none_or(|s| self.profile.end().position >= s.length)
-    }
-
-    fn current(&self) -> Option<&Stretch> {
-        self.course.stretches().get(self.stretch)
-    }
-
-    fn next_stretch(&mut self, over: f64) {
-        let entry = self.profile.end();
-        self.behind += self.current().map_or(0.0, |s| s.length);
-        self.stretch += 1;
-        self.time = over;
-        let Some(stretch) = self.current().copied() else {
-            self.profile = Profile::standing(0.0, self.course.rest());
-            return;
-        };
-        let start = ScalarState {
-            position: 0.0,
-            ..entry
-        };
-        match self.plan(&stretch, start) {
-            Some(profile) => self.follow(profile),
-            None => {
-                // At the full limits of the stretch there is always a way on: the course was planned with them.
-                self.profile = at_full_limits(&stretch, start);
-                self.planned = None;
-            }
+    /// The mean of the first motion over the window, on its own clock.
+    fn smoothed(&self) -> ScalarState {
+        let window = self.step * STEPS as f64;
+        let knots = &self.knots;
+        let (old_left, new_left) = (knots[0], knots[STEPS]);
+        let old = self.between(&knots[0], &knots[1]);
+        let new = self.between(&knots[STEPS], &knots[STEPS + 1]);
+        let rest_of_first = self.integral(&old_left, &knots[1], self.step)
+            - self.integral(&old_left, &knots[1], self.phase);
+        let mut sum = rest_of_first + self.integral(&new_left, &knots[STEPS + 1], self.phase);
+        for pair in knots.windows(2).take(STEPS).skip(1) {
+            sum += self.integral(&pair[0], &pair[1], self.step);
+        }
+        ScalarState {
+            position: old_left.place + sum / window,
+            speed: (new.place - old.place) / window,
+            acceleration: (new.speed - old.speed) / window,
         }
     }
 
-    /// Plans anew from where the motion is; keeps the present profile when that does not fit into the stretch.
-    fn replan(&mut self) {
-        let Some(stretch) = self.current().copied() else {
-            return;
-        };
-        let now = self.profile.at(self.time);
-        if let Some(profile) = self.plan(&stretch, now) {
-            self.follow(profile);
-            self.time = 0.0;
+    /// The first motion at the present phase between two knots.
+    fn between(&self, from: &Knot, to: &Knot) -> Knot {
+        let (change, ends) = self.change(from, to);
+        if self.phase >= ends {
+            return *to;
+        }
+        let t = self.phase;
+        Knot {
+            place: from.place + t * (from.speed + 0.5 * change * t),
+            speed: from.speed + change * t,
         }
     }
 
-    fn follow(&mut self, profile: Profile) {
-        self.profile = profile;
-        self.planned = Some(self.wanted);
-        self.fraction = match self.wanted {
-            Drive::Go(fraction) => fraction,
-            Drive::Halt => 0.0,
-        };
-    }
-
-    fn plan(&self, stretch: &Stretch, now: ScalarState) -> Option<Profile> {
-        let left = stretch.length - now.position;
-        match self.wanted {
-            Drive::Halt => plan_halt(stretch, now, left),
-            Drive::Go(fraction) => {
-                let limits = stretch.paced().slowed(fraction);
-                let exit = stretch.exit_speed * fraction;
-                plan_go(stretch, now, exit, &limits)
-                    .or_else(|| plan_slower(stretch, now, left, exit, &limits))
-            }
+    /// The acceleration from one knot to the next, and how long it lasts: where the motion comes to rest it may do so within
+    /// the step.
+    fn change(&self, from: &Knot, to: &Knot) -> (f64, f64) {
+        if to.speed > 0.0 || from.speed <= 0.0 {
+            return ((to.speed - from.speed) / self.step, self.step);
         }
+        let ends = (2.0 * (to.place - from.place) / from.speed).min(self.step);
+        (-from.speed / ends.max(1e-12), ends)
     }
-}
 
-/// Where between 0 and `most` something becomes true that is true at `most`.
-fn first_true(most: f64, is_true: impl Fn(f64) -> bool) -> f64 {
-    let (mut low, mut high) = (0.0, most);
-    for _ in 0..50 {
-        let middle = 0.5 * (low + high);
-        if is_true(middle) {
-            high = middle;
+    /// Integral of the place, counted from the oldest knot's, over the first `t` seconds after `from`.
+    fn integral(&self, from: &Knot, to: &Knot, t: f64) -> f64 {
+        let (change, ends) = self.change(from, to);
+        let place = from.place - self.knots[0].place;
+        let moving = t.min(ends);
+        let rest = (t - moving) * (to.place - self.knots[0].place);
+        moving * (place + moving * (from.speed / 2.0 + moving * change / 6.0)) + rest
+    }
+
+    /// One step of the first motion.
+    fn next_knot(&self, track: &Track) -> Knot {
+        let now = self.knots[STEPS + 1];
+        if now.place >= track.end() {
+            return Knot {
+                place: track.end(),
+                speed: 0.0,
+            };
+        }
+        let gear = match self.wanted {
+            Drive::Go(fraction) => fraction / self.rate,
+            Drive::Halt | Drive::HaltHard => 0.0,
+        };
+        let allowed = track.square(now.place).sqrt();
+        if gear > 0.0 && now.speed <= gear * allowed * (1.0 + 1e-9) {
+            // Slower by a factor is the same in steps that are shorter by it.
+            let slowed = Knot {
+                speed: now.speed / gear,
+                ..now
+            };
+            let next = self.onward(slowed, gear, track);
+            return Knot {
+                speed: next.speed * gear,
+                ..next
+            };
+        }
+        self.braked(now, gear * allowed, track)
+    }
+
+    /// The accelerations of the first motion within the window, smallest and largest, 0 included.
+    fn accelerations(&self) -> (f64, f64) {
+        let pairs = self.knots.windows(2);
+        pairs.fold((0.0, 0.0), |(least, largest), pair| {
+            let (a, _) = self.change(&pair[0], &pair[1]);
+            (least.min(a), largest.max(a))
+        })
+    }
+
+    /// One step towards a lower speed than the present one.
+    fn braked(&self, now: Knot, goal: f64, track: &Track) -> Knot {
+        let (h, rate) = (self.step, self.rate);
+        let (asked, hardest, jerk) = track.bounds(now.place, now.speed * rate);
+        // How hard, and how much the acceleration may change within the window.
+        let (hard, change) = if self.wanted == Drive::HaltHard {
+            (hardest, (jerk * track.window() * rate).max(hardest))
         } else {
-            low = middle;
+            (asked, asked)
+        };
+        let (_, largest) = self.accelerations();
+        let square = rate * rate;
+        let a = (-hard / square).max(largest - change / square).min(0.0);
+        let next = (now.speed + a * h).max(goal).max(0.0).min(now.speed);
+        let ahead = track
+            .square(now.place + 0.5 * (now.speed + next) * h)
+            .sqrt()
+            / rate;
+        if next > ahead {
+            let (place, speed) = track.followed(now.place, now.speed * rate, h / rate);
+            return Knot {
+                place,
+                speed: (speed / rate).min(now.speed),
+            };
+        }
+        // It may come to rest within the step.
+        let lasts = if next > 0.0 || a == 0.0 {
+            h
+        } else {
+            (-now.speed / a).min(h)
+        };
+        let place = now.place + 0.5 * (now.speed + next) * lasts;
+        Knot {
+            place: place.min(track.end()),
+            speed: if place < track.end() { next } else { 0.0 },
         }
     }
-    high
-}
 
-/// Brakes to rest within the stretch, or, where that does not fit, as far as it does.
-fn plan_halt(stretch: &Stretch, now: ScalarState, left: f64) -> Option<Profile> {
-    let (a, j) = (stretch.limits.acceleration, stretch.limits.jerk);
-    let halt = Profile::to_speed(now, 0.0, a, j);
-    if halt.end().position <= stretch.length {
-        return Some(halt);
-    }
-    let slowest = exit_speed(
-        (now.speed, now.acceleration),
-        (0.0, stretch.exit_speed),
-        false,
-        left,
-        (a, j),
-    )?;
-    plan_go(stretch, now, slowest, &stretch.limits)
-}
-
-/// On to the end of the stretch at `exit`, or as fast as the distance allows.
-fn plan_go(
-    stretch: &Stretch,
-    now: ScalarState,
-    exit: f64,
-    limits: &ScalarLimits,
-) -> Option<Profile> {
-    let left = stretch.length - now.position;
-    let natural = natural_speed(now.speed, now.acceleration, limits.jerk);
-    let exit = if exit > natural {
-        let from = (now.speed, now.acceleration);
-        let with = (limits.acceleration, limits.jerk);
-        exit_speed(from, (natural.max(0.0), exit), true, left, with).unwrap_or(exit)
-    } else {
-        exit
-    };
-    Profile::to_position(now, stretch.length, exit, limits)
-}
-
-/// Brakes with the full limits of the stretch to a speed from which `limits` will do.
-fn plan_slower(
-    stretch: &Stretch,
-    now: ScalarState,
-    left: f64,
-    exit: f64,
-    limits: &ScalarLimits,
-) -> Option<Profile> {
-    let (a, j) = (stretch.limits.acceleration, stretch.limits.jerk);
-    let brake = |goal: f64| ramp(now.speed, now.acceleration, goal, a, j).distance;
-    let then = |from: f64| {
-        let goal = exit.min(from);
-        ramp(from, 0.0, goal, limits.acceleration, limits.jerk).distance
-    };
-    let fits = |speed: f64| brake(speed) + then(speed) <= left;
-    // Not below the speed at which the acceleration is gone, unless the limits ask for it.
-    let natural = natural_speed(now.speed, now.acceleration, j);
-    let mut speed = limits.speed.min(natural).max(0.0);
-    if !fits(speed) {
-        // Braking to rest takes longest: with its distance set aside the rest grows with the speed.
-        let set_aside = left - brake(0.0);
-        let (mut good, mut bad) = (0.0, speed);
-        for _ in 0..60 {
-            let middle = 0.5 * (good + bad);
-            if then(middle) <= set_aside {
-                good = middle;
-            } else {
-                bad = middle;
+    /// One step as fast as the track allows; the step and the window are longer by the gear.
+    fn onward(&self, now: Knot, gear: f64, track: &Track) -> Knot {
+        let (place, speed) = (now.place, now.speed);
+        let (h, window) = (self.step * gear, track.window() * gear);
+        let (asked, ..) = track.bounds(place, speed);
+        // What slowed down within the window must have gone from the mean before it may speed up fully.
+        let least = self.accelerations().0 / (gear * gear);
+        let up = speed + (asked + least).max(0.0) * h;
+        // After speeding up there has to be time for the mean to do so too before it slows down.
+        let room = |next: f64| {
+            let ahead = place + next * (h + window);
+            track.least_square(place, ahead) - next * next
+        };
+        let top = track.square(place + speed * h).sqrt();
+        let up = up.min(top);
+        if up >= speed && up > 0.0 && room(up) >= -SLACK * up * up {
+            return reached(now, up, h, track);
+        }
+        if up > speed && room(speed) > 0.0 {
+            let (mut low, mut high) = (speed, up);
+            for _ in 0..if speed > 0.0 { 12 } else { 50 } {
+                let middle = 0.5 * (low + high);
+                if room(middle) >= 0.0 {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            if low > 0.0 {
+                return reached(now, low, h, track);
             }
         }
-        speed = good;
+        let there = track.square(place + speed * h);
+        if there >= speed * speed * (1.0 - SLACK) && speed > 0.0 {
+            return reached(now, speed, h, track);
+        }
+        if speed <= 0.0 && up <= 0.0 && least < 0.0 {
+            // It has just come to rest: in a moment it may go on.
+            return now;
+        }
+        if speed <= 0.0 {
+            // Too short a way to speed up on: the end is a rounding away.
+            return Knot {
+                place: track.end(),
+                speed: 0.0,
+            };
+        }
+        let (place, next) = track.followed(place, speed, h);
+        Knot {
+            place,
+            speed: next.min(speed),
+        }
     }
-    let first = Profile::to_speed(now, speed, a, j);
-    let start = first.end();
-    let second = plan_go(stretch, start, exit, limits)?;
-    first.followed_by(&second)
 }
 
-/// The way through a stretch that is always there when it is entered at or below its planned entry speed.
-fn at_full_limits(stretch: &Stretch, start: ScalarState) -> Profile {
-    let limits = (stretch.limits.acceleration, stretch.limits.jerk);
-    let wanted = stretch.exit_speed;
-    let exit = if wanted < start.speed {
-        exit_speed(
-            (start.speed, 0.0),
-            (wanted, start.speed),
-            false,
-            stretch.length,
-            limits,
-        )
-    } else {
-        None
-    };
-    let exit = exit.unwrap_or(wanted);
-    plan_go(stretch, start, exit, &stretch.limits).unwrap_or_else(|| {
-        // Only rounding can lead here: brake as hard as allowed.
-        Profile::to_speed(start, 0.0, limits.0, limits.1)
-    })
+fn reached(now: Knot, speed: f64, h: f64, track: &Track) -> Knot {
+    let place = now.place + 0.5 * (now.speed + speed) * h;
+    if place >= track.end() {
+        return Knot {
+            place: track.end(),
+            speed: 0.0,
+        };
+    }
+    Knot { place, speed }
 }

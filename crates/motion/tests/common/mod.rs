@@ -30,6 +30,8 @@ pub struct Bench {
     pub ended: Vec<(CommandId, Outcome, u64)>,
     pub warnings: Vec<(CommandId, Warning)>,
     pub stops: Vec<StopReason>,
+    /// Motions whose sender was told that the next may follow.
+    pub queued: Vec<CommandId>,
     pub limits: MotionLimits,
 }
 
@@ -53,6 +55,7 @@ impl Bench {
             ended: Vec::new(),
             warnings: Vec::new(),
             stops: Vec::new(),
+            queued: Vec::new(),
             limits,
         }
     }
@@ -74,6 +77,7 @@ impl Bench {
                 Event::Ended { id, outcome, cycle } => self.ended.push((id, outcome, cycle)),
                 Event::Warned { id, warning, .. } => self.warnings.push((id, warning)),
                 Event::Stopped { reason, .. } => self.stops.push(reason),
+                Event::Queued { id, .. } => self.queued.push(id),
             }
         }
         self.now()

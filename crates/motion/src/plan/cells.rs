@@ -1,0 +1,81 @@
+//! A planned leg cell by cell: how far along its path each reaches and what it bears.
+
+use crate::constants::{ACCELERATION_RISE, CELLS_OF_LEG};
+use crate::scalar::{CellLimits, ScalarLimits, window_for};
+
+/// The cells of one leg, in its own s.
+#[derive(Clone, Debug, Default)]
+pub struct Cells {
+    list: Vec<(f64, CellLimits)>,
+}
+
+impl Cells {
+    /// None, with room for those of any leg.
+    pub fn new() -> Self {
+        Self {
+            list: Vec::with_capacity(CELLS_OF_LEG),
+        }
+    }
+
+    /// Forgets them all.
+    pub fn clear(&mut self) {
+        self.list.clear();
+    }
+
+    /// Adds one; the last one grows where there is no more room.
+    pub fn push(&mut self, until: f64, limits: CellLimits) {
+        if self.list.len() < self.list.capacity() {
+            self.list.push((until, limits));
+        } else if let Some((end, last)) = self.list.last_mut() {
+            *end = until;
+            last.lower(&limits);
+        }
+    }
+
+    /// Where each ends, and what it bears.
+    pub fn iter(&self) -> impl Iterator<Item = (f64, &CellLimits)> {
+        self.list.iter().map(|(until, limits)| (*until, limits))
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.list.len()
+    }
+
+    /// The least speed, and the least acceleration at speed.
+    pub fn least(&self) -> (f64, f64) {
+        self.list
+            .iter()
+            .fold((f64::INFINITY, f64::INFINITY), |(speed, a), (_, limits)| {
+                (speed.min(limits.speed), a.min(limits.asked[1]))
+            })
+    }
+
+    /// The window of time over which a motion over them is smoothed; `length` is infinite where more may follow.
+    pub fn window(&self, length: f64) -> f64 {
+        let mut longest = 0.0_f64;
+        let mut fastest = ScalarLimits {
+            speed: 0.0,
+            acceleration: 0.0,
+            jerk: f64::INFINITY,
+        };
+        for (_, limits) in &self.list {
+            let acceleration = limits.asked[0].max(limits.asked[1]);
+            let jerk = limits.jerk.min(acceleration / ACCELERATION_RISE);
+            longest = longest.max(acceleration / jerk);
+            fastest.speed = fastest.speed.max(limits.speed);
+            fastest.acceleration = fastest.acceleration.max(acceleration);
+            fastest.jerk = fastest.jerk.min(jerk);
+        }
+        let first = self.list.first().map(|(_, limits)| limits);
+        if self.list.iter().all(|(_, limits)| Some(limits) == first) {
+            return window_for(&fastest, length);
+        }
+        let any = ScalarLimits {
+            speed: f64::INFINITY,
+            acceleration: longest,
+            jerk: 1.0,
+        };
+        window_for(&any, f64::INFINITY)
+    }
+}

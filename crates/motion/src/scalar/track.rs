@@ -1,0 +1,401 @@
+//! How fast one may be at each place of a way: cells with limits of their own, and what their neighbours leave of them.
+//!
+//! The way is known to its present end and may be lengthened while somebody is on it; until then it ends at rest. A cell's
+//! speed is lowered to what can still be braked from (backward pass over the squares of the speeds, which change evenly
+//! with the place at constant acceleration; Bobrow, Dubowsky and Gibson 1985). The motion along the way is smoothed in time
+//! afterwards ([`Travel`](super::Travel)): for half of that time before and behind a cell nobody may be faster than the cell
+//! allows, so that the mean keeps its limits too.
+
+/// A piece of the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cell {
+    /// Where it ends.
+    pub until: f64,
+    /// What is asked for and possible on it.
+    pub limits: CellLimits,
+    /// Share of the speed at which it is done, below 1 when a longer duration is wanted.
+    pub pace: f64,
+    /// What its neighbours leave of the limits.
+    eroded: CellLimits,
+    /// Square of the speed at its end, how fast it may fall towards there along the way, and the most it may be.
+    end: f64,
+    fall: f64,
+    most: f64,
+}
+
+/// Limits of a cell; unit of the way over powers of seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellLimits {
+    /// Largest speed.
+    pub speed: f64,
+    /// Largest acceleration at rest and at that speed; evenly less with the square of the speed in between.
+    pub asked: [f64; 2],
+    /// The same for stops that shall be as short as they can be.
+    pub hardest: [f64; 2],
+    /// Largest jerk.
+    pub jerk: f64,
+}
+
+impl CellLimits {
+    /// No limits.
+    pub const NONE: Self = Self {
+        speed: f64::INFINITY,
+        asked: [f64::INFINITY; 2],
+        hardest: [f64::INFINITY; 2],
+        jerk: f64::INFINITY,
+    };
+
+    /// True when they are positive and finite.
+    pub fn are_usable(&self) -> bool {
+        let [a, b] = self.asked;
+        let [c, d] = self.hardest;
+        let all = [self.speed, a, b, c, d, self.jerk];
+        all.iter().all(|x| x.is_finite() && *x > 0.0)
+    }
+
+    /// The same way counted in a unit of which one has `rate` of the present ones.
+    #[must_use]
+    pub fn counted(&self, rate: f64) -> Self {
+        Self {
+            speed: self.speed / rate,
+            asked: self.asked.map(|a| a / rate),
+            hardest: self.hardest.map(|a| a / rate),
+            jerk: self.jerk / rate,
+        }
+    }
+
+    /// The acceleration left where the square of the speed is `square`.
+    fn left(&self, [rest, fast]: [f64; 2], square: f64) -> f64 {
+        rest + (fast - rest) * (square / (self.speed * self.speed)).min(1.0)
+    }
+
+    fn paced(&self, pace: f64, window: f64) -> Self {
+        let most = self.jerk * window;
+        Self {
+            speed: self.speed * pace,
+            asked: self.asked.map(|a| (a * pace * pace).min(most)),
+            hardest: self.hardest.map(|a| a.min(most)),
+            jerk: self.jerk,
+        }
+    }
+
+    /// The lower of both, each at its own speed.
+    pub fn lower(&mut self, other: &Self) {
+        self.speed = self.speed.min(other.speed);
+        for k in 0..2 {
+            self.asked[k] = self.asked[k].min(other.asked[k]);
+            self.hardest[k] = self.hardest[k].min(other.hardest[k]);
+        }
+        self.jerk = self.jerk.min(other.jerk);
+    }
+}
+
+/// The cells in order, and where they begin.
+#[derive(Clone, Debug)]
+pub struct Track {
+    begin: f64,
+    cells: Vec<Cell>,
+    /// Time over which the motion is smoothed, s.
+    window: f64,
+    /// From this place on nobody may be faster than this while it is not known what comes behind the end.
+    zone: (f64, f64),
+    /// What stood from a place on, for [`restore`](Self::restore), and the zone.
+    saved: (usize, Vec<Cell>),
+    saved_zone: (f64, f64),
+}
+
+/// No zone.
+const NO_ZONE: (f64, f64) = (f64::INFINITY, f64::INFINITY);
+
+impl Track {
+    /// A way of no length; room for `room` cells, more are never taken.
+    pub fn new(room: usize) -> Self {
+        Self {
+            begin: 0.0,
+            cells: Vec::with_capacity(room),
+            window: 0.0,
+            zone: NO_ZONE,
+            saved: (0, Vec::with_capacity(room)),
+            saved_zone: NO_ZONE,
+        }
+    }
+
+    /// Begins anew at 0 for motions smoothed over `window` seconds.
+    pub fn restart(&mut self, window: f64) {
+        self.begin = 0.0;
+        self.cells.clear();
+        self.window = window;
+        self.zone = NO_ZONE;
+    }
+
+    /// Places for further cells.
+    pub fn room(&self) -> usize {
+        self.cells.capacity() - self.cells.len()
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// Time over which the motion is smoothed, s.
+    pub fn window(&self) -> f64 {
+        self.window
+    }
+
+    /// Where the way ends.
+    pub fn end(&self) -> f64 {
+        self.cells.last().map_or(self.begin, |cell| cell.until)
+    }
+
+    /// Adds a cell; `None` when there is no room or it cannot be used. One of no length is left out.
+    pub fn push(&mut self, until: f64, limits: CellLimits, pace: f64) -> Option<()> {
+        if until <= self.end() + 1e-12 * (1.0 + until.abs()) {
+            return Some(());
+        }
+        if self.room() == 0 || !limits.are_usable() || !until.is_finite() {
+            return None;
+        }
+        self.cells.push(Cell {
+            until,
+            limits,
+            pace,
+            eroded: limits,
+            end: 0.0,
+            fall: 0.0,
+            most: 0.0,
+        });
+        Some(())
+    }
+
+    /// Ends the way at `place`. What stands behind `from`, which is before that, can be [restored](Self::restore) until the
+    /// next cut.
+    pub fn cut(&mut self, from: f64, place: f64) {
+        self.saved_zone = self.zone;
+        self.zone = NO_ZONE;
+        let kept = self
+            .cells
+            .partition_point(|cell| cell.until < from.min(place));
+        self.saved.0 = kept;
+        self.saved.1.clear();
+        self.saved
+            .1
+            .extend_from_slice(self.cells.get(kept..).unwrap_or_default());
+        let kept = self.cells.partition_point(|cell| cell.until < place);
+        self.cells.truncate(kept + 1);
+        if let Some(last) = self.cells.last_mut() {
+            last.until = last.until.min(place);
+        }
+    }
+
+    /// Lets the motion slow down so many times harder in the cells between two places, as far as that is possible.
+    pub fn harden(&mut self, from: f64, to: f64, times: f64) {
+        let first = self.index(from);
+        for cell in self
+            .cells
+            .iter_mut()
+            .skip(first)
+            .take_while(|cell| cell.until <= to)
+        {
+            let limits = &mut cell.limits;
+            for k in 0..2 {
+                let most = limits.hardest[k].max(limits.asked[k]);
+                limits.asked[k] = (times * limits.asked[k]).min(most);
+            }
+        }
+    }
+
+    /// Takes the last cut back, and what was added since.
+    pub fn restore(&mut self) {
+        self.cells.truncate(self.saved.0);
+        self.cells.extend_from_slice(&self.saved.1);
+        self.zone = self.saved_zone;
+    }
+
+    /// Cells that end before `place` are forgotten.
+    pub fn forget_before(&mut self, place: f64) {
+        let gone = self.cells.iter().take_while(|cell| cell.until < place);
+        let gone = gone.count().min(self.cells.len().saturating_sub(1));
+        if gone > 0 {
+            self.begin = self
+                .cells
+                .get(gone - 1)
+                .map_or(self.begin, |cell| cell.until);
+            self.cells.drain(..gone);
+        }
+    }
+
+    /// From `place`, where a cell begins, on nobody may be faster than `speed` until the way is cut.
+    pub fn set_zone(&mut self, place: f64, speed: f64) {
+        self.zone = (place, speed);
+    }
+
+    /// Sets the pace of the cells from `place` on.
+    pub fn set_pace(&mut self, place: f64, pace: f64) {
+        let from = self.cells.partition_point(|cell| cell.until <= place);
+        self.cells
+            .iter_mut()
+            .skip(from)
+            .for_each(|cell| cell.pace = pace);
+    }
+
+    /// Works out the speeds after cells were added, cut or paced.
+    pub fn settle(&mut self) {
+        for k in 0..self.cells.len() {
+            let own = self.own(k);
+            if let Some(cell) = self.cells.get_mut(k) {
+                cell.eroded = own;
+            }
+        }
+        self.erode();
+        let (mut after, mut next) = (0.0_f64, 0.0_f64);
+        for k in (0..self.cells.len()).rev() {
+            let length = self.length(k);
+            let Some(cell) = self.cells.get_mut(k) else {
+                return;
+            };
+            let limits = &cell.eroded;
+            let most = limits.speed * limits.speed;
+            cell.end = after.min(next).min(most);
+            // With x the square of the speed: x = end + 2 (rest + change x) length, change being 0 or less.
+            let [rest, fast] = limits.asked;
+            let change = (fast - rest).min(0.0) / most;
+            let entry = (cell.end + 2.0 * rest * length) / (1.0 - 2.0 * change * length);
+            cell.fall = 2.0 * (rest + change * entry.min(most));
+            cell.most = most;
+            (after, next) = ((cell.end + cell.fall * length).min(most), most);
+        }
+    }
+
+    /// What a cell bears by itself.
+    fn own(&self, k: usize) -> CellLimits {
+        let Some(cell) = self.cells.get(k) else {
+            return CellLimits::NONE;
+        };
+        let mut own = cell.limits.paced(cell.pace, self.window);
+        if cell.until > self.zone.0 + 1e-12 * (1.0 + cell.until.abs()) {
+            own.speed = own.speed.min(self.zone.1);
+        }
+        own
+    }
+
+    fn length(&self, k: usize) -> f64 {
+        let begin = match k.checked_sub(1) {
+            Some(before) => self.cells.get(before).map_or(self.begin, |cell| cell.until),
+            None => self.begin,
+        };
+        self.cells.get(k).map_or(0.0, |cell| cell.until - begin)
+    }
+
+    /// Lowers every cell to what others allow for half of the window before and behind them.
+    fn erode(&mut self) {
+        for k in 0..self.cells.len() {
+            let own = self.own(k);
+            let reach = 0.5 * own.speed * self.window;
+            let begin = self.cells.get(k).map_or(0.0, |cell| cell.until) - self.length(k);
+            let end = begin + self.length(k);
+            for cell in self.cells.get_mut(..k).unwrap_or_default().iter_mut().rev() {
+                if cell.until <= begin - reach {
+                    break;
+                }
+                cell.eroded.lower(&own);
+            }
+            let mut from = end;
+            for cell in self.cells.get_mut(k + 1..).unwrap_or_default() {
+                if from >= end + reach {
+                    break;
+                }
+                cell.eroded.lower(&own);
+                from = cell.until;
+            }
+        }
+    }
+
+    /// The cell at a place; the last one behind the end.
+    fn index(&self, place: f64) -> usize {
+        let k = self.cells.partition_point(|cell| cell.until <= place);
+        k.min(self.cells.len().saturating_sub(1))
+    }
+
+    /// Square of the speed allowed at a place.
+    pub fn square(&self, place: f64) -> f64 {
+        let cell = self.cells.get(self.index(place));
+        cell.map_or(0.0, |cell| cell.square(place))
+    }
+
+    /// The least of it between two places.
+    pub fn least_square(&self, from: f64, to: f64) -> f64 {
+        let (first, last) = (self.index(from), self.index(to));
+        if to >= self.end() {
+            return 0.0;
+        }
+        let mut least = self.square(from).min(self.square(to));
+        for cell in self.cells.get(first..last).unwrap_or_default() {
+            least = least.min(cell.end);
+        }
+        least
+    }
+
+    /// Acceleration asked for, the hardest one, and the jerk, at a place and a speed.
+    pub fn bounds(&self, place: f64, speed: f64) -> (f64, f64, f64) {
+        let Some(cell) = self.cells.get(self.index(place)) else {
+            return (1.0, 1.0, 1.0);
+        };
+        let limits = &cell.eroded;
+        let square = speed * speed;
+        let asked = limits.left(limits.asked, square);
+        let hardest = limits.left(limits.hardest, square).max(asked);
+        (asked, hardest, limits.jerk)
+    }
+
+    /// The speed after `time` when one goes at `speed` at `place` and follows the squares of the speeds down; the place.
+    pub fn followed(&self, place: f64, speed: f64, time: f64) -> (f64, f64) {
+        let mut k = self.index(place);
+        loop {
+            let Some(cell) = self.cells.get(k) else {
+                return (self.end(), 0.0);
+            };
+            // w² = square here - fall (next place - place), next place - place = (speed + w) time / 2.
+            let here = cell.end + cell.fall * (cell.until - place);
+            let quarter = cell.fall * time / 4.0;
+            let under = quarter * quarter + here - 2.0 * quarter * speed;
+            let next = if under >= 0.0 {
+                (under.sqrt() - quarter).min(cell.most.sqrt())
+            } else {
+                -1.0
+            };
+            let reached = place + 0.5 * (speed + next.max(0.0)) * time;
+            let is_last = k + 1 >= self.cells.len();
+            if is_last && (next <= 0.0 || reached >= cell.until) {
+                return (cell.until, 0.0);
+            }
+            if reached <= cell.until && next >= 0.0 || is_last {
+                return (reached, next.max(0.0));
+            }
+            k += 1;
+        }
+    }
+
+    /// How far the allowed speed stays what it is at a place.
+    pub fn even_until(&self, place: f64, speed: f64) -> f64 {
+        let square = speed * speed * (1.0 - 1e-12);
+        let mut until = place;
+        for cell in self.cells.get(self.index(place)..).unwrap_or_default() {
+            // Where more is allowed one speeds up.
+            if cell.most < square || cell.most > square * (1.0 + 1e-9) {
+                break;
+            }
+            if cell.end < square {
+                return until.max(cell.until - (square - cell.end) / cell.fall);
+            }
+            until = cell.until;
+        }
+        until
+    }
+}
+
+impl Cell {
+    fn square(&self, place: f64) -> f64 {
+        (self.end + self.fall * (self.until - place).max(0.0)).min(self.most)
+    }
+}
