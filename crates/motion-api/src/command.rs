@@ -369,6 +369,21 @@ impl CommandKind {
         }
     }
 
+    /// True for commands from which on the arm moves, or may move.
+    pub const fn sets_in_motion(&self) -> bool {
+        self.is_motion()
+            || matches!(
+                self,
+                Self::ServoJ { .. }
+                    | Self::SpeedJ { .. }
+                    | Self::SpeedL { .. }
+                    | Self::Freedrive { .. }
+                    | Self::ForceMode { .. }
+                    | Self::TrackConveyorLinear { .. }
+                    | Self::TrackConveyorCircular { .. }
+            )
+    }
+
     /// True for commands that move the arm and so exclude one another.
     pub const fn is_motion(&self) -> bool {
         matches!(

@@ -316,7 +316,7 @@ impl Controller {
             .build()?;
         runtime.block_on(async {
             // A refusal was reported to the observer.
-            let Ok(_) = self.supervisor.submit(program).await else {
+            let Ok(_) = self.supervisor.submit(program, "the command line").await else {
                 return Ok(None);
             };
             tokio::select! {

@@ -1,7 +1,7 @@
 //! What a task tells people while it runs: findings, errors, lines, global variables, and watchdogs that bite.
 
 use elite_lang::{Diagnostic, ScriptError, SourceFile, memory};
-use motion_api::{Origin, Seconds, ThreadNumber};
+use motion_api::{Origin, ProgramId, Seconds, ThreadNumber};
 
 use super::scheduler::{Task, TaskEnd, Waiting};
 use crate::message::{Message, Severity};
@@ -13,24 +13,28 @@ const VALUE_CHARS_MAX: usize = 1000;
 
 impl Task {
     pub(super) fn report_finding(&self, finding: &Diagnostic, file: &SourceFile, secondary: bool) {
-        let place = finding.fields(file);
-        let summary = format!("SyntaxError: {}", finding.message);
         if secondary {
             let origin = Origin {
                 program: self.context.program(),
-                line: place.line,
+                line: finding.fields(file).line,
                 ..Origin::default()
             };
+            let summary = format!("SyntaxError: {}", finding.message);
             return self.warn_of_secondary(origin, &summary);
         }
-        let picture = elite_lang::render_human(finding, file, false);
-        self.settings.observer.message(&Message::ScriptError {
+        let message = message_of(finding, file, self.context.program());
+        self.settings.observer.message(&message);
+    }
+
+    /// Tells that another main program takes the place of this one.
+    pub(super) fn report_replacement(&self, successor: &str) {
+        let origin = Origin {
             program: self.context.program(),
-            line: place.line,
-            column: place.column,
-            report: format!("{}\n{summary}", picture.trim_end()),
-            summary,
-        });
+            ..Origin::default()
+        };
+        let text = format!("the program was stopped: {successor} takes its place");
+        let message = Message::log(Severity::Warning, origin, text);
+        self.settings.observer.message(&message);
     }
 
     pub(super) fn report_script_error(&self, error: &ScriptError) {
@@ -152,6 +156,20 @@ impl Task {
             let text = "TimeoutError: a secondary program has to be short, this one was ended after waiting for a second";
             self.end_secondary(number, text);
         }
+    }
+}
+
+/// What is told of a main program that does not compile; 0 is the number of one that was never started.
+pub(crate) fn message_of(finding: &Diagnostic, file: &SourceFile, program: ProgramId) -> Message {
+    let place = finding.fields(file);
+    let summary = format!("SyntaxError: {}", finding.message);
+    let picture = elite_lang::render_human(finding, file, false);
+    Message::ScriptError {
+        program,
+        line: place.line,
+        column: place.column,
+        report: format!("{}\n{summary}", picture.trim_end()),
+        summary,
     }
 }
 
