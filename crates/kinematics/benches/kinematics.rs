@@ -86,6 +86,22 @@ fn inverse_all_calibrated_of_1000(bencher: Bencher) {
     });
 }
 
+/// Straight elbow and parallel wrist axes at once: everything is tried.
+#[divan::bench]
+fn inverse_all_calibrated_at_worst(bencher: Bencher) {
+    let arm = measured();
+    let pose = arm.flange_pose(&JointPositions([0.3, -1.2, 1e-5, -0.7, 1e-5, 0.2]));
+    bencher.bench_local(|| arm.inverse_all(black_box(&pose), &Pose::IDENTITY));
+}
+
+/// Parallel wrist axes alone.
+#[divan::bench]
+fn inverse_all_calibrated_at_a_singular_wrist(bencher: Bencher) {
+    let arm = measured();
+    let pose = arm.flange_pose(&JointPositions([0.3, -1.2, 1.1, -0.7, 1e-5, 0.2]));
+    bencher.bench_local(|| arm.inverse_all(black_box(&pose), &Pose::IDENTITY));
+}
+
 #[divan::bench(sample_size = 1000)]
 fn inverse_following_calibrated(bencher: Bencher) {
     let arm = measured();

@@ -373,3 +373,37 @@ fn dot(a: &[Lane; DOF], b: &[Lane; DOF]) -> Lane {
     }
     sum
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::RobotModel;
+
+    #[test]
+    fn wide_vectors_give_the_same_bits() {
+        let arm = RobotModel::built_in("cs66").unwrap();
+        let chain = arm.chain();
+        let at = crate::JointPositions([0.3, -1.2, 1.9, -0.7, 1.5, 0.2]);
+        let target = chain.parent_from_joint[0].inverse() * arm.flange_pose(&at);
+        let mut begun = [ZERO; DOF];
+        for (joint, lane) in begun.iter_mut().enumerate() {
+            for (i, q) in lane.iter_mut().enumerate() {
+                *q = at[joint] + 0.03 * (i as f64 - 3.0) * (joint as f64 - 2.2);
+            }
+        }
+        let used = [true; BRANCHES];
+        for most in 0..6 {
+            let (mut wide, mut plain) = (begun, begun);
+            let of_wide = newton(chain, &target, &mut wide, &used, most);
+            let of_plain = steps::<false>(chain, &target, &mut plain, &used, most);
+            assert_eq!((wide, of_wide.missing), (plain, of_plain.missing));
+            let (mut wide, mut plain) = (begun, begun);
+            let of_wide = newton_held(chain, &target, &mut wide, &used, most);
+            let of_plain = steps::<true>(chain, &target, &mut plain, &used, most);
+            assert_eq!((wide, of_wide.blocked), (plain, of_plain.blocked));
+            assert!(wide[5] == begun[5], "joint 6 is held");
+        }
+        let left = newton(chain, &target, &mut begun, &used, 12);
+        assert!(left.missing.iter().all(|missing| *missing < 1e-12));
+    }
+}
