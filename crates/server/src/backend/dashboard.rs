@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::panel::Popup;
+use elite_runtime::task_folder::TaskText;
 use elite_runtime::{ProgramText, TaskState};
 use kinematics::{Payload, RpyPose};
 use motion_api::{CommandKind, Origin, RobotState};
@@ -165,7 +166,7 @@ impl Dashboard for Backend {
         let Some(name) = self.loaded_task() else {
             return Err("no task is loaded".to_owned());
         };
-        let text = self.task_folder.task(&name).map_err(|e| e.to_string())?;
+        let TaskText { name, text } = self.task_folder.task(&name).map_err(|e| e.to_string())?;
         let program = ProgramText { name, text };
         match self.supervisor.submit(program).await {
             Ok(_) => Ok(()),
