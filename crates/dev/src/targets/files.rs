@@ -237,7 +237,8 @@ pub(super) const TARGETS: &[Target] = &[
                     && folder.file(&name).is_err()
             );
             let root = TaskFolder::new(fenced());
-            for found in [root.task(&name), root.points(&name), root.file(&name)]
+            let task = root.task(&name).map(|task| task.text);
+            for found in [task, root.points(&name), root.file(&name)]
                 .into_iter()
                 .flatten()
             {

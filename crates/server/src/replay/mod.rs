@@ -6,6 +6,7 @@
 mod condition;
 mod csv;
 mod diff;
+mod failure;
 mod find;
 mod plot;
 mod register_write;
