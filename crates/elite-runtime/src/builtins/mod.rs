@@ -16,6 +16,7 @@ mod micro_line;
 mod modbus;
 mod modbus_rtu;
 mod motion;
+mod path_offset;
 mod registers;
 mod rpc;
 mod serial;
@@ -44,6 +45,7 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
         servo::BUILTINS,
         state::BUILTINS,
         conveyor::BUILTINS,
+        path_offset::BUILTINS,
         kinematics::BUILTINS,
         force::BUILTINS,
         math::BUILTINS,
