@@ -9,6 +9,7 @@ use std::io::Write;
 use recorder::{Entry, LogLevel, Recording, Topic};
 
 use super::ReplayError;
+use crate::ports::shown::Shown;
 
 /// The message of `/log` that ends a program.
 pub(crate) const ENDED: &str = "program ended";
@@ -181,7 +182,7 @@ impl Program {
         }
         let start = self.start;
         let running = if still { ", still running" } else { "" };
-        let name = &self.name;
+        let name = Shown(&self.name);
         writeln!(
             out,
             "program {number}: {name}, {start:.3} s to {end:.3} s{running}"
