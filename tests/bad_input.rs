@@ -96,7 +96,7 @@ fn wrong_arguments_name_the_argument_what_was_given_and_what_is_allowed() {
         "set_standard_digital_out(16, True)",
         &[],
         1,
-        &["ValueError", "n must be 0 to 15", "16"],
+        &["ValueError", "n must be -1 to 15", "16"],
     );
     expect(
         "set_payload(7, [0, 0, 0])",

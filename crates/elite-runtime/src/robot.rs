@@ -331,7 +331,14 @@ mod tests {
         fn message(&self, _: &Message) {}
         fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
         fn program_runs(&self, _: ProgramId, _: &str) {}
-        fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32) {}
+        fn line_changed(
+            &self,
+            _: ProgramId,
+            _: ThreadNumber,
+            _: u32,
+            _: Option<&elite_lang::TaskNode>,
+        ) {
+        }
         fn program_ended(&self, _: ProgramId) {}
         fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
         fn interpreter(&self, _: &InterpreterEvent<'_>) {}

@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use super::failure;
 use recorder::summary::{LimitKind, Summary};
 use recorder::{Ending, Recording};
 
@@ -20,7 +21,7 @@ pub(super) fn print(
         writeln!(
             out,
             "robot: {}, {} plant, {} clock, step {} ms, seed {}, eliteserver {}",
-            Shown(&setup.model),
+            Shown(&setup.arm()),
             Shown(&setup.plant),
             Shown(&setup.clock),
             setup.step_time * 1e3,
@@ -59,8 +60,8 @@ pub(super) fn print(
 
     writeln!(out, "errors: {}", summary.error_count)?;
     list(out, summary.error_count, &summary.errors, |(time, log)| {
-        let first_line = log.message.lines().next().unwrap_or_default();
-        format!("{time:.3} s {}: {}", Shown(&log.source), Shown(first_line))
+        let what = failure::in_one_line(&log.message);
+        format!("{time:.3} s {}: {}", Shown(&log.source), Shown(&what))
     })?;
     writeln!(out, "warnings: {}", summary.warning_count)?;
     let stops = summary.stops.len() as u64;

@@ -247,7 +247,7 @@ async fn a_stop_is_heard_behind_any_flood_to_a_busy_controller_and_what_has_no_r
         let mut rig = rig(1 << 16);
         rig.backend.room.forget_permits(Semaphore::MAX_PERMITS);
         rig.send("first()\n").await;
-        for _ in 0..(18 << 20) / flood.len() {
+        for _ in 0..(16 << 20) / flood.len() {
             rig.client.write_all(flood.as_bytes()).await.unwrap();
         }
         rig.backend.asked.lock().unwrap().clear();
