@@ -182,6 +182,14 @@ impl NativeCall<'_> {
         self.ev.core.host.random_u64()
     }
 
+    /// Counts the embedder's work with a text for people of so many bytes; others have their turn when it is much.
+    ///
+    /// # Errors
+    /// The thread is to stop.
+    pub fn said(&self, bytes: usize) -> R<()> {
+        self.ev.said(bytes)
+    }
+
     /// The evaluator, for the interpreter's own library.
     pub fn evaluator(&self) -> &Evaluator<'_> {
         self.ev

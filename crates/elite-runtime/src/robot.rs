@@ -318,6 +318,8 @@ impl From<ScriptEnd> for ScriptEndWithoutRecords {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::message::InterpreterEvent;
+    use crate::panel::VariableValue;
     use kinematics::JointPositions;
     use motion_api::{BorderSizes, Frame, MotionEnd, ProgramId, ThreadNumber, border};
 
@@ -328,6 +330,7 @@ mod tests {
     impl Observer for Watcher {
         fn message(&self, _: &Message) {}
         fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
+        fn program_runs(&self, _: ProgramId, _: &str) {}
         fn line_changed(
             &self,
             _: ProgramId,
@@ -337,6 +340,9 @@ mod tests {
         ) {
         }
         fn program_ended(&self, _: ProgramId) {}
+        fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
+        fn interpreter(&self, _: &InterpreterEvent<'_>) {}
+        fn hurry(&self) {}
         fn cycle_ended(&self, frame: &Frame) {
             self.0.lock().unwrap().push(frame.state.cycle);
         }

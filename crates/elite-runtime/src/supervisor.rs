@@ -11,7 +11,7 @@ use elite_lang::{Diagnostic, KnownNames, SourceFile};
 use motion_api::{CommandId, CommandKind, Origin, ProgramId};
 use supervision::{Fault, Kind, Panicked, catch};
 use thiserror::Error;
-use tokio::sync::{Mutex as Turns, oneshot, watch};
+use tokio::sync::{Mutex as Turns, watch};
 
 use crate::compile_pool::CompilePool;
 use crate::interpreter::Interpreter;
@@ -212,17 +212,19 @@ impl Supervisor {
     }
 
     async fn submit_secondary(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
+        let name = program.name.clone();
+        let mut source = Source::Text(program);
         // A task that ends right now does not take it any more; its successor does, or it runs on its own.
         for _ in 0..ATTEMPTS_TO_JOIN {
-            if let Some(id) = self.join(&program).await {
+            if let Some(id) = self.join(&mut source).await {
                 return Ok(id);
             }
             let turn = self.shared.turns.lock().await;
-            if let Some(id) = self.join(&program).await {
+            if let Some(id) = self.join(&mut source).await {
                 return Ok(id);
             }
             if !self.is_running() {
-                return self.start(program.name.clone(), true, Source::Text(program));
+                return self.start(name, true, source);
             }
             drop(turn);
             let is_ending = self.status().ending;
@@ -230,13 +232,62 @@ impl Supervisor {
                 .await;
         }
         let _turn = self.shared.turns.lock().await;
-        self.start(program.name.clone(), true, Source::Text(program))
+        self.start(name, true, source)
     }
 
-    /// Hands a secondary program to the running task; `None` when that did not take it.
-    async fn join(&self, program: &ProgramText) -> Option<ProgramId> {
-        self.join_running(program)?.await.ok()?;
+    /// Hands a secondary program to the running task, compiled, so that a long text does not hold that up; `None` when no
+    /// task took it. One that does not compile is told and done with.
+    async fn join(&self, source: &mut Source) -> Option<ProgramId> {
+        if !self.is_running() {
+            return None;
+        }
+        if let Source::Text(program) = source {
+            let text = core::mem::take(&mut program.text);
+            let file = SourceFile::new(program.name.clone(), text);
+            let compiling = self.shared.interpreter.compile(Arc::clone(&file));
+            let told = match compiling.await {
+                Ok(Ok(program)) => {
+                    *source = Source::Compiled(program);
+                    Vec::new()
+                }
+                Ok(Err(findings)) => findings
+                    .iter()
+                    .map(|finding| {
+                        let summary = format!("SyntaxError: {}", finding.message);
+                        (finding.fields(&file).line, summary)
+                    })
+                    .collect(),
+                Err(trouble) => vec![(1, format!("RuntimeError: {trouble}"))],
+            };
+            if !told.is_empty() {
+                return Some(self.tell_of_secondary(told));
+            }
+        }
+        let joined = {
+            let current = self.current();
+            let running = current.running.as_ref()?;
+            match &*source {
+                Source::Compiled(program) => running.controller.join(program)?,
+                Source::Text(_) => return None,
+            }
+        };
+        joined.await.ok()?;
         Some(self.status().program)
+    }
+
+    /// What keeps a secondary program from running, by line, as of one that runs beside the program that does.
+    fn tell_of_secondary(&self, told: Vec<(u32, String)>) -> ProgramId {
+        let program = self.status().program;
+        for (line, summary) in told {
+            let origin = Origin {
+                program,
+                line,
+                ..Origin::default()
+            };
+            let message = Message::secondary_exception(origin, &summary);
+            self.shared.settings.observer.message(&message);
+        }
+        program
     }
 
     async fn submit_main(
@@ -319,6 +370,7 @@ impl Supervisor {
                 return;
             };
             running.controller.replace(successor.into());
+            self.shared.settings.observer.hurry();
             let status = &self.shared.status;
             status.send_modify(|status| status.ending = true);
         }
@@ -345,13 +397,6 @@ impl Supervisor {
     /// What people see and answer.
     pub fn panel(&self) -> &Panel {
         &self.shared.settings.panel
-    }
-
-    /// Hands a secondary program to the running task; the receiver hears whether it was taken.
-    fn join_running(&self, program: &ProgramText) -> Option<oneshot::Receiver<()>> {
-        let current = self.current();
-        let running = current.running.as_ref()?;
-        running.controller.join(program.clone())
     }
 
     fn start(
@@ -406,6 +451,7 @@ impl Supervisor {
         let current = self.current();
         if let Some(running) = &current.running {
             running.controller.stop();
+            self.shared.settings.observer.hurry();
             self.shared
                 .status
                 .send_modify(|status| status.ending = true);
@@ -416,6 +462,7 @@ impl Supervisor {
     pub fn pause(&self) {
         if let Some(running) = &self.current().running {
             running.controller.pause();
+            self.shared.settings.observer.hurry();
         }
     }
 

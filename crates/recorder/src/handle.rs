@@ -112,6 +112,14 @@ impl RecorderHandle {
         });
     }
 
+    /// Somebody wants a program to end or to be held at once: who waits for room goes on without, the note being dropped and
+    /// counted. In force until there is room again.
+    pub fn hurry(&self) {
+        if let Some(notes) = &self.notes {
+            notes.hurry();
+        }
+    }
+
     /// Notes that were dropped because the recorder did not keep up (only without `notes_wait`).
     pub fn notes_dropped(&self) -> u64 {
         self.shared.notes_dropped.load(Ordering::Relaxed)
@@ -145,6 +153,10 @@ pub(crate) struct Shared {
     pub finish: AtomicBool,
     /// The output can no longer be written.
     pub failed: AtomicBool,
+    /// Nobody waits for the thread any more: what it has is the end of the recording.
+    pub given_up: AtomicBool,
+    /// Goes up while the thread gets on.
+    pub steps: AtomicU64,
     pub notes_dropped: AtomicU64,
     /// Texts that were too long.
     pub texts_cut: AtomicU64,

@@ -1,7 +1,7 @@
 //! Notes on their way from the script side to the recorder's thread, bounded in bytes.
 //!
 //! A note counts from when it is sent until it is written, wherever it waits in between. The sender waits for room or
-//! goes without, as it likes; it never waits for a thread that is gone.
+//! goes without, as it likes; it never waits for a thread that is gone, and no longer when it is hurried.
 
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -110,6 +110,8 @@ struct Queue {
     bytes: usize,
     /// Senders that wait for room.
     held_up: usize,
+    /// Nobody waits for room until there is some.
+    hurried: bool,
     closed: bool,
 }
 
@@ -124,7 +126,7 @@ impl Notes {
         let mut queue = self.lock();
         // A note larger than everything has the way for itself.
         while queue.bytes > 0 && queue.bytes + bytes > NOTES_BYTES && !queue.closed {
-            if !wait {
+            if !wait || queue.hurried {
                 return Err(NoRoom);
             }
             queue.held_up += 1;
@@ -155,10 +157,23 @@ impl Notes {
         if bytes > 0 {
             let mut queue = self.lock();
             queue.bytes = queue.bytes.saturating_sub(bytes);
+            queue.hurried = false;
             if queue.held_up > 0 {
                 self.room.notify_all();
             }
         }
+    }
+
+    /// Whoever waits for room goes without, and who comes later does not wait, until something was written.
+    pub fn hurry(&self) {
+        let mut queue = self.lock();
+        queue.hurried = queue.bytes > 0;
+        self.room.notify_all();
+    }
+
+    /// True while somebody waits for room.
+    pub fn hold_somebody_up(&self) -> bool {
+        self.lock().held_up > 0
     }
 
     /// Whether notes should be written rather than kept for their place: somebody waits, or soon will.

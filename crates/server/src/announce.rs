@@ -14,7 +14,7 @@ use elite_runtime::message::{
 };
 use elite_runtime::panel::VariableValue;
 use motion_api::{Frame, Origin, ProgramId, SnapshotCell, ThreadNumber};
-use recorder::lengths::{SHORT_TEXT_BYTES, cut};
+use recorder::lengths::{NAME_BYTES, SHORT_TEXT_BYTES, cut};
 use recorder::{LogLevel, RecorderHandle};
 use tokio::sync::broadcast;
 use tracing::Span;
@@ -22,11 +22,15 @@ use tracing::Span;
 use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
 use crate::logging;
-use crate::ports::foxglove::LogLine;
+use crate::ports::foxglove::{LOG_BYTES_MAX, LogLine};
+use crate::ports::primary::codec::TEXT_BYTES_MAX;
 use crate::replay::script;
 
 /// How many messages a port may be behind before it misses some.
 const BACKLOG: usize = 1024;
+
+/// Longest text of such a message, bytes, so that all that wait have a bound; what is longer is cut with a mark.
+const PORT_TEXT_BYTES: usize = TEXT_BYTES_MAX;
 
 /// Kinds of errors that are counted.
 pub const ERROR_KINDS: [&str; 5] = ["script", "stop", "alarm", "recording", "other"];
@@ -161,8 +165,8 @@ impl Announcer {
             let _ = self.log_lines.send(LogLine {
                 time,
                 level,
-                source: source.to_owned(),
-                text: text.to_owned(),
+                source: short(source, NAME_BYTES),
+                text: short(text, LOG_BYTES_MAX),
             });
         }
     }
@@ -216,8 +220,10 @@ impl Observer for Announcer {
             }
             Message::Robot { severity, text, .. } => self.log(*severity, Origin::default(), text),
         }
-        // Nobody listening is fine.
-        let _ = self.ports.send(message.clone());
+        if let Some(message) = for_port(message) {
+            // Nobody listening is fine.
+            let _ = self.ports.send(message);
+        }
     }
 
     fn program_started(&self, program: ProgramId, name: &str, text: &str) {
@@ -295,5 +301,97 @@ impl Observer for Announcer {
 
     fn cycle_ended(&self, frame: &Frame) {
         self.feed.cycle_ended(frame);
+    }
+
+    /// Under the virtual clock a program waits for the recording; not when it is to end.
+    fn hurry(&self) {
+        self.recording.hurry();
+    }
+}
+
+/// What clients of port 30001 are told; the rest is for the log alone.
+fn for_port(message: &Message) -> Option<Message> {
+    let short = |text: &str| short(text, PORT_TEXT_BYTES);
+    Some(match message {
+        Message::Print { .. } => return None,
+        // A problem of a secondary program (manual 1.2.6).
+        Message::Log { severity, text, .. }
+            if *severity != Severity::Warning || !text.starts_with("[SEC] ") =>
+        {
+            return None;
+        }
+        Message::Log {
+            severity,
+            origin,
+            text,
+        } => Message::log(*severity, *origin, short(text)),
+        Message::ScriptError {
+            program,
+            line,
+            column,
+            summary,
+            report,
+        } => Message::ScriptError {
+            program: *program,
+            line: *line,
+            column: *column,
+            summary: short(summary),
+            report: short_report(report, summary),
+        },
+        Message::Robot {
+            code,
+            sub_code,
+            severity,
+            text,
+        } => Message::Robot {
+            code: *code,
+            sub_code: *sub_code,
+            severity: *severity,
+            text: short(text),
+        },
+    })
+}
+
+fn short(text: &str, most: usize) -> String {
+    cut(text, most).unwrap_or_else(|| text.to_owned())
+}
+
+/// A long report keeps its last line, which is what went wrong.
+fn short_report(report: &str, summary: &str) -> String {
+    match cut(report, PORT_TEXT_BYTES / 2) {
+        None => report.to_owned(),
+        Some(beginning) => format!("{beginning}\n{}", short(summary, PORT_TEXT_BYTES / 2)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_waits_for_a_port_has_a_bound_and_says_what_went_wrong() {
+        let error = |length: usize| Message::ScriptError {
+            program: ProgramId(1),
+            line: 3,
+            column: 1,
+            summary: format!("ValueError: {}", "y".repeat(length)),
+            report: format!(
+                "line 3\n{}\nValueError: {}",
+                "x".repeat(length),
+                "y".repeat(length)
+            ),
+        };
+        assert_eq!(for_port(&error(100)), Some(error(100)));
+        let Some(Message::ScriptError { report, .. }) = for_port(&error(1 << 20)) else {
+            panic!("it is told");
+        };
+        assert!(report.len() <= PORT_TEXT_BYTES + 1, "{}", report.len());
+        let last = report.lines().next_back().unwrap();
+        assert!(last.starts_with("ValueError: yyy") && last.contains("[cut, "));
+        let log = |severity, text: &str| Message::log(severity, Origin::default(), text);
+        let secondary = log(Severity::Warning, "[SEC] Exception: x");
+        assert_eq!(for_port(&secondary), Some(secondary.clone()));
+        assert_eq!(for_port(&log(Severity::Warning, "x")), None);
+        assert_eq!(for_port(&log(Severity::Info, "[SEC] x")), None);
     }
 }

@@ -8,6 +8,7 @@ mod loaded_model;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock, Weak};
+use std::time::Duration;
 
 use elite_runtime::message::{
     CONTROLLER_FAULT_CODE, Message, Observer, RECORDING_ALARM_CODE, Severity,
@@ -94,6 +95,12 @@ pub enum StartError {
     Thread(#[from] io::Error),
 }
 
+/// A disk that takes nothing while the robot waits for it is given up after this: others talk to a server, and nobody to a
+/// `run`, where the whole recording counts more.
+const SERVING_PATIENCE: Duration = Duration::from_secs(2);
+/// See [`SERVING_PATIENCE`].
+const RUNNING_PATIENCE: Duration = Duration::from_secs(60);
+
 /// A running controller.
 pub struct Controller {
     robot: Arc<Robot>,
@@ -152,6 +159,10 @@ impl Controller {
                     obstacles,
                     rotation: recording_files::rotation(config),
                     notes_wait: config.clock == ClockChoice::Virtual,
+                    patience: match console {
+                        Console::Log => SERVING_PATIENCE,
+                        Console::Stdout => RUNNING_PATIENCE,
+                    },
                     on_failure: alarm.clone().into_callback(),
                 };
                 match Recorder::start(recorder_config, records) {

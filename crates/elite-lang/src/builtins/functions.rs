@@ -93,7 +93,7 @@ fn print(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         Some(file) => Some(file.clone()),
     };
     match file {
-        None => ev.print(&text),
+        None => ev.print(&text)?,
         Some(file) => {
             let write = ev.attribute(&file, ev.core.symbols.intern("write"))?;
             ev.call1(&write, Value::str(text))?;

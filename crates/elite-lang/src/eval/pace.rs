@@ -12,6 +12,9 @@ use crate::value::{List, R, Value};
 pub const WORK_MAX: usize = 1 << 20;
 /// What a native does for one value of a container, in units of work: a copy that is counted, a comparison.
 pub const VALUE: usize = 8;
+/// What the host does with a text for people, and for each byte of it.
+const SAID: usize = 4096;
+const SAID_BYTE: usize = 16;
 /// Values that are copied at once.
 const COPIED: usize = WORK_MAX / VALUE / 4;
 
@@ -32,6 +35,11 @@ impl Evaluator<'_> {
             return Ok(());
         }
         self.give_way_after_work()
+    }
+
+    /// Counts the host's work with a text for people of so many bytes. Nothing may be borrowed.
+    pub fn said(&self, bytes: usize) -> R<()> {
+        self.worked(bytes.saturating_mul(SAID_BYTE).saturating_add(SAID))
     }
 
     #[cold]

@@ -183,7 +183,7 @@ impl TaskContext {
     }
 
     /// Statements of interpreter mode.
-    pub fn interpreter(&self) -> &Interpreter {
+    pub fn interpreter(&self) -> &Arc<Interpreter> {
         &self.interpreter
     }
 

@@ -5,9 +5,8 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use elite_lang::Program;
 use tokio::sync::{Notify, mpsc, oneshot};
-
-use super::ProgramText;
 
 /// Secondary programs that may wait for a task; it takes them at the latest after a slice.
 const SECONDARIES_WAITING_MAX: usize = 256;
@@ -24,7 +23,7 @@ pub enum Control {
     /// Let it go on.
     Resume,
     /// Run a secondary program beside it, and say that it was taken. A task that ends first drops the sender.
-    Secondary(ProgramText, oneshot::Sender<()>),
+    Secondary(Program, oneshot::Sender<()>),
 }
 
 /// Makes the two ends for one task.
@@ -45,13 +44,13 @@ pub(crate) fn controls() -> (Controller, Controls) {
 /// Where others ask.
 pub(crate) struct Controller {
     orders: Arc<Orders>,
-    secondaries: mpsc::Sender<(ProgramText, oneshot::Sender<()>)>,
+    secondaries: mpsc::Sender<(Program, oneshot::Sender<()>)>,
 }
 
 /// Where the task hears of it.
 pub(crate) struct Controls {
     orders: Arc<Orders>,
-    secondaries: mpsc::Receiver<(ProgramText, oneshot::Sender<()>)>,
+    secondaries: mpsc::Receiver<(Program, oneshot::Sender<()>)>,
 }
 
 /// Orders that the task has not looked at yet.
@@ -118,9 +117,10 @@ impl Controller {
     }
 
     /// Hands a secondary program over; the receiver hears whether it was taken. `None` when too many wait.
-    pub fn join(&self, program: ProgramText) -> Option<oneshot::Receiver<()>> {
+    pub fn join(&self, program: &Program) -> Option<oneshot::Receiver<()>> {
         let (sender, taken) = oneshot::channel();
-        self.secondaries.try_send((program, sender)).ok()?;
+        // The compiled text is shared, not copied.
+        self.secondaries.try_send((program.clone(), sender)).ok()?;
         Some(taken)
     }
 }
@@ -133,6 +133,16 @@ impl Controls {
             let (program, taken) = self.secondaries.try_recv().ok()?;
             Some(Control::Secondary(program, taken))
         })
+    }
+
+    /// Waits for the next order; secondary programs go on waiting.
+    pub async fn next_order(&self) -> Control {
+        loop {
+            if let Some(order) = self.orders.take() {
+                return order;
+            }
+            self.orders.news.notified().await;
+        }
     }
 
     /// Waits for what is asked next; `None` when nobody is left to ask. Nothing is lost when this is dropped.
@@ -157,18 +167,17 @@ impl Controls {
 mod tests {
     use super::*;
 
-    fn secondary() -> ProgramText {
-        ProgramText {
-            name: "s".to_owned(),
-            text: "sec s():\nend\n".to_owned(),
-        }
+    fn secondary() -> Program {
+        let file = elite_lang::SourceFile::new("s", "sec s():\n x = 1\nend\n");
+        elite_lang::compile(file, &elite_lang::KnownNames::default()).unwrap()
     }
 
     #[test]
     fn no_flood_keeps_a_stop_out() {
         let (controller, mut controls) = controls();
         let mut joined = 0;
-        while controller.join(secondary()).is_some() {
+        let program = secondary();
+        while controller.join(&program).is_some() {
             joined += 1;
         }
         assert_eq!(joined, SECONDARIES_WAITING_MAX);
@@ -191,7 +200,7 @@ mod tests {
         assert!(matches!(controls.next().await, Some(Control::Pause)));
         let (heard, ()) = tokio::join!(controls.next(), async { controller.stop() });
         assert!(matches!(heard, Some(Control::Stop)));
-        let (heard, taken) = tokio::join!(controls.next(), async { controller.join(secondary()) });
+        let (heard, taken) = tokio::join!(controls.next(), async { controller.join(&secondary()) });
         assert!(matches!(heard, Some(Control::Secondary(..))) && taken.is_some());
         drop(controller);
         assert!(controls.next().await.is_none());

@@ -11,8 +11,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{
-    Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptThread, SourceFile, Step,
-    WaitToken, memory,
+    Diagnostic, Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptThread,
+    SourceFile, Step, WaitToken, memory,
 };
 use io_bus::Fieldbus;
 use motion_api::{CommandKind, IoChange, Origin, ProgramId, StopReason, ThreadNumber};
@@ -268,25 +268,60 @@ impl Task {
     }
 
     async fn run_program(&mut self, program: Source) -> TaskEnd {
-        let started = match program {
-            Source::Text(text) => self.start_program(ThreadNumber(0), text),
-            Source::Compiled(program) => {
-                self.start_compiled(ThreadNumber(0), &program);
-                Ok(program)
+        let compiled = match program {
+            Source::Compiled(program) => Ok(program),
+            Source::Text(text) => {
+                let file = SourceFile::new(text.name, text.text);
+                match self.compile(&file).await {
+                    Some(compiled) => compiled.map_err(|findings| (findings, file)),
+                    None => return self.end.clone().unwrap_or(TaskEnd::Stopped),
+                }
             }
         };
-        match started {
+        match compiled {
             Ok(program) => {
+                self.start_program(ThreadNumber(0), &program);
                 let text = program.file().text();
                 self.settings
                     .observer
                     .program_runs(self.context.program(), text);
                 self.context.interpreter().task_runs(&program);
+                // It may have been compiled on another thread; what runs is in the account by now.
+                memory::outside(|| drop(program));
                 self.program_runs(true);
                 self.run_threads().await
             }
-            Err(()) => TaskEnd::NotCompiled,
+            Err((findings, file)) => {
+                let secondary = is_secondary(file.text());
+                for finding in &findings {
+                    self.report_finding(finding, &file, secondary);
+                }
+                TaskEnd::NotCompiled
+            }
         }
+    }
+
+    /// Compiles the program of the task on the threads for that, so that a stop does not wait for a long text; `None` when
+    /// one comes before. Where there is no thread for it now, this one does it.
+    async fn compile(
+        &mut self,
+        file: &Arc<SourceFile>,
+    ) -> Option<Result<Program, Vec<Diagnostic>>> {
+        let compiler = self.context.interpreter().clone();
+        let compiling = compiler.compile(file.clone());
+        tokio::pin!(compiling);
+        let compiled = loop {
+            let order = tokio::select! {
+                biased;
+                order = self.controls.next_order() => order,
+                compiled = &mut compiling => break compiled,
+            };
+            self.take(order);
+            if self.end.is_some() {
+                return None;
+            }
+        };
+        Some(compiled.unwrap_or_else(|_| elite_lang::compile(file.clone(), &self.known)))
     }
 
     /// Tells a fault as the error of the program. No script runs after it: what the language holds may be half changed.
@@ -313,25 +348,8 @@ impl Task {
         let _ = catch(|| self.host.close());
     }
 
-    /// Compiles and readies a program. Findings are reported.
-    fn start_program(&mut self, number: ThreadNumber, text: ProgramText) -> Result<Program, ()> {
-        let secondary = is_secondary(&text.text);
-        let file = SourceFile::new(text.name, text.text);
-        let program = match elite_lang::compile(file.clone(), &self.known) {
-            Ok(program) => program,
-            Err(findings) => {
-                for finding in &findings {
-                    self.report_finding(finding, &file, secondary);
-                }
-                return Err(());
-            }
-        };
-        self.start_compiled(number, &program);
-        Ok(program)
-    }
-
     /// Readies a program.
-    fn start_compiled(&mut self, number: ThreadNumber, program: &Program) {
+    fn start_program(&mut self, number: ThreadNumber, program: &Program) {
         self.remember_globals(program);
         let bounds = (program.kind() == ProgramKind::Secondary).then(|| Bounds {
             slices: SLICES_OF_SECONDARY,
@@ -486,7 +504,9 @@ impl Task {
             Control::Secondary(program, taken) => {
                 // Whoever asked may have lost interest.
                 let _ = taken.send(());
-                self.start_secondary(program);
+                self.start_secondary(&program);
+                // It was compiled for this task, but not on its thread.
+                memory::outside(|| drop(program));
             }
         }
     }
@@ -504,19 +524,18 @@ impl Task {
         self.status.send_modify(|status| status.state = state);
     }
 
-    fn start_secondary(&mut self, program: ProgramText) {
+    fn start_secondary(&mut self, program: &Program) {
         let running = self.threads.values().filter(|e| e.secondary.is_some());
         if running.count() >= SECONDARIES_MAX {
             let text = format!(
                 "RuntimeError: \"{}\" was refused: {SECONDARIES_MAX} secondary programs run already",
-                program.name
+                program.file().name()
             );
             return self.warn_of_secondary(Origin::default(), &text);
         }
         let number = ThreadNumber(FIRST_SECONDARY + self.secondaries);
         self.secondaries = (self.secondaries + 1) % FIRST_SECONDARY;
-        // Findings were reported; a secondary program never ends the task.
-        let _ = self.start_program(number, program);
+        self.start_program(number, program);
     }
 
     /// Gives the robot a command. Where there is no room for it just now it is given in one of the next cycles: a stop is

@@ -17,6 +17,10 @@ use super::wait::Wait;
 /// Longest time to wait for the arm to stand after the end of a program, in simulated seconds.
 const SETTLE_TIME_MAX: f64 = 5.0;
 
+/// A virtual clock that the recording holds up for so long, wall time, is not waited for: nothing moves meanwhile, and what
+/// is to come to rest does when time goes on.
+const HELD_UP_MAX: Duration = Duration::from_millis(50);
+
 /// Below this joint speed (rad/s) the arm counts as standing.
 const STANDSTILL_SPEED: f64 = 1e-3;
 
@@ -187,6 +191,7 @@ impl Task {
         let mut goes_on = *end == TaskEnd::Finished;
         // One cycle at least, so that commands the program sent last are taken and recorded.
         let first = started.cycle + 1;
+        let mut held_up = None;
         loop {
             let state = robot.state();
             let stands = stands(&state);
@@ -217,7 +222,11 @@ impl Task {
                     _ => {}
                 }
             }
-            self.pass_a_cycle().await;
+            if self.pass_a_cycle().await {
+                held_up = None;
+            } else if !goes_on && held_up.get_or_insert_with(Instant::now).elapsed() > HELD_UP_MAX {
+                return None;
+            }
         }
     }
 
@@ -249,8 +258,8 @@ impl Task {
         }
     }
 
-    /// One cycle: of the virtual clock, or the next one of the real clock.
-    async fn pass_a_cycle(&self) {
+    /// One cycle: of the virtual clock, or the next one of the real clock. False when the recording holds the virtual one up.
+    async fn pass_a_cycle(&self) -> bool {
         let robot = &self.settings.robot;
         let advanced = memory::outside(|| {
             let advanced = robot.timeline().advance();
@@ -259,9 +268,11 @@ impl Task {
             }
             advanced
         });
-        if !advanced {
-            robot.progress().await;
+        if advanced || robot.timeline().is_virtual() {
+            return advanced;
         }
+        robot.progress().await;
+        true
     }
 }
 

@@ -10,13 +10,15 @@
 
 use std::sync::{Arc, Mutex};
 
+use elite_runtime::message::InterpreterEvent;
+use elite_runtime::panel::VariableValue;
 use elite_runtime::panel::{Operator, Panel};
 use elite_runtime::robot::ScriptEndWithoutRecords;
 use elite_runtime::{Message, Observer, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{JointPositions, RobotModel, RpyPose, SafetyBounds};
 use motion_api::{
-    BorderSizes, CommandKind, Event, MotionEnd, Outcome, ProgramId, RobotState, ThreadNumber,
-    Timeline, border,
+    BorderSizes, CommandKind, Event, Frame, MotionEnd, Outcome, ProgramId, RobotState,
+    ThreadNumber, Timeline, border,
 };
 
 /// Which arm, and how it stands.
@@ -123,6 +125,7 @@ impl Observer for Listener {
         }
     }
     fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
+    fn program_runs(&self, _: ProgramId, _: &str) {}
     fn line_changed(
         &self,
         _: ProgramId,
@@ -134,6 +137,10 @@ impl Observer for Listener {
         self.places.lock().unwrap().push((thread.0, (line, node)));
     }
     fn program_ended(&self, _: ProgramId) {}
+    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
+    fn interpreter(&self, _: &InterpreterEvent<'_>) {}
+    fn cycle_ended(&self, _: &Frame) {}
+    fn hurry(&self) {}
 }
 
 /// Runs a program to its end.

@@ -301,9 +301,14 @@ impl primary::Backend for Backend {
         let _ = self.supervisor.submit(program, &sender).await;
     }
 
-    fn hurry(&self) {
-        if self.remote.load(Ordering::Relaxed) {
-            self.supervisor.stop();
+    fn hurry(&self, phrase: ControlPhrase) {
+        if !self.remote.load(Ordering::Relaxed) && phrase != ControlPhrase::PowerOff {
+            return;
+        }
+        match phrase {
+            ControlPhrase::StopTask | ControlPhrase::PowerOff => self.supervisor.stop(),
+            ControlPhrase::PauseTask => self.supervisor.pause(),
+            _ => {}
         }
     }
 

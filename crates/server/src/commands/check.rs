@@ -11,6 +11,7 @@ use serde_json::json;
 use crate::cli::{CheckArgs, FindingFormat};
 use crate::commands::run::SCRIPT_BYTES_MAX;
 use crate::logging;
+use crate::ports::shown::{Escaped, Lines};
 
 /// Exit status: 0 clean, 1 findings (warnings count), 2 unreadable.
 pub fn check(args: &CheckArgs) -> u8 {
@@ -50,7 +51,11 @@ fn render(finding: &Diagnostic, file: &SourceFile, format: FindingFormat) -> Str
     match format {
         FindingFormat::Human => {
             let picture = elite_lang::render_human(finding, file, false);
-            format!("{}\n", picture.trim_end_matches('\n'))
+            let picture = picture.trim_end_matches('\n');
+            picture
+                .lines()
+                .map(|line| format!("{}\n", Lines(line)))
+                .collect()
         }
         FindingFormat::Json => {
             let fields = finding.fields(file);
@@ -74,7 +79,7 @@ pub fn display_name(path: &Path) -> String {
     if path == Path::new("-") {
         "<stdin>".to_owned()
     } else {
-        path.display().to_string()
+        Escaped(&path.display().to_string()).to_string()
     }
 }
 

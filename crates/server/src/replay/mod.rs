@@ -17,7 +17,7 @@ mod state;
 mod summary;
 
 use std::collections::BTreeMap;
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
 use kinematics::{Calibration, RobotModel};
@@ -26,6 +26,7 @@ use thiserror::Error;
 
 use crate::cli::ReplayArgs;
 use crate::logging;
+use crate::ports::shown::Screen;
 
 pub use condition::ConditionError;
 pub use plot::PictureError;
@@ -42,9 +43,18 @@ pub fn run(args: &ReplayArgs) -> u8 {
     let stdout = io::stdout();
     let mut out = io::BufWriter::new(stdout.lock());
     let mut notes = Vec::new();
-    let answered = answer_noting(args, &mut out, &mut notes);
+    // A table for another program is passed on as it is; everything else is for people.
+    let is_for_people = args.csv.is_none() || stdout.is_terminal();
+    let (answered, flushed) = if is_for_people {
+        let mut screen = Screen::new(out);
+        let answered = answer_noting(args, &mut screen, &mut notes);
+        (answered, screen.flush())
+    } else {
+        let answered = answer_noting(args, &mut out, &mut notes);
+        (answered, out.flush())
+    };
     // What was found before an error is shown, too.
-    let flushed = out.flush().map_err(ReplayError::from);
+    let flushed = flushed.map_err(ReplayError::from);
     for note in notes {
         say(&note);
     }

@@ -225,7 +225,7 @@ impl Program {
         }
         let start = self.start;
         let running = if still { ", still running" } else { "" };
-        let name = &self.name;
+        let name = Shown(&self.name);
         writeln!(
             out,
             "program {number}: {name}, {start:.3} s to {end:.3} s{running}"

@@ -7,6 +7,7 @@ use motion_api::{RobotMode, SafetyMode};
 use recorder::{CommandMessage, Cycle, Entry, FieldValue, Recording, Topic};
 
 use super::ReplayError;
+use crate::ports::shown::Shown;
 
 /// Script threads whose lines are kept: more than can run at once.
 const MAX_LINES: usize = 1024;
@@ -33,6 +34,7 @@ pub(super) fn print(
     writeln!(out, "cycle: {}", cycle.cycle)?;
     writeln!(out, "time: {:.6} s", cycle.time)?;
     for ((_, thread), (program, line)) in &moment.lines {
+        let program = Shown(program);
         writeln!(out, "script: {program} line {line} (thread {thread})")?;
     }
     match moment.commands.get(&cycle.command_id) {
@@ -40,7 +42,7 @@ pub(super) fn print(
             out,
             "command: {} {}{}",
             command.id,
-            command.name,
+            Shown(&command.name),
             place(command)
         )?,
         None => writeln!(out, "command: none")?,
@@ -67,7 +69,7 @@ pub(super) fn print(
 fn place(command: &CommandMessage) -> String {
     match command.line {
         0 => String::new(),
-        line => format!(" ({} line {line})", command.program),
+        line => format!(" ({} line {line})", Shown(&command.program)),
     }
 }
 

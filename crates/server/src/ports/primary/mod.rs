@@ -79,9 +79,9 @@ pub trait Backend: Send + Sync + 'static {
     fn submit(&self, submission: Submission) -> impl Future<Output = ()> + Send;
     /// Carries out an order, or announces why not.
     fn control(&self, client: ClientId, phrase: ControlPhrase) -> impl Future<Output = ()> + Send;
-    /// An order that ends programs has come in and waits behind a program of the same client: what runs may end already,
-    /// and with it what that program waits for. Must not wait. The order itself follows in its turn.
-    fn hurry(&self);
+    /// An order that makes things stand still has come in behind others of the same client: what runs may end or be held
+    /// already. Must not wait. The order itself follows in its turn.
+    fn hurry(&self, phrase: ControlPhrase);
 }
 
 /// Serves the port until `shutdown`; returns when every client is closed.

@@ -286,7 +286,7 @@ impl primary::Backend for Playback {
     }
 
     /// Nothing runs that could end.
-    fn hurry(&self) {}
+    fn hurry(&self, _: ControlPhrase) {}
 
     async fn control(&self, client: ClientId, phrase: ControlPhrase) {
         self.refuse(client, &format!("the order {phrase:?}"));
