@@ -130,3 +130,23 @@ impl Namespace {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_are_neither_bound_nor_used_leave() {
+        let namespace = Namespace::default();
+        let kept = namespace.own_cell(Symbol(0));
+        namespace.own_cell(Symbol(1)).value.put(Value::Int(1));
+        for number in 2..100_000 {
+            namespace.own_cell(Symbol(number)).value.put(Value::Int(2));
+            namespace.own_cell(Symbol(number)).value.put(Value::Unbound);
+        }
+        assert!(namespace.cells.borrow().len() <= 2 * NAMES_MIN);
+        assert!(Rc::ptr_eq(&kept, &namespace.own_cell(Symbol(0))));
+        assert_eq!(namespace.entries().len(), 1);
+        assert!(namespace.order.borrow().len() <= 2 * NAMES_MIN);
+    }
+}
