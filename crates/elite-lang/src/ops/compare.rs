@@ -165,6 +165,7 @@ impl Evaluator<'_> {
         let class = self.core.types.of(receiver);
         let found = class.lookup(method(op));
         if let Some(found) = found {
+            self.worked(16 * VALUE)?;
             let value =
                 self.recurse(|| self.call_method_value(&found, receiver, &mut [other.clone()]))?;
             return Ok((!matches!(value, Value::NotImplemented)).then_some(value));

@@ -953,12 +953,12 @@ fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut out = String::new();
     ev.grow(&mut out, text.as_str().len())?;
     for c in text.as_str().chars() {
-        ev.worked(4 * EACH)?;
+        ev.worked(16 * EACH)?;
         let found = match ev.item(&args[1], &Value::Int(i64::from(c as u32))) {
             Ok(found) => found,
             Err(raised) if ev.is_kind(&raised, ExceptionKind::LookupError) => {
                 // An exception was made and is dropped.
-                ev.worked(64 * EACH)?;
+                ev.worked(256 * EACH)?;
                 out.push(c);
                 continue;
             }
