@@ -16,7 +16,7 @@ use crate::limits::{Limits, memory};
 use crate::native::{NativeFunction, WaitToken};
 use crate::program::{Program, ProgramKind};
 use crate::stack::with_deep_stack;
-use crate::value::{Function, R, Raised, Value};
+use crate::value::{Function, R, Raised, Value, trash};
 
 /// The interpreter of one task: its globals, its script threads. Stays on the OS thread that made it.
 pub struct Interpreter {
@@ -188,6 +188,7 @@ impl Interpreter {
 impl Drop for Interpreter {
     fn drop(&mut self) {
         self.core.memory_look();
+        while trash::drop_some() {}
         self.core.dismantle();
         self.leftovers.are_large = self.core.memory_was_large();
     }
@@ -310,7 +311,10 @@ impl ScriptThread {
         let outer = core.switch_to(self.state);
         core.set_fuel(self.fuel_kept.take().unwrap_or(fuel));
         core.memory_watch();
+        trash::drop_some();
+        let outer_puts_off = trash::put_off(true);
         let result = coroutine.resume(resume);
+        trash::put_off(outer_puts_off);
         self.state = core.switch_to(outer);
         core.memory_unwatch();
         self.fuel_kept = core.take_kept_fuel();

@@ -146,6 +146,14 @@ impl Builtin {
         }))
     }
 
+    /// The values that are part of it.
+    pub fn held(&self) -> &[Value] {
+        match &self.body {
+            BuiltinBody::Closure { held, .. } => held,
+            _ => &[],
+        }
+    }
+
     /// A native of the embedder.
     pub fn native(core: &Core, native: NativeFunction) -> Value {
         let (name, signature) = (native.name, Signature::of_native(&native, &core.symbols));

@@ -99,6 +99,7 @@ const INTERRUPTS_MAX: usize = 64;
 impl Core {
     /// A core with Python's builtins.
     pub fn new(host: Rc<dyn Host>, limits: Limits) -> Rc<Self> {
+        memory::settle();
         let memory_base = memory::held();
         let symbols = Symbols::default();
         let types = Types::new(&symbols);
@@ -179,12 +180,13 @@ impl Core {
         self.fuel_left.set(fuel - slice);
     }
 
-    /// Takes the fuel of a slice away.
+    /// Takes away as much fuel as a slice has.
     pub fn spend_fuel(&self) {
-        let spent = SLICE - memory::fuel().min(SLICE);
+        let fuel = memory::fuel();
         let left = self.fuel_left.get();
-        memory::set_fuel(0);
-        self.fuel_left.set(left.saturating_sub(spent));
+        memory::set_fuel(fuel.saturating_sub(SLICE));
+        self.fuel_left
+            .set(left.saturating_sub(SLICE.saturating_sub(fuel)));
     }
 
     /// Takes the next slice of fuel; false if all is used up.
