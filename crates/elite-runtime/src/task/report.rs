@@ -90,11 +90,6 @@ impl Task {
     /// After a slice of a thread: its nodes are told as it came to them, its line when the cycle is over.
     pub(super) fn follow(&mut self, number: ThreadNumber) {
         let cycle = self.settings.robot.state().cycle;
-        if cycle != self.moved_in {
-            // Under the real clock time passes while scripts compute.
-            self.tell_lines();
-            self.moved_in = cycle;
-        }
         let Some(entry) = self.threads.get_mut(&number) else {
             return;
         };
@@ -114,6 +109,11 @@ impl Task {
         }
         if !self.moved.contains(&number) {
             self.moved.push(number);
+        }
+        // Under the real clock time passes while scripts compute; under the virtual one only when they all wait.
+        if cycle != self.moved_in && !self.settings.robot.timeline().is_virtual() {
+            self.tell_lines();
+            self.moved_in = cycle;
         }
     }
 
