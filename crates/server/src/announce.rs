@@ -279,6 +279,9 @@ impl Observer for Announcer {
         if let Some(beginning) = beginning {
             self.recording
                 .program_started(self.time(), program, &name, &beginning);
+        } else {
+            // One that never ran has no line, and another may be running.
+            self.feed.program_ended();
         }
         let origin = Origin {
             program,
@@ -287,7 +290,6 @@ impl Observer for Announcer {
         self.span_of(origin)
             .in_scope(|| tracing::debug!(target: "script", "ended"));
         self.record(Severity::Info, &name, script::ENDED);
-        self.feed.program_ended();
         let _ = std::io::stdout().flush();
     }
 

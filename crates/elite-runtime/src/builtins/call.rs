@@ -53,6 +53,10 @@ impl<'a, 'n> Call<'a, 'n> {
             context,
             native,
         };
+        if !context.may_call() {
+            // Whoever unwinds may not wait, so this ends it.
+            call.wait(Wait::Never)?;
+        }
         if builtin.waits && context.is_secondary() {
             let text = format!(
                 "{}() waits and cannot be used in a secondary program (sec)",
@@ -213,6 +217,16 @@ impl<'a, 'n> Call<'a, 'n> {
         }
     }
 
+    /// The first motion of a program that has replaced another begins when the arm has come to rest.
+    fn wait_for_rest(&mut self, kind: &CommandKind) -> Result<(), Raised> {
+        if kind.sets_in_motion()
+            && let Some(stop) = self.context.braking()
+        {
+            self.wait(Wait::Command(stop))?;
+        }
+        Ok(())
+    }
+
     /// Sends a command and waits for its end.
     ///
     /// A refusal is a `RuntimeError` that the script can catch. A protective stop ends the task and cannot be caught.
@@ -224,6 +238,7 @@ impl<'a, 'n> Call<'a, 'n> {
                 | CommandKind::TrackConveyorLinear { .. }
                 | CommandKind::TrackConveyorCircular { .. }
         );
+        self.wait_for_rest(&kind)?;
         if sets_in_motion && self.context.is_secondary() {
             let text = format!(
                 "{}() moves the arm and cannot be used in a secondary program (sec)",

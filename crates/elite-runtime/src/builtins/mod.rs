@@ -16,6 +16,7 @@ mod micro_line;
 mod modbus;
 mod modbus_rtu;
 mod motion;
+mod path_offset;
 mod pendant;
 mod registers;
 mod rpc;
@@ -45,6 +46,7 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
         servo::BUILTINS,
         state::BUILTINS,
         conveyor::BUILTINS,
+        path_offset::BUILTINS,
         kinematics::BUILTINS,
         force::BUILTINS,
         math::BUILTINS,

@@ -17,6 +17,8 @@ const SECONDARIES_WAITING_MAX: usize = 256;
 pub enum Control {
     /// End it.
     Stop,
+    /// End it because another main program takes its place; the text says which.
+    Replace(Arc<str>),
     /// Hold it.
     Pause,
     /// Let it go on.
@@ -59,9 +61,11 @@ struct Orders {
     news: Notify,
 }
 
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Default)]
 struct Wanted {
     stop: bool,
+    /// Who takes the place of the task.
+    replaced_by: Option<Arc<str>>,
     /// Hold (true) or go on (false), whichever was said last.
     hold: Option<bool>,
 }
@@ -77,6 +81,9 @@ impl Orders {
         if core::mem::take(&mut wanted.stop) {
             return Some(Control::Stop);
         }
+        if let Some(successor) = wanted.replaced_by.take() {
+            return Some(Control::Replace(successor));
+        }
         wanted.hold.take().map(|hold| match hold {
             true => Control::Pause,
             false => Control::Resume,
@@ -88,6 +95,11 @@ impl Controller {
     /// Ends the task.
     pub fn stop(&self) {
         self.order(|wanted| wanted.stop = true);
+    }
+
+    /// Ends the task, whose place `successor` takes.
+    pub fn replace(&self, successor: Arc<str>) {
+        self.order(|wanted| wanted.replaced_by = Some(successor));
     }
 
     /// Holds the task.
@@ -165,7 +177,9 @@ mod tests {
             controller.resume();
         }
         controller.stop();
+        controller.replace("another".into());
         assert!(matches!(controls.try_next(), Some(Control::Stop)));
+        assert!(matches!(controls.try_next(), Some(Control::Replace(_))));
         assert!(matches!(controls.try_next(), Some(Control::Resume)));
         assert!(matches!(controls.try_next(), Some(Control::Secondary(..))));
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use elite_lang::{Diagnostic, ScriptError, SourceFile, TaskNode, memory};
-use motion_api::{Origin, Seconds, ThreadNumber};
+use motion_api::{Origin, ProgramId, Seconds, ThreadNumber};
 
 use super::scheduler::{Task, TaskEnd, Waiting};
 use crate::message::{Message, Severity};
@@ -43,24 +43,28 @@ impl Told {
 
 impl Task {
     pub(super) fn report_finding(&self, finding: &Diagnostic, file: &SourceFile, secondary: bool) {
-        let place = finding.fields(file);
-        let summary = format!("SyntaxError: {}", finding.message);
         if secondary {
             let origin = Origin {
                 program: self.context.program(),
-                line: place.line,
+                line: finding.fields(file).line,
                 ..Origin::default()
             };
+            let summary = format!("SyntaxError: {}", finding.message);
             return self.warn_of_secondary(origin, &summary);
         }
-        let picture = elite_lang::render_human(finding, file, false);
-        self.settings.observer.message(&Message::ScriptError {
+        let message = message_of(finding, file, self.context.program());
+        self.settings.observer.message(&message);
+    }
+
+    /// Tells that another main program takes the place of this one.
+    pub(super) fn report_replacement(&self, successor: &str) {
+        let origin = Origin {
             program: self.context.program(),
-            line: place.line,
-            column: place.column,
-            report: format!("{}\n{summary}", picture.trim_end()),
-            summary,
-        });
+            ..Origin::default()
+        };
+        let text = format!("the program was stopped: {successor} takes its place");
+        let message = Message::log(Severity::Warning, origin, text);
+        self.settings.observer.message(&message);
     }
 
     pub(super) fn report_script_error(&self, error: &ScriptError) {
@@ -242,6 +246,20 @@ pub(super) fn line_in_program(error: &ScriptError) -> Option<u32> {
     let mut inside = error.traceback.iter().rev();
     let frame = inside.find(|frame| Arc::ptr_eq(&frame.file, program))?;
     Some(frame.line)
+}
+
+/// What is told of a main program that does not compile; 0 is the number of one that was never started.
+pub(crate) fn message_of(finding: &Diagnostic, file: &SourceFile, program: ProgramId) -> Message {
+    let place = finding.fields(file);
+    let summary = format!("SyntaxError: {}", finding.message);
+    let picture = elite_lang::render_human(finding, file, false);
+    Message::ScriptError {
+        program,
+        line: place.line,
+        column: place.column,
+        report: format!("{}\n{summary}", picture.trim_end()),
+        summary,
+    }
 }
 
 /// Where the error was raised; line 1 for an error without a place.

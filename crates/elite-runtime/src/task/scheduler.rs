@@ -20,6 +20,7 @@ use supervision::{Contained, Fault, Faults, Kind, Panicked, catch, injection};
 use tokio::sync::watch;
 use tokio::time::Instant;
 
+use super::braking::Braking;
 use super::context::{TaskContext, TaskRequest};
 use super::controls::{Control, Controls};
 use super::host::{Permissions, TaskHost};
@@ -49,6 +50,32 @@ pub struct ProgramText {
     pub name: String,
     /// The source.
     pub text: String,
+}
+
+/// The main program of a task.
+pub(crate) enum Source {
+    /// Compiled by the task.
+    Text(ProgramText),
+    /// Compiled before, so that it could take the place of another.
+    Compiled(Program),
+}
+
+impl Source {
+    /// The text.
+    pub fn text(&self) -> &str {
+        match self {
+            Self::Text(program) => &program.text,
+            Self::Compiled(program) => program.file().text(),
+        }
+    }
+}
+
+/// What is left of a task.
+pub(crate) struct Ended {
+    /// How it ended.
+    pub end: TaskEnd,
+    /// The arm may still be on its way to rest; only where another program takes the task's place.
+    pub braking: Option<Braking>,
 }
 
 /// What a task needs from its surroundings.
@@ -83,6 +110,8 @@ pub enum TaskEnd {
     Failed,
     /// Somebody stopped it.
     Stopped,
+    /// Another main program took its place, as its log says.
+    Replaced,
     /// The arm went into a protective stop.
     ProtectiveStop(StopReason),
 }
@@ -104,6 +133,10 @@ pub(crate) struct Task {
     /// A fault of ours has left the language as it was: no script runs any more.
     is_broken: bool,
     secondaries: u32,
+    /// The main program has had its first turn.
+    has_begun: bool,
+    /// Who takes the place of the task, once it has begun.
+    pub(super) successor: Option<Arc<str>>,
     /// Names declared `global`, in the order in which they were met.
     pub(super) global_names: Vec<String>,
     /// Threads that may have come to other lines in the cycle after it.
@@ -116,7 +149,7 @@ pub(crate) struct Task {
     /// When the next cycle is due while a virtual clock keeps wall pace.
     pub(super) next_tick: Option<Instant>,
     /// What the robot has to be told as soon as there is room for it.
-    untold: VecDeque<CommandKind>,
+    pub(super) untold: VecDeque<CommandKind>,
 }
 
 /// The task makes time pass, until this is dropped.
@@ -170,9 +203,10 @@ impl Task {
         program: ProgramId,
         controls: Controls,
         status: watch::Sender<TaskStatus>,
+        braking: Option<Braking>,
     ) -> Self {
         settings.observer = Arc::new(Aside(settings.observer));
-        let context = TaskContext::new(&settings, statements, program);
+        let context = TaskContext::new(&settings, statements, program, braking);
         let host = Rc::new(TaskHost::new(
             context.clone(),
             settings.seed,
@@ -198,6 +232,8 @@ impl Task {
             end: None,
             is_broken: false,
             secondaries: 0,
+            has_begun: false,
+            successor: None,
             global_names: Vec::new(),
             moved: Vec::new(),
             moved_in: 0,
@@ -208,9 +244,9 @@ impl Task {
         }
     }
 
-    /// Runs the program to its end; the arm stands when this returns. A fault of ours ends the program, not more: the arm
-    /// comes to rest as after any other end.
-    pub async fn run(mut self, program: ProgramText) -> TaskEnd {
+    /// Runs the program to its end; the arm stands when this returns, unless another program takes its place. A fault of
+    /// ours ends the program, not more: the arm comes to rest as after any other end.
+    pub async fn run(mut self, program: Source) -> Ended {
         let _driving = Driving::begin(self.settings.robot.clone());
         let ran = Contained::new(self.run_program(program)).await;
         let mut end = ran.unwrap_or_else(|panicked| self.met_fault(panicked));
@@ -227,12 +263,19 @@ impl Task {
             self.give_up_threads();
         }
         self.program_runs(false);
-        self.settle(&end).await;
-        end
+        let braking = self.settle(&end).await;
+        Ended { end, braking }
     }
 
-    async fn run_program(&mut self, program: ProgramText) -> TaskEnd {
-        match self.start_program(ThreadNumber(0), program) {
+    async fn run_program(&mut self, program: Source) -> TaskEnd {
+        let started = match program {
+            Source::Text(text) => self.start_program(ThreadNumber(0), text),
+            Source::Compiled(program) => {
+                self.start_compiled(ThreadNumber(0), &program);
+                Ok(program)
+            }
+        };
+        match started {
             Ok(program) => {
                 let text = program.file().text();
                 self.settings
@@ -283,14 +326,19 @@ impl Task {
                 return Err(());
             }
         };
-        self.remember_globals(&program);
+        self.start_compiled(number, &program);
+        Ok(program)
+    }
+
+    /// Readies a program.
+    fn start_compiled(&mut self, number: ThreadNumber, program: &Program) {
+        self.remember_globals(program);
         let bounds = (program.kind() == ProgramKind::Secondary).then(|| Bounds {
             slices: SLICES_OF_SECONDARY,
             until: self.settings.robot.state().time + WAIT_OF_SECONDARY,
         });
-        let script = self.interpreter.spawn_program(&program);
+        let script = self.interpreter.spawn_program(program);
         self.add_thread(number, script, bounds);
-        Ok(program)
     }
 
     fn remember_globals(&mut self, program: &Program) {
@@ -335,6 +383,7 @@ impl Task {
                 self.take(control);
             }
             self.look_around();
+            self.make_way();
             if let Some(end) = self.end.clone() {
                 // A main program that ran to its end does not take the secondary ones with it: they are short.
                 match self.next_ready_secondary() {
@@ -367,6 +416,16 @@ impl Task {
                 self.end_waits();
             }
             self.ready_woken_threads();
+        }
+    }
+
+    /// Ends the task for its successor, once the main program has had its first turn: whatever comes in is begun, however
+    /// soon something else follows.
+    fn make_way(&mut self) {
+        let may_end = self.end.is_none() && (self.has_begun || self.paused);
+        if let Some(successor) = self.successor.as_ref().filter(|_| may_end) {
+            self.report_replacement(successor);
+            self.end = Some(TaskEnd::Replaced);
         }
     }
 
@@ -411,6 +470,7 @@ impl Task {
     pub(super) fn take(&mut self, control: Control) {
         match control {
             Control::Stop => self.end = Some(TaskEnd::Stopped),
+            Control::Replace(successor) => self.successor = Some(successor),
             Control::Pause => self.pause(),
             Control::Resume if self.paused => {
                 self.paused = false;
@@ -502,6 +562,7 @@ impl Task {
         self.host.sockets().outside().forget(entry.script.id());
         injection::point("task");
         let step = entry.script.resume(Resume::Continue, FUEL_PER_SLICE);
+        self.note_first_turn(number);
         self.follow(number);
         match step {
             Step::OutOfFuel => self.out_of_fuel(number),
@@ -523,6 +584,14 @@ impl Task {
                 TaskRequest::Pause => self.pause(),
                 TaskRequest::Halt => drop(self.end.get_or_insert(TaskEnd::Finished)),
             }
+        }
+    }
+
+    /// Says once that the main program has had its first turn.
+    fn note_first_turn(&mut self, number: ThreadNumber) {
+        if !self.has_begun && number == ThreadNumber(0) {
+            self.has_begun = true;
+            self.status.send_modify(|status| status.has_begun = true);
         }
     }
 

@@ -121,6 +121,7 @@ impl Task {
     }
 
     pub(super) fn stop_all_threads(&mut self) {
+        self.context.unwinds();
         while let Some(number) = self.threads.keys().next_back().copied() {
             self.stop_thread(number);
         }

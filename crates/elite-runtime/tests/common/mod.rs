@@ -201,7 +201,7 @@ pub fn run_while(
         .build()
         .unwrap();
     let end = runtime.block_on(async {
-        supervisor.submit(program).await.unwrap();
+        supervisor.submit(program, "a test").await.unwrap();
         meanwhile(&supervisor, &Printed(listener.clone())).await;
         supervisor.ended().await.unwrap()
     });

@@ -17,7 +17,9 @@ use elite_runtime::panel::{FLAGS, PopupStyle};
 use elite_runtime::{ProgramText, Robot, Supervisor};
 use io_bus::Fieldbus;
 use motion::realtime::ClockMeter;
-use motion_api::{CommandId, CommandKind, Frame, MotionMode, Origin, RegisterImages, RobotState};
+use motion_api::{
+    CommandId, CommandKind, Frame, MotionMode, Origin, ProgramId, RegisterImages, RobotState,
+};
 use recorder::RecorderMeter;
 use serde_json::{Value, json};
 use supervision::Faults;
@@ -66,6 +68,8 @@ pub struct Backend {
     task_folder: TaskFolder,
     start_configuration: Configuration,
     loaded: Mutex<Loaded>,
+    /// What `play` has started last: its number and its name in the folder.
+    played: Mutex<Option<(ProgramId, String)>>,
     log_pace: Mutex<LogPace>,
     lifetime: Lifetime,
     clock: ClockMeter,
@@ -100,6 +104,7 @@ impl Backend {
                 speed: Some(1.0),
             },
             loaded: Mutex::default(),
+            played: Mutex::default(),
             log_pace: Mutex::default(),
             lifetime,
             robot: controller.robot().clone(),
@@ -292,7 +297,8 @@ impl primary::Backend for Backend {
             return;
         }
         // A refusal has been told to everybody by the supervisor.
-        let _ = self.supervisor.submit(program).await;
+        let sender = submission.sender.to_string();
+        let _ = self.supervisor.submit(program, &sender).await;
     }
 
     fn hurry(&self) {

@@ -19,7 +19,7 @@ pub(super) fn print(
         writeln!(
             out,
             "robot: {}, {} plant, {} clock, step {} ms, seed {}, eliteserver {}",
-            setup.model,
+            setup.arm(),
             setup.plant,
             setup.clock,
             setup.step_time * 1e3,

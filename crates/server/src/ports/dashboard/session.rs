@@ -172,7 +172,7 @@ async fn carry_out(command: Command, dashboard: &impl Dashboard) -> String {
 async fn attempt(command: Command, dashboard: &impl Dashboard) -> String {
     match command {
         Command::Play => {
-            if dashboard.task_status() == TaskStatus::Running {
+            if dashboard.plays_loaded_task() {
                 return "Failed to execute: play".to_owned();
             }
             match dashboard.play().await {

@@ -17,7 +17,7 @@ use tokio_util::sync::CancellationToken;
 use super::codec::{Exception, Source};
 use super::framing::{EndedBy, Frame, Framer, Rejection};
 use super::hub::{Hub, Message, Subscription};
-use super::{Backend, Submission};
+use super::{Backend, Sender, Submission};
 use crate::ports::ClientId;
 use crate::ports::shown::Shown;
 
@@ -53,13 +53,15 @@ pub enum SessionEnd {
 /// Serves one client until its connection is gone or the server ends.
 pub async fn serve(
     stream: impl AsyncRead + AsyncWrite,
-    client: ClientId,
+    sender: impl Into<Sender>,
     backend: &impl Backend,
     hub: &Hub,
     shutdown: CancellationToken,
 ) -> SessionEnd {
+    let sender = sender.into();
+    let client = sender.client;
     let (reader, writer) = tokio::io::split(stream);
-    let reading = read_scripts(reader, client, backend, hub);
+    let reading = read_scripts(reader, sender, backend, hub);
     let writing = write_messages(writer, client, hub.subscribe());
     tokio::pin!(reading, writing);
     let mut more_to_read = true;
@@ -82,10 +84,11 @@ pub async fn serve(
 /// Carries out what the client sends until it sends no more and all of it is done.
 async fn read_scripts(
     reader: impl AsyncRead + Unpin,
-    client: ClientId,
+    sender: Sender,
     backend: &impl Backend,
     hub: &Hub,
 ) {
+    let client = sender.client;
     let mut input = Input::new(reader);
     let mut waiting = Waiting::default();
     loop {
@@ -115,7 +118,7 @@ async fn read_scripts(
             continue;
         };
         let bytes = bytes_of(&frame);
-        let carried_out = carry_out(frame, client, backend, hub);
+        let carried_out = carry_out(frame, sender, backend, hub);
         tokio::pin!(carried_out);
         loop {
             let held = bytes + waiting.bytes + input.framer.bytes();
@@ -225,9 +228,10 @@ impl<R: AsyncRead + Unpin> Input<R> {
 }
 
 /// Does one thing that the client wants; returns when the next one may begin.
-async fn carry_out(frame: Frame, client: ClientId, backend: &impl Backend, hub: &Hub) {
+async fn carry_out(frame: Frame, sender: Sender, backend: &impl Backend, hub: &Hub) {
+    let client = sender.client;
     match frame {
-        Frame::Program(program) => backend.submit(Submission { client, program }).await,
+        Frame::Program(program) => backend.submit(Submission { sender, program }).await,
         Frame::Control(phrase) => backend.control(client, phrase).await,
         Frame::Rejected(rejection) => {
             let text = rejection.to_string();

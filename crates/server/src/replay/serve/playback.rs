@@ -282,7 +282,7 @@ impl primary::Backend for Playback {
     }
 
     async fn submit(&self, submission: Submission) {
-        self.refuse(submission.client, "a program");
+        self.refuse(submission.sender.client, "a program");
     }
 
     /// Nothing runs that could end.

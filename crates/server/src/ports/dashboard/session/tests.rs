@@ -90,6 +90,9 @@ impl Dashboard for Fake {
         self.robot.lock().unwrap().configuration = Some(path.to_owned());
         Ok(())
     }
+    fn plays_loaded_task(&self) -> bool {
+        self.robot.lock().unwrap().task == TaskStatus::Running
+    }
     async fn play(&self) -> Result<(), String> {
         let mut robot = self.robot.lock().unwrap();
         if robot.loaded.is_none() {

@@ -176,7 +176,7 @@ async fn programs_and_orders_are_handed_over_in_the_order_in_which_they_came() {
             ended_by: EndedBy::ItsText,
         };
         Asked::Program(Submission {
-            client: ClientId(1),
+            sender: ClientId(1).into(),
             program,
         })
     };
