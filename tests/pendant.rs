@@ -121,6 +121,16 @@ fn follow(name: &str) {
         .flat_map(|list| list.split(' '))
         .last()
         .unwrap();
+    let end = recording.cycles.last().unwrap().time.to_string();
+    let moment = replay(&["--at", &end]);
+    let place = moment
+        .lines()
+        .find(|line| line.starts_with("script: "))
+        .unwrap_or_default();
+    assert!(
+        place.contains(", node ") && place.contains("(thread 0)"),
+        "{moment}"
+    );
     let of_last = |line: &str| line.split_whitespace().nth(4) == Some(last);
     assert!(table.lines().rev().take(20).any(of_last), "{table}");
     for (error, node) in error.iter().zip(expected(&text, "error node")) {
@@ -236,6 +246,24 @@ fn a_task_of_the_pendant_is_the_program_beside_its_xml() {
         (&"等待".into(), &5.into())
     );
     ask("stop");
+    assert_eq!(server.terminate().code(), Some(0));
+}
+
+#[test]
+fn clients_of_the_primary_port_are_told_the_node_of_an_error() {
+    let temporary = tempfile::tempdir().unwrap();
+    let server = Server::start(temporary.path(), &["--clock", "virtual"]);
+    let mut primary = server.primary();
+    let program = "$ LINE: (1, \"根\")\ndef t():\n  $ LINE: (2, \"主任务\")\n  sync()\n  $ LINE: (7, \"接近点\", \"after\")\n  movej([9, 9])\nend\n";
+    primary.send(program);
+    let (line, _, report) = primary.script_error();
+    // The text of the program begins with its header.
+    assert_eq!(line, 5, "{report}");
+    assert!(report.contains("\n  in node 7 接近点\n"), "{report}");
+    primary.send("def t():\n  $ LINE: (\"a\", 2)\n  sync()\nend\n");
+    let (line, column, report) = primary.script_error();
+    assert_eq!((line, column), (2, 12), "{report}");
+    assert!(report.contains("must be a whole number from 1"), "{report}");
     assert_eq!(server.terminate().code(), Some(0));
 }
 
