@@ -596,7 +596,8 @@ impl Drop for Ending<'_> {
 pub(crate) fn is_secondary(text: &str) -> bool {
     text.lines()
         .map(|line| line.split('#').next().unwrap_or_default().trim_end())
-        .find(|line| !line.is_empty())
+        // Directives may stand before a program as comments may.
+        .find(|line| !line.is_empty() && !line.trim_start().starts_with('$'))
         .is_some_and(|line| {
             line.strip_prefix("sec")
                 .is_some_and(|rest| rest.starts_with([' ', '\t']))

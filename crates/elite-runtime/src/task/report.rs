@@ -94,11 +94,6 @@ impl Task {
     /// After a slice of a thread: its nodes are told as it came to them, its line when the cycle is over.
     pub(super) fn follow(&mut self, number: ThreadNumber) {
         let cycle = self.settings.robot.state().cycle;
-        if cycle != self.moved_in {
-            // Under the real clock time passes while scripts compute.
-            self.tell_lines();
-            self.moved_in = cycle;
-        }
         let Some(entry) = self.threads.get_mut(&number) else {
             return;
         };
@@ -118,6 +113,11 @@ impl Task {
         }
         if !self.moved.contains(&number) {
             self.moved.push(number);
+        }
+        // Under the real clock time passes while scripts compute; under the virtual one only when they all wait.
+        if cycle != self.moved_in && !self.settings.robot.timeline().is_virtual() {
+            self.tell_lines();
+            self.moved_in = cycle;
         }
     }
 
@@ -240,6 +240,14 @@ impl Task {
     }
 }
 
+/// The line of the program in which the error was raised or that led to it; other texts have lines of their own.
+pub(super) fn line_in_program(error: &ScriptError) -> Option<u32> {
+    let program = &error.traceback.first()?.file;
+    let mut inside = error.traceback.iter().rev();
+    let frame = inside.find(|frame| Arc::ptr_eq(&frame.file, program))?;
+    Some(frame.line)
+}
+
 /// What is told of a main program that does not compile; 0 is the number of one that was never started.
 pub(crate) fn message_of(finding: &Diagnostic, file: &SourceFile, program: ProgramId) -> Message {
     let place = finding.fields(file);
@@ -252,14 +260,6 @@ pub(crate) fn message_of(finding: &Diagnostic, file: &SourceFile, program: Progr
         report: format!("{}\n{summary}", picture.trim_end()),
         summary,
     }
-}
-
-/// The line of the program in which the error was raised or that led to it; other texts have lines of their own.
-pub(super) fn line_in_program(error: &ScriptError) -> Option<u32> {
-    let program = &error.traceback.first()?.file;
-    let mut inside = error.traceback.iter().rev();
-    let frame = inside.find(|frame| Arc::ptr_eq(&frame.file, program))?;
-    Some(frame.line)
 }
 
 /// Where the error was raised; line 1 for an error without a place.

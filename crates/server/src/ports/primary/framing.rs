@@ -390,9 +390,14 @@ impl Framer {
     }
 }
 
-/// Blank, or a comment alone.
+/// Blank, a comment alone, or a directive of the pendant, which says nothing without a program around it.
 fn is_nothing(line: &[u8]) -> bool {
-    matches!(line.trim_ascii_start().first(), None | Some(b'#'))
+    let line = line.trim_ascii_start();
+    match line.first() {
+        None | Some(b'#') => true,
+        Some(b'$') => line[1..].trim_ascii_start().starts_with(b"LINE"),
+        Some(_) => false,
+    }
 }
 
 /// Without the newline at the end.
