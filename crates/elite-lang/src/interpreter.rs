@@ -9,6 +9,7 @@ use corosensei::{Coroutine, CoroutineResult};
 use crate::builtins::Builtin;
 use crate::errors::ScriptError;
 use crate::eval::coroutine::{Outlet, Request, Resume, StackKind, Stopping, ThreadState, limit_of};
+use crate::eval::node::{NodeState, Passage, TaskNode};
 use crate::eval::{Core, Evaluator};
 use crate::host::{Host, ThreadId};
 use crate::limits::{Limits, memory};
@@ -139,6 +140,7 @@ impl Interpreter {
                 exception: "TypeError".to_owned(),
                 message: format!("'{name}' object is not callable"),
                 traceback: Vec::new(),
+                node: None,
                 help: None,
                 previous: None,
             }));
@@ -241,6 +243,8 @@ impl ScriptThread {
         };
         let state = ThreadState {
             thread: number,
+            // Of the thread that starts it, if one runs.
+            node: core.nodes.state().inherited(),
             ..ThreadState::default()
         };
         ScriptThread {
@@ -261,6 +265,21 @@ impl ScriptThread {
     /// The line it is at, from 1; 0 before it has started.
     pub fn current_line(&self) -> u32 {
         self.state.line
+    }
+
+    /// The node of the pendant's task that it is in, as its `$ LINE` directives tell; None before the first one.
+    pub fn current_node(&self) -> Option<TaskNode> {
+        self.core.nodes.shown(self.state.node)
+    }
+
+    /// The nodes that the thread that was resumed last came to meanwhile, in order; of very many, the first and the last.
+    pub fn take_passages(&self) -> Vec<Passage> {
+        self.core.nodes.take_passages()
+    }
+
+    /// Begins at the node where the thread that starts it stood; to be called before it is resumed.
+    pub fn begin_at(&mut self, node: NodeState) {
+        self.state.node = node;
     }
 
     /// Whether it has ended.
@@ -368,6 +387,7 @@ fn no_stack() -> ScriptError {
         exception: "MemoryError".to_owned(),
         message,
         traceback: Vec::new(),
+        node: None,
         help: None,
         previous: None,
     }

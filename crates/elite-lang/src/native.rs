@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::coroutine::Request;
+use crate::eval::node::NodeState;
 use crate::eval::{Evaluator, Frame};
 use crate::host::ThreadId;
 use crate::value::{R, Raised, Value};
@@ -109,6 +110,17 @@ impl NativeCall<'_> {
     /// The line that calls, from 1.
     pub fn line(&self) -> u32 {
         self.ev.core.line.get()
+    }
+
+    /// Where in the pendant's task a thread would begin that is started here.
+    pub fn node(&self) -> NodeState {
+        self.ev.core.nodes.state().inherited()
+    }
+
+    /// A motion that the calling thread waited for has ended, or could not be done: a node that is to be shown after it is
+    /// shown from now on, or not at all.
+    pub fn motion_ended(&self, failed: bool) {
+        self.ev.core.nodes.motion_ended(failed, self.line());
     }
 
     /// The name of the program text that calls.

@@ -141,7 +141,7 @@ impl Interpreter {
     /// An empty queue. `news` is notified when the task has something to look at.
     pub(crate) fn new(news: Arc<Notify>, pool: Arc<CompilePool>) -> Self {
         Self {
-            known: Arc::new(KnownNames::new(crate::builtins::all().map(|b| b.name))),
+            known: Arc::new(KnownNames::new(crate::builtins::names())),
             pool,
             shared: Mutex::default(),
             news,

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use elite_lang::memory;
+use elite_lang::{TaskNode, memory};
 use motion_api::{Frame, Origin, ProgramId, StopReason, ThreadNumber};
 
 use crate::panel::VariableValue;
@@ -142,8 +142,15 @@ pub trait Observer: Send + Sync {
     /// The program compiles and is about to run. None of its commands and lines come before this.
     fn program_runs(&self, _program: ProgramId, _text: &str) {}
 
-    /// A script thread stands at another line than at its last suspension; at most once a cycle and thread.
-    fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32);
+    /// A script thread stands at another line, or in another node of the pendant's task. Lines come at most once a cycle
+    /// and thread and when it ends; nodes as they are passed, of very many in a cycle the first and the last.
+    fn line_changed(
+        &self,
+        program: ProgramId,
+        thread: ThreadNumber,
+        line: u32,
+        node: Option<&TaskNode>,
+    );
 
     /// A program has ended.
     fn program_ended(&self, program: ProgramId);
@@ -195,8 +202,14 @@ impl Observer for Aside {
         memory::outside(|| self.0.program_runs(program, text));
     }
 
-    fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32) {
-        memory::outside(|| self.0.line_changed(program, thread, line));
+    fn line_changed(
+        &self,
+        program: ProgramId,
+        thread: ThreadNumber,
+        line: u32,
+        node: Option<&TaskNode>,
+    ) {
+        memory::outside(|| self.0.line_changed(program, thread, line, node));
     }
 
     fn program_ended(&self, program: ProgramId) {

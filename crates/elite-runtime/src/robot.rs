@@ -354,7 +354,14 @@ mod tests {
     impl Observer for Watcher {
         fn message(&self, _: &Message) {}
         fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
-        fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32) {}
+        fn line_changed(
+            &self,
+            _: ProgramId,
+            _: ThreadNumber,
+            _: u32,
+            _: Option<&elite_lang::TaskNode>,
+        ) {
+        }
         fn program_ended(&self, _: ProgramId) {}
         fn cycle_ended(&self, frame: &Frame) {
             self.0.lock().unwrap().push(frame.state.cycle);

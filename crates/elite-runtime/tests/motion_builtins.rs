@@ -89,3 +89,58 @@ fn a_negative_radius_is_a_value_error() {
         assert!(motions(ran.commands).is_empty());
     }
 }
+
+#[test]
+fn movep_has_four_arguments_with_defaults() {
+    let process = |acceleration, speed, radius| CommandKind::MoveP {
+        target: A,
+        acceleration,
+        speed,
+        radius,
+    };
+    assert_eq!(commands("movep(a)"), [process(1.2, 0.25, 0.0)]);
+    assert_eq!(
+        commands("movep(a,0.351, 0.0195, 0.0005)"),
+        [process(0.351, 0.0195, 0.0005)]
+    );
+}
+
+#[test]
+fn path_offsets_become_commands_and_wrong_ones_exceptions() {
+    let text = "path_offset_set_max_offset(0.02, 0.1)\npath_offset_set_alpha_filter(0.3)\n\
+                path_offset_enable()\npath_offset_set([0, 0, 0.005, 0, 0, 0], 3)\npath_offset_disable()\n";
+    let ran = run(&Standing::default(), text);
+    assert_eq!(ran.end, TaskEnd::Finished, "{}", ran.error);
+    let wanted = [
+        CommandKind::PathOffsetMax {
+            translation: 0.02,
+            rotation: 0.1,
+        },
+        CommandKind::PathOffsetFilter(0.3),
+        CommandKind::PathOffsetEnable,
+        CommandKind::PathOffsetSet {
+            offset: RpyPose::from_array([0.0, 0.0, 0.005, 0.0, 0.0, 0.0]),
+            axes: motion_api::OffsetAxes::Motion,
+        },
+        CommandKind::PathOffsetDisable { acceleration: 20.0 },
+    ];
+    let sent: Vec<_> = ran
+        .commands
+        .into_iter()
+        .filter(|kind| kind.name().starts_with("path_offset"))
+        .collect();
+    assert_eq!(sent, wanted);
+    for wrong in [
+        "path_offset_set([0, 0, 0, 0, 0], 1)",
+        "path_offset_set([0, 0, 0, 0, 0, 0], 4)",
+        "path_offset_set([0, 0, 50, 0, 0, 0], 1)",
+        "path_offset_set_alpha_filter(1.5)",
+        "path_offset_set_max_offset(-1, 0)",
+        "path_offset_get(0)",
+        "path_offset_disable(0)",
+    ] {
+        let ran = run(&Standing::default(), &format!("{wrong}\n"));
+        assert!(ran.error.contains("Error"), "{wrong}: {}", ran.error);
+        assert!(ran.error.contains("path_offset"), "{wrong}: {}", ran.error);
+    }
+}

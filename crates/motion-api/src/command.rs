@@ -5,7 +5,7 @@
 
 use kinematics::{JointPositions, JointSpeeds, Payload, RpyPose};
 
-use crate::online::{EncoderRange, FreedriveFrame, PulseDecoding};
+use crate::online::{EncoderRange, FreedriveFrame, OffsetAxes, PulseDecoding};
 
 use crate::IoChange;
 
@@ -94,6 +94,18 @@ pub enum CommandKind {
         /// The tool keeps its angle to the arc, and the target's orientation is not used; otherwise it turns to the
         /// target's about one axis.
         fixed: bool,
+    },
+    /// A line of the TCP as of `MoveL` whose blends are arcs that touch both lines and are driven at the speed of the
+    /// lines (from controller output, not from the manual).
+    MoveP {
+        /// Where to: TCP pose in the base frame.
+        target: RpyPose,
+        /// TCP acceleration, m/s².
+        acceleration: f64,
+        /// TCP speed, m/s.
+        speed: f64,
+        /// Distance from the target at which the arc touches, m; 0 stops at the target.
+        radius: f64,
     },
     /// Some points of a micro line, for the `MoveMl` that follows them. Not a motion; ends at once.
     MicroPoints {
@@ -291,6 +303,29 @@ pub enum CommandKind {
         /// Input of channel B, 16 or 17; 0 unless quadrature.
         channel_b: u8,
     },
+    /// Offsets of the path count from now on (from controller output, not from the manual, as the next four).
+    PathOffsetEnable,
+    /// Offsets count no more; the joints brake with `acceleration` wherever that leads, and the next motion begins there.
+    PathOffsetDisable {
+        /// rad/s².
+        acceleration: f64,
+    },
+    /// The offset laid over the TCP's path from now on.
+    PathOffsetSet {
+        /// Translation and rotation.
+        offset: RpyPose,
+        /// Along and about which axes.
+        axes: OffsetAxes,
+    },
+    /// Share of a new offset that is taken over in each cycle, 0 to 1.
+    PathOffsetFilter(f64),
+    /// Largest offsets; beyond them is a protective stop.
+    PathOffsetMax {
+        /// m.
+        translation: f64,
+        /// rad.
+        rotation: f64,
+    },
     /// A simulated digital input, bit of `RobotState::digital_in`.
     SetDigitalInput {
         /// 0 to 27.
@@ -316,6 +351,7 @@ impl CommandKind {
                 | Self::EndFreedrive
                 | Self::EndForceMode
                 | Self::StopConveyorTracking
+                | Self::PathOffsetDisable { .. }
                 | Self::SetIo(IoChange::ProgramRunning(_))
         )
     }
@@ -326,6 +362,7 @@ impl CommandKind {
             Self::MoveJ { .. } => "movej",
             Self::MoveL { .. } => "movel",
             Self::MoveC { .. } => "movec",
+            Self::MoveP { .. } => "movep",
             Self::MicroPoints { .. } => "micro_points",
             Self::MoveMl { .. } => "moveml",
             Self::Stop { .. } => "stop",
@@ -365,6 +402,11 @@ impl CommandKind {
             Self::EncoderEnableSetTickCount { .. } => "encoder_enable_set_tick_count",
             Self::EncoderSetTickCount { .. } => "encoder_set_tick_count",
             Self::EncoderEnablePulseDecode { .. } => "encoder_enable_pulse_decode",
+            Self::PathOffsetEnable => "path_offset_enable",
+            Self::PathOffsetDisable { .. } => "path_offset_disable",
+            Self::PathOffsetSet { .. } => "path_offset_set",
+            Self::PathOffsetFilter(_) => "path_offset_set_alpha_filter",
+            Self::PathOffsetMax { .. } => "path_offset_set_max_offset",
             Self::SetDigitalInput { .. } => "set_digital_input",
         }
     }
@@ -406,7 +448,11 @@ impl CommandKind {
     pub const fn is_motion(&self) -> bool {
         matches!(
             self,
-            Self::MoveJ { .. } | Self::MoveL { .. } | Self::MoveC { .. } | Self::MoveMl { .. }
+            Self::MoveJ { .. }
+                | Self::MoveL { .. }
+                | Self::MoveC { .. }
+                | Self::MoveP { .. }
+                | Self::MoveMl { .. }
         )
     }
 }

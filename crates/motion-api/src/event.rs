@@ -129,6 +129,9 @@ pub enum Refusal {
     /// Force mode is on.
     #[error("force mode is on; end it first with end_force_mode()")]
     InForceMode,
+    /// Path offsets are enabled.
+    #[error("path offsets are enabled; end them first with path_offset_disable()")]
+    PathOffset,
     /// The planner found nothing.
     #[error("no trajectory found for this target (planner error {code})")]
     Planner {
@@ -259,6 +262,23 @@ pub enum StopReason {
     /// A conveyor carried the TCP out of reach, or to where the joints would have to change their speeds faster than they can.
     #[error("the conveyor carries the TCP to where the arm cannot follow")]
     ConveyorLost,
+    /// The offset of the path is larger than the program allows.
+    #[error(
+        "the path offset is {translation:.4} m and {rotation:.4} rad; path_offset_set_max_offset() allows {most_translation:.4} m and {most_rotation:.4} rad"
+    )]
+    PathOffset {
+        /// As asked for, m.
+        translation: f64,
+        /// As asked for, rad.
+        rotation: f64,
+        /// Limit, m.
+        most_translation: f64,
+        /// Limit, rad.
+        most_rotation: f64,
+    },
+    /// The offset of the path led out of reach, or to where the joints would have to change their speeds faster than they can.
+    #[error("the path offset leads the TCP to where the arm cannot follow")]
+    PathOffsetLost,
     /// TCP or tool were about to cross a safety plane.
     #[error("the tool was about to cross safety plane {} of the cell: it would come to rest {depth:.4} m behind it", plane + 1)]
     SafetyPlane {
@@ -289,6 +309,8 @@ impl StopReason {
             Self::SafetyPlane { .. } => 12,
             Self::ConveyorLost => 13,
             Self::TcpForce { .. } => 14,
+            Self::PathOffset { .. } => 15,
+            Self::PathOffsetLost => 16,
             Self::Internal { .. } => 99,
         }
     }

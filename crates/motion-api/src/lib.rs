@@ -27,7 +27,7 @@ pub use io::{
     ToolPin,
 };
 pub use mode::{MotionMode, RobotMode, SafetyMode};
-pub use online::{EncoderRange, FreedriveFrame, PulseDecoding};
+pub use online::{EncoderRange, FreedriveFrame, OffsetAxes, PulseDecoding};
 pub use registers::{RegisterBank, RegisterImage, RegisterImages, Registers};
 pub use ring::{
     BorderSizes, CommandPort, EventReader, Frame, FrameReader, MotionEnd, Record, RecordReader,

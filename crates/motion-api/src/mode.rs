@@ -106,6 +106,8 @@ numbered! {
         MoveC = 7, "movec";
         /// Points at equal times from a file.
         MoveMl = 8, "moveml";
+        /// Straight TCP line with arcs as blends.
+        MoveP = 9, "movep";
         /// A stream of joint positions.
         ServoJ = 20, "servoj";
         /// Joint speeds.

@@ -1,4 +1,5 @@
-//! Words of the online modes that cross the border: frames of freedrive, ranges and pulse decoding of encoders.
+//! Words of the online modes that cross the border: frames of freedrive, ranges and pulse decoding of encoders, axes of
+//! path offsets.
 
 use kinematics::RpyPose;
 
@@ -112,6 +113,35 @@ impl PulseDecoding {
     }
 
     /// The manual's `decoder_type`.
+    pub const fn number(self) -> u64 {
+        self as u64 + 1
+    }
+}
+
+/// Whose axes an offset of the path has (from controller output, not from the manual).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OffsetAxes {
+    /// The base's.
+    #[default]
+    Base,
+    /// The TCP's on the path without offsets.
+    Tool,
+    /// X along the path's tangent, Z as near to the tool's Z as it can be.
+    Motion,
+}
+
+impl OffsetAxes {
+    /// From the number of `path_offset_set`.
+    pub const fn from_number(number: u64) -> Option<Self> {
+        Some(match number {
+            1 => Self::Base,
+            2 => Self::Tool,
+            3 => Self::Motion,
+            _ => return None,
+        })
+    }
+
+    /// The number of `path_offset_set`.
     pub const fn number(self) -> u64 {
         self as u64 + 1
     }

@@ -115,6 +115,10 @@ state! {
         pub collision_sensitivity: u64,
         /// Force mode is on, whatever motion runs under it.
         pub force_mode: bool,
+        /// TCP pose that the planned motion asks for, without offsets, belts and forces.
+        pub path_pose: RpyPose,
+        /// Offset of the path that is in force: translation and roll, pitch, yaw, in base, TCP and motion axes.
+        pub path_offsets: [[f64; 6]; 3],
     }
 }
 
@@ -166,6 +170,8 @@ impl RobotState {
             collision_detection: true,
             collision_sensitivity: 50,
             force_mode: false,
+            path_pose: RpyPose::default(),
+            path_offsets: [[0.0; 6]; 3],
         }
     }
 

@@ -82,6 +82,9 @@ impl Cycle {
         if self.force.is_at_work() {
             return Err(Refusal::InForceMode);
         }
+        if self.path_offset.is_on() {
+            return Err(Refusal::PathOffset);
+        }
         if !(ticks.is_finite() && ticks.abs() >= SLOWEST) {
             return Err(bad_value(name, ticks, "a finite number other than 0"));
         }
@@ -256,7 +259,12 @@ const SPEEDING_UNTIL: f64 = 0.85;
 const SPEEDING_RATE: f64 = 1.0;
 
 /// No joint exceeds its acceleration, or its jerk between two setpoints that are `step` seconds apart.
-fn is_within_rates(next: &Setpoint, before: &Setpoint, step: f64, limits: &MotionLimits) -> bool {
+pub(crate) fn is_within_rates(
+    next: &Setpoint,
+    before: &Setpoint,
+    step: f64,
+    limits: &MotionLimits,
+) -> bool {
     (0..6).all(|joint| {
         let jerk = (next.qdd[joint] - before.qdd[joint]) / step;
         next.qdd[joint].abs() <= limits.acceleration[joint] * (1.0 + RATE_SLACK)

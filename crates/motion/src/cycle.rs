@@ -22,6 +22,7 @@ use crate::machine::Machine;
 use crate::micro_points::MicroPoints;
 use crate::modes::conveyor::Tracking;
 use crate::modes::encoder::Encoder;
+use crate::modes::path_offset::PathOffset;
 use crate::modes::{Online, stands};
 use crate::motion::Motion;
 use crate::outbox::Outbox;
@@ -87,7 +88,8 @@ pub struct Cycle {
     pub(crate) payload: Payload,
     pub(crate) dynamics: Dynamics,
 
-    /// What the generator asks for; the same as `commanded` unless a conveyor is tracked or force mode is on.
+    /// What the generator asks for; the same as `commanded` unless a conveyor is tracked, path offsets count or force mode is
+    /// on.
     pub(crate) target: Setpoint,
     /// What the arm gets.
     pub(crate) commanded: Setpoint,
@@ -102,6 +104,7 @@ pub struct Cycle {
     pub(crate) deferred: Option<Command>,
     pub(crate) tracking: Option<Tracking>,
     pub(crate) encoders: [Encoder; 2],
+    pub(crate) path_offset: PathOffset,
     pub(crate) external: External,
     /// What acts on the tool in this cycle: base axes, about the TCP.
     pub(crate) hand: Wrench,
@@ -148,6 +151,7 @@ impl Cycle {
             deferred: None,
             tracking: None,
             encoders: config.belts.map(Encoder::new),
+            path_offset: PathOffset::new(config.step_time),
             external: External::new(config.loads),
             hand: Wrench::default(),
             force: ForceMode::new()?,
@@ -268,6 +272,7 @@ impl Cycle {
             }
             let nominal = wanted;
             let wanted = self.carried(&nominal)?;
+            let wanted = self.offset(&wanted)?;
             let wanted = self.pressed(&wanted)?;
             let frames = self.model.forward(&wanted.q);
             let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
@@ -298,7 +303,7 @@ impl Cycle {
                 .plant
                 .follow(limited, &self.dynamics, &self.contacts, self.step);
             self.commanded = *limited.get();
-            if self.tracking.is_none() && !self.force.is_at_work() {
+            if self.is_path_all() {
                 self.target = self.commanded;
             }
         } else {
@@ -309,7 +314,7 @@ impl Cycle {
 
     /// The limits that motions are planned with now.
     pub(crate) fn planning_limits(&self) -> &MotionLimits {
-        if self.tracking.is_some() {
+        if self.tracking.is_some() || self.path_offset.is_on() {
             &self.limits_on_belt
         } else {
             &self.limits
@@ -370,6 +375,7 @@ impl Cycle {
             _ => {}
         }
         self.settle_force_mode();
+        self.settle_path_offset();
         if !self.is_standing() {
             return;
         }
@@ -393,6 +399,7 @@ impl Cycle {
         self.target = Setpoint::standing(self.actual.q);
         self.commanded = self.target;
         self.tracking = None;
+        self.path_offset.end();
         self.force.pressing = None;
         self.plant.retarget(&self.target.q);
         self.target_frames = self.model.forward(&self.target.q);
@@ -401,6 +408,10 @@ impl Cycle {
     /// True when no setpoint moves: nothing to do, or held on the path.
     pub fn is_standing(&self) -> bool {
         if self.tracking.as_ref().is_some_and(Tracking::is_stopping) {
+            return false;
+        }
+        let offset = &self.path_offset;
+        if offset.is_coming_to_rest() || self.is_held() && !offset.is_standing() {
             return false;
         }
         // While it is held force mode comes to rest as well; otherwise it moves the arm all the time.

@@ -60,6 +60,9 @@ impl Cycle {
         if self.tracking.is_some() {
             return Err(Refusal::Tracking);
         }
+        if self.path_offset.is_on() {
+            return Err(Refusal::PathOffset);
+        }
         if matches!(&self.generator, Generator::Online(online) if online.is_led_by_hand()) {
             return Err(Refusal::Busy {
                 running: self.running(),

@@ -124,6 +124,35 @@ impl Cycle {
                 self.follow_with(command.id, MotionMode::MoveC, Planned::Partly(planner));
                 Ok(Ending::Later)
             }
+            CommandKind::MoveP {
+                target,
+                acceleration,
+                speed,
+                radius,
+            } => {
+                let wish = Wish {
+                    speed,
+                    acceleration,
+                    duration: 0.0,
+                    radius,
+                };
+                self.check_free()?;
+                self.check_target_pose(&target)?;
+                let start = self.next_start();
+                let planner = CartesianPlanner::line(&start, &target, &wish, &self.arm())?;
+                self.follow_with(command.id, MotionMode::MoveP, Planned::Partly(planner));
+                Ok(Ending::Later)
+            }
+            CommandKind::PathOffsetEnable => self.path_offset_enable(),
+            CommandKind::PathOffsetDisable { acceleration } => {
+                self.path_offset_disable(command, acceleration)
+            }
+            CommandKind::PathOffsetSet { offset, axes } => self.path_offset_set(&offset, axes),
+            CommandKind::PathOffsetFilter(share) => self.path_offset_filter(share),
+            CommandKind::PathOffsetMax {
+                translation,
+                rotation,
+            } => self.path_offset_max(translation, rotation),
             CommandKind::MicroPoints {
                 begins,
                 count,
@@ -163,6 +192,10 @@ impl Cycle {
             }
             CommandKind::SetIo(change) => {
                 self.io.apply(&change);
+                if let IoChange::ProgramRunning(_) = change {
+                    self.path_offset.stop();
+                    self.path_offset.forget_settings();
+                }
                 Ok(Ending::Now)
             }
             CommandKind::SetSpeedFraction(fraction) => {
@@ -329,6 +362,9 @@ impl Cycle {
         self.stop_moving();
         if only == CommandId::NONE {
             self.halt_force_mode();
+        }
+        if only == CommandId::NONE {
+            self.path_offset.stop();
         }
         if only == CommandId::NONE
             && let Some(tracking) = &mut self.tracking

@@ -53,6 +53,7 @@ mod motion;
 mod online;
 mod outbox;
 pub mod path;
+mod path_offsets;
 pub mod plan;
 mod planes;
 pub mod plant;

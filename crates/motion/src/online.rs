@@ -305,6 +305,9 @@ impl Cycle {
         if self.force.is_at_work() {
             return Err(Refusal::InForceMode);
         }
+        if self.path_offset.is_on() {
+            return Err(Refusal::PathOffset);
+        }
         match &self.generator {
             Generator::Hold if self.deferred.is_none() && self.upcoming.is_none() => {}
             Generator::Online(online) if online.is_led_by_hand() => {}

@@ -143,9 +143,9 @@ impl Cycle {
         })
     }
 
-    /// The path is all that moves the arm: neither a belt nor force mode is added to it.
-    fn is_path_all(&self) -> bool {
-        self.tracking.is_none() && !self.force.is_at_work()
+    /// The path is all that moves the arm: neither a belt nor an offset nor force mode is added to it.
+    pub(crate) fn is_path_all(&self) -> bool {
+        self.tracking.is_none() && !self.path_offset.is_on() && !self.force.is_at_work()
     }
 
     /// Nothing but the ranges of the joints bounds where the arm may be.

@@ -1,7 +1,7 @@
 //! The state that is published at the end of a cycle, computed from what the cycle holds.
 
 use kinematics::{Pose, RpyPose};
-use motion_api::{MotionMode, RobotState, SafetyMode};
+use motion_api::{MotionMode, OffsetAxes, RobotState, SafetyMode};
 
 use crate::cycle::{Cycle, Generator, Timing};
 
@@ -16,6 +16,13 @@ pub(crate) fn report(cycle: &Cycle, timing: Timing) -> RobotState {
         .twist(&target.qd, target_tcp.translation);
     let actual_twist = actual_frames.twist(&actual.qd, actual_tcp.translation);
     let count = cycle.out.cycle;
+    let path_pose = if cycle.target.q == target.q {
+        target_tcp
+    } else {
+        cycle
+            .model
+            .tcp_pose(&cycle.target.q, &cycle.flange_from_tcp)
+    };
     RobotState {
         cycle: count,
         time: count as f64 * cycle.step,
@@ -63,6 +70,9 @@ pub(crate) fn report(cycle: &Cycle, timing: Timing) -> RobotState {
         collision_detection: cycle.collision.is_enabled,
         collision_sensitivity: u64::from(cycle.collision.sensitivity()),
         force_mode: cycle.force.is_on(),
+        path_pose: path_pose.to_rpy(),
+        path_offsets: [OffsetAxes::Base, OffsetAxes::Tool, OffsetAxes::Motion]
+            .map(|axes| cycle.path_offset.in_force(axes, &path_pose.rotation)),
     }
 }
 

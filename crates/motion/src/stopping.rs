@@ -65,6 +65,7 @@ impl Cycle {
         self.is_paused = false;
         self.upcoming = None;
         self.tracking = None;
+        self.path_offset.end();
         self.force.pressing = None;
         self.target = self.commanded;
         brake

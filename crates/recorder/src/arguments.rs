@@ -4,7 +4,9 @@
 //! does not compile until it is listed here. Numbers come back bit for bit, so that a recorded command can be run again.
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
-use motion_api::{CommandId, CommandKind, EncoderRange, FreedriveFrame, IoChange, PulseDecoding};
+use motion_api::{
+    CommandId, CommandKind, EncoderRange, FreedriveFrame, IoChange, OffsetAxes, PulseDecoding,
+};
 use serde_json::{Map, Value};
 use thiserror::Error;
 
@@ -65,6 +67,7 @@ commands! {
     "movej" => MoveJ { target, acceleration, speed, duration, radius };
     "movel" => MoveL { target, acceleration, speed, duration, radius };
     "movec" => MoveC { via, target, acceleration, speed, radius, fixed };
+    "movep" => MoveP { target, acceleration, speed, radius };
     "micro_points" => MicroPoints { begins, count, points };
     "moveml" => MoveMl { count, interval };
     "stop" => Stop { only };
@@ -104,6 +107,11 @@ commands! {
     "encoder_enable_set_tick_count" => EncoderEnableSetTickCount { encoder, range };
     "encoder_set_tick_count" => EncoderSetTickCount { encoder, count };
     "encoder_enable_pulse_decode" => EncoderEnablePulseDecode { encoder, decoding, channel_a, channel_b };
+    "path_offset_enable" => PathOffsetEnable;
+    "path_offset_disable" => PathOffsetDisable { acceleration };
+    "path_offset_set" => PathOffsetSet { offset, axes };
+    "path_offset_set_alpha_filter" => PathOffsetFilter(share);
+    "path_offset_set_max_offset" => PathOffsetMax { translation, rotation };
     "set_digital_input" => SetDigitalInput { index, level };
 }
 
@@ -259,6 +267,15 @@ impl Argument for EncoderRange {
     }
 }
 
+impl Argument for OffsetAxes {
+    fn write(&self) -> Value {
+        Value::from(self.number())
+    }
+    fn read(value: &Value) -> Option<Self> {
+        Self::from_number(value.as_u64()?)
+    }
+}
+
 impl Argument for PulseDecoding {
     fn write(&self) -> Value {
         self.number().write()
@@ -411,6 +428,23 @@ mod tests {
                 decoding: PulseDecoding::Rising,
                 channel_a: 16,
                 channel_b: 0,
+            },
+            CommandKind::MoveP {
+                target: pose,
+                acceleration: x,
+                speed: x,
+                radius: x,
+            },
+            CommandKind::PathOffsetEnable,
+            CommandKind::PathOffsetDisable { acceleration: x },
+            CommandKind::PathOffsetSet {
+                offset: pose,
+                axes: OffsetAxes::Motion,
+            },
+            CommandKind::PathOffsetFilter(x),
+            CommandKind::PathOffsetMax {
+                translation: x,
+                rotation: x,
             },
             CommandKind::SetDigitalInput {
                 index: 17,

@@ -175,6 +175,10 @@ message! {
         raw_wrench: Vec<f64> [double repeated, "50"],
         /// 1 while force mode is on.
         force_mode: u64 [uint64, "51"],
+        /// TCP pose that the planned motion asks for, without offsets, belts and forces.
+        path_pose: Vec<f64> [double repeated, "52"],
+        /// Offset of the path in base, TCP and motion axes, six numbers each.
+        path_offsets: Vec<f64> [double repeated, "53"],
     }
 }
 
@@ -253,6 +257,8 @@ impl Cycle {
             collision_detection,
             collision_sensitivity,
             force_mode,
+            path_pose,
+            path_offsets,
         } = *state;
         self.cycle = cycle;
         self.time = time;
@@ -300,6 +306,8 @@ impl Cycle {
         self.collision_sensitivity = collision_sensitivity;
         self.collision_detection = u64::from(collision_detection);
         self.force_mode = u64::from(force_mode);
+        put(&mut self.path_pose, &path_pose.to_array());
+        put(&mut self.path_offsets, path_offsets.as_flattened());
     }
 
     /// The state that was recorded.
@@ -364,6 +372,11 @@ impl Cycle {
             collision_detection: self.collision_detection != 0,
             collision_sensitivity: self.collision_sensitivity,
             force_mode: self.force_mode != 0,
+            path_pose: RpyPose::from_array(self.take("path_pose", &self.path_pose)?),
+            path_offsets: {
+                let all: [f64; 18] = self.take("path_offsets", &self.path_offsets)?;
+                core::array::from_fn(|k| core::array::from_fn(|i| all[6 * k + i]))
+            },
         })
     }
 

@@ -30,7 +30,7 @@ pub(crate) enum Note {
         time: f64,
         program: ProgramId,
         thread: ThreadNumber,
-        line: u32,
+        place: Place,
     },
     Variable {
         time: f64,
@@ -52,6 +52,14 @@ pub(crate) enum Note {
     },
 }
 
+/// Where a script thread stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Place {
+    pub line: u32,
+    /// Number and label of a node of the pendant's task.
+    pub node: Option<(u32, Box<str>)>,
+}
+
 impl Note {
     pub fn time(&self) -> f64 {
         match self {
@@ -67,7 +75,9 @@ impl Note {
     fn bytes(&self) -> usize {
         let texts = match self {
             Self::ProgramStarted { name, text, .. } => name.len() + text.len(),
-            Self::ScriptLine { .. } => 0,
+            Self::ScriptLine { place, .. } => {
+                place.node.as_ref().map_or(0, |(_, label)| label.len())
+            }
             Self::Variable {
                 name,
                 type_name,

@@ -7,6 +7,7 @@ use std::io::Write;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use elite_lang::TaskNode;
 use elite_runtime::message::{
     EMERGENCY_STOP_CODE, InterpreterEvent, Message, Observer, PROTECTIVE_STOP_CODE,
     RECORDING_ALARM_CODE, Severity,
@@ -244,10 +245,17 @@ impl Observer for Announcer {
             .program_started(self.time(), program, &self.name_of(program), text);
     }
 
-    fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32) {
+    fn line_changed(
+        &self,
+        program: ProgramId,
+        thread: ThreadNumber,
+        line: u32,
+        node: Option<&TaskNode>,
+    ) {
+        let named = node.map(|node| (node.number, &*node.label));
         self.recording
-            .script_line(self.time(), program, thread, line);
-        self.feed.line_changed(thread, line);
+            .script_place(self.time(), (program, thread), line, named);
+        self.feed.line_changed(thread, line, node);
     }
 
     fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {

@@ -19,7 +19,7 @@ use elite_runtime::{
 };
 use io_bus::Fieldbus;
 use io_bus::serial::SerialLine;
-use kinematics::ModelError;
+use kinematics::{CalibrationError, ModelError};
 use motion::realtime::ClockMeter;
 use motion::{Cycle, CycleConfig};
 use motion_api::{BorderSizes, SnapshotCell, border};
@@ -66,6 +66,9 @@ pub enum StartError {
         /// Why.
         source: io::Error,
     },
+    /// The calibration does not fit the arm.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
     /// The cell file is not usable.
     #[error(transparent)]
     Cell(#[from] CellError),
@@ -119,7 +122,7 @@ impl Controller {
         powered_off: bool,
     ) -> Result<Self, StartError> {
         let permissions = permissions(config)?;
-        let loaded = LoadedModel::open(&config.model)?;
+        let loaded = LoadedModel::open(&config.model, config.calibration.as_ref())?;
         let cell = config.cell.as_deref().map(Cell::load).transpose()?;
         let setup = setup(config, &loaded, cell.as_ref(), powered_off);
         let cycle_config = cycle_config(&setup, loaded.model.clone(), cell.as_ref())?;

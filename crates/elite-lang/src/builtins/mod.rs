@@ -344,7 +344,7 @@ const NAMES: &[&str] = &[
 
 /// Whether every program finds this name defined.
 pub fn is_builtin_name(name: &str) -> bool {
-    NAMES.binary_search(&name).is_ok()
+    NAMES.binary_search(&name).is_ok() || crate::stdlib::PRESENT.contains(&name)
 }
 
 /// All names that every program finds defined.

@@ -8,6 +8,7 @@ use super::code::Code;
 use super::coroutine::{StackPool, Stopping, ThreadState};
 use super::cycles::Cycles;
 use super::generator::LastActs;
+use super::node::Nodes;
 use super::types::Types;
 use crate::host::{Host, ThreadId};
 use crate::limits::{Limits, memory};
@@ -61,6 +62,8 @@ pub struct Core {
     pub native_depth: Cell<u32>,
     /// The line being executed.
     pub line: Cell<u32>,
+    /// The node of the pendant's task that is being executed.
+    pub nodes: Nodes,
     /// The running thread.
     pub thread: Cell<u64>,
     /// Whether the running thread is being stopped.
@@ -120,6 +123,7 @@ impl Core {
             depth: Cell::new(0),
             native_depth: Cell::new(0),
             line: Cell::new(0),
+            nodes: Nodes::default(),
             thread: Cell::new(0),
             stopping: Cell::default(),
             memory_base,
@@ -214,6 +218,7 @@ impl Core {
             thread: self.thread.replace(state.thread),
             depth: self.depth.replace(state.depth),
             line: self.line.replace(state.line),
+            node: self.nodes.switch_to(state.node),
             stopping: self.stopping.replace(state.stopping),
             native_depth: self.native_depth.replace(state.native_depth),
         }

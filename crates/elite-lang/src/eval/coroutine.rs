@@ -10,6 +10,7 @@ use corosensei::{Yielder, on_stack};
 
 use super::Evaluator;
 use super::generator::{FromGenerator, ToGenerator};
+use super::node::NodeState;
 use crate::limits::memory;
 use crate::native::WaitToken;
 use crate::value::{R, Raised};
@@ -280,6 +281,8 @@ pub struct ThreadState {
     pub depth: u32,
     /// The line being executed.
     pub line: u32,
+    /// Where it stands in the pendant's task.
+    pub node: NodeState,
     /// Whether it is being stopped.
     pub stopping: Stopping,
     /// Native operations within native operations.

@@ -10,6 +10,7 @@ pub mod coroutine;
 pub mod cycles;
 pub mod expr;
 pub mod generator;
+pub mod node;
 pub mod pace;
 pub mod room;
 pub mod run;

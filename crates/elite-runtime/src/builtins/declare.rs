@@ -7,11 +7,14 @@ use elite_lang::{Raised, Value};
 
 use super::call::Call;
 
+/// The section of what the vendor's controller understands and its manual does not describe.
+pub const FROM_OUTPUT: &str = "from controller output, not from the manual";
+
 /// One builtin function.
 pub struct Builtin {
     /// Name in scripts.
     pub name: &'static str,
-    /// Section of the vendor's manual.
+    /// Section of the vendor's manual, or [`FROM_OUTPUT`].
     pub section: &'static str,
     /// Group of the manual.
     pub category: Category,

@@ -16,6 +16,8 @@ mod micro_line;
 mod modbus;
 mod modbus_rtu;
 mod motion;
+mod path_offset;
+mod pendant;
 mod registers;
 mod rpc;
 mod serial;
@@ -34,7 +36,7 @@ pub use hints::known_names;
 
 use crate::task::TaskContext;
 use call::Call;
-use declare::{Builtin, Default, Kind};
+use declare::{Builtin, Category, Default, Kind};
 
 /// All builtins, by chapter.
 pub fn all() -> impl Iterator<Item = &'static Builtin> {
@@ -44,6 +46,7 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
         servo::BUILTINS,
         state::BUILTINS,
         conveyor::BUILTINS,
+        path_offset::BUILTINS,
         kinematics::BUILTINS,
         force::BUILTINS,
         math::BUILTINS,
@@ -58,9 +61,16 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
         thread::BUILTINS,
         system::BUILTINS,
         text::BUILTINS,
+        pendant::BUILTINS,
     ]
     .into_iter()
     .flatten()
+}
+
+/// The global names that they have.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    // Some are listed with the module they are in.
+    all().map(|builtin| builtin.name.split('.').next().unwrap_or_default())
 }
 
 /// The builtins as functions of one task.
@@ -76,6 +86,9 @@ pub(crate) fn natives(context: &Rc<TaskContext>) -> Vec<NativeFunction> {
                     hints::before(builtin, &context, native);
                     let called = Call::new(builtin, &context, native);
                     let result = called.and_then(|mut call| run(&mut call));
+                    if builtin.waits && builtin.category == Category::Motion {
+                        native.motion_ended(result.is_err());
+                    }
                     result.map_err(|raised| hints::explain(builtin, native, raised))
                 }),
             })

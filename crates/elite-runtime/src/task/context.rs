@@ -10,7 +10,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use elite_lang::{Value, WaitToken};
+use elite_lang::{NodeState, Value, WaitToken};
 use io_bus::{Fieldbus, ScriptSocket};
 use motion_api::{CommandId, Origin, ProgramId, ThreadNumber};
 use thiserror::Error;
@@ -81,8 +81,17 @@ struct Running {
 struct Threads {
     last: u32,
     alive: BTreeSet<ThreadNumber>,
-    to_start: Vec<(ThreadNumber, Value, Vec<Value>)>,
+    to_start: Vec<ToStart>,
     to_stop: Vec<ThreadNumber>,
+}
+
+/// A thread that is to be started.
+pub(crate) struct ToStart {
+    pub number: ThreadNumber,
+    pub function: Value,
+    pub args: Vec<Value>,
+    /// Where in the pendant's task it begins.
+    pub node: NodeState,
 }
 
 /// What is known about a handle.
@@ -280,12 +289,15 @@ impl TaskContext {
         &self,
         function: Value,
         args: Vec<Value>,
+        node: NodeState,
     ) -> Result<ThreadNumber, TooManyThreads> {
         let number = self.take_number()?;
-        self.threads
-            .borrow_mut()
-            .to_start
-            .push((number, function, args));
+        self.threads.borrow_mut().to_start.push(ToStart {
+            number,
+            function,
+            args,
+            node,
+        });
         Ok(number)
     }
 
@@ -318,7 +330,7 @@ impl TaskContext {
     }
 
     /// What the slice asked for: threads to start.
-    pub fn take_starts(&self) -> Vec<(ThreadNumber, Value, Vec<Value>)> {
+    pub fn take_starts(&self) -> Vec<ToStart> {
         std::mem::take(&mut self.threads.borrow_mut().to_start)
     }
 

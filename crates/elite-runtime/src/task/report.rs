@@ -1,6 +1,8 @@
 //! What a task tells people while it runs: findings, errors, lines, global variables, and watchdogs that bite.
 
-use elite_lang::{Diagnostic, ScriptError, SourceFile, memory};
+use std::sync::Arc;
+
+use elite_lang::{Diagnostic, ScriptError, SourceFile, TaskNode, memory};
 use motion_api::{Origin, ProgramId, Seconds, ThreadNumber};
 
 use super::scheduler::{Task, TaskEnd, Waiting};
@@ -10,6 +12,34 @@ use crate::value_text::repr_text;
 
 /// Longest value of the variable monitor, characters.
 const VALUE_CHARS_MAX: usize = 1000;
+
+/// Most nodes of the pendant's task that are told of one thread and cycle; more than a task has in a row without waiting.
+const NODES_OF_CYCLE: u32 = 64;
+
+/// What the observer knows of where a thread stands.
+#[derive(Default)]
+pub(super) struct Told {
+    /// The cycle in which the line was told.
+    cycle: Option<u64>,
+    line: u32,
+    node: Option<TaskNode>,
+    /// Nodes that were told in the cycle `nodes_in`.
+    nodes: u32,
+    nodes_in: u64,
+    /// Nothing more is told.
+    is_last: bool,
+}
+
+impl Told {
+    /// Takes note of a place; true if it is another one. A thread that has not begun is nowhere.
+    fn goes_to(&mut self, line: u32, node: Option<TaskNode>) -> bool {
+        let is_news = line > 0 && (line != self.line || node != self.node);
+        if is_news {
+            (self.line, self.node) = (line, node);
+        }
+        is_news
+    }
+}
 
 impl Task {
     pub(super) fn report_finding(&self, finding: &Diagnostic, file: &SourceFile, secondary: bool) {
@@ -61,20 +91,71 @@ impl Task {
         self.settings.observer.message(&message);
     }
 
-    /// Tells the observer where a thread stands, at most once a cycle.
-    pub(super) fn report_line(&mut self, number: ThreadNumber) {
+    /// After a slice of a thread: its nodes are told as it came to them, its line when the cycle is over.
+    pub(super) fn follow(&mut self, number: ThreadNumber) {
         let cycle = self.settings.robot.state().cycle;
+        if cycle != self.moved_in {
+            // Under the real clock time passes while scripts compute.
+            self.tell_lines();
+            self.moved_in = cycle;
+        }
         let Some(entry) = self.threads.get_mut(&number) else {
             return;
         };
-        let line = entry.script.current_line();
-        let (reported_cycle, reported_line) = entry.line_reported;
-        if line != reported_line && cycle != reported_cycle {
-            entry.line_reported = (cycle, line);
-            self.settings
-                .observer
-                .line_changed(self.context.program(), number, line);
+        let passages = entry.script.take_passages();
+        if entry.told.nodes_in != cycle {
+            (entry.told.nodes_in, entry.told.nodes) = (cycle, 0);
         }
+        for passage in passages {
+            if entry.told.nodes < NODES_OF_CYCLE {
+                entry.told.nodes += 1;
+                entry.told.line = passage.line;
+                entry.told.node = Some(passage.node);
+                let node = entry.told.node.as_ref();
+                let observer = &self.settings.observer;
+                observer.line_changed(self.context.program(), number, passage.line, node);
+            }
+        }
+        if !self.moved.contains(&number) {
+            self.moved.push(number);
+        }
+    }
+
+    /// Before a cycle passes: where the threads stand that ran in it, once a cycle and thread.
+    pub(super) fn tell_lines(&mut self) {
+        let cycle = self.settings.robot.state().cycle;
+        let mut later = Vec::new();
+        for number in std::mem::take(&mut self.moved) {
+            let Some(entry) = self.threads.get_mut(&number) else {
+                continue;
+            };
+            if entry.told.cycle == Some(cycle) {
+                later.push(number);
+                continue;
+            }
+            let line = entry.script.current_line();
+            if entry.told.goes_to(line, entry.script.current_node()) {
+                entry.told.cycle = Some(cycle);
+                let node = entry.told.node.as_ref();
+                let observer = &self.settings.observer;
+                observer.line_changed(self.context.program(), number, line, node);
+            }
+        }
+        self.moved = later;
+    }
+
+    /// Where a thread ended: in `line`, or where it stands.
+    pub(super) fn tell_last_line(&mut self, number: ThreadNumber, line: Option<u32>) {
+        let Some(entry) = self.threads.get_mut(&number) else {
+            return;
+        };
+        let line = line.unwrap_or_else(|| entry.script.current_line());
+        if !entry.told.is_last && entry.told.goes_to(line, entry.script.current_node()) {
+            let node = entry.told.node.as_ref();
+            let observer = &self.settings.observer;
+            observer.line_changed(self.context.program(), number, line, node);
+        }
+        entry.told.is_last = true;
     }
 
     /// Publishes the global variables that have changed; looks at them ten times a second of simulated time, and once
@@ -171,6 +252,14 @@ pub(crate) fn message_of(finding: &Diagnostic, file: &SourceFile, program: Progr
         report: format!("{}\n{summary}", picture.trim_end()),
         summary,
     }
+}
+
+/// The line of the program in which the error was raised or that led to it; other texts have lines of their own.
+pub(super) fn line_in_program(error: &ScriptError) -> Option<u32> {
+    let program = &error.traceback.first()?.file;
+    let mut inside = error.traceback.iter().rev();
+    let frame = inside.find(|frame| Arc::ptr_eq(&frame.file, program))?;
+    Some(frame.line)
 }
 
 /// Where the error was raised; line 1 for an error without a place.

@@ -24,6 +24,7 @@ use super::braking::Braking;
 use super::context::{TaskContext, TaskRequest};
 use super::controls::{Control, Controls};
 use super::host::{Permissions, TaskHost};
+use super::report::Told;
 use crate::builtins;
 use crate::interpreter::Interpreter as StatementPort;
 use crate::message::{Aside, Message, Observer};
@@ -138,6 +139,9 @@ pub(crate) struct Task {
     pub(super) successor: Option<Arc<str>>,
     /// Names declared `global`, in the order in which they were met.
     pub(super) global_names: Vec<String>,
+    /// Threads that may have come to other lines in the cycle after it.
+    pub(super) moved: Vec<ThreadNumber>,
+    pub(super) moved_in: u64,
     /// The cycle of the latest look at watchdogs and variables.
     pub(super) looked_at: u64,
     /// The cycle of the next look at the variables.
@@ -169,7 +173,7 @@ pub(super) struct Entry {
     pub waiting: Option<Waiting>,
     /// Only secondary programs have bounds.
     pub secondary: Option<Bounds>,
-    pub line_reported: (u64, u32),
+    pub told: Told,
 }
 
 /// What a secondary program may still use.
@@ -209,7 +213,7 @@ impl Task {
             settings.permissions.clone(),
         ));
         let natives = builtins::natives(&context);
-        let known = KnownNames::new(builtins::all().map(|b| b.name));
+        let known = KnownNames::new(builtins::names());
         let interpreter = Interpreter::new(host.clone(), natives, Limits::default());
         let stops_at_start = settings.robot.protective_stops().0;
         memory::outside(|| settings.panel.with_variables(Variables::clear));
@@ -231,6 +235,8 @@ impl Task {
             has_begun: false,
             successor: None,
             global_names: Vec::new(),
+            moved: Vec::new(),
+            moved_in: 0,
             looked_at: u64::MAX,
             variables_due: 0,
             next_tick: None,
@@ -358,7 +364,7 @@ impl Task {
                 script,
                 waiting: None,
                 secondary: bounds,
-                line_reported: (u64::MAX, 0),
+                told: Told::default(),
             },
         );
         self.ready.push_back(number);
@@ -400,6 +406,7 @@ impl Task {
                 }
                 continue;
             }
+            self.tell_lines();
             if self.paused {
                 self.hold().await;
                 // A secondary program may wait for a command of its own; the others are ready when the task goes on.
@@ -556,7 +563,7 @@ impl Task {
         injection::point("task");
         let step = entry.script.resume(Resume::Continue, FUEL_PER_SLICE);
         self.note_first_turn(number);
-        self.report_line(number);
+        self.follow(number);
         match step {
             Step::OutOfFuel => self.out_of_fuel(number),
             Step::Waiting(token) => self.suspend(number, Waiting::Token(token)),

@@ -274,6 +274,6 @@ fn stands(state: &RobotState) -> bool {
 fn is_planned(mode: MotionMode) -> bool {
     matches!(
         mode,
-        MotionMode::MoveJ | MotionMode::MoveL | MotionMode::MoveC
+        MotionMode::MoveJ | MotionMode::MoveL | MotionMode::MoveC | MotionMode::MoveP
     )
 }

@@ -58,6 +58,8 @@ pub struct Ran {
     pub commands: Vec<CommandKind>,
     /// What its memory account said at each `print`, bytes.
     pub held: Vec<isize>,
+    /// Where its threads stood, as they were told.
+    pub places: Vec<(u32, Place)>,
 }
 
 /// Time that passes when it is asked to.
@@ -91,9 +93,14 @@ impl Timeline for Still {
     fn drive(&self, _on: bool) {}
 }
 
+/// A line, and number and label of a node of the pendant's task.
+pub type Place = (u32, Option<(u32, String)>);
+
 #[derive(Default)]
 struct Listener {
     heard: Mutex<(String, Vec<String>, String, String)>,
+    /// Where its threads stood, as they were told.
+    places: Mutex<Vec<(u32, Place)>>,
     /// What the task's thread held at each `print`.
     held: Mutex<Vec<isize>>,
 }
@@ -116,7 +123,16 @@ impl Observer for Listener {
         }
     }
     fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
-    fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32) {}
+    fn line_changed(
+        &self,
+        _: ProgramId,
+        thread: ThreadNumber,
+        line: u32,
+        node: Option<&elite_lang::TaskNode>,
+    ) {
+        let node = node.map(|node| (node.number, node.label.to_string()));
+        self.places.lock().unwrap().push((thread.0, (line, node)));
+    }
     fn program_ended(&self, _: ProgramId) {}
 }
 
@@ -200,5 +216,6 @@ pub fn run_while(
         report,
         commands,
         held,
+        places: std::mem::take(&mut *listener.places.lock().unwrap()),
     }
 }

@@ -8,6 +8,8 @@
 //! - `force`: force mode, corrections over whatever moves the arm.
 //! - [`conveyor`], [`encoder`]: the belt frame that planned motions are superimposed on.
 //!
+//! - [`path_offset`]: a small pose that the program lays over the path.
+//!
 //! Owns what the modes have in common: whose call it is, when it ends, and how a mode ends. Knows no ring and no events.
 
 pub mod axis;
@@ -17,6 +19,7 @@ pub mod follower;
 pub(crate) mod force;
 pub mod freedrive;
 pub mod joint_speed;
+pub mod path_offset;
 pub(crate) mod points;
 pub mod servo;
 pub mod tcp_speed;

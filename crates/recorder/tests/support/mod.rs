@@ -244,6 +244,8 @@ pub mod any {
             collision_detection: io.1 % 2 == 1,
             collision_sensitivity: io.0 % 101,
             force_mode: io.1 % 3 == 1,
+            path_pose: RpyPose::from_array(c.1),
+            path_offsets: [c.0, c.4, c.5],
         })
     }
 }

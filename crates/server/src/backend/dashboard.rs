@@ -178,10 +178,10 @@ impl Dashboard for Backend {
         let Some(name) = self.loaded_task() else {
             return Err("no task is loaded".to_owned());
         };
-        let text = self.task_folder.task(&name).map_err(|e| e.to_string())?;
+        let task = self.task_folder.task(&name).map_err(|e| e.to_string())?;
         let program = ProgramText {
-            name: name.clone(),
-            text,
+            name: task.name,
+            text: task.text,
         };
         let started = self.supervisor.submit(program, SENDER).await;
         let id = started.map_err(|error| error.to_string())?;

@@ -115,9 +115,7 @@ impl Backend {
             remote: AtomicBool::new(!config.local),
             clock: controller.clock_meter(),
             recording: controller.recorder_meter(),
-            known: Arc::new(KnownNames::new(
-                elite_runtime::builtins::all().map(|b| b.name),
-            )),
+            known: Arc::new(KnownNames::new(elite_runtime::builtins::names())),
             log: controller.interpreter_log().clone(),
             faults: controller.faults().clone(),
         }
@@ -439,9 +437,13 @@ impl http::Source for Backend {
             json!({"name": name, "type": variable.type_name, "value": variable.value})
         });
         let interpreter = self.supervisor.interpreter();
+        let (line, node) = self.feed.place();
         json!({
             "task": http::Source::task_status(self).name(),
             "program": self.supervisor.status().program.0,
+            "line": line,
+            "node": node.as_ref().map(|node| node.number),
+            "label": node.as_ref().map(|node| &*node.label),
             "interpreter": if interpreter.is_active() { "active" } else { "idle" },
             "flags": (0..FLAGS).filter(|n| panel.flag(*n)).collect::<Vec<u8>>(),
             "popups": popups.collect::<Vec<Value>>(),

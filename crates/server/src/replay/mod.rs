@@ -6,6 +6,7 @@
 mod condition;
 mod csv;
 mod diff;
+mod failure;
 mod find;
 mod plot;
 mod register_write;
@@ -17,8 +18,9 @@ mod summary;
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
+use std::path::Path;
 
-use kinematics::{ModelError, RobotModel};
+use kinematics::{Calibration, RobotModel};
 use recorder::{CommandMessage, Ending, ReadError, Recording, Setup, Summary};
 use thiserror::Error;
 
@@ -192,10 +194,15 @@ fn remember(commands: &mut BTreeMap<u64, CommandMessage>, mut command: CommandMe
     }
 }
 
-/// The arm of a recording: the URDF it carries, or the built-in model it names.
-fn model_of(setup: &Setup) -> Result<RobotModel, ModelError> {
-    match &setup.urdf {
+/// The arm of a recording: the URDF it carries, or the built-in model it names, with what was measured of it.
+fn model_of(setup: &Setup) -> Result<RobotModel, RerunError> {
+    let model = match &setup.urdf {
         Some(urdf) => RobotModel::from_urdf(urdf),
         None => RobotModel::built_in(&setup.model),
-    }
+    }?;
+    let Some(text) = &setup.calibration else {
+        return Ok(model);
+    };
+    let calibration = Calibration::from_text(text, Path::new("the recorded calibration"))?;
+    Ok(model.calibrated(&calibration)?)
 }

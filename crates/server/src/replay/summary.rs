@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use super::failure;
 use recorder::summary::{LimitKind, Summary};
 use recorder::{Ending, Recording};
 
@@ -18,7 +19,7 @@ pub(super) fn print(
         writeln!(
             out,
             "robot: {}, {} plant, {} clock, step {} ms, seed {}, eliteserver {}",
-            setup.model,
+            setup.arm(),
             setup.plant,
             setup.clock,
             setup.step_time * 1e3,
@@ -57,8 +58,8 @@ pub(super) fn print(
 
     writeln!(out, "errors: {}", summary.error_count)?;
     list(out, summary.error_count, &summary.errors, |(time, log)| {
-        let first_line = log.message.lines().next().unwrap_or_default();
-        format!("{time:.3} s {}: {first_line}", log.source)
+        let what = failure::in_one_line(&log.message);
+        format!("{time:.3} s {}: {what}", log.source)
     })?;
     writeln!(out, "warnings: {}", summary.warning_count)?;
     let stops = summary.stops.len() as u64;

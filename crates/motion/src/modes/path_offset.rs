@@ -1,0 +1,352 @@
+//! Path offsets: a small pose laid over whatever moves the TCP, changed by the program while it moves (from controller
+//! output, not from the manual).
+//!
+//! What is asked for is kept in the axes it was given in and turns with them; what is in force is kept in base axes and moves
+//! there under speed, acceleration and jerk limits, so neither a new offset nor a corner of the path makes it jump.
+//! Rotations are small: they are kept as rotation vectors.
+
+use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation, rpy_from_rotation};
+use kinematics::{JointAccelerations, JointSpeeds, Pose, RobotModel, RpyPose, Twist};
+use motion_api::OffsetAxes;
+use nalgebra::{Matrix3, Rotation3, Vector3, Vector6};
+
+use super::axis::Axis;
+use super::follower::Follower;
+use crate::constants::ACCELERATION_RISE;
+use crate::scalar::ScalarState;
+use crate::setpoint::Setpoint;
+
+/// Largest offsets until a program says otherwise, m and rad.
+const MOST: [f64; 2] = [0.1, 0.5];
+/// Fastest change of an offset along an axis, m/s and rad/s, where the joints allow it.
+const SPEED: [f64; 2] = [0.25, 1.0];
+/// The same for its acceleration, m/s² and rad/s².
+const ACCELERATION: [f64; 2] = [5.0, 20.0];
+/// Bandwidth of the law that moves it, rad/s.
+const BANDWIDTH: f64 = 90.0;
+/// The path has a direction above this speed, m/s.
+const MOVING: f64 = 1e-4;
+/// This near to what is asked for it is there: m or rad, per second and per second².
+const THERE: [f64; 3] = [1e-9, 1e-7, 1e-4];
+
+/// Offsets of the path, in force or not.
+#[derive(Clone, Copy, Debug)]
+pub struct PathOffset {
+    is_on: bool,
+    is_stopping: bool,
+    axes: OffsetAxes,
+    /// Asked for, in `axes`: translation and rotation vector.
+    wanted: Vector6<f64>,
+    /// The same after the filter.
+    filtered: Vector6<f64>,
+    /// Share of a new offset taken over in a cycle.
+    share: f64,
+    most: [f64; 2],
+    /// In force, base axes.
+    now: [ScalarState; 6],
+    /// Direction in which the path led last, base axes.
+    tangent: Vector3<f64>,
+    law: Follower,
+}
+
+/// What the joints leave for the offset in one cycle, per component: m/s or rad/s, and per second².
+#[derive(Clone, Copy, Debug)]
+pub struct OffsetRoom {
+    /// Speeds of translation and rotation.
+    pub speed: [f64; 2],
+    /// Accelerations of translation and rotation.
+    pub acceleration: [f64; 2],
+}
+
+impl PathOffset {
+    /// None asked for and none in force.
+    pub fn new(step: f64) -> Self {
+        Self {
+            is_on: false,
+            is_stopping: false,
+            axes: OffsetAxes::Base,
+            wanted: Vector6::zeros(),
+            filtered: Vector6::zeros(),
+            share: 1.0,
+            most: MOST,
+            now: [ScalarState::default(); 6],
+            tangent: Vector3::x(),
+            law: Follower::new(BANDWIDTH, step),
+        }
+    }
+
+    /// Offsets count from now on.
+    pub fn enable(&mut self) {
+        self.is_on = true;
+        self.is_stopping = false;
+    }
+
+    /// They end; the arm is wanted where it is.
+    pub fn end(&mut self) {
+        self.is_on = false;
+        self.is_stopping = false;
+        self.wanted = Vector6::zeros();
+        self.filtered = Vector6::zeros();
+        self.now = [ScalarState::default(); 6];
+    }
+
+    /// As a new program finds it.
+    pub fn forget_settings(&mut self) {
+        self.share = 1.0;
+        self.most = MOST;
+        if !self.is_on {
+            self.end();
+        }
+    }
+
+    /// They count.
+    pub const fn is_on(&self) -> bool {
+        self.is_on
+    }
+
+    /// The offset comes to rest wherever it is.
+    pub fn stop(&mut self) {
+        self.is_stopping = self.is_on;
+    }
+
+    /// A stop has brought it to rest.
+    pub fn has_stopped(&self) -> bool {
+        self.is_stopping && self.is_standing()
+    }
+
+    /// It comes to rest after a stop, and is not there yet.
+    pub fn is_coming_to_rest(&self) -> bool {
+        self.is_stopping && !self.is_standing()
+    }
+
+    /// Nothing of it moves.
+    pub fn is_standing(&self) -> bool {
+        self.now
+            .iter()
+            .all(|x| x.speed == 0.0 && x.acceleration == 0.0)
+    }
+
+    /// Asks for an offset; `tool` are the TCP's axes on the path.
+    pub fn set(&mut self, offset: &RpyPose, axes: OffsetAxes, tool: &Rotation3<f64>) {
+        let pose = Pose::from_rpy(offset);
+        let turn = rotvec_from_rotation(&pose.rotation);
+        if axes != self.axes {
+            let change = self.rotation(axes, tool).inverse() * self.rotation(self.axes, tool);
+            self.filtered = turned(&change, &self.filtered);
+            self.axes = axes;
+        }
+        let at = pose.translation;
+        self.wanted = Vector6::new(at.x, at.y, at.z, turn.x, turn.y, turn.z);
+    }
+
+    /// Takes this share of a new offset over in each cycle.
+    pub fn set_share(&mut self, share: f64) {
+        self.share = share;
+    }
+
+    /// Offsets are at most this large: m and rad.
+    pub fn set_most(&mut self, most: [f64; 2]) {
+        self.most = most;
+    }
+
+    /// What is asked for and what is allowed, where that is less: m and rad.
+    pub fn excess(&self) -> Option<([f64; 2], [f64; 2])> {
+        let asked = sizes(&self.wanted);
+        let is_more = self.is_on && (asked[0] > self.most[0] || asked[1] > self.most[1]);
+        is_more.then_some((asked, self.most))
+    }
+
+    /// Rotation of a kind of axes in the base frame, where the TCP's are `tool`.
+    fn rotation(&self, axes: OffsetAxes, tool: &Rotation3<f64>) -> Rotation3<f64> {
+        match axes {
+            OffsetAxes::Base => Rotation3::identity(),
+            OffsetAxes::Tool => *tool,
+            OffsetAxes::Motion => {
+                let x = self.tangent;
+                let y = (tool * Vector3::z()).cross(&x);
+                // Along the tool's own Z any Y across it does.
+                let y = y.try_normalize(1e-6).unwrap_or_else(|| {
+                    let across = (tool * Vector3::y()).cross(&x).cross(&x);
+                    -across.try_normalize(1e-6).unwrap_or_else(Vector3::y)
+                });
+                let axes = Matrix3::from_columns(&[x, y, x.cross(&y)]);
+                Rotation3::from_matrix_unchecked(axes)
+            }
+        }
+    }
+
+    /// The offset in force in a kind of axes: translation and roll, pitch, yaw.
+    pub fn in_force(&self, axes: OffsetAxes, tool: &Rotation3<f64>) -> [f64; 6] {
+        if !self.is_on {
+            return [0.0; 6];
+        }
+        let now = Vector6::from_fn(|k, _| self.now[k].position);
+        let own = turned(&self.rotation(axes, tool).inverse(), &now);
+        let turn = rotation_from_rotvec(own.fixed_rows::<3>(3).into());
+        let rpy = rpy_from_rotation(&turn);
+        [own[0], own[1], own[2], rpy[0], rpy[1], rpy[2]]
+    }
+
+    /// One step further over a path whose TCP has the axes `tool` and the velocity `velocity`; held, it comes to rest.
+    pub fn advance(
+        &mut self,
+        tool: &Rotation3<f64>,
+        velocity: &Vector3<f64>,
+        room: &OffsetRoom,
+        is_held: bool,
+        step: f64,
+    ) {
+        if velocity.norm() > MOVING {
+            self.tangent = velocity.normalize();
+        }
+        if !is_held {
+            self.filtered += (self.wanted - self.filtered) * self.share;
+            if (self.wanted - self.filtered).amax() < THERE[0] {
+                self.filtered = self.wanted;
+            }
+        }
+        let goal = turned(&self.rotation(self.axes, tool), &self.filtered);
+        for (k, now) in self.now.iter_mut().enumerate() {
+            let part = k / 3;
+            let acceleration = ACCELERATION[part].min(room.acceleration[part]).max(1e-3);
+            let axis = Axis {
+                min: f64::NEG_INFINITY,
+                max: f64::INFINITY,
+                // Not below what it has already: it slows down by itself.
+                speed: SPEED[part].min(room.speed[part]).max(now.speed.abs()),
+                acceleration: acceleration.max(now.acceleration.abs()),
+                jerk: acceleration / ACCELERATION_RISE,
+            };
+            if is_held || self.is_stopping {
+                *now = axis.towards_speed(now, 0.0, step);
+                continue;
+            }
+            let left = [goal[k] - now.position, now.speed, now.acceleration];
+            if left.iter().zip(THERE).all(|(x, there)| x.abs() <= there) {
+                *now = ScalarState::at_rest(goal[k]);
+                continue;
+            }
+            let wanted = self.law.acceleration(now, goal[k], 0.0, &axis);
+            *now = axis.nearest_safe(now, wanted, step);
+        }
+    }
+
+    /// The joints for the path's setpoint with the offset laid over it; `None` when the arm cannot be there.
+    pub fn carry(
+        &self,
+        nominal: &Setpoint,
+        before: &Setpoint,
+        model: &RobotModel,
+        flange_from_tcp: &Pose,
+    ) -> Option<Setpoint> {
+        let frames = model.forward(&nominal.q);
+        let pose = frames.base_from_flange * *flange_from_tcp;
+        let speed = frames.twist(&nominal.qd, pose.translation);
+        let bias = frames.jacobian_rate_times_speeds(&nominal.qd, pose.translation);
+        let driven = frames.twist(&JointSpeeds(nominal.qdd.0), pose.translation);
+        let part = |k: usize, pick: fn(&ScalarState) -> f64| {
+            Vector3::new(
+                pick(&self.now[k]),
+                pick(&self.now[k + 1]),
+                pick(&self.now[k + 2]),
+            )
+        };
+        let turn = part(3, |x| x.position);
+        let rotation = rotation_from_rotvec(turn);
+        // Velocity of the rotation from that of its vector; its change by the main term, the rest is of third order.
+        let left = left_jacobian(&turn);
+        let omega = left * part(3, |x| x.speed);
+        let alpha = left * part(3, |x| x.acceleration);
+        let own = rotation * speed.angular;
+        let pose = Pose::new(
+            rotation * pose.rotation,
+            pose.translation + part(0, |x| x.position),
+        );
+        let speed = Twist {
+            linear: speed.linear + part(0, |x| x.speed),
+            angular: own + omega,
+        };
+        let change = Twist {
+            linear: driven.linear + bias.linear + part(0, |x| x.acceleration),
+            angular: rotation * (driven.angular + bias.angular) + omega.cross(&own) + alpha,
+        };
+        let q = model.inverse_nearest(&pose, flange_from_tcp, &before.q)?;
+        let frames = model.forward(&q);
+        let lu = frames.jacobian(pose.translation).lu();
+        let qd = JointSpeeds(lu.solve(&speed.to_vector())?.into());
+        let bias = frames.jacobian_rate_times_speeds(&qd, pose.translation);
+        let driven = change.to_vector() - bias.to_vector();
+        let qdd = JointAccelerations(lu.solve(&driven)?.into());
+        Some(Setpoint { q, qd, qdd })
+    }
+}
+
+/// Lengths of translation and rotation.
+fn sizes(offset: &Vector6<f64>) -> [f64; 2] {
+    [
+        offset.fixed_rows::<3>(0).norm(),
+        offset.fixed_rows::<3>(3).norm(),
+    ]
+}
+
+/// Both halves turned.
+fn turned(by: &Rotation3<f64>, offset: &Vector6<f64>) -> Vector6<f64> {
+    let half = |row: usize| by * Vector3::from(offset.fixed_rows::<3>(row));
+    let (at, turn) = (half(0), half(3));
+    Vector6::new(at.x, at.y, at.z, turn.x, turn.y, turn.z)
+}
+
+/// What makes the angular velocity of exp(v) out of the rate of v (Murray, Li and Sastry 1994, 2.2).
+fn left_jacobian(v: &Vector3<f64>) -> Matrix3<f64> {
+    let angle = v.norm();
+    let cross = v.cross_matrix();
+    let (first, second) = if angle < 1e-3 {
+        (0.5, 1.0 / 6.0)
+    } else {
+        let square = angle * angle;
+        (
+            (1.0 - angle.cos()) / square,
+            (angle - angle.sin()) / (square * angle),
+        )
+    };
+    Matrix3::identity() + cross * first + cross * cross * second
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn motion_axes_have_x_along_the_path_and_z_near_the_tools() {
+        let mut offset = PathOffset::new(0.004);
+        let tool = rotation_from_rotvec(Vector3::new(3.0, 0.2, 0.1));
+        for tangent in [
+            Vector3::x(),
+            Vector3::new(0.3, -0.8, 0.1),
+            tool * Vector3::z(),
+        ] {
+            offset.tangent = tangent.normalize();
+            let axes = offset.rotation(OffsetAxes::Motion, &tool);
+            assert!((axes.matrix().determinant() - 1.0).abs() < 1e-9);
+            assert!((axes * Vector3::x() - offset.tangent).norm() < 1e-12);
+            let z = axes * Vector3::z();
+            assert!(z.dot(&offset.tangent).abs() < 1e-9);
+            assert!(z.dot(&(tool * Vector3::z())) >= -1e-9, "{z}");
+        }
+    }
+
+    #[test]
+    fn the_left_jacobian_gives_the_angular_velocity() {
+        let (v, rate, h) = (
+            Vector3::new(0.3, -0.2, 0.4),
+            Vector3::new(1.0, 0.5, -2.0),
+            1e-6,
+        );
+        let (before, after) = (
+            rotation_from_rotvec(v - rate * h),
+            rotation_from_rotvec(v + rate * h),
+        );
+        let omega = rotvec_from_rotation(&(after * before.inverse())) / (2.0 * h);
+        assert!((omega - left_jacobian(&v) * rate).norm() < 1e-6);
+    }
+}

@@ -1,0 +1,200 @@
+//! Commands of path offsets, and their share of a setpoint.
+//!
+//! Owns when offsets begin and end; how they move is in `modes::path_offset`. While they count, `target` is what the motion
+//! underneath asks for and `commanded` what the arm gets.
+
+use kinematics::{JointSpeeds, RpyPose};
+use motion_api::{Command, MotionMode, OffsetAxes, Outcome, Refusal, StopReason};
+use nalgebra::Vector6;
+
+use crate::constants::{LONGEST, SLOWEST, STOP_ACCELERATION, TOOL_REACH_MAX};
+use crate::cycle::{Cycle, Generator};
+use crate::intake::{Answer, Ending, bad_value, check_within};
+use crate::modes::joint_speed::JointSpeed;
+use crate::modes::path_offset::OffsetRoom;
+use crate::modes::{CallEnd, Kind, Online, stands, states};
+use crate::setpoint::{Setpoint, elbow_speed};
+
+/// Share of what the motion underneath leaves of the joints' accelerations that an offset may use.
+const SHARE_OF_ACCELERATION: f64 = 0.6;
+/// Share of what it leaves of the speeds of joints, TCP and elbow.
+const SHARE_OF_SPEED: f64 = 0.9;
+
+impl Cycle {
+    pub(crate) fn path_offset_enable(&mut self) -> Answer {
+        self.machine.check_ready()?;
+        if self.tracking.is_some() {
+            return Err(Refusal::Tracking);
+        }
+        if self.force.is_at_work() {
+            return Err(Refusal::InForceMode);
+        }
+        self.path_offset.enable();
+        Ok(Ending::Now)
+    }
+
+    pub(crate) fn path_offset_set(&mut self, offset: &RpyPose, axes: OffsetAxes) -> Answer {
+        check_within(
+            &offset.to_array(),
+            TOOL_REACH_MAX,
+            "a component of the offset",
+            "a number of at most 10",
+        )?;
+        let tool = self.model.tcp_pose(&self.target.q, &self.flange_from_tcp);
+        self.path_offset.set(offset, axes, &tool.rotation);
+        Ok(Ending::Now)
+    }
+
+    pub(crate) fn path_offset_filter(&mut self, share: f64) -> Answer {
+        if !(0.0..=1.0).contains(&share) {
+            return Err(bad_value("alpha", share, "0 to 1"));
+        }
+        self.path_offset.set_share(share);
+        Ok(Ending::Now)
+    }
+
+    pub(crate) fn path_offset_max(&mut self, translation: f64, rotation: f64) -> Answer {
+        for (name, value) in [("translation", translation), ("rotation", rotation)] {
+            if !(0.0..=LONGEST).contains(&value) {
+                return Err(bad_value(name, value, "a number of at least 0"));
+            }
+        }
+        self.path_offset.set_most([translation, rotation]);
+        Ok(Ending::Now)
+    }
+
+    /// Offsets end: the joints brake from what they do now, and a motion underneath ends with them.
+    pub(crate) fn path_offset_disable(&mut self, command: &Command, acceleration: f64) -> Answer {
+        if !(acceleration >= SLOWEST && acceleration.is_finite()) {
+            let needed = "a number of at least 0.000001";
+            return Err(bad_value("a", acceleration, needed));
+        }
+        if !self.path_offset.is_on() {
+            self.path_offset.end();
+            return Ok(Ending::Now);
+        }
+        let running = self.running();
+        if running != motion_api::CommandId::NONE && !self.has_call_ended() {
+            self.out.ended(running, Outcome::Aborted);
+        }
+        if let Some(deferred) = self.deferred.take() {
+            self.out.ended(deferred.id, Outcome::Aborted);
+        }
+        self.upcoming = None;
+        self.is_paused = false;
+        self.leave_path_offset(acceleration);
+        if let Generator::Online(online) = &mut self.generator {
+            online.id = command.id;
+            online.origin = command.origin;
+            online.call = CallEnd::Reached;
+            return Ok(Ending::Later);
+        }
+        Ok(Ending::Now)
+    }
+
+    /// From here on the joints come to rest from what they do now.
+    fn leave_path_offset(&mut self, acceleration: f64) {
+        self.path_offset.end();
+        self.target = self.commanded;
+        self.generator = Generator::Hold;
+        if stands(&self.target) {
+            return;
+        }
+        let now = states(&self.target);
+        let brake = JointSpeed::new(&now, &JointSpeeds::ZERO, acceleration);
+        self.generator = Generator::Online(Online {
+            id: motion_api::CommandId::NONE,
+            origin: motion_api::Origin::default(),
+            mode: MotionMode::Stopping,
+            call: CallEnd::Over,
+            kind: Kind::JointSpeed(brake),
+            is_stopping: true,
+            is_warned: true,
+        });
+    }
+
+    /// Ends offsets that a stop has brought to rest once nothing moves underneath.
+    pub(crate) fn settle_path_offset(&mut self) {
+        if self.path_offset.has_stopped() && self.is_holding() {
+            self.leave_path_offset(STOP_ACCELERATION);
+        }
+    }
+
+    /// The generator's setpoint with the offset laid over it.
+    pub(crate) fn offset(&mut self, nominal: &Setpoint) -> Result<Setpoint, StopReason> {
+        if !self.path_offset.is_on() {
+            return Ok(*nominal);
+        }
+        if let Some((asked, most)) = self.path_offset.excess() {
+            return Err(StopReason::PathOffset {
+                translation: asked[0],
+                rotation: asked[1],
+                most_translation: most[0],
+                most_rotation: most[1],
+            });
+        }
+        let tool = self.model.tcp_pose(&nominal.q, &self.flange_from_tcp);
+        let frames = self.model.forward(&nominal.q);
+        let velocity = frames.twist(&nominal.qd, tool.translation).linear;
+        let room = self.offset_room(nominal, velocity.norm());
+        let is_held = self.is_held();
+        self.path_offset
+            .advance(&tool.rotation, &velocity, &room, is_held, self.step);
+        let arm = (&self.model, &self.flange_from_tcp);
+        let laid = self
+            .path_offset
+            .carry(nominal, &self.commanded, arm.0, arm.1)
+            .ok_or(StopReason::PathOffsetLost)?;
+        if !crate::belt::is_within_rates(&laid, &self.commanded, self.step, &self.limits) {
+            return Err(StopReason::PathOffsetLost);
+        }
+        Ok(laid)
+    }
+
+    /// What joints, TCP and elbow leave for changes of the offset where the arm is.
+    fn offset_room(&self, nominal: &Setpoint, tcp_speed: f64) -> OffsetRoom {
+        let frames = &self.target_frames;
+        let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
+        let lu = frames.jacobian(tcp).lu();
+        let limits = &self.limits;
+        let mut room = OffsetRoom {
+            speed: [f64::INFINITY; 2],
+            acceleration: [f64::INFINITY; 2],
+        };
+        for part in 0..2 {
+            // All three components of a part at once, with the worst signs.
+            let mut per_unit = [0.0_f64; 6];
+            let mut elbow = 0.0;
+            for k in 0..3 {
+                let mut unit = Vector6::zeros();
+                unit[3 * part + k] = 1.0;
+                let Some(rates) = lu.solve(&unit) else {
+                    return OffsetRoom {
+                        speed: [0.0; 2],
+                        acceleration: [0.0; 2],
+                    };
+                };
+                let rates: [f64; 6] = rates.into();
+                (0..6).for_each(|joint| per_unit[joint] += rates[joint].abs());
+                elbow += elbow_speed(frames, &JointSpeeds(rates));
+            }
+            for (joint, per_unit) in per_unit.iter().enumerate() {
+                // Both parts may move at once.
+                let per_unit = 2.0 * per_unit;
+                let left = limits.speed[joint] - nominal.qd[joint].abs();
+                room.speed[part] = room.speed[part].min(SHARE_OF_SPEED * left / per_unit);
+                let left = limits.acceleration[joint] - nominal.qdd[joint].abs();
+                let share = SHARE_OF_ACCELERATION * left / per_unit;
+                room.acceleration[part] = room.acceleration[part].min(share);
+            }
+            let used = elbow_speed(&self.model.forward(&nominal.q), &nominal.qd);
+            let left = SHARE_OF_SPEED * limits.elbow_speed - used;
+            room.speed[part] = room.speed[part].min(left / (2.0 * elbow));
+        }
+        let left = SHARE_OF_SPEED * limits.tcp_speed - tcp_speed;
+        room.speed[0] = room.speed[0].min(left / 3.0_f64.sqrt());
+        room.speed = room.speed.map(|x| x.max(0.0));
+        room.acceleration = room.acceleration.map(|x| x.max(0.0));
+        room
+    }
+}

@@ -1,0 +1,228 @@
+//! Path offsets: laid over the path in the axes asked for, moved to within the limits, ended without a jump.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on should say where"
+)]
+
+mod common;
+
+use common::{Bench, ideal, moved};
+use kinematics::{Pose, RpyPose};
+use motion_api::{CommandId, CommandKind, OffsetAxes, Outcome, Refusal, StopReason};
+use nalgebra::Vector3;
+
+fn set(offset: [f64; 6], axes: OffsetAxes) -> CommandKind {
+    CommandKind::PathOffsetSet {
+        offset: RpyPose::from_array(offset),
+        axes,
+    }
+}
+
+fn movep(target: RpyPose, speed: f64) -> CommandKind {
+    CommandKind::MoveP {
+        target,
+        acceleration: 1.2,
+        speed,
+        radius: 0.0,
+    }
+}
+
+const DISABLE: CommandKind = CommandKind::PathOffsetDisable { acceleration: 20.0 };
+
+/// Translation from the path to the arm, base axes.
+fn away(bench: &Bench) -> Vector3<f64> {
+    let (at, path) = (bench.now().target_tcp_pose, bench.now().path_pose);
+    Vector3::from(at.xyz) - Vector3::from(path.xyz)
+}
+
+#[test]
+fn an_offset_is_moved_in_and_out_on_the_way_within_all_limits() {
+    for axes in [OffsetAxes::Base, OffsetAxes::Tool, OffsetAxes::Motion] {
+        let mut bench = Bench::new(ideal("cs66"));
+        let start = bench.now().target_tcp_pose;
+        assert_eq!(bench.do_it(CommandKind::PathOffsetEnable), Outcome::Done);
+        let id = bench.send(movep(moved(&start, [0.02, 0.2, -0.05]), 0.05));
+        bench.run(200);
+        bench.do_it(set([0.0, 0.0, 0.005, 0.0, 0.0, 0.1], axes));
+        bench.run(400);
+        let state = bench.now();
+        assert!(
+            (away(&bench).norm() - 0.005).abs() < 1e-6,
+            "{}",
+            away(&bench)
+        );
+        let in_force = state.path_offsets[axes as usize];
+        let asked = [0.0, 0.0, 0.005, 0.0, 0.0, 0.1];
+        for k in 0..6 {
+            assert!(
+                (in_force[k] - asked[k]).abs() < 1e-6,
+                "{axes:?} {in_force:?}"
+            );
+        }
+        // The path itself is where it would be without an offset.
+        let line = Vector3::new(0.02, 0.2, -0.05);
+        let along = Vector3::from(state.path_pose.xyz) - Vector3::from(start.xyz);
+        assert!(along.cross(&line.normalize()).norm() < 1e-9);
+        bench.do_it(set([0.0; 6], axes));
+        assert_eq!(bench.finish(id), Outcome::Done);
+        assert!(away(&bench).norm() < 1e-9);
+        assert!(bench.stops.is_empty(), "{:?}", bench.stops);
+        bench.check_limits();
+    }
+}
+
+#[test]
+fn tool_axes_turn_with_the_tool() {
+    let mut bench = Bench::new(ideal("cs66"));
+    bench.do_it(CommandKind::PathOffsetEnable);
+    bench.do_it(set([0.01, 0.0, 0.0, 0.0, 0.0, 0.0], OffsetAxes::Tool));
+    bench.run(300);
+    let tool = Pose::from_rpy(&bench.now().path_pose).rotation;
+    assert!((away(&bench) - tool * Vector3::new(0.01, 0.0, 0.0)).norm() < 1e-9);
+}
+
+#[test]
+fn an_offset_set_before_counts_from_enable_on() {
+    let mut bench = Bench::new(ideal("cs66"));
+    bench.do_it(set([0.0, 0.004, 0.0, 0.0, 0.0, 0.0], OffsetAxes::Base));
+    bench.run(100);
+    assert_eq!(away(&bench).norm(), 0.0);
+    bench.do_it(CommandKind::PathOffsetEnable);
+    bench.run(200);
+    assert!((away(&bench).y - 0.004).abs() < 1e-9);
+    assert_eq!(bench.now().target_qd.max_abs(), 0.0, "it has come to rest");
+}
+
+#[test]
+fn the_filter_takes_over_its_share_a_cycle() {
+    let rise = |share: Option<f64>| {
+        let mut bench = Bench::new(ideal("cs66"));
+        if let Some(share) = share {
+            bench.do_it(CommandKind::PathOffsetFilter(share));
+        }
+        bench.do_it(CommandKind::PathOffsetEnable);
+        bench.do_it(set([0.0, 0.004, 0.0, 0.0, 0.0, 0.0], OffsetAxes::Base));
+        (0..2000)
+            .take_while(|_| {
+                bench.tick();
+                away(&bench).y < 0.0036
+            })
+            .count()
+    };
+    let (at_once, slow) = (rise(None), rise(Some(0.01)));
+    // A share of 1 % a cycle takes 229 cycles to 90 %.
+    assert!(slow > 229 && slow < 229 + 2 * at_once, "{at_once} {slow}");
+}
+
+#[test]
+fn disable_brakes_and_the_next_motion_starts_there() {
+    let mut bench = Bench::new(ideal("cs66"));
+    let start = bench.now().target_tcp_pose;
+    bench.do_it(CommandKind::PathOffsetEnable);
+    bench.do_it(set([0.0, 0.0, 0.02, 0.0, 0.0, 0.0], OffsetAxes::Base));
+    let move_id = bench.send(movep(moved(&start, [0.0, 0.2, 0.0]), 0.1));
+    bench.run(150);
+    assert_eq!(bench.do_it(DISABLE), Outcome::Done);
+    assert_eq!(bench.outcome(move_id), Some(Outcome::Aborted));
+    let stood = bench.now();
+    assert_eq!(stood.target_qd.max_abs(), 0.0);
+    assert!((stood.target_tcp_pose.xyz[2] - start.xyz[2] - 0.02).abs() < 2e-3);
+    assert_eq!(stood.path_offsets, [[0.0; 6]; 3]);
+    let to = moved(&stood.target_tcp_pose, [0.0, -0.05, 0.0]);
+    assert_eq!(bench.do_it(movep(to, 0.1)), Outcome::Done);
+    bench.check_limits();
+}
+
+#[test]
+fn too_large_an_offset_is_a_protective_stop() {
+    for (offset, is_rotation) in [
+        ([0.0, 0.06, 0.09, 0.0, 0.0, 0.0], false),
+        ([0.0, 0.0, 0.0, 0.6, 0.0, 0.0], true),
+    ] {
+        let mut bench = Bench::new(ideal("cs66"));
+        bench.do_it(CommandKind::PathOffsetEnable);
+        bench.do_it(set(offset, OffsetAxes::Base));
+        bench.run(100);
+        let StopReason::PathOffset {
+            translation,
+            rotation,
+            ..
+        } = bench.stops[0]
+        else {
+            panic!("{:?}", bench.stops);
+        };
+        assert_eq!(
+            (translation > 0.1, rotation > 0.5),
+            (!is_rotation, is_rotation)
+        );
+        bench.check_limits();
+    }
+}
+
+#[test]
+fn a_stop_of_the_task_ends_offsets_at_rest() {
+    let mut bench = Bench::new(ideal("cs66"));
+    bench.do_it(CommandKind::PathOffsetEnable);
+    bench.do_it(set([0.0, 0.05, 0.0, 0.0, 0.0, 0.0], OffsetAxes::Base));
+    bench.run(20);
+    let stop = CommandKind::Stop {
+        only: CommandId::NONE,
+    };
+    assert_eq!(bench.do_it(stop), Outcome::Done);
+    bench.tick();
+    let state = bench.now();
+    assert_eq!(state.target_qd.max_abs(), 0.0);
+    assert_eq!(state.path_pose, state.target_tcp_pose);
+    let away = state.target_tcp_pose.xyz[1] - bench.states[0].target_tcp_pose.xyz[1];
+    assert!(away > 0.0005 && away < 0.05, "{away}");
+    bench.check_limits();
+}
+
+#[test]
+fn belts_and_force_mode_and_offsets_exclude_one_another() {
+    let mut bench = Bench::new(ideal("cs66"));
+    bench.do_it(CommandKind::PathOffsetEnable);
+    let track = CommandKind::TrackConveyorLinear {
+        direction: [1.0, 0.0, 0.0],
+        ticks_per_meter: 1000.0,
+        encoder: 0,
+    };
+    assert_eq!(bench.do_it(track), Outcome::Refused(Refusal::PathOffset));
+    bench.do_it(DISABLE);
+    assert_eq!(bench.do_it(track), Outcome::Done);
+    assert_eq!(
+        bench.do_it(CommandKind::PathOffsetEnable),
+        Outcome::Refused(Refusal::Tracking)
+    );
+}
+
+#[test]
+fn offsets_that_change_all_the_time_keep_the_limits() {
+    let mut bench = Bench::new(ideal("cs66"));
+    let start = bench.now().target_tcp_pose;
+    bench.do_it(CommandKind::PathOffsetEnable);
+    let id = bench.send(movep(moved(&start, [0.1, 0.2, -0.1]), 0.1));
+    let mut k = 0;
+    while bench.outcome(id).is_none() {
+        let phase = 0.05 * f64::from(k);
+        let size = if k % 50 < 25 { 0.01 } else { -0.02 };
+        let axes = [OffsetAxes::Base, OffsetAxes::Tool, OffsetAxes::Motion][(k / 200) as usize % 3];
+        bench.send(set(
+            [
+                size * phase.sin(),
+                0.003 * phase.cos(),
+                size,
+                0.0,
+                0.1 * phase.sin(),
+                0.0,
+            ],
+            axes,
+        ));
+        bench.tick();
+        k += 1;
+        assert!(k < 5000);
+    }
+    assert!(bench.stops.is_empty(), "{:?}", bench.stops);
+    bench.check_limits();
+}
