@@ -176,7 +176,9 @@ impl Foreseen {
                     None => Ok(()),
                 }
             }
-            CommandKind::TrackConveyorLinear { .. } | CommandKind::TrackConveyorCircular { .. } => {
+            CommandKind::TrackConveyorLinear { .. }
+            | CommandKind::TrackConveyorCircular { .. }
+            | CommandKind::PathOffsetEnable => {
                 self.check_ready()?;
                 if self.lasting.is_tracking {
                     return Err(Refusal::Tracking);

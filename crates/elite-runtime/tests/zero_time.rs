@@ -172,6 +172,17 @@ set_flag(0, n % 2 == 0)
 get_flag(0)
 get_steptime()
 controller_timestamp()
+get_target_tcp_pose_along_path()
+path_offset_enable()
+path_offset_set([0, 0, n / 1000, 0, 0, 0], 1)
+path_offset_get(1)
+path_offset_set_alpha_filter(0.5)
+path_offset_set_max_offset(0.1, 0.5)
+set_safety_mode_transition_hardness(1)
+set_tool_digital_io_work_mode(0)
+cal_rpy_frame([0, 0, 0], [1, 0, 0], [0, 1, 0])
+elicopy.copy([n])
+elicopy.deepcopy([n])
 ";
 
 fn name_of(call: &str) -> &str {

@@ -441,6 +441,7 @@ impl CommandKind {
                     | Self::ForceMode { .. }
                     | Self::TrackConveyorLinear { .. }
                     | Self::TrackConveyorCircular { .. }
+                    | Self::PathOffsetEnable
             )
     }
 
