@@ -15,6 +15,7 @@ use motion_api::{
 };
 use tokio::sync::Notify;
 
+use crate::foresight::{Foreseen, Lasting};
 use crate::message::{Message, Observer, Severity};
 
 /// A robot to give commands to. Cheap to share behind an `Arc`.
@@ -43,6 +44,20 @@ struct Awaited {
     open: BTreeMap<CommandId, Entry>,
     stops: u64,
     last_stop: Option<StopReason>,
+    lasting: Lasting,
+}
+
+impl Awaited {
+    /// A command is about to enter the ring.
+    fn announce(&mut self, command: Command, keep_outcome: bool) {
+        self.lasting.note(&command);
+        let entry = Entry {
+            command,
+            keep_outcome,
+            outcome: None,
+        };
+        self.open.insert(command.id, entry);
+    }
 }
 
 struct Entry {
@@ -126,12 +141,8 @@ impl Robot {
     /// [`RingFull`] when the motion thread does not keep up.
     pub fn send_all(&self, origin: Origin, kinds: &[CommandKind]) -> Result<(), RingFull> {
         self.commands.send_all(origin, kinds, |id, kind| {
-            let entry = Entry {
-                command: Command { id, origin, kind },
-                keep_outcome: false,
-                outcome: None,
-            };
-            self.awaited().open.insert(id, entry);
+            let command = Command { id, origin, kind };
+            self.awaited().announce(command, false);
         })
     }
 
@@ -149,12 +160,8 @@ impl Robot {
         // The table is of all threads: what one enters, another takes out.
         memory::outside(|| {
             self.commands.send_with(origin, kind, |id| {
-                let entry = Entry {
-                    command: Command { id, origin, kind },
-                    keep_outcome,
-                    outcome: None,
-                };
-                self.awaited().open.insert(id, entry);
+                let command = Command { id, origin, kind };
+                self.awaited().announce(command, keep_outcome);
             })
         })
     }
@@ -178,6 +185,19 @@ impl Robot {
             }
         }
         image
+    }
+
+    /// The state as the next cycle will have it, as far as commands that wait set something: what a program is shown, whose
+    /// settings take no time.
+    pub(crate) fn foreseen(&self) -> Foreseen {
+        let awaited = self.awaited();
+        // Under the lock: what is no longer open was published before.
+        let mut foreseen = Foreseen::new(self.state(), awaited.lasting);
+        let open = awaited.open.values();
+        for entry in open.filter(|entry| entry.outcome.is_none()) {
+            foreseen.add(&entry.command);
+        }
+        foreseen
     }
 
     /// The general purpose registers.
@@ -251,7 +271,12 @@ impl Robot {
                 let Some(entry) = awaited.open.get_mut(&id) else {
                     return;
                 };
-                if entry.keep_outcome {
+                let (kind, keeps) = (entry.command.kind, entry.keep_outcome);
+                awaited.lasting.note_end(&kind, &outcome);
+                let Some(entry) = awaited.open.get_mut(&id) else {
+                    return;
+                };
+                if keeps {
                     entry.outcome = Some(outcome);
                 } else if let Some(entry) = awaited.open.remove(&id)
                     && let Outcome::Refused(refusal) = outcome
@@ -277,6 +302,7 @@ impl Robot {
             Event::Stopped { reason, .. } => {
                 let mut awaited = self.awaited();
                 awaited.stops += 1;
+                awaited.lasting.note_stop();
                 awaited.last_stop = Some(reason);
                 drop(awaited);
                 self.observer.message(&Message::protective_stop(reason));

@@ -411,6 +411,24 @@ impl CommandKind {
         }
     }
 
+    /// True for what costs the cycle next to nothing: settings, and modes that begin or end without a plan.
+    pub const fn is_setting(&self) -> bool {
+        !self.is_motion()
+            && !matches!(
+                self,
+                Self::MicroPoints { .. }
+                    | Self::ServoJ { .. }
+                    | Self::SpeedJ { .. }
+                    | Self::SpeedL { .. }
+                    | Self::StopJ { .. }
+                    | Self::StopL { .. }
+                    | Self::PowerOn
+                    | Self::PowerOff
+                    | Self::ReleaseBrakes
+                    | Self::RestartSafetyBoard
+            )
+    }
+
     /// True for commands from which on the arm moves, or may move.
     pub const fn sets_in_motion(&self) -> bool {
         self.is_motion()
@@ -423,6 +441,7 @@ impl CommandKind {
                     | Self::ForceMode { .. }
                     | Self::TrackConveyorLinear { .. }
                     | Self::TrackConveyorCircular { .. }
+                    | Self::PathOffsetEnable
             )
     }
 

@@ -9,6 +9,7 @@
 
 pub mod command;
 pub mod event;
+pub mod form;
 pub mod io;
 pub mod mode;
 pub mod online;

@@ -173,7 +173,7 @@ pub(super) fn before(
     if builtin.category != Category::Motion || !builtin.name.starts_with("move") {
         return;
     }
-    let state = context.robot().state();
+    let state = context.robot().foreseen().state;
     for (parameter, numbers) in six_numbers(builtin, native) {
         let (given, wanted, help) = match parameter.kind {
             Kind::Joints
