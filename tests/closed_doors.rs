@@ -166,103 +166,100 @@ fn a_server_without_file_descriptors_goes_on_and_takes_clients_again() {
     assert_eq!(server.terminate().code(), Some(0));
 }
 
-/// Floods every port from several threads until told to stop.
-struct Flood {
-    threads: Vec<std::thread::JoinHandle<()>>,
-    end: std::sync::Arc<std::sync::atomic::AtomicBool>,
-}
-
-impl Flood {
-    fn begin(server: &Server) -> Self {
-        let end = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
-        let rtsi = {
-            let mut bytes = rtsi_body();
-            bytes.drain(..3 * 3000);
-            let again = bytes[bytes.len() - 8..].to_vec();
-            bytes.extend(again.repeat(2000));
-            bytes
-        };
-        let modbus = [0, 1, 0, 0, 0, 6, 1, 5, 3, 232, 255, 0].repeat(500);
-        let body = "{\"standard_digital_in[3]\": true}";
-        let http = format!(
-            "POST /api/inputs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}",
-            body.len()
-        );
-        let floods: [(&str, Vec<u8>); 6] = [
-            ("rtsi", rtsi),
-            ("modbus", modbus),
-            ("dashboard", b"speed -v 90\n".repeat(200)),
-            ("interpreter", b"x = 1\nstateunexecuted\n".repeat(200)),
-            (
-                "primary",
-                b"set speed 0.9\nsec s():\n x = 1\nend\npause task\nresume task\n".repeat(100),
-            ),
-            ("http", http.repeat(50).into_bytes()),
-        ];
-        let mut threads = Vec::new();
-        for (port, bytes) in floods {
-            for _ in 0..2 {
-                let mut stream = connect(server, port);
-                let (bytes, end) = (bytes.clone(), end.clone());
-                let mut reader = stream.try_clone().unwrap();
-                stream
-                    .set_write_timeout(Some(Duration::from_millis(200)))
-                    .unwrap();
-                reader
-                    .set_read_timeout(Some(Duration::from_millis(200)))
-                    .unwrap();
-                let stop = end.clone();
-                threads.push(std::thread::spawn(move || {
-                    while !end.load(std::sync::atomic::Ordering::Relaxed) {
-                        // A full socket is the server's way to slow us down; a part of a message was sent then, and the
-                        // rest of this flood is nonsense, which is as good.
-                        let _ = stream.write(&bytes);
-                    }
-                }));
-                threads.push(std::thread::spawn(move || {
-                    let mut sink = vec![0; 65536];
-                    while !stop.load(std::sync::atomic::Ordering::Relaxed) {
-                        let _ = reader.read(&mut sink);
-                    }
-                }));
-            }
-        }
-        Self { threads, end }
-    }
-
-    fn end(self) {
-        self.end.store(true, std::sync::atomic::Ordering::Relaxed);
-        for thread in self.threads {
-            thread.join().unwrap();
-        }
-    }
-}
-
-/// A motion that goes on for a minute, whatever a flood does to pause and slider.
-const LONG_MOTION: &str = "def long():\n  while True:\n    movej([0.6, -1.2, 1.2, -1.5, -1.5, 0.3], a=0.5, v=0.3)\n    movej([-0.6, -1.8, 1.8, -1.5, -1.5, -0.3], a=0.5, v=0.3)\n  end\nend\n";
+/// What a terminal obeys, and what would begin a line.
+const CONTROLS: [&str; 9] = [
+    "\n",
+    "\r",
+    "\x1b[2J",
+    "\x07",
+    "\x7f",
+    "\u{85}",
+    "\u{9b}31m",
+    "\u{2028}",
+    "\u{202e}",
+];
 
 #[test]
-fn a_stop_gets_through_while_every_port_is_flooded() {
-    for order in [("primary", "stop task\n"), ("dashboard", "stop\n")] {
-        let folder = tempfile::tempdir().unwrap();
-        let server = Server::start(folder.path(), &["--record", "off", "--plant", "ideal"]);
-        let mut watcher = server.primary();
-        watcher.send(LONG_MOTION);
-        watcher.wait_for("the program runs", |s| s.task_running);
-        let (port, text) = order;
-        let mut stopper = connect(&server, port);
-        let flood = Flood::begin(&server);
-        std::thread::sleep(Duration::from_millis(500));
-        let asked = Instant::now();
-        stopper.write_all(text.as_bytes()).unwrap();
-        // States come ten times a second at the least; the machine of a test is not idle.
-        watcher.wait_for("the program has ended", |s| !s.task_running);
-        let took = asked.elapsed();
-        flood.end();
-        assert!(took < Duration::from_secs(2), "{port}: {took:?}");
-        let log = std::fs::read_to_string(folder.path().join("stderr.log")).unwrap();
-        assert!(!log.contains("was not carried out"), "{log}");
-        assert!(log.lines().count() < 1500, "{} lines", log.lines().count());
-        assert_eq!(server.terminate().code(), Some(0));
+fn nothing_that_peers_and_programs_say_forges_a_line_of_the_log_or_moves_a_cursor() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = std::fs::File::create(folder.path().join("stderr.log")).unwrap();
+    let options = [
+        "--record",
+        "out.mcap",
+        "--plant",
+        "ideal",
+        "--clock",
+        "virtual",
+        "--log-dir",
+        "logs",
+    ];
+    let server = Server::start_with(folder.path(), &options, log);
+    let mut primary = server.primary();
+    let mut interpreter = connect(&server, "interpreter");
+    let (mut dashboard, mut rtsi) = (connect(&server, "dashboard"), connect(&server, "rtsi"));
+    for control in CONTROLS {
+        let text = format!("a{control}2026-01-01T00:00:00Z ERROR FORGED");
+        let literal: String = text
+            .chars()
+            .map(|c| format!("\\U{:08x}", u32::from(c)))
+            .collect();
+        primary.send(&format!(
+            "def p():\n t = '{literal}'\n textmsg(t)\n print(t)\n popup(t, t, blocking=False)\n global g\n g = t\n try:\n  rpc_factory('xmlrpc', 'http://127.0.0.1:1/' + t)\n except Exception as e:\n  textmsg(e)\n end\n try:\n  socket_open(t, 80, t)\n except Exception as e:\n  textmsg(e)\n end\n raise ValueError(t)\nend\n"
+        ));
+        while !primary.script_error().2.contains("FORGED") {}
+        for line in [
+            format!("log -a {text}\n"),
+            format!("popup -s {text}\n"),
+            format!("task -p {text}\n"),
+            format!("variable -get {text}\n"),
+            format!("{text}\n"),
+        ] {
+            dashboard.write_all(line.as_bytes()).unwrap();
+        }
+        interpreter
+            .write_all(format!("x = {text}\n").as_bytes())
+            .unwrap();
+        primary.send(&format!("x = {text}\nset speed {text}\n"));
+        let names = [&[0, 0][..], text.as_bytes()].concat();
+        let length = u16::try_from(3 + names.len()).unwrap().to_be_bytes();
+        rtsi.write_all(&[&length[..], b"M", &names].concat())
+            .unwrap();
+        let _ = server.page(&format!("/{}", text.replace(['\n', '\r', ' '], "%0a")));
+    }
+    std::thread::sleep(Duration::from_millis(500));
+    assert_eq!(server.terminate().code(), Some(0));
+    let mut files = vec![folder.path().join("stderr.log")];
+    let logs = std::fs::read_dir(folder.path().join("logs")).unwrap();
+    files.extend(logs.map(|entry| entry.unwrap().path()));
+    for file in files {
+        let said = std::fs::read_to_string(&file).unwrap();
+        for line in said.lines() {
+            let obeyed = line.chars().find(|c| c.is_control() && *c != '\t');
+            assert_eq!(obeyed, None, "{}: {line:?}", file.display());
+            assert!(
+                !line.starts_with("2026-01-01T00:00:00Z"),
+                "{}: {line:?}",
+                file.display()
+            );
+            assert!(!line.contains(['\u{2028}', '\u{202e}']), "{line:?}");
+        }
+    }
+    // A file may hold names of anybody's making.
+    let recording = folder.path().join("out.mcap");
+    for question in [&[][..], &["--script"], &["--at", "0.004"]] {
+        let output = common::eliteserver()
+            .arg("replay")
+            .arg(&recording)
+            .args(question)
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stdout).unwrap();
+        for line in said.lines() {
+            assert!(
+                !line.chars().any(|c| c.is_control() && c != '\t'),
+                "{line:?}"
+            );
+            assert!(!line.starts_with("2026-01-01T00:00:00Z"), "{line:?}");
+        }
     }
 }

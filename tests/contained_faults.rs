@@ -204,6 +204,78 @@ fn services_that_panic_are_begun_again() {
     }
 }
 
+/// A Modbus device that answers every read with the number of its connection; returns its port.
+fn modbus_device() -> u16 {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    thread::spawn(move || {
+        for stream in listener.incoming() {
+            let mut stream = stream.unwrap();
+            thread::spawn(move || {
+                let mut request = [0; 12];
+                while stream.read_exact(&mut request).is_ok() {
+                    // Holding registers, one of them: 7.
+                    let head = [request[0], request[1], 0, 0, 0, 5, request[6], request[7]];
+                    let answer = [&head[..], &[2, 0, 7]].concat();
+                    if stream.write_all(&answer).is_err() {
+                        return;
+                    }
+                }
+            });
+        }
+    });
+    port
+}
+
+#[test]
+fn a_panic_of_a_field_bus_costs_one_exchange_and_the_robot_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let port = modbus_device();
+    // The line leads to a device that sends back what it gets.
+    let echo = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let line = echo.local_addr().unwrap().port();
+    thread::spawn(move || {
+        for stream in echo.incoming() {
+            let mut stream = stream.unwrap();
+            thread::spawn(move || {
+                let mut out = stream.try_clone().unwrap();
+                let _ = std::io::copy(&mut stream, &mut out);
+            });
+        }
+    });
+    let cell = format!("[[serial]]\nport = \"tool\"\ndevice = \"tcp:127.0.0.1:{line}\"\n");
+    std::fs::write(folder.path().join("cell.toml"), cell).unwrap();
+    let options = [&REAL[..], &["--cell", "cell.toml"]].concat();
+    let server = Server::start(folder.path(), &options);
+    std::fs::write(folder.path().join("faults"), "modbus panic\n").unwrap();
+    let mut primary = server.primary();
+    primary.send(&format!(
+        "def field():\n modbus_add_signal('127.0.0.1', 255, 0, 3, 's', False, 1, {port})\n while True:\n  try:\n   set_standard_digital_out(4, modbus_get_signal_status('s') == [7] or modbus_get_signal_status('s') == 7)\n  except Exception as e:\n   textmsg('no value: ', str(e))\n  end\n  sleep(0.02)\n end\nend\n"
+    ));
+    primary.wait_for("values come after the fault", |state| {
+        state.digital_out & 16 != 0
+    });
+    assert!(!folder.path().join("faults").exists(), "it was taken");
+    primary.send("stop task\n");
+    primary.wait_for("it ends", |state| !state.task_running);
+
+    std::fs::write(folder.path().join("faults"), "serial panic\n").unwrap();
+    primary.send(
+        "def line():\n for i in range(100):\n  tool_serial_config(True, 9600, 2, 2)\n  tool_serial_write([97, 98])\n  if tool_serial_read(2, True, 0.5) == [97, 98]:\n   set_standard_digital_out(5, True)\n  end\n  sleep(0.02)\n end\nend\n",
+    );
+    primary.wait_for("the line works after the fault", |state| {
+        state.digital_out & 32 != 0
+    });
+    assert!(!folder.path().join("faults").exists(), "it was taken");
+    let (_, page) = server.page("/metrics");
+    assert!(
+        page.contains("elite_faults_total{kind=\"service\"} 2"),
+        "{page}"
+    );
+    next_program_runs(&server);
+    assert_eq!(server.terminate().code(), Some(0));
+}
+
 #[test]
 fn a_panic_in_the_recorder_is_an_alarm_and_the_robot_goes_on() {
     for options in [&REAL[..], &VIRTUAL[..]] {

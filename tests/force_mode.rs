@@ -43,6 +43,7 @@ def p():
     print(abs(p0[2] - p1[2] - 0.02 - 27 / 20000) < 2e-5, abs(p1[0] - p0[0]) < 5e-4)
     end_force_mode()
     end_force_mode()
+    sleep(0.1)
     print(norm(get_target_joint_speeds()) == 0)
 end
 "#,

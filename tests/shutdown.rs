@@ -90,6 +90,14 @@ const STATES: &[State] = &[
         status: 0,
     },
     State {
+        name: "a text that is being compiled",
+        clock: "realtime",
+        orders: &[],
+        program: "",
+        orders_after: &["compiler hang"],
+        status: 0,
+    },
+    State {
         name: "a task that does not come back",
         clock: "realtime",
         orders: &["task hang"],
@@ -183,7 +191,14 @@ fn ends_in(state: &State, signal: &str) {
         thread::sleep(Duration::from_millis(300));
     }
     for fault in state.orders_after {
-        order(folder.path(), fault);
+        if *fault == "compiler hang" {
+            // It is taken by a text that comes.
+            std::fs::write(folder.path().join("faults"), "compiler hang\n").unwrap();
+            primary.send("def f():\n sleep(30)\nend\n");
+            wait_until("it is taken", || !folder.path().join("faults").exists());
+        } else {
+            order(folder.path(), fault);
+        }
     }
     // Both workers of the ports, and more.
     let _clients: Vec<TcpStream> = (0..4)
@@ -206,6 +221,127 @@ fn ends_in(state: &State, signal: &str) {
 #[test]
 fn sigterm_ends_a_server_within_two_seconds_in_every_state() {
     STATES.iter().for_each(|state| ends_in(state, "TERM"));
+}
+
+#[test]
+fn sigterm_ends_a_recording_that_is_served() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = common::run_script(folder.path(), "sleep(20)\n", &["--record", "a.mcap"]);
+    assert!(output.status.success());
+    let mut command = eliteserver();
+    command.args(["replay", "a.mcap", "--serve", "--ready-file", "ready.json"]);
+    for service in ["primary", "rtsi", "http"] {
+        command.arg(format!("--{service}-port")).arg("0");
+    }
+    let log = std::fs::File::create(folder.path().join("stderr.log")).unwrap();
+    let child = command.current_dir(&folder).stderr(log).spawn().unwrap();
+    let ready = folder.path().join("ready.json");
+    let server = Server::adopt(child, &ready, folder.path());
+    let mut primary = server.primary();
+    primary.state();
+    send_signal(server.process(), "TERM");
+    let (status, after) = server.ended();
+    assert!(after < ALLOWED, "{after:?}");
+    assert_eq!(status.code(), Some(0));
+}
+
+#[test]
+fn sigterm_ends_a_server_whose_program_waits_for_a_child_that_is_held() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = ["--plant", "ideal", "--record", "off", "--allow", "process"];
+    let server = Server::start(folder.path(), &options);
+    let mut primary = server.primary();
+    primary.send(
+        "def f():\n import subprocess\n subprocess.run(['sh', '-c', 'kill -STOP $$'])\nend\n",
+    );
+    wait_until("it runs", || server.health().1["task"] == "running");
+    thread::sleep(Duration::from_millis(300));
+    let children = || {
+        let path = format!("/proc/{0}/task/{0}/children", server.process());
+        std::fs::read_to_string(path).unwrap_or_default()
+    };
+    let of_any_thread = || {
+        let tasks = std::fs::read_dir(format!("/proc/{}/task", server.process())).unwrap();
+        tasks
+            .filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("children")).ok())
+            .collect::<String>()
+    };
+    let child = format!("{} {}", children(), of_any_thread());
+    let child = child.split_whitespace().next().unwrap().to_owned();
+    send_signal(server.process(), "TERM");
+    let (status, after) = server.ended();
+    assert!(after < ALLOWED, "{after:?}");
+    assert_eq!(status.code(), Some(0));
+    let gone = || !Path::new(&format!("/proc/{child}")).exists();
+    wait_until("the child is gone", gone);
+}
+
+#[test]
+fn a_signal_ends_a_wait_as_any_other_command() {
+    use std::os::unix::process::ExitStatusExt as _;
+    for (name, number) in [("TERM", 15), ("INT", 2)] {
+        let mut child = eliteserver()
+            .args(["wait", "--port", "9", "--timeout", "60"])
+            .spawn()
+            .unwrap();
+        thread::sleep(Duration::from_millis(300));
+        let begin = Instant::now();
+        send_signal(child.id(), name);
+        assert_eq!(child.wait().unwrap().signal(), Some(number));
+        assert!(begin.elapsed() < ALLOWED);
+    }
+}
+
+#[test]
+fn a_file_that_may_not_grow_ends_the_recording_and_nothing_else() {
+    for clock in ["realtime", "virtual"] {
+        let folder = tempfile::tempdir().unwrap();
+        let log = std::fs::File::create(folder.path().join("stderr.log")).unwrap();
+        let ports: String = [
+            "primary",
+            "interpreter",
+            "rtsi",
+            "dashboard",
+            "modbus",
+            "http",
+        ]
+        .iter()
+        .map(|port| format!(" --{port}-port 0"))
+        .collect();
+        let binary = env!("CARGO_BIN_EXE_eliteserver");
+        // 64 blocks of 512 bytes or 1 KiB.
+        let line = format!(
+            "ulimit -f 64; exec {binary} serve --record out.mcap --plant ideal --clock {clock} --ready-file ready.json{ports}"
+        );
+        let child = Command::new("sh")
+            .args(["-c", &line])
+            .current_dir(&folder)
+            .env_remove("RUST_LOG")
+            .stderr(log)
+            .spawn()
+            .unwrap();
+        let ready = folder.path().join("ready.json");
+        let server = Server::adopt(child, &ready, folder.path());
+        let mut primary = server.primary();
+        primary.send("def f():\n while True:\n  movej([0.2, -1.5, 1.5, -1.5, -1.5, 0])\n  movej([-0.2, -1.5, 1.5, -1.5, -1.5, 0])\n end\nend\n");
+        let begin = Instant::now();
+        loop {
+            if let common::FromPrimary::RobotError(code, _) = primary.next() {
+                assert_eq!(code, 120);
+                break;
+            }
+            assert!(begin.elapsed() < PATIENCE, "no alarm");
+        }
+        assert_eq!(server.health().1["recording"], "stopped");
+        let cycle = server.health().1["cycle"].as_u64();
+        wait_until("cycles go on", || {
+            server.health().1["cycle"].as_u64() > cycle
+        });
+        thread::sleep(Duration::from_millis(500));
+        let said = std::fs::read_to_string(folder.path().join("stderr.log")).unwrap();
+        assert_eq!(said.matches("recording stopped").count(), 1, "{said}");
+        assert_eq!(server.terminate().code(), Some(1));
+    }
 }
 
 #[test]

@@ -458,13 +458,14 @@ print({p}read_registers(7, 1999, 5, 1), {p}write_single_register(9, 0, 0, 0.3))
 """,
                 cell=f'[[serial]]\nport = "{port}"\ndevice = "{device.path}"\n',
             )
-            done = "True" if port == "tool" else "1"
+            # The manual: True at the tool, the number written at the control box.
+            bits, words = ("True", "True") if port == "tool" else ("3", "2")
             self.assertEqual(
                 printed,
                 [
                     "True MODBUS-RTU" if port == "tool" else "True 2",
                     "[1, 0, 1, 0] [1, 0] [10, 11, 12] [1005]",
-                    f"1 {done} 1 {done}",
+                    f"1 {bits} 1 {words}",
                     "[1] [1, 0, 1] [4660] [1, 65535]",
                     "[] 0",
                 ],

@@ -112,6 +112,7 @@ fn recorded() -> Option<Vec<u8>> {
         obstacles: Vec::new(),
         rotation: Rotation::default(),
         notes_wait: true,
+        patience: std::time::Duration::from_secs(60),
         on_failure: Box::new(|_| ()),
     };
     let out = Shared::default();

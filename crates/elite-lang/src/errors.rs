@@ -5,6 +5,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use crate::eval::Evaluator;
+use crate::eval::node::TaskNode;
 use crate::source::{SourceFile, Span};
 use crate::value::exception::{ExceptionState, Trace};
 use crate::value::instance::Payload;
@@ -153,6 +154,8 @@ pub struct ScriptError {
     pub message: String,
     /// The call stack, outermost first.
     pub traceback: Vec<TraceFrame>,
+    /// The node of the pendant's task whose directive the thread passed last.
+    pub node: Option<TaskNode>,
     /// Advice for the person who wrote the program: a name that was probably meant, how a function is called.
     pub help: Option<String>,
     /// The exception this one was raised from, or while handling which it was raised.
@@ -226,6 +229,9 @@ fn render_into(error: &ScriptError, out: &mut String) {
         if hidden == 0 || index < FRAMES_SHOWN || index >= frames.len() - FRAMES_SHOWN {
             render_frame(frame, out);
         }
+    }
+    if let Some(node) = &error.node {
+        let _ = writeln!(out, "  in {node}");
     }
     // Advice comes first: tools read the last line, which is always `Type: message`.
     if let Some(help) = &error.help {
@@ -301,6 +307,7 @@ impl Evaluator<'_> {
             exception: self.exception_name(exception),
             message,
             traceback,
+            node: self.core.nodes.passed().filter(|_| depth == 0),
             help: self.advice(exception),
             previous,
         }

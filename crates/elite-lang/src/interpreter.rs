@@ -9,13 +9,14 @@ use corosensei::{Coroutine, CoroutineResult};
 use crate::builtins::Builtin;
 use crate::errors::ScriptError;
 use crate::eval::coroutine::{Outlet, Request, Resume, StackKind, Stopping, ThreadState, limit_of};
+use crate::eval::node::{NodeState, Passage, TaskNode};
 use crate::eval::{Core, Evaluator};
 use crate::host::{Host, ThreadId};
 use crate::limits::{Limits, memory};
 use crate::native::{NativeFunction, WaitToken};
 use crate::program::{Program, ProgramKind};
 use crate::stack::with_deep_stack;
-use crate::value::{Function, R, Raised, Value};
+use crate::value::{Function, R, Raised, Value, trash};
 
 /// The interpreter of one task: its globals, its script threads. Stays on the OS thread that made it.
 pub struct Interpreter {
@@ -139,6 +140,7 @@ impl Interpreter {
                 exception: "TypeError".to_owned(),
                 message: format!("'{name}' object is not callable"),
                 traceback: Vec::new(),
+                node: None,
                 help: None,
                 previous: None,
             }));
@@ -186,6 +188,7 @@ impl Interpreter {
 impl Drop for Interpreter {
     fn drop(&mut self) {
         self.core.memory_look();
+        while trash::drop_some() {}
         self.core.dismantle();
         self.leftovers.are_large = self.core.memory_was_large();
     }
@@ -241,6 +244,8 @@ impl ScriptThread {
         };
         let state = ThreadState {
             thread: number,
+            // Of the thread that starts it, if one runs.
+            node: core.nodes.state().inherited(),
             ..ThreadState::default()
         };
         ScriptThread {
@@ -261,6 +266,21 @@ impl ScriptThread {
     /// The line it is at, from 1; 0 before it has started.
     pub fn current_line(&self) -> u32 {
         self.state.line
+    }
+
+    /// The node of the pendant's task that it is in, as its `$ LINE` directives tell; None before the first one.
+    pub fn current_node(&self) -> Option<TaskNode> {
+        self.core.nodes.shown(self.state.node)
+    }
+
+    /// The nodes that the thread that was resumed last came to meanwhile, in order; of very many, the first and the last.
+    pub fn take_passages(&self) -> Vec<Passage> {
+        self.core.nodes.take_passages()
+    }
+
+    /// Begins at the node where the thread that starts it stood; to be called before it is resumed.
+    pub fn begin_at(&mut self, node: NodeState) {
+        self.state.node = node;
     }
 
     /// Whether it has ended.
@@ -291,7 +311,10 @@ impl ScriptThread {
         let outer = core.switch_to(self.state);
         core.set_fuel(self.fuel_kept.take().unwrap_or(fuel));
         core.memory_watch();
+        trash::drop_some();
+        let outer_puts_off = trash::put_off(true);
         let result = coroutine.resume(resume);
+        trash::put_off(outer_puts_off);
         self.state = core.switch_to(outer);
         core.memory_unwatch();
         self.fuel_kept = core.take_kept_fuel();
@@ -368,6 +391,7 @@ fn no_stack() -> ScriptError {
         exception: "MemoryError".to_owned(),
         message,
         traceback: Vec::new(),
+        node: None,
         help: None,
         previous: None,
     }

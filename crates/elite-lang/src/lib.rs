@@ -39,6 +39,7 @@ pub use builtins::builtin_names;
 pub use diagnostic::{Diagnostic, DiagnosticFields, Label, Severity, render_human};
 pub use errors::{ExceptionKind, Link, ScriptError, TraceFrame, render_script_error};
 pub use eval::coroutine::Resume;
+pub use eval::node::{NodeState, Passage, TaskNode};
 pub use findings::FINDINGS_MAX;
 pub use host::files::{FileStat, HostFile, HostFiles, OpenMode};
 pub use host::process::{

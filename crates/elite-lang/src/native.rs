@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::coroutine::Request;
+use crate::eval::node::NodeState;
 use crate::eval::{Evaluator, Frame};
 use crate::host::ThreadId;
 use crate::value::{R, Raised, Value};
@@ -111,6 +112,17 @@ impl NativeCall<'_> {
         self.ev.core.line.get()
     }
 
+    /// Where in the pendant's task a thread would begin that is started here.
+    pub fn node(&self) -> NodeState {
+        self.ev.core.nodes.state().inherited()
+    }
+
+    /// A motion that the calling thread waited for has ended, or could not be done: a node that is to be shown after it is
+    /// shown from now on, or not at all.
+    pub fn motion_ended(&self, failed: bool) {
+        self.ev.core.nodes.motion_ended(failed, self.line());
+    }
+
     /// The name of the program text that calls.
     pub fn program_name(&self) -> &str {
         self.caller
@@ -168,6 +180,14 @@ impl NativeCall<'_> {
     /// A random number from the embedder's seed.
     pub fn random_u64(&self) -> u64 {
         self.ev.core.host.random_u64()
+    }
+
+    /// Counts the embedder's work with a text for people of so many bytes; others have their turn when it is much.
+    ///
+    /// # Errors
+    /// The thread is to stop.
+    pub fn said(&self, bytes: usize) -> R<()> {
+        self.ev.said(bytes)
     }
 
     /// The evaluator, for the interpreter's own library.

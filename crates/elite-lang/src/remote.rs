@@ -67,7 +67,7 @@ impl Value {
     pub fn as_bytes(&self) -> Option<Vec<u8>> {
         match self {
             Value::Bytes(bytes) => Some(bytes.data().to_vec()),
-            Value::ByteArray(bytes) => Some(bytes.data.borrow().clone()),
+            Value::ByteArray(bytes) => Some(bytes.borrow().clone()),
             _ => None,
         }
     }

@@ -32,6 +32,17 @@ const RECEIVERS: &[(&str, &str)] = &[
     ("frozenset", "frozenset(range(n))"),
     ("range", "range(n)"),
     ("deque", "collections.deque(range(n))"),
+    ("bounded deque", "collections.deque(range(n), n)"),
+    ("Counter", "collections.Counter(range(n))"),
+    ("OrderedDict", "collections.OrderedDict.fromkeys(range(n))"),
+    (
+        "defaultdict",
+        "collections.defaultdict(int, dict.fromkeys(range(n)))",
+    ),
+    (
+        "ChainMap",
+        "collections.ChainMap(dict.fromkeys(range(n)), dict.fromkeys(range(n)))",
+    ),
 ];
 
 /// Arguments that are tried.
@@ -118,24 +129,29 @@ for name in dir(make(1)):
 }
 
 fn compare(receivers: &[(&str, &str)]) {
-    let (small, large) = (2500, 10_000);
-    let mut trouble = Vec::new();
     for (name, make) in receivers {
-        let most = times(&program(make, large));
-        let slow: Vec<&String> = most
-            .iter()
-            .filter(|(label, seconds)| **seconds > FAST && label.len() > 1)
-            .map(|(label, _)| label)
-            .collect();
-        if slow.is_empty() {
-            continue;
-        }
-        let least = times(&program(make, small));
-        for label in slow {
-            let ratio = most[label] / least.get(label).copied().unwrap_or(f64::MAX);
-            if ratio > RATIO_MAX {
-                trouble.push(format!("{name}.{label}: {ratio:.1} times as long"));
-            }
+        report(|n| program(make, n), name);
+    }
+}
+
+/// Fails with what took more than in proportion longer on the larger data.
+fn report(program: impl Fn(usize) -> String, name: &str) {
+    let (small, large) = (2500, 10_000);
+    let most = times(&program(large));
+    let slow: Vec<&String> = most
+        .iter()
+        .filter(|(label, seconds)| **seconds > FAST && label.len() > 1)
+        .map(|(label, _)| label)
+        .collect();
+    if slow.is_empty() {
+        return;
+    }
+    let least = times(&program(small));
+    let mut trouble = Vec::new();
+    for label in slow {
+        let ratio = most[label] / least.get(label).copied().unwrap_or(f64::MAX);
+        if ratio > RATIO_MAX {
+            trouble.push(format!("{name} {label}: {ratio:.1} times as long"));
         }
     }
     assert!(trouble.is_empty(), "\n{}", trouble.join("\n"));
@@ -149,7 +165,91 @@ fn methods_of_texts_and_bytes_grow_in_proportion() {
 #[test]
 fn methods_of_sequences_grow_in_proportion() {
     compare(&RECEIVERS[4..6]);
-    compare(&RECEIVERS[12..14]);
+    compare(&RECEIVERS[12..15]);
+}
+
+#[test]
+fn methods_of_the_library_grow_in_proportion() {
+    compare(&RECEIVERS[15..]);
+}
+
+/// Arguments that are tried with functions.
+const OF_FUNCTIONS: &[&str] = &[
+    "('ab ' * n,)",
+    "(b'ab ' * n,)",
+    "(list(range(n)),)",
+    "([2.5, 1.5] * n,)",
+    "(['b', 'a'] * n,)",
+    "(tuple(range(n)),)",
+    "(range(n),)",
+    "(dict.fromkeys(range(n)),)",
+    "(set(range(n)),)",
+    "(n,)",
+    "(n, n // 2)",
+    "(1 << 64, 2)",
+    "('1' * 4000,)",
+    "(None, [0, 1] * n)",
+    "(str, [0, 1] * n)",
+    "([0, 1] * n, 1)",
+    "([0, 1] * n, [0, 1] * n)",
+    "([2.5, 1.5] * n, [1.5, 0.5] * n)",
+    "('x', 'ab' * n)",
+    "('a*b', 'ab' * n)",
+    "('b', 'c', 'ab' * n)",
+    "('[' + '1,' * n + '2]',)",
+    "('%db' % n, bytes(n))",
+    "(3, list(range(n)))",
+    "(n // 2, list(range(n)))",
+    "(lambda x, y: y, list(range(n)))",
+];
+
+/// Calls every builtin function and every function of the library with them.
+fn functions(n: usize) -> String {
+    let arguments = OF_FUNCTIONS.join(", lambda n: ");
+    let names: Vec<&str> = elite_lang::builtin_names()
+        .filter(|name| name.starts_with(char::is_lowercase))
+        .collect();
+    format!(
+        "
+import collections, json, re, struct, math, random, itertools, functools, operator, copy, heapq, bisect, statistics, string, io
+n = {n}
+def give_way():
+    for _ in range(60): pass
+# They print, wait, end the program, never end, or make all there is to choose from.
+skipped = ('exit', 'quit', 'input', 'print', 'open', 'exec', 'eval', 'compile', 'globals', 'locals', 'vars', 'super',
+           'cycle', 'count', 'repeat', 'combinations', 'combinations_with_replacement', 'permutations', 'product',
+           # What these make grows with the square, or faster, with what they are given here.
+           'accumulate', 'reduce', 'concat', 'iconcat', 'mul', 'imul', 'pow', 'ipow', 'lshift', 'ilshift', 'sum', 'factorial',
+           'comb', 'perm', 'prod')
+functions = [(name, eval(name)) for name in {names:?}]
+for module in (collections, json, re, struct, math, random, itertools, functools, operator, copy, heapq, bisect, statistics, io):
+    functions += [(module.__name__ + '.' + name, getattr(module, name)) for name in dir(module) if name[0] != '_']
+arguments = [lambda n: {arguments}]
+for name, function in functions:
+    if name.split('.')[-1] in skipped or not callable(function): continue
+    for index, args in enumerate(arguments):
+        given = args(40)
+        try: function(*given)
+        except Exception: continue
+        given = args(n)
+        print(name, index)
+        give_way()
+        try:
+            result = function(*given)
+            if name.startswith('itertools.'):
+                for _ in result: pass
+        except Exception: pass
+        give_way()
+        result = given = None
+        print('-')
+        give_way()
+"
+    )
+}
+
+#[test]
+fn functions_grow_in_proportion() {
+    report(functions, "");
 }
 
 #[test]
@@ -179,6 +279,26 @@ const LOOPS: &[(&str, &str)] = &[
     (
         "OrderedDict",
         "import collections\nd = collections.OrderedDict.fromkeys(range(n))\nwhile d: d.popitem(last=False)",
+    ),
+    (
+        "move to the front",
+        "import collections\nd = collections.OrderedDict.fromkeys(range(n))\nfor i in range(n): d.move_to_end(i, last=False)",
+    ),
+    (
+        "move to the end",
+        "import collections\nd = collections.OrderedDict.fromkeys(range(n))\nfor i in range(n): d.move_to_end(i)",
+    ),
+    (
+        "move to both ends",
+        "import collections\nd = collections.OrderedDict.fromkeys(range(n))\nfor i in range(n):\n    d.move_to_end(i, last=i % 2)\n    d[-i] = i\n    del d[-i]",
+    ),
+    (
+        "smallest few",
+        "import heapq\nfor i in range(8): heapq.nsmallest(3, range(n)), heapq.nlargest(3, range(n), key=lambda x: -x)",
+    ),
+    (
+        "Counter",
+        "import collections\nc = collections.Counter(range(n))\nc.update(range(n))\nc.most_common(3)\nc + c",
     ),
     (
         "lru_cache",

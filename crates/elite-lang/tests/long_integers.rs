@@ -18,6 +18,10 @@ def number(bits):
         seed = (seed * 6364136223846793005 + 1442695040888963407) % 2**64
         value = value << 61 | seed >> 3
     return value >> value.bit_length() - bits | 1 << bits - 1
+for n in [2**63 - 1, 2**63, 2**64 + 3, 10**30]:
+    if math.perm(n, 0) != 1 or math.comb(n, 0) != 1 or math.comb(n, n) != 1: print('nothing to choose', n)
+    if math.perm(n, 3) != n * (n - 1) * (n - 2) or math.comb(n, 2) != n * (n - 1) // 2: print('choices', n)
+    if math.comb(n, n - 2) != n * (n - 1) // 2 or math.comb(5, n) or math.perm(5, n): print('other choices', n)
 prime = 2**61 - 1
 sizes = [1, 64, 2000, 140_000, 290_001]
 for m in sizes:

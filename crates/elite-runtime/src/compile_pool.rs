@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-use supervision::{Fault, Faults, Kind, catch};
+use supervision::{Fault, Faults, Kind, catch, injection};
 use thiserror::Error;
 use tokio::sync::oneshot;
 
@@ -83,7 +83,10 @@ impl CompilePool {
                 return;
             }
             // A bug costs this text, not the thread; the caller hears that its sender is gone.
-            match catch(compile) {
+            match catch(|| {
+                injection::point("compiler");
+                compile()
+            }) {
                 Ok(result) => drop(sender.send(result)),
                 Err(panicked) => faults.tell(&Fault::new(Kind::Service, "compiler", panicked)),
             }

@@ -8,10 +8,10 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use elite_lang::{KnownNames, Program, SourceFile};
+use elite_lang::{Diagnostic, KnownNames, Program, SourceFile};
 use tokio::sync::{Notify, watch};
 
-use crate::compile_pool::CompilePool;
+use crate::compile_pool::{CompilePool, NotCompiled};
 use crate::interpreter_queue::{Effect, Refused, StatementId, StatementQueue};
 
 /// A statement with the way to tell its sender that it is thrown away after all.
@@ -141,7 +141,7 @@ impl Interpreter {
     /// An empty queue. `news` is notified when the task has something to look at.
     pub(crate) fn new(news: Arc<Notify>, pool: Arc<CompilePool>) -> Self {
         Self {
-            known: Arc::new(KnownNames::new(crate::builtins::all().map(|b| b.name))),
+            known: Arc::new(KnownNames::new(crate::builtins::names())),
             pool,
             shared: Mutex::default(),
             news,
@@ -181,6 +181,20 @@ impl Interpreter {
             // The sender lives as long as this queue.
             let _ = changes.changed().await;
         }
+    }
+
+    /// Compiles a program, on the threads for that. The error are its findings.
+    ///
+    /// # Errors
+    /// [`NotCompiled`]
+    pub(crate) async fn compile(
+        &self,
+        file: Arc<SourceFile>,
+    ) -> Result<Result<Program, Vec<Diagnostic>>, NotCompiled> {
+        let known = self.known.clone();
+        let bytes = file.text().len();
+        let compile = move || elite_lang::compile(file, &known);
+        self.pool.run(bytes, compile).await
     }
 
     /// Queues the statement or refuses it; gives it back when it has to wait.

@@ -11,6 +11,7 @@
 
 pub mod builtins;
 mod compile_pool;
+mod foresight;
 pub mod interpreter;
 pub mod interpreter_queue;
 pub mod message;

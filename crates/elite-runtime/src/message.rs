@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use elite_lang::memory;
+use elite_lang::{TaskNode, memory};
 use motion_api::{Frame, Origin, ProgramId, StopReason, ThreadNumber};
 
 use crate::panel::VariableValue;
@@ -131,7 +131,8 @@ impl Message {
     }
 }
 
-/// Is told what happens, on the thread where it happens; must not wait.
+/// Is told what happens, on the thread where it happens; must not wait. Every method has to be written down, also where
+/// nothing is to be done: an observer that wraps another one would otherwise lose what it forgot.
 pub trait Observer: Send + Sync {
     /// A message was issued.
     fn message(&self, message: &Message);
@@ -140,22 +141,32 @@ pub trait Observer: Send + Sync {
     fn program_started(&self, program: ProgramId, name: &str, text: &str);
 
     /// The program compiles and is about to run. None of its commands and lines come before this.
-    fn program_runs(&self, _program: ProgramId, _text: &str) {}
+    fn program_runs(&self, program: ProgramId, text: &str);
 
-    /// A script thread stands at another line than at its last suspension; at most once a cycle and thread.
-    fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32);
+    /// A script thread stands at another line, or in another node of the pendant's task. Lines come at most once a cycle
+    /// and thread and when it ends; nodes as they are passed, of very many in a cycle the first and the last.
+    fn line_changed(
+        &self,
+        program: ProgramId,
+        thread: ThreadNumber,
+        line: u32,
+        node: Option<&TaskNode>,
+    );
 
     /// A program has ended.
     fn program_ended(&self, program: ProgramId);
 
     /// A name that a program declares `global` has this value now; at most ten times a second of simulated time.
-    fn variable_changed(&self, _program: ProgramId, _name: &str, _value: &VariableValue) {}
+    fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue);
 
     /// Interpreter mode has done something worth a line in its log (manual 2.7).
-    fn interpreter(&self, _event: &InterpreterEvent<'_>) {}
+    fn interpreter(&self, event: &InterpreterEvent<'_>);
 
     /// A cycle has ended. Every cycle comes, in order; only when nobody took any for a second, some are left out.
-    fn cycle_ended(&self, _frame: &Frame) {}
+    fn cycle_ended(&self, frame: &Frame);
+
+    /// Somebody wants the program to end or to be held at once: what holds it up for the observer's sake lets it go.
+    fn hurry(&self);
 }
 
 /// What interpreter mode does.
@@ -195,8 +206,14 @@ impl Observer for Aside {
         memory::outside(|| self.0.program_runs(program, text));
     }
 
-    fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32) {
-        memory::outside(|| self.0.line_changed(program, thread, line));
+    fn line_changed(
+        &self,
+        program: ProgramId,
+        thread: ThreadNumber,
+        line: u32,
+        node: Option<&TaskNode>,
+    ) {
+        memory::outside(|| self.0.line_changed(program, thread, line, node));
     }
 
     fn program_ended(&self, program: ProgramId) {
@@ -213,5 +230,9 @@ impl Observer for Aside {
 
     fn cycle_ended(&self, frame: &Frame) {
         memory::outside(|| self.0.cycle_ended(frame));
+    }
+
+    fn hurry(&self) {
+        memory::outside(|| self.0.hurry());
     }
 }

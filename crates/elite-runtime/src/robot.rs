@@ -15,6 +15,7 @@ use motion_api::{
 };
 use tokio::sync::Notify;
 
+use crate::foresight::{Foreseen, Lasting};
 use crate::message::{Message, Observer, Severity};
 
 /// A robot to give commands to. Cheap to share behind an `Arc`.
@@ -43,6 +44,21 @@ struct Awaited {
     open: BTreeMap<CommandId, Entry>,
     stops: u64,
     last_stop: Option<StopReason>,
+    lasting: Lasting,
+}
+
+impl Awaited {
+    /// A command is about to enter the ring.
+    fn announce(&mut self, command: Command, keep_outcome: bool) {
+        self.lasting.note(&command);
+        let entry = Entry {
+            command,
+            keep_outcome,
+            outcome: None,
+            is_queued: false,
+        };
+        self.open.insert(command.id, entry);
+    }
 }
 
 struct Entry {
@@ -128,13 +144,8 @@ impl Robot {
     /// [`RingFull`] when the motion thread does not keep up.
     pub fn send_all(&self, origin: Origin, kinds: &[CommandKind]) -> Result<(), RingFull> {
         self.commands.send_all(origin, kinds, |id, kind| {
-            let entry = Entry {
-                command: Command { id, origin, kind },
-                keep_outcome: false,
-                outcome: None,
-                is_queued: false,
-            };
-            self.awaited().open.insert(id, entry);
+            let command = Command { id, origin, kind };
+            self.awaited().announce(command, false);
         })
     }
 
@@ -152,13 +163,8 @@ impl Robot {
         // The table is of all threads: what one enters, another takes out.
         memory::outside(|| {
             self.commands.send_with(origin, kind, |id| {
-                let entry = Entry {
-                    command: Command { id, origin, kind },
-                    keep_outcome,
-                    outcome: None,
-                    is_queued: false,
-                };
-                self.awaited().open.insert(id, entry);
+                let command = Command { id, origin, kind };
+                self.awaited().announce(command, keep_outcome);
             })
         })
     }
@@ -182,6 +188,19 @@ impl Robot {
             }
         }
         image
+    }
+
+    /// The state as the next cycle will have it, as far as commands that wait set something: what a program is shown, whose
+    /// settings take no time.
+    pub(crate) fn foreseen(&self) -> Foreseen {
+        let awaited = self.awaited();
+        // Under the lock: what is no longer open was published before.
+        let mut foreseen = Foreseen::new(self.state(), awaited.lasting);
+        let open = awaited.open.values();
+        for entry in open.filter(|entry| entry.outcome.is_none()) {
+            foreseen.add(&entry.command);
+        }
+        foreseen
     }
 
     /// The general purpose registers.
@@ -263,7 +282,12 @@ impl Robot {
                 let Some(entry) = awaited.open.get_mut(&id) else {
                     return;
                 };
-                if entry.keep_outcome {
+                let (kind, keeps) = (entry.command.kind, entry.keep_outcome);
+                awaited.lasting.note_end(&kind, &outcome);
+                let Some(entry) = awaited.open.get_mut(&id) else {
+                    return;
+                };
+                if keeps {
                     entry.outcome = Some(outcome);
                 } else if let Some(entry) = awaited.open.remove(&id)
                     && let Outcome::Refused(refusal) = outcome
@@ -294,6 +318,7 @@ impl Robot {
             Event::Stopped { reason, .. } => {
                 let mut awaited = self.awaited();
                 awaited.stops += 1;
+                awaited.lasting.note_stop();
                 awaited.last_stop = Some(reason);
                 drop(awaited);
                 self.observer.message(&Message::protective_stop(reason));
@@ -335,6 +360,8 @@ impl From<ScriptEnd> for ScriptEndWithoutRecords {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::message::InterpreterEvent;
+    use crate::panel::VariableValue;
     use kinematics::JointPositions;
     use motion_api::{BorderSizes, Frame, MotionEnd, ProgramId, ThreadNumber, border};
 
@@ -345,8 +372,19 @@ mod tests {
     impl Observer for Watcher {
         fn message(&self, _: &Message) {}
         fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
-        fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32) {}
+        fn program_runs(&self, _: ProgramId, _: &str) {}
+        fn line_changed(
+            &self,
+            _: ProgramId,
+            _: ThreadNumber,
+            _: u32,
+            _: Option<&elite_lang::TaskNode>,
+        ) {
+        }
         fn program_ended(&self, _: ProgramId) {}
+        fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
+        fn interpreter(&self, _: &InterpreterEvent<'_>) {}
+        fn hurry(&self) {}
         fn cycle_ended(&self, frame: &Frame) {
             self.0.lock().unwrap().push(frame.state.cycle);
         }

@@ -1,28 +1,36 @@
-//! Which program runs: starts tasks, refuses a second main program, passes on stop, pause and secondary programs.
+//! Which program runs: starts tasks, replaces one by the next, passes on stop, pause and secondary programs.
 //!
 //! Owns the life cycle of tasks (each on an OS thread of its own) and the status that ports show. What happens inside a
-//! task is `task`'s.
+//! task is `task`'s. There is one main program at a time: a second one that compiles ends the first by force and begins as
+//! soon as that has unwound, while the arm may still brake (`task::Braking`).
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use elite_lang::{Diagnostic, KnownNames, SourceFile};
 use motion_api::{CommandId, CommandKind, Origin, ProgramId};
 use supervision::{Fault, Kind, Panicked, catch};
 use thiserror::Error;
-use tokio::sync::{oneshot, watch};
+use tokio::sync::{Mutex as Turns, watch};
 
 use crate::compile_pool::CompilePool;
 use crate::interpreter::Interpreter;
 use crate::message::{Message, Severity};
 use crate::panel::{Panel, Watchdogs};
-use crate::task::{Controller, Controls, ProgramText, Task, TaskEnd, TaskSettings, controls};
+use crate::task::{
+    Braking, Controller, Controls, Ended, ProgramText, Source, Task, TaskEnd, TaskSettings,
+    controls, message_of,
+};
 
-/// How long a new main program waits for one that is ending.
+/// How long a new main program waits for one that it replaces: far longer than `finally` blocks may take. A secondary
+/// program that runs alone is waited for as long before it is replaced: it is short and has something to set up.
 pub const GRACE: Duration = Duration::from_secs(2);
 
-/// How long a new main program waits for one that has not been told to end: programs of one line follow each other
-/// within milliseconds. A refusal must come within a second.
+/// How long a secondary program waits for room beside a task that is flooded with such (the refusal must come soon), and
+/// a sender for its program to begin.
 const PATIENCE: Duration = Duration::from_millis(500);
+/// How often it is offered to a task: each time that one ends and another begins.
+const ATTEMPTS_TO_JOIN: u32 = 2;
 
 /// What the task is doing, as ports show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -43,6 +51,8 @@ pub struct TaskStatus {
     pub state: TaskState,
     /// The newest program; 0 before the first.
     pub program: ProgramId,
+    /// The main program has had its first turn, so that what it does first is done.
+    pub has_begun: bool,
     /// True when it was told to stop and has not ended yet.
     pub ending: bool,
     /// How the newest program ended, once it has.
@@ -53,13 +63,27 @@ pub struct TaskStatus {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum SubmitError {
-    /// Another one runs.
-    #[error("program \"{refused}\" was refused: program \"{running}\" is running; stop it first")]
+    /// Another one runs and does not end, or takes no further secondary program.
+    #[error("program \"{refused}\" was refused: program \"{running}\" runs and does not make way")]
     Running {
         /// The new one.
         refused: String,
         /// The one that runs.
         running: String,
+    },
+    /// It does not compile, so it does not take the place of the one that runs; the findings were reported.
+    #[error("program \"{refused}\" was refused: it does not compile")]
+    NotCompiled {
+        /// The new one.
+        refused: String,
+    },
+    /// The compiler has too much to do, or has failed.
+    #[error("program \"{refused}\" was refused: {reason}")]
+    NoCompiler {
+        /// The new one.
+        refused: String,
+        /// What is wrong.
+        reason: String,
     },
     /// The operating system gave no thread.
     #[error("program \"{refused}\" was refused: no thread for it ({reason})")]
@@ -80,8 +104,11 @@ pub struct Supervisor {
 struct Shared {
     settings: TaskSettings,
     pool: Arc<CompilePool>,
+    known: Arc<KnownNames>,
     interpreter: Arc<Interpreter>,
     current: Mutex<Current>,
+    /// Main programs take the place of one another in the order in which they came.
+    turns: Turns<()>,
     status: watch::Sender<TaskStatus>,
 }
 
@@ -89,10 +116,21 @@ struct Shared {
 struct Current {
     last_program: u32,
     running: Option<Running>,
+    /// What the program before has left moving.
+    braking: Option<Braking>,
+}
+
+impl Current {
+    /// A number for a program.
+    fn next_program(&mut self) -> ProgramId {
+        self.last_program += 1;
+        ProgramId(self.last_program)
+    }
 }
 
 struct Running {
     name: String,
+    is_secondary: bool,
     controller: Controller,
 }
 
@@ -106,7 +144,9 @@ impl Supervisor {
             interpreter: Arc::new(Interpreter::new(news, pool.clone())),
             settings,
             pool,
+            known: Arc::new(KnownNames::new(crate::builtins::all().map(|b| b.name))),
             current: Mutex::default(),
+            turns: Turns::default(),
             status,
         };
         Self {
@@ -134,30 +174,26 @@ impl Supervisor {
         self.shared.status.subscribe()
     }
 
-    /// Starts a program. A secondary one (`sec`) joins the running task. A main one is refused while another runs: after
-    /// half a second, or after [`GRACE`] when the running one has been told to end.
+    /// Starts a program that `sender` wants to run. A secondary one (`sec`) joins the running task. A main one takes the
+    /// place of the one that runs, which is ended by force; one that does not compile changes nothing. A program that ran
+    /// to its end may still have the arm on its way: it is replaced like any other.
     ///
     /// # Errors
-    /// [`SubmitError`]; it was also reported to the observer as a script error of the refused program.
-    pub async fn submit(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
+    /// [`SubmitError`]; it was also reported to the observer, as a script error of the refused program.
+    pub async fn submit(
+        &self,
+        program: ProgramText,
+        sender: &str,
+    ) -> Result<ProgramId, SubmitError> {
         let secondary = is_secondary(&program.text);
-        if secondary && let Some(taken) = self.join_running(&program) {
-            // A task that ends right now does not take it any more; then it runs on its own.
-            if taken.await.is_ok() {
-                return Ok(self.status().program);
-            }
-        }
-        let mut status = self.watch();
-        let patience = if status.borrow_and_update().ending {
-            GRACE
+        let started = if secondary {
+            self.submit_secondary(program).await
         } else {
-            PATIENCE
+            self.submit_main(program, sender).await
         };
-        // Whether it ended in time is decided by `start`.
-        let _ = tokio::time::timeout(patience, status.wait_for(|s| s.state == TaskState::Stopped))
-            .await;
-        let started = self.start(program);
-        if let Err(error) = &started {
+        if let Err(error) = &started
+            && !matches!(error, SubmitError::NotCompiled { .. })
+        {
             let summary = format!("RuntimeError: {error}");
             let message = if secondary {
                 Message::secondary_exception(Origin::default(), &summary)
@@ -175,34 +211,216 @@ impl Supervisor {
         started
     }
 
+    async fn submit_secondary(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
+        let name = program.name.clone();
+        let mut source = Source::Text(program);
+        // A task that ends right now does not take it any more; its successor does, or it runs on its own.
+        for _ in 0..ATTEMPTS_TO_JOIN {
+            if let Some(id) = self.join(&mut source).await {
+                return Ok(id);
+            }
+            let turn = self.shared.turns.lock().await;
+            if let Some(id) = self.join(&mut source).await {
+                return Ok(id);
+            }
+            if !self.is_running() {
+                return self.start(name, true, source);
+            }
+            drop(turn);
+            let is_ending = self.status().ending;
+            self.wait_until_stopped(if is_ending { GRACE } else { PATIENCE })
+                .await;
+        }
+        let _turn = self.shared.turns.lock().await;
+        self.start(name, true, source)
+    }
+
+    /// Hands a secondary program to the running task, compiled, so that a long text does not hold that up; `None` when no
+    /// task took it. One that does not compile is told and done with.
+    async fn join(&self, source: &mut Source) -> Option<ProgramId> {
+        if !self.is_running() {
+            return None;
+        }
+        if let Source::Text(program) = source {
+            let text = core::mem::take(&mut program.text);
+            let file = SourceFile::new(program.name.clone(), text);
+            let compiling = self.shared.interpreter.compile(Arc::clone(&file));
+            let told = match compiling.await {
+                Ok(Ok(program)) => {
+                    *source = Source::Compiled(program);
+                    Vec::new()
+                }
+                Ok(Err(findings)) => findings
+                    .iter()
+                    .map(|finding| {
+                        let summary = format!("SyntaxError: {}", finding.message);
+                        (finding.fields(&file).line, summary)
+                    })
+                    .collect(),
+                Err(trouble) => vec![(1, format!("RuntimeError: {trouble}"))],
+            };
+            if !told.is_empty() {
+                return Some(self.tell_of_secondary(told));
+            }
+        }
+        let joined = {
+            let current = self.current();
+            let running = current.running.as_ref()?;
+            match &*source {
+                Source::Compiled(program) => running.controller.join(program)?,
+                Source::Text(_) => return None,
+            }
+        };
+        joined.await.ok()?;
+        Some(self.status().program)
+    }
+
+    /// What keeps a secondary program from running, by line, as of one that runs beside the program that does.
+    fn tell_of_secondary(&self, told: Vec<(u32, String)>) -> ProgramId {
+        let program = self.status().program;
+        for (line, summary) in told {
+            let origin = Origin {
+                program,
+                line,
+                ..Origin::default()
+            };
+            let message = Message::secondary_exception(origin, &summary);
+            self.shared.settings.observer.message(&message);
+        }
+        program
+    }
+
+    async fn submit_main(
+        &self,
+        program: ProgramText,
+        sender: &str,
+    ) -> Result<ProgramId, SubmitError> {
+        let name = program.name.clone();
+        let mut source = Source::Text(program);
+        // Before its turn, so that a long text holds nobody up.
+        if self.is_running() {
+            source = self.compiled(source).await?;
+        }
+        let _turn = self.shared.turns.lock().await;
+        if self.is_running() {
+            source = self.compiled(source).await?;
+            let successor = format!("program \"{name}\" from {sender}");
+            self.make_way(successor).await;
+        }
+        let id = self.start(name, false, source)?;
+        self.wait_until_begun(id).await;
+        Ok(id)
+    }
+
+    /// Returns when a program has had its first turn, so that a sender's programs begin in their order. One that is held, or
+    /// takes long to compile, is not waited for.
+    async fn wait_until_begun(&self, id: ProgramId) {
+        let mut status = self.watch();
+        let is_past = |s: &TaskStatus| {
+            s.program != id || s.has_begun || s.ending || s.state != TaskState::Running
+        };
+        let _ = tokio::time::timeout(PATIENCE, status.wait_for(is_past)).await;
+    }
+
+    /// Compiles a text where texts are compiled; what is compiled stays as it is.
+    async fn compiled(&self, source: Source) -> Result<Source, SubmitError> {
+        let Source::Text(program) = source else {
+            return Ok(source);
+        };
+        let ProgramText { name, text } = program;
+        let (bytes, known) = (text.len(), Arc::clone(&self.shared.known));
+        let file = SourceFile::new(name.clone(), text);
+        let copy = Arc::clone(&file);
+        let compiling = self
+            .shared
+            .pool
+            .run(bytes, move || elite_lang::compile(copy, &known));
+        match compiling.await {
+            Ok(Ok(program)) => Ok(Source::Compiled(program)),
+            Ok(Err(findings)) => {
+                self.report(&findings, &file);
+                Err(SubmitError::NotCompiled { refused: name })
+            }
+            Err(trouble) => Err(SubmitError::NoCompiler {
+                refused: name,
+                reason: trouble.to_string(),
+            }),
+        }
+    }
+
+    /// Tells what is wrong with a program that was not started, as of one that was.
+    fn report(&self, findings: &[Diagnostic], file: &SourceFile) {
+        let id = self.current().next_program();
+        let observer = &self.shared.settings.observer;
+        observer.program_started(id, file.name(), file.text());
+        for finding in findings {
+            observer.message(&message_of(finding, file, id));
+        }
+        observer.program_ended(id);
+    }
+
+    /// Ends what runs for `successor`; returns when it has ended, or when it should have long ago.
+    async fn make_way(&self, successor: String) {
+        if self.runs_secondary_alone() {
+            self.wait_until_stopped(GRACE).await;
+        }
+        {
+            let current = self.current();
+            let Some(running) = &current.running else {
+                return;
+            };
+            running.controller.replace(successor.into());
+            self.shared.settings.observer.hurry();
+            let status = &self.shared.status;
+            status.send_modify(|status| status.ending = true);
+        }
+        self.wait_until_stopped(GRACE).await;
+    }
+
+    /// Returns when no program runs, after `patience` in any case.
+    async fn wait_until_stopped(&self, patience: Duration) {
+        let mut status = self.watch();
+        let stopped = status.wait_for(|s| s.state == TaskState::Stopped);
+        // Whether it ended in time is decided by `start`.
+        let _ = tokio::time::timeout(patience, stopped).await;
+    }
+
+    fn is_running(&self) -> bool {
+        self.current().running.is_some()
+    }
+
+    fn runs_secondary_alone(&self) -> bool {
+        let current = self.current();
+        current.running.as_ref().is_some_and(|r| r.is_secondary)
+    }
+
     /// What people see and answer.
     pub fn panel(&self) -> &Panel {
         &self.shared.settings.panel
     }
 
-    /// Hands a secondary program to the running task; the receiver hears whether it was taken.
-    fn join_running(&self, program: &ProgramText) -> Option<oneshot::Receiver<()>> {
-        let current = self.current();
-        let running = current.running.as_ref()?;
-        running.controller.join(program.clone())
-    }
-
-    fn start(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
+    fn start(
+        &self,
+        name: String,
+        is_secondary: bool,
+        source: Source,
+    ) -> Result<ProgramId, SubmitError> {
         let mut current = self.current();
         if let Some(running) = &current.running {
             return Err(SubmitError::Running {
-                refused: program.name,
+                refused: name,
                 running: running.name.clone(),
             });
         }
-        let id = ProgramId(current.last_program + 1);
+        let id = current.next_program();
         let (controller, controls) = controls();
-        let name = program.name.clone();
+        let (called_program, braking) = (name.clone(), current.braking.take());
         let shared = Arc::clone(&self.shared);
         self.shared.interpreter.task_starts();
         self.shared.status.send_replace(TaskStatus {
             state: TaskState::Running,
             program: id,
+            has_begun: false,
             ending: false,
             end: None,
         });
@@ -210,7 +428,7 @@ impl Supervisor {
         let faults = self.shared.settings.faults.clone();
         faults
             .start(Kind::Task, called, move || {
-                shared.run_task(id, program, controls)
+                shared.run_task(id, &called_program, source, controls, braking)
             })
             .map_err(|error| {
                 self.shared.interpreter.task_ended();
@@ -220,8 +438,11 @@ impl Supervisor {
                     reason: error.to_string(),
                 }
             })?;
-        current.last_program = id.0;
-        current.running = Some(Running { name, controller });
+        current.running = Some(Running {
+            name,
+            is_secondary,
+            controller,
+        });
         Ok(id)
     }
 
@@ -230,6 +451,7 @@ impl Supervisor {
         let current = self.current();
         if let Some(running) = &current.running {
             running.controller.stop();
+            self.shared.settings.observer.hurry();
             self.shared
                 .status
                 .send_modify(|status| status.ending = true);
@@ -240,6 +462,7 @@ impl Supervisor {
     pub fn pause(&self) {
         if let Some(running) = &self.current().running {
             running.controller.pause();
+            self.shared.settings.observer.hurry();
         }
     }
 
@@ -282,14 +505,22 @@ impl Supervisor {
 }
 
 impl Shared {
-    fn run_task(&self, id: ProgramId, program: ProgramText, controls: Controls) {
+    fn run_task(
+        &self,
+        id: ProgramId,
+        name: &str,
+        source: Source,
+        controls: Controls,
+        braking: Option<Braking>,
+    ) {
         let mut ending = Ending {
             shared: self,
             id,
             end: TaskEnd::Failed,
+            braking: None,
         };
         let observer = self.settings.observer.clone();
-        observer.program_started(id, &program.name, &program.text);
+        observer.program_started(id, name, source.text());
         match tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()
@@ -298,12 +529,16 @@ impl Shared {
                 let (interpreter, status) = (self.interpreter.clone(), self.status.clone());
                 let settings = self.settings.clone();
                 let ran = catch(|| {
-                    let task = Task::new(settings, interpreter, id, controls, status);
-                    tokio::task::LocalSet::new().block_on(&runtime, task.run(program))
+                    let task = Task::new(settings, interpreter, id, controls, status, braking);
+                    tokio::task::LocalSet::new().block_on(&runtime, task.run(source))
                 });
                 // Whatever the program left on it is not waited for.
                 runtime.shutdown_background();
-                ending.end = ran.unwrap_or_else(|panicked| self.met_fault(id, panicked));
+                let ended = ran.unwrap_or_else(|panicked| Ended {
+                    end: self.met_fault(id, panicked),
+                    braking: None,
+                });
+                (ending.end, ending.braking) = (ended.end, ended.braking);
             }
             Err(error) => {
                 let text = format!("the program could not be started: {error}");
@@ -332,6 +567,7 @@ struct Ending<'a> {
     shared: &'a Shared,
     id: ProgramId,
     end: TaskEnd,
+    braking: Option<Braking>,
 }
 
 impl Drop for Ending<'_> {
@@ -345,9 +581,11 @@ impl Drop for Ending<'_> {
         let current = shared.current.lock();
         let mut current = current.unwrap_or_else(PoisonError::into_inner);
         current.running = None;
+        current.braking = self.braking.take();
         shared.status.send_replace(TaskStatus {
             state: TaskState::Stopped,
             program: id,
+            has_begun: true,
             ending: false,
             end: Some(self.end.clone()),
         });
@@ -358,7 +596,8 @@ impl Drop for Ending<'_> {
 pub(crate) fn is_secondary(text: &str) -> bool {
     text.lines()
         .map(|line| line.split('#').next().unwrap_or_default().trim_end())
-        .find(|line| !line.is_empty())
+        // Directives may stand before a program as comments may.
+        .find(|line| !line.is_empty() && !line.trim_start().starts_with('$'))
         .is_some_and(|line| {
             line.strip_prefix("sec")
                 .is_some_and(|rest| rest.starts_with([' ', '\t']))

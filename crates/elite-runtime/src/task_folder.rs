@@ -1,15 +1,20 @@
 //! Files that clients and scripts name by a path in the task folder: task files, configurations, micro-line files.
 //!
-//! Owns the rule that a name never leaves the folder. Errors are one sentence without a line break, for a reply.
+//! Owns the rule that a name never leaves the folder, and which file holds the program of a task: the pendant keeps a task
+//! as XML, `NAME.task`, and beside it what it sends to the controller, `NAME.task.script` (from controller output, not from
+//! the manual). Errors are one sentence without a line break, for a reply.
 
 use std::fs;
-use std::io::Read;
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Component, Path, PathBuf};
 
 use thiserror::Error;
 
 /// Largest file that is read.
 pub const FILE_BYTES_MAX: u64 = 8 << 20;
+
+/// A file is seen to be XML by its beginning.
+const SNIFFED_BYTES: usize = 1024;
 
 /// Endings of a task file, in the order in which they are tried.
 const TASK_ENDINGS: [&str; 2] = ["task", "script"];
@@ -41,6 +46,37 @@ pub enum FolderError {
         /// What the system said.
         reason: String,
     },
+    /// The pendant's XML without the program that belongs to it.
+    #[error(
+        "{name} is a task of the pendant in XML, and {script}, the program that it sends, {trouble}"
+    )]
+    NoProgram {
+        /// As given.
+        name: String,
+        /// The file that should hold the program.
+        script: String,
+        /// What is wrong with it.
+        trouble: String,
+    },
+}
+
+/// The text of a task.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TaskText {
+    /// The name of the file that holds it: as given, or that of the program beside the pendant's XML.
+    pub name: String,
+    /// The program.
+    pub text: String,
+}
+
+/// Whether a file that begins so is XML: no program begins with `<`.
+pub fn is_xml(beginning: &[u8]) -> bool {
+    let marks: [&[u8]; 3] = [b"\xEF\xBB\xBF", b"\xFF\xFE", b"\xFE\xFF"];
+    let mark = marks.iter().find_map(|mark| beginning.strip_prefix(*mark));
+    // Of UTF-16 every other byte is 0 here.
+    let is_blank = |byte: &u8| byte.is_ascii_whitespace() || *byte == 0;
+    let mut bytes = mark.unwrap_or(beginning).iter().skip_while(|b| is_blank(b));
+    bytes.next() == Some(&b'<')
 }
 
 /// The folder.
@@ -56,16 +92,45 @@ impl TaskFolder {
     }
 
     /// The text of a task: the file of this name, or the one with `.task` or `.script` after it. A name that has one of
-    /// these endings also stands for the file with the other. Any other dot belongs to the name: `v1.2` is never `v1`.
+    /// these endings also stands for the file with the other. Any other dot belongs to the name: `v1.2` is never `v1`. If
+    /// that file is the pendant's XML, the text is that of the file with `.script` after its whole name.
     ///
     /// # Errors
     /// [`FolderError`]
-    pub fn task(&self, name: &str) -> Result<String, FolderError> {
+    pub fn task(&self, name: &str) -> Result<TaskText, FolderError> {
         let inside = path_inside(name)?;
         let without = |ending: &str| name.strip_suffix(ending)?.strip_suffix('.');
         let stem = TASK_ENDINGS.into_iter().find_map(without).unwrap_or(name);
         let with_endings = TASK_ENDINGS.map(|ending| path_inside(&format!("{stem}.{ending}")));
-        self.first([Ok(inside)].into_iter().chain(with_endings).flatten(), name)
+        for path in [Ok(inside)].into_iter().chain(with_endings).flatten() {
+            match self.read_unless_xml(&path, name) {
+                Err(FolderError::Missing { .. }) => {}
+                Ok(Some(text)) => {
+                    let name = name.to_owned();
+                    return Ok(TaskText { name, text });
+                }
+                Ok(None) => return self.program_beside(&path, name),
+                Err(error) => return Err(error),
+            }
+        }
+        Err(missing(name))
+    }
+
+    /// The program that belongs to the XML at `path`.
+    fn program_beside(&self, path: &Path, name: &str) -> Result<TaskText, FolderError> {
+        let script = format!("{}.script", path.display());
+        let trouble = match self.read_unless_xml(Path::new(&script), &script) {
+            Ok(Some(text)) => return Ok(TaskText { name: script, text }),
+            Ok(None) => "is XML too".to_owned(),
+            Err(FolderError::Missing { .. }) => "is not beside it".to_owned(),
+            Err(FolderError::Unreadable { reason, .. }) => format!("cannot be read: {reason}"),
+            Err(error) => return Err(error),
+        };
+        Err(FolderError::NoProgram {
+            name: name.to_owned(),
+            script,
+            trouble,
+        })
     }
 
     /// The text of a file of points: the file of this name, or the one with `.txt` or `.csv` after it.
@@ -102,6 +167,21 @@ impl TaskFolder {
     }
 
     fn read(&self, inside: &Path, name: &str) -> Result<String, FolderError> {
+        self.read_text(inside, name, false)
+            .map(Option::unwrap_or_default)
+    }
+
+    /// None for XML, which is not read.
+    fn read_unless_xml(&self, inside: &Path, name: &str) -> Result<Option<String>, FolderError> {
+        self.read_text(inside, name, true)
+    }
+
+    fn read_text(
+        &self,
+        inside: &Path,
+        name: &str,
+        sniffs: bool,
+    ) -> Result<Option<String>, FolderError> {
         let unreadable = |reason: String| FolderError::Unreadable {
             name: name.to_owned(),
             reason,
@@ -125,7 +205,12 @@ impl TaskFolder {
         }
         let mut text = String::new();
         let file = fs::File::open(&path).map_err(|error| unreadable(error.to_string()))?;
-        file.take(FILE_BYTES_MAX + 1)
+        let mut reader = BufReader::with_capacity(SNIFFED_BYTES, file.take(FILE_BYTES_MAX + 1));
+        let beginning = reader.fill_buf();
+        if sniffs && is_xml(beginning.map_err(|error| unreadable(error.to_string()))?) {
+            return Ok(None);
+        }
+        reader
             .read_to_string(&mut text)
             .map_err(|error| unreadable(error.to_string()))?;
         if text.len() as u64 > FILE_BYTES_MAX {
@@ -134,7 +219,7 @@ impl TaskFolder {
                 FILE_BYTES_MAX >> 20
             )));
         }
-        Ok(text)
+        Ok(Some(text))
     }
 }
 
@@ -179,6 +264,79 @@ mod tests {
         (dir, TaskFolder::new(tasks))
     }
 
+    /// The text of a task.
+    fn task(folder: &TaskFolder, name: &str) -> Result<String, FolderError> {
+        folder.task(name).map(|task| task.text)
+    }
+
+    #[test]
+    fn the_program_of_the_pendants_xml_is_beside_it() {
+        let (dir, folder) = folder();
+        let tasks = dir.path().join("tasks");
+        let xml = "\u{feff}\n <?xml version=\"1.0\"?>\n<EliTask name=\"w\"/>";
+        for name in ["w", "w.1", "sub/w", "alone", "wide", "twice"] {
+            fs::write(tasks.join(format!("{name}.task")), xml).unwrap();
+            if name != "alone" {
+                fs::write(tasks.join(format!("{name}.task.script")), name).unwrap();
+            }
+        }
+        let wide: Vec<u8> = "\u{feff}<EliTask/>"
+            .encode_utf16()
+            .flat_map(u16::to_le_bytes)
+            .collect();
+        fs::write(tasks.join("wide.task"), wide).unwrap();
+        fs::write(tasks.join("twice.task.script"), xml).unwrap();
+        for (name, file) in [
+            ("w", "w"),
+            ("w.task", "w"),
+            ("w.script", "w"),
+            ("w.1", "w.1"),
+            ("w.1.task", "w.1"),
+            ("sub/w.task", "sub/w"),
+            ("wide", "wide"),
+        ] {
+            let expected = TaskText {
+                name: format!("{file}.task.script"),
+                text: file.to_owned(),
+            };
+            assert_eq!(folder.task(name), Ok(expected), "{name}");
+        }
+        let direct = folder.task("w.task.script").unwrap();
+        assert_eq!((&*direct.name, &*direct.text), ("w.task.script", "w"));
+        for (name, sentence) in [
+            (
+                "alone",
+                "alone is a task of the pendant in XML, and alone.task.script, the program that it sends, is not beside it",
+            ),
+            (
+                "twice.task",
+                "twice.task is a task of the pendant in XML, and twice.task.script, the program that it sends, is XML too",
+            ),
+        ] {
+            assert_eq!(folder.task(name).unwrap_err().to_string(), sentence);
+        }
+        // A text task is the program, and XML of other files is their business.
+        assert_eq!(task(&folder, "a").as_deref(), Ok("a"));
+        assert!(folder.file("w.task").unwrap().contains("EliTask"));
+    }
+
+    #[test]
+    fn only_what_begins_with_a_bracket_is_xml() {
+        for xml in ["<EliTask/>", " \t\r\n<?xml?>", "\u{feff}<!-- a -->", "<"] {
+            assert!(is_xml(xml.as_bytes()), "{xml}");
+        }
+        for text in [
+            "",
+            "def f():",
+            "x < 1",
+            "# <EliTask/>",
+            "\u{feff}",
+            "$ LINE: (1, '<')",
+        ] {
+            assert!(!is_xml(text.as_bytes()), "{text}");
+        }
+    }
+
     #[test]
     fn a_task_is_found_by_its_name_or_by_its_stem() {
         let (_dir, folder) = folder();
@@ -190,7 +348,7 @@ mod tests {
             ("./b.script", "b"),
             ("sub/c.task", "c"),
         ] {
-            assert_eq!(folder.task(name).as_deref(), Ok(text), "{name}");
+            assert_eq!(task(&folder, name).as_deref(), Ok(text), "{name}");
         }
         assert_eq!(folder.file("a.task").as_deref(), Ok("a"));
         assert_eq!(
@@ -212,7 +370,7 @@ mod tests {
             ("sub/pick.fast", "fast"),
             ("rev.1/a.b", "a.b"),
         ] {
-            assert_eq!(folder.task(name).as_deref(), Ok(text), "{name}");
+            assert_eq!(task(&folder, name).as_deref(), Ok(text), "{name}");
         }
         for missing in [
             "v1.3", "v1.2.4", "a.b", "a.txt", "sub/pick", "rev.1", "v1.", ".task",

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use io_bus::modbus::{DeviceAddress, ModbusClient, SignalKind, SignalSpec};
@@ -127,4 +127,80 @@ async fn a_device_that_answers_one_request_at_a_time_gets_one_at_a_time() {
     assert_eq!(connections.load(Ordering::Relaxed), 2);
     assert_eq!(most.load(Ordering::Relaxed), 1);
     assert_eq!(client.error_codes("s0").unwrap(), [0, 0]);
+}
+
+/// Answers while `answers` says so; otherwise takes what comes and is silent.
+async fn moody(mut stream: TcpStream, answers: Arc<AtomicBool>) {
+    let mut request = [0; 12];
+    while stream.read_exact(&mut request).await.is_ok() {
+        if answers.load(Ordering::Relaxed) {
+            stream.write_all(&answer(&request)).await.unwrap();
+        }
+    }
+}
+
+/// Manual 6.1.10, 6.1.15, 6.1.16.
+#[tokio::test]
+async fn a_device_that_takes_connections_and_answers_nothing_is_invalid_until_a_good_answer() {
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let port = listener.local_addr().unwrap().port();
+    let answers = Arc::new(AtomicBool::new(true));
+    let connections = Arc::new(AtomicUsize::new(0));
+    let device = {
+        let (answers, connections) = (answers.clone(), connections.clone());
+        tokio::spawn(async move {
+            while let Ok((stream, _)) = listener.accept().await {
+                connections.fetch_add(1, Ordering::Relaxed);
+                tokio::spawn(moody(stream, answers.clone()));
+            }
+        })
+    };
+    let client = ModbusClient::default();
+    let spec = |slave| SignalSpec {
+        device: DeviceAddress {
+            host: "127.0.0.1".to_owned(),
+            port,
+        },
+        slave,
+        address: 7,
+        count: 1,
+        kind: SignalKind::RegisterInput,
+        is_sequential: false,
+    };
+    client.add("a", spec(1)).unwrap();
+    client
+        .set_watchdog("a", Duration::from_millis(1500))
+        .unwrap();
+    assert_eq!(client.status("a").await.unwrap().0, [7]);
+    assert_eq!(client.time_since_invalid("a").unwrap(), Duration::ZERO);
+    assert_eq!(client.error_codes("a").unwrap(), [0, 0]);
+
+    answers.store(false, Ordering::Relaxed);
+    let age = || client.time_since_invalid("a").unwrap();
+    until("the signal is invalid", async || !age().is_zero()).await;
+    // From here on it grows, over several connections, and reading raises once the watchdog has run out.
+    let (begun, before) = (connections.load(Ordering::Relaxed), age());
+    assert!(
+        before >= Duration::from_millis(900),
+        "since the last good answer: {before:?}"
+    );
+    let mut last = before;
+    while connections.load(Ordering::Relaxed) < begun + 3 {
+        let now = age();
+        assert!(now >= last, "{now:?} after {last:?}");
+        assert_ne!(client.error_codes("a").unwrap(), [0, 0]);
+        last = now;
+        sleep(Duration::from_millis(5)).await;
+    }
+    let raised = client.status("a").await.unwrap_err();
+    assert!(
+        raised.to_string().contains("no good answer for"),
+        "{raised}"
+    );
+
+    answers.store(true, Ordering::Relaxed);
+    until("a good answer", async || age().is_zero()).await;
+    assert_eq!(client.error_codes("a").unwrap(), [0, 0]);
+    assert_eq!(client.status("a").await.unwrap().0, [7]);
+    device.abort();
 }

@@ -3,8 +3,10 @@
 
 use divan::{Bencher, black_box};
 use kinematics::{
-    GRAVITY_UPRIGHT, JointAccelerations, JointPositions, JointSpeeds, Payload, Pose, RobotModel,
+    Calibration, GRAVITY_UPRIGHT, JointAccelerations, JointPositions, JointSpeeds, Payload, Pose,
+    RobotModel,
 };
+use std::path::Path;
 
 const Q: JointPositions = JointPositions([0.3, -1.2, 1.9, -0.7, 1.5, 0.2]);
 const QD: JointSpeeds = JointSpeeds([0.5, -0.3, 0.8, 1.0, -0.6, 0.2]);
@@ -48,6 +50,64 @@ fn inverse_nearest(bencher: Bencher) {
     let arm = arm();
     let pose = arm.flange_pose(&Q);
     bencher.bench_local(|| arm.inverse_nearest(black_box(&pose), &Pose::IDENTITY, &Q));
+}
+
+/// The CS66 that was measured, without a closed form.
+fn measured() -> RobotModel {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../robots/calibrations/cs66-measured.toml"
+    );
+    Calibration::load(Path::new(path)).unwrap().open().unwrap()
+}
+
+#[divan::bench(sample_size = 1000)]
+fn inverse_all_calibrated(bencher: Bencher) {
+    let arm = measured();
+    let pose = arm.flange_pose(&Q);
+    bencher.bench_local(|| arm.inverse_all(black_box(&pose), &Pose::IDENTITY));
+}
+
+/// A thousand poses of random joint positions, singular ones among them: divide by that.
+#[divan::bench]
+fn inverse_all_calibrated_of_1000(bencher: Bencher) {
+    let arm = measured();
+    let generator = [0.8567, 0.7339, 0.6287, 0.5386, 0.4614, 0.3953];
+    let poses: Vec<Pose> = (1..=1000)
+        .map(|i| {
+            let turn = |g: f64| (f64::from(i) * g).fract() * std::f64::consts::TAU;
+            arm.flange_pose(&JointPositions(generator.map(turn)))
+        })
+        .collect();
+    bencher.bench_local(|| {
+        for pose in &poses {
+            black_box(arm.inverse_all(black_box(pose), &Pose::IDENTITY));
+        }
+    });
+}
+
+/// Straight elbow and parallel wrist axes at once: everything is tried.
+#[divan::bench]
+fn inverse_all_calibrated_at_worst(bencher: Bencher) {
+    let arm = measured();
+    let pose = arm.flange_pose(&JointPositions([0.3, -1.2, 1e-5, -0.7, 1e-5, 0.2]));
+    bencher.bench_local(|| arm.inverse_all(black_box(&pose), &Pose::IDENTITY));
+}
+
+/// Parallel wrist axes alone.
+#[divan::bench]
+fn inverse_all_calibrated_at_a_singular_wrist(bencher: Bencher) {
+    let arm = measured();
+    let pose = arm.flange_pose(&JointPositions([0.3, -1.2, 1.1, -0.7, 1e-5, 0.2]));
+    bencher.bench_local(|| arm.inverse_all(black_box(&pose), &Pose::IDENTITY));
+}
+
+#[divan::bench(sample_size = 1000)]
+fn inverse_following_calibrated(bencher: Bencher) {
+    let arm = measured();
+    let pose = arm.flange_pose(&Q);
+    let near = Q.map(|x| x + 0.005);
+    bencher.bench_local(|| arm.inverse_following(black_box(&pose), &Pose::IDENTITY, &near));
 }
 
 #[divan::bench(sample_size = 1000)]

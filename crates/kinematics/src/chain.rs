@@ -79,7 +79,7 @@ impl Frames {
 
     /// Axis of a joint (0 to 5) in the base frame, a unit vector.
     #[inline]
-    fn axis(&self, joint: usize) -> Vector3<f64> {
+    pub(crate) fn axis(&self, joint: usize) -> Vector3<f64> {
         let m = self.base_from_joint[joint].rotation.matrix();
         Vector3::new(m.m13, m.m23, m.m33)
     }

@@ -1,7 +1,8 @@
 //! Poses, robot models, kinematics and dynamics of the CS six-axis arms.
 //!
 //! Owns the mathematics of one arm: transforms, URDF models, forward and inverse kinematics, Jacobians, rigid-body
-//! dynamics. Knows no script, no socket, no clock, and no file other than the URDF it is handed.
+//! dynamics. Knows no script, no socket, no clock, and no file other than the URDF and the calibration it is
+//! handed.
 //!
 //! Units are SI throughout: metres, radians, seconds, kilograms, newtons. Six-vectors are linear before angular.
 //!
@@ -18,6 +19,7 @@
 //! ```
 
 pub mod batch;
+pub mod calibration;
 pub mod catalogue;
 pub mod chain;
 pub mod collision;
@@ -36,11 +38,12 @@ pub mod trig;
 pub mod urdf;
 pub mod wrench;
 
+pub use calibration::{Calibration, CalibrationError};
 pub use chain::{Chain, Frames};
 pub use collision::{Capsule, CollisionModel, LinkDistance};
 pub use dh::DhTable;
 pub use dynamics::{Dynamics, GRAVITY_UPRIGHT};
-pub use ik::{IkMethod, IkSolutions, MAX_SOLUTIONS};
+pub use ik::{IkMethod, IkSolutions, MAX_CLOSED_FORM_SOLUTIONS, MAX_SOLUTIONS};
 pub use joint::{DOF, JointAccelerations, JointJerks, JointPositions, JointSpeeds, JointTorques};
 pub use model::{JointLimits, RobotModel};
 pub use payload::{Payload, PayloadError, RigidBody};

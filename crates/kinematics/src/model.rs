@@ -3,6 +3,7 @@
 //! Owns the data and the calls that need several parts of it. Where the data comes from: [`crate::urdf`] reads files,
 //! [`crate::catalogue`] holds the CS arms that are built in.
 
+use crate::calibration::Calibration;
 use crate::chain::{Chain, Frames};
 use crate::collision::CollisionModel;
 use crate::dh::DhTable;
@@ -55,6 +56,7 @@ pub struct RobotModel {
     pub(crate) bodies: [RigidBody; DOF],
     pub(crate) collision: CollisionModel,
     pub(crate) warnings: Vec<String>,
+    pub(crate) calibration: Option<Box<Calibration>>,
 }
 
 impl RobotModel {
@@ -116,6 +118,20 @@ impl RobotModel {
     /// The standard Denavit-Hartenberg table, `None` if the arm is not exactly of the CS arms' shape.
     pub fn dh(&self) -> Option<DhTable> {
         DhTable::of(&self.chain, &self.ik)
+    }
+
+    /// The Denavit-Hartenberg table in the layout in which a controller sends it: the measured one of a calibrated arm,
+    /// else the model's; `None` if the arm is not exactly of the CS arms' shape.
+    pub fn modified_dh(&self) -> Option<DhTable> {
+        match &self.calibration {
+            Some(calibration) => Some(*calibration.modified_dh()),
+            None => self.dh().map(|table| table.modified()),
+        }
+    }
+
+    /// What was measured of this arm; `None` for one that is as its model.
+    pub fn calibration(&self) -> Option<&Calibration> {
+        self.calibration.as_deref()
     }
 
     /// All joint frames and the flange at `q`: the start of Jacobians and twists, see [`Frames`].

@@ -8,7 +8,7 @@ use crate::rotation::{
     rotation_from_rotvec, rotation_from_rpy, rotvec_from_rotation, rpy_from_rotation,
 };
 use crate::wrench::Wrench;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// An argument for which a function has no value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -24,7 +24,14 @@ pub enum DomainError {
     },
     #[error("normalize(): invalid parameter, v has length zero and so no direction")]
     NoDirection,
+    #[error("cal_rpy_frame(): {argument} has length zero and so no direction")]
+    NoAxis { argument: &'static str },
+    #[error("cal_rpy_frame(): x_direction and y_direction are parallel, so they span no plane")]
+    Parallel,
 }
+
+/// Directions whose sine is below this count as parallel.
+const PARALLEL: f64 = 1e-9;
 
 /// `value` if it is `allowed`; NaN never is.
 fn checked(
@@ -228,4 +235,67 @@ pub fn interpolate(from: &Pose, to: &Pose, alpha: f64) -> Pose {
 /// The manual's words would allow the inverse transform too; its example decides.
 pub fn wrench_trans(t_from_to: &RpyPose, w_from: &Wrench) -> Wrench {
     w_from.transformed_by(&Pose::from_rpy(t_from_to))
+}
+
+/// The frame at `origin` whose X axis has the first direction and whose Y axis lies on the side of the second, as a pose (from
+/// controller output, not from the manual).
+///
+/// # Errors
+/// A direction of length zero, or two that are parallel.
+pub fn cal_rpy_frame(
+    origin: [f64; 3],
+    x_direction: [f64; 3],
+    y_direction: [f64; 3],
+) -> Result<RpyPose, DomainError> {
+    let unit = |argument, mut direction: [f64; 3]| match normalize(&mut direction) {
+        Ok(()) => Ok(Vector3::from(direction)),
+        Err(_) => Err(DomainError::NoAxis { argument }),
+    };
+    let x = unit("x_direction", x_direction)?;
+    let y = unit("y_direction", y_direction)?;
+    let z = x.cross(&y).try_normalize(PARALLEL);
+    let z = z.ok_or(DomainError::Parallel)?;
+    let axes = Matrix3::from_columns(&[x, z.cross(&x), z]);
+    let [rx, ry, rz] = rpy_from_rotation(&Rotation3::from_matrix_unchecked(axes));
+    let [px, py, pz] = origin;
+    Ok(RpyPose::from_array([px, py, pz, rx, ry, rz]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_has_the_axes_that_its_directions_span() {
+        for (x, y) in [
+            ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+            ([0.3, -0.4, 0.5], [0.1, 0.9, -0.2]),
+            ([0.0, 0.0, -1e-200], [1e200, 0.0, 1e200]),
+            ([-2.0, 0.0, 0.0], [0.0, 0.0, 7.0]),
+        ] {
+            let frame = cal_rpy_frame([1.0, 2.0, 3.0], x, y).unwrap();
+            assert_eq!(frame.to_array()[..3], [1.0, 2.0, 3.0]);
+            let axes = Pose::from_rpy(&frame).rotation;
+            let (mut along, mut side) = (x, y);
+            normalize(&mut along).unwrap();
+            normalize(&mut side).unwrap();
+            let (along, side) = (Vector3::from(along), Vector3::from(side));
+            assert!((axes * Vector3::x() - along).norm() < 1e-12, "{x:?} {y:?}");
+            assert!((axes * Vector3::y()).dot(&side) > 0.0);
+            assert!((axes * Vector3::z()).dot(&side).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn directions_that_span_nothing_are_refused() {
+        let frame = |x, y| cal_rpy_frame([0.0; 3], x, y).unwrap_err().to_string();
+        let parallel = frame([1.0, 2.0, 3.0], [-2.0, -4.0, -6.0]);
+        assert!(parallel.ends_with("are parallel, so they span no plane"));
+        for (x, y, argument) in [
+            ([0.0; 3], [1.0, 0.0, 0.0], "x_direction"),
+            ([1.0, 0.0, 0.0], [0.0; 3], "y_direction"),
+        ] {
+            assert!(frame(x, y).contains(argument));
+        }
+    }
 }

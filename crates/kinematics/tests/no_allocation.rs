@@ -31,6 +31,10 @@ fn the_calls_of_a_control_cycle_do_not_allocate() {
             black_box(arm.inverse_all(&pose, &tcp));
             black_box(arm.inverse_nearest(&pose, &tcp, &q));
             black_box(iterated.inverse_nearest(&pose, &tcp, &q));
+            black_box(iterated.inverse_all(&pose, &tcp));
+            // Where axes 4 and 6 are parallel and the arm is straight, it is looked for around.
+            let singular = JointPositions([0.1, -1.0, 1e-5 * f64::from(step), 0.4, 1e-6, 0.2]);
+            black_box(iterated.inverse_all(&iterated.tcp_pose(&singular, &tcp), &tcp));
             black_box(bounds.violation_at_pose(&arm, &pose, &tcp, &q, &switches));
             let frames = arm.forward(&q);
             black_box(frames.jacobian(pose.translation));

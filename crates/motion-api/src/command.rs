@@ -411,6 +411,40 @@ impl CommandKind {
         }
     }
 
+    /// True for what costs the cycle next to nothing: settings, and modes that begin or end without a plan.
+    pub const fn is_setting(&self) -> bool {
+        !self.is_motion()
+            && !matches!(
+                self,
+                Self::MicroPoints { .. }
+                    | Self::ServoJ { .. }
+                    | Self::SpeedJ { .. }
+                    | Self::SpeedL { .. }
+                    | Self::StopJ { .. }
+                    | Self::StopL { .. }
+                    | Self::PowerOn
+                    | Self::PowerOff
+                    | Self::ReleaseBrakes
+                    | Self::RestartSafetyBoard
+            )
+    }
+
+    /// True for commands from which on the arm moves, or may move.
+    pub const fn sets_in_motion(&self) -> bool {
+        self.is_motion()
+            || matches!(
+                self,
+                Self::ServoJ { .. }
+                    | Self::SpeedJ { .. }
+                    | Self::SpeedL { .. }
+                    | Self::Freedrive { .. }
+                    | Self::ForceMode { .. }
+                    | Self::TrackConveyorLinear { .. }
+                    | Self::TrackConveyorCircular { .. }
+                    | Self::PathOffsetEnable
+            )
+    }
+
     /// True for commands that move the arm and so exclude one another.
     pub const fn is_motion(&self) -> bool {
         matches!(

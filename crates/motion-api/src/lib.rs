@@ -9,6 +9,7 @@
 
 pub mod command;
 pub mod event;
+pub mod form;
 pub mod io;
 pub mod mode;
 pub mod online;
@@ -29,8 +30,8 @@ pub use mode::{MotionMode, RobotMode, SafetyMode};
 pub use online::{EncoderRange, FreedriveFrame, OffsetAxes, PulseDecoding};
 pub use registers::{RegisterBank, RegisterImage, RegisterImages, Registers};
 pub use ring::{
-    BorderSizes, CommandPort, EventReader, Frame, FrameReader, MotionEnd, Record, RecordReader,
-    RingFull, ScriptEnd, border,
+    BorderSizes, CommandPort, EventReader, Frame, FrameReader, MotionEnd, Record, RecordFlow,
+    RecordReader, RingFull, ScriptEnd, border,
 };
 pub use snapshot::SnapshotCell;
 pub use state::RobotState;

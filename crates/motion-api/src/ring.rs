@@ -3,6 +3,7 @@
 //! Commands: many senders share the script side's end behind a mutex (that side may lock), the motion thread has the
 //! other end to itself. Events, frames and records: the motion thread writes, one reader each.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rtrb::{Consumer, Producer, RingBuffer};
@@ -74,7 +75,8 @@ pub struct BorderSizes {
 impl Default for BorderSizes {
     fn default() -> Self {
         Self {
-            // Eight cycles take them all: a stop behind them is there within 35 ms.
+            // Two cycles take them all where they set something, eight where they are motions: a stop behind them is there
+            // within 35 ms.
             commands: 512,
             kept: 64,
             events: 4096,
@@ -97,12 +99,14 @@ pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) 
         None => (None, None),
     };
     let (frame_in, frame_out) = RingBuffer::new(sizes.frames);
+    let record_flow = Arc::new(RecordFlow::default());
     let snapshot = Arc::new(SnapshotCell::new(first));
     let registers = Arc::new(Registers::default());
     let motion = MotionEnd {
         commands: command_out,
         events: event_in,
         records: record_in,
+        record_flow: record_flow.clone(),
         frames: frame_in,
         snapshot: snapshot.clone(),
         registers: registers.clone(),
@@ -118,7 +122,10 @@ pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) 
     let script = ScriptEnd {
         commands,
         events: EventReader { ring: event_out },
-        records: record_out.map(|ring| RecordReader { ring }),
+        records: record_out.map(|ring| RecordReader {
+            ring,
+            flow: record_flow,
+        }),
         frames: FrameReader { ring: frame_out },
         snapshot,
         registers,
@@ -134,6 +141,8 @@ pub struct MotionEnd {
     pub events: Producer<Event>,
     /// Records for the recording, when there is one.
     pub records: Option<Producer<Record>>,
+    /// How the records are getting on.
+    pub record_flow: Arc<RecordFlow>,
     /// Every cycle for whoever shows them; what does not fit is left out.
     pub frames: Producer<Frame>,
     /// Where the latest state goes.
@@ -281,15 +290,50 @@ impl FrameReader {
     }
 }
 
+/// What the two ends of the records tell each other, beside the records; never waits.
+#[derive(Debug, Default)]
+pub struct RecordFlow {
+    is_full: AtomicBool,
+    is_given_up: AtomicBool,
+}
+
+impl RecordFlow {
+    /// The writer has found no room (true), or room again.
+    pub fn set_full(&self, is_full: bool) {
+        self.is_full.store(is_full, Ordering::Relaxed);
+    }
+
+    /// True while the writer finds no room: it loses records, or waits for room.
+    pub fn is_full(&self) -> bool {
+        self.is_full.load(Ordering::Relaxed)
+    }
+
+    /// The reader does not come back: nobody records from now on, and nobody may wait for it.
+    pub fn give_up(&self) {
+        self.is_given_up.store(true, Ordering::Release);
+    }
+
+    /// True when nobody records any more.
+    pub fn is_given_up(&self) -> bool {
+        self.is_given_up.load(Ordering::Acquire)
+    }
+}
+
 /// The recorder's end of the records.
 pub struct RecordReader {
     ring: Consumer<Record>,
+    flow: Arc<RecordFlow>,
 }
 
 impl RecordReader {
     /// The next record, if one waits.
     pub fn next_record(&mut self) -> Option<Record> {
         self.ring.pop().ok()
+    }
+
+    /// How the records are getting on, for whoever watches this end.
+    pub fn flow(&self) -> &Arc<RecordFlow> {
+        &self.flow
     }
 
     /// How many records wait.

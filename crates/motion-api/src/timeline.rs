@@ -35,7 +35,7 @@ pub trait Timeline: Send + Sync {
     fn is_virtual(&self) -> bool;
 
     /// Runs one cycle on the calling thread and returns true; does nothing and returns false when the clock runs by
-    /// itself.
+    /// itself, when no cycle will ever run again, and when a virtual clock is held up by the recording just now.
     fn advance(&self) -> bool;
 
     /// Says that a task drives the timeline from now on (`true`) or no longer does (`false`). Calls are counted. While

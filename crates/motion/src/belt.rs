@@ -4,7 +4,8 @@
 //! `modes::encoder`.
 
 use kinematics::{JointSpeeds, Pose, RpyPose};
-use motion_api::{CommandId, EncoderRange, PulseDecoding, Refusal, StopReason};
+use motion_api::form::check_tick_count;
+use motion_api::{CommandId, PulseDecoding, Refusal, StopReason};
 use nalgebra::{Unit, Vector3};
 
 use crate::config::MotionLimits;
@@ -210,24 +211,7 @@ impl Cycle {
 
     pub(crate) fn set_tick_count(&mut self, encoder: u8, count: f64) -> Answer {
         let encoder = self.encoder(encoder)?;
-        if !encoder.is_from_program() {
-            let needed = "set after encoder_enable_set_tick_count() for this encoder";
-            return Err(bad_value("the tick count", count, needed));
-        }
-        let (min, max) = encoder.range().bounds();
-        if !(min..=max).contains(&count) {
-            return Err(bad_value(
-                "the tick count",
-                count,
-                match encoder.range() {
-                    EncoderRange::Signed32 => "-2147483648 to 2147483647",
-                    EncoderRange::Unsigned8 => "0 to 255",
-                    EncoderRange::Unsigned16 => "0 to 65535",
-                    EncoderRange::Unsigned24 => "0 to 16777215",
-                    EncoderRange::Unsigned32 => "0 to 4294967295",
-                },
-            ));
-        }
+        check_tick_count(encoder.is_from_program(), encoder.range(), count)?;
         encoder.set(count);
         Ok(Ending::Now)
     }

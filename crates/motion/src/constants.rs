@@ -10,8 +10,11 @@ pub const ACCELERATION_RISE: f64 = 0.030;
 /// Hard jerk limit of a joint unless the configuration names one: its largest acceleration in this time, s.
 pub const FASTEST_RISE: f64 = 0.020;
 
-/// Most commands taken from the ring in one cycle; the rest wait for the next.
-pub const COMMANDS_PER_CYCLE: usize = 64;
+/// Most commands taken from the ring in one cycle; the rest wait for the next. A program may set hundreds of things in one
+/// cycle, so what only sets something counts once.
+pub const COMMANDS_PER_CYCLE: usize = 512;
+/// For how many of those a command counts that plans or begins a motion.
+pub const SHARE_OF_MOTION: usize = 8;
 /// Records that one cycle may put out: its commands, the registers and the cycle itself.
 pub const RECORDS_PER_CYCLE: usize = COMMANDS_PER_CYCLE + 2;
 
@@ -78,14 +81,6 @@ pub const LONGEST: f64 = 1e6;
 
 /// Speed fractions below hold the motion, as 0 does.
 pub const SLOWEST_FRACTION: f64 = 1e-3;
-
-/// Largest reach of a TCP or a centre of gravity from the flange, m, and heaviest payload, kg, that are taken. The rated
-/// payload of the model is checked where scripts are; these only keep out numbers that no physics survives.
-pub const TOOL_REACH_MAX: f64 = 10.0;
-/// See [`TOOL_REACH_MAX`].
-pub const PAYLOAD_MASS_MAX: f64 = 1000.0;
-/// Largest moment of inertia of a payload, kg m²: the heaviest at the farthest.
-pub const PAYLOAD_INERTIA_MAX: f64 = PAYLOAD_MASS_MAX * TOOL_REACH_MAX * TOOL_REACH_MAX;
 
 /// A change of position below this (rad, m) is no motion.
 pub const NO_MOTION: f64 = 1e-12;
@@ -217,12 +212,6 @@ pub const STOP_ACCELERATION: f64 = 5.0;
 pub const SHARE_ON_BELT: f64 = 0.6;
 /// Share of the joint accelerations that changes of the belt's own motion may use.
 pub const SHARE_OF_BELT: f64 = 0.3;
-
-/// Strongest gravity that is taken, m/s².
-pub const GRAVITY_MAX: f64 = 30.0;
-
-/// Strongest wrench from outside that is taken, N and Nm.
-pub const WRENCH_MAX: f64 = 1e5;
 
 /// Numbers of places in `StopReason::Internal`.
 pub mod fault {

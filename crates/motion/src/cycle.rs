@@ -491,9 +491,9 @@ impl Cycle {
         self.step
     }
 
-    /// Places free for records: `None` when nobody takes any.
-    pub fn record_room(&self) -> Option<usize> {
-        self.out.record_room()
+    /// Whether there are places for so many records, or nobody who takes any.
+    pub fn has_record_room(&self, needed: usize) -> bool {
+        self.out.has_record_room(needed)
     }
 
     /// Size of the record ring, if there is one.

@@ -10,9 +10,9 @@ use kinematics::{JointSpeeds, Pose, RpyPose};
 use motion_api::{CommandId, MotionMode, Origin, Refusal, StopReason};
 
 use crate::config::ConfigError;
-use crate::constants::{STOP_ACCELERATION, WRENCH_MAX, fault};
+use crate::constants::{STOP_ACCELERATION, fault};
 use crate::cycle::{Cycle, Generator};
-use crate::intake::{Answer, Ending, bad_value, check_within};
+use crate::intake::{Answer, Ending, bad_value};
 use crate::modes::force::{ForceGoal, Pressing, Stage, View};
 use crate::modes::joint_speed::JointSpeed;
 use crate::modes::{CallEnd, Kind, Online, OnlineArm, stands, states};
@@ -68,29 +68,9 @@ impl Cycle {
                 running: self.running(),
             });
         }
-        if !frame.is_finite() {
-            return Err(bad_value(
-                "reference_frame",
-                f64::NAN,
-                "a pose of finite numbers",
-            ));
-        }
         let Some(mode_kind) = FrameMode::from_number(mode.into()) else {
             return Err(bad_value("mode", f64::from(mode), "0 to 3"));
         };
-        check_within(
-            &wrench,
-            WRENCH_MAX,
-            "a component of target_wrench",
-            "at most 100000 N or Nm",
-        )?;
-        if let Some(&bad) = speed_limits.iter().find(|x| !(0.0..=1000.0).contains(*x)) {
-            return Err(bad_value(
-                "a component of speed_limits",
-                bad,
-                "0 to 1000 m/s or rad/s",
-            ));
-        }
         let goal = ForceGoal {
             frame: TaskFrame::new(mode_kind, Pose::from_rpy(frame)),
             selection,
@@ -127,6 +107,9 @@ impl Cycle {
         }
         if self.is_holding() {
             self.finish_force_mode();
+            if self.is_standing() {
+                return Ending::Now;
+            }
             self.waiting.add(id, WaitingFor::Stop);
             return Ending::Later;
         }

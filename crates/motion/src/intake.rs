@@ -3,13 +3,14 @@
 //! Owns the rule when a command is taken: while there is room for all its consequences, and at most a fixed number in a
 //! cycle. The costly part of a plan is not done here but once a cycle in `plan_on`.
 
-use kinematics::{Payload, PayloadError, Pose};
+use kinematics::{Payload, Pose};
+pub(crate) use motion_api::form::bad_value;
 use motion_api::{
     Command, CommandId, CommandKind, DigitalBank, IoChange, MotionMode, Origin, Outcome, Refusal,
     StopReason,
 };
 
-use crate::constants::{COMMANDS_PER_CYCLE, PAYLOAD_INERTIA_MAX, PAYLOAD_MASS_MAX, TOOL_REACH_MAX};
+use crate::constants::{COMMANDS_PER_CYCLE, SHARE_OF_MOTION};
 use crate::cycle::{Cycle, Generator};
 use crate::path::ArcOrientation;
 use crate::plan::{Arm, CartesianPlanner, Wish, plan_movej};
@@ -27,7 +28,8 @@ pub(crate) enum Ending {
 impl Cycle {
     /// Takes commands from the ring.
     pub(crate) fn take_commands(&mut self) {
-        for _ in 0..COMMANDS_PER_CYCLE {
+        let mut left = COMMANDS_PER_CYCLE;
+        while left > 0 {
             let under_way = self.waiting.count()
                 + self.queue.open_count()
                 + usize::from(self.running() != CommandId::NONE)
@@ -38,6 +40,11 @@ impl Cycle {
             let Some(command) = self.next_command() else {
                 return;
             };
+            let share = match command.kind.is_setting() {
+                true => 1,
+                false => SHARE_OF_MOTION,
+            };
+            left = left.saturating_sub(share);
             match self.obey(&command) {
                 Ok(Ending::Now) => self.out.ended(command.id, Outcome::Done),
                 Ok(Ending::Later) => {}
@@ -47,6 +54,7 @@ impl Cycle {
     }
 
     fn obey(&mut self, command: &Command) -> Answer {
+        command.kind.check_form()?;
         match command.kind {
             CommandKind::MoveJ {
                 target,
@@ -174,20 +182,14 @@ impl Cycle {
                 Ok(Ending::Now)
             }
             CommandKind::SetTcp(tcp) => {
-                if let Some(angle) = tcp.rpy.into_iter().find(|x| !x.is_finite()) {
-                    return Err(bad_value("an angle of the TCP", angle, "a finite number"));
-                }
-                check_within(
-                    &tcp.xyz,
-                    TOOL_REACH_MAX,
-                    "a coordinate of the TCP",
-                    "at most 10 m",
-                )?;
                 self.tcp = tcp;
                 self.flange_from_tcp = Pose::from_rpy(&tcp);
                 Ok(Ending::Now)
             }
-            CommandKind::SetPayload(payload) => self.set_payload(&payload),
+            CommandKind::SetPayload(payload) => {
+                self.set_payload(payload);
+                Ok(Ending::Now)
+            }
             CommandKind::SetStandardDigitalOut { index, level } => {
                 if index >= 16 {
                     let value = f64::from(index);
@@ -407,39 +409,11 @@ impl Cycle {
         Ending::Later
     }
 
-    fn set_payload(&mut self, payload: &Payload) -> Answer {
-        let mass = [payload.mass];
-        check_within(&mass, PAYLOAD_MASS_MAX, "the payload mass", "0 to 1000 kg")?;
-        let cog = payload.cog.as_slice();
-        check_within(
-            cog,
-            TOOL_REACH_MAX,
-            "a coordinate of the centre of gravity",
-            "at most 10 m",
-        )?;
-        let inertia = &payload.inertia;
-        check_within(
-            inertia,
-            PAYLOAD_INERTIA_MAX,
-            "a component of the payload's inertia",
-            "at most 100000 kg m²",
-        )?;
-        let given = Payload::new(payload.mass, payload.cog.into(), payload.inertia);
-        self.payload = given.map_err(|error| match error {
-            PayloadError::NegativeMass { mass_kg } => {
-                bad_value("the payload mass", mass_kg, "0 or more")
-            }
-            PayloadError::ImpossibleInertia { principal, .. } => bad_value(
-                "the largest principal moment of the payload's inertia",
-                principal[2],
-                "positive and at most the sum of the other two",
-            ),
-            _ => bad_value("a component of the payload", f64::NAN, "a finite number"),
-        })?;
+    fn set_payload(&mut self, payload: Payload) {
+        self.payload = payload;
         self.dynamics = self.model.dynamics(&self.payload, self.gravity);
         self.plant.set_dynamics(&self.dynamics);
         self.collision.restart();
-        Ok(Ending::Now)
     }
 
     /// Number of the stop reason for the snapshot, 0 without one.
@@ -448,26 +422,5 @@ impl Cycle {
             .stop_reason()
             .as_ref()
             .map_or(0, |reason: &StopReason| u64::from(reason.code()))
-    }
-}
-
-/// Checks that all `values` are numbers of at most `most` either way.
-pub(crate) fn check_within(
-    values: &[f64],
-    most: f64,
-    name: &'static str,
-    needed: &'static str,
-) -> Result<(), Refusal> {
-    match values.iter().find(|x| !(-most..=most).contains(*x)) {
-        None => Ok(()),
-        Some(&value) => Err(bad_value(name, value, needed)),
-    }
-}
-
-pub(crate) fn bad_value(name: &'static str, value: f64, needed: &'static str) -> Refusal {
-    Refusal::BadValue {
-        name,
-        value,
-        needed,
     }
 }

@@ -11,12 +11,10 @@ use motion_api::{
 };
 use nalgebra::Vector3;
 
-use crate::constants::{
-    GRAVITY_MAX, LONGEST, PAYLOAD_MASS_MAX, SLOWEST, TOOL_REACH_MAX, WRENCH_MAX,
-};
+use crate::constants::{LONGEST, SLOWEST};
 use crate::cycle::{Cycle, Generator};
 use crate::external::PortSensor;
-use crate::intake::{Answer, Ending, bad_value, check_within};
+use crate::intake::{Answer, Ending, bad_value};
 use crate::modes::freedrive::Freedrive;
 use crate::modes::joint_speed::JointSpeed;
 use crate::modes::servo::{GAIN_RANGE, LOOKAHEAD_RANGE, Servo};
@@ -60,7 +58,9 @@ impl Cycle {
     fn must_wait(&self, kind: &CommandKind) -> bool {
         match &self.generator {
             Generator::Online(online) => {
-                kind.is_motion() && online.has_ended() && !online.is_led_by_hand()
+                let begins_at_rest = kind.is_motion() && online.has_ended()
+                    || matches!(kind, CommandKind::Freedrive { .. }) && online.is_stopping;
+                begins_at_rest && !online.is_led_by_hand()
             }
             Generator::Path(_) if self.queue.open_count() == 0 && self.upcoming.is_none() => {
                 matches!(
@@ -353,8 +353,16 @@ impl Cycle {
     }
 
     pub(crate) fn end_freedrive(&mut self, id: CommandId) -> Ending {
+        let is_freedrive = |c: &mut Command| matches!(c.kind, CommandKind::Freedrive { .. });
+        if let Some(deferred) = self.deferred.take_if(is_freedrive) {
+            self.out.ended(deferred.id, Outcome::Aborted);
+        }
         match &mut self.generator {
             Generator::Online(online) if online.is_led_by_hand() => {
+                if stands(&self.target) {
+                    self.generator = Generator::Hold;
+                    return Ending::Now;
+                }
                 online.stop(&self.target);
                 self.waiting.add(id, WaitingFor::Stop);
                 Ending::Later
@@ -364,12 +372,6 @@ impl Cycle {
     }
 
     pub(crate) fn set_gravity(&mut self, gravity: [f64; 3]) -> Answer {
-        check_within(
-            &gravity,
-            GRAVITY_MAX,
-            "a component of gravity",
-            "at most 30 m/s²",
-        )?;
         self.gravity = gravity.into();
         self.dynamics = self.model.dynamics(&self.payload, self.gravity);
         self.plant.set_gravity(&self.gravity);
@@ -378,12 +380,6 @@ impl Cycle {
     }
 
     pub(crate) fn set_external_wrench(&mut self, wrench: [f64; 6]) -> Answer {
-        check_within(
-            &wrench,
-            WRENCH_MAX,
-            "a component of the external wrench",
-            "at most 100000 N or Nm",
-        )?;
         self.external.set = Wrench::from_array(wrench);
         Ok(Ending::Now)
     }
@@ -396,17 +392,6 @@ impl Cycle {
         measuring_offset: [f64; 3],
         cog: [f64; 3],
     ) -> Answer {
-        if !(0.0..=PAYLOAD_MASS_MAX).contains(&mass) {
-            return Err(bad_value("sensor_mass", mass, "0 to 1000 kg"));
-        }
-        let reach = "at most 10 m";
-        check_within(
-            &measuring_offset,
-            TOOL_REACH_MAX,
-            "sensor_measuring_offset",
-            reach,
-        )?;
-        check_within(&cog, TOOL_REACH_MAX, "sensor_cog", reach)?;
         self.external.port_sensor = enabled.then(|| PortSensor {
             mass,
             measuring_offset: measuring_offset.into(),

@@ -5,8 +5,8 @@
 
 use kinematics::{JointAccelerations, JointSpeeds};
 use motion_api::{
-    Command, CommandId, Event, Frame, MotionEnd, MotionMode, Outcome, Record, RegisterImages,
-    RobotState, SafetyMode, SnapshotCell, StopReason, Warning,
+    Command, CommandId, Event, Frame, MotionEnd, MotionMode, Outcome, Record, RecordFlow,
+    RegisterImages, RobotState, SafetyMode, SnapshotCell, StopReason, Warning,
 };
 use rtrb::{Consumer, Producer};
 use std::sync::Arc;
@@ -18,6 +18,7 @@ use crate::constants::{EVENT_RESERVE, EVENT_RING_MIN, EVENTS_PER_COMMAND};
 pub(crate) struct Outbox {
     events: Producer<Event>,
     records: Option<Producer<Record>>,
+    record_flow: Arc<RecordFlow>,
     frames: Producer<Frame>,
     snapshot: Arc<SnapshotCell>,
     /// Events of this cycle, kept back until the snapshot is published: who hears that a motion has ended must find the
@@ -44,6 +45,7 @@ impl Outbox {
         let outbox = Self {
             events: end.events,
             records: end.records,
+            record_flow: end.record_flow,
             frames: end.frames,
             snapshot: end.snapshot,
             pending: Vec::with_capacity(given),
@@ -160,10 +162,11 @@ impl Outbox {
             return false;
         };
         // Whoever recorded is gone, which has been told: what nobody wants is not lost.
-        if records.is_abandoned() {
+        if records.is_abandoned() || self.record_flow.is_given_up() {
             return false;
         }
         let is_taken = records.push(record).is_ok();
+        self.record_flow.set_full(!is_taken);
         self.records_lost += u64::from(!is_taken);
         is_taken
     }
@@ -173,12 +176,18 @@ impl Outbox {
         self.records_lost
     }
 
-    /// Places free in the record ring; `None` when nobody takes records (no recording, or its reader is gone).
-    pub(crate) fn record_room(&self) -> Option<usize> {
-        self.records
-            .as_ref()
-            .filter(|ring| !ring.is_abandoned())
-            .map(Producer::slots)
+    /// Whether the record ring has places for so many; true when nobody takes records (no recording, or its reader is gone
+    /// or given up).
+    pub(crate) fn has_record_room(&self, needed: usize) -> bool {
+        let Some(ring) = &self.records else {
+            return true;
+        };
+        if ring.is_abandoned() || self.record_flow.is_given_up() {
+            return true;
+        }
+        let has_room = ring.slots() >= needed;
+        self.record_flow.set_full(!has_room);
+        has_room
     }
 
     /// Size of the record ring, if there is one.

@@ -7,13 +7,14 @@ use kinematics::{JointSpeeds, RpyPose};
 use motion_api::{Command, MotionMode, OffsetAxes, Outcome, Refusal, StopReason};
 use nalgebra::Vector6;
 
-use crate::constants::{LONGEST, SLOWEST, STOP_ACCELERATION, TOOL_REACH_MAX};
+use crate::constants::{LONGEST, SLOWEST, STOP_ACCELERATION};
 use crate::cycle::{Cycle, Generator};
-use crate::intake::{Answer, Ending, bad_value, check_within};
+use crate::intake::{Answer, Ending, bad_value};
 use crate::modes::joint_speed::JointSpeed;
 use crate::modes::path_offset::OffsetRoom;
 use crate::modes::{CallEnd, Kind, Online, stands, states};
 use crate::setpoint::{Setpoint, elbow_speed};
+use motion_api::form::{TOOL_REACH_MAX, check_within};
 
 /// Share of what the motion underneath leaves of the joints' accelerations that an offset may use.
 const SHARE_OF_ACCELERATION: f64 = 0.6;

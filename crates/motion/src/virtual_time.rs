@@ -1,7 +1,8 @@
 //! The virtual clock: simulated time passes when somebody asks for it, one cycle at a time.
 //!
 //! Owns the cycle behind a mutex. A task that drives the timeline ticks it on its own thread; while nobody does, an
-//! [`IdlePacer`] lets time pass at wall pace. Loses no record: a tick waits until the recorder has made room.
+//! [`IdlePacer`] lets time pass at wall pace. Loses no record: a tick waits for the recorder to make room, for a turn at a
+//! time, so that whoever ticks can look at other things. When there is nobody any more to wait for is the recorder's to say.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -17,6 +18,9 @@ use crate::cycle::{Cycle, Timing};
 
 /// How long a tick waits before it looks again whether the recorder has made room.
 const ROOM_POLL: Duration = Duration::from_micros(50);
+
+/// How long a tick waits for room before it leaves it to another one.
+const ROOM_TURN: Duration = Duration::from_millis(20);
 
 /// A cycle that is ticked on demand.
 pub struct VirtualTimeline {
@@ -68,14 +72,15 @@ impl VirtualTimeline {
         Self { faults, ..self }
     }
 
-    /// One cycle; none, and false, once a fault has ended the clock.
+    /// One cycle; none, and false, while the recorder makes no room, and once a fault has ended the clock.
     fn tick(&self) -> bool {
         // A tick that panics ends the clock, so nobody uses what it left half written.
         let mut cycle = self.cycle.lock().unwrap_or_else(PoisonError::into_inner);
-        while cycle
-            .record_room()
-            .is_some_and(|room| room < RECORDS_PER_CYCLE)
-        {
+        let mut since = None;
+        while !cycle.has_record_room(RECORDS_PER_CYCLE) {
+            if since.get_or_insert_with(Instant::now).elapsed() > ROOM_TURN {
+                return false;
+            }
             thread::sleep(ROOM_POLL);
         }
         if self.has_ended() {
@@ -190,7 +195,7 @@ fn pace(timeline: &VirtualTimeline) {
         }
         drop(drivers);
         injection::point("idle-pace");
-        if !timeline.tick() {
+        if !timeline.tick() && timeline.has_ended() {
             return;
         }
         // After a pause of the whole process, go on from now instead of catching up.

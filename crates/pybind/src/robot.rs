@@ -7,7 +7,7 @@ use crate::NoSolutionError;
 use crate::arguments::{Given, Reply, Rows, common_batch, number, single};
 use crate::results::{Computed, compute, detached, reshaped};
 use kinematics::{
-    Dynamics, GRAVITY_UPRIGHT, JointAccelerations, JointPositions, JointSpeeds, MAX_SOLUTIONS,
+    Calibration, Dynamics, GRAVITY_UPRIGHT, JointAccelerations, JointPositions, JointSpeeds,
     Payload, PlaneMode, PlaneSwitches, Pose, RobotModel, RpyPose, SafetyBounds, SafetyPlane,
 };
 use nalgebra::{Matrix6, Vector3};
@@ -15,6 +15,7 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use std::path::{Path, PathBuf};
 
 /// Where the controller stands at start, and where inverse kinematics looks from when nothing else is said, rad.
 #[expect(
@@ -26,20 +27,22 @@ const HOME: [f64; 6] = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0];
 /// Mass, centre of gravity, inertia: kg, m, kg m².
 type PayloadTuple = (f64, [f64; 3], [f64; 6]);
 
-/// The class and the arguments that make a robot again: model, tcp, payload, gravity.
+/// The class and the arguments that make a robot again: model, tcp, payload, gravity, calibration.
 type Reduced<'py> = (
     Bound<'py, PyAny>,
-    (String, [f64; 6], PayloadTuple, [f64; 3]),
+    (String, [f64; 6], PayloadTuple, [f64; 3], Option<PathBuf>),
 );
 
 /// An arm with a tool, a payload and a mounting.
 ///
-/// model: a name from `models()` or the path of a URDF file with six revolute joints.
+/// model: a name from `models()` or the path of a URDF file with six revolute joints. Default: that of the calibration
+///     file, else "cs66".
 /// tcp: the tool centre point as a pose in the flange frame, (6,), m and rad. Default: the flange itself.
 /// payload: (mass, cog) or (mass, cog, inertia): kg, (3,) m in the flange frame, (6,) kg m^2 as Ixx, Iyy, Izz, Ixy, Ixz,
 ///     Iyz about the centre of gravity in flange axes. Default: nothing.
 /// gravity: free-fall acceleration in the base frame, (3,), m/s^2. Default (0, 0, -9.81), a base that stands upright.
 ///     It points down; the script's set_gravity takes the opposite direction.
+/// calibration: the path of a TOML file with the lengths and twists measured of this very arm, as --calibration takes it.
 ///
 /// Robots do not change; make another one for another tool.
 ///
@@ -59,6 +62,20 @@ pub(crate) struct Robot {
 
 fn pose(row: &[f64; 6]) -> Pose {
     Pose::from_rpy(&RpyPose::from_array(*row))
+}
+
+/// The arm and what its model is called.
+fn open(model: Option<&str>, calibration: Option<&Path>) -> PyResult<(String, RobotModel)> {
+    let Some(path) = calibration else {
+        let name = model.unwrap_or("cs66");
+        let arm =
+            RobotModel::open(name).map_err(|e| PyValueError::new_err(format!("model: {e}")))?;
+        return Ok((name.to_owned(), arm));
+    };
+    let wrong = |e| PyValueError::new_err(format!("calibration: {e}"));
+    let measured = Calibration::load(path).map_err(wrong)?;
+    let name = measured.model_for(model).map_err(wrong)?.to_owned();
+    Ok((name, measured.open().map_err(wrong)?))
 }
 
 /// Rows of a matrix one after the other.
@@ -174,16 +191,15 @@ impl Robot {
 #[pymethods]
 impl Robot {
     #[new]
-    #[pyo3(signature = (model="cs66", tcp=None, payload=None, gravity=None))]
+    #[pyo3(signature = (model=None, tcp=None, payload=None, gravity=None, calibration=None))]
     fn new(
-        model: &str,
+        model: Option<&str>,
         tcp: Option<Given<'_, '_>>,
         payload: Option<Given<'_, '_>>,
         gravity: Option<Given<'_, '_>>,
+        calibration: Option<PathBuf>,
     ) -> PyResult<Self> {
-        let source = model.to_owned();
-        let model =
-            RobotModel::open(model).map_err(|e| PyValueError::new_err(format!("model: {e}")))?;
+        let (source, model) = open(model, calibration.as_deref())?;
         let tcp = RpyPose::from_array(tcp.map_or(Ok([0.0; 6]), |t| single("tcp", t))?);
         let payload = payload.map_or(Ok(Payload::NONE), read_payload)?;
         let gravity = gravity.map_or(Ok(GRAVITY_UPRIGHT), |g| {
@@ -204,6 +220,13 @@ impl Robot {
     #[getter]
     fn name(&self) -> &str {
         self.model.name()
+    }
+
+    /// The path of the calibration file, as given; None for an arm that is as its model.
+    #[getter]
+    fn calibration(&self) -> Option<String> {
+        let calibration = self.model.calibration();
+        calibration.map(|measured| measured.path().display().to_string())
     }
 
     /// The vendor's robot type number, 6206 for the CS66; None for a URDF that names none.
@@ -336,7 +359,7 @@ impl Robot {
     ///
     /// p: poses, (6,) or (N, 6), m and rad. tcp: another tool than the robot's.
     /// Returns (k, 6) in rad with 0 to 8 rows for one pose; for a batch a pair: (N, 8, 6) with NaN in unused rows, and
-    /// the number of solutions (N,).
+    /// the number of solutions (N,). A calibrated arm can have more close to singularities: 16 rows in place of 8.
     #[pyo3(signature = (p, tcp=None))]
     fn get_all_inverse_kin<'py>(
         &self,
@@ -344,7 +367,6 @@ impl Robot {
         p: Given<'_, 'py>,
         tcp: Option<Given<'_, 'py>>,
     ) -> Reply<'py> {
-        const NUMBERS: usize = 6 * MAX_SOLUTIONS;
         let (p, tcp, batch) = self.with_tool("p", p, tcp)?;
         let solve = |i| self.model.inverse_all(&pose(p.at(i)), tcp.at(i));
         let Some(count) = batch else {
@@ -352,19 +374,21 @@ impl Robot {
             let rows: Vec<f64> = solutions.iter().flat_map(|q| q.0).collect();
             return reshaped(PyArray1::from_vec(py, rows), vec![solutions.len(), 6]);
         };
+        let most = self.model.ik_method().max_solutions();
         let (rows, counts) = detached(py, count, || {
-            let mut rows = vec![[f64::NAN; NUMBERS]; count];
+            let mut rows = vec![[f64::NAN; 6]; count * most];
             let mut counts = vec![0_i64; count];
-            for (i, (rows, count)) in rows.iter_mut().zip(&mut counts).enumerate() {
+            for (i, (rows, count)) in rows.chunks_exact_mut(most).zip(&mut counts).enumerate() {
                 let solutions = solve(i);
                 *count = solutions.len() as i64;
-                for (row, q) in rows.as_chunks_mut::<6>().0.iter_mut().zip(&solutions) {
+                for (row, q) in rows.iter_mut().zip(&solutions) {
                     *row = q.0;
                 }
             }
             (rows, counts)
         });
-        let rows = Computed::Many(rows).into_array_of(py, &[MAX_SOLUTIONS, 6])?;
+        let rows = PyArray1::from_vec(py, rows.into_flattened());
+        let rows = reshaped(rows, vec![count, most, 6])?;
         let counts = PyArray1::from_vec(py, counts).into_any();
         Ok(PyTuple::new(py, [rows, counts])?.into_any())
     }
@@ -502,8 +526,11 @@ impl Robot {
 
     fn __repr__(&self) -> String {
         let list = |values: &[f64]| format!("{values:?}");
+        let calibration = self.model.calibration().map_or(String::new(), |measured| {
+            format!(", calibration={:?}", measured.path())
+        });
         format!(
-            "Robot({:?}, tcp={}, payload=({:?}, {}, {}), gravity={})",
+            "Robot({:?}, tcp={}, payload=({:?}, {}, {}), gravity={}{calibration})",
             self.source,
             list(&self.tcp.to_array()),
             self.payload.mass,
@@ -521,6 +548,7 @@ impl Robot {
             robot.tcp.to_array(),
             robot.payload(),
             robot.gravity.into(),
+            robot.model.calibration().map(|it| it.path().to_owned()),
         );
         (slf.get_type().into_any(), arguments)
     }

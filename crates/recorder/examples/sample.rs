@@ -44,6 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         obstacles: Vec::new(),
         rotation: recorder::Rotation::default(),
         notes_wait: true,
+        patience: std::time::Duration::from_secs(60),
         on_failure: Box::new(|_| ()),
     };
     let (mut motion, mut script) = border(BorderSizes::default(), &arm.state(0));

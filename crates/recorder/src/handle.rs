@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use motion_api::{ProgramId, ThreadNumber};
 
 use crate::lengths::{MESSAGE_BYTES, NAME_BYTES, PROGRAM_TEXT_BYTES, VALUE_BYTES, cut};
-use crate::notes::{Note, Notes};
+use crate::notes::{Note, Notes, Place};
 use crate::topics::{IoValue, LogLevel};
 
 /// The script side's end: adds programs, lines, messages and registers to the recording. Clones share one channel.
@@ -51,11 +51,26 @@ impl RecorderHandle {
     /// A script thread is in this line. Meant to be called where the thread waits or yields; of several lines within
     /// one cycle the last is recorded, and only if it is another than before.
     pub fn script_line(&self, time: f64, program: ProgramId, thread: ThreadNumber, line: u32) {
-        self.send(|| Note::ScriptLine {
-            time,
-            program,
-            thread,
-            line,
+        self.script_place(time, (program, thread), line, None);
+    }
+
+    /// The same for a program that the pendant made of a task: the thread is also in the node with this number and label.
+    /// Every change of node is recorded, however many there are in one cycle.
+    pub fn script_place(
+        &self,
+        time: f64,
+        (program, thread): (ProgramId, ThreadNumber),
+        line: u32,
+        node: Option<(u32, &str)>,
+    ) {
+        self.send(|| {
+            let node = node.map(|(number, label)| (number, self.short(label, NAME_BYTES)));
+            Note::ScriptLine {
+                time,
+                program,
+                thread,
+                place: Place { line, node },
+            }
         });
     }
 
@@ -97,6 +112,14 @@ impl RecorderHandle {
         });
     }
 
+    /// Somebody wants a program to end or to be held at once: who waits for room goes on without, the note being dropped and
+    /// counted. In force until there is room again.
+    pub fn hurry(&self) {
+        if let Some(notes) = &self.notes {
+            notes.hurry();
+        }
+    }
+
     /// Notes that were dropped because the recorder did not keep up (only without `notes_wait`).
     pub fn notes_dropped(&self) -> u64 {
         self.shared.notes_dropped.load(Ordering::Relaxed)
@@ -130,6 +153,10 @@ pub(crate) struct Shared {
     pub finish: AtomicBool,
     /// The output can no longer be written.
     pub failed: AtomicBool,
+    /// Nobody waits for the thread any more: what it has is the end of the recording.
+    pub given_up: AtomicBool,
+    /// Goes up while the thread gets on.
+    pub steps: AtomicU64,
     pub notes_dropped: AtomicU64,
     /// Texts that were too long.
     pub texts_cut: AtomicU64,

@@ -28,9 +28,40 @@ pub fn cut(text: &str, most: usize) -> Option<String> {
     Some(format!("{}{mark}", &text[..end]))
 }
 
+/// The same for a text whose end matters, as that of a report: the mark stands in the middle, most of the rest behind it.
+pub fn cut_middle(text: &str, most: usize) -> Option<String> {
+    if text.len() <= most {
+        return None;
+    }
+    let mark = format!(" … [cut, {} bytes in all] … ", text.len());
+    let room = most.saturating_sub(mark.len());
+    let mut head = room / 4;
+    while !text.is_char_boundary(head) {
+        head -= 1;
+    }
+    let mut tail = text.len() - (room - head);
+    while !text.is_char_boundary(tail) {
+        tail += 1;
+    }
+    Some(format!("{}{mark}{}", &text[..head], &text[tail..]))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_cut_in_the_middle_keeps_its_end() {
+        assert_eq!(cut_middle(&"x".repeat(64), 64), None);
+        for text in ["x".repeat(65), "é".repeat(60), "🦀".repeat(1000)] {
+            let short = cut_middle(&format!("{text}end"), 64).unwrap();
+            assert!(short.len() <= 64 && short.len() > 54, "{short}");
+            assert!(
+                short.contains(" … [cut, ") && short.ends_with("end"),
+                "{short}"
+            );
+        }
+    }
 
     #[test]
     fn what_fits_stays_and_what_does_not_is_marked() {

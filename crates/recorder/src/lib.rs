@@ -36,6 +36,7 @@ pub mod summary;
 pub mod table;
 pub mod topics;
 pub mod viewer;
+mod watcher;
 mod worker;
 mod writer;
 

@@ -1,7 +1,7 @@
 //! Notes on their way from the script side to the recorder's thread, bounded in bytes.
 //!
 //! A note counts from when it is sent until it is written, wherever it waits in between. The sender waits for room or
-//! goes without, as it likes; it never waits for a thread that is gone.
+//! goes without, as it likes; it never waits for a thread that is gone, and no longer when it is hurried.
 
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -30,7 +30,7 @@ pub(crate) enum Note {
         time: f64,
         program: ProgramId,
         thread: ThreadNumber,
-        line: u32,
+        place: Place,
     },
     Variable {
         time: f64,
@@ -52,6 +52,14 @@ pub(crate) enum Note {
     },
 }
 
+/// Where a script thread stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Place {
+    pub line: u32,
+    /// Number and label of a node of the pendant's task.
+    pub node: Option<(u32, Box<str>)>,
+}
+
 impl Note {
     pub fn time(&self) -> f64 {
         match self {
@@ -67,7 +75,9 @@ impl Note {
     fn bytes(&self) -> usize {
         let texts = match self {
             Self::ProgramStarted { name, text, .. } => name.len() + text.len(),
-            Self::ScriptLine { .. } => 0,
+            Self::ScriptLine { place, .. } => {
+                place.node.as_ref().map_or(0, |(_, label)| label.len())
+            }
             Self::Variable {
                 name,
                 type_name,
@@ -100,6 +110,8 @@ struct Queue {
     bytes: usize,
     /// Senders that wait for room.
     held_up: usize,
+    /// Nobody waits for room until there is some.
+    hurried: bool,
     closed: bool,
 }
 
@@ -114,7 +126,7 @@ impl Notes {
         let mut queue = self.lock();
         // A note larger than everything has the way for itself.
         while queue.bytes > 0 && queue.bytes + bytes > NOTES_BYTES && !queue.closed {
-            if !wait {
+            if !wait || queue.hurried {
                 return Err(NoRoom);
             }
             queue.held_up += 1;
@@ -145,10 +157,23 @@ impl Notes {
         if bytes > 0 {
             let mut queue = self.lock();
             queue.bytes = queue.bytes.saturating_sub(bytes);
+            queue.hurried = false;
             if queue.held_up > 0 {
                 self.room.notify_all();
             }
         }
+    }
+
+    /// Whoever waits for room goes without, and who comes later does not wait, until something was written.
+    pub fn hurry(&self) {
+        let mut queue = self.lock();
+        queue.hurried = queue.bytes > 0;
+        self.room.notify_all();
+    }
+
+    /// True while somebody waits for room.
+    pub fn hold_somebody_up(&self) -> bool {
+        self.lock().held_up > 0
     }
 
     /// Whether notes should be written rather than kept for their place: somebody waits, or soon will.

@@ -6,7 +6,8 @@
 //! a script waits for room in the queue, so nothing is lost.
 //!
 //! When the output can no longer be written, recording stops: the failure is reported once, the ring and the queue
-//! go on being emptied, and the robot goes on.
+//! go on being emptied, and the robot goes on. An output that neither takes anything nor fails is given up by a watcher
+//! ([`crate::watcher`]) once somebody waits for it or records are being lost.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -26,6 +27,7 @@ use crate::notes::Notes;
 use crate::rotation::Rotation;
 use crate::setup::Setup;
 use crate::viewer::Obstacle;
+use crate::watcher::Watcher;
 use crate::worker::Worker;
 use crate::writer::Totals;
 
@@ -44,6 +46,8 @@ pub struct RecorderConfig {
     /// What a script does that outruns the recorder: wait (virtual clock) or go on, the note being dropped and counted
     /// (real clock).
     pub notes_wait: bool,
+    /// How long an output may take nothing while somebody waits for it; then it is given up.
+    pub patience: Duration,
     /// Called once, from the recorder's thread, when the output can no longer be written or the thread has met a fault:
     /// raise an alarm.
     pub on_failure: FailureReport,
@@ -78,6 +82,12 @@ pub enum RecordError {
     /// The thread has ended by a panic.
     #[error("the recording is not complete: {0}")]
     Fault(Fault),
+    /// The output takes nothing and gives no error; nobody waits for it any more.
+    #[error("cannot write the recording {}: the disk takes nothing", path.display())]
+    GivenUp {
+        /// The file.
+        path: PathBuf,
+    },
     /// The thread was given up: the output takes nothing and gives no error.
     #[error("the recording is not complete: the disk did not take it in time")]
     Ended,
@@ -106,6 +116,7 @@ pub(crate) fn report_once(report: &SharedReport, error: &RecordError) {
 #[derive(Clone)]
 pub struct Closer {
     shared: Arc<Shared>,
+    notes: Arc<Notes>,
     ended: Ended,
 }
 
@@ -113,6 +124,18 @@ impl Closer {
     /// Asks the thread to write what has come by now, the index and the end of the file; does not wait.
     pub fn ask(&self) {
         self.shared.finish.store(true, Ordering::Release);
+    }
+
+    /// What is known of what a recording lacks that could not be closed, in words.
+    pub fn unwritten(&self) -> String {
+        let records = self.shared.records_waiting.load(Ordering::Relaxed);
+        let (bytes, dropped) = (
+            self.notes.bytes(),
+            self.shared.notes_dropped.load(Ordering::Relaxed),
+        );
+        format!(
+            "about {records} records and {bytes} bytes of messages wait unwritten, {dropped} messages were dropped, and what comes last in the file may be incomplete"
+        )
     }
 
     /// Waits until the file is closed, at most so long; true when it was written to its end.
@@ -156,6 +179,8 @@ impl Recorder {
         let (notes, shared) = (Arc::new(Notes::default()), Arc::new(Shared::default()));
         let handle =
             RecorderHandle::new(Arc::clone(&notes), config.notes_wait, Arc::clone(&shared));
+        let (patience, path) = (config.patience, config.path.clone());
+        let flow = records.flow().clone();
         let worker = Worker::new(
             out,
             config,
@@ -164,6 +189,7 @@ impl Recorder {
             Arc::clone(&shared),
         )?;
         let (failed, report) = (Arc::clone(&shared), worker.report());
+        let watched = report.clone();
         // A fault is told to whoever hears of failures, so nothing gets as far as the watcher of the thread.
         let thread = Faults::default()
             .start(Kind::Recorder, "recorder", move || {
@@ -178,6 +204,15 @@ impl Recorder {
                 given
             })
             .map_err(RecordError::Thread)?;
+        let watcher = Watcher {
+            shared: Arc::clone(&shared),
+            notes: Arc::clone(&notes),
+            flow,
+            ended: thread.ended().clone(),
+            report: watched,
+            path,
+        };
+        watcher.start(patience).map_err(RecordError::Thread)?;
         let recorder = Self {
             shared,
             notes,
@@ -194,8 +229,11 @@ impl Recorder {
     /// For whoever must close it without the recorder at hand.
     pub fn closer(&self) -> Option<Closer> {
         let ended = self.thread.as_ref()?.ended().clone();
-        let shared = Arc::clone(&self.shared);
-        Some(Closer { shared, ended })
+        Some(Closer {
+            shared: Arc::clone(&self.shared),
+            notes: Arc::clone(&self.notes),
+            ended,
+        })
     }
 
     /// Figures of the recording, also after it has ended.

@@ -26,6 +26,8 @@ pub struct Setup {
     pub model: String,
     /// Text of the URDF when the model is not a built-in one.
     pub urdf: Option<String>,
+    /// What was measured of the arm, as the text of a calibration file, when something was.
+    pub calibration: Option<String>,
     /// Text of the cell file, when there was one.
     pub cell: Option<String>,
     /// Initial joint positions.
@@ -58,6 +60,7 @@ impl Default for Setup {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             model: "cs66".to_owned(),
             urdf: None,
+            calibration: None,
             cell: None,
             home: JointPositions([0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, -FRAC_PI_2, 0.0]),
             tcp: RpyPose::default(),
@@ -97,6 +100,14 @@ pub enum SetupError {
 }
 
 impl Setup {
+    /// The arm in a word or two, for people.
+    pub fn arm(&self) -> String {
+        match self.calibration {
+            Some(_) => format!("{} (calibrated)", self.model),
+            None => self.model.clone(),
+        }
+    }
+
     pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
         let mut map = BTreeMap::new();
         let mut put = |key: &str, value: String| map.insert(key.to_owned(), value);
@@ -105,6 +116,9 @@ impl Setup {
         put("model", self.model.clone());
         if let Some(urdf) = &self.urdf {
             put("urdf", urdf.clone());
+        }
+        if let Some(calibration) = &self.calibration {
+            put("calibration", calibration.clone());
         }
         if let Some(cell) = &self.cell {
             put("cell", cell.clone());
@@ -135,6 +149,7 @@ impl Setup {
             version: parse_or(map, "version", "unknown".to_owned())?,
             model: parse(map, "model")?,
             urdf: map.get("urdf").cloned(),
+            calibration: map.get("calibration").cloned(),
             cell: map.get("cell").cloned(),
             home: JointPositions(array(map, "home", default.home.0)?),
             tcp: RpyPose::from_array(array(map, "tcp", default.tcp.to_array())?),

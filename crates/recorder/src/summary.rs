@@ -6,7 +6,7 @@ use kinematics::{DOF, JointLimits};
 use motion_api::SafetyMode;
 
 use crate::cycle::Cycle;
-use crate::lengths::{NAME_BYTES, cut};
+use crate::lengths::{NAME_BYTES, cut, cut_middle};
 use crate::losses;
 use crate::reader::{Ending, Entry, ReadError, Recording};
 use crate::topics::{LogLevel, LogMessage, Topic};
@@ -197,10 +197,12 @@ impl Summary {
 
     fn log(&mut self, time: f64, mut log: LogMessage) {
         // A hundred long ones would be much to keep.
-        for text in [&mut log.source, &mut log.message] {
-            if let Some(short) = cut(text, LISTED_BYTES) {
-                *text = short;
-            }
+        if let Some(short) = cut(&log.source, LISTED_BYTES) {
+            log.source = short;
+        }
+        // The last line of a report says what happened.
+        if let Some(short) = cut_middle(&log.message, LISTED_BYTES) {
+            log.message = short;
         }
         if log.level >= LogLevel::Error {
             self.error_count += 1;

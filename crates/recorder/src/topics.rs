@@ -137,7 +137,7 @@ fn json_schema(name: &str, schema: Value) -> TopicSchema {
     }
 }
 
-/// `/script`: a program begins (`text` is there), or one of its threads is in another line (`thread` and `line` are).
+/// `/script`: a program begins (`text` is there), or one of its threads is in another line or node (`thread` and `line` are).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ScriptMessage {
     /// Name of the program.
@@ -154,19 +154,27 @@ pub struct ScriptMessage {
     /// The line it is in, from 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub line: Option<u32>,
+    /// The node of the pendant's task that it is in (`$ LINE`), from 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node: Option<u32>,
+    /// The label of that node.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub label: Option<String>,
 }
 
 fn script_schema() -> Value {
     json!({
         "title": "elite.Script",
-        "description": "A program starts (text), or one of its threads is in another line (thread, line).",
+        "description": "A program starts (text), or one of its threads is in another line (thread, line) or node (node, label).",
         "type": "object",
         "properties": {
             "program": {"type": "string", "description": "name of the program"},
             "program_id": {"type": "integer", "description": "number of the program, from 1"},
             "text": {"type": "string", "description": "the program's text, when it starts"},
             "thread": {"type": "integer", "description": "script thread, 0 is the main thread"},
-            "line": {"type": "integer", "description": "line, from 1"}
+            "line": {"type": "integer", "description": "line, from 1"},
+            "node": {"type": "integer", "description": "node of the pendant's task, from 1"},
+            "label": {"type": "string", "description": "label of that node, long ones are cut"}
         },
         "required": ["program", "program_id"]
     })

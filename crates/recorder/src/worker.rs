@@ -54,6 +54,7 @@ impl Write for Counted {
     fn write(&mut self, data: &[u8]) -> io::Result<usize> {
         injection::point("disk");
         let written = self.out.write(data)?;
+        self.shared.steps.fetch_add(1, Ordering::Relaxed);
         self.bytes.fetch_add(written as u64, Ordering::Relaxed);
         let all = &self.shared.bytes;
         all.fetch_add(written as u64, Ordering::Relaxed);
@@ -100,6 +101,7 @@ impl Worker {
             obstacles,
             rotation,
             notes_wait: _,
+            patience: _,
             on_failure,
         } = config;
         let (out, bytes) = Counted::new(out, Arc::clone(&shared));
@@ -133,6 +135,7 @@ impl Worker {
     pub(crate) fn run(mut self) -> Result<Totals, RecordError> {
         loop {
             injection::point("recorder");
+            self.shared.steps.fetch_add(1, Ordering::Relaxed);
             // Read before the ring is emptied: what was pushed before the request is then certainly taken.
             let finish = self.shared.finish.load(Ordering::Acquire);
             let waiting = self.records.waiting() as u64;
@@ -152,6 +155,13 @@ impl Worker {
             }
             self.flush_if_due(taken);
             self.rotate_if_due();
+            if self.shared.given_up.load(Ordering::Acquire) {
+                // Nothing comes behind what the ring still holds, so the end of the file goes there.
+                while self.take_records() == BATCH {}
+                let path = self.parts.path();
+                self.close()?;
+                return Err(RecordError::GivenUp { path });
+            }
             if finish && idle {
                 return self.close();
             }

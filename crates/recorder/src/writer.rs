@@ -14,7 +14,7 @@ use crate::cycle::Cycle;
 use crate::io_changes;
 use crate::lengths::{SHORT_TEXT_BYTES, cut};
 use crate::losses::{self, SOURCE};
-use crate::notes::{Note, Waiting};
+use crate::notes::{Note, Place, Waiting};
 use crate::setup::Setup;
 use crate::topics::{CommandMessage, IoMessage, LogLevel, ScriptMessage, Topic, VariableMessage};
 use crate::viewer::Viewer;
@@ -52,7 +52,7 @@ pub(crate) struct RecordWriter<W: Write> {
     texts: BTreeMap<ProgramId, Box<str>>,
     allowance: TextAllowance,
     /// The line that was last written for a script thread.
-    lines: BTreeMap<(ProgramId, ThreadNumber), u32>,
+    places: BTreeMap<(ProgramId, ThreadNumber), Place>,
     totals: Totals,
 }
 
@@ -70,7 +70,7 @@ impl<W: Write> RecordWriter<W> {
             programs: BTreeMap::new(),
             texts: BTreeMap::new(),
             allowance: TextAllowance::default(),
-            lines: BTreeMap::new(),
+            places: BTreeMap::new(),
             totals: Totals::default(),
         };
         writer.scene(0.0)?;
@@ -89,9 +89,9 @@ impl<W: Write> RecordWriter<W> {
         for program in &programs {
             self.text(time, *program)?;
         }
-        for (thread, line) in self.lines.clone() {
+        for (thread, place) in self.places.clone() {
             if programs.contains(&thread.0) {
-                self.line(time, thread, line)?;
+                self.place(time, thread, &place)?;
             }
         }
         self.file.close_chunk()?;
@@ -213,11 +213,12 @@ impl<W: Write> RecordWriter<W> {
 
     /// Writes the notes up to `time`, and after them for every script thread the line it came to, if it is another.
     ///
-    /// The notes of one cycle are taken together: a thread that ran through many lines has one line message.
+    /// The notes of one cycle are taken together: a thread that ran through many lines has one line message. Nodes of the
+    /// pendant's task are each told.
     fn notes_until(&mut self, time: f64, waiting: &mut Waiting) -> Result<(), McapError> {
         // Notes carry the time of a cycle; half a cycle keeps rounding from moving them.
         let limit = time + 0.5 * self.step_time;
-        let mut lines = BTreeMap::new();
+        let mut places = BTreeMap::new();
         while let Some(note) = waiting.first() {
             if note.time() > limit {
                 break;
@@ -227,20 +228,40 @@ impl<W: Write> RecordWriter<W> {
                     time,
                     program,
                     thread,
-                    line,
+                    place,
                 }) => {
-                    lines.insert((program, thread), (time, line));
+                    let thread = (program, thread);
+                    let known = self.places.get(&thread);
+                    let is_news =
+                        place.node.is_some() && known.is_none_or(|known| known.node != place.node);
+                    if is_news {
+                        self.go_to(time, thread, place)?;
+                        places.remove(&thread);
+                    } else {
+                        places.insert(thread, (time, place));
+                    }
                 }
                 Some(note) => self.note(note)?,
                 None => break,
             }
         }
-        for (thread, (time, line)) in lines {
-            if self.lines.get(&thread) != Some(&line) {
-                remember(&mut self.lines, thread, line);
-                self.line(time, thread, line)?;
+        for (thread, (time, place)) in places {
+            if self.places.get(&thread) != Some(&place) {
+                self.go_to(time, thread, place)?;
             }
         }
+        Ok(())
+    }
+
+    /// A thread is at another place than before.
+    fn go_to(
+        &mut self,
+        time: f64,
+        thread: (ProgramId, ThreadNumber),
+        place: Place,
+    ) -> Result<(), McapError> {
+        self.place(time, thread, &place)?;
+        remember(&mut self.places, thread, place);
         Ok(())
     }
 
@@ -264,8 +285,8 @@ impl<W: Write> RecordWriter<W> {
                 time,
                 program,
                 thread,
-                line,
-            } => self.line(time, (program, thread), line),
+                place,
+            } => self.place(time, (program, thread), &place),
             Note::Variable {
                 time,
                 program,
@@ -319,18 +340,21 @@ impl<W: Write> RecordWriter<W> {
         self.file.json(Topic::Script, time, &message)
     }
 
-    fn line(
+    fn place(
         &mut self,
         time: f64,
         (program, thread): (ProgramId, ThreadNumber),
-        line: u32,
+        place: &Place,
     ) -> Result<(), McapError> {
+        let (node, label) = place.node.clone().unzip();
         let message = ScriptMessage {
             program: self.program(program).to_owned(),
             program_id: program.0,
             text: None,
             thread: Some(thread.0),
-            line: Some(line),
+            line: Some(place.line),
+            node,
+            label: label.map(Into::into),
         };
         self.file.json(Topic::Script, time, &message)
     }

@@ -59,6 +59,7 @@ fn a_disk_that_stands_still_does_not_fill_the_memory_and_what_is_dropped_is_coun
     let disk = Standing::default();
     let config = recorder::RecorderConfig {
         notes_wait: false,
+        patience: std::time::Duration::from_secs(60),
         ..config()
     };
     let (mut motion, _script, recorder, handle) = start(disk.clone(), config);

@@ -7,13 +7,14 @@ use std::io::Write;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use elite_lang::TaskNode;
 use elite_runtime::message::{
     EMERGENCY_STOP_CODE, InterpreterEvent, Message, Observer, PROTECTIVE_STOP_CODE,
     RECORDING_ALARM_CODE, Severity,
 };
 use elite_runtime::panel::VariableValue;
 use motion_api::{Frame, Origin, ProgramId, SnapshotCell, ThreadNumber};
-use recorder::lengths::{SHORT_TEXT_BYTES, cut};
+use recorder::lengths::{NAME_BYTES, SHORT_TEXT_BYTES, cut};
 use recorder::{LogLevel, RecorderHandle};
 use tokio::sync::broadcast;
 use tracing::Span;
@@ -21,11 +22,15 @@ use tracing::Span;
 use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
 use crate::logging;
-use crate::ports::foxglove::LogLine;
+use crate::ports::foxglove::{LOG_BYTES_MAX, LogLine};
+use crate::ports::primary::codec::TEXT_BYTES_MAX;
 use crate::replay::script;
 
 /// How many messages a port may be behind before it misses some.
 const BACKLOG: usize = 1024;
+
+/// Longest text of such a message, bytes, so that all that wait have a bound; what is longer is cut with a mark.
+const PORT_TEXT_BYTES: usize = TEXT_BYTES_MAX;
 
 /// Kinds of errors that are counted.
 pub const ERROR_KINDS: [&str; 5] = ["script", "stop", "alarm", "recording", "other"];
@@ -160,8 +165,8 @@ impl Announcer {
             let _ = self.log_lines.send(LogLine {
                 time,
                 level,
-                source: source.to_owned(),
-                text: text.to_owned(),
+                source: short(source, NAME_BYTES),
+                text: short(text, LOG_BYTES_MAX),
             });
         }
     }
@@ -215,8 +220,10 @@ impl Observer for Announcer {
             }
             Message::Robot { severity, text, .. } => self.log(*severity, Origin::default(), text),
         }
-        // Nobody listening is fine.
-        let _ = self.ports.send(message.clone());
+        if let Some(message) = for_port(message) {
+            // Nobody listening is fine.
+            let _ = self.ports.send(message);
+        }
     }
 
     fn program_started(&self, program: ProgramId, name: &str, text: &str) {
@@ -244,10 +251,17 @@ impl Observer for Announcer {
             .program_started(self.time(), program, &self.name_of(program), text);
     }
 
-    fn line_changed(&self, program: ProgramId, thread: ThreadNumber, line: u32) {
+    fn line_changed(
+        &self,
+        program: ProgramId,
+        thread: ThreadNumber,
+        line: u32,
+        node: Option<&TaskNode>,
+    ) {
+        let named = node.map(|node| (node.number, &*node.label));
         self.recording
-            .script_line(self.time(), program, thread, line);
-        self.feed.line_changed(thread, line);
+            .script_place(self.time(), (program, thread), line, named);
+        self.feed.line_changed(thread, line, node);
     }
 
     fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
@@ -271,6 +285,9 @@ impl Observer for Announcer {
         if let Some(beginning) = beginning {
             self.recording
                 .program_started(self.time(), program, &name, &beginning);
+        } else {
+            // One that never ran has no line, and another may be running.
+            self.feed.program_ended();
         }
         let origin = Origin {
             program,
@@ -279,11 +296,102 @@ impl Observer for Announcer {
         self.span_of(origin)
             .in_scope(|| tracing::debug!(target: "script", "ended"));
         self.record(Severity::Info, &name, script::ENDED);
-        self.feed.program_ended();
         let _ = std::io::stdout().flush();
     }
 
     fn cycle_ended(&self, frame: &Frame) {
         self.feed.cycle_ended(frame);
+    }
+
+    /// Under the virtual clock a program waits for the recording; not when it is to end.
+    fn hurry(&self) {
+        self.recording.hurry();
+    }
+}
+
+/// What clients of port 30001 are told; the rest is for the log alone.
+fn for_port(message: &Message) -> Option<Message> {
+    let short = |text: &str| short(text, PORT_TEXT_BYTES);
+    Some(match message {
+        Message::Print { .. } => return None,
+        // A problem of a secondary program (manual 1.2.6).
+        Message::Log { severity, text, .. }
+            if *severity != Severity::Warning || !text.starts_with("[SEC] ") =>
+        {
+            return None;
+        }
+        Message::Log {
+            severity,
+            origin,
+            text,
+        } => Message::log(*severity, *origin, short(text)),
+        Message::ScriptError {
+            program,
+            line,
+            column,
+            summary,
+            report,
+        } => Message::ScriptError {
+            program: *program,
+            line: *line,
+            column: *column,
+            summary: short(summary),
+            report: short_report(report, summary),
+        },
+        Message::Robot {
+            code,
+            sub_code,
+            severity,
+            text,
+        } => Message::Robot {
+            code: *code,
+            sub_code: *sub_code,
+            severity: *severity,
+            text: short(text),
+        },
+    })
+}
+
+fn short(text: &str, most: usize) -> String {
+    cut(text, most).unwrap_or_else(|| text.to_owned())
+}
+
+/// A long report keeps its last line, which is what went wrong.
+fn short_report(report: &str, summary: &str) -> String {
+    match cut(report, PORT_TEXT_BYTES / 2) {
+        None => report.to_owned(),
+        Some(beginning) => format!("{beginning}\n{}", short(summary, PORT_TEXT_BYTES / 2)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_waits_for_a_port_has_a_bound_and_says_what_went_wrong() {
+        let error = |length: usize| Message::ScriptError {
+            program: ProgramId(1),
+            line: 3,
+            column: 1,
+            summary: format!("ValueError: {}", "y".repeat(length)),
+            report: format!(
+                "line 3\n{}\nValueError: {}",
+                "x".repeat(length),
+                "y".repeat(length)
+            ),
+        };
+        assert_eq!(for_port(&error(100)), Some(error(100)));
+        let Some(Message::ScriptError { report, .. }) = for_port(&error(1 << 20)) else {
+            panic!("it is told");
+        };
+        assert!(report.len() <= PORT_TEXT_BYTES + 1, "{}", report.len());
+        let last = report.lines().next_back().unwrap();
+        assert!(last.starts_with("ValueError: yyy") && last.contains("[cut, "));
+        let log = |severity, text: &str| Message::log(severity, Origin::default(), text);
+        let secondary = log(Severity::Warning, "[SEC] Exception: x");
+        assert_eq!(for_port(&secondary), Some(secondary.clone()));
+        assert_eq!(for_port(&log(Severity::Warning, "x")), None);
+        assert_eq!(for_port(&log(Severity::Info, "[SEC] x")), None);
     }
 }

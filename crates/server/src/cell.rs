@@ -26,6 +26,7 @@ use motion::{
 };
 use supervision::Faults;
 use thiserror::Error;
+use toml::de::{DeTable, DeValue};
 
 use crate::config::line_of;
 use schema::{ActiveLevel, PointValue, SafetyFunction, SerialPort, Tables};
@@ -275,12 +276,46 @@ fn parse(text: &str, path: &Path) -> Result<Tables, CellError> {
 }
 
 /// serde names unknown keys but not the key of a wrong value: that one is read from the line it stands in.
+/// The table that stands at a byte, in words: `obstacle "bench"`, `wire 2`, `tool`.
+fn table_at(text: &str, byte: usize) -> Option<String> {
+    let tables = DeTable::parse(text).ok()?;
+    let mut found = None;
+    let mut note = |start: usize, table: String| {
+        if start <= byte && found.as_ref().is_none_or(|(best, _)| *best <= start) {
+            found = Some((start, table));
+        }
+    };
+    for (key, value) in tables.get_ref() {
+        let kind = key.get_ref();
+        match value.get_ref() {
+            DeValue::Array(entries) => {
+                for (entry, number) in entries.iter().zip(1..) {
+                    let named = |key: &str| entry.get_ref().get(key)?.get_ref().as_str();
+                    let name = named("name").or_else(|| named("signal_name"));
+                    let table = match name {
+                        Some(name) => format!("{kind} {name:?}"),
+                        None => format!("{kind} {number}"),
+                    };
+                    note(entry.span().start, table);
+                }
+            }
+            _ => note(value.span().start, kind.to_string()),
+        }
+    }
+    found.map(|(_, table)| table)
+}
+
 fn schema_error(text: &str, path: &Path, error: &toml::de::Error) -> CellError {
     let line = error.span().map_or(1, |span| line_of(text, span.start));
     let source = text.lines().nth(line - 1).unwrap_or_default();
     let key = source.split_once('=').map(|(key, _)| key.trim());
     let message = error.message().replace('\n', ", ");
     let message = match key {
+        // What is not there has no line of its own.
+        _ if message.starts_with("missing field") => {
+            let table = error.span().and_then(|span| table_at(text, span.start));
+            table.map_or(message.clone(), |table| format!("{table}: {message}"))
+        }
         Some(key) if !message.contains(&format!("`{key}`")) => format!("`{key}`: {message}"),
         _ => message,
     };

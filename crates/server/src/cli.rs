@@ -67,6 +67,10 @@ pub struct SharedArgs {
     /// The arm: cs63, cs66, cs612, cs616, cs620, cs625, or the path of a URDF file [default: cs66]
     #[arg(long)]
     pub model: Option<ModelChoice>,
+    /// A TOML file with the lengths and twists measured of this very arm; without --model its own counts
+    /// [default: as the model]
+    #[arg(long, value_name = "FILE")]
+    pub calibration: Option<PathBuf>,
     /// A TOML file that says what stands around the arm [default: nothing]
     #[arg(long, value_name = "FILE")]
     pub cell: Option<PathBuf>,

@@ -1,14 +1,14 @@
 //! The settings of a run: options over the configuration file over the defaults.
 //!
-//! Owns the defaults, the TOML keys and the sentences about what is wrong. Reads the configuration file; opens nothing
-//! else. Relative paths, in the file as on the command line, count from the current directory.
+//! Owns the defaults, the TOML keys and the sentences about what is wrong. Reads the configuration file and the
+//! calibration file; opens nothing else. Relative paths, in the file as on the command line, count from the current directory.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use kinematics::{JointPositions, Payload, RpyPose};
+use kinematics::{Calibration, CalibrationError, JointPositions, Payload, RpyPose};
 
 use thiserror::Error;
 
@@ -73,6 +73,9 @@ pub enum ConfigError {
         /// What is allowed.
         allowed: String,
     },
+    /// The calibration file is not usable, or for another model.
+    #[error(transparent)]
+    Calibration(Box<CalibrationError>),
     /// Two services on one port.
     #[error("{first} and {second} are both {port}; every service needs a port of its own")]
     SamePort {
@@ -85,11 +88,19 @@ pub enum ConfigError {
     },
 }
 
+impl From<CalibrationError> for ConfigError {
+    fn from(error: CalibrationError) -> Self {
+        Self::Calibration(Box::new(error))
+    }
+}
+
 /// Settings of `serve` and `run`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotConfig {
     /// Which arm.
     pub model: ModelChoice,
+    /// What was measured of it.
+    pub calibration: Option<Calibration>,
     /// The cell file.
     pub cell: Option<PathBuf>,
     /// What a second is.
@@ -221,7 +232,7 @@ impl ServeConfig {
                 args.shared,
                 ClockChoice::Realtime,
                 RecordTarget::NewFileIn("recordings".into()),
-            ),
+            )?,
             bind: args.bind.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST)),
             ports,
             trusted_hosts: trusted_hosts(args.trust_host),
@@ -242,15 +253,26 @@ impl RunConfig {
         })?
         .shared;
         Ok(Self {
-            robot: robot(shared, ClockChoice::Virtual, RecordTarget::Off),
+            robot: robot(shared, ClockChoice::Virtual, RecordTarget::Off)?,
             file: args.file,
         })
     }
 }
 
-fn robot(args: SharedArgs, clock: ClockChoice, record: RecordTarget) -> RobotConfig {
-    RobotConfig {
-        model: args.model.unwrap_or(ModelChoice::BuiltIn("cs66")),
+fn robot(
+    args: SharedArgs,
+    clock: ClockChoice,
+    record: RecordTarget,
+) -> Result<RobotConfig, ConfigError> {
+    let calibration = args.calibration.as_deref();
+    let calibration = calibration.map(Calibration::load).transpose()?;
+    let model = match (&calibration, args.model) {
+        (Some(calibration), asked) => model_of(calibration, asked.as_ref())?,
+        (None, asked) => asked.unwrap_or(ModelChoice::BuiltIn("cs66")),
+    };
+    Ok(RobotConfig {
+        model,
+        calibration,
         cell: args.cell,
         clock: args.clock.unwrap_or(clock),
         step: args.step_ms.unwrap_or(StepMillis::DEFAULT),
@@ -268,7 +290,22 @@ fn robot(args: SharedArgs, clock: ClockChoice, record: RecordTarget) -> RobotCon
             .map_or(BTreeSet::from([Permission::Net]), BTreeSet::from_iter),
         log_dir: args.log_dir,
         log_format: args.log.log_format.unwrap_or_default(),
-    }
+    })
+}
+
+/// The model of a calibration, which must be the one that was asked for.
+fn model_of(
+    calibration: &Calibration,
+    asked: Option<&ModelChoice>,
+) -> Result<ModelChoice, ConfigError> {
+    let asked = asked.map(ToString::to_string);
+    let name = calibration.model_for(asked.as_deref())?;
+    name.parse().map_err(|allowed| ConfigError::BadValue {
+        path: calibration.path().to_owned(),
+        key: "model".to_owned(),
+        given: format!("{name:?}"),
+        allowed,
+    })
 }
 
 /// The names as texts.
@@ -294,9 +331,10 @@ pub(crate) fn each_on_its_own(ports: &PortSettings) -> Result<(), ConfigError> {
 }
 
 /// Every key of the file: the long names of the options of `serve`, `config` apart.
-const KEYS: [&str; 28] = [
+const KEYS: [&str; 29] = [
     "allow",
     "bind",
+    "calibration",
     "cell",
     "clock",
     "dashboard-port",
@@ -365,6 +403,7 @@ fn fill(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), ConfigError
         match key.as_str() {
             "allow" => entry.list(&mut shared.allow),
             "bind" => entry.named(&mut args.bind, "allowed is an IP address"),
+            "calibration" => entry.one(&mut shared.calibration),
             "cell" => entry.one(&mut shared.cell),
             "clock" => entry.one(&mut shared.clock),
             "dashboard-port" => entry.one(&mut args.dashboard_port),

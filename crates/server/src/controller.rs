@@ -8,6 +8,7 @@ mod loaded_model;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock, Weak};
+use std::time::Duration;
 
 use elite_runtime::message::{
     CONTROLLER_FAULT_CODE, Message, Observer, RECORDING_ALARM_CODE, Severity,
@@ -19,7 +20,7 @@ use elite_runtime::{
 };
 use io_bus::Fieldbus;
 use io_bus::serial::SerialLine;
-use kinematics::ModelError;
+use kinematics::{CalibrationError, ModelError};
 use motion::realtime::ClockMeter;
 use motion::{Cycle, CycleConfig};
 use motion_api::{BorderSizes, SnapshotCell, border};
@@ -66,6 +67,9 @@ pub enum StartError {
         /// Why.
         source: io::Error,
     },
+    /// The calibration does not fit the arm.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
     /// The cell file is not usable.
     #[error(transparent)]
     Cell(#[from] CellError),
@@ -90,6 +94,12 @@ pub enum StartError {
     #[error("cannot start a thread: {0}")]
     Thread(#[from] io::Error),
 }
+
+/// A disk that takes nothing while the robot waits for it is given up after this: others talk to a server, and nobody to a
+/// `run`, where the whole recording counts more.
+const SERVING_PATIENCE: Duration = Duration::from_secs(2);
+/// See [`SERVING_PATIENCE`].
+const RUNNING_PATIENCE: Duration = Duration::from_secs(60);
 
 /// A running controller.
 pub struct Controller {
@@ -119,7 +129,7 @@ impl Controller {
         powered_off: bool,
     ) -> Result<Self, StartError> {
         let permissions = permissions(config)?;
-        let loaded = LoadedModel::open(&config.model)?;
+        let loaded = LoadedModel::open(&config.model, config.calibration.as_ref())?;
         let cell = config.cell.as_deref().map(Cell::load).transpose()?;
         let setup = setup(config, &loaded, cell.as_ref(), powered_off);
         let cycle_config = cycle_config(&setup, loaded.model.clone(), cell.as_ref())?;
@@ -149,6 +159,10 @@ impl Controller {
                     obstacles,
                     rotation: recording_files::rotation(config),
                     notes_wait: config.clock == ClockChoice::Virtual,
+                    patience: match console {
+                        Console::Log => SERVING_PATIENCE,
+                        Console::Stdout => RUNNING_PATIENCE,
+                    },
                     on_failure: alarm.clone().into_callback(),
                 };
                 match Recorder::start(recorder_config, records) {
@@ -313,7 +327,7 @@ impl Controller {
             .build()?;
         runtime.block_on(async {
             // A refusal was reported to the observer.
-            let Ok(_) = self.supervisor.submit(program).await else {
+            let Ok(_) = self.supervisor.submit(program, "the command line").await else {
                 return Ok(None);
             };
             tokio::select! {

@@ -18,7 +18,7 @@ const NOMINAL_AMPERES: f64 = 12.5;
 pub fn describe(config: &CycleConfig) -> Result<RobotDescription, ConfigError> {
     let model = config.limited_model()?;
     let limits = model.limits();
-    let dh = model.dh().map(|table| table.modified());
+    let dh = model.modified_dh();
     let anywhere = model.forward(&JointPositions::ZERO);
     Ok(RobotDescription {
         name: model.name().to_uppercase(),

@@ -4,8 +4,9 @@
 //! one), for every cycle in order, also when that thread was held up; waits for nobody. Who listens too slowly loses the oldest cycles.
 
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
+use elite_lang::TaskNode;
 use elite_runtime::{TaskState, TaskStatus as SupervisorStatus};
 use kinematics::{JointSpeeds, RobotModel};
 use motion_api::{Frame, RobotState, ThreadNumber};
@@ -24,6 +25,8 @@ pub struct Feed {
     beats: Beats,
     task: OnceLock<watch::Receiver<SupervisorStatus>>,
     script_line: AtomicU32,
+    /// Only read for people, never in a cycle.
+    script_node: Mutex<Option<TaskNode>>,
 }
 
 impl Feed {
@@ -35,6 +38,7 @@ impl Feed {
             beats: Beats::default(),
             task: OnceLock::new(),
             script_line: AtomicU32::new(0),
+            script_node: Mutex::default(),
         }
     }
 
@@ -60,16 +64,30 @@ impl Feed {
         state.map_or(TaskStatus::Stopped, task_status)
     }
 
-    /// A script thread stands at another line; the main thread's is the one that clients see.
-    pub fn line_changed(&self, thread: ThreadNumber, line: u32) {
+    /// A script thread stands at another line or node; the main thread's are those that clients see.
+    pub fn line_changed(&self, thread: ThreadNumber, line: u32, node: Option<&TaskNode>) {
         if thread == ThreadNumber(0) {
             self.script_line.store(line, Ordering::Relaxed);
+            *self.script_node() = node.cloned();
         }
+    }
+
+    /// The line and the node of the pendant's task in which the main thread is; 0 while no program runs.
+    pub fn place(&self) -> (u32, Option<TaskNode>) {
+        let line = self.script_line.load(Ordering::Relaxed);
+        (line, self.script_node().clone())
     }
 
     /// No line is executed any more.
     pub fn program_ended(&self) {
         self.script_line.store(0, Ordering::Relaxed);
+        *self.script_node() = None;
+    }
+
+    /// The value is whole at every moment, so a poisoned lock is as good as any.
+    fn script_node(&self) -> MutexGuard<'_, Option<TaskNode>> {
+        let node = self.script_node.lock();
+        node.unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Shows a cycle to whoever listens.
@@ -156,10 +174,16 @@ mod tests {
     fn the_line_is_that_of_the_main_thread_and_ends_with_the_program() {
         let feed = feed();
         let state = frame(RobotState::at_start(JointPositions::ZERO, 0.004));
-        feed.line_changed(ThreadNumber(0), 7);
-        feed.line_changed(ThreadNumber(3), 9);
+        let node = TaskNode {
+            number: 4,
+            label: "接近点".into(),
+        };
+        feed.line_changed(ThreadNumber(0), 7, Some(&node));
+        feed.line_changed(ThreadNumber(3), 9, None);
         assert_eq!(feed.sample(&state).script_line, 7);
+        assert_eq!(feed.place(), (7, Some(node)));
         feed.program_ended();
+        assert_eq!(feed.place(), (0, None));
         assert_eq!(feed.sample(&state).script_line, 0);
     }
 }

@@ -8,7 +8,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
 use recorder::Closer;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use signal_hook::low_level;
 use supervision::{Faults, Kind};
@@ -62,6 +62,8 @@ impl Shutdown {
                 closer: Mutex::default(),
             }),
         };
+        // Whoever writes into a file that may not grow hears of it as an error of the write.
+        signal_hook::flag::register(SIGXFSZ, Arc::default())?;
         let mut signals = Signals::new([SIGINT, SIGTERM])?;
         let faults = Faults::default();
         let on_signal = shutdown.clone();
@@ -120,7 +122,11 @@ impl Shutdown {
         let closer = self.closer().clone();
         let is_closed = closer.is_none_or(|closer| {
             closer.ask();
-            closer.closed_within(CLOSING)
+            let is_closed = closer.closed_within(CLOSING);
+            if !is_closed {
+                tracing::error!("the recording is cut short: {}", closer.unwritten());
+            }
+            is_closed
         });
         tracing::warn!("the orderly way took too long; what still runs is cut off");
         logging::flush_within(LAST_LINES);

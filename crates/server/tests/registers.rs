@@ -49,6 +49,7 @@ fn record(name: &str, mut act: impl FnMut(u64, &ScriptEnd)) -> Recording {
         obstacles: Vec::new(),
         rotation: recorder::Rotation::default(),
         notes_wait: true,
+        patience: std::time::Duration::from_secs(60),
         on_failure: Box::new(|error| panic!("{error}")),
     };
     let records = script.records.take().unwrap();

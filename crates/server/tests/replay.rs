@@ -38,6 +38,7 @@ fn record_with(name: &str, setup: Setup, config: CycleConfig) -> PathBuf {
         obstacles: Vec::new(),
         rotation: recorder::Rotation::default(),
         notes_wait: true,
+        patience: std::time::Duration::from_secs(60),
         on_failure: Box::new(|error| panic!("{error}")),
     };
     let records = script.records.take().unwrap();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use elite_runtime::micro_line::{MicroLine, Space, Units};
 use elite_runtime::task_folder::TaskFolder;
-use kinematics::RobotModel;
+use kinematics::{Calibration, RobotModel};
 use recorder::{Recording, Summary, Table, Topic};
 use server::cell::Cell;
 use server::cli::{ServeArgs, SharedArgs};
@@ -159,6 +159,42 @@ pub(super) const TARGETS: &[Target] = &[
         bytes_max: 40_000,
     },
     Target {
+        name: "calibration",
+        about: "calibration files",
+        judge: |data| {
+            let text = String::from_utf8_lossy(data);
+            let read = Calibration::from_text(&text, Path::new("arm.toml"));
+            match read.and_then(|calibration| Ok((calibration.open()?, calibration))) {
+                Ok((model, calibration)) => {
+                    let again =
+                        Calibration::from_text(&calibration.to_toml(), Path::new("arm.toml"));
+                    assert_eq!(again.ok().as_ref(), Some(&calibration));
+                    let pose = model.flange_pose(&kinematics::JointPositions([0.3; 6]));
+                    for q in &model.inverse_all(&pose, &kinematics::Pose::IDENTITY) {
+                        let reached = model.flange_pose(q).translation;
+                        assert!((reached - pose.translation).norm() < 1e-9);
+                    }
+                }
+                Err(error) => assert!(!error.to_string().is_empty()),
+            }
+        },
+        shown: as_they_are,
+        seeds: || files_of(&["robots/calibrations"], ".toml"),
+        words: &[
+            b"model",
+            b"[modified_dh]",
+            b"theta = [0, 0, 0, 0, 0, 0.01]",
+            b"alpha",
+            b"1e-3",
+            b"-0.0",
+            b"nan",
+            b"inf",
+            b"1e308",
+            b"0.05",
+        ],
+        bytes_max: 2000,
+    },
+    Target {
         name: "points",
         about: "files of points for micro lines, with as many points as a file may have",
         judge: |data| {
@@ -201,7 +237,8 @@ pub(super) const TARGETS: &[Target] = &[
                     && folder.file(&name).is_err()
             );
             let root = TaskFolder::new(fenced());
-            for found in [root.task(&name), root.points(&name), root.file(&name)]
+            let task = root.task(&name).map(|task| task.text);
+            for found in [task, root.points(&name), root.file(&name)]
                 .into_iter()
                 .flatten()
             {

@@ -375,4 +375,29 @@ pub struct Module {
     pub span: Span,
     /// Number of scopes handed out, the module's own included.
     pub scope_count: u32,
+    /// What its `$ LINE` directives say, in the order of the text.
+    pub nodes: Vec<NodeMark>,
+}
+
+/// A `$ LINE` directive: here begins a node of the task that the pendant made the text from.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct NodeMark {
+    /// Row of the task tree, from 1.
+    pub number: u32,
+    pub label: Box<str>,
+    /// The node is shown when the motion that follows has ended, not before.
+    pub after: bool,
+    pub place: NodePlace,
+}
+
+/// When a thread passes a directive. Statements are known by where they start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum NodePlace {
+    /// Before the statement, or the condition of an `elif`, that starts at this byte.
+    Before(u32),
+    /// When the statement that starts at this byte, the last of its block, has ended.
+    After(u32),
+    /// At the end of the text.
+    AtEnd,
 }

@@ -164,10 +164,23 @@ pub(super) fn compile(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
 }
 
 fn source_text(ev: &Evaluator<'_>, source: &Value, function: &str) -> R<String> {
+    let check = |bytes: usize| match bytes > TEXT_MAX {
+        true => Err(ev.value_error(format!(
+            "{function}() text of {bytes} bytes, {TEXT_MAX} are allowed"
+        ))),
+        // The text is kept beside the file that is made of it.
+        false => ev.check_allocation(2 * bytes),
+    };
     match ev.plain(source) {
-        Value::Str(text) => Ok(text.as_str().to_owned()),
+        Value::Str(text) => {
+            check(text.as_str().len())?;
+            Ok(text.as_str().to_owned())
+        }
         other => match ev.bytes_like(&other) {
-            Some(data) => Ok(String::from_utf8_lossy(&data).into_owned()),
+            Some(data) => {
+                check(data.len())?;
+                Ok(String::from_utf8_lossy(&data).into_owned())
+            }
             None => Err(ev.type_error(format!(
                 "{function}() arg 1 must be a string, bytes or code object"
             ))),
@@ -215,12 +228,6 @@ fn prepare(ev: &Evaluator<'_>, args: &Args<'_>, function: &str) -> R<(Arc<Source
         Some(code) => code.text.clone(),
         None => source_text(ev, source, function)?,
     };
-    if text.len() > TEXT_MAX {
-        return Err(ev.value_error(format!(
-            "{function}() text of {} bytes, {TEXT_MAX} are allowed",
-            text.len()
-        )));
-    }
     let dict = |index: usize, what: &str| match args.positional.get(index) {
         None | Some(Value::None) => Ok(None),
         Some(value) => match ev.plain(value) {

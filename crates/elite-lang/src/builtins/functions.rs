@@ -15,9 +15,7 @@ pub fn install(core: &Rc<Core>) {
     let bound: &[(&'static str, &str, super::BoundFn)] = &[
         ("all", "iterable /", all),
         ("any", "iterable /", any),
-        ("ascii", "obj /", |ev, args| {
-            ev.ascii(&args[0]).map(Value::str)
-        }),
+        ("ascii", "obj /", |ev, args| ev.string(ev.ascii(&args[0])?)),
         ("callable", "obj /", callable),
         ("delattr", "obj name /", delattr),
         ("format", "value format_spec? /", format),
@@ -34,9 +32,7 @@ pub fn install(core: &Rc<Core>) {
             ev.len(&args[0]).map(|length| Value::Int(length as i64))
         }),
         ("next", "iterator default? /", next),
-        ("repr", "obj /", |ev, args| {
-            ev.repr(&args[0]).map(Value::str)
-        }),
+        ("repr", "obj /", |ev, args| ev.string(ev.repr(&args[0])?)),
         ("setattr", "obj name value /", setattr),
         ("sorted", "iterable / * key? reverse?", sorted),
         ("sum", "iterable / start?", sum),
@@ -93,7 +89,7 @@ fn print(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         Some(file) => Some(file.clone()),
     };
     match file {
-        None => ev.print(&text),
+        None => ev.print(&text)?,
         Some(file) => {
             let write = ev.attribute(&file, ev.core.symbols.intern("write"))?;
             ev.call1(&write, Value::str(text))?;
@@ -113,22 +109,20 @@ fn redirected(ev: &Evaluator<'_>) -> Option<Value> {
 
 fn all(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let iterator = ev.iter(&args[0])?;
-    while let Some(value) = ev.next(&iterator)? {
+    while let Some(value) = ev.step(&iterator)? {
         if !ev.truth(&value)? {
             return Ok(Value::Bool(false));
         }
-        ev.safepoint()?;
     }
     Ok(Value::Bool(true))
 }
 
 fn any(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let iterator = ev.iter(&args[0])?;
-    while let Some(value) = ev.next(&iterator)? {
+    while let Some(value) = ev.step(&iterator)? {
         if ev.truth(&value)? {
             return Ok(Value::Bool(true));
         }
-        ev.safepoint()?;
     }
     Ok(Value::Bool(false))
 }
@@ -376,8 +370,7 @@ fn sum(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     if let Some(text) = wrong {
         return Err(ev.type_error(text));
     }
-    while let Some(value) = ev.next(&iterator)? {
-        ev.safepoint()?;
+    while let Some(value) = ev.step(&iterator)? {
         total = match crate::ops::arith::fast(crate::ast::BinaryOp::Add, &total, &value) {
             Some(total) => total,
             None => ev.binary(crate::ast::BinaryOp::Add, &total, &value)?,
@@ -428,9 +421,8 @@ fn extreme(ev: &Evaluator<'_>, args: &mut Args<'_>, name: &str, better: CompareO
         [] => return Err(ev.type_error(format!("{name} expected at least 1 argument, got 0"))),
         [iterable] => {
             let iterator = ev.iter(iterable)?;
-            while let Some(value) = ev.next(&iterator)? {
+            while let Some(value) = ev.step(&iterator)? {
                 consider(value)?;
-                ev.safepoint()?;
             }
         }
         values => {

@@ -146,6 +146,14 @@ impl Builtin {
         }))
     }
 
+    /// The values that are part of it.
+    pub fn held(&self) -> &[Value] {
+        match &self.body {
+            BuiltinBody::Closure { held, .. } => held,
+            _ => &[],
+        }
+    }
+
     /// A native of the embedder.
     pub fn native(core: &Core, native: NativeFunction) -> Value {
         let (name, signature) = (native.name, Signature::of_native(&native, &core.symbols));
@@ -344,7 +352,7 @@ const NAMES: &[&str] = &[
 
 /// Whether every program finds this name defined.
 pub fn is_builtin_name(name: &str) -> bool {
-    NAMES.binary_search(&name).is_ok()
+    NAMES.binary_search(&name).is_ok() || crate::stdlib::PRESENT.contains(&name)
 }
 
 /// All names that every program finds defined.

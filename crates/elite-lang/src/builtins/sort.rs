@@ -5,12 +5,20 @@ use std::rc::Rc;
 
 use super::Builtin;
 use crate::eval::Evaluator;
+use crate::eval::bulk::{STRIDE, many};
+use crate::eval::pace::{VALUE, WORK_MAX};
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
 use crate::value::{Instance, R, Value};
 
 /// Runs shorter than this are extended by insertion.
 const RUN_MIN: usize = 24;
+/// Items that are sorted, merged or moved between two safepoints.
+const SOME: usize = WORK_MAX / 256;
+/// Longer texts are compared in pieces.
+const TEXT_MAX: usize = 256;
+/// Longer tuples are compared item by item.
+const COLUMNS_MAX: usize = 16;
 
 impl Evaluator<'_> {
     /// Puts the items in order, by `key` if given. Equal items keep their order, also in reverse. After an error the
@@ -22,36 +30,179 @@ impl Evaluator<'_> {
         if let Some(key) = key.filter(|key| !key.is_none()) {
             keys.reserve_exact(items.len());
             for item in &*items {
+                self.safepoint()?;
                 keys.push(self.call1(key, item.clone())?);
             }
         }
         let has_keys = !keys.is_empty();
         let by = if has_keys { &keys } else { &*items };
-        if !has_keys && by.iter().all(|item| matches!(item, Value::Int(_))) {
-            sort_integers(items, reverse);
-            return Ok(());
+        if !has_keys && self.all_values(by, |item| matches!(item, Value::Int(_)))? {
+            return self.sort_integers(items, reverse);
         }
         // Reversed twice, so that equal items keep their order.
         let places = 0..by.len() as u32;
-        let order: Vec<u32> = match (Ranked::all(by), reverse) {
-            (Some(ranked), _) => in_order(ranked, by, reverse),
+        let order: Vec<u32> = match (self.ranked(by)?, reverse) {
+            (Some(ranked), _) => self.in_order(ranked, by, reverse)?,
             (None, false) => self.merge_sort_by(places.collect(), by)?,
             (None, true) => self.merge_sort_by(places.rev().collect(), by)?,
         };
-        let place = |at: &u32| std::mem::take(&mut items[*at as usize]);
-        let sorted: Vec<Value> = if reverse {
-            order.iter().rev().map(place).collect()
-        } else {
-            order.iter().map(place).collect()
-        };
+        let mut sorted: Vec<Value> = Vec::with_capacity(order.len());
+        for number in 0..order.len() {
+            let at = order[if reverse {
+                order.len() - 1 - number
+            } else {
+                number
+            }];
+            sorted.push(items[at as usize].clone());
+            self.worked(VALUE)?;
+        }
         *items = sorted;
         Ok(())
+    }
+
+    fn all_values(&self, values: &[Value], test: impl Fn(&Value) -> bool) -> R<bool> {
+        for some in values.chunks(SOME) {
+            if !some.iter().all(&test) {
+                return Ok(false);
+            }
+            self.worked(some.len() * VALUE / 2)?;
+        }
+        Ok(true)
+    }
+
+    fn sort_integers(&self, items: &mut [Value], reverse: bool) -> R<()> {
+        let mut numbers: Vec<i64> = Vec::with_capacity(items.len());
+        for some in items.chunks(SOME) {
+            numbers.extend(some.iter().map(integer));
+            self.worked(some.len() * VALUE / 2)?;
+        }
+        let numbers = self.sorted(numbers, i64::cmp)?;
+        for (some, first) in items.chunks_mut(SOME).zip((0..).step_by(SOME)) {
+            for (item, number) in some.iter_mut().zip(first..) {
+                let number = if reverse {
+                    numbers.len() - 1 - number
+                } else {
+                    number
+                };
+                *item = Value::Int(numbers[number]);
+            }
+            self.worked(some.len() * VALUE / 2)?;
+        }
+        Ok(())
+    }
+
+    /// Sorts what can be compared without running code of the script, in pieces that are merged.
+    fn sorted<T: Copy>(&self, mut items: Vec<T>, order: impl Fn(&T, &T) -> Ordering) -> R<Vec<T>> {
+        for some in items.chunks_mut(SOME) {
+            some.sort_unstable_by(&order);
+            self.worked(some.len() * SOME.ilog2() as usize * 2)?;
+        }
+        let mut width = SOME;
+        let mut merged: Vec<T> = Vec::new();
+        while width < items.len() {
+            merged.clear();
+            merged.reserve_exact(items.len());
+            for pair in items.chunks(2 * width) {
+                let (mut low, mut high) = pair.split_at(width.min(pair.len()));
+                let apart = |low: &[T], high: &[T]| match (low.last(), high.first()) {
+                    (Some(last), Some(first)) => order(last, first).is_le(),
+                    _ => true,
+                };
+                while !apart(low, high) {
+                    for _ in 0..SOME.min(low.len() + high.len()) {
+                        let (Some(a), Some(b)) = (low.first(), high.first()) else {
+                            break;
+                        };
+                        if order(b, a).is_lt() {
+                            merged.push(*b);
+                            high = &high[1..];
+                        } else {
+                            merged.push(*a);
+                            low = &low[1..];
+                        }
+                    }
+                    self.worked(SOME * VALUE / 2)?;
+                }
+                for some in low.chunks(SOME).chain(high.chunks(SOME)) {
+                    merged.extend_from_slice(some);
+                    self.worked(some.len())?;
+                }
+            }
+            std::mem::swap(&mut items, &mut merged);
+            width *= 2;
+        }
+        Ok(items)
+    }
+
+    /// Ranks of all values, if no comparison of two of them needs script code, fails or takes long; and whether the ranks
+    /// alone are their order.
+    fn ranked(&self, values: &[Value]) -> R<Option<(Vec<Ranked>, bool)>> {
+        let is_short_text =
+            |value: &Value| matches!(value, Value::Str(text) if text.as_str().len() <= TEXT_MAX);
+        let exact = match values.first() {
+            Some(Value::Int(_)) if self.all_values(values, |v| matches!(v, Value::Int(_)))? => true,
+            Some(Value::Float(_)) if self.all_values(values, is_simple_float)? => true,
+            Some(Value::Str(_)) if self.all_values(values, is_short_text)? => false,
+            Some(first @ Value::Tuple(_)) if is_simple_row(first) => {
+                if !self.all_values(values, |value| have_same_columns(first, value))? {
+                    return Ok(None);
+                }
+                false
+            }
+            _ => return Ok(None),
+        };
+        let mut ranked = Vec::with_capacity(values.len());
+        for some in values.chunks(SOME) {
+            let places = ranked.len() as u32..;
+            let ranks = some.iter().map(rank).zip(places);
+            ranked.extend(ranks.map(|(rank, place)| Ranked { rank, place }));
+            self.worked(some.len() * VALUE)?;
+        }
+        Ok(Some((ranked, exact)))
+    }
+
+    /// The places of `values` in their order, equal ones as they stand; from the last to the first if `reverse`.
+    fn in_order(
+        &self,
+        ranked: (Vec<Ranked>, bool),
+        values: &[Value],
+        reverse: bool,
+    ) -> R<Vec<u32>> {
+        let (ranked, exact) = ranked;
+        let tie = |a: &Ranked, b: &Ranked| {
+            let order = a.place.cmp(&b.place);
+            if reverse { order.reverse() } else { order }
+        };
+        let ranked = if exact {
+            self.sorted(ranked, |a, b| a.rank.cmp(&b.rank).then_with(|| tie(a, b)))?
+        } else {
+            self.sorted(ranked, |a, b| {
+                let by_value = || {
+                    let (a, b) = (&values[a.place as usize], &values[b.place as usize]);
+                    quick_order(a, b, 0).unwrap_or(Ordering::Equal)
+                };
+                let order = a.rank.cmp(&b.rank).then_with(by_value);
+                order.then_with(|| tie(a, b))
+            })?
+        };
+        let mut places = Vec::with_capacity(ranked.len());
+        for some in ranked.chunks(SOME) {
+            places.extend(some.iter().map(|ranked| ranked.place));
+            self.worked(some.len())?;
+        }
+        Ok(places)
     }
 
     /// The places of the values in their order, by comparisons that may run script code.
     fn merge_sort_by(&self, places: Vec<u32>, by: &[Value]) -> R<Vec<u32>> {
         merge_sort(places, &mut |a, b| {
             let (a, b) = (&by[*a as usize], &by[*b as usize]);
+            self.worked(2 * VALUE)?;
+            if let (Value::Str(a), Value::Str(b)) = (a, b) {
+                let (a, b) = (a.as_str().as_bytes(), b.as_str().as_bytes());
+                self.worked(many(a.len().min(b.len()).min(STRIDE)))?;
+                return Ok(self.order_of_bytes(a, b)?.is_lt());
+            }
             match quick_order(a, b, 0) {
                 Some(order) => Ok(order == Ordering::Less),
                 None => {
@@ -87,45 +238,18 @@ impl Evaluator<'_> {
     }
 }
 
-fn sort_integers(items: &mut [Value], reverse: bool) {
-    let mut numbers: Vec<i64> = items.iter().map(integer).collect();
-    numbers.sort_unstable();
-    if reverse {
-        numbers.reverse();
-    }
-    for (item, number) in items.iter_mut().zip(numbers) {
-        *item = Value::Int(number);
-    }
-}
-
 fn integer(value: &Value) -> i64 {
     if let Value::Int(int) = value { *int } else { 0 }
 }
 
 /// A value to sort by, with a number that is in the same order as far as it tells them apart.
+#[derive(Clone, Copy)]
 struct Ranked {
     rank: i64,
     place: u32,
 }
 
-impl Ranked {
-    /// Ranks of all values, if no comparison of two of them needs script code or fails; and whether the ranks alone
-    /// are their order.
-    fn all(values: &[Value]) -> Option<(Vec<Ranked>, bool)> {
-        let exact = match values.first()? {
-            Value::Int(_) if values.iter().all(|value| matches!(value, Value::Int(_))) => true,
-            Value::Float(_) if values.iter().all(is_simple_float) => true,
-            Value::Str(_) if values.iter().all(|value| matches!(value, Value::Str(_))) => false,
-            Value::Tuple(_) if have_same_columns(values.iter()) => false,
-            _ => return None,
-        };
-        let ranks = values.iter().map(rank).zip(0..);
-        let ranked = ranks.map(|(rank, place)| Ranked { rank, place });
-        Some((ranked.collect(), exact))
-    }
-}
-
-/// The rank of a value of which `Ranked::all` approves.
+/// The rank of a value of which `ranked` approves.
 fn rank(value: &Value) -> i64 {
     match value {
         Value::Int(int) => *int,
@@ -150,53 +274,38 @@ fn rank(value: &Value) -> i64 {
     }
 }
 
-/// The places of `values` in their order, equal ones as they stand; from the last to the first if `reverse`.
-fn in_order(ranked: (Vec<Ranked>, bool), values: &[Value], reverse: bool) -> Vec<u32> {
-    let (mut ranked, exact) = ranked;
-    let tie = |a: &Ranked, b: &Ranked| {
-        let order = a.place.cmp(&b.place);
-        if reverse { order.reverse() } else { order }
-    };
-    if exact {
-        ranked.sort_unstable_by(|a, b| a.rank.cmp(&b.rank).then_with(|| tie(a, b)));
-    } else {
-        ranked.sort_unstable_by(|a, b| {
-            let by_value = || {
-                let (a, b) = (&values[a.place as usize], &values[b.place as usize]);
-                quick_order(a, b, 0).unwrap_or(Ordering::Equal)
-            };
-            let order = a.rank.cmp(&b.rank).then_with(by_value);
-            order.then_with(|| tie(a, b))
-        });
-    }
-    ranked.into_iter().map(|ranked| ranked.place).collect()
-}
-
 fn is_simple_float(value: &Value) -> bool {
     matches!(value, Value::Float(float) if !float.is_nan())
 }
 
-/// Whether all are tuples of one length whose items at each place are all integers, all text or all numbers that are
-/// not NaN: then `quick_order` has an answer for any two, and the answers fit together.
-fn have_same_columns<'v>(mut values: impl Iterator<Item = &'v Value>) -> bool {
+/// Whether a value is a tuple of a few integers, short texts and numbers that are not NaN.
+fn is_simple_row(value: &Value) -> bool {
     let is_simple = |item: &Value| match item {
-        Value::Int(_) | Value::Str(_) => true,
+        Value::Int(_) => true,
+        Value::Str(text) => text.as_str().len() <= TEXT_MAX,
         Value::Float(float) => !float.is_nan(),
         _ => false,
     };
-    let Some(Value::Tuple(first)) = values.next() else {
-        return false;
-    };
-    first.items().iter().all(is_simple)
-        && values.all(|value| match value {
-            Value::Tuple(tuple) => {
-                let pairs = tuple.items().iter().zip(first.items());
-                tuple.items().len() == first.items().len() && { pairs }.all(|(item, like)| {
-                    is_simple(item) && std::mem::discriminant(item) == std::mem::discriminant(like)
-                })
-            }
-            _ => false,
-        })
+    match value {
+        Value::Tuple(tuple) => {
+            tuple.items().len() <= COLUMNS_MAX && tuple.items().iter().all(is_simple)
+        }
+        _ => false,
+    }
+}
+
+/// Whether two such tuples have items of the same kinds at each place: then `quick_order` has an answer for any two of
+/// them, and the answers fit together.
+fn have_same_columns(first: &Value, other: &Value) -> bool {
+    match (first, other) {
+        (Value::Tuple(first), Value::Tuple(tuple)) => {
+            let mut pairs = first.items().iter().zip(tuple.items());
+            is_simple_row(other)
+                && first.items().len() == tuple.items().len()
+                && pairs.all(|(a, b)| std::mem::discriminant(a) == std::mem::discriminant(b))
+        }
+        _ => false,
+    }
 }
 
 /// The order of two builtin values that needs no script code; None if it does, or if there is none.

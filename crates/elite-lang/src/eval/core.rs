@@ -8,6 +8,7 @@ use super::code::Code;
 use super::coroutine::{StackPool, Stopping, ThreadState};
 use super::cycles::Cycles;
 use super::generator::LastActs;
+use super::node::Nodes;
 use super::types::Types;
 use crate::host::{Host, ThreadId};
 use crate::limits::{Limits, memory};
@@ -61,6 +62,8 @@ pub struct Core {
     pub native_depth: Cell<u32>,
     /// The line being executed.
     pub line: Cell<u32>,
+    /// The node of the pendant's task that is being executed.
+    pub nodes: Nodes,
     /// The running thread.
     pub thread: Cell<u64>,
     /// Whether the running thread is being stopped.
@@ -96,6 +99,7 @@ const INTERRUPTS_MAX: usize = 64;
 impl Core {
     /// A core with Python's builtins.
     pub fn new(host: Rc<dyn Host>, limits: Limits) -> Rc<Self> {
+        memory::settle();
         let memory_base = memory::held();
         let symbols = Symbols::default();
         let types = Types::new(&symbols);
@@ -120,6 +124,7 @@ impl Core {
             depth: Cell::new(0),
             native_depth: Cell::new(0),
             line: Cell::new(0),
+            nodes: Nodes::default(),
             thread: Cell::new(0),
             stopping: Cell::default(),
             memory_base,
@@ -175,12 +180,13 @@ impl Core {
         self.fuel_left.set(fuel - slice);
     }
 
-    /// Takes the fuel of a slice away.
+    /// Takes away as much fuel as a slice has.
     pub fn spend_fuel(&self) {
-        let spent = SLICE - memory::fuel().min(SLICE);
+        let fuel = memory::fuel();
         let left = self.fuel_left.get();
-        memory::set_fuel(0);
-        self.fuel_left.set(left.saturating_sub(spent));
+        memory::set_fuel(fuel.saturating_sub(SLICE));
+        self.fuel_left
+            .set(left.saturating_sub(SLICE.saturating_sub(fuel)));
     }
 
     /// Takes the next slice of fuel; false if all is used up.
@@ -214,6 +220,7 @@ impl Core {
             thread: self.thread.replace(state.thread),
             depth: self.depth.replace(state.depth),
             line: self.line.replace(state.line),
+            node: self.nodes.switch_to(state.node),
             stopping: self.stopping.replace(state.stopping),
             native_depth: self.native_depth.replace(state.native_depth),
         }

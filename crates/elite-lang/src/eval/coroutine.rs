@@ -10,9 +10,10 @@ use corosensei::{Yielder, on_stack};
 
 use super::Evaluator;
 use super::generator::{FromGenerator, ToGenerator};
+use super::node::NodeState;
 use crate::limits::memory;
 use crate::native::WaitToken;
-use crate::value::{R, Raised};
+use crate::value::{R, Raised, trash};
 
 /// Debug builds use several times the stack of release builds.
 const SCALE: usize = if cfg!(debug_assertions) { 6 } else { 1 };
@@ -194,9 +195,19 @@ impl Evaluator<'_> {
     #[cold]
     #[inline(never)]
     pub(super) fn out_of_fuel(&self) -> R<()> {
+        let alarmed = self.look_around()?;
+        if alarmed || memory::fuel() > 0 || self.core.refuel() {
+            return Ok(());
+        }
+        self.suspend(Request::OutOfFuel)
+    }
+
+    /// What is due from time to time: the look at the memory, last acts, a search for circles. Whether more memory is held
+    /// than before, and not the fuel has run out.
+    pub(super) fn look_around(&self) -> R<bool> {
+        trash::drop_some();
         self.core.memory_look();
         self.core.last_acts.catch_up(&self.core);
-        // Not the fuel has run out then, but more memory is held.
         let alarmed = memory::take_alarm();
         if self.core.stopping.get() == Stopping::No
             && !self.core.is_searching()
@@ -214,10 +225,7 @@ impl Evaluator<'_> {
         }
         self.core.memory_watch();
         self.check_memory()?;
-        if alarmed || memory::fuel() > 0 || self.core.refuel() {
-            return Ok(());
-        }
-        self.suspend(Request::OutOfFuel)
+        Ok(alarmed)
     }
 
     /// Bytes of native stack left before the limit.
@@ -280,6 +288,8 @@ pub struct ThreadState {
     pub depth: u32,
     /// The line being executed.
     pub line: u32,
+    /// Where it stands in the pendant's task.
+    pub node: NodeState,
     /// Whether it is being stopped.
     pub stopping: Stopping,
     /// Native operations within native operations.

@@ -4,12 +4,14 @@
 //! by `lower`. Every script thread and every generator is a coroutine with its own `Evaluator`, so that anything that
 //! waits can suspend the whole thread from any depth of native calls.
 
+pub mod bulk;
 pub mod code;
 pub mod core;
 pub mod coroutine;
 pub mod cycles;
 pub mod expr;
 pub mod generator;
+pub mod node;
 pub mod pace;
 pub mod room;
 pub mod run;

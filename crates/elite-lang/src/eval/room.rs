@@ -4,9 +4,12 @@
 //! so that a list may fill most of what the task is allowed, and what the system refuses is an exception as well.
 
 use std::collections::VecDeque;
+use std::rc::Rc;
 
+use super::bulk::{STRIDE, many};
 use super::{Core, Evaluator};
-use crate::value::{ByteArray, Held, List, R, Raised};
+use crate::value::bytes::Data;
+use crate::value::{ByteArray, Held, List, R, Raised, trash};
 
 /// What a short text costs with its place in a list, and while the list grows.
 const PIECE: usize = 112;
@@ -136,8 +139,55 @@ impl Evaluator<'_> {
     }
 
     /// Makes room for `more` bytes in a bytearray.
+    #[inline]
     pub fn grow_bytes(&self, bytes: &ByteArray, more: usize) -> R<()> {
-        self.grow_held(&bytes.data, more)
+        if bytes.is_shared() {
+            self.unshare(bytes)?;
+        }
+        let by = growth(&*bytes.borrow(), more);
+        let Some(by) = by else { return Ok(()) };
+        let by = self.affordable::<Vec<u8>>(more, by)?;
+        match bytes.change(|data| data.take_room(by)) {
+            true => Ok(()),
+            false => Err(self.refused_by_system()),
+        }
+    }
+
+    /// Copies bytes that a native goes through, before they are changed.
+    #[cold]
+    fn unshare(&self, bytes: &ByteArray) -> R<()> {
+        let before = bytes.snapshot();
+        let copy = self.copied_bytes(&before)?;
+        bytes.put_copy(&before, copy);
+        Ok(())
+    }
+
+    /// Appends to a bytearray.
+    pub fn extend_bytes(&self, bytes: &ByteArray, more: Data) -> R<()> {
+        if more.len() <= STRIDE && !bytes.is_shared() {
+            self.grow_bytes(bytes, more.len())?;
+            bytes.change(|data| data.extend_from_slice(&more));
+            return self.worked(many(more.len()));
+        }
+        // It may be its own bytes that are appended: the copy is made of both at once.
+        let before = bytes.snapshot();
+        let mut data = Vec::new();
+        if bytes.borrow().capacity() - before.len() < more.len()
+            || matches!(&more, Data::Snapshot(own) if Rc::ptr_eq(own, &before))
+        {
+            self.grow(&mut data, before.len() + more.len())?;
+            self.push_bytes(&mut data, &before)?;
+            self.push_bytes(&mut data, &more)?;
+            bytes.put(data);
+            return Ok(());
+        }
+        drop(before);
+        for piece in more.chunks(STRIDE) {
+            self.grow_bytes(bytes, piece.len())?;
+            bytes.change(|data| data.extend_from_slice(piece));
+            self.worked(many(piece.len()))?;
+        }
+        Ok(())
     }
 
     /// Asks for `pieces` values of their own that a text or the like of `bytes` bytes is taken apart into. `pieces` counts
@@ -178,6 +228,10 @@ impl Evaluator<'_> {
     #[cold]
     #[inline(never)]
     fn free_circles_for(&self, bytes: usize) -> R<()> {
+        while !self.core.memory_allows(bytes) && trash::drop_some() {}
+        if self.core.memory_allows(bytes) {
+            return Ok(());
+        }
         if bytes <= self.core.limits.memory_bytes {
             // The caller may be a native in the midst of its work.
             let outer = self.core.last_acts.hold_back(true);

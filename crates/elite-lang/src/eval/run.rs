@@ -70,7 +70,10 @@ impl Evaluator<'_> {
                 code.body.run(self, &mut Frame { slots, function })
             })
         };
-        core.line.set(line);
+        // The outermost function of a thread leaves the line in which it ended.
+        if depth > 0 {
+            core.line.set(line);
+        }
         core.depth.set(depth);
         result
     }

@@ -3,6 +3,7 @@
 use crate::ast::Conversion;
 use crate::builtins::Args;
 use crate::eval::Evaluator;
+use crate::eval::bulk::EACH;
 use crate::value::{R, Value};
 
 /// How fields without a number are counted.
@@ -17,11 +18,14 @@ enum Numbering {
 const DEPTH_MAX: u32 = 2;
 
 /// The names at the head of the fields of a format, numbers left out.
-pub fn field_names(format: &str) -> impl Iterator<Item = &str> {
+pub fn field_names<'f>(ev: &Evaluator<'_>, format: &'f str) -> impl Iterator<Item = R<&'f str>> {
     let mut rest = format;
     std::iter::from_fn(move || {
         loop {
-            let brace = rest.find('{')?;
+            let brace = match ev.find_bytes(rest.as_bytes(), b"{") {
+                Ok(found) => found?,
+                Err(raised) => return Some(Err(raised)),
+            };
             rest = &rest[brace + 1..];
             if let Some(after) = rest.strip_prefix('{') {
                 rest = after;
@@ -33,7 +37,7 @@ pub fn field_names(format: &str) -> impl Iterator<Item = &str> {
             let (name, after) = rest.split_at(end);
             rest = after;
             if !name.is_empty() && !name.bytes().all(|byte| byte.is_ascii_digit()) {
-                return Some(name);
+                return Some(Ok(name));
             }
         }
     })
@@ -42,7 +46,8 @@ pub fn field_names(format: &str) -> impl Iterator<Item = &str> {
 impl Evaluator<'_> {
     /// `format.format(*args, **kwargs)`
     pub fn format_fields(&self, format: &str, args: &Args<'_>) -> R<String> {
-        let mut out = String::with_capacity(format.len() + 16);
+        let mut out = String::new();
+        self.grow(&mut out, format.len() + 16)?;
         let mut numbering = Numbering::Undecided;
         self.fields(format, args, &mut numbering, 0, &mut out)?;
         Ok(out)
@@ -60,9 +65,14 @@ impl Evaluator<'_> {
             return Err(self.value_error("Max string recursion exceeded"));
         }
         let mut rest = format;
-        while let Some(brace) = rest.find(['{', '}']) {
-            out.push_str(&rest[..brace]);
+        loop {
+            let brace = self.leading(rest, |c| c != '{' && c != '}')?;
+            self.push_text(out, &rest[..brace])?;
+            self.worked(EACH)?;
             let here = &rest[brace..];
+            if here.is_empty() {
+                break;
+            }
             if here.starts_with("{{") || here.starts_with("}}") {
                 out.push_str(&here[..1]);
                 rest = &here[2..];
@@ -84,8 +94,7 @@ impl Evaluator<'_> {
                 rest = &here[end + 2..];
             }
         }
-        out.push_str(rest);
-        self.check_allocation(out.len())
+        Ok(())
     }
 
     /// A field without its braces: `name!conversion:spec`.

@@ -2,6 +2,7 @@
 
 use super::{Spec, integer, real, text};
 use crate::eval::Evaluator;
+use crate::eval::bulk::{EACH, pieces};
 use crate::value::int::Int;
 use crate::value::{Bytes, R, Value};
 
@@ -81,13 +82,19 @@ impl Evaluator<'_> {
     /// `bytes % args`: the text of a format in Latin-1 is formatted and goes back to bytes.
     pub fn percent_bytes(&self, format: &Value, args: &Value) -> R {
         let data = self.bytes_like(format).unwrap_or_default();
-        let text: String = data.iter().map(|byte| char::from(*byte)).collect();
+        let text = self.of_latin1(&data)?;
         let mut out = String::new();
         self.percent(&text, Source::of(args, "bytes"), &mut out)?;
-        let data: Vec<u8> = out
-            .chars()
-            .map(|c| u8::try_from(c as u32).unwrap_or(b'?'))
-            .collect();
+        let mut data = Vec::new();
+        self.grow(&mut data, out.len())?;
+        for piece in pieces(&out) {
+            data.extend(
+                piece
+                    .chars()
+                    .map(|c| u8::try_from(c as u32).unwrap_or(b'?')),
+            );
+            self.worked(piece.len() * EACH)?;
+        }
         Ok(match format {
             Value::ByteArray(_) => {
                 Value::ByteArray(std::rc::Rc::new(crate::value::ByteArray::new(data)))
@@ -98,12 +105,13 @@ impl Evaluator<'_> {
 
     fn percent(&self, format: &str, mut source: Source<'_>, out: &mut String) -> R<()> {
         let mut rest = format;
-        while let Some(percent) = rest.find('%') {
-            out.push_str(&rest[..percent]);
+        while let Some(percent) = self.find_bytes(rest.as_bytes(), b"%")? {
+            self.push_text(out, &rest[..percent])?;
+            self.worked(EACH)?;
             let at = format.len() - rest.len() + percent;
             rest = self.conversion(&rest[percent + 1..], format, at, &mut source, out)?;
         }
-        out.push_str(rest);
+        self.push_text(out, rest)?;
         let all_used = source.next >= source.items.len() || source.mapping.is_some();
         if !all_used {
             let what = source.what;
@@ -207,11 +215,7 @@ impl Evaluator<'_> {
     /// An argument of a conversion to bytes, as text of the same codes.
     fn byte_argument(&self, kind: char, value: Value) -> R {
         match self.bytes_like(&value) {
-            Some(data) => Ok(Value::str(
-                data.iter()
-                    .map(|byte| char::from(*byte))
-                    .collect::<String>(),
-            )),
+            Some(data) => self.string(self.of_latin1(&data)?),
             None if kind == 'c' && !matches!(value, Value::Str(_)) => Ok(value),
             None => {
                 let name = self.core.types.name_of(&value);

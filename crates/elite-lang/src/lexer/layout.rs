@@ -35,6 +35,16 @@ impl Layout {
     fn column(&self) -> u32 {
         self.columns.last().copied().unwrap_or(0)
     }
+
+    /// How many blocks are open.
+    pub(super) fn depth(&self) -> u32 {
+        self.columns.len() as u32
+    }
+
+    /// How many of them a line at `column` could be in.
+    fn depth_at(&self, column: u32) -> u32 {
+        self.columns.partition_point(|open| *open <= column) as u32
+    }
 }
 
 impl Lexer<'_> {
@@ -49,6 +59,10 @@ impl Lexer<'_> {
         match self.peek() {
             None => return,
             Some('#') => self.skip_comment(),
+            Some('$') => {
+                let column = self.column_after(&self.text[start..self.at], start);
+                self.directive(self.layout.depth_at(column));
+            }
             _ => {}
         }
         if let Some(line_end) = self.line_end_length() {
@@ -58,6 +72,7 @@ impl Lexer<'_> {
         if self.at == self.end {
             return;
         }
+        self.settle_directives();
         let column = self.column_after(&self.text[start..self.at], start);
         self.layout.one_line = OneLine::scan(self.text, self.at, self.end, column);
         self.indent_to(column);
@@ -168,6 +183,9 @@ impl Lexer<'_> {
             .retain(|token| (token.span.start as usize) < cut);
         self.diagnostics
             .retain(|diagnostic| (diagnostic.span.start as usize) < cut);
+        self.directives
+            .retain(|directive| (directive.span.start as usize) < cut);
+        self.settled = self.directives.len();
         self.cuts.push(cut as u32);
         self.at = cut;
         self.at += self.line_end_length().unwrap_or(0);

@@ -1,10 +1,12 @@
 //! From text to tokens. Indentation, the optional `end` and the one-line form with semicolons live here
 //! (`layout`, `oneline`) and nowhere else: the parser only sees `Indent`, `Dedent`, `End` and `Newline`.
 
+mod directive;
 mod layout;
 mod oneline;
 mod token;
 
+pub use directive::Directive;
 pub use token::{Token, TokenKind};
 
 use crate::diagnostic::Diagnostic;
@@ -20,6 +22,8 @@ pub struct Tokens {
     pub diagnostics: Findings,
     /// Offsets at which a line was cut short because a bracket in it is never closed.
     pub cuts: Vec<u32>,
+    /// The directives, in the order of the text.
+    pub directives: Vec<Directive>,
 }
 
 /// What is said of a text whose tokens or tree would take more than `budget`.
@@ -32,12 +36,9 @@ pub(crate) fn too_large(budget: Budget) -> Diagnostic {
 /// Lexes a whole file. A text whose tokens would take more than `budget` has none, and one error.
 pub fn lex(file: &SourceFile, budget: Budget) -> Tokens {
     let mut lexer = Lexer::new(file.text(), 0, file.text().len(), budget);
+    lexer.takes_directives = true;
     lexer.run();
-    Tokens {
-        tokens: lexer.tokens,
-        diagnostics: lexer.diagnostics,
-        cuts: lexer.cuts,
-    }
+    lexer.finish()
 }
 
 /// Lexes a single expression that lies at `span` of a file (a replacement field of an f-string): line ends and
@@ -46,11 +47,7 @@ pub fn lex_expression(file: &SourceFile, span: Span, budget: Budget) -> Tokens {
     let mut lexer = Lexer::new(file.text(), span.start as usize, span.end as usize, budget);
     lexer.brackets.push((TokenKind::LeftParen, span));
     lexer.run_expression();
-    Tokens {
-        tokens: lexer.tokens,
-        diagnostics: lexer.diagnostics,
-        cuts: lexer.cuts,
-    }
+    lexer.finish()
 }
 
 struct Lexer<'t> {
@@ -62,6 +59,11 @@ struct Lexer<'t> {
     /// Open brackets, innermost last.
     brackets: Vec<(TokenKind, Span)>,
     cuts: Vec<u32>,
+    directives: Vec<Directive>,
+    /// How many of them have been settled.
+    settled: usize,
+    /// A program is read, not an expression.
+    takes_directives: bool,
     /// What tokens and tree may take.
     budget: Budget,
     /// The tokens take more than that; the rest of the text is not looked at.
@@ -85,9 +87,21 @@ impl<'t> Lexer<'t> {
             diagnostics,
             brackets,
             cuts: Vec::new(),
+            directives: Vec::new(),
+            settled: 0,
+            takes_directives: false,
             budget,
             is_full: false,
             layout: layout::Layout::default(),
+        }
+    }
+
+    fn finish(self) -> Tokens {
+        Tokens {
+            tokens: self.tokens,
+            diagnostics: self.diagnostics,
+            cuts: self.cuts,
+            directives: self.directives,
         }
     }
 
@@ -95,6 +109,9 @@ impl<'t> Lexer<'t> {
         loop {
             while self.at < self.end {
                 self.start_of_line();
+                if self.is_full {
+                    return self.give_up();
+                }
                 while self.at < self.end && !self.layout.at_line_start() {
                     self.token();
                     if self.is_full {
@@ -129,6 +146,7 @@ impl<'t> Lexer<'t> {
         self.diagnostics.truncate(0);
         self.diagnostics.push(too_large(self.budget));
         self.tokens = Vec::new();
+        self.directives = Vec::new();
         self.push(TokenKind::EndOfFile, self.end, self.end);
     }
 
@@ -164,6 +182,7 @@ impl<'t> Lexer<'t> {
         match c {
             ' ' | '\t' | '\u{c}' => self.at += 1,
             '#' => self.skip_comment(),
+            '$' if self.has_own_line() => self.directive(self.layout.depth()),
             '\n' | '\r' => self.line_end(),
             '\\' => self.continuation(),
             '"' | '\'' => self.string(start),
@@ -349,6 +368,8 @@ impl<'t> Lexer<'t> {
         let mut diagnostic = Diagnostic::error("syntax", Span::new(start, self.at), message);
         if !ascii.is_empty() {
             diagnostic = diagnostic.with_help(format!("did you mean {ascii}"));
+        } else if c == '$' {
+            diagnostic = diagnostic.with_help("a directive needs a line of its own");
         }
         self.diagnostics.push(diagnostic);
     }

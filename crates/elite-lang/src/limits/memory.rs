@@ -42,8 +42,9 @@ thread_local! {
     };
 }
 
-/// From this size on the system maps pages of their own.
-const MAPPED: usize = 128 << 10;
+/// From this size on the system maps pages of their own (`settle`): such a block grows without being copied, and what is
+/// freed of it is the system's again at once.
+const MAPPED: usize = 1 << 20;
 const PAGE: usize = 4096;
 
 /// What a request costs: the size the system rounds it up to, its own header included.
@@ -246,6 +247,23 @@ pub(crate) fn set_fuel(fuel: u32) {
         Some(_) => account.withheld.set(Some(fuel)),
         None => account.fuel.set(fuel),
     });
+}
+
+/// Tells the system's allocator once and for all from which size on it maps pages of their own. By itself it would raise that
+/// to 32 MiB as soon as one such block is freed; then a growing text is copied, and twice its size stays resident.
+pub(crate) fn settle() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        static ONCE: std::sync::Once = std::sync::Once::new();
+        ONCE.call_once(|| {
+            // SAFETY: the calls take numbers only and may be made at any time, from any thread.
+            #[allow(unsafe_code)]
+            unsafe {
+                libc::mallopt(libc::M_MMAP_THRESHOLD, MAPPED as libc::c_int);
+                libc::mallopt(libc::M_TRIM_THRESHOLD, 2 * MAPPED as libc::c_int);
+            }
+        });
+    }
 }
 
 /// Gives memory that was freed back to the system. Takes some milliseconds for every hundred megabytes.

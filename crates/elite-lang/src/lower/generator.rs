@@ -1,12 +1,12 @@
 //! Bodies of generators: as steps where that is possible, otherwise as trees that run on a stack of their own.
 
 use super::Lower;
-use crate::ast::{self, ExprKind, Stmt, StmtKind};
-use crate::eval::Expr;
+use crate::ast::{self, ExprKind, NodePlace, Stmt, StmtKind};
 use crate::eval::code::Body;
 use crate::eval::expr::operand::Operand;
 use crate::eval::steps::{Place, Step};
 use crate::eval::stmt::target::Target;
+use crate::eval::{Expr, Statement};
 use crate::lint::visit;
 use crate::source::Span;
 use crate::value::Value;
@@ -142,7 +142,10 @@ impl Lower<'_> {
     fn steps(&mut self, body: &[Stmt], made: &mut Made) {
         self.deeper(|lower| {
             for statement in body {
+                let (line, start) = (lower.line(statement.span), statement.span.start);
+                lower.pass_steps(NodePlace::Before(start), line, made);
                 lower.step(statement, made);
+                lower.pass_steps(NodePlace::After(start), line, made);
             }
         });
     }
@@ -197,9 +200,21 @@ impl Lower<'_> {
 
     /// A statement without `yield`.
     fn plain_step(&mut self, statement: &Stmt, line: u32, made: &mut Made) {
-        let Some(node) = self.statement(statement) else {
-            return;
-        };
+        if let Some(node) = self.statement(statement) {
+            Self::run_step(node, line, made);
+        }
+    }
+
+    /// Directives.
+    fn pass_steps(&self, place: NodePlace, line: u32, made: &mut Made) {
+        let mut lines = Vec::new();
+        self.pass(place, line, &mut lines);
+        for (line, node) in lines {
+            Self::run_step(node, line, made);
+        }
+    }
+
+    fn run_step(node: Box<dyn Statement>, line: u32, made: &mut Made) {
         let index = made.add(Step::Run {
             line,
             statement: node,
@@ -247,7 +262,7 @@ impl Lower<'_> {
         let mut ends = Vec::new();
         for (test, body) in branches {
             let line = self.line(test.span);
-            let test = self.expr(test);
+            let test = self.branch_test(test);
             let unless = made.add(Step::Unless {
                 line,
                 test,

@@ -7,13 +7,16 @@ mod generator;
 mod stmt;
 mod target;
 
+use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use crate::ast::{self, Constant, ScopeId};
+use crate::ast::{self, Constant, NodeMark, NodePlace, ScopeId};
 use crate::eval::Core;
 use crate::eval::code::{Block, Body, Code, CodeKind, Params};
 use crate::eval::coroutine::{LEVEL, RESERVE};
+use crate::eval::node::{Pass, PassThen};
+use crate::eval::{Expr, Statement};
 use crate::resolve::{FrameLayout, Place, Resolution, ScopePlaces};
 use crate::source::{SourceFile, Span};
 use crate::value::module::Namespace;
@@ -29,7 +32,13 @@ pub fn module(
     resolution: &Resolution,
 ) -> Rc<Code> {
     let mut lower = Lower::new(core, namespace, file, resolution);
-    let body = lower.block(&module.body);
+    lower.passes = passes(core, &module.nodes);
+    let body = lower.deeper(|lower| {
+        let mut lines = lower.lines(&module.body);
+        let line = lines.last().map_or(1, |(line, _)| *line);
+        lower.pass(NodePlace::AtEnd, line, &mut lines);
+        Block::new(lines)
+    });
     lower.module_code(Body::Block(body), module.span)
 }
 
@@ -60,6 +69,25 @@ struct Lower<'l> {
     depth: usize,
     deepest: usize,
     no_places: ScopePlaces,
+    /// The directives by when they are passed.
+    passes: HashMap<NodePlace, Vec<Pass>>,
+}
+
+/// A statement with its line.
+type Line = (u32, Box<dyn Statement>);
+
+/// The nodes of a text in the table of the interpreter.
+fn passes(core: &Core, nodes: &[NodeMark]) -> HashMap<NodePlace, Vec<Pass>> {
+    let mut passes: HashMap<_, Vec<_>> = HashMap::new();
+    for mark in nodes {
+        let node = core.nodes.intern(mark.number, &mark.label);
+        let after = mark.after;
+        passes
+            .entry(mark.place)
+            .or_default()
+            .push(Pass { node, after });
+    }
+    passes
 }
 
 impl<'l> Lower<'l> {
@@ -80,6 +108,7 @@ impl<'l> Lower<'l> {
             depth: 0,
             deepest: 0,
             no_places: ScopePlaces::default(),
+            passes: HashMap::new(),
         }
     }
 
@@ -170,13 +199,40 @@ impl<'l> Lower<'l> {
     }
 
     fn block(&mut self, body: &[ast::Stmt]) -> Block {
-        self.deeper(|lower| {
-            let statements = body.iter().filter_map(|statement| {
-                let line = lower.line(statement.span);
-                lower.statement(statement).map(|node| (line, node))
-            });
-            Block::new(statements.collect())
-        })
+        self.deeper(|lower| Block::new(lower.lines(body)))
+    }
+
+    /// The statements of a block that do something, and the directives between them.
+    fn lines(&mut self, body: &[ast::Stmt]) -> Vec<Line> {
+        let mut lines = Vec::with_capacity(body.len());
+        for statement in body {
+            let (line, start) = (self.line(statement.span), statement.span.start);
+            self.pass(NodePlace::Before(start), line, &mut lines);
+            if let Some(node) = self.statement(statement) {
+                lines.push((line, node));
+            }
+            self.pass(NodePlace::After(start), line, &mut lines);
+        }
+        lines
+    }
+
+    /// Adds the directives that are passed at `place`, as if they stood in `line`.
+    fn pass(&self, place: NodePlace, line: u32, lines: &mut Vec<Line>) {
+        for pass in self.passes.get(&place).into_iter().flatten() {
+            lines.push((line, Box::new(*pass)));
+        }
+    }
+
+    /// The condition of a branch of an `if`.
+    fn branch_test(&mut self, test: &ast::Expr) -> Expr {
+        let then = self.expr(test);
+        match self.passes.get(&NodePlace::Before(test.span.start)) {
+            None => then,
+            Some(passes) => Box::new(PassThen {
+                passes: passes.clone().into(),
+                then,
+            }),
+        }
     }
 
     fn constant(&self, constant: &Constant) -> Value {

@@ -94,7 +94,11 @@ impl Lower<'_> {
         match &statement.kind {
             StmtKind::If { branches, orelse } => {
                 let branch = |(test, body): &(ast::Expr, Vec<Stmt>)| {
-                    (self.line(test.span), self.expr(test), self.block(body))
+                    (
+                        self.line(test.span),
+                        self.branch_test(test),
+                        self.block(body),
+                    )
                 };
                 let branches = branches.iter().map(branch).collect();
                 Box::new(If {

@@ -4,14 +4,13 @@ use std::cmp::Ordering;
 use std::rc::Rc;
 
 use super::hash::{Equal, QUICK_MAX, int_float_order, quick_equal};
-use memchr::{memchr, memmem};
-
 use crate::ast::CompareOp;
 use crate::eval::Evaluator;
+use crate::eval::bulk::STRIDE;
 use crate::eval::pace::VALUE;
 use crate::value::int::Int;
 use crate::value::symbol::known;
-use crate::value::{LongRange, R, Symbol, Value};
+use crate::value::{LongRange, R, Str, Symbol, Value};
 
 /// The result of comparing two numbers of the commonest types; None if they are of others.
 #[inline(always)]
@@ -166,6 +165,7 @@ impl Evaluator<'_> {
         let class = self.core.types.of(receiver);
         let found = class.lookup(method(op));
         if let Some(found) = found {
+            self.worked(16 * VALUE)?;
             let value =
                 self.recurse(|| self.call_method_value(&found, receiver, &mut [other.clone()]))?;
             return Ok((!matches!(value, Value::NotImplemented)).then_some(value));
@@ -197,7 +197,10 @@ impl Evaluator<'_> {
     /// Comparison of builtin values; None if their types define none.
     pub fn builtin_compare(&self, op: CompareOp, a: &Value, b: &Value) -> R<Option<bool>> {
         Ok(match (a, b) {
-            (Value::Str(a), Value::Str(b)) => Some(holds(op, &a.as_str(), &b.as_str())),
+            (Value::Str(a), Value::Str(b)) => {
+                let (a, b) = (a.as_str().as_bytes(), b.as_str().as_bytes());
+                Some(self.compare_bytes(op, a, b)?)
+            }
             (Value::List(a), Value::List(b)) => {
                 if Rc::ptr_eq(a, b) && matches!(op, CompareOp::Eq | CompareOp::Ne) {
                     return Ok(Some(op == CompareOp::Eq));
@@ -222,7 +225,7 @@ impl Evaluator<'_> {
             }
             (Value::Bytes(_) | Value::ByteArray(_), Value::Bytes(_) | Value::ByteArray(_)) => {
                 match (self.bytes_like(a), self.bytes_like(b)) {
-                    (Some(a), Some(b)) => Some(holds(op, &a, &b)),
+                    (Some(a), Some(b)) => Some(self.compare_bytes(op, &a, &b)?),
                     _ => None,
                 }
             }
@@ -254,6 +257,18 @@ impl Evaluator<'_> {
         })
     }
 
+    #[inline]
+    fn compare_bytes(&self, op: CompareOp, a: &[u8], b: &[u8]) -> R<bool> {
+        if a.len().min(b.len()) <= STRIDE {
+            return Ok(holds(op, &a, &b));
+        }
+        match op {
+            CompareOp::Eq => self.equal_bytes(a, b),
+            CompareOp::Ne => Ok(!self.equal_bytes(a, b)?),
+            _ => Ok(by_order(op, Some(self.order_of_bytes(a, b)?))),
+        }
+    }
+
     fn compare_views(&self, op: CompareOp, a: &Value, b: &Value) -> R<Option<bool>> {
         let is_set = |value: &Value| match value {
             Value::Set(_) | Value::FrozenSet(_) => true,
@@ -277,7 +292,7 @@ impl Evaluator<'_> {
 
     fn all_within(&self, items: &Value, container: &Value) -> R<bool> {
         let iterator = self.iter(items)?;
-        while let Some(item) = self.next(&iterator)? {
+        while let Some(item) = self.step(&iterator)? {
             if !self.contains(container, &item)? {
                 return Ok(false);
             }
@@ -347,9 +362,9 @@ impl Evaluator<'_> {
             Value::Dict(dict) => Ok(self.dict_find(dict, item)?.is_some()),
             Value::Set(set) | Value::FrozenSet(set) => self.set_contains(set, item),
             Value::Str(text) => match item {
-                Value::Str(part) => Ok(super::search::find(text.as_str(), part.as_str()).is_some()),
+                Value::Str(part) => self.text_contains(text, part),
                 _ => match self.plain(item) {
-                    Value::Str(part) => Ok(text.as_str().contains(part.as_str())),
+                    Value::Str(part) => self.text_contains(text, &part),
                     other => {
                         let name = self.core.types.name_of(&other);
                         Err(self.type_error(format!(
@@ -405,11 +420,8 @@ impl Evaluator<'_> {
 
     fn bytes_contain(&self, container: &Value, item: &Value) -> R<bool> {
         if let Some(part) = self.bytes_like(item) {
-            return Ok(match container {
-                Value::Bytes(bytes) => memmem::find(bytes.data(), &part).is_some(),
-                Value::ByteArray(bytes) => memmem::find(&bytes.data.borrow(), &part).is_some(),
-                _ => false,
-            });
+            let data = self.bytes_like(container).unwrap_or_default();
+            return Ok(self.find_bytes(&data, &part)?.is_some());
         }
         if crate::value::int::Int::of(item).is_none() && !matches!(item, Value::Instance(_)) {
             let name = self.core.types.name_of(item);
@@ -417,11 +429,13 @@ impl Evaluator<'_> {
         }
         let byte = u8::try_from(self.index(item)?);
         let byte = byte.map_err(|_| self.value_error("byte must be in range(0, 256)"))?;
-        Ok(match container {
-            Value::Bytes(bytes) => memchr(byte, bytes.data()).is_some(),
-            Value::ByteArray(bytes) => memchr(byte, &bytes.data.borrow()).is_some(),
-            _ => false,
-        })
+        let data = self.bytes_like(container).unwrap_or_default();
+        Ok(self.find_bytes(&data, &[byte])?.is_some())
+    }
+
+    fn text_contains(&self, text: &Str, part: &Str) -> R<bool> {
+        let found = self.find_bytes(text.as_str().as_bytes(), part.as_str().as_bytes())?;
+        Ok(found.is_some())
     }
 
     fn contains_by_iteration(&self, container: &Value, item: &Value) -> R<bool> {

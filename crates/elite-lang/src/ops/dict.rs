@@ -2,11 +2,13 @@
 
 use std::rc::Rc;
 
-use super::hash::{QUICK_MAX, TupleHash, address_hash, quick_hash};
+use super::hash::{self, QUICK_MAX, TupleHash, address_hash, quick_hash};
 use crate::ast::CompareOp;
 use crate::eval::Evaluator;
+use crate::eval::bulk::STRIDE;
 use crate::eval::pace::VALUE;
-use crate::value::dict::Found;
+use crate::value::dict::{Found, SOME};
+use crate::value::string::Hashing;
 use crate::value::symbol::known;
 use crate::value::{Dict, R, Set, Value};
 
@@ -56,7 +58,13 @@ impl Evaluator<'_> {
                 }
                 Ok(hash)
             }),
-            Value::FrozenSet(set) => Ok(frozenset_hash(set)),
+            Value::FrozenSet(set) => self.frozenset_hash(set),
+            Value::Str(text) => {
+                let hash = self.long_hash(text.as_str().as_bytes())?;
+                text.note_hash(hash);
+                Ok(text.hash())
+            }
+            Value::Bytes(bytes) => Ok(hash::of_bytes(self.long_hash(bytes.data())?)),
             Value::BoundMethod(method) => {
                 let function = self.recurse(|| self.hash(&method.function))?;
                 Ok(address_hash(method.receiver.address().unwrap_or(0)) ^ function)
@@ -87,6 +95,32 @@ impl Evaluator<'_> {
                 None => Ok(address_hash(std::ptr::from_ref(instance) as usize)),
             },
         }
+    }
+
+    /// CPython's hash of frozen sets, independent of order.
+    fn frozenset_hash(&self, set: &Set) -> R<u64> {
+        let shuffle = |hash: u64| ((hash ^ 89_869_747) ^ (hash << 16)).wrapping_mul(3_644_798_167);
+        let mut hash = 0u64;
+        for (element, _) in self.elements(set)? {
+            hash ^= shuffle(element);
+        }
+        hash ^= (set.len() as u64 + 1).wrapping_mul(1_927_868_237);
+        hash ^= (hash >> 11) ^ (hash >> 25);
+        hash = hash.wrapping_mul(69_069).wrapping_add(907_133_923);
+        if hash == u64::MAX {
+            hash = 590_923_713;
+        }
+        Ok(hash)
+    }
+
+    /// The hash of a long byte string.
+    fn long_hash(&self, data: &[u8]) -> R<u64> {
+        let mut hashing = Hashing::new(data.len());
+        for piece in data.chunks(STRIDE) {
+            hashing.add(piece);
+            self.worked(piece.len())?;
+        }
+        Ok(hashing.finish())
     }
 
     #[cold]
@@ -182,12 +216,84 @@ impl Evaluator<'_> {
     pub fn dict_set_hashed(&self, dict: &Dict, hash: u64, key: Value, value: Value) -> R<()> {
         match self.dict_find_hashed(dict, hash, &key)? {
             Some(index) => dict.set_value_at(index, value),
-            None => {
-                self.check_allocation(dict.growth(1))?;
-                dict.append(hash, key, value);
+            None if self.grow_dict(dict)? => {
+                // Another thread may have added the key meanwhile.
+                return self.dict_set_hashed(dict, hash, key, value);
             }
+            None => dict.append(hash, key, value),
         }
         Ok(())
+    }
+
+    /// Makes room for one more key; whether that took so long that others had their turn.
+    #[inline]
+    fn grow_dict(&self, dict: &Dict) -> R<bool> {
+        let bytes = dict.growth(1);
+        if bytes == 0 {
+            return Ok(false);
+        }
+        self.check_allocation(bytes)?;
+        let far = dict.grows_far();
+        if far {
+            dict.enlarge(&mut |entries| self.worked(entries * VALUE))?;
+        }
+        Ok(far && !dict.grows_far())
+    }
+
+    /// The same for a set.
+    #[inline]
+    fn grow_set(&self, set: &Set) -> R<bool> {
+        let bytes = set.growth(1);
+        if bytes == 0 {
+            return Ok(false);
+        }
+        self.check_allocation(bytes)?;
+        let far = set.grows_far();
+        if far {
+            set.enlarge(&mut |entries| self.worked(entries * VALUE))?;
+        }
+        Ok(far && !set.grows_far())
+    }
+
+    /// All keys with their hashes and values, in order.
+    pub fn entries(&self, dict: &Dict) -> R<Vec<(u64, Value, Value)>> {
+        let mut entries = self.room_for(dict.len())?;
+        let mut from = Some(0);
+        while let Some(place) = from {
+            from = dict.entries_from(place, SOME, &mut entries);
+            self.worked(SOME.min(entries.len()) * VALUE)?;
+        }
+        Ok(entries)
+    }
+
+    /// All elements with their hashes, in the order of the table.
+    pub fn elements(&self, set: &Set) -> R<Vec<(u64, Value)>> {
+        let mut elements = self.room_for(set.len())?;
+        let mut from = Some(0);
+        while let Some(place) = from {
+            from = set.elements_from(place, SOME, &mut elements);
+            self.worked(SOME.min(elements.len().max(8)) * VALUE)?;
+        }
+        Ok(elements)
+    }
+
+    /// A copy of a dictionary.
+    pub fn copied_dict(&self, dict: &Dict) -> R<Dict> {
+        self.check_allocation(dict.bytes())?;
+        dict.copy(&mut |entries| self.worked(entries.min(dict.len()) * VALUE))
+    }
+
+    /// A copy of a set.
+    pub fn copied_set(&self, set: &Set) -> R<Set> {
+        self.check_allocation(set.bytes())?;
+        set.copy(&mut |entries| self.worked(entries.min(set.len()) * VALUE))
+    }
+
+    fn reserve(&self, set: &Set, more: usize) -> R<()> {
+        self.check_allocation(set.growth(more))?;
+        set.reserve(more, &mut |entries| {
+            self.worked(entries.min(set.len()) * VALUE)
+        })
     }
 
     /// `dict.pop(key)`.
@@ -200,7 +306,8 @@ impl Evaluator<'_> {
     /// Copies all entries of `other` into `dict`.
     pub fn dict_update(&self, dict: &Dict, other: &Dict) -> R<()> {
         self.check_allocation(dict.growth(other.len()).saturating_add(other.bytes()))?;
-        for (hash, key, value) in other.entries() {
+        for (hash, key, value) in self.entries(other)? {
+            self.worked(2 * VALUE)?;
             self.dict_set_hashed(dict, hash, key, value)?;
         }
         Ok(())
@@ -251,7 +358,8 @@ impl Evaluator<'_> {
         if a.len() != b.len() {
             return Ok(false);
         }
-        for (hash, key, value) in a.entries() {
+        for (hash, key, value) in self.entries(a)? {
+            self.worked(2 * VALUE)?;
             let Some(index) = self.dict_find_hashed(b, hash, &key)? else {
                 return Ok(false);
             };
@@ -300,7 +408,10 @@ impl Evaluator<'_> {
     pub fn set_add_hashed(&self, set: &Set, hash: u64, key: Value) -> R<()> {
         // An equal one that was there counts, as in CPython, also if it has left while it was compared.
         if self.set_search(set, hash, &key, &|_, _| true)?.is_none() {
-            self.check_allocation(set.growth(1))?;
+            if self.grow_set(set)? {
+                // Another thread may have added it meanwhile.
+                return self.set_add_hashed(set, hash, key);
+            }
             set.append(hash, key);
         }
         Ok(())
@@ -314,7 +425,7 @@ impl Evaluator<'_> {
 
     fn element_hash(&self, key: &Value) -> R<u64> {
         match key {
-            Value::Set(inner) => Ok(frozenset_hash(inner)),
+            Value::Set(inner) => self.frozenset_hash(inner),
             _ => self.hash(key),
         }
     }
@@ -334,9 +445,9 @@ impl Evaluator<'_> {
         match iterable {
             Value::Set(other) | Value::FrozenSet(other) => self.set_merge(set, other)?,
             Value::Dict(dict) => {
-                self.check_allocation(set.growth(dict.len()))?;
-                set.reserve(dict.len());
-                for (hash, key, _) in dict.entries() {
+                self.reserve(set, dict.len())?;
+                for (hash, key, _) in self.entries(dict)? {
+                    self.worked(2 * VALUE)?;
                     self.set_add_hashed(set, hash, key)?;
                 }
             }
@@ -357,11 +468,12 @@ impl Evaluator<'_> {
         }
         self.check_allocation(set.growth(other.len()))?;
         if set.is_empty() {
-            set.replace(other.copy());
+            set.replace(self.copied_set(other)?);
             return Ok(());
         }
-        set.reserve(other.len());
-        for (hash, key) in other.elements() {
+        self.reserve(set, other.len())?;
+        for (hash, key) in self.elements(other)? {
+            self.worked(2 * VALUE)?;
             self.set_add_hashed(set, hash, key)?;
         }
         Ok(())
@@ -369,8 +481,7 @@ impl Evaluator<'_> {
 
     /// `a | b`
     pub fn set_union(&self, a: &Set, b: &Set) -> R<Set> {
-        self.check_allocation(a.bytes())?;
-        let result = a.copy();
+        let result = self.copied_set(a)?;
         self.set_merge(&result, b)?;
         Ok(result)
     }
@@ -379,7 +490,8 @@ impl Evaluator<'_> {
     pub fn set_intersection(&self, a: &Set, b: &Set) -> R<Set> {
         let (walked, other) = if b.len() > a.len() { (a, b) } else { (b, a) };
         let result = Set::new();
-        for (hash, key) in walked.elements() {
+        for (hash, key) in self.elements(walked)? {
+            self.worked(2 * VALUE)?;
             if self.set_find(other, hash, &key)?.is_some() {
                 self.set_add_hashed(&result, hash, key)?;
             }
@@ -390,13 +502,13 @@ impl Evaluator<'_> {
     /// `a - b`
     pub fn set_difference(&self, a: &Set, b: &Set) -> R<Set> {
         if a.len() >> 2 > b.len() {
-            self.check_allocation(a.bytes())?;
-            let result = a.copy();
+            let result = self.copied_set(a)?;
             self.set_subtract(&result, b)?;
             return Ok(result);
         }
         let result = Set::new();
-        for (hash, key) in a.elements() {
+        for (hash, key) in self.elements(a)? {
+            self.worked(2 * VALUE)?;
             if self.set_find(b, hash, &key)?.is_none() {
                 self.set_add_hashed(&result, hash, key)?;
             }
@@ -410,7 +522,8 @@ impl Evaluator<'_> {
             a.clear();
             return Ok(());
         }
-        for (hash, key) in b.elements() {
+        for (hash, key) in self.elements(b)? {
+            self.worked(2 * VALUE)?;
             if let Some(index) = self.set_find(a, hash, &key)? {
                 drop(a.delete_at(index));
             }
@@ -420,8 +533,7 @@ impl Evaluator<'_> {
 
     /// `a ^ b`
     pub fn set_symmetric_difference(&self, a: &Set, b: &Set) -> R<Set> {
-        self.check_allocation(b.bytes())?;
-        let result = b.copy();
+        let result = self.copied_set(b)?;
         self.set_toggle(&result, a)?;
         Ok(result)
     }
@@ -432,7 +544,8 @@ impl Evaluator<'_> {
             a.clear();
             return Ok(());
         }
-        for (hash, key) in b.elements() {
+        for (hash, key) in self.elements(b)? {
+            self.worked(2 * VALUE)?;
             match self.set_find(a, hash, &key)? {
                 Some(index) => drop(a.delete_at(index)),
                 None => a.append(hash, key),
@@ -445,7 +558,8 @@ impl Evaluator<'_> {
         if a.len() > b.len() {
             return Ok(false);
         }
-        for (hash, key) in a.elements() {
+        for (hash, key) in self.elements(a)? {
+            self.worked(2 * VALUE)?;
             if self.set_find(b, hash, &key)?.is_none() {
                 return Ok(false);
             }
@@ -470,27 +584,11 @@ impl Evaluator<'_> {
     }
 }
 
-/// CPython's hash of frozen sets, independent of order.
-fn frozenset_hash(set: &Set) -> u64 {
-    let shuffle = |hash: u64| ((hash ^ 89_869_747) ^ (hash << 16)).wrapping_mul(3_644_798_167);
-    let mut hash = 0u64;
-    for (element, _) in set.elements() {
-        hash ^= shuffle(element);
-    }
-    hash ^= (set.len() as u64 + 1).wrapping_mul(1_927_868_237);
-    hash ^= (hash >> 11) ^ (hash >> 25);
-    hash = hash.wrapping_mul(69_069).wrapping_add(907_133_923);
-    if hash == u64::MAX {
-        hash = 590_923_713;
-    }
-    hash
-}
-
 /// Whether a hash that has just been computed slowly stays the same: code of the script has no part in it.
 fn has_lasting_hash(value: &Value) -> bool {
     match value {
         Value::Tuple(tuple) => tuple.known_hash().is_some(),
-        Value::FrozenSet(_) => true,
+        Value::FrozenSet(_) | Value::Str(_) | Value::Bytes(_) => true,
         _ => false,
     }
 }

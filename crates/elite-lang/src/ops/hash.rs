@@ -7,6 +7,7 @@ use std::rc::Rc;
 
 use num_bigint::{BigInt, Sign};
 
+use crate::eval::bulk::STRIDE;
 use crate::value::Value;
 use crate::value::int::Int;
 use crate::value::string::hash_bytes;
@@ -52,7 +53,12 @@ impl From<bool> for Equal {
 #[inline]
 pub fn quick_equal(a: &Value, b: &Value) -> Equal {
     match (a, b) {
-        (Value::Str(a), Value::Str(b)) => (Rc::ptr_eq(a, b) || a.as_str() == b.as_str()).into(),
+        (Value::Str(a), Value::Str(b)) => {
+            if Rc::ptr_eq(a, b) {
+                return Equal::Yes;
+            }
+            quick_equal_bytes(a.as_str().as_bytes(), b.as_str().as_bytes())
+        }
         (Value::Int(a), Value::Int(b)) => (a == b).into(),
         // A deleted entry of a table equals nothing.
         (Value::Unbound, _) | (_, Value::Unbound) => Equal::No,
@@ -82,12 +88,24 @@ fn quick_equal_at(a: &Value, b: &Value, depth: u32, left: &mut u32) -> Equal {
             }
             all
         }
-        (Value::Str(x), Value::Str(y)) => (x.as_str() == y.as_str()).into(),
-        (Value::Bytes(x), Value::Bytes(y)) => (x.data() == y.data()).into(),
+        (Value::Str(x), Value::Str(y)) => {
+            quick_equal_bytes(x.as_str().as_bytes(), y.as_str().as_bytes())
+        }
+        (Value::Bytes(x), Value::Bytes(y)) => quick_equal_bytes(x.data(), y.data()),
         _ => match (is_atom(a), is_atom(b)) {
             (true, true) => numbers_equal(a, b).unwrap_or(false).into(),
             _ => Equal::Ask,
         },
+    }
+}
+
+/// Compares bytes, unless they are so many that it is to be done in pieces.
+#[inline]
+fn quick_equal_bytes(a: &[u8], b: &[u8]) -> Equal {
+    match a.len() == b.len() {
+        true if a.len() > STRIDE => Equal::Ask,
+        true => (a == b).into(),
+        false => Equal::No,
     }
 }
 
@@ -167,7 +185,7 @@ pub fn int_float_order(int: &Int, float: f64) -> Option<std::cmp::Ordering> {
 #[inline]
 pub fn quick_hash(value: &Value) -> Option<u64> {
     match value {
-        Value::Str(text) => Some(text.hash()),
+        Value::Str(text) => quick_hash_of_text(text),
         Value::Int(int) => Some(hash_i64(*int) as u64),
         _ => quick_hash_at(value, 0, &mut QUICK_MAX.clone()),
     }
@@ -175,7 +193,7 @@ pub fn quick_hash(value: &Value) -> Option<u64> {
 
 fn quick_hash_at(value: &Value, depth: u32, left: &mut u32) -> Option<u64> {
     Some(match value {
-        Value::Str(text) => text.hash(),
+        Value::Str(text) => quick_hash_of_text(text)?,
         Value::Int(int) => hash_i64(*int) as u64,
         Value::Bool(flag) => u64::from(*flag),
         Value::Float(float) => hash_f64(*float) as u64,
@@ -184,7 +202,8 @@ fn quick_hash_at(value: &Value, depth: u32, left: &mut u32) -> Option<u64> {
         Value::None => 0xfca8_6420,
         Value::Ellipsis => 0x5eed_0001,
         Value::NotImplemented => 0x5eed_0002,
-        Value::Bytes(bytes) => hash_bytes(bytes.data()) ^ 0xb17e5,
+        Value::Bytes(bytes) if bytes.data().len() > STRIDE => return None,
+        Value::Bytes(bytes) => of_bytes(hash_bytes(bytes.data())),
         Value::Tuple(tuple) => {
             if let Some(known) = tuple.known_hash() {
                 return Some(known);
@@ -214,6 +233,20 @@ fn quick_hash_at(value: &Value, depth: u32, left: &mut u32) -> Option<u64> {
         | Value::Super(_) => address_hash(value.address()?),
         _ => return None,
     })
+}
+
+/// The hash of a text, unless it takes long to compute.
+#[inline]
+fn quick_hash_of_text(text: &crate::value::Str) -> Option<u64> {
+    match text.as_str().len() > STRIDE {
+        true => text.known_hash(),
+        false => Some(text.hash()),
+    }
+}
+
+/// The hash of `bytes`, from that of the same bytes as text.
+pub fn of_bytes(hash: u64) -> u64 {
+    hash ^ 0xb17e5
 }
 
 /// The hash of an object without a value of its own.

@@ -7,7 +7,8 @@ use crate::builtins::types::range::long_range_iterator;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::generator::{Stepped, ToGenerator};
-use crate::value::dict::ViewKind;
+use crate::eval::pace::VALUE;
+use crate::value::dict::{SOME, ViewKind};
 use crate::value::symbol::known;
 use crate::value::{Held, Iter, R, Raised, Value};
 
@@ -441,14 +442,20 @@ impl Evaluator<'_> {
                 return Ok(items);
             }
             Value::Dict(dict) => {
-                self.check_allocation(dict.len() * size_of::<Value>())?;
-                return Ok(dict.keys());
+                let mut keys = self.room_for(dict.len())?;
+                let (mut from, mut some) = (Some(0), Vec::new());
+                while let Some(place) = from {
+                    from = dict.entries_from(place, SOME, &mut some);
+                    self.worked(some.len() * VALUE)?;
+                    keys.extend(some.drain(..).map(|(_, key, _)| key));
+                }
+                return Ok(keys);
             }
             Value::Range(range) => {
                 let length = range.len();
                 let mut items = self.room_for(usize::try_from(length).unwrap_or(usize::MAX))?;
                 for index in 0..length {
-                    self.worked(1)?;
+                    self.worked(VALUE / 2)?;
                     items.push(Value::Int(range.at(index)));
                 }
                 return Ok(items);

@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 
-use super::text::{quote, quote_bytes};
 use crate::eval::Evaluator;
 use crate::format::float;
 use crate::value::symbol::known;
@@ -31,11 +30,11 @@ impl Evaluator<'_> {
             Value::Float(value) => out.push_str(&float::repr(*value)),
             Value::BigInt(big) => out.push_str(&self.big_to_text(big)?),
             Value::Complex(complex) => out.push_str(&float::complex_repr(complex.0, complex.1)),
-            Value::Str(text) => quote(text.as_str(), out),
-            Value::Bytes(bytes) => quote_bytes(bytes.data(), out),
+            Value::Str(text) => self.quote(text.as_str(), out)?,
+            Value::Bytes(bytes) => self.quote_bytes(bytes.data(), out)?,
             Value::ByteArray(bytes) => {
                 out.push_str("bytearray(");
-                quote_bytes(&bytes.data.borrow(), out);
+                self.quote_bytes(&bytes.snapshot(), out)?;
                 out.push(')');
             }
             Value::Range(range) => {
@@ -132,7 +131,8 @@ impl Evaluator<'_> {
             }
             Value::Set(set) | Value::FrozenSet(set) => {
                 let frozen = matches!(value, Value::FrozenSet(_));
-                let items: Vec<Value> = set.elements().into_iter().map(|(_, key)| key).collect();
+                let items = self.elements(set)?.into_iter().map(|(_, key)| key);
+                let items: Vec<Value> = items.collect();
                 match (items.is_empty(), frozen) {
                     (true, false) => out.push_str("set()"),
                     (true, true) => out.push_str("frozenset()"),

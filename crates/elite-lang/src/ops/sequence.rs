@@ -7,6 +7,8 @@ use compact_str::CompactString;
 use crate::ast::BinaryOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::eval::bulk::STRIDE;
+use crate::value::bytes::Data;
 use crate::value::int::Int;
 use crate::value::{ByteArray, Bytes, R, Set, Str, Value};
 
@@ -19,7 +21,8 @@ impl Evaluator<'_> {
             BinaryOp::Mod => match a {
                 Value::Str(format) => self
                     .percent_format(format.as_str(), b)
-                    .map(|text| Some(Value::str(text))),
+                    .and_then(|text| self.string(text))
+                    .map(Some),
                 Value::Bytes(_) | Value::ByteArray(_) => self.percent_bytes(a, b).map(Some),
                 _ => Ok(None),
             },
@@ -34,6 +37,14 @@ impl Evaluator<'_> {
         Ok(Some(match (a, b) {
             (Value::Str(a), Value::Str(b)) => {
                 let bytes = a.as_str().len() + b.as_str().len();
+                if bytes > STRIDE {
+                    let mut text = String::new();
+                    self.grow(&mut text, bytes)?;
+                    self.push_text(&mut text, a.as_str())?;
+                    self.push_text(&mut text, b.as_str())?;
+                    let chars = a.len() + b.len();
+                    return Ok(Some(Value::Str(Rc::new(Str::counted(text, chars)))));
+                }
                 self.check_allocation(bytes)?;
                 let mut text = CompactString::with_capacity(bytes);
                 text.push_str(a.as_str());
@@ -54,31 +65,29 @@ impl Evaluator<'_> {
                 self.copy_values(b.items(), &mut items)?;
                 Value::tuple(items)
             }
-            (Value::Bytes(a), _) => match self.bytes_like(b) {
-                Some(b) => {
-                    self.check_allocation(a.data().len() + b.len())?;
-                    Value::Bytes(Rc::new(Bytes::new([a.data(), &b].concat())))
+            (Value::Bytes(_) | Value::ByteArray(_), _) => {
+                let (Some(x), Some(y)) = (self.bytes_like(a), self.bytes_like(b)) else {
+                    return Ok(None);
+                };
+                let mut data = Vec::new();
+                self.grow(&mut data, x.len() + y.len())?;
+                self.push_bytes(&mut data, &x)?;
+                self.push_bytes(&mut data, &y)?;
+                match a {
+                    Value::ByteArray(_) => Value::ByteArray(Rc::new(ByteArray::new(data))),
+                    _ => Value::Bytes(Rc::new(Bytes::new(data))),
                 }
-                None => return Ok(None),
-            },
-            (Value::ByteArray(a), _) => match self.bytes_like(b) {
-                Some(b) => {
-                    let length = a.data.borrow().len();
-                    self.check_allocation(length + b.len())?;
-                    let data = [&a.data.borrow()[..], &b].concat();
-                    Value::ByteArray(Rc::new(ByteArray::new(data)))
-                }
-                None => return Ok(None),
-            },
+            }
             _ => return Ok(None),
         }))
     }
 
     /// The bytes of a bytes or bytearray.
-    pub fn bytes_like(&self, value: &Value) -> Option<Vec<u8>> {
+    #[inline]
+    pub fn bytes_like(&self, value: &Value) -> Option<Data> {
         match value {
-            Value::Bytes(bytes) => Some(bytes.data().to_vec()),
-            Value::ByteArray(bytes) => Some(bytes.data.borrow().clone()),
+            Value::Bytes(bytes) => Some(Data::Bytes(bytes.clone())),
+            Value::ByteArray(bytes) => Some(Data::Snapshot(bytes.snapshot())),
             Value::Instance(instance) => self.bytes_like(&instance.extended()?),
             _ => None,
         }
@@ -132,10 +141,9 @@ impl Evaluator<'_> {
         Ok(Some(match sequence {
             Value::Str(text) => {
                 let count = self.repetitions(count, text.as_str().len())?;
-                Value::Str(Rc::new(Str::counted(
-                    text.as_str().repeat(count),
-                    text.len() * count,
-                )))
+                let mut out = String::new();
+                self.push_repeated(&mut out, text.as_str(), count)?;
+                Value::Str(Rc::new(Str::counted(out, text.len() * count)))
             }
             Value::List(list) => {
                 let count = self.repetitions(count, list.len() * size_of::<Value>())?;
@@ -145,16 +153,19 @@ impl Evaluator<'_> {
             }
             Value::Tuple(tuple) => {
                 let count = self.repetitions(count, std::mem::size_of_val(tuple.items()))?;
-                Value::tuple(self.repeated(tuple.items().to_vec(), count)?)
+                let mut items = Vec::new();
+                self.copy_values(tuple.items(), &mut items)?;
+                Value::tuple(self.repeated(items, count)?)
             }
             Value::Bytes(bytes) => {
                 let count = self.repetitions(count, bytes.data().len())?;
-                Value::Bytes(Rc::new(Bytes::new(bytes.data().repeat(count))))
+                Value::Bytes(Rc::new(Bytes::new(
+                    self.repeated_bytes(bytes.data(), count)?,
+                )))
             }
             Value::ByteArray(bytes) => {
-                let length = bytes.data.borrow().len();
-                let count = self.repetitions(count, length)?;
-                let data = bytes.data.borrow().repeat(count);
+                let count = self.repetitions(count, bytes.len())?;
+                let data = self.repeated_bytes(&bytes.snapshot(), count)?;
                 Value::ByteArray(Rc::new(ByteArray::new(data)))
             }
             _ => return Ok(None),
@@ -163,8 +174,7 @@ impl Evaluator<'_> {
 
     fn algebra(&self, op: BinaryOp, a: &Value, b: &Value) -> R<Option<Value>> {
         if let (BinaryOp::BitOr, Value::Dict(a), Value::Dict(b)) = (op, a, b) {
-            self.check_allocation(a.bytes())?;
-            let union = Rc::new(a.copy());
+            let union = Rc::new(self.copied_dict(a)?);
             self.dict_update(&union, b)?;
             return Ok(Some(Value::Dict(union)));
         }
@@ -236,16 +246,15 @@ impl Evaluator<'_> {
                 let Some(count) = self.count_of(b)? else {
                     return Ok(None);
                 };
-                let data = bytes.data.get();
+                let data = bytes.snapshot();
                 let count = self.repetitions(&count, data.len())?;
-                bytes.data.put(data.repeat(count));
+                bytes.put(self.repeated_bytes(&data, count)?);
             }
             (BinaryOp::Add, Value::ByteArray(bytes)) => {
                 let Some(more) = self.bytes_like(b) else {
                     return Ok(None);
                 };
-                self.grow_bytes(bytes, more.len())?;
-                bytes.data.change(|data| data.extend(more));
+                self.extend_bytes(bytes, more)?;
             }
             (BinaryOp::BitOr, Value::Dict(dict)) => self.dict_update_from(dict, b)?,
             (

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use crate::ast::Conversion;
 use crate::eval::Evaluator;
+use crate::eval::bulk::{EACH, PIECE, pieces};
 use crate::format::Spec;
 use crate::value::symbol::known;
 use crate::value::{Instance, R, Value};
@@ -35,7 +36,7 @@ impl Evaluator<'_> {
         match value {
             Value::Str(_) => Ok(value.clone()),
             Value::Int(int @ 0..10) => Ok(self.core.ascii[b'0' as usize + *int as usize].clone()),
-            other => self.str(other).map(Value::str),
+            other => self.string(self.str(other)?),
         }
     }
 
@@ -254,7 +255,46 @@ impl Evaluator<'_> {
     }
 }
 
-/// Appends a string as Python writes it: with quotes and escapes.
+impl Evaluator<'_> {
+    /// Appends a string as Python writes it.
+    pub fn quote(&self, text: &str, out: &mut String) -> R<()> {
+        if text.len() <= PIECE {
+            quote(text, out);
+            return Ok(());
+        }
+        let mark = self.quotation_mark(text.as_bytes())?;
+        out.push(mark);
+        for piece in pieces(text) {
+            self.grow(out, piece.len())?;
+            escape(piece, mark, out);
+            self.worked(2 * piece.len() * EACH)?;
+        }
+        out.push(mark);
+        Ok(())
+    }
+
+    /// Appends bytes as Python writes them.
+    pub fn quote_bytes(&self, data: &[u8], out: &mut String) -> R<()> {
+        let mark = self.quotation_mark(data)?;
+        out.push('b');
+        out.push(mark);
+        for piece in data.chunks(PIECE) {
+            self.grow(out, piece.len())?;
+            escape_bytes(piece, mark, out);
+            self.worked(2 * piece.len() * EACH)?;
+        }
+        out.push(mark);
+        Ok(())
+    }
+
+    fn quotation_mark(&self, data: &[u8]) -> R<char> {
+        let single = self.find_bytes(data, b"'")?.is_some();
+        let double = single && self.find_bytes(data, b"\"")?.is_some();
+        Ok(if single && !double { '"' } else { '\'' })
+    }
+}
+
+/// Appends a short string as Python writes it: with quotes and escapes.
 pub fn quote(text: &str, out: &mut String) {
     let quote = if text.contains('\'') && !text.contains('"') {
         '"'
@@ -262,6 +302,11 @@ pub fn quote(text: &str, out: &mut String) {
         '\''
     };
     out.push(quote);
+    escape(text, quote, out);
+    out.push(quote);
+}
+
+fn escape(text: &str, quote: char, out: &mut String) {
     for c in text.chars() {
         match c {
             '\\' => out.push_str("\\\\"),
@@ -284,7 +329,6 @@ pub fn quote(text: &str, out: &mut String) {
             }
         }
     }
-    out.push(quote);
 }
 
 /// Python's `str.isprintable` of one character, closely: no controls, separators other than the blank, private or
@@ -311,15 +355,7 @@ pub fn is_printable(c: char) -> bool {
     !hidden
 }
 
-/// Appends bytes as Python writes them.
-pub fn quote_bytes(data: &[u8], out: &mut String) {
-    let quote = if data.contains(&b'\'') && !data.contains(&b'"') {
-        '"'
-    } else {
-        '\''
-    };
-    out.push('b');
-    out.push(quote);
+fn escape_bytes(data: &[u8], quote: char, out: &mut String) {
     for byte in data {
         match byte {
             b'\\' => out.push_str("\\\\"),
@@ -336,7 +372,6 @@ pub fn quote_bytes(data: &[u8], out: &mut String) {
             }
         }
     }
-    out.push(quote);
 }
 
 /// Appends an integer in decimal.

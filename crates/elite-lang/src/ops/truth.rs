@@ -44,7 +44,7 @@ impl Evaluator<'_> {
             Value::DictView(view) => view.dict.len(),
             Value::Set(set) | Value::FrozenSet(set) => set.len(),
             Value::Bytes(bytes) => bytes.data().len(),
-            Value::ByteArray(bytes) => bytes.data.borrow().len(),
+            Value::ByteArray(bytes) => bytes.borrow().len(),
             Value::Range(range) => range.len() as usize,
             Value::LongRange(range) => match usize::try_from(range.len()) {
                 Ok(length) if i64::try_from(length).is_ok() => length,
@@ -83,7 +83,7 @@ fn other_truth(value: &Value) -> bool {
         Value::DictView(view) => !view.dict.is_empty(),
         Value::Set(set) | Value::FrozenSet(set) => !set.is_empty(),
         Value::Bytes(bytes) => !bytes.data().is_empty(),
-        Value::ByteArray(bytes) => !bytes.data.borrow().is_empty(),
+        Value::ByteArray(bytes) => !bytes.borrow().is_empty(),
         Value::Range(range) => !range.is_empty(),
         Value::LongRange(range) => !range.is_empty(),
         _ => true,

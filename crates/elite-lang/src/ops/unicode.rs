@@ -245,3 +245,37 @@ pub fn is_letter(c: char) -> bool {
         && !c.is_numeric()
         && !matches!(c, '\u{24b6}'..='\u{24e9}' | '\u{1f130}'..='\u{1f189}')
 }
+
+/// Whether a capital sigma between these texts ends a word: after a letter with case, and not before one. What counts for
+/// nothing between letters (apostrophes, marks) is passed over, as the standard library does.
+pub fn ends_word(before: &str, after: &str) -> bool {
+    let mut before = before.chars().rev().map(Bearing::of);
+    let mut after = after.chars().map(Bearing::of);
+    let passed = |bearing: &Bearing| *bearing != Bearing::Ignored;
+    before.find(passed) == Some(Bearing::Cased) && after.find(passed) != Some(Bearing::Cased)
+}
+
+/// What a character means for a sigma beside it. The standard library has the tables but keeps them to itself: it is asked
+/// what becomes of a sigma before the character.
+#[derive(PartialEq)]
+enum Bearing {
+    Cased,
+    Ignored,
+    Other,
+}
+
+impl Bearing {
+    fn of(c: char) -> Self {
+        if c.is_ascii_alphabetic() {
+            return Bearing::Cased;
+        }
+        let is_final = |text: String| text.to_lowercase().starts_with("aς");
+        if is_final(format!("aΣ{c}b")) {
+            Bearing::Other
+        } else if is_final(format!("aΣ{c}")) {
+            Bearing::Ignored
+        } else {
+            Bearing::Cased
+        }
+    }
+}

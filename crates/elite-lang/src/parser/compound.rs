@@ -1,7 +1,9 @@
 //! Statements with blocks: `if`, `while`, `for`, `try`, `with`, `def`, `sec`, `class`, decorators.
 
 use super::{Context, Parse, Parser};
-use crate::ast::{ClassDef, Expr, ExprKind, FunctionDef, Handler, Stmt, StmtKind, WithItem};
+use crate::ast::{
+    ClassDef, Expr, ExprKind, FunctionDef, Handler, NodePlace, Stmt, StmtKind, WithItem,
+};
 use crate::diagnostic::Diagnostic;
 use crate::lexer::TokenKind as T;
 use crate::lint::visit::blocks;
@@ -79,8 +81,10 @@ impl Parser<'_> {
                 let message = format!("expected an indented block after {header}");
                 return Err(parser.report(Diagnostic::error("indentation", span, message)));
             }
-            parser.block_lines(&mut body)?;
-            Ok(body)
+            parser.depth += 1;
+            let read = parser.block_lines(&mut body);
+            parser.depth -= 1;
+            read.map(|()| body)
         })
     }
 
@@ -96,6 +100,7 @@ impl Parser<'_> {
         loop {
             match self.kind() {
                 T::Dedent => {
+                    self.claim_at_end_of(body);
                     self.bump();
                     return Ok(());
                 }
@@ -140,8 +145,9 @@ impl Parser<'_> {
         self.bump();
         let test = self.condition()?;
         let mut branches = vec![(test, self.block("the 'if' condition")?)];
-        while self.eat(T::Elif).is_some() {
+        while let Some(elif) = self.eat(T::Elif) {
             let test = self.condition()?;
+            self.claim(elif.span.start, NodePlace::Before(test.span.start));
             branches.push((test, self.block("the 'elif' condition")?));
         }
         let orelse = self.else_block()?;

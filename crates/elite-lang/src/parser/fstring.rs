@@ -167,7 +167,7 @@ impl Parser<'_> {
     }
 
     /// Parses the expression at `span` with the state of this parser.
-    fn field_expression(&mut self, span: Span) -> Parse<Expr> {
+    pub(super) fn field_expression(&mut self, span: Span) -> Parse<Expr> {
         let lexed = lex_expression(self.file, span, self.budget);
         for finding in lexed.diagnostics.into_vec() {
             self.lexed.push(finding);

@@ -6,6 +6,7 @@
 
 mod atom;
 mod compound;
+mod directive;
 mod expr;
 mod fstring;
 mod literal;
@@ -14,7 +15,7 @@ mod stmt;
 mod strings;
 mod target;
 
-use crate::ast::{Expr, ExprKind, Ident, Module, ScopeId, Stmt};
+use crate::ast::{Expr, ExprKind, Ident, Module, NodePlace, ScopeId, Stmt};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::findings::{Findings, in_order, quoted};
 use crate::lexer::{Token, TokenKind, lex, lex_expression, too_large};
@@ -56,6 +57,7 @@ pub fn parse_within(file: &SourceFile, most: usize) -> Parsed {
     let mut parser = Parser::new(file, lexed.tokens, lexed.diagnostics, budget);
     parser.cuts = lexed.cuts;
     parser.print_is_assigned = parser.assigns_print();
+    parser.directives(&lexed.directives);
     let body = parser.statements_until_end();
     parser.finish(body)
 }
@@ -104,6 +106,11 @@ struct Parser<'f> {
     cuts: Vec<u32>,
     /// The script assigns `print`, so `print x` is not rewritten.
     print_is_assigned: bool,
+    /// The directives; `claimed` of them have their place.
+    marks: Vec<directive::Mark>,
+    claimed: usize,
+    /// Blocks around the statement being parsed.
+    depth: u32,
     /// What tokens and tree may take; spent, the parser is at the end of the text.
     budget: Budget,
     is_too_large: bool,
@@ -125,6 +132,9 @@ impl<'f> Parser<'f> {
             classes,
             cuts: Vec::new(),
             print_is_assigned: false,
+            marks: Vec::new(),
+            claimed: 0,
+            depth: 0,
             budget,
             is_too_large: false,
         }
@@ -135,8 +145,9 @@ impl<'f> Parser<'f> {
         diagnostics.extend(self.diagnostics.into_vec());
         let span = Span::new(0, self.file.text().len());
         drop(self.tokens);
+        let mut nodes: Vec<_> = self.marks.into_iter().map(|mark| mark.node).collect();
         if self.is_too_large {
-            body = Vec::new();
+            (body, nodes) = (Vec::new(), Vec::new());
             diagnostics = vec![too_large(self.budget)];
         }
         Parsed {
@@ -144,6 +155,7 @@ impl<'f> Parser<'f> {
                 body,
                 span,
                 scope_count: self.scope_count,
+                nodes,
             },
             bytes: self.budget.used(),
             diagnostics: in_order(diagnostics),
@@ -155,6 +167,7 @@ impl<'f> Parser<'f> {
         while self.kind() != TokenKind::EndOfFile {
             self.statement_or_recover(&mut body);
         }
+        self.claim(u32::MAX, NodePlace::AtEnd);
         body
     }
 

@@ -1,7 +1,7 @@
 //! Simple statements, and how lines are put together from them.
 
 use super::{Failed, Parse, Parser};
-use crate::ast::{BinaryOp, Expr, ExprKind, Ident, ImportAlias, Stmt, StmtKind};
+use crate::ast::{BinaryOp, Expr, ExprKind, Ident, ImportAlias, NodePlace, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;
 use crate::findings::quoted;
 use crate::lexer::TokenKind as T;
@@ -80,17 +80,23 @@ impl Parser<'_> {
             }
             T::Indent => self.unexpected_indent(),
             T::End => self.misplaced_end(),
-            _ => match self.compound_statement()? {
-                Some(statement) => {
-                    body.push(statement);
-                    // `end` at the column of the header closes the whole statement (language.md 4.1, rules 2 and 4).
-                    if self.eat(T::End).is_some() {
-                        self.end_of_line()?;
-                    }
-                    Ok(())
+            _ => self.ordinary_statement(body),
+        }
+    }
+
+    fn ordinary_statement(&mut self, body: &mut Vec<Stmt>) -> Parse<()> {
+        let start = self.token().span.start;
+        self.claim(start, NodePlace::Before(start));
+        match self.compound_statement()? {
+            Some(statement) => {
+                body.push(statement);
+                // `end` at the column of the header closes the whole statement (language.md 4.1, rules 2 and 4).
+                if self.eat(T::End).is_some() {
+                    self.end_of_line()?;
                 }
-                None => self.simple_line(body),
-            },
+                Ok(())
+            }
+            None => self.simple_line(body),
         }
     }
 

@@ -4,6 +4,7 @@ use num_bigint::{BigInt, Sign};
 
 use super::define::Builder;
 use crate::eval::Evaluator;
+use crate::eval::bulk::{EACH, STRIDE, many};
 use crate::value::int::Int;
 use crate::value::{Bytes, R, Raised, Value};
 
@@ -64,9 +65,9 @@ fn width(code: u8, native: bool) -> Option<usize> {
 impl Format {
     fn parse(ev: &Evaluator<'_>, format: &Value, error: &Value) -> R<Format> {
         let text = match ev.plain(format) {
-            Value::Str(text) => text.as_str().as_bytes().to_vec(),
+            Value::Str(text) => ev.copied_bytes(text.as_str().as_bytes())?,
             other => match ev.bytes_like(&other) {
-                Some(data) => data,
+                Some(data) => ev.copied_bytes(&data)?,
                 None => {
                     let name = ev.core.types.name_of(&other);
                     return Err(ev.type_error(format!(
@@ -91,6 +92,7 @@ impl Format {
         };
         let mut count: Option<usize> = None;
         for code in codes {
+            ev.worked(EACH)?;
             if code.is_ascii_digit() {
                 let digit = usize::from(code - b'0');
                 let next = count.unwrap_or(0) * 10 + digit;
@@ -124,7 +126,9 @@ impl Format {
                     made.values += 1;
                 }
                 _ => {
+                    ev.grow(&mut made.fields, times)?;
                     for index in 0..times {
+                        ev.worked(EACH)?;
                         made.fields.push((*code, width, made.size + index * width));
                     }
                     made.values += times;
@@ -157,6 +161,7 @@ fn pack(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     }
     let mut out = vec![0; format.size];
     for ((code, width, offset), value) in format.fields.iter().zip(&values) {
+        ev.worked(4 * EACH)?;
         let place = &mut out[*offset..*offset + *width];
         pack_one(ev, *code, format.native, value, place, &error)?;
         if format.little && !matches!(code, b's' | b'p' | b'c') {
@@ -227,7 +232,10 @@ fn pack_one(
                 place
             };
             let length = data.len().min(body.len());
-            body[..length].copy_from_slice(&data[..length]);
+            for (to, from) in body[..length].chunks_mut(STRIDE).zip(data.chunks(STRIDE)) {
+                to.copy_from_slice(&from[..to.len()]);
+                ev.worked(many(to.len()))?;
+            }
         }
         _ => pack_int(ev, code, native, value, place, error)?,
     }
@@ -334,7 +342,8 @@ fn unpack(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     ev.ask_for_pieces(data.len(), || format.fields.len())?;
     let mut values = Vec::with_capacity(format.fields.len());
     for (code, width, offset) in &format.fields {
-        let mut field = data[*offset..*offset + *width].to_vec();
+        ev.worked(4 * EACH)?;
+        let mut field = ev.copied_bytes(&data[*offset..*offset + *width])?;
         if format.little && !matches!(code, b's' | b'p' | b'c') {
             field.reverse();
         }

@@ -9,11 +9,15 @@ use crate::ast::CompareOp;
 use crate::builtins::types::insertion_place;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::eval::pace::VALUE;
 use crate::value::instance::Holds;
 use crate::value::int::Int;
 use crate::value::iter::NativeIter;
 use crate::value::symbol::known;
 use crate::value::{Held, Iter, R, Raised, Value, trash};
+
+/// Items that are copied between two safepoints.
+const SOME: usize = 4096;
 
 pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     let class = module.class(
@@ -31,6 +35,17 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         Value::str("collections"),
     );
     class.set(crate::value::symbol::known::HASH, Value::None);
+    module.functions(&[("_move_to_front", "dict key /", |ev, args| {
+        let Value::Dict(dict) = ev.plain(&args[0]) else {
+            return Err(ev.type_error("a dictionary is required"));
+        };
+        let Some(index) = ev.dict_find(&dict, &args[1])? else {
+            return Err(ev.key_error(&args[1]));
+        };
+        ev.check_allocation(dict.bytes())?;
+        dict.move_to_front(index);
+        Ok(Value::None)
+    })]);
     for name in ["_deque_iterator", "_deque_reverse_iterator"] {
         module.iterator_class(name, None);
     }
@@ -104,8 +119,22 @@ impl Deque {
         self.items.borrow().get(index).cloned()
     }
 
-    fn to_vec(&self) -> Vec<Value> {
-        self.items.borrow().iter().cloned().collect()
+    /// The items, some at a time.
+    fn to_vec(&self, ev: &Evaluator<'_>) -> R<Vec<Value>> {
+        let mut out = ev.room_for(self.len())?;
+        loop {
+            let some = {
+                let items = self.items.borrow();
+                let end = items.len().min(out.len() + SOME);
+                let from = out.len().min(end);
+                out.extend(items.range(from..end).cloned());
+                end - from
+            };
+            if some == 0 {
+                return Ok(out);
+            }
+            ev.worked(some * VALUE)?;
+        }
     }
 
     fn len(&self) -> usize {
@@ -187,7 +216,8 @@ fn extend(ev: &Evaluator<'_>, deque: &Deque, iterable: &Value, left: bool) -> R<
     // What it holds is collected first, so that a deque can extend itself.
     let own = data(ev, iterable).is_ok_and(|other| std::ptr::eq(&*other, deque));
     if own {
-        for item in deque.to_vec() {
+        for item in deque.to_vec(ev)? {
+            ev.worked(VALUE)?;
             deque.grow(ev, 1)?;
             deque.push(item, left);
         }
@@ -247,6 +277,7 @@ fn find(ev: &Evaluator<'_>, deque: &Deque, wanted: &Value) -> R<Option<usize>> {
     let generation = deque.generation.get();
     let mut index = 0;
     while let Some(item) = deque.get(index) {
+        ev.worked(VALUE)?;
         if ev.equal(&item, wanted)? {
             return Ok(Some(index));
         }
@@ -264,7 +295,8 @@ fn compare(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R {
     let Ok(other) = data(ev, &args[1]) else {
         return Ok(Value::NotImplemented);
     };
-    ev.recurse(|| ev.compare(op, &Value::list(own.to_vec()), &Value::list(other.to_vec())))
+    let (own, other) = (Value::list(own.to_vec(ev)?), Value::list(other.to_vec(ev)?));
+    ev.recurse(|| ev.compare(op, &own, &other))
 }
 
 const METHODS: &[Entry] = &[
@@ -302,11 +334,11 @@ const METHODS: &[Entry] = &[
     }),
     ("copy", "", |ev, args| {
         let deque = data(ev, &args[0])?;
-        make(ev, deque.to_vec(), deque.maxlen.get())
+        make(ev, deque.to_vec(ev)?, deque.maxlen.get())
     }),
     ("__copy__", "", |ev, args| {
         let deque = data(ev, &args[0])?;
-        make(ev, deque.to_vec(), deque.maxlen.get())
+        make(ev, deque.to_vec(ev)?, deque.maxlen.get())
     }),
     ("rotate", "n? /", |ev, args| {
         let steps = args[1].given().map_or(Ok(1), |n| ev.index(n))?;
@@ -331,6 +363,7 @@ const METHODS: &[Entry] = &[
         let generation = deque.generation.get();
         let (mut index, mut count) = (0, 0);
         while let Some(item) = deque.get(index) {
+            ev.worked(VALUE)?;
             count += i64::from(ev.equal(&item, &args[1])?);
             if deque.generation.get() != generation {
                 return Err(mutated(ev));
@@ -351,6 +384,7 @@ const METHODS: &[Entry] = &[
         let places = insertion_place(start, length)..insertion_place(stop, length);
         for index in places {
             let Some(item) = deque.get(index) else { break };
+            ev.worked(VALUE)?;
             if ev.equal(&item, &args[1])? {
                 return Ok(Value::Int(index as i64));
             }
@@ -374,6 +408,7 @@ const METHODS: &[Entry] = &[
         let before = deque.len() as i64;
         let index = ev.clamped_index(&args[1])?;
         let item = std::mem::take(&mut args[2]);
+        deque.grow(ev, 1)?;
         deque.items.change(|items| {
             let place = match index {
                 index if index >= before => items.len(),
@@ -390,6 +425,7 @@ const METHODS: &[Entry] = &[
         let generation = deque.generation.get();
         let mut index = 0;
         while let Some(item) = deque.get(index) {
+            ev.worked(VALUE)?;
             let equal = ev.equal(&item, &args[1])?;
             if deque.generation.get() != generation {
                 let text = "deque mutated during remove().";
@@ -474,8 +510,13 @@ const METHODS: &[Entry] = &[
                 "can only concatenate deque (not \"{name}\") to deque"
             )));
         };
-        let sum = make(ev, own.to_vec(), own.maxlen.get())?;
-        extend(ev, &*data(ev, &sum)?, &Value::list(other.to_vec()), false)?;
+        let sum = make(ev, own.to_vec(ev)?, own.maxlen.get())?;
+        extend(
+            ev,
+            &*data(ev, &sum)?,
+            &Value::list(other.to_vec(ev)?),
+            false,
+        )?;
         Ok(sum)
     }),
     ("__iadd__", "other /", |ev, args| {
@@ -510,7 +551,8 @@ const METHODS: &[Entry] = &[
     ("__repr__", "", |ev, args| {
         let deque = data(ev, &args[0])?;
         let name = ev.core.types.of(&args[0]).name();
-        let items = ev.recurse(|| ev.repr(&Value::list(deque.to_vec())))?;
+        let items = Value::list(deque.to_vec(ev)?);
+        let items = ev.recurse(|| ev.repr(&items))?;
         Ok(Value::str(match deque.maxlen.get() {
             Some(most) => format!("{name}({items}, maxlen={most})"),
             None => format!("{name}({items})"),
@@ -526,19 +568,19 @@ fn is_added_by_itself(ev: &Evaluator<'_>, value: &Value) -> bool {
 /// The items of a deque so many times over.
 fn repeated(ev: &Evaluator<'_>, args: &[Value]) -> R<Vec<Value>> {
     let times = ev.clamped_index(&args[1])?.max(0) as usize;
-    let items = data(ev, &args[0])?.to_vec();
+    let items = data(ev, &args[0])?.to_vec(ev)?;
     let count = items.len().saturating_mul(times);
     ev.check_allocation(count.saturating_mul(2 * size_of::<Value>()))?;
-    let mut all = Vec::with_capacity(count);
-    for _ in 0..if items.is_empty() { 0 } else { times } {
-        all.extend_from_slice(&items);
-    }
-    Ok(all)
+    ev.repeated(items, times)
 }
 
 fn repeat_into(ev: &Evaluator<'_>, receiver: Value, items: Vec<Value>) -> R {
     let deque = data(ev, &receiver)?;
-    items.into_iter().for_each(|item| deque.push(item, false));
+    for item in items {
+        ev.worked(VALUE)?;
+        deque.grow(ev, 1)?;
+        deque.push(item, false);
+    }
     Ok(receiver)
 }
 

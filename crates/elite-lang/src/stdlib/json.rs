@@ -8,6 +8,8 @@ use std::rc::Rc;
 use super::define::Builder;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::eval::bulk::{EACH, PIECE, pieces};
+use crate::eval::pace::VALUE;
 use crate::format::float;
 use crate::value::int::Int;
 use crate::value::{Dict, R, Raised, Value};
@@ -48,9 +50,9 @@ fn read(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         let end = text.char_index(reader.at);
         return Ok(Value::tuple(vec![value, Value::Int(end as i64)]));
     }
-    reader.blanks();
+    reader.blanks()?;
     let value = reader.value()?;
-    reader.blanks();
+    reader.blanks()?;
     if reader.at < reader.bytes.len() {
         return Err(reader.fail("Extra data", reader.at));
     }
@@ -76,13 +78,15 @@ impl Reader<'_, '_> {
     #[cold]
     fn fail(&self, message: &str, at: usize) -> Raised {
         let at = at.min(self.text.len());
-        let before = &self.text[..at];
-        let position = before.chars().count() as i64;
-        let mut args = [
-            Value::str(message),
-            Value::str(self.text),
-            Value::Int(position),
-        ];
+        let position = match self.ev.count_chars(&self.text[..at]) {
+            Ok(position) => Value::Int(position as i64),
+            Err(raised) => return raised,
+        };
+        let text = match self.ev.string_of(self.text) {
+            Ok(text) => text,
+            Err(raised) => return raised,
+        };
+        let mut args = [Value::str(message), text, position];
         match self.ev.call(&self.error, &mut args, &[]) {
             Ok(Value::Instance(exception)) => Raised::Exception(exception),
             Ok(_) => self.ev.value_error(message),
@@ -90,10 +94,15 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn blanks(&mut self) {
+    fn blanks(&mut self) -> R<()> {
+        let from = self.at;
         while let Some(b' ' | b'\t' | b'\n' | b'\r') = self.bytes.get(self.at) {
             self.at += 1;
+            if (self.at - from).is_multiple_of(PIECE) {
+                self.ev.worked(PIECE * EACH)?;
+            }
         }
+        Ok(())
     }
 
     fn value(&mut self) -> R {
@@ -101,7 +110,8 @@ impl Reader<'_, '_> {
         match self.bytes.get(self.at) {
             Some(b'"') => {
                 self.at += 1;
-                self.string().map(Value::str)
+                let text = self.string()?;
+                self.ev.string(text)
             }
             Some(b'{' | b'[') => {
                 let ev = self.ev;
@@ -228,13 +238,21 @@ impl Reader<'_, '_> {
         let mut out = String::new();
         loop {
             let from = self.at;
-            while let Some(byte) = self.bytes.get(self.at)
+            let end = self
+                .text
+                .ceil_char_boundary((from + PIECE).min(self.text.len()));
+            while let Some(byte) = self.bytes[..end].get(self.at)
                 && !matches!(byte, b'"' | b'\\')
                 && (*byte >= 0x20 || !self.strict)
             {
                 self.at += 1;
             }
+            self.ev.grow(&mut out, self.at - from)?;
             out.push_str(&self.text[from..self.at]);
+            self.ev.worked((self.at - from) * 2 + EACH)?;
+            if self.at == end && end < self.text.len() {
+                continue;
+            }
             match self.bytes.get(self.at) {
                 None => return Err(self.fail("Unterminated string starting at", begin)),
                 Some(b'"') => {
@@ -298,15 +316,17 @@ impl Reader<'_, '_> {
 
     fn array(&mut self) -> R {
         let mut items = Vec::new();
-        self.blanks();
+        self.blanks()?;
         if self.bytes.get(self.at) == Some(&b']') {
             self.at += 1;
             return Ok(Value::list(items));
         }
         loop {
-            items.push(self.value()?);
+            let item = self.value()?;
+            self.ev.grow(&mut items, 1)?;
+            items.push(item);
             self.ev.safepoint()?;
-            self.blanks();
+            self.blanks()?;
             match self.bytes.get(self.at) {
                 Some(b']') => {
                     self.at += 1;
@@ -315,13 +335,13 @@ impl Reader<'_, '_> {
                 Some(b',') => self.at += 1,
                 _ => return Err(self.fail("Expecting ',' delimiter", self.at)),
             }
-            self.blanks();
+            self.blanks()?;
         }
     }
 
     fn object(&mut self) -> R {
         let mut pairs: Vec<(Value, Value)> = Vec::new();
-        self.blanks();
+        self.blanks()?;
         if self.bytes.get(self.at) == Some(&b'}') {
             self.at += 1;
             return self.made(pairs);
@@ -333,15 +353,17 @@ impl Reader<'_, '_> {
             }
             self.at += 1;
             let key = self.string()?;
-            self.blanks();
+            self.blanks()?;
             if self.bytes.get(self.at) != Some(&b':') {
                 return Err(self.fail("Expecting ':' delimiter", self.at));
             }
             self.at += 1;
-            self.blanks();
-            pairs.push((Value::str(key), self.value()?));
+            self.blanks()?;
+            let pair = (Value::str(key), self.value()?);
+            self.ev.grow(&mut pairs, 1)?;
+            pairs.push(pair);
             self.ev.safepoint()?;
-            self.blanks();
+            self.blanks()?;
             match self.bytes.get(self.at) {
                 Some(b'}') => {
                     self.at += 1;
@@ -350,7 +372,7 @@ impl Reader<'_, '_> {
                 Some(b',') => self.at += 1,
                 _ => return Err(self.fail("Expecting ',' delimiter", self.at)),
             }
-            self.blanks();
+            self.blanks()?;
         }
     }
 
@@ -365,6 +387,7 @@ impl Reader<'_, '_> {
         }
         let dict = Dict::new();
         for (key, value) in pairs {
+            self.ev.worked(2 * VALUE)?;
             self.ev.dict_set(&dict, key, value)?;
         }
         let dict = Value::Dict(Rc::new(dict));
@@ -413,7 +436,7 @@ fn write(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         open: Vec::new(),
     };
     writer.value(&args[0])?;
-    Ok(Value::str(writer.out))
+    ev.string(writer.out)
 }
 
 struct Writer<'w, 'y> {
@@ -439,7 +462,7 @@ impl Writer<'_, '_> {
             Value::None => self.out.push_str("null"),
             Value::Bool(true) => self.out.push_str("true"),
             Value::Bool(false) => self.out.push_str("false"),
-            Value::Str(text) => self.string(text.as_str()),
+            Value::Str(text) => self.string(text.as_str())?,
             Value::Int(_) | Value::BigInt(_) => {
                 let text = self.ev.natural_repr(&plain)?;
                 self.out.push_str(&text);
@@ -450,7 +473,7 @@ impl Writer<'_, '_> {
             }
             // CPython copies the items of a subclass before it writes them.
             Value::List(list) if matches!(value, Value::Instance(_)) => {
-                let items = list.borrow().clone();
+                let items = self.ev.collect(&plain)?;
                 self.within(&plain, |writer| {
                     writer.array(|index| items.get(index).cloned())
                 })?;
@@ -463,7 +486,7 @@ impl Writer<'_, '_> {
                 self.within(&plain, |writer| writer.array(item))?;
             }
             Value::Dict(dict) => {
-                let entries = dict.entries();
+                let entries = self.ev.entries(dict)?;
                 self.within(&plain, |writer| writer.object(entries))?;
             }
             other if self.default.is_none() => {
@@ -516,8 +539,18 @@ impl Writer<'_, '_> {
         .to_owned())
     }
 
-    fn string(&mut self, text: &str) {
+    fn string(&mut self, text: &str) -> R<()> {
         self.out.push('"');
+        for piece in pieces(text) {
+            self.ev.grow(&mut self.out, piece.len())?;
+            self.escaped(piece);
+            self.ev.worked(piece.len() * EACH)?;
+        }
+        self.out.push('"');
+        Ok(())
+    }
+
+    fn escaped(&mut self, text: &str) {
         for c in text.chars() {
             match c {
                 '"' => self.out.push_str("\\\""),
@@ -535,7 +568,6 @@ impl Writer<'_, '_> {
                 c => self.out.push(c),
             }
         }
-        self.out.push('"');
     }
 
     fn new_line(&mut self, levels: usize) {
@@ -607,7 +639,7 @@ impl Writer<'_, '_> {
             }
             empty = false;
             self.new_line(levels);
-            self.string(&text);
+            self.string(&text)?;
             self.out.push_str(&self.key.clone());
             self.value(&value)?;
             self.ev.safepoint()?;

@@ -5,6 +5,7 @@ use num_bigint::BigInt;
 use super::define::{Builder, Entry};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::eval::pace::VALUE;
 use crate::value::int::{Int, from_f64};
 use crate::value::symbol::known;
 use crate::value::{R, Raised, Value};
@@ -59,7 +60,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
             .iter()
             .map(|side| ev.to_f64(side))
             .collect::<R<_>>()?;
-        Ok(Value::Float(norm(&sides)))
+        Ok(Value::Float(norm(ev, &sides)?))
     });
     module.raw("gcd", |ev, args| {
         let mut result = BigInt::ZERO;
@@ -264,11 +265,14 @@ const FLOATS: &[Entry] = &[
         if p.len() != q.len() {
             return Err(ev.value_error("both points must have the same number of dimensions"));
         }
-        let differences = p
-            .iter()
-            .zip(&q)
-            .map(|(p, q)| Ok(ev.to_f64(p)? - ev.to_f64(q)?));
-        Ok(Value::Float(norm(&differences.collect::<R<Vec<f64>>>()?)))
+        let differences = p.iter().zip(&q).map(|(p, q)| {
+            ev.worked(VALUE)?;
+            Ok(ev.to_f64(p)? - ev.to_f64(q)?)
+        });
+        Ok(Value::Float(norm(
+            ev,
+            &differences.collect::<R<Vec<f64>>>()?,
+        )?))
     }),
     ("isclose", "a b * rel_tol? abs_tol?", |ev, args| {
         let (a, b) = (ev.to_f64(&args[0])?, ev.to_f64(&args[1])?);
@@ -369,32 +373,36 @@ fn rounded(ev: &Evaluator<'_>, value: &Value, method: &str, function: fn(f64) ->
 }
 
 /// The length of a vector, without overflow in between.
-fn norm(sides: &[f64]) -> f64 {
+fn norm(ev: &Evaluator<'_>, sides: &[f64]) -> R<f64> {
     if let [a, b] = sides {
-        return a.hypot(*b);
+        return Ok(a.hypot(*b));
     }
     if sides.iter().any(|side| side.is_infinite()) {
-        return f64::INFINITY;
+        return Ok(f64::INFINITY);
     }
     let largest = sides
         .iter()
         .fold(0.0f64, |largest, side| largest.max(side.abs()));
     if sides.iter().any(|side| side.is_nan()) {
-        return f64::NAN;
+        return Ok(f64::NAN);
     }
     if largest == 0.0 {
-        return 0.0;
+        return Ok(0.0);
     }
     // Scaling by a power of two is exact; the squares are summed without rounding errors.
     let (_, exponent) = libm::frexp(largest);
     let mut partials = Vec::new();
     for side in sides {
+        ev.worked(2 * VALUE)?;
         let scaled = libm::ldexp(*side, -exponent);
         let square = scaled * scaled;
         add_exactly(&mut partials, square);
         add_exactly(&mut partials, scaled.mul_add(scaled, -square));
     }
-    libm::ldexp(partials.iter().rev().sum::<f64>().sqrt(), exponent)
+    Ok(libm::ldexp(
+        partials.iter().rev().sum::<f64>().sqrt(),
+        exponent,
+    ))
 }
 
 /// Adds `x` to a sum kept as non-overlapping parts (Shewchuk, "Adaptive Precision Floating-Point Arithmetic", 1997).
@@ -422,6 +430,7 @@ fn exact_sum(ev: &Evaluator<'_>, items: &[Value]) -> R {
     let mut partials: Vec<f64> = Vec::new();
     let (mut special, mut infinities) = (0.0, 0.0);
     for item in items {
+        ev.worked(2 * VALUE)?;
         let x = ev.to_f64(item)?;
         if !x.is_finite() {
             special += x;
@@ -481,27 +490,37 @@ const INTEGERS: &[Entry] = &[
             let text = format!("factorial() argument should not exceed {FACTORIAL_MAX}");
             return Err(ev.raise(ExceptionKind::OverflowError, text));
         }
-        Ok(Value::bigint(product(2, n)))
+        Ok(Value::bigint(product(ev, 2, n)?))
     }),
     ("comb", "n k /", |ev, args| {
-        let (n, k) = chosen(ev, args)?;
-        if k > n {
-            return Ok(Value::Int(0));
+        if let Some((n, k)) = chosen_from_many(ev, args)? {
+            let rest = &n - &k;
+            let (choices, k) = falling(ev, &n, if rest < k { &rest } else { &k })?;
+            let orders = product(ev, 2, k)?;
+            return Ok(Value::bigint(ev.big_divmod(&choices, &orders)?.0));
         }
+        let (n, k) = chosen(ev, args)?;
         let k = k.min(n - k);
+        if k <= 0 {
+            return Ok(Value::Int(i64::from(k == 0)));
+        }
         check_choice(ev, n, k)?;
-        Ok(Value::bigint(product(n - k + 1, n) / product(2, k)))
+        let (choices, orders) = (product(ev, n - k + 1, n)?, product(ev, 2, k)?);
+        Ok(Value::bigint(ev.big_divmod(&choices, &orders)?.0))
     }),
     ("perm", "n k? /", |ev, args| {
         if args[1].is_unbound() || args[1].is_none() {
             args[1] = args[0].clone();
         }
+        if let Some((n, k)) = chosen_from_many(ev, args)? {
+            return Ok(Value::bigint(falling(ev, &n, &k)?.0));
+        }
         let (n, k) = chosen(ev, args)?;
-        if k > n {
-            return Ok(Value::Int(0));
+        if k > n || k == 0 {
+            return Ok(Value::Int(i64::from(k == 0)));
         }
         check_choice(ev, n, k)?;
-        Ok(Value::bigint(product(n - k + 1, n)))
+        Ok(Value::bigint(product(ev, n - k + 1, n)?))
     }),
     ("isqrt", "n /", |ev, args| {
         let n = ev.to_int(&args[0])?;
@@ -513,6 +532,7 @@ const INTEGERS: &[Entry] = &[
     ("prod", "iterable / * start?", |ev, args| {
         let mut result = args[1].given().cloned().unwrap_or(Value::Int(1));
         for item in ev.collect(&args[0])? {
+            ev.worked(VALUE)?;
             result = ev.binary(crate::ast::BinaryOp::Mul, &result, &item)?;
         }
         Ok(result)
@@ -537,6 +557,30 @@ fn chosen(ev: &Evaluator<'_>, args: &[Value]) -> R<(i64, i64)> {
     Ok((n, k))
 }
 
+/// The same where the number to choose from does not fit 64 bits; None where it does, or where nothing can be chosen.
+fn chosen_from_many(ev: &Evaluator<'_>, args: &[Value]) -> R<Option<(BigInt, BigInt)>> {
+    chosen(ev, args)?;
+    let (n, k) = (ev.to_int(&args[0])?, ev.to_int(&args[1])?);
+    let is_many = matches!(n, Int::Big(_));
+    let (n, k) = (n.to_big(), k.to_big());
+    Ok((is_many && k <= n).then_some((n, k)))
+}
+
+/// `n * (n - 1) * …`, `k` factors of them, and `k` as a small number.
+fn falling(ev: &Evaluator<'_>, n: &BigInt, k: &BigInt) -> R<(BigInt, i64)> {
+    let count = i64::try_from(k).unwrap_or(i64::MAX);
+    if count > FACTORIAL_MAX {
+        let text = format!("k must not exceed {FACTORIAL_MAX}");
+        return Err(ev.raise(ExceptionKind::OverflowError, text));
+    }
+    ev.check_bits(n.bits().saturating_mul(count as u64))?;
+    let mut result = BigInt::from(1);
+    for i in 0..count {
+        result = ev.big_product(&result, &(n - i))?;
+    }
+    Ok((result, count))
+}
+
 fn check_choice(ev: &Evaluator<'_>, n: i64, k: i64) -> R<()> {
     if k > FACTORIAL_MAX {
         let text = format!("k must not exceed {FACTORIAL_MAX}");
@@ -546,13 +590,15 @@ fn check_choice(ev: &Evaluator<'_>, n: i64, k: i64) -> R<()> {
 }
 
 /// `from * (from + 1) * … * to`, halved again and again so that the factors stay of like size.
-fn product(from: i64, to: i64) -> BigInt {
+fn product(ev: &Evaluator<'_>, from: i64, to: i64) -> R<BigInt> {
     if to < from {
-        return BigInt::from(1);
+        return Ok(BigInt::from(1));
     }
     if to - from < 8 {
-        return (from..=to).map(BigInt::from).product();
+        ev.worked(64 * VALUE)?;
+        return Ok((from..=to).map(BigInt::from).product());
     }
     let middle = from + (to - from) / 2;
-    product(from, middle) * product(middle + 1, to)
+    let (low, high) = (product(ev, from, middle)?, product(ev, middle + 1, to)?);
+    ev.big_product(&low, &high)
 }

@@ -29,7 +29,7 @@ use crate::resolve::{KnownNames, resolve};
 use crate::source::SourceFile;
 use crate::stack::with_deep_stack;
 use crate::value::symbol::known;
-use crate::value::{Function, Module, R, Value};
+use crate::value::{Function, Module, R, Symbol, Value};
 
 use define::Builder;
 
@@ -64,6 +64,7 @@ const MODULES: &[(&str, Content)] = &[
     ("copy", Script(include_str!("lib/copy.py"))),
     ("dataclasses", Script(include_str!("lib/dataclasses.py"))),
     ("datetime", Script(include_str!("lib/datetime.py"))),
+    ("elicopy", Script("from copy import copy, deepcopy\n")),
     ("enum", Script(include_str!("lib/enum.py"))),
     ("functools", Script(include_str!("lib/functools.py"))),
     ("heapq", Script(include_str!("lib/heapq.py"))),
@@ -124,6 +125,21 @@ fn mark_as_c(ev: &Evaluator<'_>, module: &Module) {
             class.set(known::MODULE, Value::str(home));
         }
     }
+}
+
+/// The modules that are there without import, unless a program gives their names another meaning (from controller output, not
+/// from the manual).
+pub const PRESENT: &[&str] = &["elicopy"];
+
+/// The module that a name means which nothing else defines. It is loaded when it is first used.
+pub fn present(ev: &Evaluator<'_>, name: Symbol) -> R<Option<Value>> {
+    let text = ev.core.symbols.name(name);
+    if !PRESENT.contains(&&*text) {
+        return Ok(None);
+    }
+    let module = ev.import(&text)?;
+    ev.core.builtins.set(name, module.clone());
+    Ok(Some(module))
 }
 
 /// The names of all modules that are meant for scripts.

@@ -76,7 +76,9 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
             let Some(data) = ev.bytes_like(&args[0]) else {
                 return Err(ev.type_error("a bytes-like object is required"));
             };
-            let mut key = data.clone();
+            // A seed becomes a number of as many bytes.
+            ev.check_bits((data.len() as u64 + 64).saturating_mul(8))?;
+            let mut key = ev.copied_bytes(&data)?;
             key.extend(sha512(&data));
             Ok(Value::bigint(BigInt::from_bytes_be(Sign::Plus, &key)))
         }),

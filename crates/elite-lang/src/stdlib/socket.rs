@@ -11,6 +11,7 @@ use super::system::os_error;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::host::{Access, HostSocket, Interest, ThreadId};
+use crate::value::bytes::Data;
 use crate::value::{Bytes, R, Raised, Value};
 
 /// Most bytes one `recv` returns.
@@ -127,7 +128,7 @@ fn pair(ev: &Evaluator<'_>, value: &Value, method: &str) -> R<(String, u16)> {
     Ok((host.as_str().to_owned(), port))
 }
 
-fn data_of(ev: &Evaluator<'_>, value: &Value) -> R<Vec<u8>> {
+fn data_of(ev: &Evaluator<'_>, value: &Value) -> R<Data> {
     ev.bytes_like(value).ok_or_else(|| {
         let name = ev.core.types.name_of(value);
         ev.type_error(format!("a bytes-like object is required, not '{name}'"))

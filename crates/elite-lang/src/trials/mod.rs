@@ -59,6 +59,23 @@ fn task() -> (Rc<Stage>, Interpreter) {
     (stage, interpreter)
 }
 
+/// Runs `act` with the evaluator of a program's thread, whose turn ends where `act` gives way.
+pub fn evaluate(act: impl Fn(&crate::eval::Evaluator<'_>) -> crate::value::R<()> + 'static) {
+    let stage = Rc::new(Stage::default());
+    let native = crate::NativeFunction {
+        name: "act",
+        params: Vec::new(),
+        call: Rc::new(move |call| act(call.evaluator()).map(|()| crate::Value::None)),
+    };
+    let known = KnownNames::new(["act"]);
+    let interpreter = Interpreter::new(stage.clone(), vec![native], Limits::default());
+    let main = match compile(SourceFile::new("trial", "act()"), &known) {
+        Ok(program) => interpreter.spawn_program(&program),
+        Err(_) => panic!("a call compiles"),
+    };
+    assert_eq!(drive(&stage, main), "");
+}
+
 /// What a program prints, and the report of an uncaught exception after it. The task is gone when this returns.
 fn run(text: &str) -> String {
     let (stage, interpreter) = task();

@@ -1,6 +1,10 @@
 //! `bytes` and `bytearray`.
 
+use std::ops::Deref;
+use std::rc::Rc;
+
 use super::Held;
+use super::held::Look;
 
 /// Immutable bytes.
 pub struct Bytes {
@@ -19,18 +23,90 @@ impl Bytes {
     }
 }
 
-/// Mutable bytes.
+/// Mutable bytes. Who goes through them with safepoints on the way takes a snapshot; who changes them meanwhile copies.
 #[derive(Default)]
 pub struct ByteArray {
-    /// The bytes.
-    pub data: Held<Vec<u8>>,
+    data: Held<Rc<Vec<u8>>>,
 }
 
 impl ByteArray {
     /// Takes over `data`.
     pub fn new(data: Vec<u8>) -> Self {
         ByteArray {
-            data: Held::new(data),
+            data: Held::new(Rc::new(data)),
         }
+    }
+
+    /// A look at the bytes; no script code may run before it is over.
+    #[inline]
+    pub fn borrow(&self) -> Look<'_, Vec<u8>> {
+        Look::map(self.data.borrow(), |data| &**data)
+    }
+
+    /// The bytes as they are now, which stay so for whoever holds this.
+    #[inline]
+    pub fn snapshot(&self) -> Rc<Vec<u8>> {
+        self.data.get()
+    }
+
+    /// Whether somebody holds a snapshot, so that a change would copy the bytes.
+    pub fn is_shared(&self) -> bool {
+        Rc::strong_count(&*self.data.borrow()) > 1
+    }
+
+    /// Changes the bytes.
+    #[inline]
+    pub fn change<O>(&self, change: impl FnOnce(&mut Vec<u8>) -> O) -> O {
+        self.data.change(|data| change(Rc::make_mut(data)))
+    }
+
+    /// Puts other bytes in their place.
+    pub fn put(&self, data: Vec<u8>) {
+        self.data.put(Rc::new(data));
+    }
+
+    /// Puts a copy in the place of `before`, unless others are there by now.
+    pub fn put_copy(&self, before: &Rc<Vec<u8>>, copy: Vec<u8>) {
+        let is_same = Rc::ptr_eq(&*self.data.borrow(), before);
+        if is_same {
+            self.put(copy);
+        }
+    }
+
+    /// Number of bytes.
+    pub fn len(&self) -> usize {
+        self.borrow().len()
+    }
+
+    /// Whether there are no bytes.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// The bytes of a `bytes` or `bytearray`, which stay as they are.
+#[derive(Clone)]
+pub enum Data {
+    /// Of `bytes`.
+    Bytes(Rc<Bytes>),
+    /// Of a `bytearray`, as they were.
+    Snapshot(Rc<Vec<u8>>),
+}
+
+impl Deref for Data {
+    type Target = [u8];
+
+    #[inline]
+    fn deref(&self) -> &[u8] {
+        match self {
+            Data::Bytes(bytes) => bytes.data(),
+            Data::Snapshot(data) => data,
+        }
+    }
+}
+
+impl Default for Data {
+    fn default() -> Self {
+        Data::Snapshot(Rc::default())
     }
 }

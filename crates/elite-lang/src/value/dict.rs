@@ -3,10 +3,10 @@
 //! Keys whose equality needs script code (instances with `__eq__`) cannot be compared here: the table then names the
 //! candidates and `ops::dict` asks the script, with no borrow held.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::rc::Rc;
 
-use super::{Value, trash};
+use super::{Held, Value, trash};
 use crate::ops::hash::{Equal, quick_equal};
 
 const EMPTY: u32 = u32::MAX;
@@ -16,7 +16,7 @@ const SCAN_MAX: usize = 8;
 /// A dictionary.
 #[derive(Default)]
 pub struct Dict {
-    table: RefCell<Table>,
+    table: Held<Table>,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
     /// A search for cycles has found it in use.
@@ -24,7 +24,7 @@ pub struct Dict {
 }
 
 /// A key and its value, with the key's hash.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub struct Entry {
     hash: u64,
     /// `Unbound` if the entry has been deleted.
@@ -44,6 +44,8 @@ struct Table {
     head: Cell<usize>,
     /// All entries from this one on are deleted, as far as is known.
     tail: Cell<usize>,
+    /// Slots that were taken by entries which moved, beyond one for each entry.
+    moves: usize,
 }
 
 /// What a search for a key found.
@@ -60,6 +62,28 @@ fn spread(hash: u64) -> usize {
     // The tables are indexed by the low bits; Python hashes of integers need mixing first.
     (hash.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize
 }
+
+/// Enters an entry's index in a table of slots with room for it.
+fn place(slots: &mut [u32], hash: u64, index: u32) {
+    let mask = slots.len() - 1;
+    let mut at = spread(hash) & mask;
+    while slots[at] != EMPTY {
+        at = (at + 1) & mask;
+    }
+    slots[at] = index;
+}
+
+/// Slots for so many entries.
+fn slots_for(entries: usize) -> usize {
+    (entries * 3).next_power_of_two()
+}
+
+/// What is called between pieces of work on a table, with the number of entries done; others may change the table then.
+pub type Between<'b, E> = &'b mut dyn FnMut(usize) -> Result<(), E>;
+/// Entries that are worked on at once.
+pub const SOME: usize = 4096;
+/// Times a piece of work starts over because the table has been changed meanwhile; after that it is done at once.
+const RETRIES_MAX: usize = 3;
 
 impl Table {
     fn find(&self, hash: u64, key: &Value) -> Found {
@@ -128,12 +152,7 @@ impl Table {
     }
 
     fn place(&mut self, hash: u64, index: u32) {
-        let mask = self.slots.len() - 1;
-        let mut at = spread(hash) & mask;
-        while self.slots[at] != EMPTY {
-            at = (at + 1) & mask;
-        }
-        self.slots[at] = index;
+        place(&mut self.slots, hash, index);
     }
 
     #[cold]
@@ -170,11 +189,54 @@ impl Table {
         if self.entries.len() <= SCAN_MAX {
             return;
         }
-        let size = (self.entries.len() * 3).next_power_of_two();
+        let size = slots_for(self.entries.len());
         self.slots.resize(size, EMPTY);
-        for index in 0..self.entries.len() {
-            // Deleted entries keep their slot: searches for others pass over them.
-            self.place(self.entries[index].hash, index as u32);
+        self.moves = 0;
+        for (entry, index) in self.entries.iter().zip(0..) {
+            if !entry.key.is_unbound() {
+                place(&mut self.slots, entry.hash, index);
+            }
+        }
+    }
+
+    /// Moves the entry at an index to the front. Room there is made for as many entries as there are, so that doing this again
+    /// and again takes no longer than adding keys does.
+    fn move_to_front(&mut self, mut index: usize) {
+        let head = self.head.get();
+        let first = self.entries[head..]
+            .iter()
+            .position(|e| !e.key.is_unbound());
+        let mut first = head + first.unwrap_or(0);
+        if index == first {
+            return;
+        }
+        if first == 0 {
+            let room = self.live.max(SCAN_MAX);
+            let mut entries = Vec::with_capacity(room + self.live);
+            entries.resize(room, Entry::default());
+            for (at, entry) in std::mem::take(&mut self.entries).into_iter().enumerate() {
+                if at == index {
+                    index = entries.len();
+                }
+                if !entry.key.is_unbound() {
+                    entries.push(entry);
+                }
+            }
+            (self.entries, first) = (entries, room);
+            self.tail.set(self.entries.len());
+            self.rebuild();
+        }
+        let entry = std::mem::take(&mut self.entries[index]);
+        let hash = entry.hash;
+        first -= 1;
+        self.entries[first] = entry;
+        self.head.set(first);
+        self.generation += 1;
+        self.moves += 1;
+        if self.moves > self.slots.len() / 8 {
+            self.rebuild();
+        } else {
+            self.place(hash, first as u32);
         }
     }
 
@@ -245,13 +307,15 @@ impl Dict {
     /// Replaces the value of the entry at an index from `find`.
     #[inline]
     pub fn set_value_at(&self, index: usize, value: Value) {
-        let old = std::mem::replace(&mut self.table.borrow_mut().entries[index].value, value);
+        let old = self
+            .table
+            .change(|table| std::mem::replace(&mut table.entries[index].value, value));
         drop(old);
     }
 
     /// Adds a key that is known not to be there.
     pub fn append(&self, hash: u64, key: Value, value: Value) {
-        self.table.borrow_mut().append(hash, key, value);
+        self.table.change(|table| table.append(hash, key, value));
     }
 
     /// Bytes of its table.
@@ -272,9 +336,14 @@ impl Dict {
         table.growth_to(needed)
     }
 
+    /// Moves the entry at an index from `find` to the front.
+    pub fn move_to_front(&self, index: usize) {
+        self.table.change(|table| table.move_to_front(index));
+    }
+
     /// Deletes the entry at an index from `find`; returns key and value.
     pub fn delete_at(&self, index: usize) -> (Value, Value) {
-        self.table.borrow_mut().delete(index)
+        self.table.change(|table| table.delete(index))
     }
 
     /// The first entry at position `from` or later, and the position after it. Positions survive changes of values,
@@ -310,18 +379,32 @@ impl Dict {
         Some((at, entry.key.clone(), entry.value.clone()))
     }
 
-    /// All keys with their hashes and values, in order.
+    /// All keys with their hashes and values, in order. For dictionaries that are small or nobody else's.
     pub fn entries(&self) -> Vec<(u64, Value, Value)> {
+        let mut entries = Vec::new();
+        self.entries_from(0, usize::MAX, &mut entries);
+        entries
+    }
+
+    /// Appends what is in up to `count` places from `from` on; the place after them, None at the end.
+    pub fn entries_from(
+        &self,
+        from: usize,
+        count: usize,
+        out: &mut Vec<(u64, Value, Value)>,
+    ) -> Option<usize> {
         let table = self.table.borrow();
-        let live = table.entries.iter().filter(|entry| !entry.key.is_unbound());
-        live.map(|entry| (entry.hash, entry.key.clone(), entry.value.clone()))
-            .collect()
+        let end = from.saturating_add(count).min(table.entries.len());
+        let live = table.entries.get(from..end)?.iter();
+        let live = live.filter(|entry| !entry.key.is_unbound());
+        out.extend(live.map(|entry| (entry.hash, entry.key.clone(), entry.value.clone())));
+        (end < table.entries.len()).then_some(end)
     }
 
     /// Runs `each` on keys and values of up to `count` entries from `from` on, unless they are being changed; whether there
     /// are more.
     pub fn visit(&self, from: usize, count: usize, each: &mut dyn FnMut(&Value)) -> bool {
-        let Ok(table) = self.table.try_borrow() else {
+        let Some(table) = self.table.try_borrow() else {
             return false;
         };
         for entry in table.entries.iter().skip(from).take(count) {
@@ -355,33 +438,106 @@ impl Dict {
 
     /// Removes everything.
     pub fn clear(&self) {
-        let old = {
-            let mut table = self.table.borrow_mut();
+        let old = self.table.change(|table| {
             let generation = table.generation + 1;
-            std::mem::replace(
-                &mut *table,
-                Table {
-                    generation,
-                    ..Table::default()
-                },
-            )
-        };
+            let empty = Table {
+                generation,
+                ..Table::default()
+            };
+            std::mem::replace(table, empty)
+        });
         drop_entries(old.entries);
     }
 
     /// A shallow copy.
-    pub fn copy(&self) -> Dict {
-        let copy = Dict::new();
-        {
-            let table = self.table.borrow();
-            let live = table.entries.iter().filter(|entry| !entry.key.is_unbound());
-            let mut new = copy.table.borrow_mut();
-            new.entries = live.cloned().collect();
-            new.live = new.entries.len();
-            new.squeeze();
-            new.rebuild();
+    pub fn copy<E>(&self, between: Between<'_, E>) -> Result<Dict, E> {
+        let mut tries = 0;
+        loop {
+            let generation = self.generation();
+            let mut entries = Vec::with_capacity(self.len());
+            let mut at = 0;
+            let whole = loop {
+                let end = {
+                    let table = self.table.borrow();
+                    let end = table.entries.len().min(at + SOME);
+                    let some = table.entries.get(at..end).unwrap_or_default();
+                    entries.extend(some.iter().filter(|e| !e.key.is_unbound()).cloned());
+                    end
+                };
+                if end <= at {
+                    break true;
+                }
+                at = end;
+                if tries < RETRIES_MAX {
+                    between(SOME)?;
+                    if self.generation() != generation {
+                        break false;
+                    }
+                }
+            };
+            if whole {
+                let slots = match entries.len() {
+                    0..=SCAN_MAX => Vec::new(),
+                    length => new_slots(slots_for(length), &entries, length, between)?,
+                };
+                let copy = Dict::new();
+                copy.table.change(|table| {
+                    table.live = entries.len();
+                    table.tail.set(entries.len());
+                    table.entries = entries;
+                    table.slots = slots;
+                });
+                return Ok(copy);
+            }
+            tries += 1;
+            drop_entries(entries);
         }
-        copy
+    }
+
+    /// Whether the next new key makes a big table grow, which is better done in pieces (`enlarge`).
+    #[inline]
+    pub fn grows_far(&self) -> bool {
+        let table = self.table.borrow();
+        let length = table.entries.len();
+        length > 4 * SOME && (length + 1) * 3 > table.slots.len() * 2
+    }
+
+    /// Makes the table greater before a new key does.
+    pub fn enlarge<E>(&self, between: Between<'_, E>) -> Result<(), E> {
+        for _ in 0..RETRIES_MAX {
+            let generation = self.generation();
+            let (length, live) = {
+                let table = self.table.borrow();
+                (table.entries.len(), table.live)
+            };
+            if live < length / 2 {
+                // So many are deleted that the table rather shrinks.
+                return Ok(());
+            }
+            let mut slots = empty_slots(slots_for(length + 1), between)?;
+            let mut at = 0;
+            while at < length && self.generation() == generation {
+                let end = length.min(at + SOME);
+                {
+                    let table = self.table.borrow();
+                    for (entry, index) in table.entries[at..end].iter().zip(at as u32..) {
+                        if !entry.key.is_unbound() {
+                            place(&mut slots, entry.hash, index);
+                        }
+                    }
+                }
+                at = end;
+                between(SOME)?;
+            }
+            if self.generation() == generation {
+                drop(self.table.change(|table| {
+                    table.moves = 0;
+                    std::mem::replace(&mut table.slots, slots)
+                }));
+                return Ok(());
+            }
+        }
+        Ok(())
     }
 
     /// The value of a string key. For embedders and the library; scripts go through `ops::dict`.
@@ -410,7 +566,36 @@ impl Dict {
     }
 }
 
-fn drop_entries(entries: Vec<Entry>) {
+fn empty_slots<E>(size: usize, between: Between<'_, E>) -> Result<Vec<u32>, E> {
+    let mut slots = Vec::with_capacity(size);
+    while slots.len() < size {
+        slots.resize(size.min(slots.len() + 16 * SOME), EMPTY);
+        between(SOME)?;
+    }
+    Ok(slots)
+}
+
+/// Slots in which the first `length` entries are entered.
+fn new_slots<E>(
+    size: usize,
+    entries: &[Entry],
+    length: usize,
+    between: Between<'_, E>,
+) -> Result<Vec<u32>, E> {
+    let mut slots = empty_slots(size, between)?;
+    for (some, first) in entries[..length].chunks(SOME).zip((0..).step_by(SOME)) {
+        for (entry, index) in some.iter().zip(first..) {
+            place(&mut slots, entry.hash, index);
+        }
+        between(SOME)?;
+    }
+    Ok(slots)
+}
+
+fn drop_entries(mut entries: Vec<Entry>) {
+    trash::leave(&mut entries, |entry| {
+        trash::tells(&entry.key) || trash::tells(&entry.value)
+    });
     let cell = Cell::new(entries);
     trash::dismantle_with(
         || drop(cell.take()),

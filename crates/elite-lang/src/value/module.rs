@@ -1,10 +1,13 @@
 //! Modules and the namespaces of globals.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use super::symbol::SymbolMap;
 use super::{CellVar, Symbol, Value};
+
+/// Names up to which a namespace is not searched for unused ones.
+const NAMES_MIN: usize = 1024;
 
 /// An imported module.
 pub struct Module {
@@ -19,6 +22,8 @@ pub struct Module {
 pub struct Namespace {
     cells: RefCell<SymbolMap<Rc<CellVar>>>,
     order: RefCell<Vec<Symbol>>,
+    /// With so many names those that nothing refers to any more leave.
+    limit: Cell<usize>,
     /// Where names are looked up that are not here.
     parent: Option<Rc<Namespace>>,
 }
@@ -64,8 +69,24 @@ impl Namespace {
         if let Some(cell) = self.cells.borrow().get(&name) {
             return cell.clone();
         }
+        self.forget_unused();
         self.order.borrow_mut().push(name);
         self.cells.borrow_mut().entry(name).or_default().clone()
+    }
+
+    /// Names that are unbound, and that no code refers to, leave whenever their number has doubled: a program that evaluates
+    /// ever new texts which bind and delete ever new names does not grow.
+    fn forget_unused(&self) {
+        let mut cells = self.cells.borrow_mut();
+        if cells.len() < self.limit.get().max(NAMES_MIN) {
+            return;
+        }
+        // Only unbound ones are dropped, so no code runs.
+        cells.retain(|_, cell| Rc::strong_count(cell) > 1 || !cell.value.borrow().is_unbound());
+        let mut order = self.order.borrow_mut();
+        order.retain(|name| cells.contains_key(name));
+        self.limit.set(cells.len() * 2);
+        cells.shrink_to(self.limit.get());
     }
 
     /// The cells of all names of this very namespace.
@@ -107,5 +128,25 @@ impl Namespace {
             let value = cell.value.take();
             drop(value);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_are_neither_bound_nor_used_leave() {
+        let namespace = Namespace::default();
+        let kept = namespace.own_cell(Symbol(0));
+        namespace.own_cell(Symbol(1)).value.put(Value::Int(1));
+        for number in 2..100_000 {
+            namespace.own_cell(Symbol(number)).value.put(Value::Int(2));
+            namespace.own_cell(Symbol(number)).value.put(Value::Unbound);
+        }
+        assert!(namespace.cells.borrow().len() <= 2 * NAMES_MIN);
+        assert!(Rc::ptr_eq(&kept, &namespace.own_cell(Symbol(0))));
+        assert_eq!(namespace.entries().len(), 1);
+        assert!(namespace.order.borrow().len() <= 2 * NAMES_MIN);
     }
 }

@@ -3,19 +3,21 @@
 //! The table is CPython's (Objects/setobject.c, 3.11): same probing, same growth, so that sets of numbers are
 //! iterated in the order Python users see. Equality that needs script code is handled as in `dict`.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 
-use super::dict::Found;
-use super::{Value, trash};
+use super::dict::{Between, Found, SOME};
+use super::{Held, Value, trash};
 use crate::ops::hash::{Equal, quick_equal};
 
 const SIZE_MIN: usize = 8;
 const LINEAR_PROBES: usize = 9;
 const PERTURB_SHIFT: u32 = 5;
+/// Times a piece of work starts over because the set has been changed meanwhile; after that it is done at once.
+const RETRIES_MAX: usize = 3;
 
 /// A set. Frozen sets are the same behind another tag.
 pub struct Set {
-    table: RefCell<Table>,
+    table: Held<Table>,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
     /// A search for cycles has found it in use.
@@ -37,7 +39,6 @@ enum SlotState {
     Deleted,
 }
 
-#[derive(Clone)]
 struct Table {
     slots: Vec<Slot>,
     used: usize,
@@ -51,7 +52,7 @@ struct Table {
 impl Default for Set {
     fn default() -> Self {
         Set {
-            table: RefCell::new(Table::with_size(SIZE_MIN)),
+            table: Held::new(Table::with_size(SIZE_MIN)),
             noted: Cell::new(false),
             old: Cell::new(false),
         }
@@ -157,13 +158,22 @@ impl Table {
         }
     }
 
-    /// The smallest power of two above `wanted`, as CPython's `set_table_resize`.
+    fn delete(&mut self, index: usize) -> Value {
+        let slot = &mut self.slots[index];
+        slot.state = SlotState::Deleted;
+        let key = std::mem::take(&mut slot.key);
+        self.used -= 1;
+        self.generation += 1;
+        key
+    }
+
+    /// Whether `more` elements make it grow.
+    fn is_full_with(&self, more: usize) -> bool {
+        (self.filled + more) * 5 >= (self.slots.len() - 1) * 3
+    }
+
     fn resize(&mut self, wanted: usize) {
-        let mut size = SIZE_MIN;
-        while size <= wanted {
-            size *= 2;
-        }
-        let old = std::mem::replace(self, Table::with_size(size));
+        let old = std::mem::replace(self, Table::with_size(size_above(wanted)));
         self.generation = old.generation;
         self.finger = old.finger;
         for slot in old.slots {
@@ -172,6 +182,15 @@ impl Table {
             }
         }
     }
+}
+
+/// The smallest power of two above `wanted`, as CPython's `set_table_resize`.
+fn size_above(wanted: usize) -> usize {
+    let mut size = SIZE_MIN;
+    while size <= wanted {
+        size *= 2;
+    }
+    size
 }
 
 impl Set {
@@ -211,7 +230,7 @@ impl Set {
 
     /// Adds an element that is known not to be there.
     pub fn append(&self, hash: u64, key: Value) {
-        self.table.borrow_mut().append(hash, key);
+        self.table.change(|table| table.append(hash, key));
     }
 
     /// Bytes of its table.
@@ -233,29 +252,23 @@ impl Set {
 
     /// Removes the element at an index from `find`.
     pub fn delete_at(&self, index: usize) -> Value {
-        let mut table = self.table.borrow_mut();
-        let slot = &mut table.slots[index];
-        slot.state = SlotState::Deleted;
-        let key = std::mem::take(&mut slot.key);
-        table.used -= 1;
-        table.generation += 1;
-        key
+        self.table.change(|table| table.delete(index))
     }
 
     /// Takes an element out: the next one behind that of the last call.
     pub fn pop(&self) -> Option<Value> {
-        let mut table = self.table.borrow_mut();
-        if table.used == 0 {
-            return None;
-        }
-        let mask = table.slots.len() - 1;
-        let mut at = table.finger & mask;
-        while table.slots[at].state != SlotState::Used {
-            at = (at + 1) & mask;
-        }
-        table.finger = at + 1;
-        drop(table);
-        Some(self.delete_at(at))
+        self.table.change(|table| {
+            if table.used == 0 {
+                return None;
+            }
+            let mask = table.slots.len() - 1;
+            let mut at = table.finger & mask;
+            while table.slots[at].state != SlotState::Used {
+                at = (at + 1) & mask;
+            }
+            table.finger = at + 1;
+            Some(table.delete(at))
+        })
     }
 
     /// The first element at position `from` or later, with the position after it and its hash.
@@ -271,12 +284,93 @@ impl Set {
     }
 
     /// Makes room for the elements of another set, as CPython does before it merges one in (`set_merge`).
-    pub fn reserve(&self, more: usize) {
-        let mut table = self.table.borrow_mut();
-        if (table.filled + more) * 5 >= (table.slots.len() - 1) * 3 {
-            let wanted = (table.used + more) * 2;
-            table.resize(wanted);
+    pub fn reserve<E>(&self, more: usize, between: Between<'_, E>) -> Result<(), E> {
+        let wanted = {
+            let table = self.table.borrow();
+            table.is_full_with(more).then_some((table.used + more) * 2)
+        };
+        match wanted {
+            Some(wanted) => self.resize(wanted, between),
+            None => Ok(()),
         }
+    }
+
+    /// Makes a big table greater before a new element does (`grows_far`).
+    pub fn enlarge<E>(&self, between: Between<'_, E>) -> Result<(), E> {
+        let used = self.len();
+        self.resize(if used > 50_000 { used * 2 } else { used * 4 }, between)
+    }
+
+    /// Whether the next new element makes a big table grow.
+    #[inline]
+    pub fn grows_far(&self) -> bool {
+        let table = self.table.borrow();
+        table.slots.len() > 4 * SOME && table.is_full_with(1)
+    }
+
+    fn resize<E>(&self, wanted: usize, between: Between<'_, E>) -> Result<(), E> {
+        let old = match self.copied_to(size_above(wanted), between)? {
+            Some(mut table) => {
+                table.generation = self.generation();
+                table.finger = self.table.borrow().finger;
+                self.table.replace(table)
+            }
+            // It keeps changing: at once, then.
+            None => {
+                self.table.change(|table| table.resize(wanted));
+                return Ok(());
+            }
+        };
+        let mut slots = old.slots;
+        // All of them live on in the new table.
+        trash::leave(&mut slots, |_| false);
+        drop(slots);
+        Ok(())
+    }
+
+    /// The elements in a table of another size, in order; None if they keep changing meanwhile.
+    fn copied_to<E>(&self, size: usize, between: Between<'_, E>) -> Result<Option<Table>, E> {
+        for _ in 0..RETRIES_MAX {
+            let generation = self.generation();
+            let mut new = Table {
+                slots: Vec::with_capacity(size),
+                ..Table::with_size(SIZE_MIN)
+            };
+            while new.slots.len() < size {
+                let more = size.min(new.slots.len() + SOME);
+                new.slots.resize(more, Slot::default());
+                between(SOME)?;
+            }
+            let mut at = 0;
+            while self.generation() == generation {
+                let end = {
+                    let table = self.table.borrow();
+                    let end = table.slots.len().min(at + SOME);
+                    let same_size = size == table.slots.len() && table.filled == table.used;
+                    for index in at..end {
+                        let slot = &table.slots[index];
+                        if slot.state != SlotState::Used {
+                            continue;
+                        }
+                        if same_size {
+                            new.slots[index] = slot.clone();
+                        } else {
+                            new.insert_clean(slot.hash, slot.key.clone());
+                        }
+                    }
+                    if same_size {
+                        (new.used, new.filled) = (table.used, table.filled);
+                    }
+                    end
+                };
+                if end == at {
+                    return Ok(Some(new));
+                }
+                at = end;
+                between(SOME)?;
+            }
+        }
+        Ok(None)
     }
 
     /// Takes over the elements of `other`.
@@ -293,7 +387,7 @@ impl Set {
     /// Runs `each` on the elements in up to `count` slots of the table from `from` on, unless they are being changed;
     /// whether there are more.
     pub fn visit(&self, from: usize, count: usize, each: &mut dyn FnMut(&Value)) -> bool {
-        let Ok(table) = self.table.try_borrow() else {
+        let Some(table) = self.table.try_borrow() else {
             return false;
         };
         for slot in table.slots.iter().skip(from).take(count) {
@@ -304,59 +398,68 @@ impl Set {
         table.slots.len() > from + count
     }
 
-    /// All elements with their hashes, in table order.
+    /// All elements with their hashes, in table order. For sets that are small or nobody else's.
     pub fn elements(&self) -> Vec<(u64, Value)> {
+        let mut elements = Vec::new();
+        self.elements_from(0, usize::MAX, &mut elements);
+        elements
+    }
+
+    /// Appends what is in up to `count` places of the table from `from` on; the place after them, None at the end.
+    pub fn elements_from(
+        &self,
+        from: usize,
+        count: usize,
+        out: &mut Vec<(u64, Value)>,
+    ) -> Option<usize> {
         let table = self.table.borrow();
-        let used = table
-            .slots
-            .iter()
-            .filter(|slot| slot.state == SlotState::Used);
-        used.map(|slot| (slot.hash, slot.key.clone())).collect()
+        let end = from.saturating_add(count).min(table.slots.len());
+        let used = table.slots.get(from..end)?.iter();
+        let used = used.filter(|slot| slot.state == SlotState::Used);
+        out.extend(used.map(|slot| (slot.hash, slot.key.clone())));
+        (end < table.slots.len()).then_some(end)
     }
 
     /// Removes everything.
     pub fn clear(&self) {
-        let old = {
-            let mut table = self.table.borrow_mut();
+        let old = self.table.change(|table| {
             let generation = table.generation + 1;
-            std::mem::replace(
-                &mut *table,
-                Table {
-                    generation,
-                    ..Table::with_size(SIZE_MIN)
-                },
-            )
-        };
-        drop(old);
+            let empty = Table {
+                generation,
+                ..Table::with_size(SIZE_MIN)
+            };
+            std::mem::replace(table, empty)
+        });
+        let mut slots = old.slots;
+        trash::leave(&mut slots, |slot| trash::tells(&slot.key));
+        drop(slots);
     }
 
     /// A copy, in the order in which CPython would have it: elements are inserted into a fresh table.
-    pub fn copy(&self) -> Set {
+    pub fn copy<E>(&self, between: Between<'_, E>) -> Result<Set, E> {
+        let used = self.len();
+        let size = if used * 5 >= (SIZE_MIN - 1) * 3 {
+            size_above(used * 2)
+        } else {
+            SIZE_MIN
+        };
         let copy = Set::new();
-        {
-            let table = self.table.borrow();
-            let mut new = copy.table.borrow_mut();
-            if (new.filled + table.used) * 5 >= (new.slots.len() - 1) * 3 {
-                new.resize(table.used * 2);
-            }
-            let same_size = new.slots.len() == table.slots.len() && table.filled == table.used;
-            if same_size {
-                *new = table.clone();
-            } else {
-                let used = table
-                    .slots
-                    .iter()
-                    .filter(|slot| slot.state == SlotState::Used);
-                used.for_each(|slot| new.insert_clean(slot.hash, slot.key.clone()));
+        match self.copied_to(size, between)? {
+            Some(table) => copy.table.put(table),
+            None => {
+                for (hash, key) in self.elements() {
+                    copy.append(hash, key);
+                }
             }
         }
-        copy
+        Ok(copy)
     }
 }
 
 impl Drop for Set {
     fn drop(&mut self) {
-        let slots = std::mem::take(&mut self.table.get_mut().slots);
+        let mut slots = std::mem::take(&mut self.table.get_mut().slots);
+        trash::leave(&mut slots, |slot| trash::tells(&slot.key));
         let cell = Cell::new(slots);
         trash::dismantle_with(
             || drop(cell.take()),

@@ -26,7 +26,7 @@ struct Marks {
 }
 
 impl Marks {
-    /// Goes on to the end of `text`.
+    /// Goes on to the end of `text`, which goes on from what was marked.
     fn extend(&mut self, text: &str) {
         let (mut skip, start) = match self.offsets.last() {
             Some(last) => (MARK_STEP, *last),
@@ -117,6 +117,39 @@ impl Str {
         })
     }
 
+    /// Marks where characters are, unless that is known; `between` is called with the bytes of each piece of the text.
+    pub fn mark<E>(
+        &self,
+        piece: usize,
+        between: &mut dyn FnMut(usize) -> Result<(), E>,
+    ) -> Result<(), E> {
+        if self.marks.get().is_some() {
+            return Ok(());
+        }
+        let mut marks = Marks::default();
+        let mut end = 0;
+        while end < self.text.len() {
+            end = self
+                .text
+                .ceil_char_boundary((end + piece).min(self.text.len()));
+            marks.extend(&self.text[..end]);
+            between(piece)?;
+        }
+        // Another thread may have been as quick.
+        let _ = self.marks.set(Box::new(marks));
+        Ok(())
+    }
+
+    /// The hash if it is known already.
+    pub fn known_hash(&self) -> Option<u64> {
+        Some(self.hash.get()).filter(|hash| *hash != 0)
+    }
+
+    /// Notes the hash, which the caller has computed as `Hashing` does.
+    pub fn note_hash(&self, hash: u64) {
+        self.hash.set(hash.max(1));
+    }
+
     /// Character number `index`.
     pub fn char_at(&self, index: usize) -> Option<char> {
         self.text[self.byte_offset(index)..].chars().next()
@@ -172,23 +205,49 @@ impl Str {
 
 /// Hash of a byte string: eight bytes at a time, multiply and fold.
 pub fn hash_bytes(bytes: &[u8]) -> u64 {
+    let mut hashing = Hashing::new(bytes.len());
+    hashing.add(bytes);
+    hashing.finish()
+}
+
+/// The hash of a byte string, piece by piece.
+pub struct Hashing(u64);
+
+impl Hashing {
+    /// Bytes that go into it at once; every piece but the last has a multiple of them.
+    pub const UNIT: usize = 8;
     const K: u64 = 0x9E37_79B9_7F4A_7C15;
-    let mut hash = K ^ bytes.len() as u64;
-    let mut fold = |word: u64| {
-        let product = u128::from(hash ^ word) * u128::from(K);
-        hash = (product as u64) ^ ((product >> 64) as u64);
-    };
-    let mut chunks = bytes.chunks_exact(8);
-    for chunk in &mut chunks {
-        let mut word = [0; 8];
-        word.copy_from_slice(chunk);
-        fold(u64::from_le_bytes(word));
+
+    /// For a byte string of this length.
+    pub fn new(length: usize) -> Self {
+        Hashing(Self::K ^ length as u64)
     }
-    let rest = chunks.remainder();
-    if !rest.is_empty() {
-        let mut word = [0; 8];
-        word[..rest.len()].copy_from_slice(rest);
-        fold(u64::from_le_bytes(word));
+
+    #[inline(always)]
+    fn fold(&mut self, word: u64) {
+        let product = u128::from(self.0 ^ word) * u128::from(Self::K);
+        self.0 = (product as u64) ^ ((product >> 64) as u64);
     }
-    hash
+
+    /// Adds the next piece.
+    #[inline]
+    pub fn add(&mut self, bytes: &[u8]) {
+        let mut chunks = bytes.chunks_exact(Self::UNIT);
+        for chunk in &mut chunks {
+            let mut word = [0; 8];
+            word.copy_from_slice(chunk);
+            self.fold(u64::from_le_bytes(word));
+        }
+        let rest = chunks.remainder();
+        if !rest.is_empty() {
+            let mut word = [0; 8];
+            word[..rest.len()].copy_from_slice(rest);
+            self.fold(u64::from_le_bytes(word));
+        }
+    }
+
+    /// The hash.
+    pub fn finish(self) -> u64 {
+        self.0
+    }
 }

@@ -63,6 +63,81 @@ fn nests(value: &Value) -> bool {
     }
 }
 
+/// From so many parts on a container is dropped in portions.
+const MANY: usize = 16 << 10;
+/// Parts that are dropped at once.
+const PORTION: usize = if cfg!(debug_assertions) {
+    4 << 10
+} else {
+    32 << 10
+};
+
+thread_local! {
+    static PUTS_OFF: Cell<bool> = const { Cell::new(false) };
+    static PUT_OFF: RefCell<Vec<Box<dyn Rest>>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Parts of a container that is gone.
+trait Rest {
+    /// Drops some of them; whether there are more.
+    fn drop_some(&mut self) -> bool;
+}
+
+impl<T> Rest for Vec<T> {
+    fn drop_some(&mut self) -> bool {
+        self.truncate(self.len().saturating_sub(PORTION));
+        !self.is_empty()
+    }
+}
+
+/// From now on (or no longer, `false`) the parts of big containers are dropped bit by bit, by `drop_some`. A container of
+/// millions of values takes many milliseconds otherwise, in which nobody else has a turn.
+pub fn put_off(on: bool) -> bool {
+    PUTS_OFF.with(|puts_off| puts_off.replace(on))
+}
+
+/// Leaves the parts of a container to be dropped bit by bit, if they are many and nobody could tell the difference: `tells`
+/// says which of them may end a generator, whose `finally` block must run at once.
+pub fn leave<T: 'static>(parts: &mut Vec<T>, tells: impl Fn(&T) -> bool) {
+    if parts.len() < MANY || !PUTS_OFF.with(Cell::get) || parts.iter().any(tells) {
+        return;
+    }
+    let rest = std::mem::take(parts);
+    // At the very end of an OS thread the store may be gone already; then they are dropped here.
+    let _ = PUT_OFF.try_with(|put_off| put_off.borrow_mut().push(Box::new(rest)));
+}
+
+/// Whether dropping a value, or what a container holds directly, may run code of the script. What is deeper in a container
+/// of many containers may have to wait.
+pub fn tells(value: &Value) -> bool {
+    nests(value)
+        && !matches!(
+            value,
+            Value::List(_)
+                | Value::Tuple(_)
+                | Value::Dict(_)
+                | Value::Set(_)
+                | Value::FrozenSet(_)
+                | Value::Slice(_)
+        )
+}
+
+/// Drops some of what has been left; whether there is more.
+pub fn drop_some() -> bool {
+    let taken = PUT_OFF.try_with(|put_off| put_off.borrow_mut().pop());
+    let Ok(Some(mut rest)) = taken else {
+        return false;
+    };
+    let more = rest.drop_some();
+    PUT_OFF.with(|put_off| {
+        let mut put_off = put_off.borrow_mut();
+        if more {
+            put_off.push(rest);
+        }
+        !put_off.is_empty()
+    })
+}
+
 /// Drops several single values a struct held, one after the other.
 #[inline]
 pub fn hand_over<'v>(parts: impl IntoIterator<Item = &'v mut Value>) {
@@ -72,6 +147,9 @@ pub fn hand_over<'v>(parts: impl IntoIterator<Item = &'v mut Value>) {
 /// Drops the values a container held. Values that hold no others are left to be dropped where they are.
 #[inline]
 pub fn dismantle(values: &mut Vec<Value>) {
+    if values.len() >= MANY {
+        leave(values, tells);
+    }
     if values.iter().any(nests) {
         let values = Cell::new(std::mem::take(values));
         dismantle_with(

@@ -9,7 +9,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
-use motion_api::{CommandId, CommandKind, Origin, Outcome, Refusal};
+use motion_api::{CommandId, CommandKind, Origin, Outcome, Refusal, RobotState};
 
 use super::declare::{Builtin, Parameter};
 use crate::message::{Message, SCRIPT_ALARM_CODE, Severity};
@@ -53,6 +53,10 @@ impl<'a, 'n> Call<'a, 'n> {
             context,
             native,
         };
+        if !context.may_call() {
+            // Whoever unwinds may not wait, so this ends it.
+            call.wait(Wait::Never)?;
+        }
         if builtin.waits && context.is_secondary() {
             let text = format!(
                 "{}() waits and cannot be used in a secondary program (sec)",
@@ -213,24 +217,56 @@ impl<'a, 'n> Call<'a, 'n> {
         }
     }
 
-    /// Sends a command and waits for its end, or, for a motion with a blend, until the next may follow.
+    /// The robot's state with what this program has set in this cycle.
+    pub fn state(&self) -> RobotState {
+        self.context.robot().foreseen().state
+    }
+
+    /// Gives a command that takes no simulated time: it is done in the next cycle, in the order of the program, and what the
+    /// program asks from now on is answered as if it were done. Waits only for room in the ring.
     ///
-    /// A refusal is a `RuntimeError` that the script can catch. A protective stop ends the task and cannot be caught.
-    pub fn perform(&mut self, kind: CommandKind) -> Result<(), Raised> {
+    /// A refusal is an exception at the call.
+    pub fn set(&mut self, kind: CommandKind) -> Result<(), Raised> {
         // Planned motions and streams wait and have been refused already; these return at once and the arm moves later.
-        let sets_in_motion = matches!(
-            kind,
-            CommandKind::Freedrive { .. }
-                | CommandKind::TrackConveyorLinear { .. }
-                | CommandKind::TrackConveyorCircular { .. }
-        );
-        if sets_in_motion && self.context.is_secondary() {
+        if kind.sets_in_motion() && self.context.is_secondary() {
             let text = format!(
                 "{}() moves the arm and cannot be used in a secondary program (sec)",
                 self.builtin.name
             );
             return Err(self.error(ExceptionKind::RuntimeError, text));
         }
+        self.wait_for_rest(&kind)?;
+        if let Err(refusal) = self.context.robot().foreseen().check(&kind) {
+            return Err(self.refused(&refusal));
+        }
+        self.send(kind).map(drop)
+    }
+
+    /// The first motion of a program that has replaced another begins when the arm has come to rest.
+    fn wait_for_rest(&mut self, kind: &CommandKind) -> Result<(), Raised> {
+        if kind.sets_in_motion()
+            && let Some(stop) = self.context.braking()
+        {
+            self.wait(Wait::Command(stop))?;
+        }
+        Ok(())
+    }
+
+    /// What a refusal is for a script: an exception that it can catch.
+    fn refused(&mut self, refusal: &Refusal) -> Raised {
+        let kind = match refusal {
+            Refusal::BadValue { .. } => ExceptionKind::ValueError,
+            _ => ExceptionKind::RuntimeError,
+        };
+        let text = format!("{}(): {refusal}", self.builtin.name);
+        self.error(kind, text)
+    }
+
+    /// Sends a command and waits for its end, or, for a motion with a blend, until the next may follow.
+    ///
+    /// A refusal is a `RuntimeError` that the script can catch. A protective stop ends the task and cannot be caught.
+    pub fn perform(&mut self, kind: CommandKind) -> Result<(), Raised> {
+        self.wait_for_rest(&kind)?;
         let id = self.enter(kind, true)?;
         if kind.is_motion() {
             self.wait(Wait::Motion(id))?;
@@ -261,14 +297,7 @@ impl<'a, 'n> Call<'a, 'n> {
             Some(Outcome::Done) | None => Ok(()),
             // The motion was ended by somebody else's stop; the program goes on after the call.
             Some(Outcome::Aborted) => Ok(()),
-            Some(Outcome::Refused(refusal @ Refusal::BadValue { .. })) => {
-                let text = format!("{}(): {refusal}", self.builtin.name);
-                Err(self.error(ExceptionKind::ValueError, text))
-            }
-            Some(Outcome::Refused(refusal)) => {
-                let text = format!("{}(): {refusal}", self.builtin.name);
-                Err(self.error(ExceptionKind::RuntimeError, text))
-            }
+            Some(Outcome::Refused(refusal)) => Err(self.refused(&refusal)),
             Some(Outcome::ProtectiveStop(_)) => {
                 // The task is ending because of the stop; this thread only has to wait until it is unwound.
                 self.wait(Wait::Never)?;

@@ -174,27 +174,26 @@ fn encoder(call: &mut Call<'_, '_>, index: usize) -> Result<u8, Raised> {
 fn encoder_enable_set_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let encoder = encoder(call, 0)?;
     let range = EncoderRange::from_number(call.integer(1)? as u64).unwrap_or_default();
-    call.perform(CommandKind::EncoderEnableSetTickCount { encoder, range })?;
+    call.set(CommandKind::EncoderEnableSetTickCount { encoder, range })?;
     Ok(Value::None)
 }
 
 fn encoder_get_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let encoder = usize::from(encoder(call, 0)?);
-    let state = call.context().robot().state();
-    Ok(Value::Float(state.encoder_counts[encoder]))
+    Ok(Value::Float(call.state().encoder_counts[encoder]))
 }
 
 fn encoder_set_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let encoder = encoder(call, 0)?;
     let count = call.number(1)?;
-    call.perform(CommandKind::EncoderSetTickCount { encoder, count })?;
+    call.set(CommandKind::EncoderSetTickCount { encoder, count })?;
     Ok(Value::None)
 }
 
 fn encoder_unwind_delta_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let encoder = usize::from(encoder(call, 0)?);
     let delta = call.number(1)?;
-    let number = call.context().robot().state().encoder_ranges[encoder];
+    let number = call.state().encoder_ranges[encoder];
     let range = EncoderRange::from_number(number).unwrap_or_default();
     Ok(Value::Float(range.unwound(delta)))
 }
@@ -216,7 +215,7 @@ fn track_conveyor_circular(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         rotate_tool: call.boolean(2)?,
         encoder: encoder(call, 3)?,
     };
-    call.perform(kind)?;
+    call.set(kind)?;
     Ok(Value::None)
 }
 
@@ -226,7 +225,7 @@ fn track_conveyor_linear(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         ticks_per_meter: ticks(call, 1, "track_conveyor_linear(): ticks_per_meter")?,
         encoder: encoder(call, 2)?,
     };
-    call.perform(kind)?;
+    call.set(kind)?;
     Ok(Value::None)
 }
 
@@ -248,7 +247,7 @@ fn encoder_enable_pulse_decode(call: &mut Call<'_, '_>) -> Result<Value, Raised>
         );
         return Err(call.error(ExceptionKind::ValueError, text));
     }
-    call.perform(CommandKind::EncoderEnablePulseDecode {
+    call.set(CommandKind::EncoderEnablePulseDecode {
         encoder,
         decoding,
         channel_a,

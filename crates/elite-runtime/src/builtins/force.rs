@@ -46,7 +46,7 @@ pub const BUILTINS: &[Builtin] = &[
             ),
         ],
         returns: "nothing",
-        waits: true,
+        waits: false,
         run: Some(force_mode),
     },
     Builtin {
@@ -86,8 +86,8 @@ pub const BUILTINS: &[Builtin] = &[
         category: Category::Force,
         summary: "Back to position control; the end of the task does it too.",
         params: &[],
-        returns: "nothing; returns when the arm stands, or at once while a motion goes on",
-        waits: true,
+        returns: "nothing; the arm comes to rest meanwhile, and the next motion waits for that",
+        waits: false,
         run: Some(end_force_mode),
     },
     Builtin {
@@ -171,7 +171,7 @@ fn force_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         let given = format!("{} at [{k}]", speed_limits[k]);
         return Err(call.not_allowed(4, "six numbers of at least 0", given));
     }
-    call.perform(CommandKind::ForceMode {
+    call.set(CommandKind::ForceMode {
         frame,
         selection,
         wrench,
@@ -194,23 +194,23 @@ fn force_mode_set_damping(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 }
 
 fn end_force_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    call.perform(CommandKind::EndForceMode)?;
+    call.set(CommandKind::EndForceMode)?;
     Ok(Value::None)
 }
 
 fn zero_ftsensor(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    call.perform(CommandKind::ZeroFtSensor)?;
+    call.set(CommandKind::ZeroFtSensor)?;
     Ok(Value::None)
 }
 
 fn force(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let [x, y, z, ..] = call.context().robot().state().tcp_force;
+    let [x, y, z, ..] = call.state().tcp_force;
     Ok(Value::Float((x * x + y * y + z * z).sqrt()))
 }
 
 fn get_tcp_force(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let is_compensated = call.boolean(0)?;
-    let state = call.context().robot().state();
+    let state = call.state();
     let wrench = if is_compensated {
         state.tcp_force
     } else {
@@ -224,7 +224,7 @@ fn ft_rtsi_input_enable(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let mass = call.number(1)?;
     let measuring_offset = call.numbers(2)?;
     let cog = call.numbers(3)?;
-    call.perform(CommandKind::FtRtsiInput {
+    call.set(CommandKind::FtRtsiInput {
         enabled,
         mass,
         measuring_offset,

@@ -8,8 +8,8 @@ use std::rc::Rc;
 
 use elite_lang::{CallHint, CallSite, KnownNames, Literal, NativeCall, Raised};
 
-use super::all;
 use super::declare::{Builtin, Category, Kind, Parameter};
+use super::{all, names};
 use crate::message::{Message, Severity};
 use crate::task::TaskContext;
 
@@ -42,7 +42,7 @@ const JOINTS_FOR_POSE: &str = "turn joint positions into a pose with get_forward
 
 /// The names of all builtins, with what `check` needs to know of them.
 pub fn known_names() -> KnownNames {
-    KnownNames::new(all().map(|builtin| builtin.name))
+    KnownNames::new(names())
         .with_waiting(all().filter(|b| b.waits).map(|b| b.name))
         .with_call_hook(hints)
 }
@@ -173,7 +173,7 @@ pub(super) fn before(
     if builtin.category != Category::Motion || !builtin.name.starts_with("move") {
         return;
     }
-    let state = context.robot().state();
+    let state = context.robot().foreseen().state;
     for (parameter, numbers) in six_numbers(builtin, native) {
         let (given, wanted, help) = match parameter.kind {
             Kind::Joints

@@ -13,9 +13,9 @@ use calls::{
     set_gp_boolean_input_action, set_input_actions_to_default, set_runstate,
     set_runstate_gp_boolean_output, set_runstate_standard_analog_output,
     set_runstate_tool_analog_output, set_standard_analog_input_domain, set_standard_analog_out,
-    set_standard_analog_output_domain, set_tool_analog_input_domain, set_tool_analog_io_work_mode,
-    set_tool_analog_output_domain, set_tool_digital, set_tool_digital_io_config, set_tool_voltage,
-    standard_analog_in, standard_analog_out,
+    set_standard_analog_output_domain, set_standard_digital_out, set_tool_analog_input_domain,
+    set_tool_analog_io_work_mode, set_tool_analog_output_domain, set_tool_digital,
+    set_tool_digital_io_config, set_tool_voltage, standard_analog_in, standard_analog_out,
 };
 
 use super::declare::{Builtin, Category::Io, Kind, Parameter, Range};
@@ -29,6 +29,11 @@ const CONFIGURABLE: Parameter = index("n", 7);
 const TOOL: Parameter = index("n", 3);
 const ANALOG: Parameter = index("n", 1);
 const STANDARD_PORT: Parameter = index("port", 15);
+const STANDARD_OR_NONE: Parameter = Parameter::required(
+    "n",
+    Kind::Integer(-1, 15),
+    "number of the point; -1: none, nothing is done",
+);
 const CONFIGURABLE_PORT: Parameter = index("port", 7);
 const TOOL_PORT: Parameter = index("port", 3);
 const REGISTER_PORT: Parameter = index("port", 127);
@@ -189,10 +194,10 @@ pub const BUILTINS: &[Builtin] = &[
         Io,
         "5.13",
         "set_standard_digital_out",
-        &[STANDARD, LEVEL],
+        &[STANDARD_OR_NONE, LEVEL],
         "nothing",
         "Sets a standard digital output; the level is applied in the next cycle.",
-        |call| set_digital_out(call, DigitalBank::Standard),
+        set_standard_digital_out,
     ),
     Builtin::new(
         Io,

@@ -127,7 +127,7 @@ const TCP: Parameter = Parameter {
 };
 
 fn get_forward_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let state = call.context().robot().state();
+    let state = call.state();
     let q = call.joints_or_default(0)?.unwrap_or(state.actual_q);
     let flange_from_tcp = Pose::from_rpy(&call.pose_or_default(1)?.unwrap_or(state.tcp_offset));
     let base_from_tcp = call
@@ -140,7 +140,7 @@ fn get_forward_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 
 /// The solution nearest to the second argument, for the pose and tool in the first and third.
 fn nearest(call: &mut Call<'_, '_>) -> Result<Option<JointPositions>, Raised> {
-    let state = call.context().robot().state();
+    let state = call.state();
     let target = Pose::from_rpy(&call.pose(0)?);
     let near = call.joints_or_default(1)?.unwrap_or(state.actual_q);
     let flange_from_tcp = Pose::from_rpy(&call.pose_or_default(2)?.unwrap_or(state.tcp_offset));
@@ -167,7 +167,7 @@ fn get_inverse_kin_has_solution(call: &mut Call<'_, '_>) -> Result<Value, Raised
 }
 
 fn get_all_inverse_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let state = call.context().robot().state();
+    let state = call.state();
     let target = Pose::from_rpy(&call.pose(0)?);
     let flange_from_tcp = Pose::from_rpy(&call.pose_or_default(1)?.unwrap_or(state.tcp_offset));
     let model = call.context().robot().model();
@@ -194,7 +194,7 @@ fn is_within_safety_limits(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         return Err(call.error(ExceptionKind::ValueError, text));
     }
     let robot = call.context().robot();
-    let state = robot.state();
+    let state = call.state();
     let mut switches = plane_switches(&state);
     if !call.is_symbolic_default(2) {
         for (slot, set) in switches.ci_pairs.iter_mut().zip(call.booleans(2)?) {

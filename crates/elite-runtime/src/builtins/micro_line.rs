@@ -284,7 +284,7 @@ fn with_line<T>(
     look: impl FnOnce(&MicroLine, &RobotModel, &Pose, &JointPositions) -> T,
 ) -> Result<T, Raised> {
     let context = call.context();
-    let state = context.robot().state();
+    let state = call.state();
     let flange_from_tcp = Pose::from_rpy(&state.tcp_offset);
     let found = context.micro_lines().borrow().get(index).map(|line| {
         let model = context.robot().model();

@@ -17,6 +17,7 @@ mod modbus;
 mod modbus_rtu;
 mod motion;
 mod path_offset;
+mod pendant;
 mod registers;
 mod rpc;
 mod serial;
@@ -60,9 +61,16 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
         thread::BUILTINS,
         system::BUILTINS,
         text::BUILTINS,
+        pendant::BUILTINS,
     ]
     .into_iter()
     .flatten()
+}
+
+/// The global names that they have.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    // Some are listed with the module they are in.
+    all().map(|builtin| builtin.name.split('.').next().unwrap_or_default())
 }
 
 /// The builtins as functions of one task.
@@ -83,6 +91,9 @@ pub(crate) fn natives(context: &Rc<TaskContext>) -> Vec<NativeFunction> {
                         }
                         run(&mut call)
                     });
+                    if builtin.waits && builtin.category == Category::Motion {
+                        native.motion_ended(result.is_err());
+                    }
                     result.map_err(|raised| hints::explain(builtin, native, raised))
                 }),
             })

@@ -1,7 +1,8 @@
 //! Manual 8.2: Modbus RTU as master on the serial ports.
 //!
 //! A read that fails gives an empty list, a write that fails 0 or False, both with a line in the log that says why;
-//! arguments outside their range raise.
+//! arguments outside their range raise. A write gives the number of values that were written (manual 8.2.13 to 8.2.16), at
+//! the tool a single value 1 and several True (8.2.5 to 8.2.8).
 
 use std::sync::Arc;
 
@@ -102,7 +103,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDR, BIT, TIMEOUT_5],
         "int, 1 when written, 0 when it fails",
         "Writes one bit of a Modbus RTU device at the tool (function 5).",
-        |call| write_coil(call, Port::Tool, As::Int),
+        |call| write_coil(call, Port::Tool, As::Count),
     )
     .waiting(),
     Builtin::new(
@@ -122,7 +123,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDR, REGISTER, TIMEOUT_5],
         "int, 1 when written, 0 when it fails",
         "Writes one register of a Modbus RTU device at the tool (function 6).",
-        |call| write_register(call, Port::Tool, As::Int),
+        |call| write_register(call, Port::Tool, As::Count),
     )
     .waiting(),
     Builtin::new(
@@ -182,7 +183,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDRESS, BIT, TIMEOUT_3],
         "int, 1 when written, 0 when it fails",
         "Writes one bit of a Modbus RTU device at the control box (function 5).",
-        |call| write_coil(call, Port::Masterboard, As::Int),
+        |call| write_coil(call, Port::Masterboard, As::Count),
     )
     .waiting(),
     Builtin::new(
@@ -190,9 +191,9 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.14",
         "masterboard_modbus_rtu_write_bits",
         &[SLAVE, ADDRESS, BITS_TO_WRITE, TIMEOUT_3],
-        "int, 1 when written, 0 when it fails",
+        "int, how many were written, 0 when it fails",
         "Writes bits of a Modbus RTU device at the control box (function 15).",
-        |call| write_coils(call, Port::Masterboard, As::Int),
+        |call| write_coils(call, Port::Masterboard, As::Count),
     )
     .waiting(),
     Builtin::new(
@@ -202,7 +203,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDRESS, REGISTER, TIMEOUT_3],
         "int, 1 when written, 0 when it fails",
         "Writes one register of a Modbus RTU device at the control box (function 6).",
-        |call| write_register(call, Port::Masterboard, As::Int),
+        |call| write_register(call, Port::Masterboard, As::Count),
     )
     .waiting(),
     Builtin::new(
@@ -210,9 +211,9 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.16",
         "masterboard_modbus_rtu_write_registers",
         &[SLAVE, ADDRESS, REGISTERS_TO_WRITE, TIMEOUT_3],
-        "int, 1 when written, 0 when it fails",
+        "int, how many were written, 0 when it fails",
         "Writes registers of a Modbus RTU device at the control box (function 16).",
-        |call| write_registers(call, Port::Masterboard, As::Int),
+        |call| write_registers(call, Port::Masterboard, As::Count),
     )
     .waiting(),
     Builtin::new(
@@ -262,7 +263,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDRESS, BIT, TIMEOUT_5, OLD_PORT],
         "int, 1 when written, 0 when it fails",
         "Writes one bit of a Modbus RTU device at the control box (function 5).",
-        |call| write_coil(call, Port::Masterboard, As::Int),
+        |call| write_coil(call, Port::Masterboard, As::Count),
     )
     .waiting(),
     Builtin::new(
@@ -270,9 +271,9 @@ pub const BUILTINS: &[Builtin] = &[
         "2.14.5",
         "serial_modbus_write_bits",
         &[SLAVE, ADDRESS, BITS_TO_WRITE, TIMEOUT_5, OLD_PORT],
-        "int, 1 when written, 0 when it fails",
+        "int, how many were written, 0 when it fails",
         "Writes bits of a Modbus RTU device at the control box (function 15).",
-        |call| write_coils(call, Port::Masterboard, As::Int),
+        |call| write_coils(call, Port::Masterboard, As::Count),
     )
     .waiting(),
     Builtin::new(
@@ -282,7 +283,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDRESS, REGISTER, TIMEOUT_5, OLD_PORT],
         "int, 1 when written, 0 when it fails",
         "Writes one register of a Modbus RTU device at the control box (function 6).",
-        |call| write_register(call, Port::Masterboard, As::Int),
+        |call| write_register(call, Port::Masterboard, As::Count),
     )
     .waiting(),
     Builtin::new(
@@ -290,17 +291,19 @@ pub const BUILTINS: &[Builtin] = &[
         "2.14.5",
         "serial_modbus_write_registers",
         &[SLAVE, ADDRESS, REGISTERS_TO_WRITE, TIMEOUT_5, OLD_PORT],
-        "int, 1 when written, 0 when it fails",
+        "int, how many were written, 0 when it fails",
         "Writes registers of a Modbus RTU device at the control box (function 16).",
-        |call| write_registers(call, Port::Masterboard, As::Int),
+        |call| write_registers(call, Port::Masterboard, As::Count),
     )
     .waiting(),
 ];
 
-/// The type of a write's result.
+/// What a write gives.
 #[derive(Clone, Copy)]
 enum As {
-    Int,
+    /// How many values were written.
+    Count,
+    /// Whether they were.
     Bool,
 }
 
@@ -352,11 +355,14 @@ fn write(
     call: &mut Call<'_, '_>,
     port: Port,
     request: Request,
+    count: usize,
     result: As,
 ) -> Result<Value, Raised> {
     let written = ask(call, port, request)?.is_some();
     Ok(match result {
-        As::Int => Value::Int(written.into()),
+        // At most 1968, and the device confirms all of them or none.
+        As::Count if written => Value::Int(count as i64),
+        As::Count => Value::Int(0),
         As::Bool => Value::Bool(written),
     })
 }
@@ -409,24 +415,26 @@ fn word(value: &Value) -> Option<u16> {
 fn write_coil(call: &mut Call<'_, '_>, port: Port, result: As) -> Result<Value, Raised> {
     let levels = data(call, 1, LEVELS, level)?;
     let request = Request::WriteCoil(address(call)?, levels == [true]);
-    write(call, port, request, result)
+    write(call, port, request, 1, result)
 }
 
 fn write_coils(call: &mut Call<'_, '_>, port: Port, result: As) -> Result<Value, Raised> {
     let levels = data(call, 1968, LEVELS, level)?;
+    let count = levels.len();
     let request = Request::WriteCoils(address(call)?, levels);
-    write(call, port, request, result)
+    write(call, port, request, count, result)
 }
 
 fn write_register(call: &mut Call<'_, '_>, port: Port, result: As) -> Result<Value, Raised> {
     let words = data(call, 1, WORDS, word)?;
     let request =
         Request::WriteRegister(address(call)?, words.first().copied().unwrap_or_default());
-    write(call, port, request, result)
+    write(call, port, request, 1, result)
 }
 
 fn write_registers(call: &mut Call<'_, '_>, port: Port, result: As) -> Result<Value, Raised> {
     let words = data(call, 123, WORDS, word)?;
+    let count = words.len();
     let request = Request::WriteRegisters(address(call)?, words);
-    write(call, port, request, result)
+    write(call, port, request, count, result)
 }

@@ -110,11 +110,7 @@ pub const BUILTINS: &[Builtin] = &[
         "3.1.7",
         "Measured TCP pose in the base frame.",
         "list[6] float, m and rad",
-        |call| {
-            Ok(Value::list_of_f64(
-                &call.context().robot().state().actual_tcp_pose.to_array(),
-            ))
-        },
+        |call| Ok(Value::list_of_f64(&call.state().actual_tcp_pose.to_array())),
     ),
     getter(
         "get_target_joint_positions",
@@ -282,7 +278,7 @@ fn movec(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 
 fn set_tcp(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let pose = call.pose(0)?;
-    call.perform(CommandKind::SetTcp(pose))?;
+    call.set(CommandKind::SetTcp(pose))?;
     Ok(Value::None)
 }
 
@@ -300,7 +296,7 @@ fn set_payload(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     }
     let (cog, inertia) = (call.numbers(1)?, call.numbers(2)?);
     match Payload::new(mass, cog, inertia) {
-        Ok(payload) => call.perform(CommandKind::SetPayload(payload))?,
+        Ok(payload) => call.set(CommandKind::SetPayload(payload))?,
         Err(error) => {
             return Err(call.error(ExceptionKind::ValueError, format!("set_payload(): {error}")));
         }

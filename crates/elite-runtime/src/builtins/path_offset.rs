@@ -167,7 +167,7 @@ fn movep(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 }
 
 fn path_offset_enable(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    call.perform(CommandKind::PathOffsetEnable)?;
+    call.set(CommandKind::PathOffsetEnable)?;
     Ok(Value::None)
 }
 

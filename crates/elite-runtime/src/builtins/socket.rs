@@ -10,9 +10,13 @@ use io_bus::ScriptSocket;
 
 use super::call::Call;
 use super::declare::{Builtin, Category::Socket, Default, Kind, Parameter, Range};
+use crate::value_text::compact_text;
 
 /// Most sockets of one task.
 const SOCKETS_MAX: usize = 32;
+
+/// Longest text that is made of a value that is none, characters; far more than one call sends.
+const SENT_CHARS_MAX: usize = 1 << 24;
 
 /// The name of a socket without one (manual 7.1.1).
 const DEFAULT_NAME: &str = "socket_0";
@@ -187,7 +191,7 @@ pub const BUILTINS: &[Builtin] = &[
         "socket_send_string",
         &[ANYTHING, NAME],
         "bool, True when sent",
-        "Sends a value as text.",
+        "Sends a text, or another value in the form of to_str().",
         socket_send_string,
     ),
     Builtin::new(
@@ -394,7 +398,11 @@ fn socket_send_line(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 
 fn socket_send_string(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let value = call.required(0);
-    let text = call.native().str(&value)?;
+    // As `to_str` writes them; what that does not take goes out as Python's `str`.
+    let text = match compact_text(&value, SENT_CHARS_MAX) {
+        Some(text) => text,
+        None => call.native().str(&value)?.to_string(),
+    };
     send_all(call, 1, text.into())
 }
 

@@ -20,7 +20,7 @@ macro_rules! getter {
             waits: false,
             run: Some(|call| {
                 let read: fn(&RobotState) -> Value = $read;
-                Ok(read(&call.context().robot().state()))
+                Ok(read(&call.state()))
             }),
         }
     };
@@ -168,7 +168,7 @@ pub const BUILTINS: &[Builtin] = &[
         category: Category::Motion,
         summary: "Back to position control; the end of the task does it too.",
         params: &[],
-        returns: "nothing; returns when the arm stands",
+        returns: "nothing; the arm comes to rest meanwhile, and the next motion waits for that",
         waits: false,
         run: Some(end_freedrive_mode),
     },
@@ -221,7 +221,7 @@ pub const BUILTINS: &[Builtin] = &[
 fn set_gravity(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     // The manual gives what the arm feels, the dynamics want free fall: the opposite.
     let felt: [f64; 3] = call.numbers(0)?;
-    call.perform(CommandKind::SetGravity(felt.map(|x| 0.0 - x)))?;
+    call.set(CommandKind::SetGravity(felt.map(|x| 0.0 - x)))?;
     Ok(Value::None)
 }
 
@@ -240,23 +240,23 @@ fn freedrive_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         }
     }
     let frame = call.frame(1)?;
-    call.perform(CommandKind::Freedrive { free_axes, frame })?;
+    call.set(CommandKind::Freedrive { free_axes, frame })?;
     Ok(Value::None)
 }
 
 fn end_freedrive_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    call.perform(CommandKind::EndFreedrive)?;
+    call.set(CommandKind::EndFreedrive)?;
     Ok(Value::None)
 }
 
 fn set_collision_detect_enabled(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let enabled = call.boolean(0)?;
-    call.perform(CommandKind::SetCollisionDetection(enabled))?;
+    call.set(CommandKind::SetCollisionDetection(enabled))?;
     Ok(Value::None)
 }
 
 fn set_dyn_collision_force_min_ratio(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let ratio = call.integer(0)? as u8;
-    call.perform(CommandKind::SetCollisionSensitivity(ratio))?;
+    call.set(CommandKind::SetCollisionSensitivity(ratio))?;
     Ok(Value::None)
 }

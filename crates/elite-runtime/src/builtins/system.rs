@@ -283,6 +283,7 @@ fn rtsi_set_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 fn textmsg(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let text = shown(call, 0, "")? + &shown(call, 1, "")?;
     log(call, Severity::Info, &text);
+    call.native().said(text.len())?;
     Ok(Value::None)
 }
 

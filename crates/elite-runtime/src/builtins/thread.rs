@@ -105,7 +105,8 @@ fn start_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     // Joining works on detached threads too (the vendor's control script relies on it), so the mode changes nothing
     // that a program could see; it is still checked for its type.
     call.boolean(2)?;
-    match call.context().start_thread(function, args) {
+    let node = call.native().node();
+    match call.context().start_thread(function, args, node) {
         Ok(number) => Ok(Value::Int(i64::from(number.0))),
         Err(refused) => Err(call.error(
             ExceptionKind::RuntimeError,

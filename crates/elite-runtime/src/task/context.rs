@@ -10,11 +10,12 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use elite_lang::{Value, WaitToken};
+use elite_lang::{NodeState, Value, WaitToken};
 use io_bus::{Fieldbus, ScriptSocket};
 use motion_api::{CommandId, Origin, ProgramId, ThreadNumber};
 use thiserror::Error;
 
+use super::braking::Braking;
 use super::host::Permissions;
 use super::outside::Outside;
 use super::scheduler::{TaskEnd, TaskSettings};
@@ -27,6 +28,10 @@ use crate::robot::Robot;
 
 /// Most script threads of one task, the main thread not counted.
 pub(crate) const THREADS_MAX: usize = 64;
+
+/// Calls of builtins in the `finally` and `with` blocks of a task that is being stopped. The language bounds what its own
+/// work costs there; a call may cost far more than one step of that.
+const CALLS_OF_UNWINDING: u32 = 5000;
 
 /// 2026-01-01T00:00:00Z, where simulated time begins.
 const VIRTUAL_EPOCH_S: f64 = 1_767_225_600.0;
@@ -59,6 +64,10 @@ pub(crate) struct TaskContext {
     running: Cell<Running>,
     end: Cell<Option<TaskEnd>>,
     warned: RefCell<BTreeSet<String>>,
+    /// Calls of builtins that threads may still make while they unwind; `None` while nothing was told to stop.
+    unwinding: Cell<Option<u32>>,
+    /// What the program before has left moving.
+    braking: RefCell<Option<Braking>>,
     /// Motions whose calls have returned before they ended, and whose they were.
     ahead: RefCell<Vec<(ThreadNumber, CommandId)>>,
 }
@@ -74,8 +83,17 @@ struct Running {
 struct Threads {
     last: u32,
     alive: BTreeSet<ThreadNumber>,
-    to_start: Vec<(ThreadNumber, Value, Vec<Value>)>,
+    to_start: Vec<ToStart>,
     to_stop: Vec<ThreadNumber>,
+}
+
+/// A thread that is to be started.
+pub(crate) struct ToStart {
+    pub number: ThreadNumber,
+    pub function: Value,
+    pub args: Vec<Value>,
+    /// Where in the pendant's task it begins.
+    pub node: NodeState,
 }
 
 /// What is known about a handle.
@@ -99,6 +117,7 @@ impl TaskContext {
         settings: &TaskSettings,
         interpreter: Arc<Interpreter>,
         program: ProgramId,
+        braking: Option<Braking>,
     ) -> Rc<Self> {
         Rc::new(Self {
             robot: settings.robot.clone(),
@@ -118,6 +137,8 @@ impl TaskContext {
             running: Cell::default(),
             end: Cell::default(),
             warned: RefCell::default(),
+            unwinding: Cell::default(),
+            braking: RefCell::new(braking),
             ahead: RefCell::default(),
         })
     }
@@ -200,7 +221,7 @@ impl TaskContext {
     }
 
     /// Statements of interpreter mode.
-    pub fn interpreter(&self) -> &Interpreter {
+    pub fn interpreter(&self) -> &Arc<Interpreter> {
         &self.interpreter
     }
 
@@ -223,6 +244,32 @@ impl TaskContext {
     /// What was asked since the last call.
     pub fn take_requests(&self) -> Vec<TaskRequest> {
         self.requests.take()
+    }
+
+    /// The stop that ends when the arm has come to rest after the program before; `None` once it has.
+    pub fn braking(&self) -> Option<CommandId> {
+        let stop = self.braking.borrow().as_ref().map(Braking::stop)?;
+        if self.robot.has_ended(stop) {
+            drop(self.braking.take());
+            return None;
+        }
+        Some(stop)
+    }
+
+    /// Said by the scheduler when all threads of the task are about to unwind.
+    pub fn unwinds(&self) {
+        self.unwinding.set(Some(CALLS_OF_UNWINDING));
+    }
+
+    /// Counts a call of a builtin; false when a task that unwinds may make no more.
+    pub fn may_call(&self) -> bool {
+        match self.unwinding.get() {
+            None => true,
+            Some(left) => {
+                self.unwinding.set(Some(left.saturating_sub(1)));
+                left > 0
+            }
+        }
     }
 
     pub fn program(&self) -> ProgramId {
@@ -280,12 +327,15 @@ impl TaskContext {
         &self,
         function: Value,
         args: Vec<Value>,
+        node: NodeState,
     ) -> Result<ThreadNumber, TooManyThreads> {
         let number = self.take_number()?;
-        self.threads
-            .borrow_mut()
-            .to_start
-            .push((number, function, args));
+        self.threads.borrow_mut().to_start.push(ToStart {
+            number,
+            function,
+            args,
+            node,
+        });
         Ok(number)
     }
 
@@ -318,7 +368,7 @@ impl TaskContext {
     }
 
     /// What the slice asked for: threads to start.
-    pub fn take_starts(&self) -> Vec<(ThreadNumber, Value, Vec<Value>)> {
+    pub fn take_starts(&self) -> Vec<ToStart> {
         std::mem::take(&mut self.threads.borrow_mut().to_start)
     }
 

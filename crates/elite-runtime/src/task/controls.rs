@@ -5,9 +5,8 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use elite_lang::Program;
 use tokio::sync::{Notify, mpsc, oneshot};
-
-use super::ProgramText;
 
 /// Secondary programs that may wait for a task; it takes them at the latest after a slice.
 const SECONDARIES_WAITING_MAX: usize = 256;
@@ -17,12 +16,14 @@ const SECONDARIES_WAITING_MAX: usize = 256;
 pub enum Control {
     /// End it.
     Stop,
+    /// End it because another main program takes its place; the text says which.
+    Replace(Arc<str>),
     /// Hold it.
     Pause,
     /// Let it go on.
     Resume,
     /// Run a secondary program beside it, and say that it was taken. A task that ends first drops the sender.
-    Secondary(ProgramText, oneshot::Sender<()>),
+    Secondary(Program, oneshot::Sender<()>),
 }
 
 /// Makes the two ends for one task.
@@ -43,13 +44,13 @@ pub(crate) fn controls() -> (Controller, Controls) {
 /// Where others ask.
 pub(crate) struct Controller {
     orders: Arc<Orders>,
-    secondaries: mpsc::Sender<(ProgramText, oneshot::Sender<()>)>,
+    secondaries: mpsc::Sender<(Program, oneshot::Sender<()>)>,
 }
 
 /// Where the task hears of it.
 pub(crate) struct Controls {
     orders: Arc<Orders>,
-    secondaries: mpsc::Receiver<(ProgramText, oneshot::Sender<()>)>,
+    secondaries: mpsc::Receiver<(Program, oneshot::Sender<()>)>,
 }
 
 /// Orders that the task has not looked at yet.
@@ -59,9 +60,11 @@ struct Orders {
     news: Notify,
 }
 
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Default)]
 struct Wanted {
     stop: bool,
+    /// Who takes the place of the task.
+    replaced_by: Option<Arc<str>>,
     /// Hold (true) or go on (false), whichever was said last.
     hold: Option<bool>,
 }
@@ -77,6 +80,9 @@ impl Orders {
         if core::mem::take(&mut wanted.stop) {
             return Some(Control::Stop);
         }
+        if let Some(successor) = wanted.replaced_by.take() {
+            return Some(Control::Replace(successor));
+        }
         wanted.hold.take().map(|hold| match hold {
             true => Control::Pause,
             false => Control::Resume,
@@ -88,6 +94,11 @@ impl Controller {
     /// Ends the task.
     pub fn stop(&self) {
         self.order(|wanted| wanted.stop = true);
+    }
+
+    /// Ends the task, whose place `successor` takes.
+    pub fn replace(&self, successor: Arc<str>) {
+        self.order(|wanted| wanted.replaced_by = Some(successor));
     }
 
     /// Holds the task.
@@ -106,9 +117,10 @@ impl Controller {
     }
 
     /// Hands a secondary program over; the receiver hears whether it was taken. `None` when too many wait.
-    pub fn join(&self, program: ProgramText) -> Option<oneshot::Receiver<()>> {
+    pub fn join(&self, program: &Program) -> Option<oneshot::Receiver<()>> {
         let (sender, taken) = oneshot::channel();
-        self.secondaries.try_send((program, sender)).ok()?;
+        // The compiled text is shared, not copied.
+        self.secondaries.try_send((program.clone(), sender)).ok()?;
         Some(taken)
     }
 }
@@ -121,6 +133,16 @@ impl Controls {
             let (program, taken) = self.secondaries.try_recv().ok()?;
             Some(Control::Secondary(program, taken))
         })
+    }
+
+    /// Waits for the next order; secondary programs go on waiting.
+    pub async fn next_order(&self) -> Control {
+        loop {
+            if let Some(order) = self.orders.take() {
+                return order;
+            }
+            self.orders.news.notified().await;
+        }
     }
 
     /// Waits for what is asked next; `None` when nobody is left to ask. Nothing is lost when this is dropped.
@@ -145,18 +167,17 @@ impl Controls {
 mod tests {
     use super::*;
 
-    fn secondary() -> ProgramText {
-        ProgramText {
-            name: "s".to_owned(),
-            text: "sec s():\nend\n".to_owned(),
-        }
+    fn secondary() -> Program {
+        let file = elite_lang::SourceFile::new("s", "sec s():\n x = 1\nend\n");
+        elite_lang::compile(file, &elite_lang::KnownNames::default()).unwrap()
     }
 
     #[test]
     fn no_flood_keeps_a_stop_out() {
         let (controller, mut controls) = controls();
         let mut joined = 0;
-        while controller.join(secondary()).is_some() {
+        let program = secondary();
+        while controller.join(&program).is_some() {
             joined += 1;
         }
         assert_eq!(joined, SECONDARIES_WAITING_MAX);
@@ -165,7 +186,9 @@ mod tests {
             controller.resume();
         }
         controller.stop();
+        controller.replace("another".into());
         assert!(matches!(controls.try_next(), Some(Control::Stop)));
+        assert!(matches!(controls.try_next(), Some(Control::Replace(_))));
         assert!(matches!(controls.try_next(), Some(Control::Resume)));
         assert!(matches!(controls.try_next(), Some(Control::Secondary(..))));
     }
@@ -177,7 +200,7 @@ mod tests {
         assert!(matches!(controls.next().await, Some(Control::Pause)));
         let (heard, ()) = tokio::join!(controls.next(), async { controller.stop() });
         assert!(matches!(heard, Some(Control::Stop)));
-        let (heard, taken) = tokio::join!(controls.next(), async { controller.join(secondary()) });
+        let (heard, taken) = tokio::join!(controls.next(), async { controller.join(&secondary()) });
         assert!(matches!(heard, Some(Control::Secondary(..))) && taken.is_some());
         drop(controller);
         assert!(controls.next().await.is_none());

@@ -5,12 +5,14 @@
 //! - `scheduler`: resumes script threads in a fixed order; `threads`: how they wait, wake, start and end.
 //! - `time`: which waits are over, and what makes time pass; `report`: what people are told.
 //! - `outside`: futures that builtins wait for.
+//! - `braking`: the stop with which a program hands the arm over to the next one.
 //! - `host`: what the language asks of its surroundings (print, clock, random numbers).
 //! - `network`: TCP sockets of programs; `files` and `processes`: what `--allow fs` and `--allow process` grant them.
 //! - `beneath`: files of some folders only (`--allow fs=DIR`).
 //! - `family` and `death_signal`: processes end with the task that started them.
 
 mod beneath;
+mod braking;
 mod context;
 mod controls;
 mod death_signal;
@@ -27,10 +29,12 @@ mod time;
 mod wait;
 
 pub use beneath::{FolderAccessError, Folders};
+pub(crate) use braking::Braking;
 pub(crate) use context::{TaskContext, TaskRequest, ThreadLookup};
 pub(crate) use controls::{Controller, Controls, controls};
 pub use family::all_children_are_tasks;
 pub use host::{FileAccess, Permissions};
-pub(crate) use scheduler::Task;
+pub(crate) use report::message_of;
+pub(crate) use scheduler::{Ended, Source, Task};
 pub use scheduler::{ProgramText, TaskEnd, TaskSettings};
 pub(crate) use wait::Wait;

@@ -1,7 +1,9 @@
 //! What a task tells people while it runs: findings, errors, lines, global variables, and watchdogs that bite.
 
-use elite_lang::{Diagnostic, ScriptError, SourceFile, memory};
-use motion_api::{Origin, Seconds, ThreadNumber};
+use std::sync::Arc;
+
+use elite_lang::{Diagnostic, ScriptError, SourceFile, TaskNode, memory};
+use motion_api::{Origin, ProgramId, Seconds, ThreadNumber};
 
 use super::scheduler::{Task, TaskEnd, Waiting};
 use crate::message::{Message, Severity};
@@ -11,26 +13,58 @@ use crate::value_text::repr_text;
 /// Longest value of the variable monitor, characters.
 const VALUE_CHARS_MAX: usize = 1000;
 
+/// Most nodes of the pendant's task that are told of one thread and cycle; more than a task has in a row without waiting.
+const NODES_OF_CYCLE: u32 = 64;
+
+/// What the observer knows of where a thread stands.
+#[derive(Default)]
+pub(super) struct Told {
+    /// The cycle in which the line was told.
+    cycle: Option<u64>,
+    line: u32,
+    node: Option<TaskNode>,
+    /// Nodes that were told in the cycle `nodes_in`.
+    nodes: u32,
+    nodes_in: u64,
+    /// Nothing more is told.
+    is_last: bool,
+}
+
+impl Told {
+    /// Takes note of a place; true if it is another one. A thread that has not begun is nowhere.
+    fn goes_to(&mut self, line: u32, node: Option<TaskNode>) -> bool {
+        let is_news = line > 0 && (line != self.line || node != self.node);
+        if is_news {
+            (self.line, self.node) = (line, node);
+        }
+        is_news
+    }
+}
+
 impl Task {
     pub(super) fn report_finding(&self, finding: &Diagnostic, file: &SourceFile, secondary: bool) {
-        let place = finding.fields(file);
-        let summary = format!("SyntaxError: {}", finding.message);
         if secondary {
             let origin = Origin {
                 program: self.context.program(),
-                line: place.line,
+                line: finding.fields(file).line,
                 ..Origin::default()
             };
+            let summary = format!("SyntaxError: {}", finding.message);
             return self.warn_of_secondary(origin, &summary);
         }
-        let picture = elite_lang::render_human(finding, file, false);
-        self.settings.observer.message(&Message::ScriptError {
+        let message = message_of(finding, file, self.context.program());
+        self.settings.observer.message(&message);
+    }
+
+    /// Tells that another main program takes the place of this one.
+    pub(super) fn report_replacement(&self, successor: &str) {
+        let origin = Origin {
             program: self.context.program(),
-            line: place.line,
-            column: place.column,
-            report: format!("{}\n{summary}", picture.trim_end()),
-            summary,
-        });
+            ..Origin::default()
+        };
+        let text = format!("the program was stopped: {successor} takes its place");
+        let message = Message::log(Severity::Warning, origin, text);
+        self.settings.observer.message(&message);
     }
 
     pub(super) fn report_script_error(&self, error: &ScriptError) {
@@ -57,20 +91,71 @@ impl Task {
         self.settings.observer.message(&message);
     }
 
-    /// Tells the observer where a thread stands, at most once a cycle.
-    pub(super) fn report_line(&mut self, number: ThreadNumber) {
+    /// After a slice of a thread: its nodes are told as it came to them, its line when the cycle is over.
+    pub(super) fn follow(&mut self, number: ThreadNumber) {
         let cycle = self.settings.robot.state().cycle;
         let Some(entry) = self.threads.get_mut(&number) else {
             return;
         };
-        let line = entry.script.current_line();
-        let (reported_cycle, reported_line) = entry.line_reported;
-        if line != reported_line && cycle != reported_cycle {
-            entry.line_reported = (cycle, line);
-            self.settings
-                .observer
-                .line_changed(self.context.program(), number, line);
+        let passages = entry.script.take_passages();
+        if entry.told.nodes_in != cycle {
+            (entry.told.nodes_in, entry.told.nodes) = (cycle, 0);
         }
+        for passage in passages {
+            if entry.told.nodes < NODES_OF_CYCLE {
+                entry.told.nodes += 1;
+                entry.told.line = passage.line;
+                entry.told.node = Some(passage.node);
+                let node = entry.told.node.as_ref();
+                let observer = &self.settings.observer;
+                observer.line_changed(self.context.program(), number, passage.line, node);
+            }
+        }
+        if !self.moved.contains(&number) {
+            self.moved.push(number);
+        }
+        // Under the real clock time passes while scripts compute; under the virtual one only when they all wait.
+        if cycle != self.moved_in && !self.settings.robot.timeline().is_virtual() {
+            self.tell_lines();
+            self.moved_in = cycle;
+        }
+    }
+
+    /// Before a cycle passes: where the threads stand that ran in it, once a cycle and thread.
+    pub(super) fn tell_lines(&mut self) {
+        let cycle = self.settings.robot.state().cycle;
+        let mut later = Vec::new();
+        for number in std::mem::take(&mut self.moved) {
+            let Some(entry) = self.threads.get_mut(&number) else {
+                continue;
+            };
+            if entry.told.cycle == Some(cycle) {
+                later.push(number);
+                continue;
+            }
+            let line = entry.script.current_line();
+            if entry.told.goes_to(line, entry.script.current_node()) {
+                entry.told.cycle = Some(cycle);
+                let node = entry.told.node.as_ref();
+                let observer = &self.settings.observer;
+                observer.line_changed(self.context.program(), number, line, node);
+            }
+        }
+        self.moved = later;
+    }
+
+    /// Where a thread ended: in `line`, or where it stands.
+    pub(super) fn tell_last_line(&mut self, number: ThreadNumber, line: Option<u32>) {
+        let Some(entry) = self.threads.get_mut(&number) else {
+            return;
+        };
+        let line = line.unwrap_or_else(|| entry.script.current_line());
+        if !entry.told.is_last && entry.told.goes_to(line, entry.script.current_node()) {
+            let node = entry.told.node.as_ref();
+            let observer = &self.settings.observer;
+            observer.line_changed(self.context.program(), number, line, node);
+        }
+        entry.told.is_last = true;
     }
 
     /// Publishes the global variables that have changed; looks at them ten times a second of simulated time, and once
@@ -152,6 +237,28 @@ impl Task {
             let text = "TimeoutError: a secondary program has to be short, this one was ended after waiting for a second";
             self.end_secondary(number, text);
         }
+    }
+}
+
+/// The line of the program in which the error was raised or that led to it; other texts have lines of their own.
+pub(super) fn line_in_program(error: &ScriptError) -> Option<u32> {
+    let program = &error.traceback.first()?.file;
+    let mut inside = error.traceback.iter().rev();
+    let frame = inside.find(|frame| Arc::ptr_eq(&frame.file, program))?;
+    Some(frame.line)
+}
+
+/// What is told of a main program that does not compile; 0 is the number of one that was never started.
+pub(crate) fn message_of(finding: &Diagnostic, file: &SourceFile, program: ProgramId) -> Message {
+    let place = finding.fields(file);
+    let summary = format!("SyntaxError: {}", finding.message);
+    let picture = elite_lang::render_human(finding, file, false);
+    Message::ScriptError {
+        program,
+        line: place.line,
+        column: place.column,
+        report: format!("{}\n{summary}", picture.trim_end()),
+        summary,
     }
 }
 

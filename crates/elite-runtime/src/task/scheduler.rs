@@ -11,8 +11,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{
-    Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptThread, SourceFile, Step,
-    WaitToken, memory,
+    Diagnostic, Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptThread,
+    SourceFile, Step, WaitToken, memory,
 };
 use io_bus::Fieldbus;
 use motion_api::{CommandKind, IoChange, Origin, ProgramId, StopReason, ThreadNumber};
@@ -20,9 +20,11 @@ use supervision::{Contained, Fault, Faults, Kind, Panicked, catch, injection};
 use tokio::sync::watch;
 use tokio::time::Instant;
 
+use super::braking::Braking;
 use super::context::{TaskContext, TaskRequest};
 use super::controls::{Control, Controls};
 use super::host::{Permissions, TaskHost};
+use super::report::Told;
 use crate::builtins;
 use crate::interpreter::Interpreter as StatementPort;
 use crate::message::{Aside, Message, Observer};
@@ -48,6 +50,32 @@ pub struct ProgramText {
     pub name: String,
     /// The source.
     pub text: String,
+}
+
+/// The main program of a task.
+pub(crate) enum Source {
+    /// Compiled by the task.
+    Text(ProgramText),
+    /// Compiled before, so that it could take the place of another.
+    Compiled(Program),
+}
+
+impl Source {
+    /// The text.
+    pub fn text(&self) -> &str {
+        match self {
+            Self::Text(program) => &program.text,
+            Self::Compiled(program) => program.file().text(),
+        }
+    }
+}
+
+/// What is left of a task.
+pub(crate) struct Ended {
+    /// How it ended.
+    pub end: TaskEnd,
+    /// The arm may still be on its way to rest; only where another program takes the task's place.
+    pub braking: Option<Braking>,
 }
 
 /// What a task needs from its surroundings.
@@ -82,6 +110,8 @@ pub enum TaskEnd {
     Failed,
     /// Somebody stopped it.
     Stopped,
+    /// Another main program took its place, as its log says.
+    Replaced,
     /// The arm went into a protective stop.
     ProtectiveStop(StopReason),
 }
@@ -103,8 +133,15 @@ pub(crate) struct Task {
     /// A fault of ours has left the language as it was: no script runs any more.
     is_broken: bool,
     secondaries: u32,
+    /// The main program has had its first turn.
+    has_begun: bool,
+    /// Who takes the place of the task, once it has begun.
+    pub(super) successor: Option<Arc<str>>,
     /// Names declared `global`, in the order in which they were met.
     pub(super) global_names: Vec<String>,
+    /// Threads that may have come to other lines in the cycle after it.
+    pub(super) moved: Vec<ThreadNumber>,
+    pub(super) moved_in: u64,
     /// The cycle of the latest look at watchdogs and variables.
     pub(super) looked_at: u64,
     /// The cycle of the next look at the variables.
@@ -112,7 +149,7 @@ pub(crate) struct Task {
     /// When the next cycle is due while a virtual clock keeps wall pace.
     pub(super) next_tick: Option<Instant>,
     /// What the robot has to be told as soon as there is room for it.
-    untold: VecDeque<CommandKind>,
+    pub(super) untold: VecDeque<CommandKind>,
 }
 
 /// The task makes time pass, until this is dropped.
@@ -136,7 +173,7 @@ pub(super) struct Entry {
     pub waiting: Option<Waiting>,
     /// Only secondary programs have bounds.
     pub secondary: Option<Bounds>,
-    pub line_reported: (u64, u32),
+    pub told: Told,
 }
 
 /// What a secondary program may still use.
@@ -166,16 +203,17 @@ impl Task {
         program: ProgramId,
         controls: Controls,
         status: watch::Sender<TaskStatus>,
+        braking: Option<Braking>,
     ) -> Self {
         settings.observer = Arc::new(Aside(settings.observer));
-        let context = TaskContext::new(&settings, statements, program);
+        let context = TaskContext::new(&settings, statements, program, braking);
         let host = Rc::new(TaskHost::new(
             context.clone(),
             settings.seed,
             settings.permissions.clone(),
         ));
         let natives = builtins::natives(&context);
-        let known = KnownNames::new(builtins::all().map(|b| b.name));
+        let known = KnownNames::new(builtins::names());
         let interpreter = Interpreter::new(host.clone(), natives, Limits::default());
         let stops_at_start = settings.robot.protective_stops().0;
         memory::outside(|| settings.panel.with_variables(Variables::clear));
@@ -194,7 +232,11 @@ impl Task {
             end: None,
             is_broken: false,
             secondaries: 0,
+            has_begun: false,
+            successor: None,
             global_names: Vec::new(),
+            moved: Vec::new(),
+            moved_in: 0,
             looked_at: u64::MAX,
             variables_due: 0,
             next_tick: None,
@@ -202,9 +244,9 @@ impl Task {
         }
     }
 
-    /// Runs the program to its end; the arm stands when this returns. A fault of ours ends the program, not more: the arm
-    /// comes to rest as after any other end.
-    pub async fn run(mut self, program: ProgramText) -> TaskEnd {
+    /// Runs the program to its end; the arm stands when this returns, unless another program takes its place. A fault of
+    /// ours ends the program, not more: the arm comes to rest as after any other end.
+    pub async fn run(mut self, program: Source) -> Ended {
         let _driving = Driving::begin(self.settings.robot.clone());
         let ran = Contained::new(self.run_program(program)).await;
         let mut end = ran.unwrap_or_else(|panicked| self.met_fault(panicked));
@@ -221,23 +263,65 @@ impl Task {
             self.give_up_threads();
         }
         self.program_runs(false);
-        self.settle(&end).await;
-        end
+        let braking = self.settle(&end).await;
+        Ended { end, braking }
     }
 
-    async fn run_program(&mut self, program: ProgramText) -> TaskEnd {
-        match self.start_program(ThreadNumber(0), program) {
+    async fn run_program(&mut self, program: Source) -> TaskEnd {
+        let compiled = match program {
+            Source::Compiled(program) => Ok(program),
+            Source::Text(text) => {
+                let file = SourceFile::new(text.name, text.text);
+                match self.compile(&file).await {
+                    Some(compiled) => compiled.map_err(|findings| (findings, file)),
+                    None => return self.end.clone().unwrap_or(TaskEnd::Stopped),
+                }
+            }
+        };
+        match compiled {
             Ok(program) => {
+                self.start_program(ThreadNumber(0), &program);
                 let text = program.file().text();
                 self.settings
                     .observer
                     .program_runs(self.context.program(), text);
                 self.context.interpreter().task_runs(&program);
+                // It may have been compiled on another thread; what runs is in the account by now.
+                memory::outside(|| drop(program));
                 self.program_runs(true);
                 self.run_threads().await
             }
-            Err(()) => TaskEnd::NotCompiled,
+            Err((findings, file)) => {
+                let secondary = is_secondary(file.text());
+                for finding in &findings {
+                    self.report_finding(finding, &file, secondary);
+                }
+                TaskEnd::NotCompiled
+            }
         }
+    }
+
+    /// Compiles the program of the task on the threads for that, so that a stop does not wait for a long text; `None` when
+    /// one comes before. Where there is no thread for it now, this one does it.
+    async fn compile(
+        &mut self,
+        file: &Arc<SourceFile>,
+    ) -> Option<Result<Program, Vec<Diagnostic>>> {
+        let compiler = self.context.interpreter().clone();
+        let compiling = compiler.compile(file.clone());
+        tokio::pin!(compiling);
+        let compiled = loop {
+            let order = tokio::select! {
+                biased;
+                order = self.controls.next_order() => order,
+                compiled = &mut compiling => break compiled,
+            };
+            self.take(order);
+            if self.end.is_some() {
+                return None;
+            }
+        };
+        Some(compiled.unwrap_or_else(|_| elite_lang::compile(file.clone(), &self.known)))
     }
 
     /// Tells a fault as the error of the program. No script runs after it: what the language holds may be half changed.
@@ -264,27 +348,15 @@ impl Task {
         let _ = catch(|| self.host.close());
     }
 
-    /// Compiles and readies a program. Findings are reported.
-    fn start_program(&mut self, number: ThreadNumber, text: ProgramText) -> Result<Program, ()> {
-        let secondary = is_secondary(&text.text);
-        let file = SourceFile::new(text.name, text.text);
-        let program = match elite_lang::compile(file.clone(), &self.known) {
-            Ok(program) => program,
-            Err(findings) => {
-                for finding in &findings {
-                    self.report_finding(finding, &file, secondary);
-                }
-                return Err(());
-            }
-        };
-        self.remember_globals(&program);
+    /// Readies a program.
+    fn start_program(&mut self, number: ThreadNumber, program: &Program) {
+        self.remember_globals(program);
         let bounds = (program.kind() == ProgramKind::Secondary).then(|| Bounds {
             slices: SLICES_OF_SECONDARY,
             until: self.settings.robot.state().time + WAIT_OF_SECONDARY,
         });
-        let script = self.interpreter.spawn_program(&program);
+        let script = self.interpreter.spawn_program(program);
         self.add_thread(number, script, bounds);
-        Ok(program)
     }
 
     fn remember_globals(&mut self, program: &Program) {
@@ -310,7 +382,7 @@ impl Task {
                 script,
                 waiting: None,
                 secondary: bounds,
-                line_reported: (u64::MAX, 0),
+                told: Told::default(),
             },
         );
         self.ready.push_back(number);
@@ -329,6 +401,7 @@ impl Task {
                 self.take(control);
             }
             self.look_around();
+            self.make_way();
             if let Some(end) = self.end.clone() {
                 // A main program that ran to its end does not take the secondary ones with it: they are short.
                 match self.next_ready_secondary() {
@@ -351,6 +424,7 @@ impl Task {
                 }
                 continue;
             }
+            self.tell_lines();
             if self.paused {
                 self.hold().await;
                 // A secondary program may wait for a command of its own; the others are ready when the task goes on.
@@ -360,6 +434,16 @@ impl Task {
                 self.end_waits();
             }
             self.ready_woken_threads();
+        }
+    }
+
+    /// Ends the task for its successor, once the main program has had its first turn: whatever comes in is begun, however
+    /// soon something else follows.
+    fn make_way(&mut self) {
+        let may_end = self.end.is_none() && (self.has_begun || self.paused);
+        if let Some(successor) = self.successor.as_ref().filter(|_| may_end) {
+            self.report_replacement(successor);
+            self.end = Some(TaskEnd::Replaced);
         }
     }
 
@@ -404,6 +488,7 @@ impl Task {
     pub(super) fn take(&mut self, control: Control) {
         match control {
             Control::Stop => self.end = Some(TaskEnd::Stopped),
+            Control::Replace(successor) => self.successor = Some(successor),
             Control::Pause => self.pause(),
             Control::Resume if self.paused => {
                 self.paused = false;
@@ -419,7 +504,9 @@ impl Task {
             Control::Secondary(program, taken) => {
                 // Whoever asked may have lost interest.
                 let _ = taken.send(());
-                self.start_secondary(program);
+                self.start_secondary(&program);
+                // It was compiled for this task, but not on its thread.
+                memory::outside(|| drop(program));
             }
         }
     }
@@ -437,19 +524,18 @@ impl Task {
         self.status.send_modify(|status| status.state = state);
     }
 
-    fn start_secondary(&mut self, program: ProgramText) {
+    fn start_secondary(&mut self, program: &Program) {
         let running = self.threads.values().filter(|e| e.secondary.is_some());
         if running.count() >= SECONDARIES_MAX {
             let text = format!(
                 "RuntimeError: \"{}\" was refused: {SECONDARIES_MAX} secondary programs run already",
-                program.name
+                program.file().name()
             );
             return self.warn_of_secondary(Origin::default(), &text);
         }
         let number = ThreadNumber(FIRST_SECONDARY + self.secondaries);
         self.secondaries = (self.secondaries + 1) % FIRST_SECONDARY;
-        // Findings were reported; a secondary program never ends the task.
-        let _ = self.start_program(number, program);
+        self.start_program(number, program);
     }
 
     /// Gives the robot a command. Where there is no room for it just now it is given in one of the next cycles: a stop is
@@ -495,7 +581,8 @@ impl Task {
         self.host.sockets().outside().forget(entry.script.id());
         injection::point("task");
         let step = entry.script.resume(Resume::Continue, FUEL_PER_SLICE);
-        self.report_line(number);
+        self.note_first_turn(number);
+        self.follow(number);
         match step {
             Step::OutOfFuel => self.out_of_fuel(number),
             Step::Waiting(token) => self.suspend(number, Waiting::Token(token)),
@@ -516,6 +603,14 @@ impl Task {
                 TaskRequest::Pause => self.pause(),
                 TaskRequest::Halt => drop(self.end.get_or_insert(TaskEnd::Finished)),
             }
+        }
+    }
+
+    /// Says once that the main program has had its first turn.
+    fn note_first_turn(&mut self, number: ThreadNumber) {
+        if !self.has_begun && number == ThreadNumber(0) {
+            self.has_begun = true;
+            self.status.send_modify(|status| status.has_begun = true);
         }
     }
 

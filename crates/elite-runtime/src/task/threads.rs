@@ -3,6 +3,7 @@
 use elite_lang::{Resume, ScriptError, Step};
 use motion_api::{CommandKind, ThreadNumber};
 
+use super::report::line_in_program;
 use super::scheduler::{Task, TaskEnd, Waiting};
 use super::wait::Wait;
 
@@ -51,9 +52,13 @@ impl Task {
         for (number, script) in self.host.take_started() {
             self.add_thread(number, script, None);
         }
-        for (number, function, args) in self.context.take_starts() {
-            match self.interpreter.spawn_call(function, args) {
-                Ok(script) => self.add_thread(number, script, None),
+        for start in self.context.take_starts() {
+            let number = start.number;
+            match self.interpreter.spawn_call(start.function, start.args) {
+                Ok(mut script) => {
+                    script.begin_at(start.node);
+                    self.add_thread(number, script, None);
+                }
                 Err(error) => {
                     self.context.thread_ended(number);
                     self.report_script_error(&error);
@@ -64,6 +69,8 @@ impl Task {
     }
 
     pub(super) fn thread_ended(&mut self, number: ThreadNumber) {
+        self.tell_last_line(number, None);
+        self.moved.retain(|moved| *moved != number);
         self.threads.remove(&number);
         self.context.thread_ended(number);
         if number == ThreadNumber(0) {
@@ -72,6 +79,7 @@ impl Task {
     }
 
     pub(super) fn thread_failed(&mut self, number: ThreadNumber, error: &ScriptError) {
+        self.tell_last_line(number, line_in_program(error));
         let entry = self.threads.get(&number);
         if entry.is_some_and(|entry| entry.secondary.is_some()) {
             self.report_secondary_error(number, error);
@@ -97,6 +105,8 @@ impl Task {
             self.settings.robot.forget(id);
             self.tell_robot(CommandKind::Stop { only: id });
         }
+        // What it does while it unwinds is not told.
+        self.tell_last_line(number, None);
         let Some(entry) = self.threads.get_mut(&number) else {
             return;
         };
@@ -109,11 +119,13 @@ impl Task {
                 Step::Done(_) | Step::Failed(_) | Step::Stopped => break,
             }
         }
+        drop(entry.script.take_passages());
         self.ready.retain(|n| *n != number);
         self.thread_ended(number);
     }
 
     pub(super) fn stop_all_threads(&mut self) {
+        self.context.unwinds();
         while let Some(number) = self.threads.keys().next_back().copied() {
             self.stop_thread(number);
         }

@@ -6,15 +6,20 @@
 use std::time::Duration;
 
 use elite_lang::memory;
-use motion_api::{CommandId, CommandKind, MotionMode, RobotMode, ThreadNumber};
+use motion_api::{CommandId, CommandKind, MotionMode, Origin, RobotMode, RobotState, ThreadNumber};
 use tokio::time::{Instant, sleep_until};
 
+use super::braking::Braking;
 use super::controls::Control;
 use super::scheduler::{Task, TaskEnd, Waiting};
 use super::wait::Wait;
 
 /// Longest time to wait for the arm to stand after the end of a program, in simulated seconds.
 const SETTLE_TIME_MAX: f64 = 5.0;
+
+/// A virtual clock that the recording holds up for so long, wall time, is not waited for: nothing moves meanwhile, and what
+/// is to come to rest does when time goes on.
+const HELD_UP_MAX: Duration = Duration::from_millis(50);
 
 /// Below this joint speed (rad/s) the arm counts as standing.
 const STANDSTILL_SPEED: f64 = 1e-3;
@@ -161,8 +166,13 @@ impl Task {
 
     /// Ends what still moves, within a bound, until the arm stands. A motion that has returned in its blend zone goes on to
     /// its waypoint if the program ran to its end, however long that takes, unless somebody stops it; it is stopped like any
-    /// other if it was cut off.
-    pub(super) async fn settle(&mut self, end: &TaskEnd) {
+    /// other if it was cut off. A task whose place another takes does not wait: the arm is handed over. One that was told to
+    /// stop before is let come to rest: whoever stops a program and starts the next one may count on that.
+    pub(super) async fn settle(&mut self, end: &TaskEnd) -> Option<Braking> {
+        let is_stopped = *end == TaskEnd::Stopped;
+        if self.successor.is_some() && !is_stopped {
+            return self.hand_over().await;
+        }
         let robot = self.settings.robot.clone();
         let started = robot.state();
         let is_cut_off = *end != TaskEnd::Finished && started.target_qd.max_abs() > 0.0;
@@ -184,40 +194,94 @@ impl Task {
         let mut goes_on = *end == TaskEnd::Finished;
         // One cycle at least, so that commands the program sent last are taken and recorded.
         let first = started.cycle + 1;
+        let mut held_up = None;
         loop {
             let state = robot.state();
-            let stands =
-                state.target_qd.max_abs() == 0.0 && state.actual_qd.max_abs() < STANDSTILL_SPEED;
+            let stands = stands(&state);
             let powered = state.robot_mode == RobotMode::Running;
             let is_on_its_way = goes_on && is_planned(state.motion_mode);
             let is_over = state.time > deadline && !is_on_its_way;
             let rests = state.cycle > first && (!powered || stands);
             if rests || is_over || robot.timeline().has_ended() {
-                return;
+                return None;
             }
             self.tell_what_is_untold();
-            // No program is left to pause or to join; the arm can still be stopped.
+            // No program is left to pause or to join; the arm can still be stopped, and taken over.
             while let Some(control) = self.controls.try_next() {
-                if goes_on && matches!(control, Control::Stop) {
-                    goes_on = false;
-                    deadline = state.time + SETTLE_TIME_MAX;
-                    self.tell_robot(CommandKind::Stop {
-                        only: CommandId::NONE,
-                    });
+                match control {
+                    Control::Stop if goes_on => {
+                        goes_on = false;
+                        deadline = state.time + SETTLE_TIME_MAX;
+                        self.tell_robot(CommandKind::Stop {
+                            only: CommandId::NONE,
+                        });
+                    }
+                    Control::Replace(successor) if !is_stopped => {
+                        if is_on_its_way && !stands {
+                            self.report_replacement(&successor);
+                        }
+                        return self.hand_over().await;
+                    }
+                    _ => {}
                 }
             }
-            let advanced = memory::outside(|| {
-                let advanced = robot.timeline().advance();
-                if advanced {
-                    robot.pump();
-                }
-                advanced
-            });
-            if !advanced {
-                robot.progress().await;
+            if self.pass_a_cycle().await {
+                held_up = None;
+            } else if !goes_on && held_up.get_or_insert_with(Instant::now).elapsed() > HELD_UP_MAX {
+                return None;
             }
         }
     }
+
+    /// Leaves an arm that is being stopped to the next program, with the stop that ends when it stands.
+    async fn hand_over(&mut self) -> Option<Braking> {
+        let robot = self.settings.robot.clone();
+        let origin = Origin {
+            program: self.context.program(),
+            ..Origin::default()
+        };
+        let stop = CommandKind::Stop {
+            only: CommandId::NONE,
+        };
+        // Held or not, from here on it brakes. Places in the ring are kept for both, so there is room in a cycle or two.
+        if self.paused {
+            self.tell_robot(CommandKind::Resume);
+        }
+        loop {
+            self.tell_what_is_untold();
+            if self.untold.is_empty()
+                && let Ok(id) = robot.request(origin, stop)
+            {
+                return Some(Braking::new(robot, id));
+            }
+            if robot.timeline().has_ended() {
+                return None;
+            }
+            self.pass_a_cycle().await;
+        }
+    }
+
+    /// One cycle: of the virtual clock, or the next one of the real clock. False when the recording holds the virtual one up.
+    async fn pass_a_cycle(&self) -> bool {
+        let robot = &self.settings.robot;
+        let advanced = memory::outside(|| {
+            let advanced = robot.timeline().advance();
+            if advanced {
+                robot.pump();
+            }
+            advanced
+        });
+        if advanced || robot.timeline().is_virtual() {
+            return advanced;
+        }
+        robot.progress().await;
+        true
+    }
+}
+
+/// The arm is at rest, as far as a person could see.
+fn stands(state: &RobotState) -> bool {
+    state.target_qd.max_abs() == 0.0 && state.actual_qd.max_abs() < STANDSTILL_SPEED
 }
 
 /// A motion along a planned path.

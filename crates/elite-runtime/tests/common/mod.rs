@@ -10,13 +10,15 @@
 
 use std::sync::{Arc, Mutex};
 
+use elite_runtime::message::InterpreterEvent;
+use elite_runtime::panel::VariableValue;
 use elite_runtime::panel::{Operator, Panel};
 use elite_runtime::robot::ScriptEndWithoutRecords;
 use elite_runtime::{Message, Observer, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{JointPositions, RobotModel, RpyPose, SafetyBounds};
 use motion_api::{
-    BorderSizes, CommandKind, Event, MotionEnd, Outcome, ProgramId, RobotState, ThreadNumber,
-    Timeline, border,
+    BorderSizes, CommandKind, Event, Frame, MotionEnd, Outcome, ProgramId, RobotState,
+    ThreadNumber, Timeline, border,
 };
 
 /// Which arm, and how it stands.
@@ -58,6 +60,8 @@ pub struct Ran {
     pub commands: Vec<CommandKind>,
     /// What its memory account said at each `print`, bytes.
     pub held: Vec<isize>,
+    /// Where its threads stood, as they were told.
+    pub places: Vec<(u32, Place)>,
 }
 
 /// Time that passes when it is asked to.
@@ -91,9 +95,14 @@ impl Timeline for Still {
     fn drive(&self, _on: bool) {}
 }
 
+/// A line, and number and label of a node of the pendant's task.
+pub type Place = (u32, Option<(u32, String)>);
+
 #[derive(Default)]
 struct Listener {
     heard: Mutex<(String, Vec<String>, String, String)>,
+    /// Where its threads stood, as they were told.
+    places: Mutex<Vec<(u32, Place)>>,
     /// What the task's thread held at each `print`.
     held: Mutex<Vec<isize>>,
 }
@@ -116,8 +125,22 @@ impl Observer for Listener {
         }
     }
     fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
-    fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32) {}
+    fn program_runs(&self, _: ProgramId, _: &str) {}
+    fn line_changed(
+        &self,
+        _: ProgramId,
+        thread: ThreadNumber,
+        line: u32,
+        node: Option<&elite_lang::TaskNode>,
+    ) {
+        let node = node.map(|node| (node.number, node.label.to_string()));
+        self.places.lock().unwrap().push((thread.0, (line, node)));
+    }
     fn program_ended(&self, _: ProgramId) {}
+    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
+    fn interpreter(&self, _: &InterpreterEvent<'_>) {}
+    fn cycle_ended(&self, _: &Frame) {}
+    fn hurry(&self) {}
 }
 
 /// Runs a program to its end.
@@ -185,7 +208,7 @@ pub fn run_while(
         .build()
         .unwrap();
     let end = runtime.block_on(async {
-        supervisor.submit(program).await.unwrap();
+        supervisor.submit(program, "a test").await.unwrap();
         meanwhile(&supervisor, &Printed(listener.clone())).await;
         supervisor.ended().await.unwrap()
     });
@@ -200,5 +223,6 @@ pub fn run_while(
         report,
         commands,
         held,
+        places: std::mem::take(&mut *listener.places.lock().unwrap()),
     }
 }

@@ -117,7 +117,13 @@ fn note_connection(shared: &Shared, address: &DeviceAddress, connected: bool, er
         device.is_connected = connected;
         device.is_connecting = false;
         device.connections += u64::from(connected);
-        device.errno = errno;
+        // A connection alone makes nothing valid: how the last one failed is told until there is an answer.
+        if !connected {
+            device.errno = errno;
+        }
+    }
+    if errno != 0 {
+        state.note_failure(address);
     }
     drop(state);
     shared.updates.send_modify(|count| *count += 1);

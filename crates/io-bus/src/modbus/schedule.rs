@@ -287,6 +287,7 @@ pub(super) fn note_reply(state: &mut State, asked: &Asked, reply: &Result<Reply,
                 }
                 signal.last_good = Some(Instant::now());
                 signal.device_error = 0;
+                signal.is_unheard = false;
             }
             Err(PduError::Exception(_)) if is_shared => {
                 // Perhaps the device does not give both at once: each is asked for alone from now on.

@@ -83,6 +83,8 @@ pub(super) struct Signal {
     pub(super) added: Instant,
     pub(super) last_good: Option<Instant>,
     pub(super) device_error: i32,
+    /// The connection was lost, or nothing came: until the next good answer.
+    pub(super) is_unheard: bool,
     pub(super) due: Instant,
     /// In the order in which signals were added; new for a signal that replaces another.
     pub(super) order: u64,
@@ -104,6 +106,7 @@ impl Signal {
             added: now,
             last_good: None,
             device_error: 0,
+            is_unheard: false,
             due: now,
             order,
             alone: false,

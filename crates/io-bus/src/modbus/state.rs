@@ -79,6 +79,10 @@ impl State {
     /// `[device, connection]` error codes of a signal (manual 6.1.15).
     pub(super) fn errors(&self, signal: &Signal) -> [i32; 2] {
         match self.devices.get(&signal.spec.device) {
+            // A device that takes connections and answers nothing: what the last one ended with counts until it does.
+            Some(device) if device.is_connected && signal.is_unheard => {
+                [signal.device_error, device.errno]
+            }
             Some(device) if device.is_connected => [signal.device_error, 0],
             Some(device) if device.is_connecting => [CONNECTING, device.errno],
             Some(device) => [NOT_CONNECTED, device.errno],
@@ -86,11 +90,20 @@ impl State {
         }
     }
 
-    /// Time without a good answer; zero for a valid signal.
+    /// Time without a good answer; zero for a valid signal. Once invalid, a signal stays so until the next good answer,
+    /// however often the device is connected again meanwhile.
     pub(super) fn invalid_for(&self, signal: &Signal) -> Duration {
         match (self.errors(signal), signal.last_good) {
-            ([0, _], Some(_)) => Duration::ZERO,
+            ([0, _], Some(_)) if !signal.is_unheard => Duration::ZERO,
             (_, since) => since.unwrap_or(signal.added).elapsed(),
+        }
+    }
+
+    /// A connection has failed: nothing is heard of the signals of its device.
+    pub(super) fn note_failure(&mut self, address: &DeviceAddress) {
+        let signals = self.signals.values_mut();
+        for signal in signals.filter(|signal| signal.spec.device == *address) {
+            signal.is_unheard = true;
         }
     }
 

@@ -104,11 +104,15 @@ impl ClosedForm {
             * *base_from_flange
             * chain.joint6_from_flange.inverse();
         let mut found = IkSolutions::default();
-        let Some(shoulders) = self.shoulders(&shoulder_from_joint6) else {
+        let Some(shoulders) = self.shoulders(&shoulder_from_joint6, None) else {
             return found;
         };
-        let wrists = self.wrists(&shoulder_from_joint6, &shoulders, free_q6);
-        let elbows = self.elbows(&wrists);
+        let free = FreeWrist {
+            below: SINGULAR_WRIST,
+            q6: free_q6,
+        };
+        let wrists = self.wrists(&shoulder_from_joint6, &shoulders, &free);
+        let elbows = self.elbows(&wrists, None);
         for wrist in 0..4 {
             let shoulder = wrist / 2;
             let listed =
@@ -129,15 +133,58 @@ impl ClosedForm {
         found
     }
 
+    /// Joint positions near which a chain that is nearly of this shape may reach a pose of joint frame 6, given in frame
+    /// 1 at rest; `None` if there are none. With `free_q6`, wrists within `margin.sine` of the singularity are put into
+    /// it, with that joint 6.
+    pub(super) fn starts(
+        &self,
+        joint1_from_joint6: &Pose,
+        margin: &Margin,
+        free_q6: Option<f64>,
+    ) -> Option<Starts> {
+        let shoulders = self.shoulders(joint1_from_joint6, Some(margin))?;
+        // The nearer the two shoulders are to each other, the more joint 1 turns for a length.
+        let mut wrist_margin = margin.sine + margin.length / shoulders.in_plane;
+        if shoulders.drawn_back {
+            wrist_margin += 2.0 * shoulders.in_plane / self.d4.abs();
+        }
+        let free = FreeWrist {
+            below: free_q6.map_or(SINGULAR_WRIST, |_| wrist_margin),
+            q6: free_q6.unwrap_or(0.0),
+        };
+        let wrists = self.wrists(joint1_from_joint6, &shoulders, &free);
+        let elbows = self.elbows(&wrists, Some(margin));
+        let mut starts = Starts {
+            q: [[0.0; BRANCHES]; DOF],
+            used: core::array::from_fn(|branch| elbows.reachable[branch / 2]),
+            wrist_is_near: core::array::from_fn(|shoulder| wrists.s5[shoulder] < wrist_margin),
+            border_is_near: shoulders.drawn_back || elbows.drawn_back,
+        };
+        for branch in 0..BRANCHES {
+            let (wrist, shoulder) = (branch / 2, branch / 4);
+            let (q2, q3) = (elbows.q2[branch], elbows.q3[branch]);
+            let q4 = wrists.q234[wrist] - q2 - q3;
+            let q1 = shoulders.q1[shoulder];
+            let q = [q1, q2, q3, q4, wrists.q5[wrist], wrists.q6[wrist]];
+            for (lane, q) in starts.q.iter_mut().zip(q) {
+                lane[branch] = q;
+            }
+        }
+        Some(starts)
+    }
+
     /// Both shoulder branches: the plane of the arm passes at distance d4 from the base axis and through w, the
     /// crossing of axes 5 and 6. `None` if w is too near to the base axis.
     #[inline]
-    fn shoulders(&self, shoulder_from_joint6: &Pose) -> Option<Shoulders> {
+    fn shoulders(&self, shoulder_from_joint6: &Pose, margin: Option<&Margin>) -> Option<Shoulders> {
         let z6 = shoulder_from_joint6.rotate(Vector3::z());
         let w = shoulder_from_joint6.translation - z6 * self.d6;
         let rho = (w.x * w.x + w.y * w.y).sqrt();
+        let (across, drawn_back) = margin.map_or((rho, false), |margin| {
+            margin.draw_back(rho, self.d4.abs(), f64::INFINITY)
+        });
         // Half of the angle between the branches, seen from the base axis.
-        let (sine, cosine) = border_sine(self.d4 / rho)?;
+        let (sine, cosine) = border_sine(self.d4 / across)?;
         let turn = |sine: f64| {
             let (along, across) = (w.x / rho, w.y / rho);
             (
@@ -153,17 +200,25 @@ impl ClosedForm {
             c1,
             q1: atan2(&s1, &c1),
             two: sine != 0.0,
+            in_plane: across * sine,
+            drawn_back,
         })
     }
 
     /// Both wrist branches of both shoulders.
     #[inline]
-    fn wrists(&self, shoulder_from_joint6: &Pose, shoulders: &Shoulders, free_q6: f64) -> Wrists {
+    fn wrists(
+        &self,
+        shoulder_from_joint6: &Pose,
+        shoulders: &Shoulders,
+        free: &FreeWrist,
+    ) -> Wrists {
         let r = shoulder_from_joint6.rotation.matrix();
-        let ([s_free], [c_free]) = sin_cos(&[free_q6]);
+        let ([s_free], [c_free]) = sin_cos(&[free.q6]);
         // Numerators and denominators of the arc tangents: q5, q6, q2+q3+q4, two shoulders each.
         let (mut y, mut x) = ([0.0; 6], [0.0; 6]);
         let (mut along, mut singular) = ([0.0; 2], [false; 2]);
+        let mut sines5 = [0.0; 2];
         for shoulder in 0..2 {
             let (s1, c1) = (shoulders.s1[shoulder], shoulders.c1[shoulder]);
             // Axes of joint frame 6 in the plane of the arm (x along it, y up) and normal to it. The normal parts are
@@ -179,7 +234,8 @@ impl ClosedForm {
                 c1 * r.m13 + s1 * r.m23,
             );
             let s5 = (nx * nx + ny * ny).sqrt();
-            singular[shoulder] = s5 < SINGULAR_WRIST;
+            sines5[shoulder] = s5;
+            singular[shoulder] = s5 < free.below;
             let (s5, s6, c6) = if singular[shoulder] {
                 (0.0, s_free, c_free)
             } else {
@@ -196,6 +252,7 @@ impl ClosedForm {
         let angle = atan2(&y, &x);
         let mut wrists = Wrists {
             singular,
+            s5: sines5,
             ..Wrists::default()
         };
         for wrist in 0..4 {
@@ -219,7 +276,7 @@ impl ClosedForm {
 
     /// Both elbow branches of every wrist: a planar arm of two links that ends where joint frame 4 must be.
     #[inline]
-    fn elbows(&self, wrists: &Wrists) -> Elbows {
+    fn elbows(&self, wrists: &Wrists, margin: Option<&Margin>) -> Elbows {
         let Self { a2, a3, .. } = *self;
         let mut elbows = Elbows::default();
         // Numerators and denominators of the arc tangents: q3, the direction of joint 4, the angle in joint 2 between
@@ -227,7 +284,17 @@ impl ClosedForm {
         let (mut y, mut x) = ([0.0; 12], [0.0; 12]);
         for wrist in 0..4 {
             let (along, up) = (wrists.joint4_along[wrist], wrists.joint4_up[wrist]);
-            let cosine = (along * along + up * up - a2 * a2 - a3 * a3) / (2.0 * a2 * a3);
+            let squared = along * along + up * up;
+            let squared = margin.map_or(squared, |margin| {
+                // The nearer axes 4 and 6 are to being parallel, the more joint 4 is moved for an angle.
+                let angle = margin.sine / wrists.s5[wrist / 2].max(margin.sine);
+                let margin = margin.widened_by(0.25 * self.d5.abs() * angle);
+                let (least, most) = ((a2.abs() - a3.abs()).abs(), a2.abs() + a3.abs());
+                let (reach, drawn_back) = margin.draw_back(squared.sqrt(), least, most);
+                elbows.drawn_back |= drawn_back;
+                reach * reach
+            });
+            let cosine = (squared - a2 * a2 - a3 * a3) / (2.0 * a2 * a3);
             let elbow = border_sine(cosine);
             elbows.reachable[wrist] = elbow.is_some();
             let (s3, c3) = elbow.unwrap_or((0.0, 1.0));
@@ -256,6 +323,10 @@ struct Shoulders {
     q1: [f64; 2],
     /// False where both are the same.
     two: bool,
+    /// Distance of w from the base axis along the plane of the arm, m.
+    in_plane: f64,
+    /// The branches are where they would be if w were further out.
+    drawn_back: bool,
 }
 
 /// The four wrist branches, those of one shoulder after the other.
@@ -263,6 +334,8 @@ struct Shoulders {
 struct Wrists {
     /// By shoulder: q6 is free and the second branch is the first.
     singular: [bool; 2],
+    /// By shoulder: what the pose asks of sin(q5), not negative.
+    s5: [f64; 2],
     q5: [f64; 4],
     q6: [f64; 4],
     q234: [f64; 4],
@@ -274,12 +347,73 @@ struct Wrists {
 /// The eight elbow branches, those of one wrist after the other.
 #[derive(Default)]
 struct Elbows {
+    /// Some are where they would be if joint 4 were further inside what the links reach.
+    drawn_back: bool,
     /// By wrist.
     reachable: [bool; 4],
     /// By wrist; false where both are the same.
     two: [bool; 4],
     q2: [f64; 8],
     q3: [f64; 8],
+}
+
+/// Branches of the closed form: two shoulders, two wrists, two elbows.
+pub(super) const BRANCHES: usize = 8;
+
+/// Places to iterate from, side by side.
+#[derive(Clone, Copy)]
+pub(super) struct Starts {
+    /// By joint, then by branch: shoulder, wrist, elbow.
+    pub(super) q: [[f64; BRANCHES]; DOF],
+    /// Which branches are within reach.
+    pub(super) used: [bool; BRANCHES],
+    /// By shoulder: axes 4 and 6 are nearly parallel.
+    pub(super) wrist_is_near: [bool; 2],
+    /// Two branches nearly meet, or just do not.
+    pub(super) border_is_near: bool,
+}
+
+/// How far the borders of an arm may be from those of the form, where two of its branches meet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Margin {
+    /// For elbows and shoulders: of the distances reached, m.
+    pub(super) length: f64,
+    /// How far inside the border places are put that are nearer to it than `length`, or beyond it by less, m.
+    pub(super) inside: f64,
+    /// For wrists: of the sine of joint 5.
+    pub(super) sine: f64,
+}
+
+impl Margin {
+    fn widened_by(&self, length: f64) -> Self {
+        let scale = (self.length + length) / self.length;
+        Self {
+            length: self.length * scale,
+            inside: self.inside * scale,
+            ..*self
+        }
+    }
+
+    /// A distance that must lie between `least` and `most`, taken inside where it is near a border; left alone further
+    /// out. True when it was taken.
+    #[inline]
+    fn draw_back(&self, distance: f64, least: f64, most: f64) -> (f64, bool) {
+        if distance < least + self.length && distance > least - self.length {
+            (least + self.inside, true)
+        } else if distance > most - self.length && distance < most + self.length {
+            (most - self.inside, true)
+        } else {
+            (distance, false)
+        }
+    }
+}
+
+/// When joint 6 is chosen instead of computed.
+struct FreeWrist {
+    /// Below this sin(q5), which is taken for zero then.
+    below: f64,
+    /// The choice, rad.
+    q6: f64,
 }
 
 /// Sine and cosine of an arc cosine that takes a cosine just beyond ±1 for ±1; `None` further out and for NaN.

@@ -78,21 +78,6 @@ fn push_new(found: &mut IkSolutions, q: JointPositions) {
     }
 }
 
-/// The exact solutions next to rough ones.
-pub(super) fn refine_all(
-    chain: &Chain,
-    base_from_flange: &Pose,
-    rough: &IkSolutions,
-) -> IkSolutions {
-    let mut found = IkSolutions::default();
-    for start in rough {
-        if let Some(q) = refine(chain, base_from_flange, start) {
-            push_new(&mut found, q);
-        }
-    }
-    found
-}
-
 /// Whether the pose is further away than the chain is long: then no search is needed.
 fn is_too_far(chain: &Chain, base_from_flange: &Pose) -> bool {
     let [first, rest @ ..] = &chain.parent_from_joint;

@@ -1,12 +1,15 @@
 //! Inverse kinematics: from a flange pose to joint positions.
 //!
-//! Owns the choice between the closed form (all CS arms, and others built alike) and iteration (everything else), and
-//! the choice of one solution near given joint positions. Allocates nothing.
+//! Owns the choice between the closed form (all CS arms, and others built alike), iteration from it (calibrated arms) and
+//! iteration (everything else), and the choice of one solution near given joint positions. Allocates nothing.
 
 mod closed_form;
 mod iterative;
+mod refined;
+mod side_by_side;
 
 pub use closed_form::ClosedForm;
+pub use refined::Refined;
 
 use crate::chain::Chain;
 use crate::joint::{DOF, JointPositions};
@@ -16,8 +19,11 @@ use crate::rotation::wrap_angle;
 use core::f64::consts::{PI, TAU};
 use core::ops::Deref;
 
-/// The most solutions one flange pose can have with this arm geometry: two shoulders, two wrists, two elbows.
-pub const MAX_SOLUTIONS: usize = 8;
+/// The most solutions one flange pose can have with the closed form: two shoulders, two wrists, two elbows.
+pub const MAX_CLOSED_FORM_SOLUTIONS: usize = closed_form::BRANCHES;
+
+/// The most solutions one flange pose can have with any arm of six turning joints.
+pub const MAX_SOLUTIONS: usize = 16;
 
 /// An iterated solution this near (rad², over all joints) to the wanted positions is taken without looking further.
 const ON_THE_PATH: f64 = 0.01;
@@ -31,7 +37,7 @@ pub struct IkSolutions {
 }
 
 impl IkSolutions {
-    /// Adds a solution; one beyond [`MAX_SOLUTIONS`] cannot occur in the closed form and is dropped by the iteration.
+    /// Adds a solution; there are no more than [`MAX_SOLUTIONS`].
     fn push(&mut self, q: JointPositions) {
         if let Some(slot) = self.solutions.get_mut(self.count) {
             *slot = q;
@@ -61,7 +67,7 @@ pub enum IkMethod {
     /// The chain is exactly (to 1e-12) of the closed form's shape.
     ClosedForm(ClosedForm),
     /// Nearly of that shape (a calibrated arm): the closed form of the nearest shape, then Newton steps on the chain.
-    Refined(ClosedForm),
+    Refined(Refined),
     /// Damped Newton steps, from the wanted positions and from a fixed set of starting points: up to a millisecond, and
     /// a solution may be missed.
     Iterative,
@@ -70,10 +76,30 @@ pub enum IkMethod {
 impl IkMethod {
     /// The method that fits a chain.
     pub fn of(chain: &Chain) -> Self {
-        match ClosedForm::nearest(chain) {
-            Some((form, deviation)) if deviation <= closed_form::EXACT => Self::ClosedForm(form),
-            Some((form, deviation)) if deviation <= closed_form::NEARBY => Self::Refined(form),
+        match Refined::nearest(chain, &[0.0; DOF]) {
+            Some((arm, deviation)) if deviation <= closed_form::EXACT => Self::ClosedForm(arm.form),
+            Some((arm, deviation)) if deviation <= closed_form::NEARBY => Self::Refined(arm),
             _ => Self::Iterative,
+        }
+    }
+
+    /// The method that fits the chain of a calibrated arm, whose joints read zero at `theta` (rad) of its model's.
+    pub(crate) fn of_calibrated(chain: &Chain, theta: &[f64; DOF]) -> Self {
+        match Refined::nearest(chain, theta) {
+            Some((arm, deviation)) if deviation <= closed_form::EXACT && *theta == [0.0; DOF] => {
+                Self::ClosedForm(arm.form)
+            }
+            // Calibrations are near their models by the check of their numbers.
+            Some((arm, _)) => Self::Refined(arm),
+            None => Self::Iterative,
+        }
+    }
+
+    /// The most solutions that [`Self::all`] can list for this arm.
+    pub const fn max_solutions(&self) -> usize {
+        match self {
+            Self::ClosedForm(_) => MAX_CLOSED_FORM_SOLUTIONS,
+            Self::Refined(_) | Self::Iterative => MAX_SOLUTIONS,
         }
     }
 
@@ -81,16 +107,7 @@ impl IkMethod {
     pub fn all(&self, chain: &Chain, base_from_flange: &Pose, free_q6: f64) -> IkSolutions {
         match self {
             Self::ClosedForm(form) => form.solve(chain, base_from_flange, free_q6),
-            Self::Refined(form) => {
-                let rough = form.solve(chain, base_from_flange, free_q6);
-                let exact = iterative::refine_all(chain, base_from_flange, &rough);
-                // At the border of the work space the nearest shape may just not reach what the chain does.
-                if exact.is_empty() {
-                    iterative::search_all(chain, base_from_flange)
-                } else {
-                    exact
-                }
-            }
+            Self::Refined(arm) => arm.solve(chain, base_from_flange, free_q6),
             Self::Iterative => iterative::search_all(chain, base_from_flange),
         }
     }
@@ -153,7 +170,7 @@ impl IkMethod {
             }
         };
         if *self == Self::Iterative {
-            // Every solution found, not the first eight: an arm of any shape has up to sixteen.
+            // No need to list them, nor to find out which are the same.
             iterative::search(chain, base_from_flange, |q| consider(&mut best, &q));
         } else {
             for q in &self.all(chain, base_from_flange, near[DOF - 1]) {

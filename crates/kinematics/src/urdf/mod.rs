@@ -176,6 +176,7 @@ impl Assembly {
             bodies: self.bodies,
             collision: CollisionModel::new(self.capsules, &never_collide),
             warnings: self.warnings,
+            calibration: None,
         })
     }
 

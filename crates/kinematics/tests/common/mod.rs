@@ -1,6 +1,8 @@
 //! Reading of the shared vectors in `tests/vectors/`, and comparisons.
 #![allow(dead_code, reason = "every test binary uses its own part")]
 
+pub mod random;
+
 use kinematics::{JointPositions, RobotModel};
 use serde::de::DeserializeOwned;
 use serde_json::Value;

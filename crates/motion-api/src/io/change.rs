@@ -50,6 +50,10 @@ pub enum IoChange {
     },
     /// What the analog pins of the tool are used for, 0 to 3 (manual 5.18).
     ToolAnalogMode(u8),
+    /// What the digital pins of the tool are used for, 0 to 3 (from controller output, not from the manual).
+    ToolDigitalMode(u8),
+    /// How the arm brakes when it passes into reduced mode: 0 hard, 1 soft (from controller output, not from the manual).
+    SafetyHardness(u8),
     /// A pin of the tool.
     ToolPin {
         /// 0 to 3.
@@ -134,6 +138,8 @@ impl IoChange {
                 ("analog_in_domain", two(port.into(), domain as u8 as f64))
             }
             Self::ToolAnalogMode(mode) => ("tool_analog_mode", two(mode.into(), 0.0)),
+            Self::ToolDigitalMode(mode) => ("tool_digital_mode", two(mode.into(), 0.0)),
+            Self::SafetyHardness(kind) => ("safety_hardness", two(kind.into(), 0.0)),
             Self::ToolPin { index, pin } => {
                 let flags = [index, pin.mode, pin.enabled.into(), pin.is_output.into()];
                 ("tool_pin", flags.map(f64::from))
@@ -196,6 +202,8 @@ impl IoChange {
                 domain,
             },
             "tool_analog_mode" => Self::ToolAnalogMode(index),
+            "tool_digital_mode" => Self::ToolDigitalMode(index),
+            "safety_hardness" => Self::SafetyHardness(index),
             "tool_pin" => Self::ToolPin {
                 index,
                 pin: ToolPin {

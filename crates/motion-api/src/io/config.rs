@@ -25,8 +25,13 @@ pub struct IoConfig {
     pub tool_pins: [ToolPin; 4],
     /// 0 USART, 1 analog input, 2 analog output, 3 both (manual 5.18).
     pub tool_analog_mode: u8,
+    /// What the digital pins are used for, 0 to 3: kept for the tool, changes nothing here (from controller output, not
+    /// from the manual).
+    pub tool_digital_mode: u8,
     /// Supply of the tool connector: 0, 12 or 24 V.
     pub tool_voltage: u8,
+    /// How the arm brakes when it passes into reduced mode: 0 hard, 1 soft (from controller output, not from the manual).
+    pub safety_hardness: u8,
     /// An input or a boolean register has the action "freedrive" (manual 5.27 to 5.30).
     pub freedrive_by_input: bool,
 }
@@ -44,7 +49,9 @@ impl Default for IoConfig {
             analog_out: [AnalogDomain::default(); ANALOG_POINTS],
             tool_pins: [pin(true), pin(true), pin(false), pin(false)],
             tool_analog_mode: 0,
+            tool_digital_mode: 0,
             tool_voltage: 0,
+            safety_hardness: 0,
             freedrive_by_input: false,
         }
     }
@@ -70,6 +77,8 @@ impl IoConfig {
         }
         bits | u64::from(self.tool_analog_mode & 3) << 24
             | u64::from(self.freedrive_by_input) << 26
+            | u64::from(self.tool_digital_mode & 3) << 27
+            | u64::from(self.safety_hardness & 1) << 29
             | u64::from(self.tool_voltage) << 32
     }
 
@@ -89,7 +98,9 @@ impl IoConfig {
             analog_out: [domain(3), domain(4), domain(5)],
             tool_pins: [pin(0), pin(1), pin(2), pin(3)],
             tool_analog_mode: (bits >> 24 & 3) as u8,
+            tool_digital_mode: (bits >> 27 & 3) as u8,
             tool_voltage: (bits >> 32 & 0xFF) as u8,
+            safety_hardness: (bits >> 29 & 1) as u8,
             freedrive_by_input: bits >> 26 & 1 != 0,
         }
     }

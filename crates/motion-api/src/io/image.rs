@@ -61,6 +61,8 @@ impl IoImage {
                 }
             }
             IoChange::ToolAnalogMode(mode) => self.config.tool_analog_mode = mode & 3,
+            IoChange::ToolDigitalMode(mode) => self.config.tool_digital_mode = mode & 3,
+            IoChange::SafetyHardness(kind) => self.config.safety_hardness = kind & 1,
             IoChange::ToolPin { index, pin } => {
                 if let Some(of_index) = self.config.tool_pins.get_mut(usize::from(index)) {
                     *of_index = pin;

@@ -1,5 +1,6 @@
 """Types of the native module; ``mypy.stubtest`` holds them against it."""
 
+from os import PathLike
 from typing import Final, Optional, Sequence, Tuple, Union, final
 
 import numpy as np
@@ -61,11 +62,14 @@ def integer_to_bit_list(x: int) -> list[bool]: ...
 class Robot:
     def __new__(
         cls,
-        model: str = "cs66",
+        model: Optional[str] = None,
         tcp: Optional[ArrayLike] = None,
         payload: Optional[Sequence[object]] = None,
         gravity: Optional[ArrayLike] = None,
+        calibration: Optional[Union[str, PathLike[str]]] = None,
     ) -> Robot: ...
+    @property
+    def calibration(self) -> Optional[str]: ...
     @property
     def name(self) -> str: ...
     @property

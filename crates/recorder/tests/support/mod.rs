@@ -118,6 +118,7 @@ pub fn config() -> RecorderConfig {
         obstacles: Vec::new(),
         rotation: recorder::Rotation::default(),
         notes_wait: true,
+        patience: std::time::Duration::from_secs(60),
         on_failure: Box::new(|_| ()),
     }
 }
@@ -306,6 +307,7 @@ pub fn record_onto_a_slow_disk(secs: f64, times: f64) -> SlowRun {
     };
     let config = RecorderConfig {
         notes_wait: false,
+        patience: std::time::Duration::from_secs(60),
         ..config()
     };
     let (mut motion, _script, recorder, _handle) = start(disk, config);

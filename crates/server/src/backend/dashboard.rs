@@ -7,7 +7,7 @@ use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::panel::Popup;
 use elite_runtime::{ProgramText, TaskState};
 use kinematics::{Payload, RpyPose};
-use motion_api::{CommandKind, Origin, RobotState};
+use motion_api::{CommandKind, Origin, ProgramId, RobotState};
 use serde::Deserialize;
 
 use super::{Backend, LOOK_AGAIN, locked};
@@ -18,6 +18,9 @@ use crate::ports::text::statements_of_line;
 
 /// The configuration that is always there: the settings with which the server was started.
 const DEFAULT_CONFIGURATION: &str = "default.configuration";
+
+/// Who wants a program to run, in messages.
+const SENDER: &str = "the dashboard";
 
 /// A reply waits no longer than this for a cycle that takes its command.
 const TAKEN_WITHIN: Duration = Duration::from_millis(100);
@@ -157,6 +160,16 @@ impl Dashboard for Backend {
         Ok(())
     }
 
+    fn plays_loaded_task(&self) -> bool {
+        let status = self.supervisor.status();
+        let loaded = self.loaded_task();
+        let played = locked(&self.played);
+        let is_it = |(id, name): &(ProgramId, String)| {
+            *id == status.program && Some(name) == loaded.as_ref()
+        };
+        status.state == TaskState::Running && played.as_ref().is_some_and(is_it)
+    }
+
     async fn play(&self) -> Result<(), String> {
         if self.supervisor.status().state == TaskState::Paused {
             self.supervisor.resume();
@@ -165,12 +178,15 @@ impl Dashboard for Backend {
         let Some(name) = self.loaded_task() else {
             return Err("no task is loaded".to_owned());
         };
-        let text = self.task_folder.task(&name).map_err(|e| e.to_string())?;
-        let program = ProgramText { name, text };
-        match self.supervisor.submit(program).await {
-            Ok(_) => Ok(()),
-            Err(error) => Err(error.to_string()),
-        }
+        let task = self.task_folder.task(&name).map_err(|e| e.to_string())?;
+        let program = ProgramText {
+            name: task.name,
+            text: task.text,
+        };
+        let started = self.supervisor.submit(program, SENDER).await;
+        let id = started.map_err(|error| error.to_string())?;
+        *locked(&self.played) = Some((id, name));
+        Ok(())
     }
 
     async fn variable(&self, name: &str) -> Result<String, String> {
@@ -197,7 +213,7 @@ impl Dashboard for Backend {
             name: "set_variable".to_owned(),
             text,
         };
-        match self.supervisor.submit(program).await {
+        match self.supervisor.submit(program, SENDER).await {
             Ok(_) => Ok(()),
             Err(error) => Err(error.to_string()),
         }

@@ -17,7 +17,9 @@ use elite_runtime::panel::{FLAGS, PopupStyle};
 use elite_runtime::{ProgramText, Robot, Supervisor};
 use io_bus::Fieldbus;
 use motion::realtime::ClockMeter;
-use motion_api::{CommandId, CommandKind, Frame, MotionMode, Origin, RegisterImages, RobotState};
+use motion_api::{
+    CommandId, CommandKind, Frame, MotionMode, Origin, ProgramId, RegisterImages, RobotState,
+};
 use recorder::RecorderMeter;
 use serde_json::{Value, json};
 use supervision::Faults;
@@ -66,6 +68,8 @@ pub struct Backend {
     task_folder: TaskFolder,
     start_configuration: Configuration,
     loaded: Mutex<Loaded>,
+    /// What `play` has started last: its number and its name in the folder.
+    played: Mutex<Option<(ProgramId, String)>>,
     log_pace: Mutex<LogPace>,
     lifetime: Lifetime,
     clock: ClockMeter,
@@ -100,6 +104,7 @@ impl Backend {
                 speed: Some(1.0),
             },
             loaded: Mutex::default(),
+            played: Mutex::default(),
             log_pace: Mutex::default(),
             lifetime,
             robot: controller.robot().clone(),
@@ -110,9 +115,7 @@ impl Backend {
             remote: AtomicBool::new(!config.local),
             clock: controller.clock_meter(),
             recording: controller.recorder_meter(),
-            known: Arc::new(KnownNames::new(
-                elite_runtime::builtins::all().map(|b| b.name),
-            )),
+            known: Arc::new(KnownNames::new(elite_runtime::builtins::names())),
             log: controller.interpreter_log().clone(),
             faults: controller.faults().clone(),
         }
@@ -294,12 +297,18 @@ impl primary::Backend for Backend {
             return;
         }
         // A refusal has been told to everybody by the supervisor.
-        let _ = self.supervisor.submit(program).await;
+        let sender = submission.sender.to_string();
+        let _ = self.supervisor.submit(program, &sender).await;
     }
 
-    fn hurry(&self) {
-        if self.remote.load(Ordering::Relaxed) {
-            self.supervisor.stop();
+    fn hurry(&self, phrase: ControlPhrase) {
+        if !self.remote.load(Ordering::Relaxed) && phrase != ControlPhrase::PowerOff {
+            return;
+        }
+        match phrase {
+            ControlPhrase::StopTask | ControlPhrase::PowerOff => self.supervisor.stop(),
+            ControlPhrase::PauseTask => self.supervisor.pause(),
+            _ => {}
         }
     }
 
@@ -433,9 +442,13 @@ impl http::Source for Backend {
             json!({"name": name, "type": variable.type_name, "value": variable.value})
         });
         let interpreter = self.supervisor.interpreter();
+        let (line, node) = self.feed.place();
         json!({
             "task": http::Source::task_status(self).name(),
             "program": self.supervisor.status().program.0,
+            "line": line,
+            "node": node.as_ref().map(|node| node.number),
+            "label": node.as_ref().map(|node| &*node.label),
             "interpreter": if interpreter.is_active() { "active" } else { "idle" },
             "flags": (0..FLAGS).filter(|n| panel.flag(*n)).collect::<Vec<u8>>(),
             "popups": popups.collect::<Vec<Value>>(),

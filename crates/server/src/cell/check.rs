@@ -120,7 +120,7 @@ const DAMPING_MAX: f64 = 1e7;
 const FRICTION_MAX: f64 = 10.0;
 const NOISE_MAX: f64 = 1e4;
 /// Strongest load, N and Nm.
-const LOAD_MAX: f64 = motion::constants::WRENCH_MAX;
+const LOAD_MAX: f64 = motion_api::form::WRENCH_MAX;
 
 /// Longest delay of a wire, s: its delay line holds a number a cycle.
 const WIRE_DELAY_MAX: f64 = 600.0;

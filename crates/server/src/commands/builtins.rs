@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use elite_runtime::builtins::{all, declare::Builtin};
+use elite_runtime::builtins::all;
+use elite_runtime::builtins::declare::{Builtin, FROM_OUTPUT};
 use serde_json::{Value, json};
 
 use crate::cli::ListFormat;
@@ -37,11 +38,15 @@ fn table(builtins: &[&Builtin]) -> String {
         .max()
         .unwrap_or(0);
     for b in builtins {
+        // What has no section tells its source at the end.
+        let (section, source) = match b.section {
+            FROM_OUTPUT => ("-", format!(" ({FROM_OUTPUT})")),
+            section => (section, String::new()),
+        };
         // Writing to a String cannot fail.
         let _ = writeln!(
             out,
-            "{:<8} {:<10} {:<width$}  {}",
-            b.section,
+            "{section:<8} {:<10} {:<width$}  {}{source}",
             b.category.name(),
             b.signature(),
             b.summary
@@ -70,6 +75,10 @@ fn row(b: &Builtin) -> Value {
         "name": b.name,
         "signature": b.signature(),
         "section": b.section,
+        "source": match b.section {
+            FROM_OUTPUT => FROM_OUTPUT.to_owned(),
+            section => format!("manual {section}"),
+        },
         "category": b.category.name(),
         "summary": b.summary,
         "params": params,

@@ -4,11 +4,14 @@ use std::io::{Read, Write};
 use std::path::Path;
 
 use elite_lang::{Diagnostic, SourceFile};
+use elite_runtime::ProgramText;
+use elite_runtime::task_folder::is_xml;
 use serde_json::json;
 
 use crate::cli::{CheckArgs, FindingFormat};
 use crate::commands::run::SCRIPT_BYTES_MAX;
 use crate::logging;
+use crate::ports::shown::{Escaped, Lines};
 
 /// Exit status: 0 clean, 1 findings (warnings count), 2 unreadable.
 pub fn check(args: &CheckArgs) -> u8 {
@@ -16,8 +19,8 @@ pub fn check(args: &CheckArgs) -> u8 {
     let mut status = 0;
     for path in &args.files {
         match read_script(path) {
-            Ok(text) => {
-                let file = SourceFile::new(display_name(path), text);
+            Ok(ProgramText { name, text }) => {
+                let file = SourceFile::new(name, text);
                 let findings = elite_lang::check(file.clone(), &known);
                 for finding in &findings {
                     // Whoever reads may have seen enough; the status still tells.
@@ -48,7 +51,11 @@ fn render(finding: &Diagnostic, file: &SourceFile, format: FindingFormat) -> Str
     match format {
         FindingFormat::Human => {
             let picture = elite_lang::render_human(finding, file, false);
-            format!("{}\n", picture.trim_end_matches('\n'))
+            let picture = picture.trim_end_matches('\n');
+            picture
+                .lines()
+                .map(|line| format!("{}\n", Lines(line)))
+                .collect()
         }
         FindingFormat::Json => {
             let fields = finding.fields(file);
@@ -72,12 +79,40 @@ pub fn display_name(path: &Path) -> String {
     if path == Path::new("-") {
         "<stdin>".to_owned()
     } else {
-        path.display().to_string()
+        Escaped(&path.display().to_string()).to_string()
     }
 }
 
-/// Reads a script, `-` from stdin; the error is a sentence.
-pub fn read_script(path: &Path) -> Result<String, String> {
+/// Reads a script, `-` from stdin; the error is a sentence. For the pendant's XML that is the program beside it.
+pub fn read_script(path: &Path) -> Result<ProgramText, String> {
+    let bytes = read_bytes(path)?;
+    if !is_xml(&bytes) {
+        return text_of(path, bytes);
+    }
+    let task = display_name(path);
+    if path == Path::new("-") {
+        return Err(format!("the script {task} is XML, not a program"));
+    }
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".script");
+    let beside = Path::new(&beside);
+    let name = display_name(beside);
+    let is_a_task_in_xml = format!("{task} is a task of the pendant in XML, and {name}");
+    if !beside.exists() {
+        return Err(format!(
+            "{is_a_task_in_xml}, the program that it sends, is not beside it"
+        ));
+    }
+    let bytes = read_bytes(beside)?;
+    match is_xml(&bytes) {
+        true => Err(format!(
+            "{is_a_task_in_xml}, the program that it sends, is XML too"
+        )),
+        false => text_of(beside, bytes),
+    }
+}
+
+fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let limit = SCRIPT_BYTES_MAX as u64 + 1;
     let read = if path == Path::new("-") {
@@ -93,12 +128,20 @@ pub fn read_script(path: &Path) -> Result<String, String> {
             SCRIPT_BYTES_MAX >> 20
         ));
     }
-    String::from_utf8(bytes).map_err(|error| {
-        format!(
-            "the script {name} is not UTF-8 text (byte {} is not)",
-            error.utf8_error().valid_up_to() + 1
-        )
-    })
+    Ok(bytes)
+}
+
+fn text_of(path: &Path, bytes: Vec<u8>) -> Result<ProgramText, String> {
+    let name = display_name(path);
+    match String::from_utf8(bytes) {
+        Ok(text) => Ok(ProgramText { name, text }),
+        Err(error) => {
+            let byte = error.utf8_error().valid_up_to() + 1;
+            Err(format!(
+                "the script {name} is not UTF-8 text (byte {byte} is not)"
+            ))
+        }
+    }
 }
 
 #[cfg(test)]

@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
-use elite_runtime::{ProgramText, TaskEnd};
+use elite_runtime::TaskEnd;
 
 use crate::announce::Console;
-use crate::commands::check::{display_name, read_script};
+use crate::commands::check::read_script;
 use crate::config::RunConfig;
 use crate::controller::{Controller, StartError};
 use crate::logging;
@@ -21,8 +21,8 @@ pub const SCRIPT_BYTES_MAX: usize = 8 << 20;
 pub fn run(config: &RunConfig) -> Result<u8, StartError> {
     // A program that a signal cuts off has not ended well.
     let shutdown = Shutdown::start(1)?;
-    let text = match read_script(&config.file) {
-        Ok(text) => text,
+    let program = match read_script(&config.file) {
+        Ok(program) => program,
         Err(sentence) => {
             logging::say(&format!("eliteserver: {sentence}"));
             return Ok(2);
@@ -30,10 +30,6 @@ pub fn run(config: &RunConfig) -> Result<u8, StartError> {
     };
     let controller = Controller::start(&config.robot, Console::Stdout, false)?;
     shutdown.close_in_any_case(controller.closer());
-    let program = ProgramText {
-        name: display_name(&config.file),
-        text,
-    };
     let started = Instant::now();
     let end = controller.run_to_end(program, &shutdown)?;
     let simulated = controller.robot().state().time;

@@ -90,6 +90,7 @@ fn folders_are_opened_to_programs_by_flag_and_by_key() {
 fn every_key_is_read() {
     let text = r#"
         model = "./a.urdf"
+        calibration = "arm.toml"
         cell = "cell.toml"
         clock = "virtual"
         step_ms = 8
@@ -118,7 +119,11 @@ fn every_key_is_read() {
         powered-off = true
         local = true
     "#;
-    let config = serve("eliteserver", text).unwrap();
+    let (_folder, path) = calibration_of("./a.urdf");
+    let written = text.replace("arm.toml", &path);
+    let config = serve("eliteserver", &written).unwrap();
+    let calibration = config.robot.calibration.unwrap();
+    assert_eq!(calibration.modified_dh().d[5], 0.095);
     assert_eq!(config.robot.model, ModelChoice::Urdf("./a.urdf".into()));
     assert_eq!(config.robot.cell, Some("cell.toml".into()));
     assert_eq!(config.robot.clock, ClockChoice::Virtual);
@@ -150,6 +155,52 @@ fn every_key_is_read() {
             "{key} is not in this test"
         );
     }
+}
+
+/// A calibration file for a model; it is there as long as the folder.
+fn calibration_of(model: &str) -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm.toml");
+    let table = "[modified_dh]
+        a = [0, 0, -0.427, -0.3905, 0, 0]
+        d = [0.1625, 0, 0, 0.1475, 0.0965, 0.095]
+        alpha = [0, 1.5708, 0, 0, 1.5708, -1.5708]";
+    std::fs::write(&path, format!("model = '{model}'\n{table}")).unwrap();
+    let path = path.to_str().unwrap().to_owned();
+    (folder, path)
+}
+
+#[test]
+fn the_model_of_a_calibration_counts_and_another_is_refused() {
+    let (_folder, path) = calibration_of("cs63");
+    let line = format!("eliteserver --calibration {path}");
+    let config = serve(&line, "").unwrap();
+    assert_eq!(config.robot.model, ModelChoice::BuiltIn("cs63"));
+    assert!(serve(&format!("{line} --model CS63"), "").is_ok());
+    let by_flag = serve(&format!("{line} --model cs66"), "").unwrap_err();
+    let by_key = serve(&line, "model = 'cs66'").unwrap_err();
+    for error in [by_flag, by_key] {
+        let error = error.to_string();
+        assert!(
+            error.ends_with(
+                "is for the model cs63, but the model cs66 is asked for; leave the model out, or give cs63"
+            ),
+            "{error}"
+        );
+    }
+    let (_folder, path) = calibration_of("cs99");
+    let error = serve(&format!("eliteserver --calibration {path}"), "").unwrap_err();
+    let error = error.to_string();
+    assert!(
+        error.contains("arm.toml: `model` is \"cs99\"; allowed are cs63"),
+        "{error}"
+    );
+    let error = serve("eliteserver --calibration /nowhere.toml", "").unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .starts_with("cannot read the calibration file /nowhere.toml")
+    );
 }
 
 #[test]

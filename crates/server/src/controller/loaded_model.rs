@@ -1,6 +1,6 @@
 //! The arm that was chosen, and what a recording must keep to build it again.
 
-use kinematics::RobotModel;
+use kinematics::{Calibration, RobotModel};
 use recorder::Setup;
 
 use super::StartError;
@@ -20,7 +20,10 @@ pub(super) struct LoadedModel {
 }
 
 impl LoadedModel {
-    pub(super) fn open(choice: &ModelChoice) -> Result<Self, StartError> {
+    pub(super) fn open(
+        choice: &ModelChoice,
+        calibration: Option<&Calibration>,
+    ) -> Result<Self, StartError> {
         let given = choice.to_string();
         let (model, urdf) = match choice {
             ModelChoice::BuiltIn(name) => (RobotModel::built_in(name), None),
@@ -40,6 +43,14 @@ impl LoadedModel {
         for warning in model.warnings() {
             tracing::warn!("model {given}: {warning}");
         }
+        let model = match calibration {
+            Some(calibration) => {
+                let file = calibration.path().display();
+                tracing::info!("model {given}, with the kinematics measured in {file}");
+                model.calibrated(calibration)?
+            }
+            None => model,
+        };
         Ok(Self { model, given, urdf })
     }
 }
@@ -59,6 +70,7 @@ pub(super) fn setup(
         version: env!("CARGO_PKG_VERSION").to_owned(),
         model: loaded.given.clone(),
         urdf: loaded.urdf.clone(),
+        calibration: loaded.model.calibration().map(Calibration::to_toml),
         cell: cell.map(|cell| cell.text().to_owned()),
         home: config.home,
         tcp: config.tcp,

@@ -5,7 +5,7 @@
 
 use core::fmt;
 use std::io;
-use std::net::{IpAddr, Ipv4Addr};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::pin::Pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, ready};
@@ -71,6 +71,8 @@ pub struct Peer<S = TcpStream> {
     /// Received while it was not clear, to be read before anything else.
     received: Vec<u8>,
     local_ip: IpAddr,
+    /// Where the client is.
+    address: Option<SocketAddr>,
     marks: Arc<Marks>,
 }
 
@@ -111,7 +113,9 @@ impl Peer<TcpStream> {
         let local = stream.local_addr().map(|address| address.ip());
         // A connection that is gone already has no address; nothing will come of it.
         let local = local.unwrap_or(IpAddr::V4(Ipv4Addr::UNSPECIFIED));
-        Peer::new(stream, speaks, local)
+        let address = stream.peer_addr().ok();
+        let (peer, watch) = Peer::new(stream, speaks, local);
+        (Self { address, ..peer }, watch)
     }
 }
 
@@ -131,6 +135,7 @@ impl<S> Peer<S> {
             opening: (speaks == Speaks::Its).then(Opening::default),
             received: Vec::new(),
             local_ip,
+            address: None,
             marks: Arc::clone(&marks),
         };
         (peer, Watch(marks))
@@ -139,6 +144,11 @@ impl<S> Peer<S> {
     /// The address of this machine that the client has connected to.
     pub const fn local_ip(&self) -> IpAddr {
         self.local_ip
+    }
+
+    /// The address of the client, where it has one.
+    pub const fn address(&self) -> Option<SocketAddr> {
+        self.address
     }
 
     fn turn_away(&mut self, intruder: Intruder) -> io::Error {

@@ -1,6 +1,7 @@
 //! Texts of peers as they may be shown to people: in the log, in files, in messages about them.
 
 use core::fmt::{self, Write};
+use std::io;
 
 /// Longest text that is shown, characters; the rest is cut off with a mark.
 pub const SHOWN_CHARS_MAX: usize = 400;
@@ -36,6 +37,66 @@ impl fmt::Display for Escaped<'_> {
         }
         Ok(())
     }
+}
+
+/// A text of several lines, which stay lines, with tabs as they are.
+#[derive(Clone, Copy, Debug)]
+pub struct Lines<'a>(pub &'a str);
+
+impl fmt::Display for Lines<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // At most one character of a piece is one that is kept: the last.
+        for piece in self.0.split_inclusive(['\n', '\t']) {
+            let kept = piece.len() - usize::from(piece.ends_with(['\n', '\t']));
+            write!(f, "{}{}", Escaped(&piece[..kept]), &piece[kept..])?;
+        }
+        Ok(())
+    }
+}
+
+/// Output for people: what a terminal would obey stands as an escape, lines and tabs stay.
+#[derive(Debug)]
+pub struct Screen<W: io::Write> {
+    out: W,
+    /// The beginning of a character.
+    begun: Vec<u8>,
+}
+
+impl<W: io::Write> Screen<W> {
+    /// Shows on `out`.
+    pub const fn new(out: W) -> Self {
+        Self {
+            out,
+            begun: Vec::new(),
+        }
+    }
+}
+
+impl<W: io::Write> io::Write for Screen<W> {
+    fn write(&mut self, data: &[u8]) -> io::Result<usize> {
+        let mut bytes = core::mem::take(&mut self.begun);
+        bytes.extend_from_slice(data);
+        let mut chunks = bytes.utf8_chunks().peekable();
+        while let Some(chunk) = chunks.next() {
+            write!(self.out, "{}", Lines(chunk.valid()))?;
+            let broken = chunk.invalid();
+            if chunks.peek().is_none() && may_go_on(broken) {
+                self.begun = broken.to_vec();
+            } else if !broken.is_empty() {
+                write!(self.out, "{}", char::REPLACEMENT_CHARACTER)?;
+            }
+        }
+        Ok(data.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// Whether bytes that are no text may be the beginning of a character.
+fn may_go_on(broken: &[u8]) -> bool {
+    core::str::from_utf8(broken).is_err_and(|error| error.error_len().is_none())
 }
 
 /// False for controls, line and paragraph ends, and what changes the direction of writing without a sign of its own.
@@ -80,6 +141,23 @@ mod tests {
         let shown = Shown(&long).to_string();
         assert_eq!(shown.chars().count(), SHOWN_CHARS_MAX + 1);
         assert!(shown.ends_with("é…"));
+    }
+
+    #[test]
+    fn a_screen_shows_lines_and_obeys_nothing_in_whatever_pieces_it_comes() {
+        let text = "über\t機械\n\x1b[2J\u{9b}31m\r\n\x7f\u{85}end\n";
+        let shown = "über\t機械\n\\u{1b}[2J\\u{9b}31m\\r\n\\u{7f}\\u{85}end\n";
+        assert_eq!(Lines(text).to_string(), shown);
+        for piece in [1, 2, 3, 5, 100] {
+            let mut screen = Screen::new(Vec::new());
+            for part in text.as_bytes().chunks(piece) {
+                io::Write::write_all(&mut screen, part).unwrap();
+            }
+            assert_eq!(String::from_utf8(screen.out).unwrap(), shown, "{piece}");
+        }
+        let mut screen = Screen::new(Vec::new());
+        io::Write::write_all(&mut screen, b"a\xff\xe6b\xc2").unwrap();
+        assert_eq!(String::from_utf8(screen.out).unwrap(), "a\u{fffd}\u{fffd}b");
     }
 
     proptest! {

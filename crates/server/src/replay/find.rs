@@ -7,6 +7,7 @@ use recorder::{CommandMessage, Cycle, Entry, Recording, Topic};
 
 use super::ReplayError;
 use super::condition::{Condition, Doing};
+use crate::ports::shown::Shown;
 
 /// A row of cycles in which the condition held.
 struct Stretch {
@@ -76,10 +77,15 @@ impl Stretch {
             write!(out, " to {:.3} s ({} cycles)", self.last, self.cycles)?;
         }
         if !self.doing.program.is_empty() {
-            write!(out, ": {} line {}", self.doing.program, self.doing.line)?;
+            write!(
+                out,
+                ": {} line {}",
+                Shown(&self.doing.program),
+                self.doing.line
+            )?;
         }
         if !self.doing.command.is_empty() {
-            write!(out, ", {}", self.doing.command)?;
+            write!(out, ", {}", Shown(&self.doing.command))?;
         }
         writeln!(out)?;
         writeln!(out, "  TCP {} m, rad", row(&self.first.actual_tcp_pose))?;

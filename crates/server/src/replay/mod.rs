@@ -6,6 +6,7 @@
 mod condition;
 mod csv;
 mod diff;
+mod failure;
 mod find;
 mod plot;
 mod register_write;
@@ -16,14 +17,16 @@ mod state;
 mod summary;
 
 use std::collections::BTreeMap;
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 
-use kinematics::{ModelError, RobotModel};
+use kinematics::{Calibration, RobotModel};
 use recorder::{CommandMessage, Ending, ReadError, Recording, Setup, Summary};
 use thiserror::Error;
 
 use crate::cli::ReplayArgs;
 use crate::logging;
+use crate::ports::shown::Screen;
 
 pub use condition::ConditionError;
 pub use plot::PictureError;
@@ -40,9 +43,18 @@ pub fn run(args: &ReplayArgs) -> u8 {
     let stdout = io::stdout();
     let mut out = io::BufWriter::new(stdout.lock());
     let mut notes = Vec::new();
-    let answered = answer_noting(args, &mut out, &mut notes);
+    // A table for another program is passed on as it is; everything else is for people.
+    let is_for_people = args.csv.is_none() || stdout.is_terminal();
+    let (answered, flushed) = if is_for_people {
+        let mut screen = Screen::new(out);
+        let answered = answer_noting(args, &mut screen, &mut notes);
+        (answered, screen.flush())
+    } else {
+        let answered = answer_noting(args, &mut out, &mut notes);
+        (answered, out.flush())
+    };
     // What was found before an error is shown, too.
-    let flushed = out.flush().map_err(ReplayError::from);
+    let flushed = flushed.map_err(ReplayError::from);
     for note in notes {
         say(&note);
     }
@@ -192,10 +204,15 @@ fn remember(commands: &mut BTreeMap<u64, CommandMessage>, mut command: CommandMe
     }
 }
 
-/// The arm of a recording: the URDF it carries, or the built-in model it names.
-fn model_of(setup: &Setup) -> Result<RobotModel, ModelError> {
-    match &setup.urdf {
+/// The arm of a recording: the URDF it carries, or the built-in model it names, with what was measured of it.
+fn model_of(setup: &Setup) -> Result<RobotModel, RerunError> {
+    let model = match &setup.urdf {
         Some(urdf) => RobotModel::from_urdf(urdf),
         None => RobotModel::built_in(&setup.model),
-    }
+    }?;
+    let Some(text) = &setup.calibration else {
+        return Ok(model);
+    };
+    let calibration = Calibration::from_text(text, Path::new("the recorded calibration"))?;
+    Ok(model.calibrated(&calibration)?)
 }

@@ -182,7 +182,7 @@ fn title(recording: &Recording) -> String {
     let path = std::path::Path::new(recording.name());
     let file = path.file_name().unwrap_or_default().to_string_lossy();
     match recording.setup() {
-        Some(setup) => format!("{file}   {}, {} plant", setup.model, setup.plant),
+        Some(setup) => format!("{file}   {}, {} plant", setup.arm(), setup.plant),
         None => file.into_owned(),
     }
 }

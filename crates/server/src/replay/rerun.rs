@@ -6,7 +6,7 @@
 use std::fmt;
 use std::path::Path;
 
-use kinematics::ModelError;
+use kinematics::{CalibrationError, ModelError};
 use motion::{ConfigError, Cycle, CycleConfig, Timing};
 use motion_api::{BorderSizes, ScriptEnd, border};
 use recorder::{
@@ -50,6 +50,9 @@ pub enum RerunError {
     /// The arm cannot be made.
     #[error("the arm of the recording cannot be made: {0}")]
     Model(#[from] ModelError),
+    /// What was measured of the arm does not fit it.
+    #[error(transparent)]
+    Calibration(Box<CalibrationError>),
     /// The controller cannot be made.
     #[error("the controller of the recording cannot be made: {0}")]
     Config(#[from] ConfigError),
@@ -85,6 +88,12 @@ pub enum RerunError {
         /// The cycle after.
         to: u64,
     },
+}
+
+impl From<CalibrationError> for RerunError {
+    fn from(error: CalibrationError) -> Self {
+        Self::Calibration(Box::new(error))
+    }
 }
 
 /// What running a recording again showed.

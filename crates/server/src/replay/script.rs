@@ -1,4 +1,5 @@
-//! `replay --script`: the programs of a recording, with when each line ran, how often and for how long.
+//! `replay --script`: the programs of a recording, with when each line ran, how often and for how long; of those that the
+//! pendant made from tasks also when each node of the task ran.
 //!
 //! Lines are recorded where a thread waits or yields and only when they change, at most one a cycle and thread: lines
 //! that take no simulated time may not show up. A loop over one line shows by the commands that the line gave.
@@ -9,6 +10,7 @@ use std::io::Write;
 use recorder::{Entry, LogLevel, Recording, Topic};
 
 use super::ReplayError;
+use crate::ports::shown::Shown;
 
 /// The message of `/log` that ends a program.
 pub(crate) const ENDED: &str = "program ended";
@@ -20,7 +22,13 @@ const MAX_TEXT_BYTES: usize = 64 << 20;
 /// Threads of a program that are followed.
 const MAX_THREADS: usize = 1024;
 
-/// What is known of a line.
+/// Nodes of a task that are followed.
+const MAX_NODES: usize = 10_000;
+
+/// A node of the pendant's task: its number and its label.
+type Node = (u32, String);
+
+/// What is known of a line or a node.
 #[derive(Clone, Copy, Default)]
 struct Line {
     first: f64,
@@ -40,6 +48,9 @@ struct Program {
     lines: BTreeMap<u32, Line>,
     /// The line each thread is in, and since when.
     threads: BTreeMap<u32, (u32, f64)>,
+    /// The same for nodes; commands do not tell theirs.
+    nodes: BTreeMap<Node, Line>,
+    threads_in_nodes: BTreeMap<u32, (Node, f64)>,
 }
 
 /// Prints every program of the recording when it has ended, and then those that have not.
@@ -60,6 +71,8 @@ pub(super) fn print(recording: &Recording, out: &mut impl Write) -> Result<(), R
                     script.line,
                 ) {
                     program.enter(thread, line, time);
+                    let label = script.label.unwrap_or_default();
+                    program.enter_node(thread, script.node.map(|node| (node, label)), time);
                 }
             }
             Entry::Log(log) if log.level == LogLevel::Info && log.message == ENDED => {
@@ -135,6 +148,36 @@ impl Program {
             start,
             lines: BTreeMap::new(),
             threads: BTreeMap::new(),
+            nodes: BTreeMap::new(),
+            threads_in_nodes: BTreeMap::new(),
+        }
+    }
+
+    fn enter_node(&mut self, thread: u32, node: Option<Node>, time: f64) {
+        let before = self.threads_in_nodes.get(&thread).map(|(node, _)| node);
+        if before == node.as_ref() {
+            return;
+        }
+        self.leave_node(thread, time);
+        let Some(node) = node else { return };
+        let is_full = self.nodes.len() >= MAX_NODES && !self.nodes.contains_key(&node);
+        if is_full || self.threads_in_nodes.len() >= MAX_THREADS {
+            return;
+        }
+        let known = self.nodes.entry(node.clone()).or_insert(Line {
+            first: time,
+            ..Line::default()
+        });
+        known.last = time;
+        known.entered += 1;
+        self.threads_in_nodes.insert(thread, (node, time));
+    }
+
+    fn leave_node(&mut self, thread: u32, time: f64) {
+        if let Some((node, since)) = self.threads_in_nodes.remove(&thread)
+            && let Some(node) = self.nodes.get_mut(&node)
+        {
+            node.spent += time - since;
         }
     }
 
@@ -178,10 +221,11 @@ impl Program {
         let threads: Vec<u32> = self.threads.keys().copied().collect();
         for thread in threads {
             self.leave(thread, end);
+            self.leave_node(thread, end);
         }
         let start = self.start;
         let running = if still { ", still running" } else { "" };
-        let name = &self.name;
+        let name = Shown(&self.name);
         writeln!(
             out,
             "program {number}: {name}, {start:.3} s to {end:.3} s{running}"
@@ -200,6 +244,17 @@ impl Program {
                 None => write!(out, "{:40}", "")?,
             }
             writeln!(out, " {number:6}  {text}")?;
+        }
+        if !self.nodes.is_empty() {
+            writeln!(out, "   first s     last s   times    spent s   node")?;
+        }
+        for ((number, label), node) in &self.nodes {
+            let label = Shown(label);
+            writeln!(
+                out,
+                "{:10.3} {:10.3} {:7} {:10.3} {number:6}  {label}",
+                node.first, node.last, node.entered, node.spent
+            )?;
         }
         Ok(())
     }

@@ -78,7 +78,7 @@ pub(super) fn serve(
         ready_file::remove(path).map_err(|source| ServeError::stale(path, source))?;
     }
     let setup = recording.setup().ok_or(RerunError::NoSetup)?;
-    let model = model_of(setup).map_err(RerunError::Model)?;
+    let model = model_of(setup)?;
     let name = std::path::Path::new("the recorded cell file");
     let cell = setup.cell.clone();
     let cell = cell.map(|text| Cell::from_text(text, name)).transpose()?;

@@ -7,6 +7,7 @@ use motion_api::{RobotMode, SafetyMode};
 use recorder::{CommandMessage, Cycle, Entry, FieldValue, Recording, Topic};
 
 use super::ReplayError;
+use crate::ports::shown::Shown;
 
 /// Script threads whose lines are kept: more than can run at once.
 const MAX_LINES: usize = 1024;
@@ -17,8 +18,8 @@ struct Moment {
     cycle: Option<Cycle>,
     /// The command that was taken last, of those that are or may be running.
     commands: BTreeMap<u64, CommandMessage>,
-    /// Program and line of every script thread.
-    lines: BTreeMap<(u32, u32), (String, u32)>,
+    /// Program and line of every script thread, and the node of its task.
+    lines: BTreeMap<(u32, u32), (String, u32, Option<String>)>,
 }
 
 /// Prints the latest cycle that had ended at `time`; before the end of the first cycle, the first.
@@ -32,15 +33,19 @@ pub(super) fn print(
     let cycle = moment.cycle.as_ref().ok_or_else(no_such_time)?;
     writeln!(out, "cycle: {}", cycle.cycle)?;
     writeln!(out, "time: {:.6} s", cycle.time)?;
-    for ((_, thread), (program, line)) in &moment.lines {
-        writeln!(out, "script: {program} line {line} (thread {thread})")?;
+    for ((_, thread), (program, line, node)) in &moment.lines {
+        let program = Shown(program);
+        let node = node
+            .as_ref()
+            .map_or_else(String::new, |node| format!(", node {}", Shown(node)));
+        writeln!(out, "script: {program} line {line}{node} (thread {thread})")?;
     }
     match moment.commands.get(&cycle.command_id) {
         Some(command) => writeln!(
             out,
             "command: {} {}{}",
             command.id,
-            command.name,
+            Shown(&command.name),
             place(command)
         )?,
         None => writeln!(out, "command: none")?,
@@ -67,7 +72,7 @@ pub(super) fn print(
 fn place(command: &CommandMessage) -> String {
     match command.line {
         0 => String::new(),
-        line => format!(" ({} line {line})", command.program),
+        line => format!(" ({} line {line})", Shown(&command.program)),
     }
 }
 
@@ -101,7 +106,11 @@ fn moment_at(
             Entry::Script(script) => {
                 if let (Some(thread), Some(line)) = (script.thread, script.line) {
                     let thread = (script.program_id, thread);
-                    moment.lines.insert(thread, (script.program, line));
+                    let label = script.label.unwrap_or_default();
+                    let node = script
+                        .node
+                        .map(|node| format!("{node} {}", Shown(&label)).trim_end().to_owned());
+                    moment.lines.insert(thread, (script.program, line, node));
                     if moment.lines.len() > MAX_LINES {
                         moment.lines.pop_first();
                     }

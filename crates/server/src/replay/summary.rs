@@ -2,8 +2,11 @@
 
 use std::io::{self, Write};
 
+use super::failure;
 use recorder::summary::{LimitKind, Summary};
 use recorder::{Ending, Recording};
+
+use crate::ports::shown::Shown;
 
 /// Events printed one by one; of more, the rest is counted.
 const MAX_PRINTED: usize = 10;
@@ -13,17 +16,17 @@ pub(super) fn print(
     summary: &Summary,
     out: &mut impl Write,
 ) -> io::Result<()> {
-    writeln!(out, "recording: {}", recording.name())?;
+    writeln!(out, "recording: {}", Shown(recording.name()))?;
     if let Some(setup) = recording.setup() {
         writeln!(
             out,
             "robot: {}, {} plant, {} clock, step {} ms, seed {}, eliteserver {}",
-            setup.model,
-            setup.plant,
-            setup.clock,
+            Shown(&setup.arm()),
+            Shown(&setup.plant),
+            Shown(&setup.clock),
             setup.step_time * 1e3,
             setup.seed,
-            setup.version,
+            Shown(&setup.version),
         )?;
     }
     writeln!(out, "cycles: {}", summary.cycles)?;
@@ -41,13 +44,13 @@ pub(super) fn print(
         out,
         summary.program_count,
         &summary.programs,
-        |(time, name)| format!("{time:.3} s {name}"),
+        |(time, name)| format!("{time:.3} s {}", Shown(name)),
     )?;
     let commands: u64 = summary.commands.values().sum();
     let by_name: Vec<String> = summary
         .commands
         .iter()
-        .map(|(name, count)| format!("{name} {count}"))
+        .map(|(name, count)| format!("{} {count}", Shown(name)))
         .collect();
     writeln!(
         out,
@@ -57,8 +60,8 @@ pub(super) fn print(
 
     writeln!(out, "errors: {}", summary.error_count)?;
     list(out, summary.error_count, &summary.errors, |(time, log)| {
-        let first_line = log.message.lines().next().unwrap_or_default();
-        format!("{time:.3} s {}: {first_line}", log.source)
+        let what = failure::in_one_line(&log.message);
+        format!("{time:.3} s {}: {}", Shown(&log.source), Shown(&what))
     })?;
     writeln!(out, "warnings: {}", summary.warning_count)?;
     let stops = summary.stops.len() as u64;
@@ -107,7 +110,8 @@ pub(super) fn print(
         ),
         Some(Ending::Damaged(reason)) => writeln!(
             out,
-            "ending: damaged ({reason}); readable up to {:.3} s, the last chunk before that",
+            "ending: damaged ({}); readable up to {:.3} s, the last chunk before that",
+            Shown(reason),
             summary.until
         ),
     }

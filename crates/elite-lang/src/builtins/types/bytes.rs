@@ -6,9 +6,12 @@
 use std::rc::Rc;
 
 use super::bytes_search::{self, Side};
+use super::string_methods::Title;
 use super::{BoundFn, class_method, constructor, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
+use crate::eval::bulk::{EACH, PIECE};
 use crate::eval::{Core, Evaluator};
+use crate::value::bytes::Data;
 use crate::value::symbol::known;
 use crate::value::{ByteArray, Bytes, Class, R, Value};
 
@@ -67,10 +70,11 @@ fn data(ev: &Evaluator<'_>, args: &[Value], type_name: &str) -> R<Vec<u8>> {
             let made = ev
                 .special(source, known::BYTES, &mut [])?
                 .unwrap_or_default();
-            ev.bytes_like(&made).ok_or_else(|| {
+            let made = ev.bytes_like(&made).ok_or_else(|| {
                 let name = ev.core.types.name_of(&made);
                 ev.type_error(format!("__bytes__ returned non-bytes (type {name})"))
-            })
+            })?;
+            ev.copied_bytes(&made)
         }
         Value::Instance(instance) if instance.class.lookup(known::INDEX).is_some() => {
             let count = ev.index(source)?;
@@ -91,7 +95,7 @@ fn data(ev: &Evaluator<'_>, args: &[Value], type_name: &str) -> R<Vec<u8>> {
             Ok(vec![0; count])
         }
         other => match ev.bytes_like(&other) {
-            Some(data) => Ok(data),
+            Some(data) => ev.copied_bytes(&data),
             None if ev.iter(source).is_err() => {
                 let name = ev.core.types.name_of(source);
                 Err(ev.type_error(format!("cannot convert '{name}' object to {type_name}")))
@@ -220,7 +224,8 @@ fn install_shared(core: &Rc<Core>, class: &Class) {
                 all(ev, args, |byte| SPACES.as_bytes().contains(&byte))
             }),
             ("isascii", "", |ev, args| {
-                Ok(Value::Bool(receiver(ev, &args[0])?.is_ascii()))
+                let data = receiver(ev, &args[0])?;
+                Ok(Value::Bool(ev.all_bytes(&data, u8::is_ascii)?))
             }),
             ("isupper", "", |ev, args| {
                 cased(ev, args, u8::is_ascii_uppercase, u8::is_ascii_lowercase)
@@ -229,18 +234,19 @@ fn install_shared(core: &Rc<Core>, class: &Class) {
                 cased(ev, args, u8::is_ascii_lowercase, u8::is_ascii_uppercase)
             }),
             ("istitle", "", |ev, args| {
-                let text: String = receiver(ev, &args[0])?
-                    .iter()
-                    .map(|byte| {
-                        if byte.is_ascii() {
-                            char::from(*byte)
-                        } else {
-                            ' '
-                        }
-                    })
-                    .collect();
-                let title = super::string_methods::is_title(&text);
-                Ok(Value::Bool(title))
+                let data = receiver(ev, &args[0])?;
+                let mut title = Title::default();
+                for piece in data.chunks(PIECE) {
+                    let ascii = piece.iter().map(|byte| match byte.is_ascii() {
+                        true => char::from(*byte),
+                        false => ' ',
+                    });
+                    if !title.goes_on(ascii) {
+                        return Ok(Value::Bool(false));
+                    }
+                    ev.worked(piece.len() * EACH)?;
+                }
+                Ok(Value::Bool(title.is_one()))
             }),
             ("translate", "table / delete?", translate),
             ("decode", "encoding? errors?", |ev, args| {
@@ -260,7 +266,7 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 let byte = ev.byte(&args[1])?;
                 let bytes = mutable(ev, &args[0])?;
                 ev.grow_bytes(&bytes, 1)?;
-                bytes.data.change(|data| data.push(byte));
+                bytes.change(|data| data.push(byte));
                 Ok(Value::None)
             }),
             ("extend", "iterable /", |ev, args| {
@@ -270,11 +276,10 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                         let name = ev.core.types.name_of(&args[1]);
                         return Err(ev.type_error(format!("can't extend bytearray with {name}")));
                     }
-                    None => ev.collect_bytes(&args[1])?,
+                    None => Data::Snapshot(Rc::new(ev.collect_bytes(&args[1])?)),
                 };
                 let bytes = mutable(ev, &args[0])?;
-                ev.grow_bytes(&bytes, more.len())?;
-                bytes.data.change(|data| data.extend(more));
+                ev.extend_bytes(&bytes, more)?;
                 Ok(Value::None)
             }),
             ("insert", "index item /", |ev, args| {
@@ -282,7 +287,7 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 let index = ev.clamped_index(&args[1])?;
                 let byte = ev.byte(&args[2])?;
                 ev.grow_bytes(&bytes, 1)?;
-                bytes.data.change(|data| {
+                bytes.change(|data| {
                     data.insert(super::insertion_place(index, data.len()), byte);
                 });
                 Ok(Value::None)
@@ -290,13 +295,14 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
             ("pop", "index? /", |ev, args| {
                 let bytes = mutable(ev, &args[0])?;
                 let index = args[1].given().map_or(Ok(-1), |index| ev.index(index))?;
-                let popped = bytes.data.change(|data| {
+                ev.grow_bytes(&bytes, 0)?;
+                let popped = bytes.change(|data| {
                     let place = ev.place(index, data.len())?;
                     Some(data.remove(place))
                 });
                 match popped {
                     Some(byte) => Ok(Value::Int(i64::from(byte))),
-                    None if bytes.data.borrow().is_empty() => {
+                    None if bytes.is_empty() => {
                         Err(ev.raise(ExceptionKind::IndexError, "pop from empty bytearray"))
                     }
                     None => Err(ev.raise(ExceptionKind::IndexError, "pop index out of range")),
@@ -304,37 +310,41 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
             }),
             ("remove", "value /", |ev, args| {
                 let (bytes, byte) = (mutable(ev, &args[0])?, ev.byte(&args[1])?);
-                let removed = bytes.data.change(|data| {
-                    let index = data.iter().position(|other| *other == byte)?;
-                    Some(data.remove(index))
-                });
-                match removed {
-                    Some(_) => Ok(Value::None),
+                let place = ev.find_bytes(&bytes.snapshot(), &[byte])?;
+                ev.grow_bytes(&bytes, 0)?;
+                match place {
+                    Some(index) => {
+                        bytes.change(|data| (index < data.len()).then(|| data.remove(index)));
+                        Ok(Value::None)
+                    }
                     None => Err(ev.value_error("value not found in bytearray")),
                 }
             }),
             ("clear", "", |ev, args| {
-                mutable(ev, &args[0])?.data.change(Vec::clear);
+                mutable(ev, &args[0])?.put(Vec::new());
                 Ok(Value::None)
             }),
             ("reverse", "", |ev, args| {
-                mutable(ev, &args[0])?.data.change(|data| data.reverse());
+                let bytes = mutable(ev, &args[0])?;
+                ev.grow_bytes(&bytes, 0)?;
+                bytes.change(|data| data.reverse());
                 Ok(Value::None)
             }),
             ("copy", "", |ev, args| {
-                Ok(bytearray(mutable(ev, &args[0])?.data.get()))
+                let bytes = mutable(ev, &args[0])?.snapshot();
+                Ok(bytearray(ev.copied_bytes(&bytes)?))
             }),
             ("__init__", "source? encoding? errors?", |ev, args| {
                 let data = data(ev, &args[1..], "bytearray")?;
                 let bytes = mutable(ev, &args[0])?;
-                bytes.data.put(data);
+                bytes.put(data);
                 Ok(Value::None)
             }),
         ],
     );
 }
 
-fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Vec<u8>> {
+fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Data> {
     ev.bytes_like(value)
         .ok_or_else(|| wrong_receiver(ev, "bytes", value))
 }
@@ -363,33 +373,27 @@ fn to_text(ev: &Evaluator<'_>, value: &Value) -> R {
             items.map(Value::tuple)
         }
         other => Ok(match ev.bytes_like(other) {
-            Some(data) => Value::str(
-                data.iter()
-                    .map(|byte| char::from(*byte))
-                    .collect::<String>(),
-            ),
+            Some(data) => ev.string(ev.of_latin1(&data)?)?,
             None => other.clone(),
         }),
     }
 }
 
-fn from_text(ev: &Evaluator<'_>, receiver: &Value, value: Value) -> Value {
-    let each = |items: &[Value]| {
-        items
-            .iter()
-            .map(|item| from_text(ev, receiver, item.clone()))
-            .collect()
+fn from_text(ev: &Evaluator<'_>, receiver: &Value, value: Value) -> R {
+    let each = |items: &[Value]| -> R<Vec<Value>> {
+        let mut out = ev.room_for(items.len())?;
+        for item in items {
+            ev.worked(EACH)?;
+            out.push(from_text(ev, receiver, item.clone())?);
+        }
+        Ok(out)
     };
-    match &value {
-        Value::Str(text) => like(
-            ev,
-            receiver,
-            text.as_str().chars().map(|c| c as u32 as u8).collect(),
-        ),
-        Value::List(list) => Value::list(each(&list.borrow())),
-        Value::Tuple(tuple) => Value::tuple(each(tuple.items())),
+    Ok(match &value {
+        Value::Str(text) => like(ev, receiver, ev.to_latin1(text.as_str())?),
+        Value::List(_) => Value::list(each(&ev.collect(&value)?)?),
+        Value::Tuple(tuple) => Value::tuple(each(tuple.items())?),
         _ => value,
-    }
+    })
 }
 
 /// The method of `str` with this name, on bytes read as Latin-1.
@@ -404,7 +408,7 @@ fn by_text(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
     let given = args.iter().take_while(|arg| !arg.is_unbound());
     let texts: R<Vec<Value>> = given.map(|arg| to_text(ev, arg)).collect();
     let result = ev.call(&method, &mut texts?, &[])?;
-    Ok(from_text(ev, &args[0], result))
+    from_text(ev, &args[0], result)
 }
 
 /// Asks the objects among the arguments that stand for integers, each once and before the bytes are looked at.
@@ -443,33 +447,40 @@ fn split(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
     }
     // Latin-1 has two more blanks than ASCII; they are no blanks here.
     let data = receiver(ev, &args[0])?;
-    let hidden: Vec<u8> = data
-        .iter()
-        .map(|byte| {
-            if matches!(byte, 0x85 | 0xa0 | 0x1c..=0x1f) {
-                b'x'
-            } else {
-                *byte
-            }
-        })
-        .collect();
+    let hidden = ev.mapped_bytes(&data, |piece, out| {
+        out.extend(piece.iter().map(|byte| match byte {
+            0x85 | 0xa0 | 0x1c..=0x1f => b'x',
+            byte => *byte,
+        }));
+    })?;
     args[1] = Value::None;
     let mut on_hidden: Vec<Value> = vec![Value::Bytes(Rc::new(Bytes::new(hidden)))];
     on_hidden.extend(args[1..].iter().cloned());
     let parts = by_text(ev, &mut on_hidden, name)?;
     let mut rest = 0;
     let parts = ev.collect(&parts)?;
-    let restored = parts.iter().map(|part| {
+    let mut restored = ev.room_for(parts.len())?;
+    for part in &parts {
         let length = ev.bytes_like(part).map_or(0, |part| part.len());
-        let blanks = data[rest..]
-            .iter()
-            .take_while(|byte| SPACES.as_bytes().contains(byte))
-            .count();
-        let start = rest + blanks;
-        rest = start + length;
-        like(ev, &args[0], data[start..rest].to_vec())
-    });
-    Ok(Value::list(restored.collect()))
+        for piece in data[rest..].chunks(PIECE) {
+            let word = piece
+                .iter()
+                .position(|byte| !SPACES.as_bytes().contains(byte));
+            rest += word.unwrap_or(piece.len());
+            ev.worked(word.unwrap_or(piece.len()) * EACH)?;
+            if word.is_some() {
+                break;
+            }
+        }
+        restored.push(like(
+            ev,
+            &args[0],
+            ev.copied_bytes(&data[rest..rest + length])?,
+        ));
+        rest += length;
+        ev.worked(EACH)?;
+    }
+    Ok(Value::list(restored))
 }
 
 fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -482,10 +493,10 @@ fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             return Err(ev.type_error(text));
         };
         if index > 0 {
-            out.extend_from_slice(&separator);
+            ev.push_bytes(&mut out, &separator)?;
         }
-        out.extend(data);
-        ev.check_allocation(out.len())?;
+        ev.push_bytes(&mut out, &data)?;
+        ev.worked(EACH)?;
     }
     Ok(like(ev, &args[0], out))
 }
@@ -507,14 +518,23 @@ fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         Some(value) => ev
             .bytes_like(value)
             .ok_or_else(|| not_bytes_like(ev, value))?,
-        None => Vec::new(),
+        None => Data::default(),
     };
-    let kept = data.iter().filter(|byte| !removed.contains(byte));
-    let mapped = kept.map(|byte| match &table {
-        Some(table) => table[usize::from(*byte)],
-        None => *byte,
-    });
-    Ok(like(ev, &args[0], mapped.collect()))
+    let mut is_removed = [false; 256];
+    for piece in removed.chunks(PIECE) {
+        for byte in piece {
+            is_removed[usize::from(*byte)] = true;
+        }
+        ev.worked(piece.len())?;
+    }
+    let out = ev.mapped_bytes(&data, |piece, out| {
+        let kept = piece.iter().filter(|byte| !is_removed[usize::from(**byte)]);
+        out.extend(kept.map(|byte| match &table {
+            Some(table) => table[usize::from(*byte)],
+            None => *byte,
+        }));
+    })?;
+    Ok(like(ev, &args[0], out))
 }
 
 fn not_bytes_like(ev: &Evaluator<'_>, value: &Value) -> crate::value::Raised {
@@ -532,8 +552,11 @@ fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         return Err(ev.value_error("maketrans arguments must have same length"));
     }
     let mut table: Vec<u8> = (0..=255).collect();
-    for (from, to) in from.iter().zip(to) {
-        table[usize::from(*from)] = to;
+    for (from, to) in from.chunks(PIECE).zip(to.chunks(PIECE)) {
+        for (from, to) in from.iter().zip(to) {
+            table[usize::from(*from)] = *to;
+        }
+        ev.worked(from.len() * EACH)?;
     }
     Ok(Value::Bytes(Rc::new(Bytes::new(table))))
 }
@@ -541,31 +564,28 @@ fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let keep = args[1].given().map_or(Ok(0), |value| ev.index(value))? != 0;
     let data = receiver(ev, &args[0])?;
-    ev.ask_for_pieces(data.len(), || {
-        data.iter()
-            .filter(|byte| matches!(byte, b'\n' | b'\r'))
-            .count()
-            + 1
-    })?;
+    let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
     let mut lines = Vec::new();
     let mut rest = &data[..];
     while !rest.is_empty() {
-        let line = rest
-            .iter()
-            .position(|byte| matches!(byte, b'\n' | b'\r'))
-            .unwrap_or(rest.len());
-        let end = (line
-            + if rest[line..].starts_with(b"\r\n") {
-                2
-            } else {
-                1
-            })
-        .min(rest.len());
-        lines.push(like(
-            ev,
-            &args[0],
-            rest[..if keep { end } else { line }].to_vec(),
-        ));
+        let mut line = 0;
+        for piece in rest.chunks(PIECE) {
+            let found = piece.iter().position(is_end);
+            line += found.unwrap_or(piece.len());
+            ev.worked(found.unwrap_or(piece.len()))?;
+            if found.is_some() {
+                break;
+            }
+        }
+        let end = match rest[line..].starts_with(b"\r\n") {
+            true => line + 2,
+            false => (line + 1).min(rest.len()),
+        };
+        ev.grow(&mut lines, 1)?;
+        let part = &rest[..if keep { end } else { line }];
+        lines.push(like(ev, &args[0], ev.copied_bytes(part)?));
+        ev.check_memory()?;
+        ev.worked(EACH)?;
         rest = &rest[end..];
     }
     Ok(Value::list(lines))
@@ -582,65 +602,86 @@ fn swap(byte: u8) -> u8 {
 /// Each byte mapped, with the one before it.
 fn mapped(ev: &Evaluator<'_>, args: &[Value], map: impl Fn(u8, Option<u8>) -> u8) -> R {
     let data = receiver(ev, &args[0])?;
-    let before = std::iter::once(None).chain(data.iter().copied().map(Some));
-    let out = data
-        .iter()
-        .zip(before)
-        .map(|(byte, before)| map(*byte, before))
-        .collect();
+    let mut before = None;
+    let out = ev.mapped_bytes(&data, |piece, out| {
+        out.extend(piece.iter().map(|byte| {
+            let mapped = map(*byte, before);
+            before = Some(*byte);
+            mapped
+        }));
+    })?;
     Ok(like(ev, &args[0], out))
 }
 
 fn all(ev: &Evaluator<'_>, args: &[Value], test: impl Fn(u8) -> bool) -> R {
     let data = receiver(ev, &args[0])?;
-    Ok(Value::Bool(!data.is_empty() && data.into_iter().all(test)))
+    let all = !data.is_empty() && ev.all_bytes(&data, |byte| test(*byte))?;
+    Ok(Value::Bool(all))
 }
 
 fn cased(ev: &Evaluator<'_>, args: &[Value], wanted: fn(&u8) -> bool, other: fn(&u8) -> bool) -> R {
     let data = receiver(ev, &args[0])?;
-    Ok(Value::Bool(
-        data.iter().any(wanted) && !data.iter().any(other),
-    ))
+    let none = |test: fn(&u8) -> bool| ev.all_bytes(&data, |byte| !test(byte));
+    Ok(Value::Bool(!none(wanted)? && none(other)?))
+}
+
+/// Appends bytes as hexadecimal digits.
+fn push_hex(ev: &Evaluator<'_>, data: &[u8], out: &mut String) -> R<()> {
+    const DIGITS: &[u8; 16] = b"0123456789abcdef";
+    for piece in data.chunks(PIECE) {
+        ev.grow(out, piece.len() * 2)?;
+        for byte in piece {
+            out.push(char::from(DIGITS[usize::from(byte >> 4)]));
+            out.push(char::from(DIGITS[usize::from(byte & 15)]));
+        }
+        ev.worked(piece.len() * EACH)?;
+    }
+    Ok(())
 }
 
 fn hex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let data = receiver(ev, &args[0])?;
-    let digits: Vec<String> = data.iter().map(|byte| format!("{byte:02x}")).collect();
+    let mut out = String::new();
     let Some(separator) = args[1].given() else {
-        return Ok(Value::str(digits.concat()));
+        ev.grow(&mut out, data.len() * 2)?;
+        push_hex(ev, &data, &mut out)?;
+        return ev.string(out);
     };
     let separator = match (ev.plain(separator), ev.bytes_like(separator)) {
-        (Value::Str(text), _) => text.as_str().to_owned(),
-        (_, Some(data)) => data.iter().map(|byte| char::from(*byte)).collect(),
+        (Value::Str(text), _) if text.len() == 1 => text.as_str().to_owned(),
+        (Value::Str(_), _) => return Err(ev.value_error("sep must be length 1.")),
+        (_, Some(data)) if data.len() == 1 => char::from(data[0]).to_string(),
+        (_, Some(_)) => return Err(ev.value_error("sep must be length 1.")),
         (other, None) => {
             // CPython asks for its length first.
             ev.len(&other)?;
             return Err(ev.type_error("sep must be str or bytes."));
         }
     };
-    if separator.chars().count() != 1 {
-        return Err(ev.value_error("sep must be length 1."));
-    }
     if !separator.is_ascii() {
         return Err(ev.value_error("sep must be ASCII."));
     }
     let group = args[2].given().map_or(Ok(1), |value| ev.index(value))?;
     if group == 0 {
-        return Ok(Value::str(digits.concat()));
+        ev.grow(&mut out, data.len() * 2)?;
+        push_hex(ev, &data, &mut out)?;
+        return ev.string(out);
     }
     let size = usize::try_from(group.unsigned_abs()).unwrap_or(usize::MAX);
     // Groups count from the right, or from the left if the size is negative.
-    let first = if group > 0 { digits.len() % size } else { 0 };
-    let (head, tail) = digits.split_at(first);
-    let groups = std::iter::once(head)
-        .filter(|head| !head.is_empty())
-        .chain(tail.chunks(size));
-    Ok(Value::str(
-        groups
-            .map(<[String]>::concat)
-            .collect::<Vec<_>>()
-            .join(&separator),
-    ))
+    let first = if group > 0 { data.len() % size } else { 0 };
+    let (head, tail) = data.split_at(first);
+    ev.grow(&mut out, (data.len() * 2).saturating_add(data.len() / size))?;
+    push_hex(ev, head, &mut out)?;
+    for group in tail.chunks(size) {
+        if !out.is_empty() {
+            ev.grow(&mut out, 1)?;
+            out.push_str(&separator);
+        }
+        push_hex(ev, group, &mut out)?;
+        ev.worked(EACH)?;
+    }
+    ev.string(out)
 }
 
 fn from_hex(ev: &Evaluator<'_>, text: &Value) -> R<Vec<u8>> {
@@ -661,6 +702,8 @@ fn from_hex(ev: &Evaluator<'_>, text: &Value) -> R<Vec<u8>> {
         ))
     };
     while let Some((at, high)) = chars.next() {
+        ev.worked(2 * EACH)?;
+        ev.grow(&mut out, 1)?;
         let high = high.to_digit(16).ok_or_else(|| error(at))?;
         let (at, low) = chars.next().ok_or_else(|| error(at + 1))?;
         let low = low.to_digit(16).ok_or_else(|| error(at))?;

@@ -1,11 +1,14 @@
 //! Searches in `bytes` and `bytearray`: where a part is, how often, at the beginning, at the end. They read the bytes where
 //! they lie; what runs code of the script (bounds, parts) is asked before.
 
-use memchr::memmem;
+use std::rc::Rc;
 
 use super::bounds::Bounds;
 use super::wrong_receiver;
 use crate::eval::Evaluator;
+use crate::eval::bulk::EACH;
+use crate::ops::search::Occurrences;
+use crate::value::bytes::Data;
 use crate::value::int::Int;
 use crate::value::{R, Value};
 
@@ -20,13 +23,15 @@ pub enum Side {
 pub fn find(ev: &Evaluator<'_>, args: &[Value], side: Side, required: bool) -> R {
     let bounds = Bounds::read(ev, &args[2], &args[3])?;
     let part = part(ev, &args[1])?;
-    let Some((from, to)) = bounds.within(length(ev, args)?) else {
+    let data = within(ev, &args[0])?;
+    let Some((from, to)) = bounds.within(data.len()) else {
         return not_found(ev, required);
     };
-    let found = within(ev, &args[0], (from, to), |data| match side {
-        Side::Left => memmem::find(data, &part),
-        Side::Right => memmem::rfind(data, &part),
-    })?;
+    let data = &data[from.min(data.len())..to];
+    let found = match side {
+        Side::Left => ev.find_bytes(data, &part)?,
+        Side::Right => ev.rfind_bytes(data, &part)?,
+    };
     match found {
         Some(at) => Ok(Value::Int((from + at) as i64)),
         None => not_found(ev, required),
@@ -44,13 +49,15 @@ fn not_found(ev: &Evaluator<'_>, required: bool) -> R {
 pub fn count(ev: &Evaluator<'_>, args: &[Value]) -> R {
     let bounds = Bounds::read(ev, &args[2], &args[3])?;
     let part = part(ev, &args[1])?;
-    let Some(range) = bounds.within(length(ev, args)?) else {
+    let data = within(ev, &args[0])?;
+    let Some((from, to)) = bounds.within(data.len()) else {
         return Ok(Value::Int(0));
     };
-    let count = within(ev, &args[0], range, |data| match part.len() {
+    let data = &data[from.min(data.len())..to];
+    let count = match part.len() {
         0 => data.len() + 1,
-        _ => memmem::find_iter(data, &part).count(),
-    })?;
+        _ => Occurrences::new(data, &part).count(ev)?,
+    };
     Ok(Value::Int(count as i64))
 }
 
@@ -74,23 +81,32 @@ pub fn affix(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
             }
         },
     };
-    let parts: Vec<Vec<u8>> = parts?;
-    let Some(range) = bounds.within(length(ev, args)?) else {
+    let parts: Vec<Data> = parts?;
+    let data = within(ev, &args[0])?;
+    let Some((from, to)) = bounds.within(data.len()) else {
         return Ok(Value::Bool(false));
     };
-    let found = within(ev, &args[0], range, |data| {
-        parts.iter().any(|part| match side {
-            Side::Left => data.starts_with(part),
-            Side::Right => data.ends_with(part),
-        })
-    })?;
-    Ok(Value::Bool(found))
+    let data = &data[from.min(data.len())..to];
+    for part in parts {
+        ev.worked(EACH)?;
+        let Some(rest) = data.len().checked_sub(part.len()) else {
+            continue;
+        };
+        let place = match side {
+            Side::Left => &data[..part.len()],
+            Side::Right => &data[rest..],
+        };
+        if ev.equal_bytes(place, &part)? {
+            return Ok(Value::Bool(true));
+        }
+    }
+    Ok(Value::Bool(false))
 }
 
 /// What is searched for: bytes, or the number of one.
-fn part(ev: &Evaluator<'_>, value: &Value) -> R<Vec<u8>> {
+fn part(ev: &Evaluator<'_>, value: &Value) -> R<Data> {
     if Int::of(value).is_some() {
-        return Ok(vec![ev.byte(value)?]);
+        return Ok(Data::Snapshot(Rc::new(vec![ev.byte(value)?])));
     }
     ev.bytes_like(value).ok_or_else(|| {
         let name = ev.core.types.name_of(value);
@@ -100,28 +116,14 @@ fn part(ev: &Evaluator<'_>, value: &Value) -> R<Vec<u8>> {
     })
 }
 
-fn length(ev: &Evaluator<'_>, args: &[Value]) -> R<usize> {
-    within(ev, &args[0], (0, usize::MAX), <[u8]>::len)
-}
-
-/// Looks at a part of the receiver's bytes; what runs code of the script has no place in `look`.
-fn within<T>(
-    ev: &Evaluator<'_>,
-    receiver: &Value,
-    (from, to): (usize, usize),
-    look: impl FnOnce(&[u8]) -> T,
-) -> R<T> {
-    // A bound of the script's making may have changed the length.
-    let cut = |data: &[u8]| look(&data[from.min(data.len())..to.min(data.len())]);
-    match ev.plain(receiver) {
-        Value::Bytes(bytes) => Ok(cut(bytes.data())),
-        Value::ByteArray(bytes) => Ok(cut(&bytes.data.borrow())),
-        other => Err(wrong_receiver(ev, "bytes", &other)),
-    }
+/// The receiver's bytes, which are looked at when what runs code of the script (bounds, parts) has been asked.
+fn within(ev: &Evaluator<'_>, receiver: &Value) -> R<Data> {
+    let found = ev.bytes_like(receiver);
+    found.ok_or_else(|| wrong_receiver(ev, "bytes", &ev.plain(receiver)))
 }
 
 impl Evaluator<'_> {
-    fn bytes(&self, value: &Value) -> R<Vec<u8>> {
+    fn bytes(&self, value: &Value) -> R<Data> {
         self.bytes_like(value).ok_or_else(|| {
             let name = self.core.types.name_of(value);
             self.type_error(format!("a bytes-like object is required, not '{name}'"))

@@ -3,6 +3,7 @@
 use super::string::text_argument;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::eval::bulk::{EACH, STRIDE, pieces};
 use crate::value::{R, Raised, Str, Value};
 
 /// An encoding, with the name messages use.
@@ -58,7 +59,8 @@ impl Evaluator<'_> {
         let (codec, errors) = (self.codec(encoding, "decode")?, self.handler(errors)?);
         // What does not fit becomes up to four characters a byte.
         self.check_allocation(data.len().saturating_mul(4))?;
-        let mut out = String::with_capacity(data.len());
+        let mut out = String::new();
+        self.grow(&mut out, data.len())?;
         let mut at = 0;
         let mut codec = codec;
         if let Codec::Wide {
@@ -84,12 +86,17 @@ impl Evaluator<'_> {
             match step(codec, data, at) {
                 Ok((text, length)) => {
                     match text {
-                        Step::Text(text) => out.push_str(text),
-                        Step::Char(c) => out.push(c),
+                        Step::Text(text) => self.push_text(&mut out, text)?,
+                        Step::Char(c) => {
+                            self.grow(&mut out, 4)?;
+                            out.push(c);
+                        }
                     }
+                    self.worked(EACH)?;
                     at += length;
                 }
                 Err((length, reason)) => {
+                    self.worked(4 * EACH)?;
                     let end = (at + length).min(data.len());
                     match &*errors {
                         "ignore" => {}
@@ -100,9 +107,8 @@ impl Evaluator<'_> {
                             }
                         }
                         "strict" => {
-                            let object = Value::Bytes(std::rc::Rc::new(crate::value::Bytes::new(
-                                data.to_vec(),
-                            )));
+                            let copy = self.copied_bytes(data)?;
+                            let object = Value::bytes(copy);
                             return Err(self.codec_error(codec, object, (at, end), reason, false));
                         }
                         other => return Err(self.unknown_handler(other)),
@@ -111,30 +117,44 @@ impl Evaluator<'_> {
                 }
             }
         }
-        Ok(Value::str(out))
+        self.string(out)
     }
 
     /// Bytes of text in an encoding. `errors` is as for `decode`, or `xmlcharrefreplace`.
     pub fn encode(&self, text: &Str, encoding: &Value, errors: &Value) -> R<Vec<u8>> {
         let (codec, errors) = (self.codec(encoding, "encode")?, self.handler(errors)?);
         // Up to ten bytes stand for a character that does not fit.
-        self.check_allocation(
-            text.len()
-                .saturating_mul(if errors == "strict" { 4 } else { 10 }),
-        )?;
+        self.check_allocation(text.len().saturating_mul(match (codec, &*errors) {
+            (Codec::Ascii | Codec::Latin1, "strict") => 1,
+            (Codec::Ascii | Codec::Latin1, _) => 10,
+            _ => 4,
+        }))?;
         let limit = match codec {
-            Codec::Utf8 => return Ok(text.as_str().as_bytes().to_vec()),
+            Codec::Utf8 => return self.copied_bytes(text.as_str().as_bytes()),
             Codec::Wide {
                 unit,
                 big_endian,
                 mark,
-            } => return Ok(wide(text.as_str(), unit, big_endian, mark)),
+            } => {
+                let mut out = Vec::new();
+                self.grow(&mut out, text.len().saturating_mul(unit))?;
+                if mark {
+                    wide("\u{feff}", unit, big_endian, &mut out);
+                }
+                for piece in pieces(text.as_str()) {
+                    self.grow(&mut out, piece.len().saturating_mul(unit))?;
+                    wide(piece, unit, big_endian, &mut out);
+                    self.worked(piece.len() * EACH)?;
+                }
+                return Ok(out);
+            }
             Codec::Ascii => 128,
             Codec::Latin1 => 256,
         };
         let mut out = Vec::with_capacity(text.len());
         let fits = |c: char| (c as u32) < limit;
         for (at, c) in text.as_str().chars().enumerate() {
+            self.worked(EACH)?;
             match &*errors {
                 _ if fits(c) => out.push(c as u32 as u8),
                 "ignore" => {}
@@ -231,13 +251,14 @@ enum Step<'d> {
 fn step(codec: Codec, data: &[u8], at: usize) -> Result<(Step<'_>, usize), (usize, &'static str)> {
     let rest = &data[at..];
     match codec {
-        Codec::Utf8 => match std::str::from_utf8(rest) {
-            Ok(text) => Ok((Step::Text(text), rest.len())),
+        Codec::Utf8 => match std::str::from_utf8(&rest[..rest.len().min(STRIDE)]) {
+            Ok(text) => Ok((Step::Text(text), text.len())),
             Err(wrong) if wrong.valid_up_to() > 0 => {
                 let valid = wrong.valid_up_to();
                 let text = std::str::from_utf8(&rest[..valid]).unwrap_or("");
                 Ok((Step::Text(text), valid))
             }
+            // A character that is cut by the end of the piece is not at its beginning.
             Err(wrong) => Err(match (wrong.error_len(), rest[0]) {
                 (None, _) => (rest.len(), "unexpected end of data"),
                 (Some(length), 0x80..=0xc1 | 0xf5..) => (length, "invalid start byte"),
@@ -285,8 +306,7 @@ fn wide_step(
     }
 }
 
-fn wide(text: &str, unit: usize, big_endian: bool, mark: bool) -> Vec<u8> {
-    let mut out = Vec::with_capacity(text.len() * 2);
+fn wide(text: &str, unit: usize, big_endian: bool, out: &mut Vec<u8>) {
     let mut push = |code: u32| {
         let bytes = code.to_be_bytes();
         let low = &bytes[4 - unit..];
@@ -296,9 +316,6 @@ fn wide(text: &str, unit: usize, big_endian: bool, mark: bool) -> Vec<u8> {
             out.extend(low.iter().rev());
         }
     };
-    if mark {
-        push(0xfeff);
-    }
     for c in text.chars() {
         if unit == 4 {
             push(c as u32);
@@ -308,5 +325,4 @@ fn wide(text: &str, unit: usize, big_endian: bool, mark: bool) -> Vec<u8> {
                 .for_each(|unit| push(u32::from(*unit)));
         }
     }
-    out
 }

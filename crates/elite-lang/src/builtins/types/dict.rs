@@ -36,8 +36,7 @@ pub(super) fn install(core: &Rc<Core>) {
             }),
             ("copy", "", |ev, args| {
                 let dict = receiver(ev, &args[0])?;
-                ev.check_allocation(dict.bytes())?;
-                Ok(Value::Dict(Rc::new(dict.copy())))
+                Ok(Value::Dict(Rc::new(ev.copied_dict(&dict)?)))
             }),
             ("keys", "", |ev, args| view(ev, &args[0], ViewKind::Keys)),
             ("values", "", |ev, args| {
@@ -82,10 +81,10 @@ pub(super) fn install(core: &Rc<Core>) {
             // Hashes that are known are not asked for again.
             let hashed: Vec<(u64, Value)> = match &args[1] {
                 Value::Dict(other) => {
-                    let entries = other.entries().into_iter();
+                    let entries = ev.entries(other)?.into_iter();
                     entries.map(|(hash, key, _)| (hash, key)).collect()
                 }
-                Value::Set(other) | Value::FrozenSet(other) => other.elements(),
+                Value::Set(other) | Value::FrozenSet(other) => ev.elements(other)?,
                 other => {
                     let iterator = ev.iter(other)?;
                     while let Some(key) = ev.step(&iterator)? {

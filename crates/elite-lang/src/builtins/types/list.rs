@@ -126,7 +126,7 @@ impl Evaluator<'_> {
             return Ok(());
         }
         let items = match is_itself(iterable) {
-            true => list.borrow().clone(),
+            true => self.collect(&Value::List(list.clone()))?,
             false => self.collect(iterable)?,
         };
         self.grow_list(list, items.len())?;
@@ -219,6 +219,7 @@ fn index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         let Some(item) = item_at(ev, &plain, index)? else {
             break;
         };
+        ev.worked(VALUE)?;
         if ev.equal(&item, &args[1])? {
             return Ok(Value::Int(index as i64));
         }

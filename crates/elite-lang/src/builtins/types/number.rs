@@ -6,7 +6,9 @@ use num_bigint::BigInt;
 
 use super::{class_method, constructor, methods};
 use crate::errors::ExceptionKind;
+use crate::eval::bulk::{EACH, PIECE, pieces};
 use crate::eval::{Core, Evaluator};
+use crate::value::bytes::Data;
 use crate::value::int::{Int, from_f64};
 use crate::value::symbol::known;
 use crate::value::{Bytes, R, Value};
@@ -183,11 +185,11 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         None => None,
     };
     let text = match value {
-        Value::Str(text) => text.as_str().to_owned(),
+        Value::Str(text) => numeral(ev, text.as_str())?,
         other => match ev.plain(other) {
-            Value::Str(text) => text.as_str().to_owned(),
+            Value::Str(text) => numeral(ev, text.as_str())?,
             plain => match ev.bytes_like(&plain) {
-                Some(data) => data.iter().map(|byte| char::from(*byte)).collect(),
+                Some(data) => numeral(ev, &ev.of_latin1(&data)?)?,
                 None if base.is_some() => {
                     return Err(ev.type_error("int() can't convert non-string with explicit base"));
                 }
@@ -207,12 +209,54 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     }
 }
 
+/// A text without the blanks around it.
+fn numeral(ev: &Evaluator<'_>, text: &str) -> R<String> {
+    let text = &text[ev.leading(text, char::is_whitespace)?..];
+    let text = &text[..text.len() - ev.trailing(text, char::is_whitespace)?];
+    let mut copy = String::new();
+    ev.push_text(&mut copy, text)?;
+    Ok(copy)
+}
+
+/// Refuses what has more digits than any integer may have, before anything looks at all of them at once.
+fn check_digits(ev: &Evaluator<'_>, text: &str, base: u32) -> R<bool> {
+    let mut digits = 0;
+    for piece in pieces(text) {
+        if !piece
+            .chars()
+            .all(|c| c.is_alphanumeric() || "+-_".contains(c))
+        {
+            return Ok(false);
+        }
+        digits += piece.chars().filter(|c| c.is_alphanumeric()).count();
+        ev.worked(piece.len() * EACH)?;
+    }
+    match base {
+        0 | 2 | 4 | 8 | 16 | 32 => ev.check_bits(digits as u64).map(|()| true),
+        _ => check_decimal(ev, digits).map(|()| true),
+    }
+}
+
+fn check_decimal(ev: &Evaluator<'_>, digits: usize) -> R<()> {
+    let limit = ev.core.limits.int_digits;
+    if digits <= limit {
+        return Ok(());
+    }
+    Err(ev.value_error(format!(
+        "Exceeds the limit ({limit} digits) for integer string conversion: value has {digits} digits; \
+         use sys.set_int_max_str_digits() to increase the limit"
+    )))
+}
+
 /// An integer in text; None if it is none.
 fn parse_int(ev: &Evaluator<'_>, text: &str, base: u32) -> R<Option<Value>> {
     let trimmed = text.trim();
     // The commonest: few digits, which always fit.
     if base == 10 && trimmed.len() <= 18 && trimmed.bytes().all(|byte| byte.is_ascii_digit()) {
         return Ok(trimmed.parse().ok().map(Value::Int));
+    }
+    if trimmed.len() > PIECE && !check_digits(ev, trimmed, base)? {
+        return Ok(None);
     }
     let (negative, digits) = match trimmed.strip_prefix('-') {
         Some(rest) => (true, rest),
@@ -256,13 +300,8 @@ fn parse_int(ev: &Evaluator<'_>, text: &str, base: u32) -> R<Option<Value>> {
     if let Ok(small) = i64::from_str_radix(&digits, base) {
         return Ok(Some(Value::Int(if negative { -small } else { small })));
     }
-    let limit = ev.core.limits.int_digits;
-    if digits.len() > limit && !base.is_power_of_two() {
-        return Err(ev.value_error(format!(
-            "Exceeds the limit ({limit} digits) for integer string conversion: value has {} digits; \
-             use sys.set_int_max_str_digits() to increase the limit",
-            digits.len()
-        )));
+    if !base.is_power_of_two() {
+        check_decimal(ev, digits.len())?;
     }
     ev.check_bits(digits.len() as u64 * 6)?;
     let big = BigInt::parse_bytes(digits.as_bytes(), base);
@@ -281,9 +320,9 @@ fn float(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         return Ok(Value::Float(0.0));
     };
     let text = match ev.plain(value) {
-        Value::Str(text) => text.as_str().to_owned(),
+        Value::Str(text) => numeral(ev, text.as_str())?,
         plain => match ev.bytes_like(&plain) {
-            Some(data) => data.iter().map(|byte| char::from(*byte)).collect(),
+            Some(data) => numeral(ev, &ev.of_latin1(&data)?)?,
             None => {
                 return ev.to_f64(value).map(Value::Float).map_err(|raised| {
                     let has_method = matches!(value, Value::Instance(instance)
@@ -470,18 +509,31 @@ fn fits_without(data: &[u8], filler: u8) -> bool {
 }
 
 fn from_bytes(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let mut data = match ev.bytes_like(&args[1]) {
+    let given = match ev.bytes_like(&args[1]) {
         Some(data) => data,
-        None => ev.collect_bytes(&args[1])?,
+        None => Data::Snapshot(Rc::new(ev.collect_bytes(&args[1])?)),
     };
+    let mut data = ev.copied_bytes(&given)?;
     if !byte_order(ev, &args[2])? {
         data.reverse();
     }
     let signed = args[3].given().map_or(Ok(false), |value| ev.truth(value))?;
+    let mut zeros = 0;
+    for piece in data.chunks(PIECE) {
+        let some = piece.iter().take_while(|byte| **byte == 0).count();
+        zeros += some;
+        if some < piece.len() {
+            break;
+        }
+        ev.worked(piece.len() * EACH)?;
+    }
+    // The sign is in the first byte of all.
+    let data = &data[zeros.saturating_sub(1)..];
+    ev.check_bits(data.len() as u64 * 8)?;
     let big = if signed {
-        BigInt::from_signed_bytes_be(&data)
+        BigInt::from_signed_bytes_be(data)
     } else {
-        BigInt::from_bytes_be(num_bigint::Sign::Plus, &data)
+        BigInt::from_bytes_be(num_bigint::Sign::Plus, data)
     };
     Ok(Value::bigint(big))
 }

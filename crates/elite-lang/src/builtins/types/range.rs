@@ -92,9 +92,8 @@ fn count(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         return Ok(Value::Int(i64::from(position(&args[0], &int).is_some())));
     }
     let (items, mut count) = (ev.iter(&args[0])?, 0);
-    while let Some(item) = ev.next(&items)? {
+    while let Some(item) = ev.step(&items)? {
         count += i64::from(ev.equal(&item, &args[1])?);
-        ev.safepoint()?;
     }
     Ok(Value::Int(count))
 }
@@ -107,12 +106,11 @@ fn index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         };
     }
     let (items, mut index) = (ev.iter(&args[0])?, 0);
-    while let Some(item) = ev.next(&items)? {
+    while let Some(item) = ev.step(&items)? {
         if ev.equal(&item, &args[1])? {
             return Ok(Value::Int(index));
         }
         index += 1;
-        ev.safepoint()?;
     }
     Err(ev.value_error("sequence.index(x): x not in sequence"))
 }

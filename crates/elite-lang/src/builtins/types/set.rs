@@ -94,9 +94,8 @@ pub(super) fn install(core: &Rc<Core>) {
                         }
                         other => {
                             let iterator = ev.iter(&other)?;
-                            while let Some(item) = ev.next(&iterator)? {
+                            while let Some(item) = ev.step(&iterator)? {
                                 ev.set_remove(&set, &item)?;
-                                ev.safepoint()?;
                             }
                         }
                     }
@@ -119,14 +118,12 @@ fn install_queries(core: &Rc<Core>, class: &Class) {
         &[
             ("copy", "", |ev, args| {
                 let set = receiver(ev, &args[0])?;
-                ev.check_allocation(set.bytes())?;
-                let copy = set.copy();
+                let copy = ev.copied_set(&set)?;
                 Ok(like(&args[0], copy))
             }),
             ("union", "*others", |ev, args| {
                 let set = receiver(ev, &args[0])?;
-                ev.check_allocation(set.bytes())?;
-                let result = set.copy();
+                let result = ev.copied_set(&set)?;
                 for other in others(&args[1]) {
                     ev.set_extend(&result, &other)?;
                 }
@@ -214,7 +211,7 @@ fn intersection(ev: &Evaluator<'_>, args: &[Value]) -> R<Set> {
     let mut result = receiver(ev, &args[0])?;
     let others = others(&args[1]);
     if others.is_empty() {
-        return Ok(result.copy());
+        return ev.copied_set(&result);
     }
     for other in others {
         result = Rc::new(match ev.plain(&other) {
@@ -222,24 +219,23 @@ fn intersection(ev: &Evaluator<'_>, args: &[Value]) -> R<Set> {
             other => {
                 let common = Set::new();
                 let iterator = ev.iter(&other)?;
-                while let Some(item) = ev.next(&iterator)? {
+                while let Some(item) = ev.step(&iterator)? {
                     let hash = ev.hash(&item)?;
                     if ev.set_find(&result, hash, &item)?.is_some() {
                         ev.set_add_hashed(&common, hash, item)?;
                     }
-                    ev.safepoint()?;
                 }
                 common
             }
         });
     }
-    Ok(result.copy())
+    ev.copied_set(&result)
 }
 
 type Combine<'y> = fn(&Evaluator<'y>, &Set, &Set) -> R<Set>;
 
 fn combined<'y>(ev: &Evaluator<'y>, args: &[Value], combine: Combine<'y>) -> R<Set> {
-    let mut result = receiver(ev, &args[0])?.copy();
+    let mut result = ev.copied_set(&*receiver(ev, &args[0])?)?;
     for other in others(&args[1]) {
         result = combine(ev, &result, &*as_set(ev, &other)?)?;
     }

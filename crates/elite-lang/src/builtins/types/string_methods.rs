@@ -1,5 +1,6 @@
 //! Methods of `str`.
 
+use std::collections::HashSet;
 use std::rc::Rc;
 
 use compact_str::CompactString;
@@ -8,8 +9,10 @@ use super::bounds::Bounds;
 use super::string::{receiver, text_argument};
 use super::{methods, raw_method};
 use crate::errors::ExceptionKind;
+use crate::eval::bulk::{EACH, STRIDE, many, pieces};
 use crate::eval::{Core, Evaluator};
-use crate::ops::{search, unicode};
+use crate::ops::search::Occurrences;
+use crate::ops::unicode;
 use crate::value::symbol::Symbol;
 use crate::value::{Bytes, R, Str, Value};
 
@@ -20,16 +23,20 @@ pub(super) fn install(core: &Rc<Core>) {
         class,
         &[
             ("upper", "", |ev, args| {
-                mapped(ev, args, |text| text.to_uppercase())
+                mapped(ev, args, |text, out| out.push_str(&text.to_uppercase()))
             }),
             ("lower", "", |ev, args| {
-                mapped(ev, args, |text| text.to_lowercase())
+                let text = receiver(ev, &args[0])?;
+                ev.string(lowered(ev, text.as_str(), 0)?)
             }),
             ("casefold", "", |ev, args| {
-                mapped(ev, args, unicode::casefold)
+                mapped(ev, args, |text, out| out.push_str(&unicode::casefold(text)))
             }),
-            ("capitalize", "", |ev, args| mapped(ev, args, capitalize)),
-            ("title", "", |ev, args| mapped(ev, args, title)),
+            ("capitalize", "", capitalize),
+            ("title", "", |ev, args| {
+                let mut inside = false;
+                mapped(ev, args, |text, out| title(text, &mut inside, out))
+            }),
             ("swapcase", "", |ev, args| mapped(ev, args, swapcase)),
             ("strip", "chars? /", |ev, args| strip(ev, args, true, true)),
             ("lstrip", "chars? /", |ev, args| {
@@ -59,22 +66,29 @@ pub(super) fn install(core: &Rc<Core>) {
             }),
             ("count", "sub start? end? /", count),
             ("startswith", "prefix start? end? /", |ev, args| {
-                affix(ev, args, "startswith", |text, part| text.starts_with(part))
+                affix(ev, args, "startswith", begins)
             }),
             ("endswith", "suffix start? end? /", |ev, args| {
-                affix(ev, args, "endswith", |text, part| text.ends_with(part))
+                affix(ev, args, "endswith", ends)
             }),
             ("removeprefix", "prefix /", |ev, args| {
                 let part = named_text(ev, &args[1], "removeprefix")?;
-                mapped(ev, args, |text| {
-                    text.strip_prefix(part.as_str()).unwrap_or(text).to_owned()
-                })
+                let text = receiver(ev, &args[0])?;
+                match begins(ev, text.as_str(), part.as_str())? {
+                    true => ev.string_of(&text.as_str()[part.as_str().len()..]),
+                    false => Ok(Value::Str(text)),
+                }
             }),
             ("removesuffix", "suffix /", |ev, args| {
                 let part = named_text(ev, &args[1], "removesuffix")?;
-                mapped(ev, args, |text| {
-                    text.strip_suffix(part.as_str()).unwrap_or(text).to_owned()
-                })
+                let text = receiver(ev, &args[0])?;
+                match ends(ev, text.as_str(), part.as_str())? {
+                    true => {
+                        let length = text.as_str().len() - part.as_str().len();
+                        ev.string_of(&text.as_str()[..length])
+                    }
+                    false => Ok(Value::Str(text)),
+                }
             }),
             ("center", "width fillchar? /", |ev, args| pad(ev, args, '^')),
             ("ljust", "width fillchar? /", |ev, args| pad(ev, args, '<')),
@@ -101,12 +115,9 @@ pub(super) fn install(core: &Rc<Core>) {
                 Ok(Value::Bool(receiver(ev, &args[0])?.is_ascii()))
             }),
             ("isprintable", "", |ev, args| {
-                Ok(Value::Bool(
-                    receiver(ev, &args[0])?
-                        .as_str()
-                        .chars()
-                        .all(crate::ops::text::is_printable),
-                ))
+                let text = receiver(ev, &args[0])?;
+                let all = ev.all_chars(text.as_str(), crate::ops::text::is_printable)?;
+                Ok(Value::Bool(all))
             }),
             ("isupper", "", |ev, args| {
                 cased(ev, args, char::is_uppercase, char::is_lowercase)
@@ -115,20 +126,29 @@ pub(super) fn install(core: &Rc<Core>) {
                 cased(ev, args, char::is_lowercase, char::is_uppercase)
             }),
             ("istitle", "", |ev, args| {
-                Ok(Value::Bool(is_title(receiver(ev, &args[0])?.as_str())))
+                let text = receiver(ev, &args[0])?;
+                let mut title = Title::default();
+                for piece in pieces(text.as_str()) {
+                    if !title.goes_on(piece.chars()) {
+                        return Ok(Value::Bool(false));
+                    }
+                    ev.worked(piece.len() * EACH)?;
+                }
+                Ok(Value::Bool(title.is_one()))
             }),
             ("isidentifier", "", |ev, args| {
                 let text = receiver(ev, &args[0])?;
-                let mut chars = text.as_str().chars();
-                let first = chars.next().is_some_and(|c| c == '_' || c.is_alphabetic());
-                Ok(Value::Bool(
-                    first && chars.all(|c| c == '_' || c.is_alphanumeric()),
-                ))
+                let first = text.as_str().chars().next();
+                let begins = first.is_some_and(|c| c == '_' || c.is_alphabetic());
+                let goes_on = |c: char| c == '_' || c.is_alphanumeric();
+                let all = begins && ev.all_chars(text.as_str(), goes_on)?;
+                Ok(Value::Bool(all))
             }),
             ("format_map", "mapping /", |ev, args| {
                 let text = receiver(ev, &args[0])?;
                 let mut keywords: Vec<(Symbol, Value)> = Vec::new();
-                for name in crate::format::field_names(text.as_str()) {
+                for name in crate::format::field_names(ev, text.as_str()) {
+                    let name = name?;
                     let symbol = ev.core.symbols.intern(name);
                     if !keywords.iter().any(|(known, _)| *known == symbol) {
                         let value = ev.item(&args[1], &Value::str(name))?;
@@ -141,7 +161,7 @@ pub(super) fn install(core: &Rc<Core>) {
                     caller: None,
                 };
                 ev.format_fields(text.as_str(), &args)
-                    .map(Value::str)
+                    .and_then(|text| ev.string(text))
                     .map_err(|raised| {
                         if ev.is_kind(&raised, ExceptionKind::IndexError) {
                             let text = "Format string contains positional fields";
@@ -163,7 +183,7 @@ pub(super) fn install(core: &Rc<Core>) {
             keywords: args.keywords,
             caller: None,
         };
-        ev.format_fields(text.as_str(), &args).map(Value::str)
+        ev.string(ev.format_fields(text.as_str(), &args)?)
     });
     let maketrans = crate::builtins::Builtin::bound(core, "maketrans", "x y? z? /", maketrans);
     class.set(
@@ -180,55 +200,89 @@ fn named_text(ev: &Evaluator<'_>, value: &Value, method: &str) -> R<Rc<Str>> {
     })
 }
 
-fn mapped(ev: &Evaluator<'_>, args: &[Value], map: impl FnOnce(&str) -> String) -> R {
-    Ok(Value::str(map(receiver(ev, &args[0])?.as_str())))
+/// A text mapped piece by piece; where the pieces are cut must not matter.
+fn mapped(ev: &Evaluator<'_>, args: &[Value], map: impl FnMut(&str, &mut String)) -> R {
+    let text = receiver(ev, &args[0])?;
+    ev.string(ev.mapped_text(text.as_str(), map)?)
 }
 
-fn capitalize(text: &str) -> String {
-    let mut chars = text.chars();
-    chars.next().map_or_else(String::new, |first| {
-        let mut out = String::with_capacity(text.len());
-        unicode::push_title(first, &mut out);
-        out + &chars.as_str().to_lowercase()
-    })
+fn capitalize(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let text = receiver(ev, &args[0])?;
+    let text = text.as_str();
+    let Some(first) = text.chars().next() else {
+        return Ok(ev.core.empty_str.clone());
+    };
+    let mut out = String::new();
+    unicode::push_title(first, &mut out);
+    ev.push_text(&mut out, &lowered(ev, text, first.len_utf8())?)?;
+    ev.string(out)
 }
 
-fn title(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    let mut inside = false;
+/// The lower case of a text from a byte on. A capital sigma at the end of a word has a small form of its own.
+fn lowered(ev: &Evaluator<'_>, text: &str, from: usize) -> R<String> {
+    let mut at = from;
+    let lower = |piece: &str, out: &mut String| {
+        let mut rest = piece;
+        while let Some(sigma) = rest.find('Σ') {
+            out.push_str(&rest[..sigma].to_lowercase());
+            let after = sigma + 'Σ'.len_utf8();
+            let place = at + (piece.len() - rest.len()) + sigma;
+            let ends = unicode::ends_word(&text[..place], &text[place + 'Σ'.len_utf8()..]);
+            out.push(if ends { 'ς' } else { 'σ' });
+            rest = &rest[after..];
+        }
+        out.push_str(&rest.to_lowercase());
+        at += piece.len();
+    };
+    ev.mapped_text(&text[from..], lower)
+}
+
+fn title(text: &str, inside: &mut bool, out: &mut String) {
     for c in text.chars() {
-        if inside {
+        if *inside {
             out.extend(c.to_lowercase())
         } else {
-            unicode::push_title(c, &mut out)
+            unicode::push_title(c, out)
         }
-        inside = unicode::is_cased(c);
+        *inside = unicode::is_cased(c);
     }
-    out
 }
 
-pub(super) fn is_title(text: &str) -> bool {
-    let (mut inside, mut any) = (false, false);
-    for c in text.chars() {
-        if c.is_uppercase() || unicode::is_title_form(c) {
-            if inside {
-                return false;
-            }
-            (inside, any) = (true, true);
-        } else if c.is_lowercase() {
-            if !inside {
-                return false;
-            }
-            any = true;
-        } else {
-            inside = false;
-        }
-    }
-    any
+/// What has been seen of a text that may be one in title case.
+#[derive(Default)]
+pub(super) struct Title {
+    inside: bool,
+    any: bool,
 }
 
-fn swapcase(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
+impl Title {
+    /// Whether it still may be one with these characters.
+    pub(super) fn goes_on(&mut self, mut chars: impl Iterator<Item = char>) -> bool {
+        chars.all(|c| {
+            if c.is_uppercase() || unicode::is_title_form(c) {
+                if self.inside {
+                    return false;
+                }
+                (self.inside, self.any) = (true, true);
+            } else if c.is_lowercase() {
+                if !self.inside {
+                    return false;
+                }
+                self.any = true;
+            } else {
+                self.inside = false;
+            }
+            true
+        })
+    }
+
+    /// Whether what has been seen is one.
+    pub(super) fn is_one(&self) -> bool {
+        self.any
+    }
+}
+
+fn swapcase(text: &str, out: &mut String) {
     for c in text.chars() {
         if c.is_uppercase() {
             out.extend(c.to_lowercase())
@@ -238,7 +292,20 @@ fn swapcase(text: &str) -> String {
             out.push(c);
         }
     }
-    out
+}
+
+fn begins(ev: &Evaluator<'_>, text: &str, part: &str) -> R<bool> {
+    match text.as_bytes().get(..part.len()) {
+        Some(text) => ev.equal_bytes(text, part.as_bytes()),
+        None => Ok(false),
+    }
+}
+
+fn ends(ev: &Evaluator<'_>, text: &str, part: &str) -> R<bool> {
+    match text.len().checked_sub(part.len()) {
+        Some(from) => ev.equal_bytes(&text.as_bytes()[from..], part.as_bytes()),
+        None => Ok(false),
+    }
 }
 
 /// White space as Python's `str.isspace` has it: Unicode's, and the separators 0x1c to 0x1f.
@@ -248,10 +315,10 @@ pub(super) fn is_space(c: char) -> bool {
 
 fn strip(ev: &Evaluator<'_>, args: &[Value], left: bool, right: bool) -> R {
     let text = receiver(ev, &args[0])?;
-    let chars: Option<Vec<char>> = match args[1].given() {
+    let chars: Option<CharSet> = match args[1].given() {
         None | Some(Value::None) => None,
         Some(value) => match ev.plain(value) {
-            Value::Str(text) => Some(text.as_str().chars().collect()),
+            Value::Str(text) => Some(CharSet::of(ev, text.as_str())?),
             _ => {
                 let method = match (left, right) {
                     (true, true) => "strip",
@@ -265,19 +332,46 @@ fn strip(ev: &Evaluator<'_>, args: &[Value], left: bool, right: bool) -> R {
     let cut = |c: char| {
         chars
             .as_ref()
-            .map_or_else(|| is_space(c), |chars| chars.contains(&c))
+            .map_or_else(|| is_space(c), |chars| chars.contains(c))
     };
     let mut part = text.as_str();
     if left {
-        part = part.trim_start_matches(cut);
+        part = &part[ev.leading(part, cut)?..];
     }
     if right {
-        part = part.trim_end_matches(cut);
+        part = &part[..part.len() - ev.trailing(part, cut)?];
     }
     if part.len() == text.as_str().len() {
         return Ok(Value::Str(text.clone()));
     }
-    Ok(Value::str(part))
+    ev.string_of(part)
+}
+
+/// Characters that are asked for again and again.
+enum CharSet {
+    Few(Vec<char>),
+    Many(HashSet<char>),
+}
+
+impl CharSet {
+    fn of(ev: &Evaluator<'_>, text: &str) -> R<Self> {
+        if text.len() <= 16 {
+            return Ok(CharSet::Few(text.chars().collect()));
+        }
+        let mut chars = HashSet::new();
+        for piece in pieces(text) {
+            chars.extend(piece.chars());
+            ev.worked(piece.len() * EACH)?;
+        }
+        Ok(CharSet::Many(chars))
+    }
+
+    fn contains(&self, c: char) -> bool {
+        match self {
+            CharSet::Few(chars) => chars.contains(&c),
+            CharSet::Many(chars) => chars.contains(&c),
+        }
+    }
 }
 
 fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
@@ -286,105 +380,136 @@ fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
         Some(value) => usize::try_from(ev.clamped_index(value)?).unwrap_or(usize::MAX),
         None => usize::MAX,
     };
-    let whole = &*text;
-    let text = whole.as_str();
-    ev.ask_for_pieces(text.len(), || match args[1].given() {
-        Some(Value::Str(separator)) if !separator.is_empty() => {
-            text.matches(separator.as_str()).count().min(most) + 1
-        }
-        _ => text.split(is_space).count().min(most) + 1,
-    })?;
-    let parts: Vec<&str> = match args[1].given() {
-        None | Some(Value::None) => split_spaces(text, most, from_right),
-        Some(separator) => {
-            let separator = text_argument(ev, separator).map_err(|_| {
-                let name = ev.core.types.name_of(separator);
-                ev.type_error(format!("must be str or None, not {name}"))
-            })?;
-            let separator = separator.as_str();
-            if separator.is_empty() {
-                return Err(ev.value_error("empty separator"));
-            }
-            if from_right {
-                let most = most.saturating_add(1);
-                let mut parts: Vec<&str> = text.rsplitn(most, separator).collect();
-                parts.reverse();
-                return Ok(Value::list(parts.into_iter().map(Value::str).collect()));
-            }
-            let mut parts = Vec::new();
-            search::split(text, separator, most, |part| {
-                parts.push(part_of(whole, part))
-            });
-            return Ok(Value::list(parts));
-        }
+    let separator = match args[1].given() {
+        None | Some(Value::None) => None,
+        Some(separator) => Some(text_argument(ev, separator).map_err(|_| {
+            let name = ev.core.types.name_of(separator);
+            ev.type_error(format!("must be str or None, not {name}"))
+        })?),
     };
-    let parts = parts.into_iter().map(|part| part_of(whole, part));
-    Ok(Value::list(parts.collect()))
+    let mut parts = Parts::new(ev, &text);
+    match separator {
+        None => parts.between_spaces(most, from_right)?,
+        Some(separator) if separator.is_empty() => return Err(ev.value_error("empty separator")),
+        Some(separator) if from_right => parts.back_between(separator.as_str(), most)?,
+        Some(separator) => parts.between(separator.as_str(), most)?,
+    }
+    if from_right {
+        parts.list.reverse();
+    }
+    Ok(Value::list(parts.list))
+}
+
+/// The parts of a text, as they are found.
+struct Parts<'p, 'y> {
+    ev: &'p Evaluator<'y>,
+    whole: &'p Str,
+    list: Vec<Value>,
+}
+
+impl<'p, 'y> Parts<'p, 'y> {
+    fn new(ev: &'p Evaluator<'y>, whole: &'p Str) -> Self {
+        let list = Vec::new();
+        Parts { ev, whole, list }
+    }
+
+    fn push(&mut self, part: &str) -> R<()> {
+        self.ev.grow(&mut self.list, 1)?;
+        self.list.push(part_of(self.ev, self.whole, part)?);
+        // So that what a text is taken apart into never goes far beyond the limit.
+        match self.list.len().is_multiple_of(1024) {
+            true => self.ev.check_memory(),
+            false => Ok(()),
+        }
+    }
+
+    fn between(&mut self, separator: &str, most: usize) -> R<()> {
+        let text = self.whole.as_str();
+        let mut found = Occurrences::new(text.as_bytes(), separator.as_bytes());
+        let mut start = 0;
+        while self.list.len() < most
+            && let Some(at) = found.next(self.ev)?
+        {
+            self.push(&text[start..at])?;
+            start = at + separator.len();
+        }
+        self.push(&text[start..])
+    }
+
+    fn back_between(&mut self, separator: &str, most: usize) -> R<()> {
+        let text = self.whole.as_str();
+        let mut found = Occurrences::from_end(text.as_bytes(), separator.as_bytes());
+        let mut end = text.len();
+        while self.list.len() < most
+            && let Some(at) = found.next_back(self.ev)?
+        {
+            self.push(&text[at + separator.len()..end])?;
+            end = at;
+        }
+        self.push(&text[..end])
+    }
+
+    /// Splits at runs of white space, at most `most` times; the rest keeps its inner white space.
+    fn between_spaces(&mut self, most: usize, from_right: bool) -> R<()> {
+        let (ev, text) = (self.ev, self.whole.as_str());
+        let is_word = |c: char| !is_space(c);
+        let mut rest = match from_right {
+            true => &text[..text.len() - ev.trailing(text, is_space)?],
+            false => &text[ev.leading(text, is_space)?..],
+        };
+        while !rest.is_empty() {
+            if self.list.len() == most {
+                return self.push(rest);
+            }
+            ev.worked(EACH)?;
+            if from_right {
+                let at = rest.len() - ev.trailing(rest, is_word)?;
+                self.push(&rest[at..])?;
+                rest = &rest[..at - ev.trailing(&rest[..at], is_space)?];
+            } else {
+                let at = ev.leading(rest, is_word)?;
+                self.push(&rest[..at])?;
+                rest = &rest[at + ev.leading(&rest[at..], is_space)?..];
+            }
+        }
+        Ok(())
+    }
 }
 
 /// A part of a text as a string of its own.
 #[inline]
-fn part_of(whole: &Str, part: &str) -> Value {
-    if whole.is_ascii() {
-        return Value::Str(Rc::new(Str::counted(part, part.len())));
+fn part_of(ev: &Evaluator<'_>, whole: &Str, part: &str) -> R {
+    if whole.is_ascii() && part.len() <= STRIDE {
+        ev.worked(many(part.len()))?;
+        return Ok(Value::Str(Rc::new(Str::counted(part, part.len()))));
     }
-    Value::str(part)
-}
-
-/// Splits at runs of white space, at most `most` times; the rest keeps its inner white space.
-fn split_spaces(text: &str, most: usize, from_right: bool) -> Vec<&str> {
-    let mut parts = Vec::new();
-    let mut rest = if from_right {
-        text.trim_end_matches(is_space)
-    } else {
-        text.trim_start_matches(is_space)
-    };
-    while !rest.is_empty() {
-        if parts.len() == most {
-            parts.push(rest);
-            break;
-        }
-        if from_right {
-            let at = rest.rfind(is_space).map_or(0, |at| {
-                at + rest[at..].chars().next().map_or(1, char::len_utf8)
-            });
-            parts.push(&rest[at..]);
-            rest = rest[..at].trim_end_matches(is_space);
-        } else {
-            let at = rest.find(is_space).unwrap_or(rest.len());
-            parts.push(&rest[..at]);
-            rest = rest[at..].trim_start_matches(is_space);
-        }
-    }
-    if from_right {
-        parts.reverse();
-    }
-    parts
+    ev.string_of(part)
 }
 
 fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let keep = args[1].given().map_or(Ok(0), |value| ev.index(value))? != 0;
-    let text = receiver(ev, &args[0])?;
-    let text = text.as_str();
+    let whole = receiver(ev, &args[0])?;
+    let text = whole.as_str();
     let is_end = |c: char| {
         matches!(
             c,
             '\n' | '\r' | '\x0b' | '\x0c' | '\x1c'..='\x1e' | '\u{85}' | '\u{2028}' | '\u{2029}'
         )
     };
-    ev.ask_for_pieces(text.len(), || text.matches(is_end).count() + 1)?;
-    let mut lines = Vec::new();
+    let mut lines = Parts::new(ev, &whole);
     let mut rest = text;
     while !rest.is_empty() {
-        let (line, end) = match rest.find(is_end) {
-            None => (rest.len(), rest.len()),
-            Some(at) if rest[at..].starts_with("\r\n") => (at, at + 2),
-            Some(at) => (at, at + rest[at..].chars().next().map_or(1, char::len_utf8)),
+        let line = ev.leading(rest, |c| !is_end(c))?;
+        let end = match &rest[line..] {
+            "" => line,
+            rest if rest.starts_with("\r\n") => line + 2,
+            rest => line + rest.chars().next().map_or(1, char::len_utf8),
         };
-        lines.push(Value::str(if keep { &rest[..end] } else { &rest[..line] }));
+        lines.push(if keep { &rest[..end] } else { &rest[..line] })?;
+        ev.worked(EACH)?;
         rest = &rest[end..];
     }
-    Ok(Value::list(lines))
+    Ok(Value::list(lines.list))
 }
 
 fn partition(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
@@ -394,25 +519,31 @@ fn partition(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
     }
     let text = whole.as_str();
     let found = if from_right {
-        search::rfind(text, separator.as_str())
+        ev.rfind_bytes(text.as_bytes(), separator.as_str().as_bytes())?
     } else {
-        search::find(text, separator.as_str())
+        ev.find_bytes(text.as_bytes(), separator.as_str().as_bytes())?
     };
     let empty = || ev.core.empty_str.clone();
     let all = || Value::Str(whole.clone());
     Ok(Value::triple(match (found, from_right) {
         (Some(at), _) => [
-            part_of(&whole, &text[..at]),
+            part_of(ev, &whole, &text[..at])?,
             Value::Str(separator.clone()),
-            part_of(&whole, &text[at + separator.as_str().len()..]),
+            part_of(ev, &whole, &text[at + separator.as_str().len()..])?,
         ],
         (None, false) => [all(), empty(), empty()],
         (None, true) => [empty(), empty(), all()],
     }))
 }
 
-/// Texts with a separator between them; None if there is anything else among the items.
-fn join_texts(ev: &Evaluator<'_>, items: &[Value], separator: &Str) -> R<Option<Value>> {
+/// Texts and the separators between them that are joined without a safepoint.
+const JOINED_MAX: usize = 4096;
+
+/// A few texts with a separator between them; None if they are many or long, or if there is anything else among the items.
+fn join_few(ev: &Evaluator<'_>, items: &[Value], separator: &Str) -> R<Option<Value>> {
+    if items.len() > JOINED_MAX {
+        return Ok(None);
+    }
     let gaps = items.len().saturating_sub(1);
     let mut bytes = separator.as_str().len().saturating_mul(gaps);
     let mut chars = separator.len().saturating_mul(gaps);
@@ -422,6 +553,9 @@ fn join_texts(ev: &Evaluator<'_>, items: &[Value], separator: &Str) -> R<Option<
         };
         bytes = bytes.saturating_add(text.as_str().len());
         chars = chars.saturating_add(text.len());
+    }
+    if bytes > STRIDE {
+        return Ok(None);
     }
     ev.check_allocation(bytes)?;
     let mut out = CompactString::with_capacity(bytes);
@@ -439,49 +573,68 @@ fn join_texts(ev: &Evaluator<'_>, items: &[Value], separator: &Str) -> R<Option<
 fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let separator = receiver(ev, &args[0])?;
     let joined = match &args[1] {
-        Value::List(list) => join_texts(ev, &list.borrow(), &separator)?,
-        Value::Tuple(tuple) => join_texts(ev, tuple.items(), &separator)?,
+        Value::List(list) => join_few(ev, &list.borrow(), &separator)?,
+        Value::Tuple(tuple) => join_few(ev, tuple.items(), &separator)?,
         _ => None,
     };
     if let Some(joined) = joined {
         return Ok(joined);
     }
-    let items = ev.collect(&args[1]).map_err(|raised| {
-        if ev.is_kind(&raised, ExceptionKind::TypeError)
-            && !matches!(args[1], Value::Instance(_) | Value::Generator(_))
-        {
-            return ev.type_error("can only join an iterable");
+    let collected = match &args[1] {
+        sequence @ (Value::List(_) | Value::Tuple(_)) => sequence.clone(),
+        iterable => Value::tuple(ev.collect(iterable).map_err(|raised| {
+            if ev.is_kind(&raised, ExceptionKind::TypeError)
+                && !matches!(iterable, Value::Instance(_) | Value::Generator(_))
+            {
+                return ev.type_error("can only join an iterable");
+            }
+            raised
+        })?),
+    };
+    join_many(ev, &collected, &separator)
+}
+
+/// The texts of a list or tuple with a separator between them.
+fn join_many(ev: &Evaluator<'_>, sequence: &Value, separator: &Str) -> R {
+    let text_at = |index: usize| -> R<Option<Rc<Str>>> {
+        ev.worked(EACH)?;
+        let item = match sequence {
+            Value::List(list) => list.get(index),
+            Value::Tuple(tuple) => tuple.items().get(index).cloned(),
+            _ => None,
+        };
+        let Some(item) = item else { return Ok(None) };
+        match ev.plain(&item) {
+            Value::Str(text) => Ok(Some(text)),
+            other => {
+                let name = ev.core.types.name_of(&other);
+                let text = format!("sequence item {index}: expected str instance, {name} found");
+                Err(ev.type_error(text))
+            }
         }
-        raised
-    })?;
+    };
+    // First how much there is, so that the text is made where it stays.
+    let (mut bytes, mut count) = (0usize, 0usize);
+    while let Some(text) = text_at(count)? {
+        bytes = bytes.saturating_add(text.as_str().len());
+        count += 1;
+    }
+    let gaps = separator
+        .as_str()
+        .len()
+        .saturating_mul(count.saturating_sub(1));
     let mut out = String::new();
-    let mut chars = 0;
-    for (index, item) in items.iter().enumerate() {
+    ev.grow(&mut out, bytes.saturating_add(gaps))?;
+    let (mut chars, mut index) = (0, 0);
+    // A list may have been changed by another thread meanwhile; what it holds now counts.
+    while let Some(text) = text_at(index)? {
         if index > 0 {
-            out.push_str(separator.as_str());
+            ev.push_text(&mut out, separator.as_str())?;
             chars += separator.len();
         }
-        match item {
-            Value::Str(text) => {
-                out.push_str(text.as_str());
-                chars += text.len();
-            }
-            other => match ev.plain(other) {
-                Value::Str(text) => {
-                    out.push_str(text.as_str());
-                    chars += text.len();
-                }
-                other => {
-                    let name = ev.core.types.name_of(&other);
-                    let text =
-                        format!("sequence item {index}: expected str instance, {name} found");
-                    return Err(ev.type_error(text));
-                }
-            },
-        }
-        if index % 1024 == 1023 {
-            ev.check_allocation(2 * out.len())?;
-        }
+        ev.push_text(&mut out, text.as_str())?;
+        chars += text.len();
+        index += 1;
     }
     Ok(Value::Str(Rc::new(Str::counted(out, chars))))
 }
@@ -504,24 +657,44 @@ fn replace(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         Some(value) => usize::try_from(ev.clamped_index(value)?).unwrap_or(usize::MAX),
         None => usize::MAX,
     };
-    if new.len() > old.len() {
-        let most = if old.is_empty() {
-            text.len() + 1
-        } else {
-            text.as_str().matches(old.as_str()).count()
-        };
-        let growth = new
-            .as_str()
-            .len()
-            .saturating_sub(old.as_str().len())
-            .saturating_mul(most.min(count));
-        ev.check_allocation(text.as_str().len().saturating_add(growth))?;
+    let (text, old, new) = (text.as_str(), old.as_str(), new.as_str());
+    let mut out = String::new();
+    let mut from = 0;
+    if old.is_empty() {
+        // Before each character, and at the end.
+        let mut left = count;
+        for c in text.chars() {
+            if left == 0 {
+                break;
+            }
+            left -= 1;
+            ev.push_text(&mut out, new)?;
+            ev.push_text(&mut out, &text[from..from + c.len_utf8()])?;
+            from += c.len_utf8();
+            ev.worked(EACH)?;
+        }
+        let rest = &text[from..];
+        if left > 0 && rest.is_empty() {
+            ev.push_text(&mut out, new)?;
+        }
+        ev.push_text(&mut out, rest)?;
+        return ev.string(out);
     }
-    Ok(Value::str(text.as_str().replacen(
-        old.as_str(),
-        new.as_str(),
-        count,
-    )))
+    if count == 0 {
+        return ev.string_of(text);
+    }
+    let mut found = Occurrences::new(text.as_bytes(), old.as_bytes());
+    let mut left = count;
+    while left > 0
+        && let Some(at) = found.next(ev)?
+    {
+        ev.push_text(&mut out, &text[from..at])?;
+        ev.push_text(&mut out, new)?;
+        from = at + old.len();
+        left -= 1;
+    }
+    ev.push_text(&mut out, &text[from..])?;
+    ev.string(out)
 }
 
 /// The part of a string between optional bounds, and the index it starts at; None if they cross.
@@ -532,21 +705,24 @@ fn within<'t>(
     end: &Value,
 ) -> R<Option<(usize, &'t str)>> {
     let bounds = Bounds::read(ev, start, end)?;
+    ev.mark(text)?;
     let places = bounds.within(text.len());
     Ok(places.map(|(from, to)| (from, text.slice(from, to))))
 }
 
 fn find(ev: &Evaluator<'_>, args: &[Value], from_right: bool, required: bool) -> R {
     let (text, part) = (receiver(ev, &args[0])?, text_argument(ev, &args[1])?);
-    let found = within(ev, &text, &args[2], &args[3])?.and_then(|(start, slice)| {
-        let at = if from_right {
-            search::rfind(slice, part.as_str())
-        } else {
-            search::find(slice, part.as_str())
-        }?;
-        let offset = text.byte_offset(start) + at;
-        Some(text.char_index(offset))
-    });
+    let found = match within(ev, &text, &args[2], &args[3])? {
+        Some((start, slice)) => {
+            let (slice, part) = (slice.as_bytes(), part.as_str().as_bytes());
+            let at = match from_right {
+                true => ev.rfind_bytes(slice, part)?,
+                false => ev.find_bytes(slice, part)?,
+            };
+            at.map(|at| text.char_index(text.byte_offset(start) + at))
+        }
+        None => None,
+    };
     match found {
         Some(index) => Ok(Value::Int(index as i64)),
         None if required => Err(ev.value_error("substring not found")),
@@ -556,17 +732,19 @@ fn find(ev: &Evaluator<'_>, args: &[Value], from_right: bool, required: bool) ->
 
 fn count(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let (text, part) = (receiver(ev, &args[0])?, text_argument(ev, &args[1])?);
-    let count = within(ev, &text, &args[2], &args[3])?.map_or(0, |(_, slice)| {
-        if part.is_empty() {
-            slice.chars().count() + 1
-        } else {
-            slice.matches(part.as_str()).count()
+    let count = match within(ev, &text, &args[2], &args[3])? {
+        None => 0,
+        Some((_, slice)) if part.is_empty() => ev.count_chars(slice)? + 1,
+        Some((_, slice)) => {
+            Occurrences::new(slice.as_bytes(), part.as_str().as_bytes()).count(ev)?
         }
-    });
+    };
     Ok(Value::Int(count as i64))
 }
 
-fn affix(ev: &Evaluator<'_>, args: &[Value], method: &str, test: impl Fn(&str, &str) -> bool) -> R {
+type Affix = for<'y> fn(&Evaluator<'y>, &str, &str) -> R<bool>;
+
+fn affix(ev: &Evaluator<'_>, args: &[Value], method: &str, test: Affix) -> R {
     if let [
         Value::Str(text),
         Value::Str(part),
@@ -574,13 +752,16 @@ fn affix(ev: &Evaluator<'_>, args: &[Value], method: &str, test: impl Fn(&str, &
         Value::Unbound,
     ] = args
     {
-        return Ok(Value::Bool(test(text.as_str(), part.as_str())));
+        return test(ev, text.as_str(), part.as_str()).map(Value::Bool);
     }
     let text = receiver(ev, &args[0])?;
     let slice = within(ev, &text, &args[2], &args[3])?.map(|(_, slice)| slice);
     let check = |part: &Value| -> R<bool> {
         match ev.plain(part) {
-            Value::Str(part) => Ok(slice.is_some_and(|slice| test(slice, part.as_str()))),
+            Value::Str(part) => match slice {
+                Some(slice) => test(ev, slice, part.as_str()),
+                None => Ok(false),
+            },
             other => {
                 let name = ev.core.types.name_of(&other);
                 Err(ev.type_error(if matches!(args[1], Value::Tuple(_)) {
@@ -594,6 +775,7 @@ fn affix(ev: &Evaluator<'_>, args: &[Value], method: &str, test: impl Fn(&str, &
     match &args[1] {
         Value::Tuple(parts) => {
             for part in parts.items() {
+                ev.worked(EACH)?;
                 if check(part)? {
                     return Ok(Value::Bool(true));
                 }
@@ -638,13 +820,15 @@ fn pad(ev: &Evaluator<'_>, args: &[Value], align: char) -> R {
             (left, missing - left)
         }
     };
-    let fill = |count: usize| std::iter::repeat_n(fill, count);
-    Ok(Value::str(
-        fill(before)
-            .chain(text.as_str().chars())
-            .chain(fill(after))
-            .collect::<String>(),
-    ))
+    let fill = fill.to_string();
+    let fill = &*fill;
+    let bytes = missing.saturating_mul(fill.len());
+    let mut out = String::new();
+    ev.grow(&mut out, bytes.saturating_add(text.as_str().len()))?;
+    ev.push_repeated(&mut out, fill, before)?;
+    ev.push_text(&mut out, text.as_str())?;
+    ev.push_repeated(&mut out, fill, after)?;
+    ev.string(out)
 }
 
 fn zfill(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -654,7 +838,12 @@ fn zfill(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     ev.check_allocation(missing)?;
     let sign = usize::from(text.as_str().starts_with(['+', '-']));
     let (sign, digits) = text.as_str().split_at(sign);
-    Ok(Value::str(format!("{sign}{}{digits}", "0".repeat(missing))))
+    let mut out = String::new();
+    ev.grow(&mut out, missing.saturating_add(text.as_str().len()))?;
+    out.push_str(sign);
+    ev.push_repeated(&mut out, "0", missing)?;
+    ev.push_text(&mut out, digits)?;
+    ev.string(out)
 }
 
 fn expandtabs(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -663,35 +852,37 @@ fn expandtabs(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         Some(value) => usize::try_from(ev.clamped_index(value)?).unwrap_or(0),
         None => 8,
     };
-    ev.check_allocation(text.as_str().matches('\t').count().saturating_mul(size))?;
-    let mut out = String::with_capacity(text.as_str().len());
+    let mut out = String::new();
     let mut column = 0;
-    for c in text.as_str().chars() {
-        match c {
-            '\t' if size == 0 => {}
-            '\t' => {
-                let blanks = size - column % size;
-                out.extend(std::iter::repeat_n(' ', blanks));
-                column += blanks;
-            }
-            '\n' | '\r' => {
-                out.push(c);
-                column = 0;
-            }
-            _ => {
-                out.push(c);
-                column += 1;
+    for piece in pieces(text.as_str()) {
+        ev.grow(&mut out, piece.len())?;
+        for c in piece.chars() {
+            match c {
+                '\t' if size == 0 => {}
+                '\t' => {
+                    let blanks = size - column % size;
+                    ev.push_repeated(&mut out, " ", blanks)?;
+                    column += blanks;
+                }
+                '\n' | '\r' => {
+                    out.push(c);
+                    column = 0;
+                }
+                _ => {
+                    out.push(c);
+                    column += 1;
+                }
             }
         }
+        ev.worked(piece.len() * EACH)?;
     }
-    Ok(Value::str(out))
+    ev.string(out)
 }
 
 fn all(ev: &Evaluator<'_>, args: &[Value], test: impl Fn(char) -> bool) -> R {
     let text = receiver(ev, &args[0])?;
-    Ok(Value::Bool(
-        !text.is_empty() && text.as_str().chars().all(test),
-    ))
+    let all = !text.is_empty() && ev.all_chars(text.as_str(), test)?;
+    Ok(Value::Bool(all))
 }
 
 /// `isupper` and `islower`: at least one wanted letter and none of the other case.
@@ -702,8 +893,8 @@ fn cased(
     other: fn(char) -> bool,
 ) -> R {
     let text = receiver(ev, &args[0])?;
-    let any = text.as_str().chars().any(wanted);
-    Ok(Value::Bool(any && !text.as_str().chars().any(other)))
+    let none = |test: fn(char) -> bool| ev.all_chars(text.as_str(), |c| !test(c));
+    Ok(Value::Bool(!none(wanted)? && none(other)?))
 }
 
 fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -711,7 +902,8 @@ fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let code = |c: char| Value::Int(i64::from(c as u32));
     match (&args[0], args[1].given()) {
         (Value::Dict(dict), None) => {
-            for (_, key, value) in dict.entries() {
+            for (_, key, value) in ev.entries(dict)? {
+                ev.worked(EACH)?;
                 let key = match &key {
                     Value::Str(text) if text.len() == 1 => {
                         code(text.as_str().chars().next().unwrap_or('\0'))
@@ -737,10 +929,12 @@ fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 );
             }
             for (from, to) in from.as_str().chars().zip(to.as_str().chars()) {
+                ev.worked(EACH)?;
                 ev.dict_set(&table, code(from), code(to))?;
             }
             if let Some(Value::Str(removed)) = args[2].given() {
                 for c in removed.as_str().chars() {
+                    ev.worked(EACH)?;
                     ev.dict_set(&table, code(c), Value::None)?;
                 }
             }
@@ -756,11 +950,15 @@ fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let text = receiver(ev, &args[0])?;
-    let mut out = String::with_capacity(text.as_str().len());
+    let mut out = String::new();
+    ev.grow(&mut out, text.as_str().len())?;
     for c in text.as_str().chars() {
+        ev.worked(16 * EACH)?;
         let found = match ev.item(&args[1], &Value::Int(i64::from(c as u32))) {
             Ok(found) => found,
             Err(raised) if ev.is_kind(&raised, ExceptionKind::LookupError) => {
+                // An exception was made and is dropped.
+                ev.worked(256 * EACH)?;
                 out.push(c);
                 continue;
             }
@@ -768,14 +966,13 @@ fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         };
         match found {
             Value::None => {}
-            Value::Str(text) => out.push_str(text.as_str()),
+            Value::Str(text) => ev.push_text(&mut out, text.as_str())?,
             Value::Int(code) => match u32::try_from(code).ok().and_then(char::from_u32) {
                 Some(c) => out.push(c),
                 None => return Err(ev.value_error("character mapping must be in range(0x110000)")),
             },
             _ => return Err(ev.type_error("character mapping must return integer, None or str")),
         }
-        ev.check_allocation(out.len())?;
     }
-    Ok(Value::str(out))
+    ev.string(out)
 }

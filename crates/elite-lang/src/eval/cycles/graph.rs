@@ -32,6 +32,7 @@ pub(super) fn references(value: &Value) -> Option<usize> {
         Value::Slice(rc) => Rc::strong_count(rc),
         // Builtin types stay as long as the interpreter.
         Value::Class(rc) if rc.is_script => Rc::strong_count(rc),
+        Value::Builtin(rc) if !rc.held().is_empty() => Rc::strong_count(rc),
         Value::Class(_) | Value::Module(_) | Value::Builtin(_) => return None,
         Value::Unbound
         | Value::None
@@ -158,6 +159,7 @@ fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
             }
         }
         Value::Class(class) => class.visit(each),
+        Value::Builtin(builtin) => builtin.held().iter().for_each(each),
         _ => {}
     }
 }

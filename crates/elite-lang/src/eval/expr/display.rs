@@ -118,7 +118,8 @@ impl Expression for SetDisplay {
         for (hash, key) in set.elements() {
             constant.append(hash, key);
         }
-        Ok(Value::Set(Rc::new(constant.copy())))
+        let copy = ev.copied_set(&constant).at(ev, f, self.span)?;
+        Ok(Value::Set(Rc::new(copy)))
     }
 }
 

@@ -170,19 +170,26 @@ impl Global {
         if !value.is_unbound() {
             return Ok(value.clone());
         }
+        drop(value);
         let builtin = self.builtin.value.borrow();
         if !builtin.is_unbound() {
             return Ok(builtin.clone());
         }
-        Err(undefined(ev, f, self.name, self.span))
+        // A module that is loaded now runs code.
+        drop(builtin);
+        undefined(ev, f, self.name, self.span)
     }
 }
 
+/// The value of a name that nothing defines: some modules are there without import.
 #[cold]
 #[inline(never)]
-fn undefined(ev: &Evaluator<'_>, f: &Frame<'_>, name: Symbol, span: Span) -> Raised {
+fn undefined(ev: &Evaluator<'_>, f: &Frame<'_>, name: Symbol, span: Span) -> R {
+    if let Some(module) = crate::stdlib::present(ev, name)? {
+        return Ok(module);
+    }
     let name = ev.core.symbols.name(name);
-    ev.trace(
+    Err(ev.trace(
         f,
         span,
         ev.raise_about(
@@ -190,7 +197,7 @@ fn undefined(ev: &Evaluator<'_>, f: &Frame<'_>, name: Symbol, span: Span) -> Rai
             format!("name '{name}' is not defined"),
             &name,
         ),
-    )
+    ))
 }
 
 impl Expression for Global {

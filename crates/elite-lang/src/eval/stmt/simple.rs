@@ -40,7 +40,7 @@ impl Statement for Print {
             text.push_str(&attempt!(ev.str(&value).at(ev, f, self.span)));
         }
         text.push_str(self.end);
-        ev.print(&text);
+        attempt!(ev.print(&text).at(ev, f, self.span));
         Flow::Next
     }
 }
@@ -154,10 +154,11 @@ impl Evaluator<'_> {
         }
     }
 
-    /// Hands text to the host.
-    pub fn print(&self, text: &str) {
+    /// Hands text to the host, which has work with it: it is logged, shown and recorded. Nothing may be borrowed.
+    pub fn print(&self, text: &str) -> R<()> {
         let thread = crate::host::ThreadId(self.core.thread.get());
         // What the host keeps of it is the host's.
         memory::outside(|| self.core.host.print(thread, text));
+        self.said(text.len())
     }
 }

@@ -62,21 +62,20 @@ impl Evaluator<'_> {
                         ));
                     }
                     let new = match self.bytes_like(&item) {
-                        Some(new) => new,
+                        Some(new) => self.copied_bytes(&new)?,
                         None => self.collect_bytes(&item)?,
                     };
                     let indices = self.slice_indices(slice)?;
                     self.grow_bytes(bytes, new.len())?;
-                    let done = bytes
-                        .data
-                        .change(|data| replace_slice(data, indices.within(data.len()), new));
+                    let done =
+                        bytes.change(|data| replace_slice(data, indices.within(data.len()), new));
                     return done
                         .map(|_| ())
                         .map_err(|refused| self.wrong_size(&refused, "bytes"));
                 }
                 let at = self.sequence_index(index, "bytearray")?;
                 let byte = self.byte(&item)?;
-                let set = bytes.data.change(|data| {
+                let set = bytes.change(|data| {
                     let place = self.place(at, data.len())?;
                     data[place] = byte;
                     Some(())
@@ -120,11 +119,8 @@ impl Evaluator<'_> {
     pub fn collect_as(&self, iterable: &Value, byte: impl Fn(&Value) -> R<u8>) -> R<Vec<u8>> {
         let iterator = self.iter(iterable)?;
         let mut data = Vec::new();
-        while let Some(item) = self.next(&iterator)? {
-            if data.len() == data.capacity() {
-                self.check_allocation(2 * data.len())?;
-                self.safepoint()?;
-            }
+        while let Some(item) = self.step(&iterator)? {
+            self.grow(&mut data, 1)?;
             data.push(byte(&item)?);
         }
         Ok(data)
@@ -226,13 +222,12 @@ impl Evaluator<'_> {
             Value::ByteArray(bytes) => {
                 if let Value::Slice(slice) = index {
                     let indices = self.slice_indices(slice)?;
-                    bytes
-                        .data
-                        .change(|data| remove_slice(data, indices.within(data.len())));
+                    self.grow_bytes(bytes, 0)?;
+                    bytes.change(|data| remove_slice(data, indices.within(data.len())));
                     return Ok(());
                 }
                 let at = self.sequence_index(index, "bytearray")?;
-                let removed = bytes.data.change(|data| {
+                let removed = bytes.change(|data| {
                     let place = self.place(at, data.len())?;
                     Some(data.remove(place))
                 });

@@ -130,6 +130,7 @@ impl Evaluator<'_> {
             }
             Value::Str(text) => {
                 let at = self.sequence_index(index, "string")?;
+                self.mark(text)?;
                 match self.place(at, text.len()) {
                     Some(place) => Ok(self.char_at(text, place)),
                     None => Err(self.index_error("string")),
@@ -143,7 +144,7 @@ impl Evaluator<'_> {
                         .place(at, bytes.data().len())
                         .map(|place| bytes.data()[place]),
                     Value::ByteArray(bytes) => {
-                        let data = bytes.data.borrow();
+                        let data = bytes.borrow();
                         self.place(at, data.len()).map(|place| data[place])
                     }
                     _ => None,

@@ -4,7 +4,9 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::value::{Bytes, LongRange, R, Range, Slice, Str, Value};
+use crate::eval::bulk::{EACH, PIECE, STRIDE};
+use crate::eval::pace::VALUE;
+use crate::value::{ByteArray, Bytes, LongRange, R, Range, Slice, Str, Value};
 
 /// A slice with the length of its sequence worked in (Python's `slice.indices`).
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +38,27 @@ impl Bounds {
             stop: self.stop.clamp(start, length as i64),
             step: 1,
         }
+    }
+
+    /// The index of place number `number`.
+    fn at(self, number: usize) -> usize {
+        (self.start + number as i64 * self.step) as usize
+    }
+
+    /// The same places in order, some at a time: few enough, and near enough to each other, for one safepoint after each.
+    fn parts(self, size: usize) -> impl Iterator<Item = Bounds> {
+        let step = usize::try_from(self.step.unsigned_abs()).unwrap_or(usize::MAX);
+        let size = (size / step).max(1);
+        let length = self.len();
+        (0..length).step_by(size).map(move |first| Bounds {
+            start: self.start + first as i64 * self.step,
+            stop: if first + size < length {
+                self.start + (first + size) as i64 * self.step
+            } else {
+                self.stop
+            },
+            step: self.step,
+        })
     }
 
     /// The indices.
@@ -134,35 +157,45 @@ impl Evaluator<'_> {
         Ok(match value {
             Value::List(list) => {
                 let indices = self.slice_indices(slice)?;
-                let room = indices.within(list.len()).len() * size_of::<Value>();
-                self.check_allocation(room)?;
-                let items = list.borrow();
-                let bounds = indices.within(items.len());
-                Value::list(pick(&items, bounds))
+                let bounds = indices.within(list.len());
+                Value::list(self.pick(bounds, |places, out| {
+                    let items = list.borrow();
+                    out.extend(places.filter_map(|place| items.get(place).cloned()));
+                })?)
             }
             Value::Tuple(tuple) => {
                 let bounds = self.bounds(slice, || tuple.items().len())?;
                 if bounds.step == 1 && bounds.len() == tuple.items().len() {
                     return Ok(value.clone());
                 }
-                self.check_allocation(bounds.len() * size_of::<Value>())?;
-                Value::tuple(pick(tuple.items(), bounds))
+                let items = tuple.items();
+                Value::tuple(self.pick(bounds, |places, out| {
+                    out.extend(places.map(|place| items[place].clone()));
+                })?)
             }
             Value::Str(text) => {
                 let bounds = self.bounds(slice, || text.len())?;
                 self.check_allocation(bounds.len())?;
-                self.slice_text(text, bounds)
+                self.mark(text)?;
+                self.slice_text(text, bounds)?
             }
-            Value::Bytes(bytes) => {
-                let bounds = self.bounds(slice, || bytes.data().len())?;
-                self.check_allocation(bounds.len())?;
-                Value::Bytes(Rc::new(Bytes::new(pick(bytes.data(), bounds))))
-            }
-            Value::ByteArray(bytes) => {
+            Value::Bytes(_) | Value::ByteArray(_) => {
                 let indices = self.slice_indices(slice)?;
-                let data = bytes.data.borrow();
+                let data = self.bytes_like(value).unwrap_or_default();
                 let bounds = indices.within(data.len());
-                Value::ByteArray(Rc::new(crate::value::ByteArray::new(pick(&data, bounds))))
+                let part = match bounds.step {
+                    1 => {
+                        let end = bounds.stop.max(bounds.start) as usize;
+                        self.copied_bytes(&data[bounds.start as usize..end])?
+                    }
+                    _ => self.pick(bounds, |places, out| {
+                        out.extend(places.map(|place| data[place]));
+                    })?,
+                };
+                match value {
+                    Value::Bytes(_) => Value::Bytes(Rc::new(Bytes::new(part))),
+                    _ => Value::ByteArray(Rc::new(ByteArray::new(part))),
+                }
             }
             Value::Range(range) if !matches!(slice.step, Value::BigInt(_)) => {
                 let bounds = self.bounds(slice, || range.len() as usize)?;
@@ -194,37 +227,63 @@ impl Evaluator<'_> {
         })
     }
 
-    fn slice_text(&self, text: &Rc<Str>, bounds: Bounds) -> Value {
+    fn slice_text(&self, text: &Rc<Str>, bounds: Bounds) -> R {
         let length = bounds.len();
         if length == 0 {
-            return self.core.empty_str.clone();
+            return Ok(self.core.empty_str.clone());
         }
         if bounds.step == 1 {
             if length == text.len() {
-                return Value::Str(text.clone());
+                return Ok(Value::Str(text.clone()));
             }
             let part = text.slice(bounds.start as usize, bounds.stop as usize);
-            return Value::Str(Rc::new(Str::counted(part, length)));
+            if part.len() > STRIDE {
+                let mut copy = String::new();
+                self.push_text(&mut copy, part)?;
+                return Ok(Value::Str(Rc::new(Str::counted(copy, length))));
+            }
+            return Ok(Value::Str(Rc::new(Str::counted(part, length))));
         }
-        let picked: String = if text.is_ascii() {
-            bounds
-                .indices()
-                .map(|index| char::from(text.as_str().as_bytes()[index]))
-                .collect()
-        } else {
-            let first = bounds.indices().min().unwrap_or(0);
-            let last = bounds.indices().max().unwrap_or(0);
-            let chars: Vec<char> = text.slice(first, last + 1).chars().collect();
-            bounds.indices().map(|index| chars[index - first]).collect()
-        };
-        Value::Str(Rc::new(Str::counted(picked, length)))
+        let mut picked = String::new();
+        self.grow(&mut picked, length)?;
+        let bytes = text.as_str().as_bytes();
+        for places in bounds.parts(PIECE) {
+            self.grow(&mut picked, places.len())?;
+            if text.is_ascii() {
+                picked.extend(places.indices().map(|place| char::from(bytes[place])));
+            } else {
+                // The characters from the first place to the last, so that each is found from the one before.
+                let (first, last) = (places.at(0), places.at(places.len() - 1));
+                let whole = text.slice(first.min(last), first.max(last) + 1);
+                let stride = bounds.step.unsigned_abs() as usize;
+                match bounds.step > 0 {
+                    true => picked.extend(whole.chars().step_by(stride)),
+                    false => picked.extend(whole.chars().rev().step_by(stride)),
+                }
+                self.worked(whole.len() * EACH)?;
+            }
+            self.worked(places.len() * EACH)?;
+        }
+        Ok(Value::Str(Rc::new(Str::counted(picked, length))))
     }
-}
 
-fn pick<T: Clone>(items: &[T], bounds: Bounds) -> Vec<T> {
-    if bounds.step == 1 {
-        let end = bounds.stop.max(bounds.start) as usize;
-        return items[bounds.start as usize..end].to_vec();
+    /// What is at the places of a slice, which `take` appends for some of them at a time.
+    fn pick<T>(
+        &self,
+        bounds: Bounds,
+        mut take: impl FnMut(Box<dyn Iterator<Item = usize>>, &mut Vec<T>),
+    ) -> R<Vec<T>> {
+        let mut out = self.room_for(bounds.len())?;
+        for places in bounds.parts(PIECE) {
+            match places.step {
+                1 => take(
+                    Box::new(places.start as usize..places.stop as usize),
+                    &mut out,
+                ),
+                _ => take(Box::new(places.indices()), &mut out),
+            }
+            self.worked(places.len() * VALUE)?;
+        }
+        Ok(out)
     }
-    bounds.indices().map(|index| items[index].clone()).collect()
 }

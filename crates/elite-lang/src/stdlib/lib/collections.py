@@ -1,5 +1,5 @@
 """Containers beyond the builtin ones."""
-from _collections import deque
+from _collections import deque, _move_to_front
 from heapq import nlargest as _nlargest
 
 _KEYWORDS = ("False None True and as assert async await break class continue def del elif else except finally for "
@@ -118,15 +118,10 @@ class OrderedDict(dict):
         return key, self.pop(key)
 
     def move_to_end(self, key, last=True):
-        value = self.pop(key)
         if last:
-            self[key] = value
+            dict.__setitem__(self, key, dict.pop(self, key))
         else:
-            rest = list(self.items())
-            self.clear()
-            self[key] = value
-            for other, kept in rest:
-                self[other] = kept
+            _move_to_front(self, key)
 
     def copy(self):
         return self.__class__(self)

@@ -1,4 +1,5 @@
 """Heaps in lists: the smallest item is item 0, every item is at most those at 2 i + 1 and 2 i + 2."""
+from itertools import count as _count, islice as _islice
 
 
 def _up(heap, start, position):
@@ -66,11 +67,29 @@ def heapify(x):
 
 
 def nsmallest(n, iterable, key=None):
-    return sorted(iterable, key=key)[:max(n, 0)]
+    return _first(n, iterable, key, False)
 
 
 def nlargest(n, iterable, key=None):
-    return sorted(iterable, key=key, reverse=True)[:max(n, 0)]
+    return _first(n, iterable, key, True)
+
+
+def _first(n, iterable, key, reverse):
+    """The first `n` in order; of equal ones those that came first. Few more than those are kept at a time."""
+    if n <= 0:
+        return []
+    kept, number, step = [], 0, -1 if reverse else 1
+    source = iter(iterable)
+    while True:
+        some = list(_islice(source, max(n, 1024)))
+        if not some:
+            break
+        if key is not None:
+            # The number decides among equal ones, so that the items themselves are never compared.
+            some = list(zip(map(key, some), _count(number, step), some))
+            number += step * len(some)
+        kept = sorted(kept + some, reverse=reverse)[:n]
+    return kept if key is None else [row[2] for row in kept]
 
 
 class _Head:

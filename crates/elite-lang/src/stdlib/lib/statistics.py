@@ -118,6 +118,7 @@ def harmonic_mean(data, weights=None):
     data = list(data)
     if not data:
         raise StatisticsError("harmonic_mean requires at least one data point")
+    given = weights
     weights = [1] * len(data) if weights is None else list(weights)
     if len(weights) != len(data):
         raise StatisticsError("Number of weights does not match data size")
@@ -125,13 +126,15 @@ def harmonic_mean(data, weights=None):
         raise StatisticsError("harmonic mean does not support negative values")
     if 0 in data:
         return 0
-    # Exactly, as fractions.
-    number, divisor = 0, 1
+    if len(data) == 1 and given is None:
+        return data[0]
+    # The quotients are rounded, their sum is exact: in units of the smallest float.
+    unit, total = 2 ** 1074, 0
     for w, x in zip(weights, data):
-        (wn, wd), (xn, xd) = w.as_integer_ratio(), x.as_integer_ratio()
-        number, divisor = number * wd * xn + wn * xd * divisor, divisor * wd * xn
-    total, below = _fsum(weights).as_integer_ratio()
-    return total * divisor / (below * number)
+        top, below = (w / x).as_integer_ratio() if w else (0, 1)
+        total += top * (unit // below)
+    top, below = _fsum(weights).as_integer_ratio()
+    return top * unit / (below * total)
 
 
 def quantiles(data, *, n=4, method="exclusive"):

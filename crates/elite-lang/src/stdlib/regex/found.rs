@@ -51,10 +51,10 @@ impl Match {
         index.ok_or_else(|| ev.raise(ExceptionKind::IndexError, "no such group"))
     }
 
-    pub(super) fn text_of(&self, group: usize, default: &Value) -> Value {
+    pub(super) fn text_of(&self, ev: &Evaluator<'_>, group: usize, default: &Value) -> R {
         match self.spans.get(group).copied().flatten() {
-            Some(span) => self.text.slice(span),
-            None => default.clone(),
+            Some(span) => self.text.slice(ev, span),
+            None => Ok(default.clone()),
         }
     }
 }
@@ -93,9 +93,9 @@ pub(super) const MATCH: &[Entry] = &[
     ("group", "*groups", |ev, args| {
         with_match(ev, args, |found| {
             let wanted = args[1].as_items().unwrap_or_default();
-            let text = |key: &Value| Ok(found.text_of(found.group(ev, key)?, &Value::None));
+            let text = |key: &Value| found.text_of(ev, found.group(ev, key)?, &Value::None);
             match &wanted[..] {
-                [] => Ok(found.text_of(0, &Value::None)),
+                [] => found.text_of(ev, 0, &Value::None),
                 [key] => text(key),
                 keys => Ok(Value::tuple(keys.iter().map(text).collect::<R<_>>()?)),
             }
@@ -103,7 +103,7 @@ pub(super) const MATCH: &[Entry] = &[
     }),
     ("__getitem__", "group /", |ev, args| {
         with_match(ev, args, |found| {
-            Ok(found.text_of(found.group(ev, &args[1])?, &Value::None))
+            found.text_of(ev, found.group(ev, &args[1])?, &Value::None)
         })
     }),
     ("groups", "default?", |ev, args| {
@@ -111,8 +111,8 @@ pub(super) const MATCH: &[Entry] = &[
         with_match(ev, args, |found| {
             Ok(Value::tuple(
                 (1..found.spans.len())
-                    .map(|group| found.text_of(group, &default))
-                    .collect(),
+                    .map(|group| found.text_of(ev, group, &default))
+                    .collect::<R<_>>()?,
             ))
         })
     }),
@@ -121,7 +121,7 @@ pub(super) const MATCH: &[Entry] = &[
         with_match(ev, args, |found| {
             let dict = Dict::new();
             for (name, index) in &found.compiled.parsed.names {
-                dict.set_str(name, found.text_of(*index, &default));
+                dict.set_str(name, found.text_of(ev, *index, &default)?);
             }
             Ok(Value::Dict(Rc::new(dict)))
         })
@@ -150,7 +150,7 @@ pub(super) const MATCH: &[Entry] = &[
                 ev.str(&found.text.index(end))?,
             );
             let text: String = ev
-                .repr(&found.text_of(0, &Value::None))?
+                .repr(&found.text_of(ev, 0, &Value::None)?)?
                 .chars()
                 .take(50)
                 .collect();

@@ -16,6 +16,7 @@ use fancy_regex::{BytesMode, Captures, Input, Regex, RegexBuilder, RegexInput};
 use super::define::{Builder, Entry, instance, with_data};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::value::bytes::Data;
 use crate::value::iter::NativeIter;
 use crate::value::{Bytes, Iter, R, Raised, Value};
 
@@ -197,18 +198,21 @@ fn pattern_error(
 #[derive(Clone)]
 enum Text {
     Str(Rc<crate::value::Str>, Value),
-    Bytes(Rc<[u8]>, Value),
+    Bytes(Data, Value),
 }
 
 impl Text {
     fn of(ev: &Evaluator<'_>, pattern: &Pattern, value: &Value) -> R<Text> {
         match (ev.plain(value), pattern.is_bytes) {
-            (Value::Str(text), false) => Ok(Text::Str(text, value.clone())),
+            (Value::Str(text), false) => {
+                ev.mark(&text)?;
+                Ok(Text::Str(text, value.clone()))
+            }
             (Value::Str(_), true) => {
                 Err(ev.type_error("cannot use a bytes pattern on a string-like object"))
             }
             (other, is_bytes) => match ev.bytes_like(&other) {
-                Some(data) if is_bytes => Ok(Text::Bytes(data.into(), value.clone())),
+                Some(data) if is_bytes => Ok(Text::Bytes(data, value.clone())),
                 Some(_) => Err(ev.type_error("cannot use a string pattern on a bytes-like object")),
                 None => {
                     let name = ev.core.types.name_of(&other);
@@ -250,10 +254,10 @@ impl Text {
         })
     }
 
-    fn slice(&self, (start, end): (usize, usize)) -> Value {
+    fn slice(&self, ev: &Evaluator<'_>, (start, end): (usize, usize)) -> R {
         match self {
-            Text::Str(text, _) => Value::str(&text.as_str()[start..end]),
-            Text::Bytes(data, _) => Value::Bytes(Rc::new(Bytes::new(data[start..end].to_vec()))),
+            Text::Str(text, _) => ev.string_of(&text.as_str()[start..end]),
+            Text::Bytes(data, _) => ev.copied_bytes(&data[start..end]).map(Value::bytes),
         }
     }
 
@@ -492,16 +496,17 @@ const PATTERN: &[Entry] = &[
     ("findall", "string pos? endpos?", |ev, args| {
         with_pattern(ev, args, |pattern| {
             let mut scanner = scanner(ev, pattern, &args[1], &args[2], &args[3])?;
-            let empty = scanner.text.slice((0, 0));
+            let empty = scanner.text.slice(ev, (0, 0))?;
             let mut found = Vec::new();
             while let Some(spans) = scanner.next(ev)? {
-                let text = |span: &Option<(usize, usize)>| {
-                    span.map_or(empty.clone(), |span| scanner.text.slice(span))
+                let text = |span: &Option<(usize, usize)>| match span {
+                    Some(span) => scanner.text.slice(ev, *span),
+                    None => Ok(empty.clone()),
                 };
                 found.push(match spans.len() {
-                    1 => text(&spans[0]),
-                    2 => text(&spans[1]),
-                    _ => Value::tuple(spans[1..].iter().map(text).collect()),
+                    1 => text(&spans[0])?,
+                    2 => text(&spans[1])?,
+                    _ => Value::tuple(spans[1..].iter().map(text).collect::<R<_>>()?),
                 });
                 ev.grow(&mut found, 1)?;
                 ev.check_memory()?;
@@ -545,17 +550,19 @@ const PATTERN: &[Entry] = &[
                     break;
                 };
                 let (start, end) = spans[0].unwrap_or_default();
-                parts.push(scanner.text.slice((from, start)));
-                parts.extend(
-                    spans[1..]
-                        .iter()
-                        .map(|span| span.map_or(Value::None, |span| scanner.text.slice(span))),
-                );
+                ev.grow(&mut parts, spans.len())?;
+                parts.push(scanner.text.slice(ev, (from, start))?);
+                for span in &spans[1..] {
+                    parts.push(match span {
+                        Some(span) => scanner.text.slice(ev, *span)?,
+                        None => Value::None,
+                    });
+                }
                 ev.check_memory()?;
                 from = end;
                 count += 1;
             }
-            parts.push(scanner.text.slice((from, scanner.text.len())));
+            parts.push(scanner.text.slice(ev, (from, scanner.text.len()))?);
             Ok(Value::list(parts))
         })
     }),
@@ -631,15 +638,9 @@ fn substitute(ev: &Evaluator<'_>, pattern: &Rc<Pattern>, args: &[Value], most: i
     let template = args[1].as_items();
     let mut out: Vec<u8> = Vec::new();
     let push = |out: &mut Vec<u8>, value: &Value| match ev.plain(value) {
-        Value::Str(text) if !pattern.is_bytes => {
-            out.extend_from_slice(text.as_str().as_bytes());
-            Ok(())
-        }
+        Value::Str(text) if !pattern.is_bytes => ev.push_bytes(out, text.as_str().as_bytes()),
         other => match ev.bytes_like(&other) {
-            Some(data) if pattern.is_bytes => {
-                out.extend(data);
-                Ok(())
-            }
+            Some(data) if pattern.is_bytes => ev.push_bytes(out, &data),
             _ => {
                 let name = ev.core.types.name_of(&other);
                 let wanted = if pattern.is_bytes {
@@ -652,8 +653,8 @@ fn substitute(ev: &Evaluator<'_>, pattern: &Rc<Pattern>, args: &[Value], most: i
         },
     };
     let copy = |out: &mut Vec<u8>, text: &Text, (start, end): (usize, usize)| match text {
-        Text::Str(text, _) => out.extend_from_slice(&text.as_str().as_bytes()[start..end]),
-        Text::Bytes(data, _) => out.extend_from_slice(&data[start..end]),
+        Text::Str(text, _) => ev.push_bytes(out, &text.as_str().as_bytes()[start..end]),
+        Text::Bytes(data, _) => ev.push_bytes(out, &data[start..end]),
     };
     let (mut from, mut count) = (0, 0);
     while most <= 0 || count < most {
@@ -661,7 +662,7 @@ fn substitute(ev: &Evaluator<'_>, pattern: &Rc<Pattern>, args: &[Value], most: i
             break;
         };
         let (start, end) = spans[0].unwrap_or_default();
-        copy(&mut out, &scanner.text, (from, start));
+        copy(&mut out, &scanner.text, (from, start))?;
         from = end;
         count += 1;
         match &template {
@@ -670,7 +671,7 @@ fn substitute(ev: &Evaluator<'_>, pattern: &Rc<Pattern>, args: &[Value], most: i
                     match part {
                         Value::Int(group) => {
                             if let Some(span) = spans.get(*group as usize).copied().flatten() {
-                                copy(&mut out, &scanner.text, span);
+                                copy(&mut out, &scanner.text, span)?;
                             }
                         }
                         text => push(&mut out, text)?,
@@ -688,12 +689,15 @@ fn substitute(ev: &Evaluator<'_>, pattern: &Rc<Pattern>, args: &[Value], most: i
         }
         ev.check_allocation(out.len())?;
     }
-    copy(&mut out, &scanner.text, (from, scanner.text.len()));
+    copy(&mut out, &scanner.text, (from, scanner.text.len()))?;
     let result = if pattern.is_bytes {
         Value::Bytes(Rc::new(Bytes::new(out)))
     } else {
         // Made of whole strings only.
-        Value::str(String::from_utf8_lossy(&out).into_owned())
+        let text = String::from_utf8(out);
+        ev.string(
+            text.unwrap_or_else(|wrong| String::from_utf8_lossy(wrong.as_bytes()).into_owned()),
+        )?
     };
     Ok(Value::tuple(vec![result, Value::Int(count)]))
 }

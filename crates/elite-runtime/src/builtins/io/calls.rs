@@ -41,6 +41,14 @@ pub(super) fn set_digital_out(call: &mut Call<'_, '_>, bank: DigitalBank) -> Res
     Ok(Value::None)
 }
 
+pub(super) fn set_standard_digital_out(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    // Programs of the pendant give -1 for no output (from controller output, not from the manual).
+    if call.integer(0)? == -1 {
+        return call.boolean(1).map(|_level| Value::None);
+    }
+    set_digital_out(call, DigitalBank::Standard)
+}
+
 pub(super) fn standard_analog_in(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let port = usize::from(call.byte(0)?);
     Ok(Value::Float(image(call).analog_in[port]))

@@ -70,7 +70,9 @@ pub trait Dashboard: Send + Sync + 'static {
     fn load_task(&self, path: &str) -> impl Future<Output = Result<(), String>> + Send;
     /// Loads a configuration by its path in the task folder.
     fn load_configuration(&self, path: &str) -> impl Future<Output = Result<(), String>> + Send;
-    /// Starts the loaded task, or lets a paused one go on.
+    /// True while the loaded task runs, started by [`play`](Self::play).
+    fn plays_loaded_task(&self) -> bool;
+    /// Starts the loaded task in the place of whatever runs, or lets a paused one go on.
     fn play(&self) -> impl Future<Output = Result<(), String>> + Send;
     /// A global variable of the task, as a script would print it.
     fn variable(&self, name: &str) -> impl Future<Output = Result<String, String>> + Send;

@@ -1,6 +1,11 @@
-//! One client of the dashboard, over any duplex stream: a line in, a reply out.
+//! One client of the dashboard, over any duplex stream: a line in, a reply out, in order.
+//!
+//! Some commands take a while, and so does a client that does not read its replies. Reading goes on meanwhile, so that a
+//! `stop` or `pause` behind them acts at once; its reply keeps its place.
 
+use std::collections::VecDeque;
 use std::io;
+use std::time::Duration;
 
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 
@@ -15,41 +20,264 @@ use crate::ports::lines::{Line, LineFramer};
 use motion_api::RobotMode;
 
 /// What is read at once.
-const READ_BYTES: usize = 4096;
+const READ_BYTES: usize = 16 * 1024;
+
+/// What may wait of one client, bytes; more lines are answered without being carried out.
+const HELD_BYTES_MAX: usize = 6 * 1024 * 1024;
+
+/// With so much waiting the client is beyond help: its connection is closed.
+const HELD_BYTES_TOO_MANY: usize = 2 * HELD_BYTES_MAX;
+
+/// What a client sends while there is no room for it is read in pieces with this pause between them.
+const FLOOD_PAUSE: Duration = Duration::from_millis(1);
+
+/// What an entry of the queue takes beside its text, bytes, rounded up.
+const ENTRY_BYTES: usize = 64;
+
+const PLAY_REFUSED: &str = "Failed to execute: play (an order to stop or to pause came behind it)";
+const TOO_MANY_WAIT: &str = "Failed to execute: too many lines wait";
 
 /// Serves one client until it leaves or says so.
 ///
 /// # Errors
 /// The connection broke.
 pub async fn serve(
-    mut stream: impl AsyncRead + AsyncWrite + Unpin,
+    stream: impl AsyncRead + AsyncWrite + Unpin,
     client: ClientId,
     dashboard: &impl Dashboard,
 ) -> io::Result<()> {
-    stream.write_all(&encode(GREETING)).await?;
-    let mut framer = LineFramer::new(LINE_BYTES_MAX);
-    let mut lines = Vec::new();
-    let mut buffer = vec![0; READ_BYTES];
+    let (reader, mut writer) = tokio::io::split(stream);
+    let mut input = Input::new(reader);
+    let mut waiting = Waiting::default();
+    writer.write_all(&encode(GREETING)).await?;
     loop {
-        let count = stream.read(&mut buffer).await?;
-        if count == 0 {
-            return Ok(());
-        }
-        framer.push(&buffer[..count], &mut lines);
-        for line in lines.drain(..) {
-            let (reply, closes) = match line {
-                Line::Text(text) => answer(&text, client, dashboard).await,
-                Line::TooLong => (
-                    format!("The line is longer than {} KiB.", LINE_BYTES_MAX / 1024),
-                    false,
-                ),
-            };
-            stream.write_all(&encode(&reply)).await?;
-            if closes {
-                return stream.shutdown().await;
+        let Some(entry) = waiting.next() else {
+            if input.has_ended {
+                return Ok(());
             }
+            let mut lines = input.receive().await?.into_iter();
+            // The first has its turn at once.
+            let first = lines.next();
+            waiting.take_in(lines, client, dashboard).await?;
+            waiting.push_front(first);
+            continue;
+        };
+        let closes = {
+            let answered = async {
+                let (reply, closes) = match entry {
+                    Entry::Line(Line::Text(text)) => answer(&text, client, dashboard).await,
+                    Entry::Line(Line::TooLong) => (
+                        format!("The line is longer than {} KiB.", LINE_BYTES_MAX / 1024),
+                        false,
+                    ),
+                    Entry::Answered { reply, again, .. } => {
+                        if let Some(order) = again {
+                            dashboard.order(order).await;
+                        }
+                        (reply, false)
+                    }
+                };
+                writer.write_all(&encode(&reply)).await?;
+                Ok::<bool, io::Error>(closes)
+            };
+            tokio::pin!(answered);
+            loop {
+                tokio::select! {
+                    biased;
+                    closes = &mut answered => break closes?,
+                    lines = input.receive(), if !input.has_ended => {
+                        waiting.take_in(lines?.into_iter(), client, dashboard).await?;
+                        // Others on this thread have a turn, however much waits here.
+                        match waiting.bytes > HELD_BYTES_MAX {
+                            true => tokio::time::sleep(FLOOD_PAUSE).await,
+                            false => tokio::task::yield_now().await,
+                        }
+                    }
+                }
+            }
+        };
+        if closes {
+            return writer.shutdown().await;
         }
     }
+}
+
+/// What comes from the client.
+struct Input<R> {
+    reader: R,
+    framer: LineFramer,
+    buffer: Vec<u8>,
+    /// The client sends no more.
+    has_ended: bool,
+}
+
+impl<R: AsyncRead + Unpin> Input<R> {
+    fn new(reader: R) -> Self {
+        Self {
+            reader,
+            framer: LineFramer::new(LINE_BYTES_MAX),
+            buffer: vec![0; READ_BYTES],
+            has_ended: false,
+        }
+    }
+
+    /// The lines that came next, none at the end. Nothing is lost when this is dropped before it returns.
+    async fn receive(&mut self) -> io::Result<Vec<Line>> {
+        let mut lines = Vec::new();
+        let count = self.reader.read(&mut self.buffer).await?;
+        self.framer.push(&self.buffer[..count], &mut lines);
+        self.has_ended = count == 0;
+        Ok(lines)
+    }
+}
+
+/// A line whose turn has not come.
+#[derive(Debug)]
+enum Entry {
+    /// To be carried out and answered.
+    Line(Line),
+    /// To be answered, so many times: it was carried out when it came, or is not at all. In its turn the order is given
+    /// once more, for what has begun meanwhile.
+    Answered {
+        reply: String,
+        times: usize,
+        again: Option<Order>,
+    },
+}
+
+impl Entry {
+    fn not_carried_out(reply: &str) -> Self {
+        Self::Answered {
+            reply: reply.to_owned(),
+            times: 1,
+            again: None,
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        let text = match self {
+            Self::Line(Line::Text(text)) => text.capacity(),
+            Self::Line(Line::TooLong) => 0,
+            Self::Answered { reply, .. } => reply.capacity(),
+        };
+        ENTRY_BYTES + text
+    }
+
+    fn is_play(&self) -> bool {
+        matches!(self, Self::Line(Line::Text(text)) if parse(text) == Ok(Command::Play))
+    }
+}
+
+/// What was received and not begun yet, in order.
+#[derive(Default)]
+struct Waiting {
+    entries: VecDeque<Entry>,
+    bytes: usize,
+    plays: usize,
+}
+
+impl Waiting {
+    /// Adds what came behind a line that is being carried out. `stop` and `pause` act now.
+    async fn take_in(
+        &mut self,
+        lines: impl Iterator<Item = Line>,
+        client: ClientId,
+        dashboard: &impl Dashboard,
+    ) -> io::Result<()> {
+        for line in lines {
+            let order = match &line {
+                Line::Text(text) => urgent_order(text, dashboard),
+                Line::TooLong => None,
+            };
+            let entry = match (order, line) {
+                (Some(order), Line::Text(text)) => {
+                    self.refuse_plays();
+                    let (reply, _) = answer(&text, client, dashboard).await;
+                    Entry::Answered {
+                        reply,
+                        times: 1,
+                        again: Some(order),
+                    }
+                }
+                _ if self.bytes > HELD_BYTES_MAX => Entry::not_carried_out(TOO_MANY_WAIT),
+                (_, line) => Entry::Line(line),
+            };
+            self.push(entry);
+            if self.bytes > HELD_BYTES_TOO_MANY {
+                return Err(io::Error::other("more lines wait than there is room for"));
+            }
+        }
+        Ok(())
+    }
+
+    /// What would begin or go on only to be stopped or held does not.
+    fn refuse_plays(&mut self) {
+        if core::mem::take(&mut self.plays) > 0 {
+            for entry in self.entries.iter_mut().filter(|entry| entry.is_play()) {
+                *entry = Entry::not_carried_out(PLAY_REFUSED);
+            }
+            self.bytes = self.entries.iter().map(Entry::bytes).sum();
+        }
+    }
+
+    fn push(&mut self, entry: Entry) {
+        if let Entry::Answered { reply, again, .. } = &entry
+            && let Some(Entry::Answered {
+                reply: before,
+                again: order_before,
+                times,
+            }) = self.entries.back_mut()
+            && before == reply
+            && order_before == again
+        {
+            *times += 1;
+            return;
+        }
+        self.bytes += entry.bytes();
+        self.plays += usize::from(entry.is_play());
+        self.entries.push_back(entry);
+    }
+
+    fn push_front(&mut self, line: Option<Line>) {
+        if let Some(line) = line {
+            let entry = Entry::Line(line);
+            self.bytes += entry.bytes();
+            self.plays += usize::from(entry.is_play());
+            self.entries.push_front(entry);
+        }
+    }
+
+    fn next(&mut self) -> Option<Entry> {
+        if let Some(Entry::Answered {
+            reply,
+            times,
+            again,
+        }) = self.entries.front_mut()
+            && *times > 1
+        {
+            *times -= 1;
+            return Some(Entry::Answered {
+                reply: reply.clone(),
+                times: 1,
+                again: again.clone(),
+            });
+        }
+        let entry = self.entries.pop_front()?;
+        self.bytes -= entry.bytes();
+        self.plays -= usize::from(entry.is_play());
+        Some(entry)
+    }
+}
+
+/// The order that a line is if it makes a running task stand still and may do so now. A `pause` of a task that a `play` is
+/// yet to start has its turn after that.
+fn urgent_order(line: &str, dashboard: &impl Dashboard) -> Option<Order> {
+    let order = match parse(line) {
+        Ok(Command::Stop) => Order::Stop,
+        Ok(Command::Pause) if dashboard.task_status() == TaskStatus::Running => Order::Pause,
+        _ => return None,
+    };
+    dashboard.remote_control().then_some(order)
 }
 
 /// The reply to a line, and whether the connection ends with it.
@@ -172,7 +400,7 @@ async fn carry_out(command: Command, dashboard: &impl Dashboard) -> String {
 async fn attempt(command: Command, dashboard: &impl Dashboard) -> String {
     match command {
         Command::Play => {
-            if dashboard.task_status() == TaskStatus::Running {
+            if dashboard.plays_loaded_task() {
                 return "Failed to execute: play".to_owned();
             }
             match dashboard.play().await {

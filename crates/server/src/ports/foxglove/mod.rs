@@ -35,7 +35,7 @@ const TOPICS: [Topic; 6] = [
 const BACKLOG: usize = 1024;
 
 /// Longest text of a message for people, bytes; the rest is cut off with a mark.
-const LOG_BYTES_MAX: usize = 16 * 1024;
+pub const LOG_BYTES_MAX: usize = 16 * 1024;
 
 /// A message for people with its time.
 #[derive(Clone, Debug, PartialEq)]

@@ -20,7 +20,7 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_util::sync::CancellationToken;
 
 use super::protocol::{
-    MESSAGE_BYTES_MAX, SUBPROTOCOL, Subscriptions, answer_to, message_data, time,
+    MESSAGE_BYTES_MAX, SUBPROTOCOLS, Subscriptions, answer_to, message_data, time,
 };
 use super::{Packet, Stage, TOPICS};
 use crate::ports::callers::Callers;
@@ -61,8 +61,8 @@ pub(super) async fn serve(
 
 /// Answers a request: with the change to WebSocket, or why not. The stream is then in `upgrade`.
 fn shake_hands(mut request: Request<Incoming>, upgrade: &Mutex<Option<OnUpgrade>>) -> Response {
-    let accept = match accepted(request.headers()) {
-        Ok(accept) => accept,
+    let (accept, protocol) = match accepted(request.headers()) {
+        Ok(accepted) => accepted,
         Err(reason) => return (StatusCode::BAD_REQUEST, format!("{reason}\n")).into_response(),
     };
     *upgrade.lock().unwrap_or_else(PoisonError::into_inner) =
@@ -71,13 +71,13 @@ fn shake_hands(mut request: Request<Incoming>, upgrade: &Mutex<Option<OnUpgrade>
         (header::CONNECTION, "Upgrade".to_owned()),
         (header::UPGRADE, "websocket".to_owned()),
         (header::SEC_WEBSOCKET_ACCEPT, accept),
-        (header::SEC_WEBSOCKET_PROTOCOL, SUBPROTOCOL.to_owned()),
+        (header::SEC_WEBSOCKET_PROTOCOL, protocol.to_owned()),
     ];
     (StatusCode::SWITCHING_PROTOCOLS, headers, Body::empty()).into_response()
 }
 
-/// The answer to the client's key (RFC 6455, 4.2).
-fn accepted(headers: &HeaderMap) -> Result<String, String> {
+/// The answer to the client's key, and the subprotocol that is spoken (RFC 6455, 4.2).
+fn accepted(headers: &HeaderMap) -> Result<(String, &'static str), String> {
     let has = |name: HeaderName, wanted: &str, exact: bool| {
         let values = headers.get_all(name);
         values.iter().any(|value| {
@@ -94,13 +94,13 @@ fn accepted(headers: &HeaderMap) -> Result<String, String> {
     {
         return Err("this port speaks WebSocket, version 13".to_owned());
     }
-    if !has(header::SEC_WEBSOCKET_PROTOCOL, SUBPROTOCOL, true) {
-        return Err(format!(
-            "the client must offer the subprotocol {SUBPROTOCOL}"
-        ));
-    }
+    let offered = |protocol: &&str| has(header::SEC_WEBSOCKET_PROTOCOL, protocol, true);
+    let Some(protocol) = SUBPROTOCOLS.into_iter().find(offered) else {
+        let names = SUBPROTOCOLS.join(" or ");
+        return Err(format!("the client must offer the subprotocol {names}"));
+    };
     match headers.get(header::SEC_WEBSOCKET_KEY) {
-        Some(key) => Ok(derive_accept_key(key.as_bytes())),
+        Some(key) => Ok((derive_accept_key(key.as_bytes()), protocol)),
         None => Err("the header Sec-WebSocket-Key is missing".to_owned()),
     }
 }

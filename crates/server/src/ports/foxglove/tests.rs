@@ -59,7 +59,7 @@ impl Rig {
         let mut request = format!("ws://{}/", self.address)
             .into_client_request()
             .unwrap();
-        let own = [("sec-websocket-protocol", protocol::SUBPROTOCOL)];
+        let own = [("sec-websocket-protocol", protocol::SUBPROTOCOLS[0])];
         for (name, value) in own.iter().chain(headers) {
             request.headers_mut().insert(*name, value.parse().unwrap());
         }
@@ -80,6 +80,34 @@ impl Rig {
 async fn text(socket: &mut WebSocketStream<TcpStream>) -> serde_json::Value {
     let message = socket.next().await.unwrap().unwrap();
     serde_json::from_str(message.to_text().unwrap()).unwrap()
+}
+
+#[tokio::test]
+async fn every_name_of_the_protocol_is_taken_and_given_back() {
+    let rig = rig().await;
+    for (offered, spoken) in [
+        ("foxglove.sdk.v1", "foxglove.sdk.v1"),
+        ("foxglove.websocket.v1", "foxglove.websocket.v1"),
+        ("foxglove.websocket.v1, foxglove.sdk.v1", "foxglove.sdk.v1"),
+        (
+            "foxglove.sdk.v2,foxglove.websocket.v1",
+            "foxglove.websocket.v1",
+        ),
+    ] {
+        let stream = TcpStream::connect(rig.address).await.unwrap();
+        let mut request = format!("ws://{}/", rig.address)
+            .into_client_request()
+            .unwrap();
+        let protocol = offered.parse().unwrap();
+        request
+            .headers_mut()
+            .insert("sec-websocket-protocol", protocol);
+        let (mut socket, response) = client_async(request, stream).await.unwrap();
+        assert_eq!(response.headers()["sec-websocket-protocol"], spoken);
+        assert_eq!(text(&mut socket).await["op"], "serverInfo");
+    }
+    let unknown = [("sec-websocket-protocol", "foxglove.sdk.v2")];
+    assert_eq!(rig.refusal(&unknown).await, 400);
 }
 
 #[tokio::test]

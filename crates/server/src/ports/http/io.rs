@@ -148,7 +148,7 @@ fn shown(value: &Value) -> String {
     }
 }
 
-/// All points with their values, and the cycle they are of. A float register that is no number is null.
+/// All points with their values, the cycle they are of, and what is kept with them. A float register that is no number is null.
 pub fn describe(state: &RobotState, registers: &RegisterImages) -> Value {
     let mut points = Map::new();
     for direction in [Direction::In, Direction::Out] {
@@ -192,7 +192,13 @@ pub fn describe(state: &RobotState, registers: &RegisterImages) -> Value {
             json!(bank.float(n))
         });
     }
-    json!({"cycle": state.cycle, "time": state.time, "points": points})
+    json!({
+        "cycle": state.cycle,
+        "time": state.time,
+        "points": points,
+        "tool_digital_io_work_mode": state.io_config.tool_digital_mode,
+        "safety_hardness": state.io_config.safety_hardness,
+    })
 }
 
 #[cfg(test)]
@@ -292,7 +298,11 @@ mod tests {
         let registers = Registers::default();
         registers.input.set_float(2, f64::NAN);
         registers.output.set_integer(47, -5);
+        state.io_config.tool_digital_mode = 3;
+        state.io_config.safety_hardness = 1;
         let page = describe(&state, &registers.images());
+        assert_eq!(page["tool_digital_io_work_mode"], json!(3));
+        assert_eq!(page["safety_hardness"], json!(1));
         let points = page["points"].as_object().unwrap();
         assert_eq!(points.len(), 2 * (16 + 8 + 4 + 2 + 1 + 128 + 48 + 48));
         for name in points.keys() {

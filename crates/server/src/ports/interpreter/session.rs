@@ -1,18 +1,20 @@
 //! One client of the interpreter port, over any duplex stream.
 //!
 //! Three things go on side by side: reading, handing statements over one after the other, and writing replies. So a
-//! command word is answered at once even while a statement before it still waits to be accepted, and a client that
-//! streams statements without reading the replies is not held up: it misses replies.
+//! command word is answered at once even while a statement before it still waits to be accepted, however many there are:
+//! what finds no room is discarded, not left unread. A client that streams statements without reading the replies is not
+//! held up: it misses replies.
 
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
+use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 
-use super::codec::{Discard, Frame, Framer, ack, discard};
+use super::codec::{Discard, Frame, Framer, LINE_BYTES_MAX, ack, discard};
 use super::{Interpreter, Verdict};
 use crate::ports::ClientId;
 use crate::ports::shown::Shown;
@@ -20,12 +22,14 @@ use crate::ports::shown::Shown;
 /// What is read at once.
 const READ_BYTES: usize = 16 * 1024;
 
-/// Statements of one client that wait to be handed over; then reading waits, and a command word behind them is not seen.
-/// So there are many: more than the queue of the task takes (manual 2.2).
-const STATEMENTS_WAITING_MAX: usize = 16 * 1024;
-/// The same in bytes; each counts [`STATEMENT_BYTES`] beside its text.
-const STATEMENT_BYTES_MAX: usize = 6 * 1024 * 1024;
-const STATEMENT_BYTES: usize = 128;
+/// Statements of one client that wait to be handed over, in bytes; one more is one too many, as in the queue of the task
+/// (manual 2.2). Each counts [`STATEMENT_BYTES`] beside its text, so that more fit than the task takes.
+const STATEMENT_BYTES_MAX: usize = 10 * 1024 * 1024;
+const STATEMENT_BYTES: usize = 64;
+
+/// What a client sends while there is no room for it is read with this pause after so many bytes.
+const FLOOD_PAUSE: Duration = Duration::from_millis(1);
+const FLOOD_BYTES: usize = 64 * 1024;
 
 /// Replies that wait for a client to read them; more are dropped.
 const REPLIES_WAITING_MAX: usize = 16 * 1024;
@@ -72,9 +76,9 @@ pub async fn serve(
 ) -> SessionEnd {
     let (reader, writer) = tokio::io::split(stream);
     let (replies, to_write) = Replies::new(client);
-    let (statements, to_hand_over) = mpsc::channel(STATEMENTS_WAITING_MAX);
+    let (backlog, to_hand_over) = Backlog::new();
     // Each ends when the one before it has: reading at the end of the stream, then the rest.
-    let reading = read_lines(reader, interpreter, statements, replies.clone());
+    let reading = read_lines(reader, interpreter, backlog, replies.clone());
     let handing_over = hand_over(to_hand_over, interpreter, replies);
     let writing = write_replies(writer, to_write);
     let all = async { tokio::join!(reading, handing_over, writing) };
@@ -84,19 +88,67 @@ pub async fn serve(
     }
 }
 
-/// A statement and its share of [`STATEMENT_BYTES_MAX`].
-type Waiting = (Statement, OwnedSemaphorePermit);
+/// Texts of statements on their way from reading to handing over, bounded in bytes.
+struct Backlog {
+    texts: mpsc::UnboundedSender<Arc<str>>,
+    bytes: Arc<AtomicUsize>,
+}
+
+/// Where they come out.
+struct ToHandOver {
+    texts: mpsc::UnboundedReceiver<Arc<str>>,
+    bytes: Arc<AtomicUsize>,
+}
+
+impl Backlog {
+    fn new() -> (Self, ToHandOver) {
+        let (texts, receiver) = mpsc::unbounded_channel();
+        let bytes = Arc::default();
+        let to_hand_over = ToHandOver {
+            texts: receiver,
+            bytes: Arc::clone(&bytes),
+        };
+        (Self { texts, bytes }, to_hand_over)
+    }
+
+    /// Adds a statement; gives it back when there is no room for it.
+    fn add(&self, text: String) -> Result<(), String> {
+        let bytes = text.len() + STATEMENT_BYTES;
+        // Only this side adds. When it is full, a short one finds no room either.
+        if self.is_full() || self.bytes.load(Ordering::Relaxed) + bytes > STATEMENT_BYTES_MAX {
+            return Err(text);
+        }
+        self.bytes.fetch_add(bytes, Ordering::Relaxed);
+        // The other side lives as long as the session.
+        let _ = self.texts.send(text.into());
+        Ok(())
+    }
+
+    /// There is no room for a long line.
+    fn is_full(&self) -> bool {
+        self.bytes.load(Ordering::Relaxed) > STATEMENT_BYTES_MAX - LINE_BYTES_MAX
+    }
+}
+
+impl ToHandOver {
+    async fn next(&mut self) -> Option<Arc<str>> {
+        let text = self.texts.recv().await?;
+        self.bytes
+            .fetch_sub(text.len() + STATEMENT_BYTES, Ordering::Relaxed);
+        Some(text)
+    }
+}
 
 async fn read_lines(
     mut reader: impl AsyncRead + Unpin,
     interpreter: &impl Interpreter,
-    statements: mpsc::Sender<Waiting>,
+    backlog: Backlog,
     replies: Replies,
 ) -> SessionEnd {
-    let room = Arc::new(Semaphore::new(STATEMENT_BYTES_MAX));
     let mut framer = Framer::default();
     let mut frames = Vec::new();
     let mut buffer = vec![0; READ_BYTES];
+    let mut shed = 0;
     loop {
         let count = reader.read(&mut buffer).await.unwrap_or(0); // a broken connection sends no more, either
         if count > 0 {
@@ -107,19 +159,8 @@ async fn read_lines(
         for frame in frames.drain(..) {
             match frame {
                 Frame::Statement(text) => {
-                    let bytes = u32::try_from(text.len() + STATEMENT_BYTES).unwrap_or(u32::MAX);
-                    let statement = Statement {
-                        client: replies.client,
-                        text: text.into(),
-                        replies: replies.downgrade(),
-                    };
-                    // Neither can fail: the semaphore is never closed, a statement is shorter than it is wide, and the
-                    // receiver lives as long as this function.
-                    let Ok(share) = Arc::clone(&room).acquire_many_owned(bytes).await else {
-                        return SessionEnd::Disconnected;
-                    };
-                    if statements.send((statement, share)).await.is_err() {
-                        return SessionEnd::Disconnected;
+                    if let Err(text) = backlog.add(text) {
+                        replies.send(discard(&Discard::TooMany, &text));
                     }
                 }
                 Frame::Command(command) => {
@@ -136,16 +177,24 @@ async fn read_lines(
         if count == 0 {
             return SessionEnd::Disconnected;
         }
+        // Others on this thread have a turn, however much waits here; whoever sends more than there is room for is slow.
+        shed += if backlog.is_full() { count } else { 0 };
+        if shed < FLOOD_BYTES {
+            tokio::task::yield_now().await;
+        } else {
+            shed = 0;
+            tokio::time::sleep(FLOOD_PAUSE).await;
+        }
     }
 }
 
-async fn hand_over(
-    mut statements: mpsc::Receiver<Waiting>,
-    interpreter: &impl Interpreter,
-    replies: Replies,
-) {
-    while let Some((statement, _share)) = statements.recv().await {
-        let text = Arc::clone(&statement.text);
+async fn hand_over(mut statements: ToHandOver, interpreter: &impl Interpreter, replies: Replies) {
+    while let Some(text) = statements.next().await {
+        let statement = Statement {
+            client: replies.client,
+            text: Arc::clone(&text),
+            replies: replies.downgrade(),
+        };
         replies.send(match interpreter.submit(statement).await {
             Verdict::Ack(id) => ack(id, &text),
             Verdict::Discard(reason) => discard(&reason, &text),

@@ -78,6 +78,11 @@ impl ControlPhrase {
     pub const fn ends_programs(self) -> bool {
         matches!(self, Self::StopTask | Self::PowerOff)
     }
+
+    /// True for an order that does not wait for what its client sent before it: it makes things stand still.
+    pub const fn is_urgent(self) -> bool {
+        self.ends_programs() || matches!(self, Self::PauseTask)
+    }
 }
 
 /// Why something a client sent is not run. Each is one sentence for the client and the log.
@@ -85,6 +90,13 @@ impl ControlPhrase {
 pub enum Rejection {
     /// Longer than [`PROGRAM_BYTES_MAX`]; it is skipped to its end.
     TooLong,
+    /// So much of this client waits already that there is no room for more.
+    TooMuchWaits,
+    /// A stop came behind programs that had not begun.
+    Stopped {
+        /// How many.
+        programs: usize,
+    },
     /// Not UTF-8.
     NotUtf8 {
         /// Line of the program, from 1.
@@ -106,6 +118,16 @@ impl fmt::Display for Rejection {
                 f,
                 "the program is longer than {} MiB; it is skipped to its end",
                 PROGRAM_BYTES_MAX / (1024 * 1024)
+            ),
+            Self::TooMuchWaits => f.write_str(
+                "RuntimeError: too many programs and orders of this client wait already, so some were refused",
+            ),
+            Self::Stopped { programs: 1 } => f.write_str(
+                "RuntimeError: a program that waited for its turn was not run: a stop came behind it",
+            ),
+            Self::Stopped { programs } => write!(
+                f,
+                "RuntimeError: {programs} programs that waited for their turn were not run: a stop came behind them"
             ),
             Self::NotUtf8 { .. } => f.write_str("the program is not UTF-8 text"),
             Self::Speed { given } => {
@@ -199,6 +221,15 @@ impl Framer {
         core::str::from_utf8(&self.text)
             .ok()
             .filter(|_| self.is_open())
+    }
+
+    /// Gives the unfinished program up for lack of room: it is reported and skipped to its end. What is still short stays:
+    /// it may be an order.
+    pub fn give_up(&mut self, frames: &mut Vec<Frame>) {
+        if self.is_open() && self.text.len() > SKIPPED_LINE_BYTES {
+            frames.push(Frame::Rejected(Rejection::TooMuchWaits));
+            self.skip_the_rest(&[]);
+        }
     }
 
     /// Ends what is unfinished, if anything is.
@@ -359,9 +390,14 @@ impl Framer {
     }
 }
 
-/// Blank, or a comment alone.
+/// Blank, a comment alone, or a directive of the pendant, which says nothing without a program around it.
 fn is_nothing(line: &[u8]) -> bool {
-    matches!(line.trim_ascii_start().first(), None | Some(b'#'))
+    let line = line.trim_ascii_start();
+    match line.first() {
+        None | Some(b'#') => true,
+        Some(b'$') => line[1..].trim_ascii_start().starts_with(b"LINE"),
+        Some(_) => false,
+    }
 }
 
 /// Without the newline at the end.

@@ -9,6 +9,8 @@ pub mod hub;
 pub mod session;
 pub mod state_message;
 
+use std::fmt;
+use std::net::SocketAddr;
 use std::sync::Arc;
 
 use tokio::net::TcpListener;
@@ -23,11 +25,36 @@ use crate::ports::sample::Sample;
 use framing::{ControlPhrase, Program};
 pub use hub::Hub;
 
+/// A client of this port, and where it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sender {
+    /// Which.
+    pub client: ClientId,
+    /// Its address; `None` for a stream without one.
+    pub address: Option<SocketAddr>,
+}
+
+impl From<ClientId> for Sender {
+    fn from(client: ClientId) -> Self {
+        let address = None;
+        Self { client, address }
+    }
+}
+
+impl fmt::Display for Sender {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.address {
+            Some(address) => write!(f, "{address} on the primary port"),
+            None => write!(f, "client {} of the primary port", self.client),
+        }
+    }
+}
+
 /// A program with its sender.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Submission {
     /// Who sent it.
-    pub client: ClientId,
+    pub sender: Sender,
     /// What.
     pub program: Program,
 }
@@ -52,9 +79,9 @@ pub trait Backend: Send + Sync + 'static {
     fn submit(&self, submission: Submission) -> impl Future<Output = ()> + Send;
     /// Carries out an order, or announces why not.
     fn control(&self, client: ClientId, phrase: ControlPhrase) -> impl Future<Output = ()> + Send;
-    /// An order that ends programs has come in and waits behind a program of the same client: what runs may end already,
-    /// and with it what that program waits for. Must not wait. The order itself follows in its turn.
-    fn hurry(&self);
+    /// An order that makes things stand still has come in behind others of the same client: what runs may end or be held
+    /// already. Must not wait. The order itself follows in its turn.
+    fn hurry(&self, phrase: ControlPhrase);
 }
 
 /// Serves the port until `shutdown`; returns when every client is closed.
@@ -74,7 +101,9 @@ pub async fn serve<B: Backend>(
         |stream, client, shutdown| {
             let (backend, hub) = (Arc::clone(&backend), hub.clone());
             async move {
-                session::serve(stream, client, &*backend, &hub, shutdown).await;
+                let address = stream.address();
+                let sender = Sender { client, address };
+                session::serve(stream, sender, &*backend, &hub, shutdown).await;
             }
         },
     );

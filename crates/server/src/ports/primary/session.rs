@@ -3,7 +3,8 @@
 //! Reading and writing go on side by side: a client that does not read can still send scripts, and one that has sent
 //! its script and closed its half still gets the stream. A connection that breaks never stops a script it sent, and
 //! what arrived before the break is run. Programs and orders are carried out one after the other in the order in which
-//! they came; while one is waited for, reading goes on, so that a `stop task` behind it is seen at once.
+//! they came; while one is waited for, reading goes on, so that a `stop task` behind it is seen at once. It is seen
+//! however much the client sends: what finds no room is refused, not left unread.
 
 use std::collections::VecDeque;
 use std::io;
@@ -11,13 +12,13 @@ use std::time::Duration;
 
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::broadcast::error::RecvError;
-use tokio::time::{Instant, sleep_until, timeout, timeout_at};
+use tokio::time::{Instant, sleep, sleep_until, timeout, timeout_at};
 use tokio_util::sync::CancellationToken;
 
 use super::codec::{Exception, Source};
 use super::framing::{EndedBy, Frame, Framer, Rejection};
 use super::hub::{Hub, Message, Subscription};
-use super::{Backend, Submission};
+use super::{Backend, Sender, Submission};
 use crate::ports::ClientId;
 use crate::ports::shown::Shown;
 
@@ -27,8 +28,12 @@ const SILENCE: Duration = Duration::from_secs(2);
 /// What is read at once.
 const READ_BYTES: usize = 16 * 1024;
 
-/// With so many bytes of one client in the open block, waiting and being carried out, nothing more is read from it.
+/// With so many bytes of one client in the open block, waiting and being carried out, more is refused.
 const HELD_BYTES_MAX: usize = 14 * 1024 * 1024;
+
+/// What a client sends while there is no room for it is read with this pause after so many bytes.
+const FLOOD_PAUSE: Duration = Duration::from_millis(1);
+const FLOOD_BYTES: usize = 64 * 1024;
 
 /// What one thing that waits takes beside its text, bytes, rounded up.
 const FRAME_BYTES: usize = 128;
@@ -53,13 +58,15 @@ pub enum SessionEnd {
 /// Serves one client until its connection is gone or the server ends.
 pub async fn serve(
     stream: impl AsyncRead + AsyncWrite,
-    client: ClientId,
+    sender: impl Into<Sender>,
     backend: &impl Backend,
     hub: &Hub,
     shutdown: CancellationToken,
 ) -> SessionEnd {
+    let sender = sender.into();
+    let client = sender.client;
     let (reader, writer) = tokio::io::split(stream);
-    let reading = read_scripts(reader, client, backend, hub);
+    let reading = read_scripts(reader, sender, backend, hub);
     let writing = write_messages(writer, client, hub.subscribe());
     tokio::pin!(reading, writing);
     let mut more_to_read = true;
@@ -82,12 +89,14 @@ pub async fn serve(
 /// Carries out what the client sends until it sends no more and all of it is done.
 async fn read_scripts(
     reader: impl AsyncRead + Unpin,
-    client: ClientId,
+    sender: Sender,
     backend: &impl Backend,
     hub: &Hub,
 ) {
+    let client = sender.client;
     let mut input = Input::new(reader);
     let mut waiting = Waiting::default();
+    let mut shed = 0;
     loop {
         let Some(frame) = waiting.next() else {
             if input.has_ended {
@@ -105,34 +114,56 @@ async fn read_scripts(
                         "primary: nothing came for {} s, so the open block is run without its `end`",
                         SILENCE.as_secs()
                     );
-                    waiting.add(input.finish(EndedBy::Silence));
+                    waiting.add(input.finish(EndedBy::Silence), 0);
                 } else {
                     tracing::info!(%client, "primary: an open block waits for its `end`");
                 }
             } else {
-                waiting.add(input.receive().await);
+                let mut frames = input.receive().await.into_iter();
+                // The first has its turn at once; a stop behind it does not keep it from beginning.
+                let first = frames.next();
+                take_in(frames.collect(), 0, &mut waiting, backend);
+                waiting.push_front(first);
             }
             continue;
         };
+        // Others on this thread have a turn, however many orders wait here that take no time.
+        tokio::task::yield_now().await;
         let bytes = bytes_of(&frame);
-        let carried_out = carry_out(frame, client, backend, hub);
+        let carried_out = carry_out(frame, sender, backend, hub);
         tokio::pin!(carried_out);
         loop {
-            let held = bytes + waiting.bytes + input.framer.bytes();
             tokio::select! {
                 biased;
                 () = &mut carried_out => break,
-                frames = input.receive(), if !input.has_ended && held < HELD_BYTES_MAX => {
-                    for frame in &frames {
-                        if let Frame::Control(phrase) = frame && phrase.ends_programs() {
-                            backend.hurry();
-                        }
+                frames = input.receive(), if !input.has_ended => {
+                    take_in(frames, bytes + input.framer.bytes(), &mut waiting, backend);
+                    if bytes + waiting.bytes + input.framer.bytes() > HELD_BYTES_MAX {
+                        waiting.add(input.give_up(), HELD_BYTES_MAX);
                     }
-                    waiting.add(frames);
+                    shed += if waiting.refuses_more() { READ_BYTES } else { 0 };
+                    if shed < FLOOD_BYTES {
+                        tokio::task::yield_now().await;
+                    } else {
+                        shed = 0;
+                        sleep(FLOOD_PAUSE).await;
+                    }
                 }
             }
         }
     }
+}
+
+/// Adds what was received behind something that is being carried out. What must not wait acts now.
+fn take_in(frames: Vec<Frame>, held: usize, waiting: &mut Waiting, backend: &impl Backend) {
+    for frame in &frames {
+        if let Frame::Control(phrase) = frame
+            && phrase.is_urgent()
+        {
+            backend.hurry(*phrase);
+        }
+    }
+    waiting.add(frames, held);
 }
 
 /// What was received and not begun yet, in order.
@@ -140,19 +171,76 @@ async fn read_scripts(
 struct Waiting {
     frames: VecDeque<Frame>,
     bytes: usize,
+    programs: usize,
 }
 
 impl Waiting {
-    fn add(&mut self, frames: Vec<Frame>) {
-        self.bytes += frames.iter().map(bytes_of).sum::<usize>();
-        self.frames.extend(frames);
+    /// Adds what came while `held` bytes of the client are held elsewhere. A stop makes programs before it needless.
+    fn add(&mut self, frames: Vec<Frame>, held: usize) {
+        for frame in frames {
+            let is_stop = matches!(frame, Frame::Control(phrase) if phrase.ends_programs());
+            if is_stop {
+                self.drop_programs();
+            }
+            let has_room = held + self.bytes + bytes_of(&frame) <= HELD_BYTES_MAX;
+            if has_room {
+                self.push(frame);
+            } else if is_stop {
+                // Whatever else waits gives way to it.
+                *self = Self::default();
+                self.push(Frame::Rejected(Rejection::TooMuchWaits));
+                self.push(frame);
+            } else if !self.refuses_more() {
+                self.push(Frame::Rejected(Rejection::TooMuchWaits));
+            }
+        }
+    }
+
+    /// The last that came found no room.
+    fn refuses_more(&self) -> bool {
+        matches!(
+            self.frames.back(),
+            Some(Frame::Rejected(Rejection::TooMuchWaits))
+        )
+    }
+
+    fn push(&mut self, frame: Frame) {
+        self.count(&frame);
+        self.frames.push_back(frame);
+    }
+
+    fn push_front(&mut self, frame: Option<Frame>) {
+        if let Some(frame) = frame {
+            self.count(&frame);
+            self.frames.push_front(frame);
+        }
+    }
+
+    fn count(&mut self, frame: &Frame) {
+        self.bytes += bytes_of(frame);
+        self.programs += usize::from(is_program(frame));
+    }
+
+    /// Programs that would begin only to be stopped do not begin; that is said in their place.
+    fn drop_programs(&mut self) {
+        let programs = core::mem::take(&mut self.programs);
+        if programs > 0 {
+            self.frames.retain(|frame| !is_program(frame));
+            self.bytes = self.frames.iter().map(bytes_of).sum();
+            self.push(Frame::Rejected(Rejection::Stopped { programs }));
+        }
     }
 
     fn next(&mut self) -> Option<Frame> {
         let frame = self.frames.pop_front()?;
         self.bytes -= bytes_of(&frame);
+        self.programs -= usize::from(is_program(&frame));
         Some(frame)
     }
+}
+
+const fn is_program(frame: &Frame) -> bool {
+    matches!(frame, Frame::Program(_))
 }
 
 fn bytes_of(frame: &Frame) -> usize {
@@ -216,6 +304,13 @@ impl<R: AsyncRead + Unpin> Input<R> {
         }
     }
 
+    /// Gives the open block up where it is more than a few bytes.
+    fn give_up(&mut self) -> Vec<Frame> {
+        let mut frames = Vec::new();
+        self.framer.give_up(&mut frames);
+        frames
+    }
+
     /// The open block as it stands.
     fn finish(&mut self, ended_by: EndedBy) -> Vec<Frame> {
         let mut frames = Vec::new();
@@ -225,16 +320,20 @@ impl<R: AsyncRead + Unpin> Input<R> {
 }
 
 /// Does one thing that the client wants; returns when the next one may begin.
-async fn carry_out(frame: Frame, client: ClientId, backend: &impl Backend, hub: &Hub) {
+async fn carry_out(frame: Frame, sender: Sender, backend: &impl Backend, hub: &Hub) {
+    let client = sender.client;
     match frame {
-        Frame::Program(program) => backend.submit(Submission { client, program }).await,
+        Frame::Program(program) => backend.submit(Submission { sender, program }).await,
         Frame::Control(phrase) => backend.control(client, phrase).await,
         Frame::Rejected(rejection) => {
             let text = rejection.to_string();
             tracing::warn!(%client, "primary: {}", Shown(&text));
             let (line, column) = match rejection {
                 Rejection::NotUtf8 { line, column } => (line, column),
-                Rejection::TooLong | Rejection::Speed { .. } => (1, 1),
+                Rejection::TooLong
+                | Rejection::TooMuchWaits
+                | Rejection::Stopped { .. }
+                | Rejection::Speed { .. } => (1, 1),
             };
             let exception = Exception::Script {
                 line: i32::try_from(line).unwrap_or(i32::MAX),

@@ -98,6 +98,8 @@ pub async fn serve(
                 received.extend_from_slice(&buffer[..count]);
                 let was_started = talk.started;
                 talk.take_packets(&mut received).await?;
+                // Others on this thread have a turn, however much waits here.
+                tokio::task::yield_now().await;
                 if talk.started && !was_started {
                     samples = controller.samples(); // the past is of no interest
                     silent_at = Instant::now() + SILENCE;

@@ -56,6 +56,8 @@ struct Now {
     task: TaskStatus,
     program: String,
     line: u32,
+    /// Number and label of the node of the pendant's task.
+    node: Option<(u32, Option<String>)>,
     variables: BTreeMap<String, (String, String)>,
     errors: u64,
 }
@@ -73,6 +75,7 @@ impl Playback {
             task: TaskStatus::Stopped,
             program: String::new(),
             line: 0,
+            node: None,
             variables: BTreeMap::new(),
             errors: 0,
         };
@@ -168,6 +171,7 @@ impl Playback {
         }
         if let (Some(0), Some(line)) = (script.thread, script.line) {
             now.line = line;
+            now.node = script.node.map(|node| (node, script.label));
         }
     }
 
@@ -191,6 +195,7 @@ impl Playback {
             if text == script::ENDED && source == now.program {
                 now.task = TaskStatus::Stopped;
                 now.line = 0;
+                now.node = None;
             }
             now.errors += u64::from(level >= LogLevel::Error);
             now.line
@@ -277,11 +282,11 @@ impl primary::Backend for Playback {
     }
 
     async fn submit(&self, submission: Submission) {
-        self.refuse(submission.client, "a program");
+        self.refuse(submission.sender.client, "a program");
     }
 
     /// Nothing runs that could end.
-    fn hurry(&self) {}
+    fn hurry(&self, _: ControlPhrase) {}
 
     async fn control(&self, client: ClientId, phrase: ControlPhrase) {
         self.refuse(client, &format!("the order {phrase:?}"));
@@ -336,6 +341,8 @@ impl http::Source for Playback {
             "task": now.task.name(),
             "program": now.program,
             "line": now.line,
+            "node": now.node.as_ref().map(|(number, _)| *number),
+            "label": now.node.as_ref().and_then(|(_, label)| label.as_deref()),
             "variables": variables.collect::<Vec<Value>>(),
         })
     }
@@ -416,13 +423,19 @@ mod tests {
                 text: text.map(str::to_owned),
                 thread: line.map(|_| 0),
                 line,
+                node: line,
+                label: line.map(|line| format!("at {line}")),
             })
         };
         assert_eq!(status(), TaskStatus::Stopped);
         playback.take(0.0, script(Some("sync()"), None));
         playback.take(0.0, script(None, Some(4)));
         assert_eq!(status(), TaskStatus::Running);
-        assert_eq!(http::Source::panel(&playback)["line"], 4);
+        let panel = http::Source::panel(&playback);
+        assert_eq!(
+            (&panel["line"], &panel["node"], &panel["label"]),
+            (&json!(4), &json!(4), &json!("at 4"))
+        );
         playback.take(
             1.0,
             Entry::Log(LogMessage {
@@ -432,6 +445,7 @@ mod tests {
             }),
         );
         assert_eq!(status(), TaskStatus::Stopped);
-        assert_eq!(http::Source::panel(&playback)["line"], 0);
+        let panel = http::Source::panel(&playback);
+        assert_eq!((&panel["line"], &panel["node"]), (&json!(0), &json!(null)));
     }
 }

@@ -16,6 +16,7 @@ use crate::ports::description::RobotDescription;
 struct Fake {
     description: RobotDescription,
     robot: Mutex<Robot>,
+    gate: Gate,
 }
 
 struct Robot {
@@ -26,6 +27,9 @@ struct Robot {
     configuration: Option<String>,
     orders: Vec<Order>,
 }
+
+/// Lines for the log wait for a permit of this, if it is there.
+type Gate = Option<std::sync::Arc<tokio::sync::Semaphore>>;
 
 impl Default for Fake {
     fn default() -> Self {
@@ -41,6 +45,7 @@ impl Default for Fake {
                 configuration: None,
                 orders: Vec::new(),
             }),
+            gate: None,
         }
     }
 }
@@ -65,6 +70,9 @@ impl Dashboard for Fake {
         self.robot.lock().unwrap().configuration.clone()
     }
     async fn order(&self, order: Order) {
+        if let (Order::Log(_), Some(gate)) = (&order, &self.gate) {
+            gate.acquire().await.unwrap().forget();
+        }
         let mut robot = self.robot.lock().unwrap();
         match &order {
             Order::PowerOn => robot.state.robot_mode = RobotMode::Idle,
@@ -89,6 +97,9 @@ impl Dashboard for Fake {
     async fn load_configuration(&self, path: &str) -> Result<(), String> {
         self.robot.lock().unwrap().configuration = Some(path.to_owned());
         Ok(())
+    }
+    fn plays_loaded_task(&self) -> bool {
+        self.robot.lock().unwrap().task == TaskStatus::Running
     }
     async fn play(&self) -> Result<(), String> {
         let mut robot = self.robot.lock().unwrap();
@@ -116,8 +127,15 @@ struct Rig {
 }
 
 async fn rig() -> Rig {
+    rig_behind(None).await
+}
+
+async fn rig_behind(gate: Gate) -> Rig {
     let (client, server) = duplex(256 * 1024);
-    let robot = std::sync::Arc::new(Fake::default());
+    let robot = std::sync::Arc::new(Fake {
+        gate,
+        ..Fake::default()
+    });
     let session = tokio::spawn({
         let robot = robot.clone();
         async move { serve(server, ClientId(1), &*robot).await }
@@ -262,6 +280,110 @@ async fn without_remote_control_tasks_are_not_touched() {
         ("stop", "Stopping task"),
     ])
     .await;
+}
+
+/// Sends lines behind one that is being carried out for ever; gives the gate that ends it.
+async fn behind_a_slow_line(
+    task: TaskStatus,
+    lines: &str,
+) -> (Rig, std::sync::Arc<tokio::sync::Semaphore>) {
+    let gate = std::sync::Arc::new(tokio::sync::Semaphore::new(0));
+    let mut rig = rig_behind(Some(gate.clone())).await;
+    {
+        let mut robot = rig.robot.robot.lock().unwrap();
+        robot.task = task;
+        robot.loaded = Some("a".to_owned());
+    }
+    let all = format!("log -a slow\n{lines}");
+    rig.client.write_all(all.as_bytes()).await.unwrap();
+    for _ in 0..200 {
+        tokio::task::yield_now().await;
+    }
+    (rig, gate)
+}
+
+fn orders(rig: &Rig) -> Vec<Order> {
+    rig.robot.robot.lock().unwrap().orders.clone()
+}
+
+impl Rig {
+    async fn replies(&mut self, count: usize) -> Vec<String> {
+        let (mut text, mut lines) = (String::new(), 0);
+        while lines < count {
+            let more = self.read().await;
+            lines += more.matches('\n').count();
+            text.push_str(&more);
+        }
+        text.lines().map(str::to_owned).collect()
+    }
+}
+
+#[tokio::test]
+async fn a_stop_behind_slow_lines_acts_at_once_and_is_answered_in_its_turn() {
+    let lines = "log -a b\nplay\nspeed\nstop\necho\n";
+    let (mut rig, gate) = behind_a_slow_line(TaskStatus::Running, lines).await;
+    assert_eq!(orders(&rig), [Order::Stop]);
+    gate.add_permits(2);
+    let said = rig.replies(6).await;
+    assert!(said[2].starts_with("Failed to execute: play ("), "{said:?}");
+    assert_eq!(said[4..], ["Stopping task", "Hello ELITE ROBOTS."]);
+    assert_eq!(rig.robot.task_status(), TaskStatus::Stopped);
+}
+
+#[tokio::test]
+async fn a_pause_behind_slow_lines_acts_at_once_on_what_runs() {
+    let (mut rig, gate) = behind_a_slow_line(TaskStatus::Running, "pause\nplay\n").await;
+    assert_eq!(orders(&rig), [Order::Pause]);
+    assert_eq!(rig.robot.task_status(), TaskStatus::Paused);
+    gate.add_permits(1);
+    let said = rig.replies(3).await;
+    assert_eq!(said[1..], ["Pausing task", "Starting task"]);
+    assert_eq!(rig.robot.task_status(), TaskStatus::Running);
+}
+
+#[tokio::test]
+async fn play_and_stop_or_pause_in_one_packet_have_their_turns() {
+    for (order, reply, after) in [
+        ("stop", "Stopping task", TaskStatus::Stopped),
+        ("pause", "Pausing task", TaskStatus::Paused),
+    ] {
+        let mut rig = rig().await;
+        rig.robot.robot.lock().unwrap().loaded = Some("a".to_owned());
+        let lines = format!("play\n{order}\n");
+        rig.client.write_all(lines.as_bytes()).await.unwrap();
+        assert_eq!(rig.replies(2).await, ["Starting task", reply]);
+        assert_eq!(rig.robot.task_status(), after);
+    }
+}
+
+#[tokio::test]
+async fn a_stop_acts_behind_more_lines_than_there_is_room_for() {
+    let many = 100_000;
+    let lines = "speed -v 50\n".repeat(many);
+    let (mut rig, gate) = behind_a_slow_line(TaskStatus::Running, "").await;
+    rig.client.write_all(lines.as_bytes()).await.unwrap();
+    rig.client.write_all(b"stop\nstop\n").await.unwrap();
+    while orders(&rig).is_empty() {
+        tokio::task::yield_now().await;
+    }
+    assert_eq!(orders(&rig)[0], Order::Stop);
+    gate.add_permits(1);
+    let said = rig.replies(many + 3).await;
+    assert_eq!(said[many], super::TOO_MANY_WAIT);
+    assert_eq!(said[many + 1..], ["Stopping task"; 2]);
+}
+
+#[tokio::test]
+async fn a_stop_acts_while_the_client_reads_no_replies() {
+    let mut rig = rig().await;
+    rig.robot.robot.lock().unwrap().task = TaskStatus::Running;
+    let lines = "version\n".repeat(100_000);
+    rig.client.write_all(lines.as_bytes()).await.unwrap();
+    rig.client.write_all(b"stop\n").await.unwrap();
+    while orders(&rig).is_empty() {
+        tokio::task::yield_now().await;
+    }
+    assert_eq!(orders(&rig), [Order::Stop]);
 }
 
 #[tokio::test]

@@ -17,6 +17,7 @@ use super::*;
 struct Fake {
     queue: Mutex<Vec<Statement>>,
     release: Notify,
+    aborted: std::sync::atomic::AtomicBool,
 }
 
 impl Interpreter for Fake {
@@ -35,6 +36,9 @@ impl Interpreter for Fake {
         let mut queue = self.queue.lock().unwrap();
         if command == Command::SkipBuffer {
             queue.clear();
+        }
+        if command == Command::Abort {
+            self.aborted.store(true, Ordering::SeqCst);
         }
         queue.len() as u64
     }
@@ -155,6 +159,39 @@ async fn a_client_that_streams_without_reading_is_not_held_up() {
     drop(rig.client);
     assert_eq!(rig.session.await.unwrap(), SessionEnd::Disconnected);
     assert_eq!(rig.interpreter.queue.lock().unwrap().len(), 20_000);
+}
+
+#[tokio::test]
+async fn an_abort_is_carried_out_behind_any_number_of_statements_and_what_has_no_room_is_discarded()
+{
+    let mut rig = rig(64 * 1024);
+    rig.send("hold\n").await;
+    let statement = format!("x = \"{}\"\n", "y".repeat(200));
+    let many = (20 << 20) / statement.len();
+    let sending = async {
+        for _ in 0..many {
+            rig.client
+                .get_mut()
+                .write_all(statement.as_bytes())
+                .await
+                .unwrap();
+        }
+        let abort = b"abort\n";
+        rig.client.get_mut().write_all(abort).await.unwrap();
+    };
+    timeout(Duration::from_secs(60), sending).await.unwrap();
+    // Nobody has read a reply so far: those that wait come first.
+    let (mut discarded, mut aborted) = (0, false);
+    while let Ok(reply) = timeout(Duration::from_millis(500), rig.reply()).await {
+        discarded += usize::from(reply.starts_with("discard: Too many interpreted messages: x"));
+        aborted |= reply == "state: 0: abort\n";
+    }
+    assert!(discarded > 1000, "{discarded}");
+    assert!(rig.interpreter.aborted.load(Ordering::SeqCst), "{aborted}");
+    rig.interpreter.release.notify_one();
+    while !rig.reply().await.starts_with("ack: 1: hold") {}
+    let waited = rig.interpreter.queue.lock().unwrap().len();
+    assert!(waited >= 1);
 }
 
 #[tokio::test]

@@ -113,6 +113,17 @@ fn every_line_outside_a_block_is_a_program() {
 }
 
 #[test]
+fn a_directive_of_the_pendant_is_no_program_and_no_end() {
+    let text = "def t():\n  $ LINE: (2, \"it's\")\n$ LINE: (3, 'end')\n  a()\nend\n";
+    assert_eq!(
+        frames(&format!("$ LINE: (1, \"a\")\n{text} $LINE: (4, 'b')\n")),
+        [program(Main, text)]
+    );
+    // What is none is told by the compiler.
+    assert_eq!(frames("$ DIR\n"), [program(Line, "$ DIR\n")]);
+}
+
+#[test]
 fn a_block_on_one_line_is_complete_and_a_header_with_a_body_is_not() {
     let line = "def f():; textmsg(\"a;\"); popup(\"b\");end;\n";
     assert_eq!(frames(line), [program(Main, line)]);

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use tokio::io::{DuplexStream, duplex};
 use tokio::sync::{Semaphore, watch};
 use tokio::task::JoinHandle;
-use tokio::time::{advance, sleep};
+use tokio::time::advance;
 
 use super::*;
 use crate::ports::description::{RobotDescription, ToolSerial};
@@ -32,7 +32,7 @@ struct Fake {
 enum Asked {
     Program(Submission),
     Control(ControlPhrase),
-    Hurry,
+    Hurry(ControlPhrase),
 }
 
 impl Fake {
@@ -55,7 +55,7 @@ impl Fake {
             .into_iter()
             .filter_map(|asked| match asked {
                 Asked::Program(submission) => Some(submission.program.text),
-                Asked::Control(_) | Asked::Hurry => None,
+                Asked::Control(_) | Asked::Hurry(_) => None,
             })
             .collect()
     }
@@ -88,8 +88,8 @@ impl Backend for Fake {
     async fn control(&self, _: ClientId, phrase: ControlPhrase) {
         self.asked.lock().unwrap().push(Asked::Control(phrase));
     }
-    fn hurry(&self) {
-        self.asked.lock().unwrap().push(Asked::Hurry);
+    fn hurry(&self, phrase: ControlPhrase) {
+        self.asked.lock().unwrap().push(Asked::Hurry(phrase));
     }
 }
 
@@ -176,7 +176,7 @@ async fn programs_and_orders_are_handed_over_in_the_order_in_which_they_came() {
             ended_by: EndedBy::ItsText,
         };
         Asked::Program(Submission {
-            client: ClientId(1),
+            sender: ClientId(1).into(),
             program,
         })
     };
@@ -192,40 +192,88 @@ async fn programs_and_orders_are_handed_over_in_the_order_in_which_they_came() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_stop_behind_a_program_that_waits_hurries_and_keeps_its_turn() {
+async fn a_stop_behind_a_program_that_waits_hurries_and_programs_between_do_not_begin() {
     let mut rig = rig(4096);
     rig.backend.room.forget_permits(Semaphore::MAX_PERMITS);
-    rig.send("a()\nb()\n").await;
+    rig.send("a()\nb()\nset speed 0.5\n").await;
     assert_eq!(rig.backend.asked(), []);
     rig.send("stop task\nc()\n").await;
-    assert_eq!(rig.backend.asked(), [Asked::Hurry]);
+    let hurried = Asked::Hurry(ControlPhrase::StopTask);
+    assert_eq!(rig.backend.asked(), [hurried]);
     rig.backend.room.add_permits(3);
     settle().await;
-    assert_eq!(rig.backend.programs(), ["a()\n", "b()\n", "c()\n"]);
+    assert_eq!(rig.backend.programs(), ["a()\n", "c()\n"]);
     let asked = rig.backend.asked();
+    assert_eq!(asked[2], Asked::Control(ControlPhrase::SetSpeed(0.5)));
     assert_eq!(asked[3], Asked::Control(ControlPhrase::StopTask));
+    let text = exception_text(&mut rig.client).await;
+    assert!(text.contains("a stop came behind it"), "{text}");
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_client_that_floods_a_busy_controller_is_not_read_any_more() {
-    let mut rig = rig(1 << 16);
+async fn a_program_and_its_stop_in_one_packet_both_have_their_turn() {
+    let mut rig = rig(4096);
+    rig.send("a()\nb()\nstop task\nstop task\n").await;
+    assert_eq!(rig.backend.programs(), ["a()\n"]);
+    let stop = ControlPhrase::StopTask;
+    let asked = rig.backend.asked();
+    assert_eq!(asked[..2], [Asked::Hurry(stop), Asked::Hurry(stop)]);
+    assert_eq!(asked[3..], [Asked::Control(stop), Asked::Control(stop)]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_pause_behind_a_program_that_waits_holds_what_runs() {
+    let mut rig = rig(4096);
     rig.backend.room.forget_permits(Semaphore::MAX_PERMITS);
-    let line = format!("a(\"{}\")\n", "x".repeat(60_000));
-    let mut sent = 0;
-    while tokio::time::timeout(
-        Duration::from_secs(5),
-        rig.client.write_all(line.as_bytes()),
-    )
-    .await
-    .is_ok()
-    {
-        sent += line.len();
-        assert!(sent < 16 << 20, "all of it is taken in");
-    }
-    assert!(sent > 8 << 20, "{sent}");
-    rig.backend.room.add_permits(1000);
+    rig.send("a()\npause task\n").await;
+    let hurried = Asked::Hurry(ControlPhrase::PauseTask);
+    assert_eq!(rig.backend.asked(), [hurried]);
+    rig.backend.room.add_permits(1);
     settle().await;
-    assert!(rig.backend.programs().len() > 100);
+    let asked = rig.backend.asked();
+    assert_eq!(asked[2], Asked::Control(ControlPhrase::PauseTask));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stop_is_heard_behind_any_flood_to_a_busy_controller_and_what_has_no_room_is_refused() {
+    let kinds = [
+        format!("a(\"{}\")\n", "x".repeat(60_000)),
+        "b()\n".repeat(10_000),
+        "set speed 0.5\n".repeat(5_000),
+        format!("def c():\n{}end\n", "  x = 1\n".repeat(500_000)),
+        "set speed 0.5\nstop task\n".repeat(3_000),
+    ];
+    for flood in kinds {
+        let mut rig = rig(1 << 16);
+        rig.backend.room.forget_permits(Semaphore::MAX_PERMITS);
+        rig.send("first()\n").await;
+        for _ in 0..(16 << 20) / flood.len() {
+            rig.client.write_all(flood.as_bytes()).await.unwrap();
+        }
+        rig.backend.asked.lock().unwrap().clear();
+        rig.send("stop task\n").await;
+        for _ in 0..1000 {
+            if rig.backend.asked().is_empty() {
+                tokio::time::sleep(Duration::from_millis(1)).await;
+            }
+        }
+        let hurried = Asked::Hurry(ControlPhrase::StopTask);
+        let asked = rig.backend.asked();
+        let is_heard = !asked.is_empty() && asked.iter().all(|asked| *asked == hurried);
+        assert!(is_heard, "{}", &flood[..4]);
+        rig.backend.room.add_permits(1 << 20);
+        rig.send("last()\n").await;
+        tokio::time::sleep(Duration::from_secs(1)).await;
+        let programs = rig.backend.programs();
+        assert_eq!(programs, ["first()\n", "last()\n"], "{}", &flood[..4]);
+        let mut said = Vec::new();
+        while let Ok(text) = timeout(Duration::from_secs(1), exception_text(&mut rig.client)).await
+        {
+            said.push(text);
+        }
+        let is_said = said.iter().any(|text| text.contains("refused"));
+        assert!(is_said && said.len() < 10, "{said:?}");
+    }
 }
 
 #[tokio::test(start_paused = true)]

@@ -1,0 +1,216 @@
+//! Where script threads stand in the task that the pendant made the program from: the nodes their `$ LINE` directives name.
+//!
+//! A node is a number in a table of the interpreter, so that passing a directive is a comparison and a store. Every script
+//! thread has a place of its own; what it passes while it is resumed waits in a bounded list for the driver.
+
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::{Evaluator, Expr, Expression, Flow, Frame, Statement};
+use crate::findings::quoted;
+use crate::value::R;
+
+/// Most changes of node that are kept of one resumption; of more, the last one is.
+const PASSAGES_MAX: usize = 64;
+
+/// A node of the task tree.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TaskNode {
+    /// Its row, from 1.
+    pub number: u32,
+    /// Its label, as the pendant shows it; long ones are cut.
+    pub label: Arc<str>,
+}
+
+impl std::fmt::Display for TaskNode {
+    /// `node 7 Approach`, on one line whatever the label holds.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "node {}", self.number)?;
+        if self.label.is_empty() {
+            return Ok(());
+        }
+        f.write_str(" ")?;
+        for c in quoted(&self.label).chars() {
+            if c.is_control() {
+                write!(f, "{}", c.escape_default())?;
+            } else {
+                std::fmt::Write::write_char(f, c)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A thread came to a node: which one, and the line of the text it was in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Passage {
+    /// The node that is shown from now on.
+    pub node: TaskNode,
+    /// The line of the statement that follows, from 1.
+    pub line: u32,
+}
+
+/// Index of a node in the table, from 1; 0 is none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NodeId(u32);
+
+/// The place of one script thread.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NodeState {
+    /// The node of the last directive it passed.
+    passed: NodeId,
+    /// The node that is shown.
+    shown: NodeId,
+    /// The node that is shown when the motion that follows has ended.
+    due: NodeId,
+}
+
+impl NodeState {
+    /// The place of a thread that is started here.
+    pub fn inherited(self) -> Self {
+        NodeState {
+            shown: self.passed,
+            due: NodeId::default(),
+            ..self
+        }
+    }
+}
+
+/// The nodes of one interpreter, and the place of the running thread.
+#[derive(Default)]
+pub struct Nodes {
+    table: RefCell<Vec<TaskNode>>,
+    known: RefCell<HashMap<(u32, Arc<str>), NodeId>>,
+    state: Cell<NodeState>,
+    passages: RefCell<Vec<(NodeId, u32)>>,
+}
+
+impl Nodes {
+    /// The number of a node, which is the same for all directives that name it.
+    pub fn intern(&self, number: u32, label: &str) -> NodeId {
+        let key = (number, Arc::from(label));
+        let mut known = self.known.borrow_mut();
+        if let Some(id) = known.get(&key) {
+            return *id;
+        }
+        let mut table = self.table.borrow_mut();
+        table.push(TaskNode {
+            number,
+            label: key.1.clone(),
+        });
+        let id = NodeId(table.len() as u32);
+        known.insert(key, id);
+        id
+    }
+
+    fn node(&self, id: NodeId) -> Option<TaskNode> {
+        let index = (id.0 as usize).checked_sub(1)?;
+        self.table.borrow().get(index).cloned()
+    }
+
+    /// The node that is shown for a thread.
+    pub fn shown(&self, state: NodeState) -> Option<TaskNode> {
+        self.node(state.shown)
+    }
+
+    /// The node that the running thread passed last, also one that is only shown later.
+    pub fn passed(&self) -> Option<TaskNode> {
+        self.node(self.state.get().passed)
+    }
+
+    /// The place of the running thread.
+    pub fn state(&self) -> NodeState {
+        self.state.get()
+    }
+
+    /// Makes `state` that of the running thread; returns the one before.
+    pub fn switch_to(&self, state: NodeState) -> NodeState {
+        self.state.replace(state)
+    }
+
+    /// The running thread passes a directive, in this line.
+    #[inline]
+    fn pass(&self, id: NodeId, after: bool, line: u32) {
+        let mut state = self.state.get();
+        state.passed = id;
+        if after {
+            state.due = id;
+        } else if state.shown != id {
+            state.shown = id;
+            self.note(id, line);
+        }
+        self.state.set(state);
+    }
+
+    /// The motion that followed the latest directive with "after" has ended, or has failed: then it shows nothing.
+    pub fn motion_ended(&self, failed: bool, line: u32) {
+        let mut state = self.state.get();
+        let due = std::mem::take(&mut state.due);
+        if due != NodeId::default() && due != state.shown && !failed {
+            state.shown = due;
+            self.note(due, line);
+        }
+        self.state.set(state);
+    }
+
+    #[cold]
+    fn note(&self, id: NodeId, line: u32) {
+        let mut passages = self.passages.borrow_mut();
+        if passages.len() == PASSAGES_MAX {
+            passages.pop();
+        }
+        passages.push((id, line));
+    }
+
+    /// What the thread that was resumed last has passed since, in order.
+    pub fn take_passages(&self) -> Vec<Passage> {
+        let mut passages = self.passages.borrow_mut();
+        let passed = passages.drain(..);
+        passed
+            .filter_map(|(id, line)| {
+                let node = self.node(id)?;
+                Some(Passage { node, line })
+            })
+            .collect()
+    }
+}
+
+/// A directive as the thread passes it.
+#[derive(Clone, Copy)]
+pub struct Pass {
+    /// The node.
+    pub node: NodeId,
+    /// It is shown when the motion that follows has ended.
+    pub after: bool,
+}
+
+impl Pass {
+    #[inline]
+    fn run(self, ev: &Evaluator<'_>) {
+        let core = &ev.core;
+        core.nodes.pass(self.node, self.after, core.line.get());
+    }
+}
+
+impl Statement for Pass {
+    fn exec(&self, ev: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
+        self.run(ev);
+        Flow::Next
+    }
+}
+
+/// The condition of an `elif` behind directives.
+pub struct PassThen {
+    /// The directives.
+    pub passes: Box<[Pass]>,
+    /// The condition.
+    pub then: Expr,
+}
+
+impl Expression for PassThen {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        self.passes.iter().for_each(|pass| pass.run(ev));
+        self.then.eval(ev, f)
+    }
+}

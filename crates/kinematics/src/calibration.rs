@@ -1,0 +1,345 @@
+//! Arms as they were built: the lengths and twists that the maker measured, from a file or from a controller.
+//!
+//! Owns the calibration file (TOML), the sentences about what is wrong in it, and the chain that follows from its numbers.
+//! How such a chain is inverted is the business of [`crate::ik`].
+
+mod file;
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+use crate::chain::Chain;
+use crate::dh::DhTable;
+use crate::ik::IkMethod;
+use crate::joint::DOF;
+use crate::model::RobotModel;
+use crate::pose::Pose;
+use crate::trig;
+use crate::urdf::ModelError;
+
+/// How far a measured length may be from the model's own, m. The arm that is farthest known has a flange 20 mm longer;
+/// between two models it is 60 mm at least.
+pub const LENGTH_TOLERANCE: f64 = 0.05;
+
+/// How far a measured angle may be from the model's own, rad.
+pub const ANGLE_TOLERANCE: f64 = 0.1;
+
+/// Name of the table in the file.
+const TABLE: &str = "modified_dh";
+
+/// The measured geometry of one arm, as a calibration file or the configuration message of port 30001 has it.
+///
+/// Joint i follows joint i-1 by T_i = Rx(alpha_i) Tx(a_i) Rz(q_i + theta_i) Tz(d_i): the modified layout of Craig,
+/// *Introduction to Robotics*, with a and alpha of the link before.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calibration {
+    model: String,
+    modified_dh: DhTable,
+    theta: [f64; DOF],
+    /// What errors call it.
+    path: PathBuf,
+}
+
+/// Why there is no calibrated arm. Each is one sentence.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CalibrationError {
+    /// The file cannot be read.
+    #[error("cannot read the calibration file {}: {source}", path.display())]
+    Unreadable {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is not TOML.
+    #[error("{} line {line} is not TOML: {message}", path.display())]
+    Syntax {
+        /// Which file.
+        path: PathBuf,
+        /// Line from 1.
+        line: usize,
+        /// What the parser says.
+        message: String,
+    },
+    /// A key or a table that does not exist.
+    #[error("{}: {place} has an unknown key `{key}`; the keys are {allowed}", path.display())]
+    UnknownKey {
+        /// Which file.
+        path: PathBuf,
+        /// The table, or the file.
+        place: &'static str,
+        /// The key.
+        key: String,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A key or a table that must be there.
+    #[error("{}: {place} has no `{key}`; {allowed}", path.display())]
+    Missing {
+        /// Which file.
+        path: PathBuf,
+        /// The table, or the file.
+        place: &'static str,
+        /// The key.
+        key: &'static str,
+        /// What it is.
+        allowed: String,
+    },
+    /// A value that a key does not take.
+    #[error("{}: {place} has {key} = {given}; {allowed}", path.display())]
+    Value {
+        /// Which file.
+        path: PathBuf,
+        /// The table, or the file.
+        place: &'static str,
+        /// Which key, with the number of the element where it is one.
+        key: String,
+        /// The value.
+        given: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// Another model than the one asked for.
+    #[error(
+        "the calibration file {} is for the model {calibrated}, but the model {asked} is asked for; \
+         leave the model out, or give {calibrated}",
+        path.display()
+    )]
+    OtherModel {
+        /// Which file.
+        path: PathBuf,
+        /// The model that was asked for.
+        asked: String,
+        /// The model of the file.
+        calibrated: String,
+    },
+    /// The model cannot be had.
+    #[error("{}: model = {given:?}: {source}", path.display())]
+    Model {
+        /// Which file.
+        path: PathBuf,
+        /// As written.
+        given: String,
+        /// Why.
+        source: Box<ModelError>,
+    },
+    /// An arm of another shape.
+    #[error(
+        "{}: the model {model} cannot be calibrated, it is not of the shape of the CS arms \
+         (axes 2, 3, 4 parallel, axes 4-5 and 5-6 crossing at right angles, flange in the frame of joint 6)",
+        path.display()
+    )]
+    Shape {
+        /// Which file.
+        path: PathBuf,
+        /// The model.
+        model: String,
+    },
+}
+
+impl Calibration {
+    /// The model that was measured, as `--model` takes it.
+    pub fn model(&self) -> &str {
+        &self.model
+    }
+
+    /// Lengths in m and twists in rad in the modified layout.
+    pub fn modified_dh(&self) -> &DhTable {
+        &self.modified_dh
+    }
+
+    /// What each joint's angle is when the joint reads zero, rad.
+    pub fn theta(&self) -> &[f64; DOF] {
+        &self.theta
+    }
+
+    /// The file it was read from, or what else errors call it.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The model that counts: the file's.
+    ///
+    /// # Errors
+    /// [`CalibrationError::OtherModel`] when another one is asked for.
+    pub fn model_for(&self, asked: Option<&str>) -> Result<&str, CalibrationError> {
+        match asked {
+            Some(asked) if !asked.eq_ignore_ascii_case(&self.model) => {
+                Err(CalibrationError::OtherModel {
+                    path: self.path.clone(),
+                    asked: asked.to_owned(),
+                    calibrated: self.model.clone(),
+                })
+            }
+            _ => Ok(&self.model),
+        }
+    }
+
+    /// The calibrated arm: the file's model, opened and measured.
+    ///
+    /// # Errors
+    /// The model cannot be had, or its numbers are far from those of the file.
+    pub fn open(&self) -> Result<RobotModel, CalibrationError> {
+        let nominal = RobotModel::open(&self.model).map_err(|source| CalibrationError::Model {
+            path: self.path.clone(),
+            given: self.model.clone(),
+            source: Box::new(source),
+        })?;
+        nominal.calibrated(self)
+    }
+
+    fn wrong(&self, key: String, given: f64, allowed: String) -> CalibrationError {
+        CalibrationError::Value {
+            path: self.path.clone(),
+            place: "[modified_dh]",
+            key,
+            given: given.to_string(),
+            allowed,
+        }
+    }
+
+    /// Every number must be near the model's own. Joints 2, 3 and 4 turn about nearly parallel axes, so where along them
+    /// the offset lies says little: their d count together.
+    fn check_against(&self, model: &str, nominal: &DhTable) -> Result<(), CalibrationError> {
+        let given = &self.modified_dh;
+        let (lengths, angles) = ("m", "rad");
+        for joint in 0..DOF {
+            let alone = !(1..=3).contains(&joint);
+            let rows = [
+                ("a", given.a[joint], nominal.a[joint], lengths),
+                ("alpha", given.alpha[joint], nominal.alpha[joint], angles),
+                ("theta", self.theta[joint], 0.0, angles),
+                ("d", given.d[joint], nominal.d[joint], lengths),
+            ];
+            for (key, value, own, unit) in rows.into_iter().take(if alone { 4 } else { 3 }) {
+                let tolerance = if unit == lengths {
+                    LENGTH_TOLERANCE
+                } else {
+                    ANGLE_TOLERANCE
+                };
+                if (value - own).abs() > tolerance {
+                    let hint = hint(given, nominal, key, value, own, tolerance);
+                    return Err(self.wrong(
+                        format!("{key}[{joint}]"),
+                        value,
+                        format!(
+                            "the {model} has {own} {unit} there, and a measured arm is within {tolerance} {unit} of it{hint}"
+                        ),
+                    ));
+                }
+            }
+        }
+        let sum = |table: &DhTable| table.d[1] + table.d[2] + table.d[3];
+        if (sum(given) - sum(nominal)).abs() > LENGTH_TOLERANCE {
+            let own = sum(nominal);
+            let hint = hint(given, nominal, "d", sum(given), own, LENGTH_TOLERANCE);
+            return Err(self.wrong(
+                "d[1] + d[2] + d[3]".to_owned(),
+                sum(given),
+                format!(
+                    "the {model} has {own} m there, and a measured arm is within {LENGTH_TOLERANCE} m of it{hint}"
+                ),
+            ));
+        }
+        // What is shifted along one of these axes and back along a tilted one ends beside where it should.
+        let mut along = 0.0;
+        for joint in 1..=2 {
+            along += given.d[joint] - nominal.d[joint];
+            let beside = along * given.alpha[joint + 1].sin();
+            if along.abs() > 10.0 || beside.abs() > LENGTH_TOLERANCE {
+                return Err(self.wrong(
+                    format!("d[{joint}]"),
+                    given.d[joint],
+                    format!(
+                        "with alpha[{}] = {} it puts the axis of joint {} {beside} m aside, and a measured arm is within {LENGTH_TOLERANCE} m",
+                        joint + 1,
+                        given.alpha[joint + 1],
+                        joint + 2,
+                    ),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// The chain, given the model's d: frames 2 and 3 stay where the model has them along their axes, so that masses and
+    /// capsules are where the metal is, however the offset is shared among the three axes.
+    fn chain(&self, nominal: &DhTable) -> Chain {
+        let DhTable { a, d, alpha } = &self.modified_dh;
+        let (sines, cosines) = trig::sin_cos(alpha);
+        let (turn_sines, turn_cosines) = trig::sin_cos(&self.theta);
+        // How far frame i is drawn back along its axis.
+        let mut back = [0.0; DOF + 1];
+        back[2] = d[1] - nominal.d[1];
+        back[3] = back[2] + (d[2] - nominal.d[2]);
+        let parent_from_joint = core::array::from_fn(|joint| {
+            let (s, c) = (sines[joint], cosines[joint]);
+            let twist = Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c);
+            let (s, c) = (turn_sines[joint], turn_cosines[joint]);
+            let offset = Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
+            let along = d[joint] - back[joint + 1];
+            let before = Vector3::new(0.0, 0.0, back[joint]);
+            let translation = before + twist * Vector3::new(a[joint], 0.0, along);
+            Pose::new(
+                Rotation3::from_matrix_unchecked(twist * offset),
+                translation,
+            )
+        });
+        Chain {
+            parent_from_joint,
+            joint6_from_flange: Pose::IDENTITY,
+        }
+    }
+}
+
+/// What probably went wrong, for the mistakes that are made.
+fn hint(
+    given: &DhTable,
+    nominal: &DhTable,
+    key: &str,
+    value: f64,
+    own: f64,
+    tolerance: f64,
+) -> &'static str {
+    let near = |value: f64, own: f64| own != 0.0 && (value - own).abs() <= tolerance;
+    match key {
+        "a" | "d" if near(value / 1000.0, own) => "; this looks like mm, m are needed",
+        "alpha" | "theta" if near(value.to_radians(), own) => {
+            "; this looks like degrees, rad are needed"
+        }
+        "a" if near(given.a[1], nominal.a[2]) => {
+            "; a looks like the standard layout, in the modified one it stands one place later"
+        }
+        "alpha" if near(given.alpha[0], nominal.alpha[1]) => {
+            "; alpha looks like the standard layout, in the modified one it stands one place later"
+        }
+        _ => "",
+    }
+}
+
+impl RobotModel {
+    /// The same arm with measured lengths and twists: everything that is computed with it follows them. Whether the
+    /// calibration is for this model is not looked at, see [`Calibration::model_for`].
+    ///
+    /// # Errors
+    /// [`CalibrationError::Shape`] for a URDF of another shape, [`CalibrationError::Value`] for numbers that are far
+    /// from the model's own.
+    pub fn calibrated(self, calibration: &Calibration) -> Result<Self, CalibrationError> {
+        let Some(nominal) = self.dh().map(|table| table.modified()) else {
+            return Err(CalibrationError::Shape {
+                path: calibration.path.clone(),
+                model: self.name,
+            });
+        };
+        calibration.check_against(&self.name, &nominal)?;
+        let chain = calibration.chain(&nominal);
+        Ok(Self {
+            ik: IkMethod::of_calibrated(&chain, &calibration.theta),
+            chain,
+            calibration: Some(Box::new(calibration.clone())),
+            ..self
+        })
+    }
+}

@@ -1,0 +1,192 @@
+//! What a command must look like to be taken, whatever the arm is doing.
+//!
+//! Both sides of the border ask: the script side at the call, so that what takes no time still raises there, and the
+//! motion thread, which relies on nobody. Owns the ranges of numbers that physics survives; whether the arm can do
+//! something now is decided where that is known.
+
+use kinematics::{Payload, PayloadError};
+
+use crate::{CommandKind, EncoderRange, Refusal};
+
+/// Largest reach of a TCP or a centre of gravity from the flange, m, and heaviest payload, kg, that are taken. The rated
+/// payload of the model is checked where scripts are; these only keep out numbers that no physics survives.
+pub const TOOL_REACH_MAX: f64 = 10.0;
+/// See [`TOOL_REACH_MAX`].
+pub const PAYLOAD_MASS_MAX: f64 = 1000.0;
+/// Largest moment of inertia of a payload, kg m²: the heaviest at the farthest.
+pub const PAYLOAD_INERTIA_MAX: f64 = PAYLOAD_MASS_MAX * TOOL_REACH_MAX * TOOL_REACH_MAX;
+/// Strongest gravity that is taken, m/s².
+pub const GRAVITY_MAX: f64 = 30.0;
+/// Strongest wrench from outside that is taken, N and Nm.
+pub const WRENCH_MAX: f64 = 1e5;
+/// Shortest direction of a belt, m.
+const DIRECTION_MIN: f64 = 1e-9;
+/// Fewest ticks of a belt a metre or a turn.
+const TICKS_MIN: f64 = 1e-6;
+
+impl CommandKind {
+    /// Checks the numbers of a command that sets something. Those of motions are checked where they are planned.
+    ///
+    /// # Errors
+    /// [`Refusal::BadValue`] with the first number that cannot be.
+    pub fn check_form(&self) -> Result<(), Refusal> {
+        match self {
+            Self::SetTcp(tcp) => {
+                if let Some(angle) = tcp.rpy.into_iter().find(|x| !x.is_finite()) {
+                    return Err(bad_value("an angle of the TCP", angle, "a finite number"));
+                }
+                let name = "a coordinate of the TCP";
+                check_within(&tcp.xyz, TOOL_REACH_MAX, name, "at most 10 m")
+            }
+            Self::SetPayload(payload) => check_payload(payload),
+            Self::SetGravity(gravity) => {
+                let name = "a component of gravity";
+                check_within(gravity, GRAVITY_MAX, name, "at most 30 m/s²")
+            }
+            Self::SetExternalWrench(wrench) => {
+                let name = "a component of the external wrench";
+                check_within(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")
+            }
+            Self::FtRtsiInput {
+                mass,
+                measuring_offset,
+                cog,
+                ..
+            } => {
+                if !(0.0..=PAYLOAD_MASS_MAX).contains(mass) {
+                    return Err(bad_value("sensor_mass", *mass, "0 to 1000 kg"));
+                }
+                let (most, needed) = (TOOL_REACH_MAX, "at most 10 m");
+                check_within(measuring_offset, most, "sensor_measuring_offset", needed)?;
+                check_within(cog, most, "sensor_cog", needed)
+            }
+            Self::ForceMode {
+                frame,
+                wrench,
+                mode,
+                speed_limits,
+                ..
+            } => {
+                if !frame.is_finite() {
+                    let needed = "a pose of finite numbers";
+                    return Err(bad_value("reference_frame", f64::NAN, needed));
+                }
+                if *mode > 3 {
+                    return Err(bad_value("mode", f64::from(*mode), "0 to 3"));
+                }
+                let name = "a component of target_wrench";
+                check_within(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")?;
+                match speed_limits.iter().find(|x| !(0.0..=1000.0).contains(*x)) {
+                    None => Ok(()),
+                    Some(&bad) => {
+                        let needed = "0 to 1000 m/s or rad/s";
+                        Err(bad_value("a component of speed_limits", bad, needed))
+                    }
+                }
+            }
+            Self::TrackConveyorLinear {
+                direction,
+                ticks_per_meter,
+                ..
+            } => {
+                let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+                if !(length > DIRECTION_MIN && length.is_finite()) {
+                    return Err(bad_value("the length of direction", length, "more than 0"));
+                }
+                check_ticks("ticks_per_meter", *ticks_per_meter)
+            }
+            Self::TrackConveyorCircular {
+                center,
+                ticks_per_revolution,
+                ..
+            } => {
+                if !center.is_finite() {
+                    return Err(bad_value("center", f64::NAN, "a pose of finite numbers"));
+                }
+                check_ticks("ticks_per_revolution", *ticks_per_revolution)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A count that a program gives an encoder.
+///
+/// # Errors
+/// [`Refusal::BadValue`] outside the range, or when the encoder takes its count from elsewhere.
+pub fn check_tick_count(
+    is_from_program: bool,
+    range: EncoderRange,
+    count: f64,
+) -> Result<(), Refusal> {
+    if !is_from_program {
+        let needed = "set after encoder_enable_set_tick_count() for this encoder";
+        return Err(bad_value("the tick count", count, needed));
+    }
+    let (min, max) = range.bounds();
+    if (min..=max).contains(&count) {
+        return Ok(());
+    }
+    let needed = match range {
+        EncoderRange::Signed32 => "-2147483648 to 2147483647",
+        EncoderRange::Unsigned8 => "0 to 255",
+        EncoderRange::Unsigned16 => "0 to 65535",
+        EncoderRange::Unsigned24 => "0 to 16777215",
+        EncoderRange::Unsigned32 => "0 to 4294967295",
+    };
+    Err(bad_value("the tick count", count, needed))
+}
+
+/// Checks that all `values` are numbers of at most `most` either way.
+///
+/// # Errors
+/// [`Refusal::BadValue`] with the first that is not.
+pub fn check_within(
+    values: &[f64],
+    most: f64,
+    name: &'static str,
+    needed: &'static str,
+) -> Result<(), Refusal> {
+    match values.iter().find(|x| !(-most..=most).contains(*x)) {
+        None => Ok(()),
+        Some(&value) => Err(bad_value(name, value, needed)),
+    }
+}
+
+/// A number that cannot be used: `name` is `value`, it must be `needed`.
+pub const fn bad_value(name: &'static str, value: f64, needed: &'static str) -> Refusal {
+    Refusal::BadValue {
+        name,
+        value,
+        needed,
+    }
+}
+
+fn check_ticks(name: &'static str, ticks: f64) -> Result<(), Refusal> {
+    if ticks.is_finite() && ticks.abs() >= TICKS_MIN {
+        return Ok(());
+    }
+    Err(bad_value(name, ticks, "a finite number other than 0"))
+}
+
+fn check_payload(payload: &Payload) -> Result<(), Refusal> {
+    let mass = [payload.mass];
+    check_within(&mass, PAYLOAD_MASS_MAX, "the payload mass", "0 to 1000 kg")?;
+    let name = "a coordinate of the centre of gravity";
+    check_within(payload.cog.as_slice(), TOOL_REACH_MAX, name, "at most 10 m")?;
+    let name = "a component of the payload's inertia";
+    let needed = "at most 100000 kg m²";
+    check_within(&payload.inertia, PAYLOAD_INERTIA_MAX, name, needed)?;
+    let checked = Payload::new(payload.mass, payload.cog.into(), payload.inertia);
+    checked.map(drop).map_err(|error| match error {
+        PayloadError::NegativeMass { mass_kg } => {
+            bad_value("the payload mass", mass_kg, "0 or more")
+        }
+        PayloadError::ImpossibleInertia { principal, .. } => bad_value(
+            "the largest principal moment of the payload's inertia",
+            principal[2],
+            "positive and at most the sum of the other two",
+        ),
+        _ => bad_value("a component of the payload", f64::NAN, "a finite number"),
+    })
+}

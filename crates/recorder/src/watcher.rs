@@ -1,0 +1,68 @@
+//! Gives the recording up when its output hangs: a disk or a reader that neither takes anything nor reports an error.
+//!
+//! Runs on a thread of its own, because the recorder's is the one that hangs. As long as nobody waits and nothing is lost, an
+//! output may take its time.
+
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use motion_api::RecordFlow;
+use supervision::{Ended, Faults, Kind};
+
+use crate::handle::Shared;
+use crate::notes::Notes;
+use crate::recorder::{RecordError, SharedReport, report_once};
+
+/// Time between two looks. Patience is counted in looks, so that a process that was held for a while is not taken for an
+/// output that hangs.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// What is looked at, and who is told.
+pub(crate) struct Watcher {
+    pub shared: Arc<Shared>,
+    pub notes: Arc<Notes>,
+    pub flow: Arc<RecordFlow>,
+    pub ended: Ended,
+    pub report: SharedReport,
+    pub path: PathBuf,
+}
+
+impl Watcher {
+    /// Watches until the recorder's thread has ended or is given up.
+    pub fn start(self, patience: Duration) -> io::Result<()> {
+        let looks = patience.as_millis() / LOOK.as_millis();
+        Faults::default()
+            .start(Kind::Service, "recorder-watch", move || self.watch(looks))
+            .map(drop)
+    }
+
+    fn watch(&self, looks: u128) {
+        let mut before = u64::MAX;
+        let mut without_a_step = 0;
+        while !self.ended.wait_for(LOOK) {
+            let steps = self.shared.steps.load(Ordering::Relaxed);
+            let is_waited_for = self.flow.is_full() || self.notes.hold_somebody_up();
+            without_a_step = match is_waited_for && steps == before {
+                true => without_a_step + 1,
+                false => 0,
+            };
+            before = steps;
+            if without_a_step > looks {
+                return self.give_up();
+            }
+        }
+    }
+
+    /// Whoever waits goes on; the thread, should it come back, closes the file where the recording ends.
+    fn give_up(&self) {
+        self.shared.given_up.store(true, Ordering::Release);
+        self.shared.failed.store(true, Ordering::Release);
+        self.flow.give_up();
+        self.notes.close();
+        let path = self.path.clone();
+        report_once(&self.report, &RecordError::GivenUp { path });
+    }
+}
