@@ -25,6 +25,9 @@ use motion_api::{
     border,
 };
 
+/// Hardly more records than the fullest cycle makes.
+const RECORDS: usize = 520;
+
 fn controller(sizes: BorderSizes) -> (Cycle, ScriptEnd) {
     let config = ideal("cs66");
     let (motion, script) = border(sizes, &config.first_state());
@@ -44,7 +47,7 @@ fn plain() -> RealtimeOptions {
 #[test]
 fn virtual_time_waits_for_the_recorder_and_loses_nothing() {
     let sizes = BorderSizes {
-        records: Some(70),
+        records: Some(RECORDS),
         ..BorderSizes::default()
     };
     let (cycle, mut script) = controller(sizes);
@@ -75,7 +78,7 @@ fn virtual_time_waits_for_the_recorder_and_loses_nothing() {
 #[test]
 fn virtual_time_that_the_recorder_holds_up_gives_turns_back_and_goes_on_when_it_is_given_up() {
     let sizes = BorderSizes {
-        records: Some(70),
+        records: Some(RECORDS),
         ..BorderSizes::default()
     };
     let (cycle, mut script) = controller(sizes);
@@ -85,7 +88,7 @@ fn virtual_time_that_the_recorder_holds_up_gives_turns_back_and_goes_on_when_it_
     assert!(timeline.advance() && !flow.is_full());
     while timeline.advance() {}
     let held = script.snapshot.read();
-    assert!(flow.is_full() && held.cycle < 70 && !timeline.has_ended());
+    assert!(flow.is_full() && held.cycle < RECORDS as u64 && !timeline.has_ended());
     flow.give_up();
     for _ in 0..100 {
         assert!(timeline.advance());
@@ -97,7 +100,7 @@ fn virtual_time_that_the_recorder_holds_up_gives_turns_back_and_goes_on_when_it_
 #[test]
 fn virtual_time_goes_on_when_the_recorder_is_gone() {
     let sizes = BorderSizes {
-        records: Some(70),
+        records: Some(RECORDS),
         ..BorderSizes::default()
     };
     let (cycle, mut script) = controller(sizes);
