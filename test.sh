@@ -19,9 +19,9 @@ else
     cargo test --quiet --no-fail-fast
 fi
 
-echo "== Faults around the controller"
+echo "== Campaign: every decoder, the evaluator and its generators, then faults around the controller; bounded, a line each"
 cargo build --quiet
-python3 fuzz/faults.py "${CARGO_TARGET_DIR:-target}/debug/eliteserver"
+"${CARGO_TARGET_DIR:-target}/debug/dev" campaign --seconds 5 --seed 1 --binary "${CARGO_TARGET_DIR:-target}/debug/eliteserver"
 
 echo "== The border between threads, every interleaving"
 target="${CARGO_TARGET_DIR:-target}"

@@ -201,7 +201,7 @@ impl Scope {
         let core = &ev.core;
         let namespace = core.new_namespace(Some(core.globals.clone()));
         for name in statement.declared_globals() {
-            let symbol = core.symbols.intern(name);
+            let symbol = core.symbols.take(name);
             if !core.globals.mentions(symbol) {
                 let text = format!(
                     "name '{name}' is not a global of the program, and a statement cannot define new ones"
@@ -219,7 +219,7 @@ impl Scope {
             scope.add_locals(core, frame);
         }
         for name in statement.outer_names() {
-            let symbol = core.symbols.intern(name);
+            let symbol = core.symbols.take(name);
             if !scope.namespace.mentions(symbol) && !is_global(core, symbol) {
                 let cell = core.injected.borrow().names.cell(symbol);
                 scope.namespace.share(symbol, cell);

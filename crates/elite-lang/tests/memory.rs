@@ -189,6 +189,75 @@ fn names_and_classes_that_pass_leave_no_trace() {
     }
 }
 
+/// Programs that make up names for ever hold only those they have in use.
+#[test]
+fn names_that_a_program_makes_up_are_given_up() {
+    for made_up in [
+        "exec(f'{n} = {i}\\ndel {n}')",
+        "exec(f'{n} = {i}', {})",
+        "exec(f'def f({n}): return {n}', {n: 1})",
+        "exec(f'class {n}: {n}{i} = 1', {})",
+        "eval(f'[{n} for {n} in (1, 2)]')",
+        "eval(f'lambda {n}: {n}.{n}({n}={n})')",
+        "eval(n, {n: 1}, {n + 'y': 1})",
+        "missing(n)",
+        "setattr(O, n, i); delattr(O, n)",
+        "setattr(f, n, i); delattr(f, n)",
+        "setattr(math, n, i); delattr(math, n)",
+        "class K: pass\n    setattr(K(), n, i)",
+        "class K: pass\n    K.__dict__; k = K(); k.__dict__[n] = i; getattr(k, n)",
+        "type('K', (), {n: 1})",
+        "type('K', (), {'__slots__': [n]})",
+        "'{x}'.format_map({'x': 1, n: 2}); ('{' + n + '}').format_map({n: 2})",
+        "f(**{n: i})",
+        "t = threading.Thread(target=f, kwargs={n: i}); t.start(); t.join()",
+        "globals()[n] = i; locals()[n] = i; vars()[n] = i",
+    ] {
+        let text = format!(
+            "import math, threading\nclass O: pass\ndef f(**k): return len(k)\n\
+             def missing(n):\n    try: eval(n)\n    except NameError: pass\n\
+             for i in range(14_000):\n    n = f'v{{i}}' + 'x' * 500\n    {made_up}\n\
+             print('done')\n"
+        );
+        let last = run_within(8 * MEBIBYTE, text);
+        assert_eq!(last, "done", "{made_up}");
+    }
+}
+
+/// Whatever is still called by a name goes on being called so, while others come and go.
+#[test]
+fn names_in_use_stay() {
+    let text = "
+class O: pass
+class S: pass
+def f(): pass
+kept = []
+for i in range(12_000):
+    n = f'name_{i}'
+    if i % 500 == 0:
+        scope = {n: i}
+        exec(f'def make({n}_p, *, {n}_k=2):\\n {n}_l = {n}_p + {n}_k\\n return lambda: {n} + {n}_l', scope)
+        k = type('K', (), {n: i, '__slots__': [n + '_s']})
+        o = k(); setattr(o, n + '_s', i)
+        p = O(); setattr(p, n, i)
+        setattr(f, n, i); setattr(S, n, i)
+        exec(f'{n}_g = {i}')
+        kept.append((i, n, scope, k, o, p))
+    else:
+        exec(f'{n} = {i}\\ndel {n}')
+        setattr(f, n, i); delattr(f, n)
+        setattr(S, n, i); delattr(S, n)
+for i, n, scope, k, o, p in kept:
+    made = scope['make'](**{n + '_p': 1, n + '_k': 3})
+    found = [made() - 4, scope[n], getattr(k, n), getattr(o, n + '_s'), getattr(p, n), getattr(f, n), getattr(S, n),
+             eval(n + '_g'), globals()[n + '_g'], p.__dict__[n]]
+    assert found == [i] * len(found), (n, found)
+    assert n in dir(k) and n + '_s' in k.__slots__ and list(vars(p)) == [n]
+print('done')
+";
+    assert_eq!(run_within(32 * MEBIBYTE, text.into()), "done");
+}
+
 /// Large texts of every shape are read within what the task may hold, or not at all.
 #[test]
 fn a_text_that_is_compiled_counts_before_it_runs() {

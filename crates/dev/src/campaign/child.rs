@@ -67,6 +67,8 @@ pub fn run_cases(case: &Case<'_>) -> io::Result<()> {
         .truncate(false)
         .open(case.progress)?;
     let seeds = (case.target.seeds)();
+    // A generator asks the language for its names before the first program; that is not the time of any case.
+    let _ = case.target.input(&seeds, case.seed, case.from);
     let begin = Instant::now();
     let mut number = case.from;
     while number - case.from < case.count && begin.elapsed() < case.time {

@@ -64,13 +64,9 @@ fn eval_code(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &TextScope) -> R
         return Err(raised);
     }
     ev.check_allocation(parsed.bytes)?;
-    Ok(crate::lower::expression(
-        &ev.core,
-        &scope.namespace,
-        file,
-        &expr,
-        &resolution,
-    ))
+    let code = crate::lower::expression(&ev.core, &scope.namespace, file, &expr, &resolution);
+    scope.check(&code);
+    Ok(code)
 }
 
 pub(super) fn exec(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
@@ -90,18 +86,14 @@ fn exec_code(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &TextScope) -> R
     }
     for name in &resolution.bindings {
         if scope.is_separate {
-            scope.namespace.own_cell(ev.core.symbols.intern(name));
+            scope.namespace.own_cell(ev.core.symbols.take(name));
         }
     }
     ev.check_allocation(parsed.bytes)?;
     let module = &parsed.module;
-    Ok(crate::lower::module(
-        &ev.core,
-        &scope.namespace,
-        file,
-        module,
-        &resolution,
-    ))
+    let code = crate::lower::module(&ev.core, &scope.namespace, file, module, &resolution);
+    scope.check(&code);
+    Ok(code)
 }
 
 /// What `compile` makes: a text that is known to be right, for `eval` and `exec`.
@@ -198,14 +190,26 @@ struct TextScope {
 }
 
 impl TextScope {
+    /// What the code refers to is listed exactly, or not at all.
+    fn check(&self, code: &Code) {
+        match self.is_separate {
+            true => code.refers.check(self.namespace.own_cells()),
+            // The variables are those of the text around.
+            false => code.refers.forget(),
+        }
+    }
+
     fn run(&self, ev: &Evaluator<'_>, code: Rc<Code>) -> R {
         let result = if self.is_separate {
             ev.run_text(&code, &self.namespace)
         } else {
             ev.call_function(&Function::plain(code, Box::default()), &mut [], &[])
         };
-        for (dict, namespace) in &self.written_back {
+        if self.is_separate {
             // Functions of the text refer to its variables, which may refer to them.
+            ev.core.note_namespace(&self.namespace);
+        }
+        for (dict, namespace) in &self.written_back {
             ev.core.note_namespace(namespace);
             ev.core.note(&Value::Dict(dict.clone()));
             for (name, value) in namespace.entries() {
@@ -224,6 +228,7 @@ fn prepare(ev: &Evaluator<'_>, args: &Args<'_>, function: &str) -> R<(Arc<Source
     let Some(source) = args.positional.first() else {
         return Err(ev.type_error(format!("{function} expected at least 1 argument, got 0")));
     };
+    ev.core.sweep_names_if_due();
     let text = match code_object(source) {
         Some(code) => code.text.clone(),
         None => source_text(ev, source, function)?,
@@ -289,6 +294,9 @@ fn text_scope(
         }
         is_separate = true;
     }
+    if is_separate {
+        namespace.set_of_text();
+    }
     TextScope {
         namespace,
         is_separate,
@@ -299,7 +307,7 @@ fn text_scope(
 fn fill(ev: &Evaluator<'_>, namespace: &Namespace, dict: &Dict) {
     for (_, key, value) in dict.entries() {
         if let Value::Str(name) = key {
-            let name = ev.core.symbols.intern(name.as_str());
+            let name = ev.core.symbols.take(name.as_str());
             drop(namespace.own_cell(name).value.replace(value));
         }
     }

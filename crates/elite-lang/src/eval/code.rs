@@ -1,12 +1,15 @@
 //! Executable code of one function, class body, generator or module.
 
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
 use super::steps::Step;
 use super::{Evaluator, Expr, Flow, Frame, Statement};
 use crate::source::{SourceFile, Span};
-use crate::value::{R, Symbol, Value};
+use crate::value::symbol::SymbolSet;
+use crate::value::{CellVar, R, Symbol, Value};
 
 /// How calling a function with this code goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,6 +18,76 @@ pub enum CodeKind {
     Plain,
     /// Makes a generator.
     Generator,
+}
+
+/// The symbols in the code of one text. They stay while any of that code does.
+#[derive(Default)]
+pub struct TextNames {
+    all: RefCell<Vec<Symbol>>,
+}
+
+impl TextNames {
+    /// Notes one.
+    pub fn note(&self, name: Symbol) {
+        self.all.borrow_mut().push(name);
+    }
+
+    /// Adds them to a set.
+    pub fn add_to(&self, set: &mut SymbolSet) {
+        set.extend(self.all.borrow().iter());
+    }
+}
+
+/// What the body of code in an evaluated text refers to: variables of the text, which may hold functions with that very code.
+/// Each is referred to once by the body and once here.
+#[derive(Default)]
+pub struct Refers {
+    /// Variables of a namespace that is the text's own; empty for all other code.
+    pub cells: RefCell<Vec<Rc<CellVar>>>,
+    /// Code within this one.
+    pub codes: Vec<Rc<Code>>,
+}
+
+impl Refers {
+    /// Runs `each` on the references there are, body included, as far as nobody else has the code.
+    pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        for cell in &*self.cells.borrow() {
+            let cell = Value::Cell(cell.clone());
+            each(&cell);
+            each(&cell);
+        }
+        for code in self.codes.iter().filter(|code| Rc::strong_count(code) == 2) {
+            code.refers.visit(each);
+        }
+    }
+
+    /// Compares the list with what a new text really refers to; `own` are the variables of its new namespace. If parts of the
+    /// body were made in vain, the list is no good, and the search for cycles leaves such variables alone.
+    pub fn check(&self, own: Vec<Rc<CellVar>>) {
+        let mut listed = HashMap::new();
+        self.each_cell(&mut |cell| *listed.entry(Rc::as_ptr(cell)).or_insert(0) += 1);
+        // The namespace has one reference, `own` another one.
+        let is_right = |cell: &Rc<CellVar>| {
+            let entries = listed.get(&Rc::as_ptr(cell)).copied().unwrap_or(0);
+            Rc::strong_count(cell) == 2 + 2 * entries
+        };
+        if !own.iter().all(is_right) {
+            self.forget();
+        }
+    }
+
+    fn each_cell(&self, each: &mut dyn FnMut(&Rc<CellVar>)) {
+        self.cells.borrow().iter().for_each(&mut *each);
+        for code in &self.codes {
+            code.refers.each_cell(each);
+        }
+    }
+
+    /// Empties the list, that of all code within included.
+    pub fn forget(&self) {
+        self.cells.take();
+        self.codes.iter().for_each(|code| code.refers.forget());
+    }
 }
 
 /// The code of one frame.
@@ -43,6 +116,10 @@ pub struct Code {
     pub kind: CodeKind,
     /// What runs.
     pub body: Body,
+    /// What the body refers to beyond itself.
+    pub refers: Refers,
+    /// The names in it and in the rest of the text.
+    pub names: Rc<TextNames>,
     /// Native stack that evaluating the body may take between two checks.
     pub stack_bytes: usize,
 }

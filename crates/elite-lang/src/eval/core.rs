@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use super::code::Code;
+use super::code::{Code, TextNames};
 use super::coroutine::{StackPool, Stopping, ThreadState};
 use super::cycles::Cycles;
 use super::generator::LastActs;
@@ -16,7 +16,7 @@ use crate::statement::Injected;
 use crate::value::module::Namespace;
 use crate::value::symbol::Symbols;
 use crate::value::weak::WeakList;
-use crate::value::{Dict, Module, R, Value};
+use crate::value::{Dict, Function, Module, R, Value};
 
 /// Safepoints between two looks at the memory in use.
 pub(super) const SLICE: u32 = 4096;
@@ -77,6 +77,9 @@ pub struct Core {
     pub texts: RefCell<Vec<(Rc<Code>, Rc<Namespace>)>>,
     /// Namespaces of evaluated texts, to break their cycles at the end.
     pub namespaces: WeakList<Namespace>,
+    /// Names in code, text by text, and functions that have attributes: what a sweep of names looks at.
+    pub text_names: WeakList<TextNames>,
+    pub named_functions: WeakList<Function>,
     /// Library modules being loaded, one within another; meanwhile the thread is not interrupted, so that no other one
     /// finds a module half made.
     pub loading: Cell<u32>,
@@ -132,6 +135,8 @@ impl Core {
             memory_was_large: Cell::new(false),
             texts: RefCell::default(),
             namespaces: WeakList::default(),
+            text_names: WeakList::default(),
+            named_functions: WeakList::default(),
             loading: Cell::new(0),
             last_acts: LastActs::default(),
             cycles: Cycles::default(),

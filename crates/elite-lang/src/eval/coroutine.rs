@@ -207,6 +207,7 @@ impl Evaluator<'_> {
     pub(super) fn look_around(&self) -> R<bool> {
         trash::drop_some();
         self.core.memory_look();
+        self.core.sweep_names_if_due();
         self.core.last_acts.catch_up(&self.core);
         let alarmed = memory::take_alarm();
         if self.core.stopping.get() == Stopping::No

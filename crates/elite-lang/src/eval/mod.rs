@@ -11,6 +11,7 @@ pub mod coroutine;
 pub mod cycles;
 pub mod expr;
 pub mod generator;
+pub mod names;
 pub mod node;
 pub mod pace;
 pub mod room;

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::Lower;
+use super::{Extent, Lower};
 use crate::ast::{self, Constant, ExprKind, Stmt, StmtKind};
 use crate::eval::Expr;
 use crate::eval::code::{Body, Code, CodeKind, Params};
@@ -19,7 +19,7 @@ struct Parts<'p> {
     params: Params,
     layout: FrameLayout,
     body: Body,
-    stack_bytes: usize,
+    extent: Extent,
     span: Span,
 }
 
@@ -30,7 +30,7 @@ impl Lower<'_> {
 
     fn code(&self, parts: Parts<'_>) -> Rc<Code> {
         let layout = parts.layout;
-        Rc::new(Code {
+        let code = Rc::new(Code {
             name: parts.name.into(),
             qualname: format!("{}{}", self.prefix, parts.name).into(),
             doc: parts.doc,
@@ -51,8 +51,12 @@ impl Lower<'_> {
                 CodeKind::Plain
             },
             body: parts.body,
-            stack_bytes: parts.stack_bytes,
-        })
+            names: self.names.clone(),
+            stack_bytes: parts.extent.stack_bytes,
+            refers: parts.extent.refers,
+        });
+        self.refers.borrow_mut().codes.push(code.clone());
+        code
     }
 
     fn params(&self, parameters: &ast::Parameters) -> Params {
@@ -111,18 +115,17 @@ impl Lower<'_> {
         let decorators = self.decorators(&def.decorators);
         let layout = self.layout(def.scope);
         let prefix = format!("{}{}.<locals>.", self.prefix, def.name.name);
-        let (body, stack_bytes) =
-            self.frame(def.scope, prefix, |lower| match layout.is_generator {
-                true => lower.generator_body(&def.body),
-                false => Body::Block(lower.block(&def.body)),
-            });
+        let (body, extent) = self.frame(def.scope, prefix, |lower| match layout.is_generator {
+            true => lower.generator_body(&def.body),
+            false => Body::Block(lower.block(&def.body)),
+        });
         let code = self.code(Parts {
             name: &def.name.name,
             doc: docstring(&def.body),
             params: self.params(&def.parameters),
             layout: layout.clone(),
             body,
-            stack_bytes,
+            extent,
             span,
         });
         let function = self.make_function(&def.parameters, code, &layout);
@@ -143,15 +146,14 @@ impl Lower<'_> {
     pub(super) fn lambda(&mut self, lambda: &ast::Lambda, span: Span) -> MakeFunction {
         let layout = self.layout(lambda.scope);
         let prefix = format!("{}<lambda>.<locals>.", self.prefix);
-        let (body, stack_bytes) =
-            self.frame(lambda.scope, prefix, |lower| lower.expr(&lambda.body));
+        let (body, extent) = self.frame(lambda.scope, prefix, |lower| lower.expr(&lambda.body));
         let code = self.code(Parts {
             name: "<lambda>",
             doc: None,
             params: self.params(&lambda.parameters),
             layout: layout.clone(),
             body: Body::Expression(body),
-            stack_bytes,
+            extent,
             span,
         });
         self.make_function(&lambda.parameters, code, &layout)
@@ -165,7 +167,7 @@ impl Lower<'_> {
     ) -> MakeFunction {
         let layout = self.layout(comprehension.scope);
         let prefix = format!("{}<genexpr>.<locals>.", self.prefix);
-        let (body, stack_bytes) = self.frame(comprehension.scope, prefix, |lower| {
+        let (body, extent) = self.frame(comprehension.scope, prefix, |lower| {
             let first: Expr = Box::new(Local { slot: 0, span });
             lower.generator_expression_body(comprehension, first, element)
         });
@@ -181,7 +183,7 @@ impl Lower<'_> {
             params,
             layout: layout.clone(),
             body,
-            stack_bytes,
+            extent,
             span,
         });
         MakeFunction {
@@ -197,14 +199,14 @@ impl Lower<'_> {
         let args = self.call_args(&def.args);
         let layout = self.layout(def.scope);
         let prefix = format!("{}{}.", self.prefix, def.name.name);
-        let (body, stack_bytes) = self.frame(def.scope, prefix, |lower| lower.block(&def.body));
+        let (body, extent) = self.frame(def.scope, prefix, |lower| lower.block(&def.body));
         let code = self.code(Parts {
             name: &def.name.name,
             doc: docstring(&def.body),
             params: Params::default(),
             layout: layout.clone(),
             body: Body::Block(body),
-            stack_bytes,
+            extent,
             span,
         });
         DefineClass {

@@ -136,7 +136,7 @@ impl Lower<'_> {
     pub(super) fn global(&self, name: &str, span: Span) -> Global {
         let name = self.symbol(name);
         Global {
-            cell: self.namespace.cell(name),
+            cell: self.variable(name),
             builtin: self.behind(name),
             name,
             span,

@@ -7,13 +7,14 @@ mod generator;
 mod stmt;
 mod target;
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
 use crate::ast::{self, Constant, NodeMark, NodePlace, ScopeId};
 use crate::eval::Core;
-use crate::eval::code::{Block, Body, Code, CodeKind, Params};
+use crate::eval::code::{Block, Body, Code, CodeKind, Params, Refers, TextNames};
 use crate::eval::coroutine::{LEVEL, RESERVE};
 use crate::eval::node::{Pass, PassThen};
 use crate::eval::{Expr, Statement};
@@ -21,7 +22,7 @@ use crate::resolve::{FrameLayout, Place, Resolution, ScopePlaces};
 use crate::source::{SourceFile, Span};
 use crate::value::module::Namespace;
 use crate::value::symbol::known;
-use crate::value::{Bytes, Symbol, Value};
+use crate::value::{Bytes, CellVar, Symbol, Value};
 
 /// Makes the code of a whole module.
 pub fn module(
@@ -71,6 +72,17 @@ struct Lower<'l> {
     no_places: ScopePlaces,
     /// The directives by when they are passed.
     passes: HashMap<NodePlace, Vec<Pass>>,
+    /// The symbols it has used.
+    names: Rc<TextNames>,
+    /// What the frame refers to beyond itself.
+    refers: RefCell<Refers>,
+}
+
+/// What a frame takes and refers to.
+struct Extent {
+    /// Native stack.
+    stack_bytes: usize,
+    refers: Refers,
 }
 
 /// A statement with its line.
@@ -109,6 +121,8 @@ impl<'l> Lower<'l> {
             deepest: 0,
             no_places: ScopePlaces::default(),
             passes: HashMap::new(),
+            names: core.names_of_text(),
+            refers: RefCell::default(),
         }
     }
 
@@ -132,20 +146,32 @@ impl<'l> Lower<'l> {
     }
 
     fn symbol(&self, name: &str) -> Symbol {
-        self.core.symbols.intern(name)
+        let symbol = self.core.symbols.take(name);
+        self.names.note(symbol);
+        symbol
+    }
+
+    /// The variable of a name of the namespace.
+    fn variable(&self, name: Symbol) -> Rc<CellVar> {
+        let cell = self.namespace.cell(name);
+        if self.namespace.is_of_text() && self.namespace.mentions(name) {
+            self.refers.borrow().cells.borrow_mut().push(cell.clone());
+        }
+        cell
     }
 
     fn line(&self, span: Span) -> u32 {
         self.file.line_of(span.start)
     }
 
-    /// Runs `inner` for the contents of a frame, and returns with its result the native stack the frame needs.
+    /// Runs `inner` for the contents of a frame, and returns with its result what the frame takes.
     fn frame<T>(
         &mut self,
         scope: ScopeId,
         prefix: String,
         inner: impl FnOnce(&mut Self) -> T,
-    ) -> (T, usize) {
+    ) -> (T, Extent) {
+        let outer_refers = self.refers.take();
         let outer_scope = std::mem::replace(&mut self.scope, scope);
         let outer_frame = std::mem::replace(&mut self.frame_scope, scope);
         let outer_prefix = std::mem::replace(&mut self.prefix, prefix);
@@ -154,12 +180,15 @@ impl<'l> Lower<'l> {
             std::mem::take(&mut self.deepest),
         );
         let result = inner(self);
-        let stack_bytes = stack_bytes(self.deepest);
+        let extent = Extent {
+            stack_bytes: stack_bytes(self.deepest),
+            refers: self.refers.replace(outer_refers),
+        };
         (self.depth, self.deepest) = outer_depth;
         self.scope = outer_scope;
         self.frame_scope = outer_frame;
         self.prefix = outer_prefix;
-        (result, stack_bytes)
+        (result, extent)
     }
 
     /// Runs `inner` one level deeper in the tree.
@@ -186,7 +215,9 @@ impl<'l> Lower<'l> {
             cells: layout.cells.into(),
             kind: CodeKind::Plain,
             body,
+            names: self.names.clone(),
             stack_bytes: stack_bytes(self.deepest),
+            refers: self.refers.take(),
         })
     }
 

@@ -99,7 +99,7 @@ impl Lower<'_> {
             Place::Free(index) => Shared::Free(index),
             Place::Global => {
                 let name = self.symbol(name);
-                Shared::Global(self.namespace.cell(name), name)
+                Shared::Global(self.variable(name), name)
             }
         };
         Box::new(SharedTarget { place, span })

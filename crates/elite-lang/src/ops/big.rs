@@ -7,11 +7,15 @@ use crate::eval::Evaluator;
 use crate::value::R;
 
 /// Digits of 32 bits in a piece that is multiplied at once.
-const PIECE: usize = 4096;
-/// Digits of a factor that is so short that the other may have any length.
+const PIECE: usize = if cfg!(debug_assertions) { 1024 } else { 4096 };
+/// Digits of a factor that is so short that nothing is gained by halving it.
 const SHORT: usize = 64;
-/// Products of two digits that are done at once in a division.
-const AT_ONCE: usize = 1 << 22;
+/// Products of two digits that are done at once in a division, or with a short factor.
+const AT_ONCE: usize = if cfg!(debug_assertions) {
+    1 << 18
+} else {
+    1 << 22
+};
 
 impl Evaluator<'_> {
     /// `a * b`
@@ -22,7 +26,7 @@ impl Evaluator<'_> {
 
     fn product(&self, a: &BigUint, b: &BigUint) -> R<BigUint> {
         let (longer, shorter) = (digits(a).max(digits(b)), digits(a).min(digits(b)));
-        if longer <= PIECE || shorter <= SHORT {
+        if at_once(longer, shorter) {
             self.worked(longer * shorter.min(256))?;
             return Ok(a * b);
         }
@@ -31,18 +35,20 @@ impl Evaluator<'_> {
 
     fn product_of_digits(&self, a: &[u32], b: &[u32]) -> R<BigUint> {
         let (longer, shorter) = if a.len() < b.len() { (b, a) } else { (a, b) };
-        if longer.len() <= PIECE || shorter.len() <= SHORT {
+        if at_once(longer.len(), shorter.len()) {
             self.worked(longer.len() * shorter.len().min(256))?;
             return Ok(BigUint::from_slice(longer) * BigUint::from_slice(shorter));
         }
         if shorter.len() * 2 <= longer.len() {
-            // Pieces as long as the shorter factor, from the top.
-            let mut sum = BigUint::ZERO;
+            // Pieces at least as long as the shorter factor; each product is added in its place.
             let piece = shorter.len().max(PIECE);
-            for part in longer.rchunks_exact_from_top(piece) {
-                sum = (sum << (32 * part.len())) + self.product_of_digits(part, shorter)?;
+            let mut sum = vec![0; longer.len() + shorter.len()];
+            for (number, part) in longer.chunks(piece).enumerate() {
+                let product = self.product_of_digits(part, shorter)?.to_u32_digits();
+                add_digits(&mut sum[number * piece..], &product);
+                self.worked(product.len())?;
             }
-            return Ok(sum);
+            return Ok(BigUint::new(sum));
         }
         // Karatsuba: three products of half the length.
         let half = longer.len() / 2;
@@ -215,6 +221,26 @@ trait FromTop {
 impl FromTop for [u32] {
     fn rchunks_exact_from_top(&self, size: usize) -> impl Iterator<Item = &[u32]> {
         self.chunks(size).rev()
+    }
+}
+
+/// Whether a product of so many digits is left to the library.
+fn at_once(longer: usize, shorter: usize) -> bool {
+    longer <= PIECE || shorter <= SHORT && longer.saturating_mul(shorter) <= AT_ONCE
+}
+
+/// Adds digits to others, from the least significant on; the sum has room there.
+fn add_digits(sum: &mut [u32], more: &[u32]) {
+    let mut more = more.iter();
+    let mut carry = 0;
+    for place in sum {
+        let digit = more.next();
+        if digit.is_none() && carry == 0 {
+            return;
+        }
+        let whole = u64::from(*place) + u64::from(digit.copied().unwrap_or(0)) + carry;
+        *place = whole as u32;
+        carry = whole >> 32;
     }
 }
 

@@ -250,11 +250,15 @@ impl Evaluator<'_> {
             self.core.note_function(function);
         }
         self.core.symbols.settle(name);
+        if function.attrs.borrow().is_none() {
+            self.core.named_functions.push(function);
+        }
         let old = function.attrs.change(|attrs| {
             let attrs = attrs.get_or_insert_with(|| Box::new(AttrMap::default()));
             attrs.insert(name, new)
         });
         drop(old);
+        self.core.sweep_names_if_due();
         Ok(())
     }
 

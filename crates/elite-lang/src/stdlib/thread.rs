@@ -102,21 +102,23 @@ fn start(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let function = args[0].clone();
     let positional = ev.collect(&args[1])?;
     let keywords = match args[2].given() {
-        None => Vec::new(),
+        None => crate::value::Dict::new(),
         Some(value) => {
             let dict = crate::value::Dict::new();
             ev.update_from_mapping(&dict, value)?;
-            let named = dict
-                .entries()
-                .into_iter()
-                .filter_map(|(_, key, value)| match key {
-                    Value::Str(name) => Some((ev.core.symbols.intern(name.as_str()), value)),
-                    _ => None,
-                });
-            named.collect()
+            dict
         }
     };
     let thread = ScriptThread::new(&ev.core, move |ev| {
+        let named = keywords.entries().into_iter();
+        let (names, values): (Vec<_>, Vec<_>) = named
+            .filter_map(|(_, key, value)| match key {
+                Value::Str(name) => Some((ev.core.symbols.ask(name.as_str()), value)),
+                _ => None,
+            })
+            .unzip();
+        let symbols = names.iter().map(|name| **name);
+        let keywords: Vec<_> = symbols.zip(values).collect();
         ev.call(&function, &mut { positional }, &keywords)
     });
     let id = thread.id();

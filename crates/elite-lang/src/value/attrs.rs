@@ -1,8 +1,11 @@
-//! Attributes by symbol, in the order they were first set. Indices stay valid: deleting leaves a hole.
+//! Attributes by symbol, in the order they were first set. Deleting leaves a hole, so that indices stay valid until
+//! something new is inserted.
 
 use super::symbol::SymbolMap;
 use super::{Symbol, Value};
 
+/// With more holes than this, and than entries, they are closed.
+const HOLES_MAX: usize = 16;
 /// Up to this many keys a scan is faster than a table.
 const SCAN_MAX: usize = 8;
 
@@ -12,6 +15,7 @@ pub struct AttrMap {
     keys: Vec<Symbol>,
     values: Vec<Value>,
     index: SymbolMap<u32>,
+    holes: usize,
 }
 
 impl AttrMap {
@@ -39,7 +43,12 @@ impl AttrMap {
     /// Sets `key`; returns the value before, `Unbound` if there was none.
     pub fn insert(&mut self, key: Symbol, value: Value) -> Value {
         if let Some(index) = self.index_of(key) {
-            return std::mem::replace(&mut self.values[index], value);
+            let old = std::mem::replace(&mut self.values[index], value);
+            self.holes = self.holes.saturating_sub(usize::from(old.is_unbound()));
+            return old;
+        }
+        if self.holes > HOLES_MAX && self.holes > self.keys.len() / 2 {
+            self.close_holes();
         }
         let index = self.keys.len();
         if index == SCAN_MAX {
@@ -62,7 +71,23 @@ impl AttrMap {
     pub fn remove(&mut self, key: Symbol) -> Option<Value> {
         let index = self.index_of(key)?;
         let value = std::mem::take(&mut self.values[index]);
-        (!value.is_unbound()).then_some(value)
+        if value.is_unbound() {
+            return None;
+        }
+        self.holes += 1;
+        Some(value)
+    }
+
+    fn close_holes(&mut self) {
+        let keys = std::mem::take(&mut self.keys);
+        let values = std::mem::take(&mut self.values);
+        self.index = SymbolMap::default();
+        self.holes = 0;
+        for (key, value) in keys.into_iter().zip(values) {
+            if !value.is_unbound() {
+                self.insert(key, value);
+            }
+        }
     }
 
     /// Keys and values, holes left out.
@@ -74,6 +99,11 @@ impl AttrMap {
             .filter(|(_, value)| !value.is_unbound())
     }
 
+    /// The names, also of holes.
+    pub fn names(&self) -> impl Iterator<Item = Symbol> {
+        self.keys.iter().copied()
+    }
+
     /// Number of indices in use, holes included.
     pub fn width(&self) -> usize {
         self.keys.len()
@@ -83,6 +113,7 @@ impl AttrMap {
     pub fn take_values(&mut self) -> Vec<Value> {
         self.keys.clear();
         self.index.clear();
+        self.holes = 0;
         std::mem::take(&mut self.values)
     }
 }

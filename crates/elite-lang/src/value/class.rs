@@ -8,7 +8,7 @@ use std::rc::Rc;
 
 use super::attrs::AttrMap;
 use super::held::Look;
-use super::symbol::{SymbolMap, known};
+use super::symbol::{SymbolMap, SymbolSet, known};
 use super::weak::WeakList;
 use super::{Held, Symbol, Value, trash};
 
@@ -414,6 +414,15 @@ impl Class {
             slots.as_ref().is_some_and(|slots| slots.contains(&name))
         };
         self.has_dict() || listed(self) || self.ancestors.iter().any(|class| listed(class))
+    }
+
+    /// Adds the names of its attributes and of those of its instances to a set.
+    pub fn add_names_to(&self, set: &mut SymbolSet) {
+        set.extend(self.attrs.borrow().names());
+        set.extend(self.layout.borrow().names());
+        if let Some(slots) = &*self.slots.borrow() {
+            set.extend(slots);
+        }
     }
 
     /// The instance layout.

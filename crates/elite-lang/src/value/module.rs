@@ -3,7 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use super::symbol::SymbolMap;
+use super::symbol::{SymbolMap, SymbolSet};
 use super::{CellVar, Symbol, Value};
 
 /// Names up to which a namespace is not searched for unused ones.
@@ -24,6 +24,8 @@ pub struct Namespace {
     order: RefCell<Vec<Symbol>>,
     /// With so many names those that nothing refers to any more leave.
     limit: Cell<usize>,
+    /// It is that of an evaluated text, and of nothing else.
+    of_text: Cell<bool>,
     /// Where names are looked up that are not here.
     parent: Option<Rc<Namespace>>,
 }
@@ -35,6 +37,16 @@ impl Namespace {
             parent: Some(parent),
             ..Namespace::default()
         }
+    }
+
+    /// Makes it the namespace of an evaluated text.
+    pub fn set_of_text(&self) {
+        self.of_text.set(true);
+    }
+
+    /// Whether it is the namespace of an evaluated text.
+    pub fn is_of_text(&self) -> bool {
+        self.of_text.get()
     }
 
     /// The cell of a name; if there is none yet, one is made in the namespace at the back. `Unbound` until assigned.
@@ -69,24 +81,33 @@ impl Namespace {
         if let Some(cell) = self.cells.borrow().get(&name) {
             return cell.clone();
         }
-        self.forget_unused();
+        self.forget_unused_if_many();
         self.order.borrow_mut().push(name);
         self.cells.borrow_mut().entry(name).or_default().clone()
     }
 
     /// Names that are unbound, and that no code refers to, leave whenever their number has doubled: a program that evaluates
     /// ever new texts which bind and delete ever new names does not grow.
-    fn forget_unused(&self) {
-        let mut cells = self.cells.borrow_mut();
-        if cells.len() < self.limit.get().max(NAMES_MIN) {
-            return;
+    fn forget_unused_if_many(&self) {
+        if self.cells.borrow().len() >= self.limit.get().max(NAMES_MIN) {
+            self.forget_unused();
         }
+    }
+
+    /// Names that are unbound, and that no code refers to, leave.
+    pub fn forget_unused(&self) {
+        let mut cells = self.cells.borrow_mut();
         // Only unbound ones are dropped, so no code runs.
         cells.retain(|_, cell| Rc::strong_count(cell) > 1 || !cell.value.borrow().is_unbound());
         let mut order = self.order.borrow_mut();
         order.retain(|name| cells.contains_key(name));
         self.limit.set(cells.len() * 2);
         cells.shrink_to(self.limit.get());
+    }
+
+    /// Adds its names to a set.
+    pub fn add_names_to(&self, set: &mut SymbolSet) {
+        set.extend(self.cells.borrow().keys());
     }
 
     /// The cells of all names of this very namespace.

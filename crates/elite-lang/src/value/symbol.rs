@@ -1,7 +1,7 @@
 //! Names of attributes and keywords as small numbers, one table per interpreter.
 
-use std::cell::RefCell;
-use std::collections::HashMap;
+use std::cell::{Cell, RefCell};
+use std::collections::{HashMap, HashSet};
 use std::hash::{BuildHasherDefault, Hasher};
 use std::rc::Rc;
 
@@ -10,6 +10,9 @@ use super::{Str, Value};
 /// A name, by its number in the interpreter's table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Symbol(pub u32);
+
+/// Sets of symbols.
+pub type SymbolSet = HashSet<Symbol, BuildHasherDefault<SymbolHasher>>;
 
 /// Tables by symbol.
 pub type SymbolMap<V> = HashMap<Symbol, V, BuildHasherDefault<SymbolHasher>>;
@@ -87,25 +90,67 @@ CLASSCELL = "__classcell__", CLOSE = "close", MAIN = "__main__", }
 
 /// The table of names of one interpreter.
 ///
-/// A name that something is called by stays. One that a program only asks for (`getattr(o, name)`, a key of `**mapping`)
+/// A name of the interpreter's own stays. One that a program only asks for (`getattr(o, name)`, a key of `**mapping`)
 /// passes: it is forgotten when the last `Passing` for it is dropped, unless something has been called by it meanwhile.
+/// What texts and attributes of a program are called by is given up when a `sweep` finds that nothing is called so any
+/// more, so a program may go on making up names for ever.
 pub struct Symbols {
     inner: RefCell<Inner>,
+    /// What the names weigh that a sweep may give up, and how much makes the next one due.
+    loose: Cell<usize>,
+    due: Cell<usize>,
 }
 
-#[derive(Default)]
+/// A sweep is not worth it for less.
+const LOOSE_MIN: usize = 2048;
+
+/// What a name weighs: long ones count as several.
+fn weight(text: &str) -> usize {
+    1 + text.len() / 32
+}
+
 struct Inner {
     numbers: HashMap<Rc<str>, Symbol>,
     names: Vec<Name>,
     /// Numbers of names that have passed.
     free: Vec<Symbol>,
+    /// What those are called.
+    nothing: Rc<str>,
+    nothing_value: Rc<Str>,
+}
+
+impl Default for Inner {
+    fn default() -> Self {
+        Inner {
+            numbers: HashMap::new(),
+            names: Vec::new(),
+            free: Vec::new(),
+            nothing: "".into(),
+            nothing_value: Rc::new(Str::new("")),
+        }
+    }
 }
 
 struct Name {
     text: Rc<str>,
     value: Rc<Str>,
-    /// How many ask for it right now, if nothing is called by it yet.
-    asked: Option<u32>,
+    /// How many ask for it right now.
+    asked: u32,
+    stay: Stay,
+}
+
+/// How long a name stays.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Stay {
+    /// While somebody asks for it.
+    Asked,
+    /// While something is called by it, as far as is known.
+    Used,
+    /// The last sweep found nothing called by it. The next one gives it up, if there still is nothing then: whoever has
+    /// taken it may not have had the time to call something by it.
+    Doubtful,
+    /// Always.
+    Always,
 }
 
 /// A name for as long as somebody asks for it.
@@ -132,6 +177,8 @@ impl Default for Symbols {
     fn default() -> Self {
         let symbols = Symbols {
             inner: RefCell::default(),
+            loose: Cell::new(0),
+            due: Cell::new(LOOSE_MIN),
         };
         for (number, text) in KNOWN.iter().enumerate() {
             let symbol = symbols.intern(text);
@@ -142,21 +189,27 @@ impl Default for Symbols {
 }
 
 impl Symbols {
-    /// The symbol for `name`, a new one if need be; from now on something is called by it.
+    /// The symbol for a name of the interpreter's own, a new one if need be; it stays.
     pub fn intern(&self, name: &str) -> Symbol {
         let mut inner = self.inner.borrow_mut();
-        let symbol = inner.number(name, None);
-        inner.names[symbol.0 as usize].asked = None;
+        let symbol = inner.number(name);
+        inner.names[symbol.0 as usize].stay = Stay::Always;
+        symbol
+    }
+
+    /// The symbol for a name that a program has made up, a new one if need be. Something that `Core::sweep_names` looks at
+    /// is called by it from now on, or soon.
+    pub fn take(&self, name: &str) -> Symbol {
+        let symbol = self.inner.borrow_mut().number(name);
+        self.settle(symbol);
         symbol
     }
 
     /// The symbol for `name`, to look for what is called by it. Whoever then calls something by it says so with `settle`.
     pub fn ask(&self, name: &str) -> Passing<'_> {
         let mut inner = self.inner.borrow_mut();
-        let symbol = inner.number(name, Some(0));
-        if let Some(asked) = &mut inner.names[symbol.0 as usize].asked {
-            *asked += 1;
-        }
+        let symbol = inner.number(name);
+        inner.names[symbol.0 as usize].asked += 1;
         Passing {
             symbols: self,
             symbol,
@@ -165,20 +218,56 @@ impl Symbols {
 
     /// Something is called by this name from now on.
     pub fn settle(&self, symbol: Symbol) {
-        self.inner.borrow_mut().names[symbol.0 as usize].asked = None;
+        let name = &mut self.inner.borrow_mut().names[symbol.0 as usize];
+        match name.stay {
+            Stay::Asked => self.loose.set(self.loose.get() + weight(&name.text)),
+            Stay::Doubtful => {}
+            Stay::Used | Stay::Always => return,
+        }
+        name.stay = Stay::Used;
+    }
+
+    /// Whether so many names, or such long ones, have come into use that a sweep is worth it.
+    pub fn sweep_is_due(&self) -> bool {
+        self.loose.get() >= self.due.get()
+    }
+
+    /// Gives names up that nothing is called by any more; `used` are those that something is called by.
+    pub fn sweep(&self, used: &SymbolSet) {
+        let mut inner = self.inner.borrow_mut();
+        let mut loose = 0;
+        for number in 0..inner.names.len() {
+            let symbol = Symbol(number as u32);
+            let name = &mut inner.names[number];
+            if !matches!(name.stay, Stay::Used | Stay::Doubtful) {
+                continue;
+            }
+            let weight = weight(&name.text);
+            name.stay = match name.stay {
+                _ if used.contains(&symbol) => Stay::Used,
+                Stay::Used => Stay::Doubtful,
+                _ if name.asked > 0 => Stay::Asked,
+                _ => {
+                    inner.give_up(symbol);
+                    continue;
+                }
+            };
+            if name.stay != Stay::Asked {
+                loose += weight;
+            }
+        }
+        let room = inner.numbers.len() * 2;
+        inner.numbers.shrink_to(room);
+        self.loose.set(loose);
+        self.due.set((loose * 2).max(LOOSE_MIN));
     }
 
     fn no_longer_asked(&self, symbol: Symbol) {
         let mut inner = self.inner.borrow_mut();
         let name = &mut inner.names[symbol.0 as usize];
-        let Some(asked) = &mut name.asked else { return };
-        *asked -= 1;
-        if *asked == 0 {
-            let nothing: Rc<str> = Rc::from("");
-            let text = std::mem::replace(&mut name.text, nothing);
-            name.value = Rc::new(Str::new(""));
-            inner.numbers.remove(&text);
-            inner.free.push(symbol);
+        name.asked -= 1;
+        if name.asked == 0 && name.stay == Stay::Asked {
+            inner.give_up(symbol);
         }
     }
 
@@ -205,14 +294,24 @@ impl Symbols {
 }
 
 impl Inner {
-    fn number(&mut self, text: &str, asked: Option<u32>) -> Symbol {
+    fn give_up(&mut self, symbol: Symbol) {
+        let name = &mut self.names[symbol.0 as usize];
+        let text = std::mem::replace(&mut name.text, self.nothing.clone());
+        name.value = self.nothing_value.clone();
+        name.stay = Stay::Asked;
+        self.numbers.remove(&text);
+        self.free.push(symbol);
+    }
+
+    fn number(&mut self, text: &str) -> Symbol {
         if let Some(symbol) = self.numbers.get(text) {
             return *symbol;
         }
         let name = Name {
             text: text.into(),
             value: Rc::new(Str::new(text)),
-            asked,
+            asked: 0,
+            stay: Stay::Asked,
         };
         let key = name.text.clone();
         let symbol = match self.free.pop() {

@@ -1,10 +1,14 @@
 //! What comes over the network and serial lines: the codecs of every port and field bus.
 
+mod conversation;
 mod dashboard;
+mod foxglove;
+mod http;
 mod http_inputs;
 mod interpreter;
 mod modbus_rtu;
 mod modbus_server;
+mod opening;
 mod primary;
 mod rtsi;
 mod script_socket;
@@ -120,6 +124,116 @@ pub(super) const TARGETS: &[Target] = &[
             b"\x7f\xf8\0\0\0\0\0\0",
         ],
         bytes_max: 600,
+    },
+    Target {
+        name: "opening",
+        about: "first bytes on a port that speaks no HTTP: browsers stay out, nobody else loses a byte",
+        judge: opening::judge,
+        shown: as_they_are,
+        seeds: || {
+            let starts: [&[u8]; 7] = [
+                b"GET / HTTP/1.1\r\nHost: x\r\n\r\n",
+                b"\r\n post\t/x HTTP/1.0\r\n\r\n",
+                b"propfind host:443 http/1.1\r\n",
+                b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
+                b"def move():\n  get = 1\nend\n",
+                b"\0\x0aI\0a,b,c",
+                b"\x16\x03\0\0\0\x06\x01\x03\0\0\0\x08",
+            ];
+            starts.map(<[u8]>::to_vec).to_vec()
+        },
+        words: &[
+            b"GET ",
+            b"get ",
+            b"link ",
+            b" / ",
+            b"HTTP/",
+            b"\r\n",
+            b"\t",
+            b"\x16\x03",
+            b"HEAD",
+            b"-",
+            b"OPTIONS",
+        ],
+        bytes_max: 400,
+    },
+    Target {
+        name: "http",
+        about: "whole connections to the http port: only who calls this machine by its name gets in",
+        judge: http::judge,
+        shown: as_they_are,
+        seeds: || {
+            let requests: [&[u8]; 6] = [
+                b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\nGET /metrics HTTP/1.1\r\nHost: 127.0.0.1:8080\r\n\r\n",
+                b"GET http://evil.example/panel HTTP/1.1\r\nHost: evil.example\r\nOrigin: http://evil.example\r\n\r\n",
+                b"GET /api/io HTTP/1.0\r\n\r\n",
+                b"POST /api/inputs HTTP/1.1\r\nHost: [::1]:80\r\nContent-Type: application/json\r\nContent-Length: 13\r\n\r\n{\"DI0\": true}",
+                b"POST /api/inputs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nOrigin: http://localhost\r\nTransfer-Encoding: chunked\r\n\r\n6\r\n{\"DI0\"\r\n7\r\n: true}\r\n0\r\n\r\n",
+                b"OPTIONS * HTTP/1.1\r\nHost: localhost\r\nExpect: 100-continue\r\nConnection: close\r\n\r\n",
+            ];
+            requests.map(<[u8]>::to_vec).to_vec()
+        },
+        words: &[
+            b"\r\n",
+            b"Host: ",
+            b"localhost",
+            b"evil.example",
+            b"127.0.0.1",
+            b"[::1]",
+            b"@",
+            b"%",
+            b"Origin: null\r\n",
+            b"Transfer-Encoding: chunked\r\n",
+            b"Content-Length: 0\r\n",
+            b"HTTP/1.1",
+            b"HTTP/1.0",
+            b"HTTP/2.0",
+            b"/api/inputs",
+            b"/healthz",
+            b"..",
+            b"ffffffff\r\n",
+            b"application/json",
+        ],
+        bytes_max: 1500,
+    },
+    Target {
+        name: "foxglove",
+        about: "whole connections to the Foxglove port: handshakes, frames, messages; nothing is left of who is gone",
+        judge: foxglove::judge,
+        shown: as_they_are,
+        seeds: || {
+            let mut whole = foxglove::handshake();
+            whole.extend(b"\x81\x8e\0\0\0\0{\"op\":\"other\"}\x89\x80\0\0\0\0\x01\x80\0\0\0\0\x88\x80\0\0\0\0");
+            vec![
+                whole,
+                foxglove::handshake(),
+                br#"{"op":"subscribe","subscriptions":[{"id":7,"channelId":1},{"id":8,"channelId":6}]}
+{"op":"unsubscribe","subscriptionIds":[7,8,100]}
+{"op":"advertise","channels":[]}"#
+                    .to_vec(),
+            ]
+        },
+        words: &[
+            b"\n",
+            b"{",
+            b"}",
+            b"[",
+            b"]",
+            b"\"id\":",
+            b"4294967295",
+            b"-1",
+            b"null",
+            b"\"op\":\"subscribe\"",
+            b"\x81\xff",
+            b"\x82\xfe",
+            b"\x01\x80\0\0\0\0",
+            b"\x80\x80\0\0\0\0",
+            b"Sec-WebSocket-",
+            b"foxglove.websocket.v1",
+            b"Host: evil.example\r\n",
+            b"\xff",
+        ],
+        bytes_max: 1500,
     },
     Target {
         name: "http_inputs",

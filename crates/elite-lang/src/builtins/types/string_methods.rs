@@ -147,12 +147,14 @@ pub(super) fn install(core: &Rc<Core>) {
             ("format_map", "mapping /", |ev, args| {
                 let text = receiver(ev, &args[0])?;
                 let mut keywords: Vec<(Symbol, Value)> = Vec::new();
+                let mut names = Vec::new();
                 for name in crate::format::field_names(ev, text.as_str()) {
                     let name = name?;
-                    let symbol = ev.core.symbols.intern(name);
-                    if !keywords.iter().any(|(known, _)| *known == symbol) {
+                    let symbol = ev.core.symbols.ask(name);
+                    if !keywords.iter().any(|(known, _)| *known == *symbol) {
                         let value = ev.item(&args[1], &Value::str(name))?;
-                        keywords.push((symbol, value));
+                        keywords.push((*symbol, value));
+                        names.push(symbol);
                     }
                 }
                 let args = crate::builtins::Args {

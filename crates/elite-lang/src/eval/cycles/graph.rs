@@ -119,6 +119,9 @@ fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
                 each(&Value::Cell(cell.clone()));
             }
             function.keyword_defaults.iter().for_each(&mut *each);
+            if Rc::strong_count(&function.code) == 1 {
+                function.code.refers.visit(each);
+            }
             if let Some(attrs) = function.attrs.try_borrow()
                 && let Some(attrs) = &*attrs
             {

@@ -113,9 +113,16 @@ fn a_loop_that_drops_cycles_does_not_grow() {
         "d = {}; d['keys'] = d.items(); d['data'] = 'x' * 13600",
         "a = A(); a.part = partial(print, a, 'x' * 13600)",
         "a = A(); a.go = a.step_with('x' * 13600)",
+        "exec('def f(): return f, data', {'data': 'x' * 13600})",
+        "exec('def f():\\n def g(): return f, g, data\\n return g', {'data': 'x' * 13600})",
+        "exec('class B:\\n def m(self): return B, data\\nb = B(); b.me = b', {'data': 'x' * 13600})",
+        "exec('f = lambda: f\\nfor x in [lambda: (f, x)]: pass', {}, {'data': 'x' * 13600})",
+        "exec('def f(): yield f\\ng = f(); next(g)', {'data': 'x' * 13600})",
+        "local_text('x' * 13600)",
     ] {
         let text = format!(
-            "{classes}def closure():\n    data = 'x' * 13600\n    def walk(): return walk, data\n\
+            "{classes}def local_text(data): exec('def f(): return f, data')\n\
+             def closure():\n    data = 'x' * 13600\n    def walk(): return walk, data\n\
              for i in range(6_000):\n    {make}\n"
         );
         let most = peak(&text);
@@ -467,4 +474,31 @@ fn what_a_search_that_was_given_up_has_seen_is_released() {
     assert!(interpreter.global("total").and_then(|total| total.as_i64()) > Some(1000));
     drop((thread, interpreter, program, second));
     assert_eq!(memory::held() - before, 0);
+}
+
+#[test]
+fn functions_of_evaluated_texts_keep_what_they_use() {
+    let text = "
+class A: pass
+def make(i):
+    scope = {'data': [i], 'twice': []}
+    exec('def f(): return data[0] + g()\\ndef g(): return h()()\\ndef h():\\n def k(): return data[0]\\n twice.append(k)\\n return k', scope)
+    exec('def later(): return f() - data[0]\\nf.later = later', scope)
+    def local(data):
+        exec('def f(): return data[0]\\nkept.append(f)')
+        exec('kept.append(lambda: data[0] + data[0])', {'data': data, 'kept': kept})
+    local([i])
+    return scope['f']
+kept = []
+made = [make(i) for i in range(200)]
+def garbage():
+    for i in range(30_000):
+        a = A(); a.me = a
+for turn in range(3):
+    garbage()
+    assert [f() for f in made] == [2 * i for i in range(200)]
+    assert [f.later() for f in made] == list(range(200))
+    assert [f() for f in kept] == [i * times for i in range(200) for times in (1, 2)]
+";
+    peak(text);
 }

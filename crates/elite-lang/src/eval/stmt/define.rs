@@ -255,7 +255,7 @@ impl Evaluator<'_> {
                         return Err(self
                             .type_error(format!("__slots__ items must be strings, not '{name}'")));
                     };
-                    slots.push(self.core.symbols.intern(text.as_str()));
+                    slots.push(self.core.symbols.take(text.as_str()));
                 }
                 if !slots.contains(&known::DICT) {
                     class.set_slots(slots.into());

@@ -85,7 +85,7 @@ impl Evaluator<'_> {
     fn named(&self, dict: &Dict) -> Vec<(Symbol, Value)> {
         let entries = dict.entries().into_iter();
         let named = entries.filter_map(|(_, key, value)| match self.plain(&key) {
-            Value::Str(text) => Some((self.core.symbols.intern(text.as_str()), value)),
+            Value::Str(text) => Some((self.core.symbols.take(text.as_str()), value)),
             _ => None,
         });
         named.collect()

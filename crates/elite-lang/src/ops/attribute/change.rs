@@ -39,6 +39,7 @@ impl Evaluator<'_> {
             Value::Module(module) => {
                 self.core.symbols.settle(name);
                 module.namespace.set(name, new);
+                self.core.sweep_names_if_due();
                 Ok(())
             }
             Value::Function(function) => self.set_function_attribute(function, name, new),
@@ -70,6 +71,7 @@ impl Evaluator<'_> {
         }
         self.core.symbols.settle(name);
         class.set(name, new);
+        self.core.sweep_names_if_due();
         Ok(())
     }
 
@@ -167,6 +169,7 @@ impl Evaluator<'_> {
             return Err(self.attribute_error(value, name));
         }
         instance.set(name, new, &self.core.symbols);
+        self.core.sweep_names_if_due();
         Ok(())
     }
 

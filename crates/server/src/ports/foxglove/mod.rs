@@ -4,7 +4,7 @@
 //! same schemas. The server of the crate `foxglove` is not used: it opens its own door, which looks at no Host or Origin, takes
 //! any number of clients and counts what waits for them in messages; the part of its protocol that shows is small.
 
-mod protocol;
+pub mod protocol;
 mod session;
 
 use std::sync::Arc;
@@ -12,13 +12,14 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use prost::Message as _;
 use recorder::{LogLevel, Topic, Viewer};
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpListener;
 use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
 
 use crate::ports::callers::Callers;
 use crate::ports::listen::{PortMeter, serve_port};
-use crate::ports::peer::Speaks;
+use crate::ports::peer::{Peer, Speaks};
 use crate::ports::sample::Sample;
 
 /// Topics that clients can follow.
@@ -78,7 +79,7 @@ pub async fn serve(
         shutdown.clone(),
         |peer, _, shutdown| {
             let (stage, callers) = (Arc::clone(&stage), Arc::clone(&callers));
-            async move { session::serve(peer, &callers, &stage, &shutdown).await }
+            async move { stage.attend(peer, &callers, &shutdown).await }
         },
     );
     let mut feed = Feed {
@@ -103,7 +104,7 @@ enum Packet {
 }
 
 /// What all clients of the port see.
-struct Stage {
+pub struct Stage {
     packets: broadcast::Sender<Packet>,
     /// What every client is told first.
     greeting: [Arc<str>; 2],
@@ -114,7 +115,8 @@ struct Stage {
 }
 
 impl Stage {
-    fn new(session: u64) -> Self {
+    /// A stage on which nothing happens yet. Clients tell sessions apart by the number.
+    pub fn new(session: u64) -> Self {
         Self {
             packets: broadcast::Sender::new(BACKLOG),
             greeting: [
@@ -124,6 +126,19 @@ impl Stage {
             followers: AtomicUsize::new(0),
             newcomer: AtomicBool::new(false),
         }
+    }
+
+    /// Serves one client, over any stream, until it leaves or `shutdown`.
+    pub async fn attend<S>(&self, peer: Peer<S>, callers: &Callers, shutdown: &CancellationToken)
+    where
+        S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+    {
+        session::serve(peer, callers, self, shutdown).await;
+    }
+
+    /// Clients that follow something now.
+    pub fn followers(&self) -> usize {
+        self.followers.load(Ordering::Relaxed)
     }
 
     fn subscribe(&self) -> broadcast::Receiver<Packet> {
@@ -148,7 +163,7 @@ impl Stage {
     }
 
     fn is_followed(&self) -> bool {
-        self.followers.load(Ordering::Relaxed) > 0
+        self.followers() > 0
     }
 
     fn send(&self, topic: Topic, at: u64, message: &[u8]) {

@@ -12,6 +12,7 @@ use futures_util::{SinkExt as _, StreamExt as _};
 use hyper::body::Incoming;
 use hyper::upgrade::{OnUpgrade, Upgraded};
 use hyper_util::rt::TokioIo;
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::sync::broadcast::error::RecvError;
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::handshake::derive_accept_key;
@@ -28,12 +29,14 @@ use crate::ports::http::connection;
 use crate::ports::peer::Peer;
 
 /// Serves one client until it leaves or the server ends.
-pub(super) async fn serve(
-    peer: Peer,
+pub(super) async fn serve<S>(
+    peer: Peer<S>,
     callers: &Callers,
     stage: &Stage,
     shutdown: &CancellationToken,
-) {
+) where
+    S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+{
     let upgrade = Arc::new(Mutex::new(None));
     connection::serve(peer, callers, shutdown, |request| {
         let response = shake_hands(request, &upgrade);

@@ -12,6 +12,7 @@ use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio_util::sync::CancellationToken;
 
 use super::refuse;
@@ -26,12 +27,13 @@ pub const HEAD_BYTES_MAX: usize = 16 * 1024;
 
 /// Answers the requests of one client until it leaves, is too slow, or `shutdown`. A connection may become another
 /// protocol's; whoever answered the request has it then.
-pub async fn serve<F>(
-    peer: Peer,
+pub async fn serve<S, F>(
+    peer: Peer<S>,
     callers: &Callers,
     shutdown: &CancellationToken,
     answer: impl Fn(Request<Incoming>) -> F,
 ) where
+    S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
     F: Future<Output = Response>,
 {
     let local = peer.local_ip();

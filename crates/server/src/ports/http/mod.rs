@@ -21,6 +21,7 @@ use hyper::service::Service as _;
 use hyper_util::service::TowerToHyperService;
 use motion_api::{RegisterImages, RobotState};
 use serde_json::json;
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpListener;
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
@@ -28,7 +29,7 @@ use tokio_util::sync::CancellationToken;
 use crate::ports::callers::Callers;
 use crate::ports::description::TaskStatus;
 use crate::ports::listen::{PortMeter, serve_port};
-use crate::ports::peer::Speaks;
+use crate::ports::peer::{Peer, Speaks};
 use metrics::{Figures, Measurements, render};
 
 /// Largest body of a request, bytes: several times what all inputs take.
@@ -94,7 +95,7 @@ pub async fn serve<S: Source>(
     callers: Callers,
     shutdown: CancellationToken,
 ) {
-    let app = router(source, ports);
+    let pages = Pages::of(source, ports);
     let callers = Arc::new(callers);
     serve_port(
         listener,
@@ -102,21 +103,38 @@ pub async fn serve<S: Source>(
         meter,
         shutdown,
         |peer, _, shutdown| {
-            let (app, callers) = (app.clone(), Arc::clone(&callers));
-            async move {
-                let service = TowerToHyperService::new(app);
-                connection::serve(peer, &callers, &shutdown, |request| {
-                    let answering = service.call(request);
-                    async move {
-                        let Ok(response) = answering.await;
-                        response
-                    }
-                })
-                .await;
-            }
+            let (pages, callers) = (pages.clone(), Arc::clone(&callers));
+            async move { pages.serve(peer, &callers, &shutdown).await }
         },
     )
     .await;
+}
+
+/// Every page, for any number of clients.
+#[derive(Clone, Debug)]
+pub struct Pages(Router);
+
+impl Pages {
+    /// The pages of a controller; `ports` are those whose clients are counted.
+    pub fn of<S: Source>(source: Arc<S>, ports: Vec<PortMeter>) -> Self {
+        Self(router(source, ports))
+    }
+
+    /// Answers the requests of one client, over any stream, until it leaves, is too slow, or `shutdown`.
+    pub async fn serve<T>(&self, peer: Peer<T>, callers: &Callers, shutdown: &CancellationToken)
+    where
+        T: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+    {
+        let service = TowerToHyperService::new(self.0.clone());
+        connection::serve(peer, callers, shutdown, |request| {
+            let answering = service.call(request);
+            async move {
+                let Ok(response) = answering.await;
+                response
+            }
+        })
+        .await;
+    }
 }
 
 impl<S> Shared<S> {
