@@ -52,7 +52,10 @@ fn assert_within_limits(recording: &Recording) {
             let place = format!("joint {joint}, {} s", pair[1].time);
             assert!(after.abs() <= limits.speed.0[joint] + 1e-9, "{place}");
             let rate = (after - before).abs() / step;
-            assert!(rate <= limits.acceleration.0[joint] * 1.01, "{place}: {rate}");
+            assert!(
+                rate <= limits.acceleration.0[joint] * 1.01,
+                "{place}: {rate}"
+            );
         }
     }
 }
@@ -82,7 +85,10 @@ end
         // Between reaching the speed and leaving it for the end.
         let first = speeds.iter().position(is_kept).unwrap();
         let last = speeds.iter().rposition(is_kept).unwrap();
-        let off: Vec<_> = speeds[first..=last].iter().filter(|v| !is_kept(v)).collect();
+        let off: Vec<_> = speeds[first..=last]
+            .iter()
+            .filter(|v| !is_kept(v))
+            .collect();
         assert!(off.is_empty(), "{speed}: {off:?}");
         let way = (last - first) as f64 * 0.004 * speed;
         assert!(way > 0.42, "{speed}: only {way} m at the speed");
