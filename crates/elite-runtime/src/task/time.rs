@@ -19,7 +19,7 @@ const SETTLE_TIME_MAX: f64 = 5.0;
 
 /// A virtual clock that the recording holds up for so long, wall time, is not waited for: nothing moves meanwhile, and what
 /// is to come to rest does when time goes on.
-const HELD_UP_MAX: Duration = Duration::from_millis(50);
+const HELD_UP_MAX: Duration = Duration::from_millis(25);
 
 /// Below this joint speed (rad/s) the arm counts as standing.
 const STANDSTILL_SPEED: f64 = 1e-3;
