@@ -71,9 +71,10 @@ const KEPT_IN: &[(&str, &[&str])] = &[
     ("corosensei", &["elite-lang"]),
     ("mcap", &["recorder", "server"]),
     // `supervision` starts tasks for those who have it, behind a feature that motion and recorder leave off
+    // and `dev` holds whole connections to the ports
     (
         "tokio",
-        &["io-bus", "elite-runtime", "server", "supervision"],
+        &["io-bus", "elite-runtime", "server", "supervision", "dev"],
     ),
     ("tokio-modbus", &["io-bus"]),
     ("pyo3", &["pybind"]),

@@ -17,6 +17,8 @@ use support::Task;
 /// The longest work between two safepoints: what INTERFACES promises, and some more without optimisation, where all of it is
 /// slower by more than an order of magnitude.
 const STRETCH_MAX: Duration = Duration::from_millis(if cfg!(debug_assertions) { 8 } else { 5 });
+/// How often something must take too long before it counts.
+const TRIES: usize = 4;
 /// Parts of the data: characters, bytes, items. So many that a native without safepoints takes several times as long.
 const PARTS: usize = if cfg!(debug_assertions) {
     300_000
@@ -163,18 +165,35 @@ for name in dir(make(1)):
     )
 }
 
+/// What keeps the others waiting whenever it is tried. A machine counts page faults, and what its own host takes from it, as
+/// time of the processor: one long stretch proves nothing, the same one again and again does.
+fn too_long(text: &str) -> BTreeMap<String, Duration> {
+    let long = || {
+        let mut found = stretches(text);
+        found.retain(|_, stretch| *stretch > STRETCH_MAX);
+        found
+    };
+    let mut trouble = long();
+    for _ in 1..TRIES {
+        if trouble.is_empty() {
+            break;
+        }
+        let again = long();
+        trouble.retain(|label, _| again.contains_key(label));
+    }
+    trouble
+}
+
 fn check(receiver: usize) {
     let (name, make, n) = RECEIVERS[receiver];
     let mut trouble = Vec::new();
-    for (label, stretch) in stretches(&methods(make, n)) {
-        if stretch > STRETCH_MAX {
-            let (method, arguments) = label.rsplit_once(' ').unwrap_or((&label, "0"));
-            let arguments = ARGUMENTS[arguments.parse::<usize>().unwrap_or(0)];
-            if AT_ONCE.contains(&method) && arguments.starts_with("(slice") {
-                continue;
-            }
-            trouble.push(format!("{name}.{method}{arguments}: {stretch:?}"));
+    for (label, stretch) in too_long(&methods(make, n)) {
+        let (method, arguments) = label.rsplit_once(' ').unwrap_or((&label, "0"));
+        let arguments = ARGUMENTS[arguments.parse::<usize>().unwrap_or(0)];
+        if AT_ONCE.contains(&method) && arguments.starts_with("(slice") {
+            continue;
         }
+        trouble.push(format!("{name}.{method}{arguments}: {stretch:?}"));
     }
     assert!(trouble.is_empty(), "\n{}", trouble.join("\n"));
 }
