@@ -99,6 +99,8 @@ pub const LINE_INTERVALS: usize = 64;
 pub const LINE_REFINEMENTS: usize = 10;
 /// See [`INTERVAL_LENGTH`].
 pub const LINE_PLACES_MAX: u32 = 2000;
+/// See [`INTERVAL_LENGTH`]; of ways through many points at most so many for each interval.
+pub const PLACES_PER_INTERVAL: u32 = 4;
 /// See [`INTERVAL_LENGTH`]. Twice the places of a line without refinements.
 pub const LINE_PLACES_PER_CYCLE: usize = 128;
 

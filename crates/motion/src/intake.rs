@@ -166,7 +166,20 @@ impl Cycle {
                 begins,
                 count,
                 points,
-            } => self.micro_points(command.origin, begins, usize::from(count), &points),
+            } => {
+                let samples = points.map(|q| [q[0], q[1], q[2], q[3], q[4], q[5], 0.0]);
+                self.micro_points(
+                    command.origin,
+                    (begins, false),
+                    usize::from(count),
+                    &samples,
+                )
+            }
+            CommandKind::MicroPoses {
+                begins,
+                count,
+                poses,
+            } => self.micro_points(command.origin, (begins, true), usize::from(count), &poses),
             CommandKind::MoveMl { count, interval } => self.moveml(command, count, interval),
             CommandKind::Stop { only } => Ok(self.stop(command.id, only)),
             CommandKind::Pause => {

@@ -210,8 +210,9 @@ impl PathOffset {
             let part = k / 3;
             let acceleration = ACCELERATION[part].min(room.acceleration[part]).max(1e-3);
             let axis = Axis {
-                min: f64::NEG_INFINITY,
-                max: f64::INFINITY,
+                // It comes to rest at what is asked for and not beyond, however that jumps about.
+                min: goal[k].min(now.position),
+                max: goal[k].max(now.position),
                 // Not below what it has already: it slows down by itself.
                 speed: SPEED[part].min(room.speed[part]).max(now.speed.abs()),
                 acceleration: acceleration.max(now.acceleration.abs()),

@@ -352,7 +352,9 @@ impl Follower<'_> {
         };
         self.verdict.tally.on_belts += 1;
         let caught_up = |s: &&&RobotState| s.time > BELT_START + CATCHING_UP;
-        let is_moving = |s: &&&RobotState| s.cycle <= sent.ended && s.stop_code == 0;
+        // A stop ends the motion and tracking alike.
+        let last = sent.cut_short_after.unwrap_or(sent.ended);
+        let is_moving = |s: &&&RobotState| s.cycle <= last && s.stop_code == 0;
         for state in states.iter().filter(caught_up).filter(is_moving) {
             let pose = taken_back(
                 &conveyor,
