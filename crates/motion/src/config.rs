@@ -14,15 +14,18 @@ use crate::contact::Surroundings;
 use crate::external::Load;
 use crate::io::IoSetup;
 use crate::modes::encoder::Belt;
+use crate::plant::Truth;
 use crate::safety_inputs::SafetyInputs;
 use crate::sensor::SensorNoise;
 
 /// Which arm the setpoints move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PlantKind {
-    /// Rigid bodies under gravity with a servo: the arm lags, sags and can be held up.
+    /// Rigid bodies under gravity with a servo, moved by our own equations: the arm lags, sags and can be held up.
     #[default]
     Rigid,
+    /// The same bodies in the rapier engine: slower, and independent of our equations of motion.
+    Rapier,
     /// The actual position is the target.
     Ideal,
 }
@@ -83,6 +86,8 @@ pub struct CycleConfig {
     pub surroundings: Surroundings,
     /// Noise of the force sensor.
     pub sensor_noise: SensorNoise,
+    /// What is true of the arm though the controller does not know it.
+    pub truth: Truth,
 }
 
 /// What is wrong with a configuration.
@@ -241,6 +246,7 @@ impl CycleConfig {
             loads: Vec::new(),
             surroundings: Surroundings::default(),
             sensor_noise: SensorNoise::default(),
+            truth: Truth::default(),
         }
     }
 

@@ -139,7 +139,7 @@ impl Cycle {
         let mut plant = Plant::new(
             config.plant,
             &model,
-            &dynamics,
+            (&dynamics, config.truth),
             &config.gravity,
             &config.home,
         )?;
@@ -161,7 +161,7 @@ impl Cycle {
             external: External::new(config.loads),
             hand: Wrench::default(),
             force: ForceMode::new()?,
-            sensor: Sensor::new(config.sensor_noise),
+            sensor: Sensor::new(config.sensor_noise, config.truth.payload),
             collision: CollisionDetection::default(),
             safety: config.safety,
             thermal: Thermal::new(is_powered),

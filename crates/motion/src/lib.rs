@@ -35,6 +35,7 @@
 )]
 
 mod belt;
+mod bounds;
 pub mod brake;
 pub mod collision;
 pub mod config;
@@ -73,5 +74,6 @@ mod waiting;
 pub use config::{ConfigError, CycleConfig, LimitOverrides, MotionLimits, PlantKind};
 pub use cycle::{Cycle, Timing};
 pub use io::{IoSetup, TimedInput, WireSetup};
+pub use plant::{Drivetrain, Truth};
 pub use safety_inputs::{InputPair, SafetyInputs};
 pub use sensor::SensorNoise;

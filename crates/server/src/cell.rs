@@ -22,7 +22,7 @@ use motion::contact::Surroundings;
 use motion::external::Load;
 use motion::modes::encoder::Belt;
 use motion::{
-    InputPair, IoSetup, LimitOverrides, SafetyInputs, SensorNoise, TimedInput, WireSetup,
+    InputPair, IoSetup, LimitOverrides, SafetyInputs, SensorNoise, TimedInput, Truth, WireSetup,
 };
 use supervision::Faults;
 use thiserror::Error;
@@ -235,6 +235,11 @@ impl Cell {
     /// `[[obstacle]]` and `[tool]`: what the arm touches, and with what.
     pub fn surroundings(&self) -> Surroundings {
         act::surroundings(&self.tables)
+    }
+
+    /// `[payload]` and `[arm]`: what is true of the arm though the controller does not know it.
+    pub fn truth(&self) -> Truth {
+        act::truth(&self.tables)
     }
 
     /// `[sensor]`, with the seed of its noise.
