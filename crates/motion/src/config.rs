@@ -9,7 +9,7 @@ use motion_api::{RobotMode, RobotState};
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::constants::{FASTEST_RISE, STEP_RANGE};
+use crate::constants::{FASTEST_RISE, LINK_OVERLAP, STEP_RANGE};
 use crate::contact::Surroundings;
 use crate::external::Load;
 use crate::io::IoSetup;
@@ -49,6 +49,8 @@ pub struct LimitOverrides {
     pub elbow_speed: Option<f64>,
     /// Force at the TCP, N.
     pub tcp_force: Option<f64>,
+    /// Whether the arm is kept from running into itself; `None`: it is.
+    pub self_collision: Option<bool>,
 }
 
 /// Everything a [`Cycle`](crate::Cycle) is made from.
@@ -200,6 +202,8 @@ pub struct MotionLimits {
     pub elbow_speed: f64,
     /// Force at the TCP, N; infinite when not limited.
     pub tcp_force: f64,
+    /// How far the capsules of two links may overlap, m; infinite when nobody looks.
+    pub link_overlap: f64,
 }
 
 impl MotionLimits {
@@ -357,6 +361,10 @@ impl LimitOverrides {
             tcp_speed: positive("tcp_speed", self.tcp_speed, "m/s")?,
             elbow_speed: positive("elbow_speed", self.elbow_speed, "m/s")?,
             tcp_force: positive("tcp_force", self.tcp_force, "N")?,
+            link_overlap: match self.self_collision {
+                Some(false) => f64::INFINITY,
+                _ => LINK_OVERLAP,
+            },
         })
     }
 }

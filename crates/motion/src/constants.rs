@@ -72,6 +72,11 @@ pub const NOT_FELT: f64 = 1e-6;
 /// 1 mrad; a joint pressing against something reaches this within a few cycles.
 pub const TRACKING_LIMIT: f64 = 0.05;
 
+/// The capsules of two links may overlap by this before it counts as a collision, m: they are rounder than the arm.
+pub const LINK_OVERLAP: f64 = 0.015;
+/// Places along a joint-space line at which the distance of links is looked at, at most, where they come near.
+pub const LINK_PLACES: u32 = 256;
+
 /// Joint positions and speeds may exceed their limits by this (rad, rad/s) through rounding.
 pub const LIMIT_SLACK: f64 = 1e-6;
 

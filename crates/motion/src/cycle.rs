@@ -32,6 +32,7 @@ use crate::queue::{Motion, Queue};
 use crate::report::report;
 use crate::safety_inputs::SafetyInputs;
 use crate::scalar::Drive;
+use crate::self_collision::LinkWatch;
 use crate::sensor::Sensor;
 use crate::setpoint::{LimitedSetpoint, Setpoint, limit};
 use crate::thermal::Thermal;
@@ -118,6 +119,7 @@ pub struct Cycle {
     pub(crate) sensor: Sensor,
     pub(crate) collision: CollisionDetection,
     pub(crate) safety: SafetyBounds,
+    pub(crate) links: LinkWatch,
     pub(crate) thermal: Thermal,
 }
 
@@ -164,6 +166,7 @@ impl Cycle {
             sensor: Sensor::new(config.sensor_noise, config.truth.payload),
             collision: CollisionDetection::default(),
             safety: config.safety,
+            links: LinkWatch::new(&model, limits.link_overlap),
             thermal: Thermal::new(is_powered),
             commanded: Setpoint::standing(config.home),
             limits,
@@ -300,6 +303,7 @@ impl Cycle {
             let before = &self.commanded;
             let passed = limit(wanted, before, &frames, tcp, self.step, &self.limits)?;
             self.check_planes(&wanted)?;
+            self.check_links(&wanted)?;
             self.target_frames = frames;
             self.target = nominal;
             Ok(passed)

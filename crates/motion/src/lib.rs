@@ -62,6 +62,7 @@ pub mod realtime;
 mod report;
 pub mod safety_inputs;
 pub mod scalar;
+pub mod self_collision;
 mod senses;
 mod sensor;
 pub mod setpoint;

@@ -263,6 +263,7 @@ impl Cell {
             tcp_speed: limits.tcp_speed,
             elbow_speed: limits.elbow_speed,
             tcp_force: limits.tcp_force,
+            self_collision: limits.self_collision,
         }
     }
 }

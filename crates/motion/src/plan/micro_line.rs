@@ -9,6 +9,7 @@ use super::able::Bounds;
 use super::{Arm, Cells, Leg, Warnings, Wish};
 use crate::constants::{CELLS_OF_LEG, MICRO_INTERVALS_PER_CYCLE, MICRO_PLACES_PER_INTERVAL};
 use crate::path::{JointQuintic, MicroLine, Path};
+use crate::self_collision::LinkWatch;
 use crate::setpoint::elbow_speed;
 
 /// A second of the list in a second; no other acceleration than what the joints can do.
@@ -31,6 +32,7 @@ pub struct MicroLinePlanner {
     done: usize,
     /// What the intervals since the last cell ask for.
     bounds: Bounds,
+    watch: Option<LinkWatch>,
 }
 
 impl MicroLinePlanner {
@@ -40,13 +42,14 @@ impl MicroLinePlanner {
             line,
             done: 0,
             bounds: Bounds::NONE,
+            watch: None,
         }
     }
 
     /// Works on the plan for one cycle; `None` while there is more to look at.
     ///
     /// # Errors
-    /// A point, or the way between two, outside of a joint's range.
+    /// A point, or the way between two, outside of a joint's range or where the arm runs into itself.
     pub fn work(
         &mut self,
         points: &[JointPositions],
@@ -79,7 +82,12 @@ impl MicroLinePlanner {
         let number = self.done;
         let curve = self.line.curve(points, number);
         let curve = curve.ok_or(Refusal::Planner { code: NO_POINTS })?;
-        let bounds = bounds_of(&curve, arm).map_err(|fault| Refusal::Path {
+        let begin = JointPositions(curve.point(0.0).q);
+        let allowed = arm.limits.link_overlap;
+        let watch = self
+            .watch
+            .get_or_insert_with(|| LinkWatch::from(arm.model, allowed, &begin));
+        let bounds = bounds_of(&curve, arm, watch).map_err(|fault| Refusal::Path {
             fraction: number as f64 / self.line.intervals() as f64,
             fault,
         })?;
@@ -96,7 +104,7 @@ impl MicroLinePlanner {
 }
 
 /// The largest derivatives on a curve.
-fn bounds_of(curve: &JointQuintic, arm: &Arm) -> Result<Bounds, PathFault> {
+fn bounds_of(curve: &JointQuintic, arm: &Arm, watch: &mut LinkWatch) -> Result<Bounds, PathFault> {
     let mut bounds = Bounds::NONE;
     let step = curve.length() / MICRO_PLACES_PER_INTERVAL as f64;
     let rise = step * step / 8.0;
@@ -126,6 +134,9 @@ fn bounds_of(curve: &JointQuintic, arm: &Arm) -> Result<Bounds, PathFault> {
                 bounds.third[joint].max(point.third[joint].abs() + 0.5 * step * fourth);
         }
         let q = JointPositions(point.q);
+        if let Some(found) = watch.look(&q, arm.model) {
+            return Err(found.into());
+        }
         let frames = arm.model.forward(&q);
         let rates = JointSpeeds(point.first);
         let tcp = (frames.base_from_flange * *arm.flange_from_tcp).translation;

@@ -13,6 +13,7 @@ use crate::constants::{
     INTERVAL_LENGTH, LINE_INTERVALS, LINE_PLACES_MAX, LINE_REFINEMENTS, SINGULAR_TURN_PER_M,
 };
 use crate::path::{CartesianPath, PathPoint};
+use crate::self_collision::LinkWatch;
 use crate::setpoint::elbow_speed;
 
 /// A walk along a line.
@@ -29,6 +30,7 @@ pub struct Survey {
     /// `left` in smallest steps.
     left_step: u32,
     places: u32,
+    watch: LinkWatch,
 }
 
 impl Survey {
@@ -36,11 +38,8 @@ impl Survey {
     ///
     /// # Errors
     /// The arm stands in a singular position.
-    pub fn new(
-        line: CartesianPath,
-        q: JointPositions,
-        model: &RobotModel,
-    ) -> Result<Self, Refusal> {
+    pub fn new(line: CartesianPath, q: JointPositions, arm: &Arm) -> Result<Self, Refusal> {
+        let model = arm.model;
         let left = line.point(model, 0.0, q).ok_or_else(|| Refusal::Path {
             fraction: 0.0,
             fault: singularity(&line, 0.0, &q, model),
@@ -54,6 +53,7 @@ impl Survey {
             ahead_count: 0,
             left_step: 0,
             places: 0,
+            watch: LinkWatch::from(model, arm.limits.link_overlap, &q),
         })
     }
 
@@ -88,6 +88,9 @@ impl Survey {
             let right = reached.and_then(|q| self.line.point(arm.model, s, q));
             match right {
                 Some(right) if is_smooth(&self.left, &right) => {
+                    if let Some(found) = self.watch.look(&right.q, arm.model) {
+                        return Err(self.refusal(step, found.into()));
+                    }
                     self.accept(step, right, wish, arm, cells);
                 }
                 // Halving also narrows down where the line becomes impossible.

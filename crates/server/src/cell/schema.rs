@@ -177,6 +177,8 @@ pub struct Limits {
     pub elbow_speed: Option<f64>,
     /// N.
     pub tcp_force: Option<f64>,
+    /// Whether the arm is kept from running into itself.
+    pub self_collision: Option<bool>,
 }
 
 /// `[sensor]`: standard deviations.

@@ -51,6 +51,7 @@ joint_position_max = [3, 3, 3, 3, 3, 3]
 tcp_speed = 1.5
 elbow_speed = 1.5
 tcp_force = 150
+self_collision = false
 [sensor]
 force_noise = 0.2
 torque_noise = 0.01
@@ -170,6 +171,7 @@ fn obstacles_tool_and_sensor_reach_the_arm() {
     let noise = cell.sensor_noise(7);
     assert_eq!((noise.force, noise.torque, noise.seed), (0.2, 0.01, 7));
     assert_eq!(cell.limits().tcp_force, Some(150.0));
+    assert_eq!(cell.limits().self_collision, Some(false));
 }
 
 #[test]
