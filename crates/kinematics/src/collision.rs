@@ -173,13 +173,16 @@ impl CollisionModel {
         least
     }
 
+    /// How far from the origin of its frame a link reaches, m.
+    pub fn extent(&self, link: LinkIndex) -> f64 {
+        let far = |c: &Capsule| c.p0.norm().max(c.p1.norm()) + c.radius;
+        self.capsules[link].iter().map(far).fold(0.0, f64::max)
+    }
+
     /// How far from its axis each joint moves any part of the links at most, whatever the others do, m. So two links come
     /// nearer by no more than the sum of these times the turns of the joints.
     pub fn reaches(&self, chain: &Chain) -> [f64; DOF] {
-        let extent = |link: LinkIndex| {
-            let far = |c: &Capsule| c.p0.norm().max(c.p1.norm()) + c.radius;
-            self.capsules[link].iter().map(far).fold(0.0, f64::max)
-        };
+        let extent = |link| self.extent(link);
         core::array::from_fn(|joint| {
             let (mut way, mut reach) = (0.0, extent(joint + 1));
             for next in joint + 1..DOF {

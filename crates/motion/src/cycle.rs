@@ -145,13 +145,13 @@ impl Cycle {
             &config.gravity,
             &config.home,
         )?;
-        let contacts = Contacts::new(config.surroundings, &model, &config.home);
+        let mut contacts = Contacts::new(config.surroundings, &model, &config.home);
         let flange_from_tcp = Pose::from_rpy(&config.tcp);
         plant.push(&Push {
             flange_from_tcp,
             ..Push::default()
         });
-        let actual = plant.stand(&dynamics, &contacts);
+        let actual = plant.stand(&dynamics, &mut contacts);
         let is_powered = machine.robot_mode() != RobotMode::PowerOff;
         let mut cycle = Self {
             limits_on_belt: limits.shared(SHARE_ON_BELT),
@@ -326,13 +326,13 @@ impl Cycle {
         if self.is_under_servo() {
             self.actual = self
                 .plant
-                .follow(limited, &self.dynamics, &self.contacts, self.step);
+                .follow(limited, &self.dynamics, &mut self.contacts, self.step);
             self.commanded = *limited.get();
             if self.is_path_all() {
                 self.target = self.commanded;
             }
         } else {
-            self.actual = self.plant.stand(&self.dynamics, &self.contacts);
+            self.actual = self.plant.stand(&self.dynamics, &mut self.contacts);
             self.stand_at_actual();
         }
     }

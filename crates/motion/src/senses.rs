@@ -19,7 +19,7 @@ impl Cycle {
         if !self.actual.is_finite() {
             self.plant.reset(&self.commanded.q);
             self.sensor.restart();
-            self.actual = self.plant.stand(&self.dynamics, &self.contacts);
+            self.actual = self.plant.stand(&self.dynamics, &mut self.contacts);
             self.brake(StopReason::Internal {
                 code: fault::PLANT_DIVERGED,
             });

@@ -36,7 +36,7 @@ impl IdealPlant {
         self.torque = None;
     }
 
-    pub(super) fn follow(&mut self, target: &LimitedSetpoint, contacts: &Contacts) -> ArmState {
+    pub(super) fn follow(&mut self, target: &LimitedSetpoint, contacts: &mut Contacts) -> ArmState {
         let target = target.get();
         self.q = target.q;
         let free = self
@@ -59,7 +59,7 @@ impl IdealPlant {
         }
     }
 
-    pub(super) fn stand(&mut self, contacts: &Contacts) -> ArmState {
+    pub(super) fn stand(&mut self, contacts: &mut Contacts) -> ArmState {
         let torque = self.arm.dynamics().gravity_torques(&self.q);
         let pressing = contacts.pressed(&self.q, &JointSpeeds::ZERO, &self.push.flange_from_tcp);
         self.torque = None;

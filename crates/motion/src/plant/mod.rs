@@ -148,7 +148,7 @@ impl Plant {
         &mut self,
         target: &LimitedSetpoint,
         believed: &Dynamics,
-        contacts: &Contacts,
+        contacts: &mut Contacts,
         step: f64,
     ) -> ArmState {
         match self {
@@ -166,7 +166,7 @@ impl Plant {
     }
 
     /// One cycle with the brakes engaged: the arm stands where it is.
-    pub(crate) fn stand(&mut self, believed: &Dynamics, contacts: &Contacts) -> ArmState {
+    pub(crate) fn stand(&mut self, believed: &Dynamics, contacts: &mut Contacts) -> ArmState {
         match self {
             Self::Ideal(plant) => plant.stand(contacts),
             Self::Rigid(plant) => plant.stand(believed, contacts),

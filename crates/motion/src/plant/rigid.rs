@@ -129,7 +129,7 @@ impl RigidPlant {
         &mut self,
         target: &LimitedSetpoint,
         believed: &Dynamics,
-        contacts: &Contacts,
+        contacts: &mut Contacts,
         step: f64,
     ) -> ArmState {
         let way = Interpolation::new(self.target, *target.get(), step);
@@ -181,7 +181,7 @@ impl RigidPlant {
         &mut self,
         torque: &JointTorques,
         around: Option<&Around>,
-        contacts: &Contacts,
+        contacts: &mut Contacts,
         step: f64,
     ) -> Wrench {
         let Some(around) = around else {
@@ -229,7 +229,7 @@ impl RigidPlant {
     /// speeds behind them. `None` where nothing can be said: a diverged plant, which the cycle stops.
     fn press(
         &self,
-        contacts: &Contacts,
+        contacts: &mut Contacts,
         touches: &Touches,
         around: &Around,
         torque: &JointTorques,
@@ -253,7 +253,7 @@ impl RigidPlant {
     }
 
     /// One cycle with the brakes engaged: no time passes for the bodies. The servo will take over with what holds the arm now.
-    pub(super) fn stand(&mut self, believed: &Dynamics, contacts: &Contacts) -> ArmState {
+    pub(super) fn stand(&mut self, believed: &Dynamics, contacts: &mut Contacts) -> ArmState {
         if self.state.qd != JointSpeeds::ZERO
             && let Some(engine) = &mut self.engine
         {
