@@ -425,7 +425,7 @@ impl Cycle {
     fn set_payload(&mut self, payload: Payload) {
         self.payload = payload;
         self.dynamics = self.model.dynamics(&self.payload, self.gravity);
-        self.plant.set_dynamics(&self.dynamics);
+        self.plant.believe(&self.dynamics, &self.gravity);
         self.collision.restart();
     }
 

@@ -87,8 +87,8 @@ pub struct SharedArgs {
     /// Length of a control cycle, 1 to 8 ms [default: 4]
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     pub step_ms: Option<StepMillis>,
-    /// Rigid bodies with contact, or an arm that is always where it should be [default: rigid]
-    #[arg(long, value_name = "rigid|ideal")]
+    /// Rigid bodies with contact, the same in the rapier engine, or an arm that is always where it should be [default: rigid]
+    #[arg(long, value_name = "rigid|rapier|ideal")]
     pub plant: Option<PlantChoice>,
     /// Folder of the task files; names in scripts and commands cannot leave it [default: ./tasks]
     #[arg(long, value_name = "PATH")]
