@@ -13,15 +13,17 @@ use rtrb::Consumer;
 use crate::brake::Brake;
 use crate::collision::CollisionDetection;
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
-use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, SLOWEST_FRACTION, fault};
+use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, fault};
 use crate::contact::Contacts;
 use crate::external::External;
 use crate::force_mode::ForceMode;
+use crate::hold::{Holding, Permit};
 use crate::io::Io;
 use crate::machine::Machine;
 use crate::micro_points::MicroPoints;
 use crate::modes::conveyor::Tracking;
 use crate::modes::encoder::Encoder;
+use crate::modes::lag::Lag;
 use crate::modes::path_offset::PathOffset;
 use crate::modes::{Online, stands};
 use crate::outbox::Outbox;
@@ -86,6 +88,10 @@ pub struct Cycle {
     pub(crate) cells: Cells,
     pub(crate) waiting: Waiting,
     pub(crate) is_paused: bool,
+    /// The joints are braked, or stand after that, whatever modes want.
+    pub(crate) holding: Option<Holding>,
+    /// What the joints have to make good afterwards.
+    pub(crate) lag: Option<Lag>,
     pub(crate) speed_fraction: f64,
     pub(crate) io: Io,
 
@@ -179,6 +185,8 @@ impl Cycle {
             cells: Cells::new(),
             waiting: Waiting::default(),
             is_paused: false,
+            holding: None,
+            lag: None,
             speed_fraction: 1.0,
             io,
             tcp: config.tcp,
@@ -228,10 +236,12 @@ impl Cycle {
 
     /// The generator's setpoint, or why there is none.
     fn generate(&mut self) -> Result<Setpoint, StopReason> {
-        let slowing = self.tracking.as_ref().map_or(1.0, |t| t.slowing);
-        let fraction = self.fraction() * slowing;
+        self.hold_or_let_go()?;
         if matches!(self.generator, Generator::Online(_)) {
-            return Ok(self.generate_online());
+            return match self.holding {
+                Some(_) => Ok(Setpoint::standing(self.target.q)),
+                None => Ok(self.generate_online()),
+            };
         }
         self.plan_on();
         let ground = Ground {
@@ -240,12 +250,11 @@ impl Cycle {
         };
         let near = &self.target.q;
         let is_free = self.has_no_planes();
-        let drive = if self.machine.is_safeguarded() {
-            Drive::HaltHard
-        } else if fraction > 0.0 {
-            Drive::Go(fraction)
-        } else {
-            Drive::Halt
+        let drive = match self.permit() {
+            _ if self.holding.is_some() => Drive::HaltHard,
+            Permit::RestHard => Drive::HaltHard,
+            Permit::Go(fraction) if fraction > 0.0 => Drive::Go(fraction),
+            Permit::Go(_) | Permit::Rest => Drive::Halt,
         };
         let lost = StopReason::Internal {
             code: fault::PATH_LOST,
@@ -292,9 +301,15 @@ impl Cycle {
                 return Ok(braking);
             }
             let nominal = wanted;
+            if let Some(held) = self.held() {
+                self.target = nominal;
+                return Ok(held);
+            }
             let wanted = self.carried(&nominal)?;
             let wanted = self.offset(&wanted)?;
             let wanted = self.pressed(&wanted)?;
+            let wanted = self.with_lag(&wanted);
+            self.check_laid_over(&wanted)?;
             let frames = self.model.forward(&wanted.q);
             let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
             let before = &self.commanded;
@@ -342,18 +357,9 @@ impl Cycle {
         }
     }
 
-    /// A pause or a safeguard stop holds the arm on its path.
-    pub(crate) fn is_held(&self) -> bool {
-        self.is_paused || self.machine.is_safeguarded()
-    }
-
     /// The speed fraction in effect: 0 while held.
     pub(crate) fn fraction(&self) -> f64 {
-        if self.is_held() || self.speed_fraction < SLOWEST_FRACTION {
-            0.0
-        } else {
-            self.speed_fraction
-        }
+        self.permit().fraction()
     }
 
     /// Ends what has come to its end in this cycle.
@@ -366,7 +372,10 @@ impl Cycle {
                 }
                 self.generator = Generator::Hold;
             }
-            Generator::Path(motion) => {
+            // What the arm has to make good first belongs to the motion.
+            Generator::Path(motion)
+                if motion.is_stopping || self.holding.is_none() && !self.is_behind() =>
+            {
                 let motion = *motion;
                 self.settle_path(&motion);
             }
@@ -438,6 +447,8 @@ impl Cycle {
         self.target = Setpoint::standing(self.actual.q);
         self.commanded = self.target;
         self.tracking = None;
+        self.holding = None;
+        self.lag = None;
         self.path_offset.end();
         self.force.pressing = None;
         self.plant.retarget(&self.target.q);
@@ -446,6 +457,12 @@ impl Cycle {
 
     /// True when no setpoint moves: nothing to do, or held on the path.
     pub fn is_standing(&self) -> bool {
+        if self.holding.is_some() {
+            return stands(&self.commanded) && self.nothing_moves_underneath();
+        }
+        if self.lag.is_some() {
+            return false;
+        }
         if self.tracking.as_ref().is_some_and(Tracking::is_stopping) {
             return false;
         }
@@ -457,10 +474,14 @@ impl Cycle {
         if self.force.is_at_work() && self.is_held() && !stands(&self.commanded) {
             return false;
         }
+        self.nothing_moves_underneath()
+    }
+
+    fn nothing_moves_underneath(&self) -> bool {
         match &self.generator {
             Generator::Hold => self.upcoming.is_none() && self.deferred.is_none(),
             Generator::Path(motion) => self.queue.is_standing(motion),
-            Generator::Online(_) => self.is_paused && stands(&self.target),
+            Generator::Online(_) => self.is_held() && stands(&self.target),
             Generator::Brake(_) => false,
         }
     }

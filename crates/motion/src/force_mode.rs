@@ -15,6 +15,7 @@ use crate::cycle::{Cycle, Generator};
 use crate::intake::{Answer, Ending, bad_value};
 use crate::modes::force::{ForceGoal, Pressing, Stage, View};
 use crate::modes::joint_speed::JointSpeed;
+use crate::modes::lag::Lag;
 use crate::modes::{CallEnd, Kind, Online, OnlineArm, stands, states};
 use crate::setpoint::Setpoint;
 use crate::waiting::WaitingFor;
@@ -77,6 +78,7 @@ impl Cycle {
             wrench,
             speed_limits,
         };
+        self.lag = None;
         match &mut self.force.pressing {
             Some(pressing) => pressing.retarget(goal),
             none => *none = Some(Pressing::new(goal)),
@@ -196,11 +198,15 @@ impl Cycle {
 
     /// Ends force mode once the tool is back or the motion is over. At rest the motion underneath begins at the arm.
     pub(crate) fn settle_force_mode(&mut self) {
+        if self.holding.is_some() && !stands(&self.commanded) {
+            return;
+        }
         let Some(pressing) = &self.force.pressing else {
             return;
         };
         if pressing.is_back() {
             self.force.pressing = None;
+            self.lag = Lag::between(&self.commanded, &self.target, self.step, false);
         } else if self.is_holding() {
             if pressing.stage == Stage::On {
                 self.target = Setpoint::standing(self.commanded.q);

@@ -221,6 +221,7 @@ impl Cycle {
             CommandKind::PowerOff => {
                 self.stop_moving();
                 self.halt_force_mode();
+                self.path_offset.stop();
                 if let Some(tracking) = &mut self.tracking {
                     tracking.stop();
                 }

@@ -44,6 +44,7 @@ mod cycle;
 pub mod external;
 mod force_mode;
 pub mod histogram;
+mod hold;
 mod intake;
 pub mod io;
 pub mod machine;

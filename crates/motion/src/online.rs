@@ -93,7 +93,7 @@ impl Cycle {
         step.setpoint
     }
 
-    fn online_arm(&self) -> OnlineArm<'_> {
+    pub(crate) fn online_arm(&self) -> OnlineArm<'_> {
         OnlineArm::new(
             &self.model,
             &self.flange_from_tcp,

@@ -109,7 +109,8 @@ impl Cycle {
 
     /// Ends offsets that a stop has brought to rest once nothing moves underneath.
     pub(crate) fn settle_path_offset(&mut self) {
-        if self.path_offset.has_stopped() && self.is_holding() {
+        let is_braked = self.holding.is_none() || stands(&self.commanded);
+        if self.path_offset.has_stopped() && self.is_holding() && is_braked {
             self.leave_path_offset(STOP_ACCELERATION);
         }
     }
@@ -139,9 +140,6 @@ impl Cycle {
             .path_offset
             .carry(nominal, &self.commanded, arm.0, arm.1)
             .ok_or(StopReason::PathOffsetLost)?;
-        if !crate::belt::is_within_rates(&laid, &self.commanded, self.step, &self.limits) {
-            return Err(StopReason::PathOffsetLost);
-        }
         Ok(laid)
     }
 

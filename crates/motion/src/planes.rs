@@ -147,9 +147,12 @@ impl Cycle {
         })
     }
 
-    /// The path is all that moves the arm: neither a belt nor an offset nor force mode is added to it.
+    /// The path is all that moves the arm: neither a belt nor an offset nor force mode nor a lag is added to it.
     pub(crate) fn is_path_all(&self) -> bool {
-        self.tracking.is_none() && !self.path_offset.is_on() && !self.force.is_at_work()
+        self.tracking.is_none()
+            && self.lag.is_none()
+            && !self.path_offset.is_on()
+            && !self.force.is_at_work()
     }
 
     /// Nothing but the ranges of the joints bounds where the arm may be.

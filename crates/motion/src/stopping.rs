@@ -57,6 +57,8 @@ impl Cycle {
             _ => Brake::Joints(JointBrake::new(&self.commanded, &self.limits)),
         };
         self.is_paused = false;
+        self.holding = None;
+        self.lag = None;
         self.tracking = None;
         self.path_offset.end();
         self.force.pressing = None;

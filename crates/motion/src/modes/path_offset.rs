@@ -109,6 +109,13 @@ impl PathOffset {
         self.is_stopping = self.is_on;
     }
 
+    /// It stands where it is: something else brakes the arm.
+    pub fn halt(&mut self) {
+        for now in &mut self.now {
+            *now = ScalarState::at_rest(now.position);
+        }
+    }
+
     /// A stop has brought it to rest.
     pub fn has_stopped(&self) -> bool {
         self.is_stopping && self.is_standing()

@@ -125,6 +125,15 @@ impl TcpSpeed {
         self.acceleration = [acceleration, rotation_acceleration];
     }
 
+    /// The same goal from the motion `from` on, of the TCP that `arm` has now.
+    pub fn go_on_from(&mut self, arm: &TcpArm, from: &Setpoint) {
+        *self = Self {
+            goal: self.goal,
+            acceleration: self.acceleration,
+            ..Self::new(arm, from, self.axes)
+        };
+    }
+
     /// Takes the axes of `axes` from now on.
     pub fn turn_axes(&mut self, axes: Axes) {
         let before = rotation_of(self.axes, &self.base_from_tcp);

@@ -151,6 +151,9 @@ impl Travel {
             }
             self.begin(self.fraction, track);
         }
+        if self.wanted == Drive::HaltHard && self.rate < 1.0 {
+            self.hasten(track);
+        }
         let passed = dt * self.rate;
         self.time += passed;
         self.phase += passed;
@@ -160,6 +163,32 @@ impl Travel {
             self.knots[STEPS + 1] = self.next_knot(track);
         }
         self.state(track)
+    }
+
+    /// Takes its clock to the pace of real time: one that is slow takes its time to come to rest, too. What has been becomes
+    /// the even acceleration that has the same place, speed and acceleration now, so that nothing jumps.
+    fn hasten(&mut self, track: &Track) {
+        let now = self.state(track);
+        let half = 0.5 * self.step * STEPS as f64;
+        let (v, a) = (now.speed, now.acceleration);
+        // From rest, or to it, the past would have to go backwards.
+        if v <= a.abs() * (half + self.step) {
+            return;
+        }
+        let middle = now.position - a * half * half / 6.0;
+        let at = |knot: usize| {
+            let t = self.step * knot as f64 - half;
+            Knot {
+                place: middle + t * (v + 0.5 * a * t),
+                speed: v + a * t,
+            }
+        };
+        if at(STEPS + 1).place > self.committed() {
+            return;
+        }
+        self.knots = core::array::from_fn(at);
+        self.rate = 1.0;
+        self.phase = 0.0;
     }
 
     /// From rest at a fraction of the pace.
