@@ -171,9 +171,10 @@ impl Cycle {
     /// What was laid over the motion underneath must not ask more of the joints than they can do: a motion is planned where it
     /// begins, not where it is carried. It is stopped while the joints can still come to rest within their limits.
     pub(crate) fn check_laid_over(&mut self, wanted: &Setpoint) -> Result<(), StopReason> {
-        let is_within = is_within_rates(wanted, &self.commanded, self.step, &self.limits);
+        let (able, checked) = (self.limit_sets.able(), self.limit_sets.checked());
+        let is_within = is_within_rates(wanted, &self.commanded, self.step, able);
         if self.tracking.is_some() {
-            if !(is_within && leaves_a_way_to_rest(wanted, &self.limits)) {
+            if !(is_within && leaves_a_way_to_rest(wanted, checked)) {
                 return Err(StopReason::ConveyorLost);
             }
             return self.slow_for_points(wanted);
@@ -191,8 +192,11 @@ impl Cycle {
         let Some(points) = Points::new(arm.0, arm.1, &self.limits, &carried.q) else {
             return Ok(());
         };
-        let axes = online_axes(&self.limits, self.step);
-        if !points.is_safe(&states(carried), &axes, self.step) {
+        let axes = online_axes(self.limit_sets.able(), self.step);
+        let checked = Points::new(arm.0, arm.1, self.limit_sets.checked(), &carried.q);
+        if let Some(points) = checked
+            && !points.is_safe(&states(carried), &axes, self.step)
+        {
             return Err(points.too_fast(&carried.qd));
         }
         let soon = JointSpeeds(core::array::from_fn(|joint| {

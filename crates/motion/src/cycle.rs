@@ -19,6 +19,7 @@ use crate::external::External;
 use crate::force_mode::ForceMode;
 use crate::hold::{Holding, Permit};
 use crate::io::Io;
+use crate::limits_in_force::LimitSets;
 use crate::machine::Machine;
 use crate::micro_points::MicroPoints;
 use crate::modes::conveyor::Tracking;
@@ -68,7 +69,9 @@ pub(crate) enum Generator {
 /// The controller of one arm.
 pub struct Cycle {
     pub(crate) model: RobotModel,
+    /// The limits in force.
     pub(crate) limits: MotionLimits,
+    pub(crate) limit_sets: LimitSets,
     /// What planned motions may use while a belt uses the rest.
     pub(crate) limits_on_belt: MotionLimits,
     pub(crate) step: f64,
@@ -134,6 +137,7 @@ impl Cycle {
     /// [`ConfigError`] names what is wrong with the configuration or the border.
     pub fn new(config: CycleConfig, border: MotionEnd) -> Result<Self, ConfigError> {
         let limits = config.resolve()?;
+        let limit_sets = LimitSets::new(limits, config.resolve_reduced()?);
         let io = Io::new(&config.io, config.step_time, border.registers.clone());
         let (commands, out) = Outbox::new(border)?;
         let machine = Machine::new(config.robot_mode());
@@ -173,6 +177,7 @@ impl Cycle {
             thermal: Thermal::new(is_powered),
             commanded: Setpoint::standing(config.home),
             limits,
+            limit_sets,
             step: config.step_time,
             gravity: config.gravity,
             commands,
@@ -216,6 +221,7 @@ impl Cycle {
         self.io.advance(self.out.cycle as f64 * self.step);
         self.follow_input_actions();
         self.advance_machine();
+        self.follow_reduced_mode();
         self.feel_hand();
         let wanted = self.generate();
         let limited = self.limit(wanted);
@@ -244,6 +250,8 @@ impl Cycle {
             };
         }
         self.plan_on();
+        self.slow_the_way_down();
+        let is_hard = self.slows_hard();
         let ground = Ground {
             model: &self.model,
             points: self.micro_points.points(),
@@ -260,6 +268,9 @@ impl Cycle {
             code: fault::PATH_LOST,
         };
         let queue = &self.queue;
+        if let Generator::Path(motion) = &mut self.generator {
+            motion.brake_hard(is_hard);
+        }
         match &mut self.generator {
             Generator::Hold | Generator::Online(_) => Ok(Setpoint::standing(self.target.q)),
             Generator::Brake(brake) => {
@@ -296,7 +307,8 @@ impl Cycle {
     fn limit(&mut self, wanted: Result<Setpoint, StopReason>) -> LimitedSetpoint {
         let checked = wanted.and_then(|wanted| {
             if matches!(self.generator, Generator::Brake(_)) {
-                let braking = LimitedSetpoint::while_braking(wanted, &self.commanded, &self.limits);
+                let braking =
+                    LimitedSetpoint::while_braking(wanted, &self.commanded, self.limit_sets.able());
                 self.target_frames = self.model.forward(&braking.get().q);
                 return Ok(braking);
             }
@@ -313,7 +325,8 @@ impl Cycle {
             let frames = self.model.forward(&wanted.q);
             let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
             let before = &self.commanded;
-            let passed = limit(wanted, before, &frames, tcp, self.step, &self.limits)?;
+            let checked = self.limit_sets.checked();
+            let passed = limit(wanted, before, &frames, tcp, self.step, checked)?;
             self.check_planes(&wanted)?;
             self.target_frames = frames;
             self.target = nominal;
@@ -326,7 +339,8 @@ impl Cycle {
             self.generator = Generator::Brake(brake);
             // A path that is lost is left where it is.
             let first = first.unwrap_or(Setpoint::standing(at));
-            let braking = LimitedSetpoint::while_braking(first, &self.commanded, &self.limits);
+            let braking =
+                LimitedSetpoint::while_braking(first, &self.commanded, self.limit_sets.able());
             self.target_frames = self.model.forward(&braking.get().q);
             braking
         })

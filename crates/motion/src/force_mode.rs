@@ -169,7 +169,7 @@ impl Cycle {
         let arm = OnlineArm::new(
             &self.model,
             &self.flange_from_tcp,
-            &self.limits,
+            self.limit_sets.checked(),
             &self.dynamics,
             &self.commanded,
             felt,

@@ -6,6 +6,8 @@
 //! | pause | halts on its path | online modes, offsets and force mode come to rest by themselves, on a belt the joints are braked |
 //! | safeguard stop | halts on its path as hard as the arm can | the joints are braked |
 //!
+//! An arm that is too fast for reduced mode is slowed down the same way, see `limits_in_force`.
+//!
 //! Braked joints come to rest one by one as fast as their accelerations and jerks allow; nothing that a mode, a belt or force
 //! mode would have the arm do counts until they stand and the stop is over. Then modes go on from rest. What lies between
 //! where they want the joints and where these stand is the [`Lag`], which is made good before anything else moves.
@@ -48,6 +50,8 @@ impl Permit {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Holding {
     brake: JointBrake,
+    /// They need not stand, only be slow enough for reduced mode.
+    slows_only: bool,
     /// Where the motion underneath and the arm were when it began, rad.
     began: [JointPositions; 2],
 }
@@ -89,7 +93,22 @@ impl Cycle {
             return Ok(());
         }
         let must_brake = match self.permit() {
-            Permit::Go(_) => false,
+            Permit::Go(_) => {
+                return match &self.holding {
+                    Some(holding) if holding.slows_only => {
+                        if holding.brake.is_over() || !self.limit_sets.is_reduced() {
+                            self.let_go_slowed();
+                        }
+                        Ok(())
+                    }
+                    Some(_) if stands(&self.commanded) => self.let_go(),
+                    None if self.must_slow_joints() => {
+                        self.hold(true);
+                        Ok(())
+                    }
+                    _ => Ok(()),
+                };
+            }
             Permit::Rest => self.tracking.is_some() || self.lag.is_some(),
             Permit::RestHard => {
                 !self.is_path_all() || matches!(self.generator, Generator::Online(_))
@@ -97,7 +116,11 @@ impl Cycle {
         };
         match &self.holding {
             None if must_brake => {
-                self.hold();
+                self.hold(false);
+                Ok(())
+            }
+            Some(holding) if must_brake && holding.slows_only => {
+                self.hold(false);
                 Ok(())
             }
             Some(_) if !must_brake && stands(&self.commanded) => self.let_go(),
@@ -105,9 +128,15 @@ impl Cycle {
         }
     }
 
-    fn hold(&mut self) {
+    fn hold(&mut self, slows_only: bool) {
+        let brake = if slows_only {
+            JointBrake::to_share(&self.commanded, self.slow_share(), &self.slowing_limits())
+        } else {
+            JointBrake::new(&self.commanded, self.limit_sets.able())
+        };
         self.holding = Some(Holding {
-            brake: JointBrake::new(&self.commanded, &self.limits),
+            brake,
+            slows_only,
             began: [self.target.q, self.commanded.q],
         });
         if let Some(tracking) = &mut self.tracking {
@@ -122,11 +151,29 @@ impl Cycle {
 
     /// The next setpoint of joints that are being braked; `None` while modes decide.
     pub(crate) fn held(&mut self) -> Option<LimitedSetpoint> {
-        let holding = self.holding.as_mut()?;
-        let next = holding.brake.next(self.step);
-        let passed = LimitedSetpoint::while_braking(next, &self.commanded, &self.limits);
+        let mut holding = self.holding?;
+        let mut next = holding.brake.next(self.step);
+        // Softly is not how to come to a safety plane.
+        if holding.slows_only && !self.has_no_planes() && self.crossed_by_joints(&next).is_some() {
+            holding.brake = JointBrake::new(&self.commanded, self.limit_sets.able());
+            next = holding.brake.next(self.step);
+        }
+        self.holding = Some(holding);
+        let able = self.limit_sets.able();
+        let passed = LimitedSetpoint::while_braking(next, &self.commanded, able);
         self.target_frames = self.model.forward(&passed.get().q);
         Some(passed)
+    }
+
+    /// An online mode goes on from where its joints have become slow enough.
+    fn let_go_slowed(&mut self) {
+        self.holding = None;
+        self.is_slow_enough();
+        self.target = self.commanded;
+        if let Generator::Online(mut online) = self.generator {
+            online.go_on_from(&self.online_arm(), &self.target);
+            self.generator = Generator::Online(online);
+        }
     }
 
     /// From here on modes decide again, each from rest.

@@ -47,6 +47,7 @@ pub mod histogram;
 mod hold;
 mod intake;
 pub mod io;
+mod limits_in_force;
 pub mod machine;
 mod micro_points;
 pub mod modes;

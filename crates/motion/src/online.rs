@@ -9,7 +9,6 @@ use motion_api::{
     Command, CommandId, CommandKind, FreedriveFrame, IoChange, MotionMode, Origin, Outcome,
     Refusal, Warning,
 };
-use nalgebra::Vector3;
 
 use crate::constants::{LONGEST, SLOWEST};
 use crate::cycle::{Cycle, Generator};
@@ -22,9 +21,6 @@ use crate::modes::tcp_speed::{Axes, TcpSpeed};
 use crate::modes::{CallEnd, Kind, Online, OnlineArm, stands, states};
 use crate::setpoint::Setpoint;
 use crate::waiting::WaitingFor;
-
-/// Share of the TCP's speed limit that a speedl aims at: from there the joints can always brake within it.
-const TCP_SPEED_SHARE: f64 = 0.97;
 
 impl Cycle {
     /// The next command to obey: a motion that waited for the arm to come to rest, or the next of the ring.
@@ -97,7 +93,7 @@ impl Cycle {
         OnlineArm::new(
             &self.model,
             &self.flange_from_tcp,
-            &self.limits,
+            self.limit_sets.checked(),
             &self.dynamics,
             &self.target,
             self.felt(),
@@ -218,13 +214,7 @@ impl Cycle {
         check_acceleration(rotation_acceleration)?;
         let call = call_end(duration)?;
         let mut tcp = self.tcp_mode();
-        let linear = Vector3::new(speed[0], speed[1], speed[2]).norm();
-        let slower = (TCP_SPEED_SHARE * self.limits.tcp_speed / linear).min(1.0);
-        tcp.aim(
-            speed.map(|x| x * slower),
-            acceleration,
-            rotation_acceleration,
-        );
+        tcp.aim(speed, acceleration, rotation_acceleration);
         self.begin_online(command, MotionMode::SpeedL, call, Kind::TcpSpeed(tcp));
         Ok(Ending::Later)
     }

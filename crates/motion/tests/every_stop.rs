@@ -120,6 +120,21 @@ impl Mode {
         }
     }
 
+    /// What reduced mode leaves of the TCP's speed, m/s: less than the mode would have, more than a belt has.
+    fn reduced_speed(self) -> f64 {
+        match self {
+            Self::Belt | Self::BeltAndLine | Self::BeltAndSpeedL => 1.3 * BELT,
+            Self::Table | Self::TableAndTurn | Self::TableAndLine => 0.13,
+            Self::Force => 0.006,
+            _ => 0.06,
+        }
+    }
+
+    /// The same of the joints' speeds, rad/s.
+    fn reduced_joint_speed(self) -> f64 {
+        if self.belt().is_some() { 1.2 } else { 0.4 }
+    }
+
     fn is_hand(self) -> bool {
         matches!(
             self,
@@ -162,9 +177,15 @@ fn config(mode: Mode, step_time: f64) -> CycleConfig {
     CycleConfig {
         step_time,
         limits,
+        reduced_limits: LimitOverrides {
+            tcp_speed: Some(mode.reduced_speed()),
+            joint_speed: Some(JointSpeeds([mode.reduced_joint_speed(); 6])),
+            ..LimitOverrides::default()
+        },
         safety_inputs: SafetyInputs {
             safeguard_stop: pair(0),
             emergency_stop: pair(1),
+            reduced_mode: pair(2),
             ..SafetyInputs::default()
         },
         belts: [
@@ -588,6 +609,48 @@ impl Case {
         result
     }
 
+    /// Reduced mode is asked for, and ends again: what is wrong, if anything.
+    fn check_reduced(&mut self, after: f64, hardness: u8) -> Result<(), String> {
+        self.bench
+            .do_it(CommandKind::SetIo(IoChange::SafetyHardness(hardness)));
+        self.begin();
+        self.seconds(after);
+        self.bench.send(input(20, true));
+        let mut excess = self.bench.limits;
+        excess.speed = JointSpeeds([self.mode.reduced_joint_speed(); 6]);
+        excess.tcp_speed = self.mode.reduced_speed();
+        let h = self.bench.cycle.step_time();
+        let is_slow = |bench: &Bench| {
+            let state = bench.now();
+            common::tcp_speed(&state) <= excess.tcp_speed + 1e-6
+                && state.target_qd.max_abs() <= excess.speed[0] + 1e-6
+        };
+        let mut fast = 0.0;
+        for cycle in 0..(1.2 / h) as usize {
+            self.tick();
+            if !is_slow(&self.bench) {
+                fast = (cycle + 1) as f64 * h;
+            }
+        }
+        let most = if hardness == 0 { 0.35 } else { 1.1 };
+        if fast > most {
+            let state = self.bench.now();
+            return Err(format!("too fast after {fast:.3} s: {state:?}"));
+        }
+        let seen = self.bench.now().safety_mode;
+        self.bench.send(input(20, false));
+        let result = self.ends_well();
+        let faults = self.bench.limit_faults();
+        if !faults.is_empty() {
+            let few = &faults[..faults.len().min(3)];
+            return Err(format!("{} limits: {}", faults.len(), few.join("; ")));
+        }
+        if seen != SafetyMode::Reduced {
+            return Err(format!("{seen}: {:?}", self.bench.stops));
+        }
+        result
+    }
+
     /// What comes after a stop.
     fn go_on(&mut self, stop: Stop) -> Result<(), String> {
         let state = self.bench.now();
@@ -806,4 +869,20 @@ fn every_stop_stops_force_hands_and_offsets() {
 fn every_stop_stops_every_mode_at_other_steps() {
     all(0.001, &[0.31], &MODES);
     all(0.008, &[0.23], &MODES);
+}
+
+#[test]
+fn reduced_mode_slows_every_mode_down_and_lets_it_go_on() {
+    let mut wrong = Vec::new();
+    for mode in MODES {
+        for hardness in [0, 1] {
+            for (step_time, after) in [(0.004, 0.05), (0.004, 0.5), (0.002, 0.3)] {
+                let mut case = Case::new(mode, step_time);
+                if let Err(text) = case.check_reduced(after, hardness) {
+                    wrong.push(format!("{mode:?}, {hardness} after {after} s: {text}"));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}:\n{}", wrong.len(), wrong.join("\n"));
 }

@@ -296,7 +296,7 @@ impl Online {
             Kind::TcpSpeed(tcp) => match tcp.next(&arm.tcp(), from, arm.step, fraction) {
                 Some((next, limited)) => {
                     held = limited;
-                    (next, tcp.is_reached(fraction) && fraction > 0.0)
+                    (next, tcp.is_reached(&arm.tcp(), fraction) && fraction > 0.0)
                 }
                 None => {
                     // The line cannot be kept: the joints brake one by one, and the arm stays where that leads.

@@ -24,6 +24,8 @@ const SPEED: [f64; 2] = [0.25, 1.0];
 const ACCELERATION: [f64; 2] = [5.0, 20.0];
 /// Bandwidth of the law that moves it, rad/s.
 const BANDWIDTH: f64 = 90.0;
+/// An offset is given this speed at least, however little is left for it, m/s and rad/s.
+const SLOWEST: f64 = 1e-4;
 /// The path has a direction above this speed, m/s.
 const MOVING: f64 = 1e-4;
 /// This near to what is asked for it is there: m or rad, per second and per second².
@@ -219,8 +221,7 @@ impl PathOffset {
             let axis = Axis {
                 min: f64::NEG_INFINITY,
                 max: f64::INFINITY,
-                // Not below what it has already: it slows down by itself.
-                speed: SPEED[part].min(room.speed[part]).max(now.speed.abs()),
+                speed: SPEED[part].min(room.speed[part]).max(SLOWEST),
                 acceleration: acceleration.max(now.acceleration.abs()),
                 jerk: acceleration / ACCELERATION_RISE,
             };

@@ -16,6 +16,8 @@ use crate::constants::WINDOW_RANGE;
 const STEPS: usize = 32;
 /// Room for rounding where speeds are compared.
 const SLACK: f64 = 1e-12;
+/// By this part a motion is faster than the track only if that was lowered.
+const OVER: f64 = 1e-6;
 /// Steps of a foreseen motion before it counts as endless.
 const FORESEEN: usize = 200_000;
 
@@ -60,6 +62,8 @@ pub struct Travel {
     rate: f64,
     wanted: Drive,
     fraction: f64,
+    /// Where it is faster than the track allows it brakes as hard as the arm can.
+    is_hard: bool,
 }
 
 impl Travel {
@@ -73,12 +77,18 @@ impl Travel {
             rate: 1.0,
             wanted: Drive::Halt,
             fraction: 0.0,
+            is_hard: false,
         }
     }
 
     /// Changes what is wanted; takes effect in the next [`advance`](Self::advance).
     pub fn drive(&mut self, drive: Drive) {
         self.wanted = drive;
+    }
+
+    /// Whether it brakes as hard as the arm can where it is faster than the track allows.
+    pub fn brake_hard(&mut self, is_hard: bool) {
+        self.is_hard = is_hard;
     }
 
     /// Whether it is to go on.
@@ -355,7 +365,7 @@ impl Travel {
         let (h, rate) = (self.step, self.rate);
         let (asked, hardest, jerk) = track.bounds(now.place, now.speed * rate);
         // How hard, and how much the acceleration may change within the window.
-        let (hard, change) = if self.wanted == Drive::HaltHard {
+        let (hard, change) = if self.wanted == Drive::HaltHard || self.is_hard {
             (hardest, (jerk * track.window() * rate).max(hardest))
         } else {
             (asked, asked)
@@ -368,7 +378,9 @@ impl Travel {
             .square(now.place + 0.5 * (now.speed + next) * h)
             .sqrt()
             / rate;
-        if next > ahead {
+        // One that is faster than the track allows, because that was lowered, comes down as it can.
+        let is_over = now.speed * rate > track.square(now.place).sqrt() * (1.0 + OVER);
+        if next > ahead && !is_over {
             let (place, speed) = track.followed(now.place, now.speed * rate, h / rate);
             return Knot {
                 place,
