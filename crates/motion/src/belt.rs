@@ -5,7 +5,7 @@
 
 use kinematics::{JointSpeeds, Pose, RpyPose};
 use motion_api::form::check_tick_count;
-use motion_api::{CommandId, PulseDecoding, Refusal, StopReason};
+use motion_api::{CommandId, EncoderRange, PulseDecoding, Refusal, StopReason};
 use nalgebra::{Unit, Vector3};
 
 use crate::config::MotionLimits;
@@ -75,16 +75,6 @@ impl Cycle {
         ticks: f64,
         unit: f64,
     ) -> Answer {
-        self.machine.check_ready()?;
-        if self.tracking.is_some() {
-            return Err(Refusal::Tracking);
-        }
-        if self.force.is_at_work() {
-            return Err(Refusal::InForceMode);
-        }
-        if self.path_offset.is_on() {
-            return Err(Refusal::PathOffset);
-        }
         if !(ticks.is_finite() && ticks.abs() >= SLOWEST) {
             return Err(bad_value(name, ticks, "a finite number other than 0"));
         }
@@ -234,11 +224,38 @@ impl Cycle {
             .ok_or_else(|| bad_value("encoder_index", f64::from(number), "0 or 1"))
     }
 
-    pub(crate) fn set_tick_count(&mut self, encoder: u8, count: f64) -> Answer {
-        let encoder = self.encoder(encoder)?;
+    pub(crate) fn set_tick_count(&mut self, number: u8, count: f64) -> Answer {
+        let encoder = self.encoder(number)?;
         check_tick_count(encoder.is_from_program(), encoder.range(), count)?;
-        encoder.set(count);
+        self.recount(usize::from(number), |encoder| encoder.set(count));
         Ok(Ending::Now)
+    }
+
+    pub(crate) fn count_by_program(&mut self, number: u8, range: EncoderRange) -> Answer {
+        self.encoder(number)?;
+        let take = |encoder: &mut Encoder| {
+            encoder.take_from_program(range);
+            true
+        };
+        self.recount(usize::from(number), take);
+        Ok(Ending::Now)
+    }
+
+    /// Changes what an encoder counts. Where that says where the counter is, not that the belt moved, a belt that is followed
+    /// stays where it is.
+    fn recount(&mut self, number: usize, change: impl FnOnce(&mut Encoder) -> bool) {
+        let Some(encoder) = self.encoders.get_mut(number) else {
+            return;
+        };
+        let (before, _) = encoder.position();
+        let is_new_count = change(encoder);
+        let (after, _) = encoder.position();
+        if let Some(tracking) = &mut self.tracking
+            && tracking.encoder == number
+            && is_new_count
+        {
+            tracking.recount(after - before);
+        }
     }
 
     pub(crate) fn decode_pulses(
@@ -258,8 +275,11 @@ impl Cycle {
             let needed = "the other one of 16 and 17 in quadrature mode";
             return Err(bad_value("B", f64::from(channel_b), needed));
         }
-        self.encoder(encoder)?
-            .take_pulses(decoding, channel_a, channel_b, inputs);
+        self.encoder(encoder)?;
+        self.recount(usize::from(encoder), |encoder| {
+            encoder.take_pulses(decoding, channel_a, channel_b, inputs);
+            true
+        });
         Ok(Ending::Now)
     }
 }

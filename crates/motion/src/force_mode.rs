@@ -7,7 +7,7 @@
 use force::admittance::{DAMPING_RANGE, GAIN_RANGE};
 use force::{FrameMode, TaskFrame, Tuning, TwistLimiter};
 use kinematics::{JointSpeeds, Pose, RpyPose};
-use motion_api::{CommandId, MotionMode, Origin, Refusal, StopReason};
+use motion_api::{CommandId, MotionMode, Origin, StopReason};
 
 use crate::config::ConfigError;
 use crate::constants::{STOP_ACCELERATION, fault};
@@ -57,18 +57,6 @@ impl Cycle {
         mode: u8,
         speed_limits: [f64; 6],
     ) -> Answer {
-        self.machine.check_ready()?;
-        if self.tracking.is_some() {
-            return Err(Refusal::Tracking);
-        }
-        if self.path_offset.is_on() {
-            return Err(Refusal::PathOffset);
-        }
-        if matches!(&self.generator, Generator::Online(online) if online.is_led_by_hand()) {
-            return Err(Refusal::Busy {
-                running: self.running(),
-            });
-        }
         let Some(mode_kind) = FrameMode::from_number(mode.into()) else {
             return Err(bad_value("mode", f64::from(mode), "0 to 3"));
         };

@@ -34,6 +34,7 @@
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
+mod allowed;
 mod belt;
 pub mod brake;
 pub mod collision;

@@ -4,7 +4,7 @@
 //! underneath asks for and `commanded` what the arm gets.
 
 use kinematics::{JointSpeeds, RpyPose};
-use motion_api::{Command, MotionMode, OffsetAxes, Outcome, Refusal, StopReason};
+use motion_api::{Command, MotionMode, OffsetAxes, Outcome, StopReason};
 use nalgebra::Vector6;
 
 use crate::constants::{LONGEST, SLOWEST, STOP_ACCELERATION};
@@ -23,13 +23,6 @@ const SHARE_OF_SPEED: f64 = 0.9;
 
 impl Cycle {
     pub(crate) fn path_offset_enable(&mut self) -> Answer {
-        self.machine.check_ready()?;
-        if self.tracking.is_some() {
-            return Err(Refusal::Tracking);
-        }
-        if self.force.is_at_work() {
-            return Err(Refusal::InForceMode);
-        }
         self.path_offset.enable();
         Ok(Ending::Now)
     }

@@ -105,6 +105,19 @@ impl Tracking {
         }
     }
 
+    /// The TCP is carried round, the tool keeps its angle.
+    pub fn carries_without_turning(&self) -> bool {
+        let Route::Circular { rotate_tool, .. } = self.route else {
+            return false;
+        };
+        !rotate_tool
+    }
+
+    /// The counter of the encoder was set by so many ticks; the belt has not moved.
+    pub fn recount(&mut self, ticks: f64) {
+        self.start += ticks;
+    }
+
     /// Comes to rest wherever the belt goes.
     pub fn stop(&mut self) {
         self.is_stopping = true;

@@ -257,6 +257,15 @@ impl Online {
         }
     }
 
+    /// The TCP is another from now on; the arm is at `from`.
+    pub(crate) fn take_tool(&mut self, arm: &OnlineArm, from: &Setpoint) {
+        match &mut self.kind {
+            Kind::Servo(_) | Kind::JointSpeed(_) => {}
+            Kind::TcpSpeed(tcp) => tcp.go_on_from(&arm.tcp(), from),
+            Kind::Freedrive(freedrive) => freedrive.go_on_from(arm, from),
+        }
+    }
+
     /// Whether the mode keeps the arm in motion although nothing moves now.
     fn may_move_on(&self, target: &Setpoint) -> bool {
         match &self.kind {
