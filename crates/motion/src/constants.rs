@@ -214,6 +214,9 @@ pub const TORQUE_SHARE_OF_SPEED: f64 = 0.5;
 /// A servo stream counts as settled when position, speed and acceleration are within this of rest, rad a step.
 pub const SERVO_SETTLED: f64 = 1e-10;
 
+/// Speed of the TCP in reduced mode unless the cell says otherwise, m/s (EN ISO 10218-1, 5.6.2).
+pub const REDUCED_TCP_SPEED: f64 = 0.25;
+
 /// Acceleration with which online modes come to rest when they are stopped, rad/s² of the leading joint or m/s².
 pub const STOP_ACCELERATION: f64 = 5.0;
 

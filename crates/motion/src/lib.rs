@@ -34,6 +34,7 @@
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
+mod allowed;
 mod belt;
 mod bounds;
 pub mod brake;
@@ -45,8 +46,10 @@ mod cycle;
 pub mod external;
 mod force_mode;
 pub mod histogram;
+mod hold;
 mod intake;
 pub mod io;
+mod limits_in_force;
 pub mod machine;
 mod micro_points;
 pub mod modes;
