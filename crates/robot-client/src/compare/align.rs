@@ -135,7 +135,7 @@ impl<'t> Judge<'t> {
             }
         }
         let middle = f64::midpoint(low, high);
-        if self.cost(middle) <= self.cost(shift) {
+        if self.cost(middle) < self.cost(shift) {
             middle
         } else {
             shift

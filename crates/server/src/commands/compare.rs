@@ -127,6 +127,8 @@ fn human(args: &CompareArgs, comparison: &Comparison) -> String {
         let path = path.display().to_string();
         let _ = writeln!(out, "{letter}: {} {motion}", Escaped(&path));
     }
+    // No minus before nothing.
+    let shift = (shift * 1e4).round() / 1e4 + 0.0;
     let _ = writeln!(
         out,
         "shift: {shift:.4} s (what A does at t, B does at t + shift)"
