@@ -313,10 +313,16 @@ fn quick_order(a: &Value, b: &Value, depth: u32) -> Option<Ordering> {
     match (a, b) {
         (Value::Int(a), Value::Int(b)) => Some(a.cmp(b)),
         (Value::Float(a), Value::Float(b)) => a.partial_cmp(b),
-        (Value::Str(a), Value::Str(b)) => Some(a.as_str().cmp(b.as_str())),
-        (Value::Tuple(a), Value::Tuple(b)) if depth < 8 => {
+        (Value::Str(a), Value::Str(b)) => {
+            let (a, b) = (a.as_str(), b.as_str());
+            (a.len().min(b.len()) <= STRIDE / COLUMNS_MAX).then(|| a.cmp(b))
+        }
+        (Value::Tuple(a), Value::Tuple(b)) if depth < 2 => {
             if Rc::ptr_eq(a, b) {
                 return Some(Ordering::Equal);
+            }
+            if a.items().len().min(b.items().len()) > COLUMNS_MAX {
+                return None;
             }
             for (a, b) in a.items().iter().zip(b.items()) {
                 match quick_order(a, b, depth + 1)? {

@@ -24,6 +24,7 @@ use std::rc::Rc;
 use crate::diagnostic::Severity;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::limits::memory::Budget;
 use crate::parser::parse;
 use crate::resolve::{KnownNames, resolve};
 use crate::source::SourceFile;
@@ -201,6 +202,7 @@ fn run_script(ev: &Evaluator<'_>, module: &Module, text: &str) -> R<()> {
             &file,
             &parsed.module,
             &resolution,
+            &Budget::of(usize::MAX),
         ))
     })?;
     let function = Function::plain(code, Box::default());
