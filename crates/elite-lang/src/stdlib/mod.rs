@@ -9,6 +9,7 @@ mod bisect;
 mod define;
 mod deque;
 mod files;
+mod functools;
 mod itertools;
 mod json;
 mod math;
@@ -50,6 +51,7 @@ use Content::{Native, Script};
 const MODULES: &[(&str, Content)] = &[
     ("_collections", Native(deque::fill)),
     ("_files", Native(files::fill)),
+    ("_functools", Native(functools::fill)),
     ("_json", Native(json::fill)),
     ("_process", Native(process::fill)),
     ("_random", Native(random::fill)),
