@@ -12,6 +12,7 @@ use crate::eval::coroutine::{Outlet, Request, Resume, StackKind, Stopping, Threa
 use crate::eval::node::{NodeState, Passage, TaskNode};
 use crate::eval::{Core, Evaluator};
 use crate::host::{Host, ThreadId};
+use crate::limits::memory::Budget;
 use crate::limits::{Limits, memory};
 use crate::native::{NativeFunction, WaitToken};
 use crate::program::{Program, ProgramKind};
@@ -97,7 +98,15 @@ impl Interpreter {
             ev.check_allocation(program.bytes)?;
             let code = with_deep_stack(|| {
                 let (module, resolution) = (&program.module, &program.resolution);
-                crate::lower::module(&core, &namespace, &program.file, module, resolution)
+                let budget = Budget::of(usize::MAX);
+                crate::lower::module(
+                    &core,
+                    &namespace,
+                    &program.file,
+                    module,
+                    resolution,
+                    &budget,
+                )
             });
             let function = Function::plain(code, Box::default());
             let result = ev.call_function(&function, &mut [], &[])?;

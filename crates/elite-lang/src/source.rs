@@ -2,6 +2,7 @@
 //!
 //! Owns the translation from byte offsets to the lines and columns people read. Knows nothing of tokens.
 
+use std::convert::Infallible;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -59,26 +60,54 @@ pub struct SourceFile {
 
 /// Bytes between two places at which the characters before are known.
 const COLUMN_STEP: usize = 1024;
+/// Bytes between two pauses.
+const PIECE: usize = 32 * COLUMN_STEP;
 
 impl SourceFile {
     /// Takes over `text` and builds the line table. Lines end at `\n`, `\r\n` or a lone `\r`.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> Arc<Self> {
-        let text = text.into();
+        let (name, text) = (name.into(), text.into());
+        match SourceFile::by_pieces(name, text, |_| Ok::<(), Infallible>(())) {
+            Ok(file) => file,
+            Err(never) => match never {},
+        }
+    }
+
+    /// The same for a text of any length: `pause` is called after each piece, with its bytes, and may put an end to it.
+    pub(crate) fn by_pieces<E>(
+        name: String,
+        text: String,
+        mut pause: impl FnMut(usize) -> Result<(), E>,
+    ) -> Result<Arc<Self>, E> {
         let mut line_starts = vec![0];
         let bytes = text.as_bytes();
-        for (i, byte) in bytes.iter().enumerate() {
-            let lone_return = *byte == b'\r' && bytes.get(i + 1) != Some(&b'\n');
-            if *byte == b'\n' || lone_return {
-                line_starts.push(i as u32 + 1);
+        for (piece, first) in bytes.chunks(PIECE).zip((0..).step_by(PIECE)) {
+            for (byte, i) in piece.iter().zip(first..) {
+                let lone_return = *byte == b'\r' && bytes.get(i + 1) != Some(&b'\n');
+                if *byte == b'\n' || lone_return {
+                    line_starts.push(i as u32 + 1);
+                }
             }
+            pause(piece.len())?;
         }
-        let characters = characters_before(&text);
-        Arc::new(SourceFile {
-            name: name.into(),
+        let mut characters = Vec::new();
+        if !text.is_ascii() {
+            let mut before = 0;
+            for (index, piece) in bytes.chunks(COLUMN_STEP).enumerate() {
+                characters.push(before);
+                before += character_starts(piece) as u32;
+                if index % (PIECE / COLUMN_STEP) == 0 {
+                    pause(PIECE / 4)?;
+                }
+            }
+            characters.push(before);
+        }
+        Ok(Arc::new(SourceFile {
+            name,
             text,
             line_starts,
             characters,
-        })
+        }))
     }
 
     /// The name given at construction.
@@ -176,24 +205,6 @@ impl SourceFile {
 fn character_starts(bytes: &[u8]) -> usize {
     let starts = bytes.iter().filter(|byte| (**byte as i8) >= -0x40);
     starts.count()
-}
-
-/// Characters before every `COLUMN_STEP`th byte; empty if all characters have one byte.
-fn characters_before(text: &str) -> Vec<u32> {
-    if text.is_ascii() {
-        return Vec::new();
-    }
-    let mut before = 0;
-    let chunks = text.as_bytes().chunks(COLUMN_STEP);
-    let mut counts: Vec<u32> = chunks
-        .map(|chunk| {
-            let here = before;
-            before += character_starts(chunk) as u32;
-            here
-        })
-        .collect();
-    counts.push(before);
-    counts
 }
 
 #[cfg(test)]

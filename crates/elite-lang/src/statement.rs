@@ -22,6 +22,7 @@ use crate::errors::{ExceptionKind, ScriptError};
 use crate::eval::code::Code;
 use crate::eval::{Core, Evaluator, Frame};
 use crate::findings::in_order;
+use crate::limits::memory::Budget;
 use crate::native::NativeCall;
 use crate::parser::parse;
 use crate::resolve::{KnownNames, Place, Resolution, resolve};
@@ -161,6 +162,7 @@ impl NativeCall<'_> {
                 &statement.file,
                 module,
                 resolution,
+                &Budget::of(usize::MAX),
             )
         });
         let result = ev.run_text(&code, &scope.namespace);

@@ -1,9 +1,9 @@
 //! No native keeps the other script threads waiting: between two safepoints there are a few milliseconds of work at most,
 //! however much data it is given.
 //!
-//! Every method of every builtin type is called with whatever arguments from a small set it takes, on large data. The longest
-//! time of the processor between two turns counts, so that other work on the machine does not disturb it. New methods are
-//! found by `dir`.
+//! Every method of every builtin type, every builtin function and the functions of the library are called with whatever
+//! arguments from a small set they take, on large data. The longest time of the processor between two turns counts, so
+//! that other work on the machine does not disturb it. New natives are found by `dir`.
 
 mod support;
 
@@ -16,7 +16,7 @@ use support::Task;
 
 /// The longest work between two safepoints: what INTERFACES promises, and some more without optimisation, where all of it is
 /// slower by more than an order of magnitude.
-const STRETCH_MAX: Duration = Duration::from_millis(if cfg!(debug_assertions) { 8 } else { 5 });
+const STRETCH_MAX: Duration = Duration::from_millis(if cfg!(debug_assertions) { 16 } else { 5 });
 /// How often something must take too long before it counts.
 const TRIES: usize = 4;
 /// Parts of the data: characters, bytes, items. So many that a native without safepoints takes several times as long.
@@ -45,6 +45,7 @@ const RECEIVERS: &[(&str, &str, usize)] = &[
     ("values", "dict.fromkeys(range(n)).values()", VALUES),
     ("set", "set(range(n))", VALUES),
     ("frozenset", "frozenset(range(n))", VALUES),
+    ("range", "range(n)", VALUES),
     ("deque", "collections.deque(range(n))", VALUES),
     ("int", "(1 << n) - 1", VALUES),
 ];
@@ -81,8 +82,43 @@ const ARGUMENTS: &[&str] = &[
     "(bytes(range(256)), b'ab')",
 ];
 
-/// Changes of a container in place, which others must never see half done: some nanoseconds an item, all at once.
-const AT_ONCE: &[&str] = &["__setitem__", "__delitem__"];
+/// Arguments that are tried with functions.
+const OF_FUNCTIONS: &[&str] = &[
+    "('aB ' * (n // 3),)",
+    "('1' * 4000,)",
+    "('1.' + '1' * n,)",
+    "(b'aB ' * (n // 3),)",
+    "(bytearray(b'aB ') * (n // 3),)",
+    "([1, 2] * (n // 10),)",
+    "([2.5, 1.5] * (n // 10),)",
+    "(['b', 'a'] * (n // 10),)",
+    "(list(range(n // 10)),)",
+    "((1, 2) * (n // 10),)",
+    "(range(n // 10),)",
+    "(dict.fromkeys(range(n // 10)),)",
+    "(set(range(n // 10)),)",
+    "(n // 100,)",
+    "(n // 10, n // 20)",
+    "((1 << n // 10) - 1,)",
+    "((1 << n // 10) - 1, (1 << n // 20) + 5)",
+    "(' ' * n, 'utf-8')",
+    "(b' ' * n, 'utf-8')",
+    "(None, [0, 1] * (n // 10))",
+    "(str, [0, 1] * (n // 10))",
+    "([0, 1] * (n // 10), 1)",
+    "([0, 1] * (n // 10), [0, 1] * (n // 10))",
+    "([(2, 1)] * (n // 10), 1)",
+    "('x', 'ab' * (n // 2))",
+    "('(a|b)+', 'ab' * (n // 2))",
+    "('b', 'c', 'ab' * (n // 20))",
+    "('x', 'c', 'ab' * (n // 2))",
+    "('[' + '1,' * (n // 10) + '2]',)",
+    "('\"' + 'a' * n + '\"',)",
+    "('%ds' % n, b'')",
+    "('%db' % (n // 10), b'\\0' * (n // 10))",
+    "(3, list(range(n // 10)))",
+    "(n // 20, list(range(n // 10)))",
+];
 
 fn processor_time() -> Duration {
     match clock_gettime(ClockId::CLOCK_THREAD_CPUTIME_ID) {
@@ -122,10 +158,8 @@ fn stretches(text: &str) -> BTreeMap<String, Duration> {
 
 /// What all programs begin with.
 const BEGIN: &str = "
-import collections, json, re, struct, math, random, itertools, functools, operator, copy, heapq, bisect, statistics
-import string, io, datetime
-modules = [collections, json, re, struct, math, random, itertools, functools, operator, copy, heapq, bisect, statistics,
-           string, io]
+import collections, json, re, struct, math, random, itertools, functools, operator, bisect, string, io
+modules = [collections, json, re, struct, math, random, itertools, functools, operator, bisect, string, io]
 def give_way():
     for _ in range(3): pass
 def attempt(label, function, given, small):
@@ -190,9 +224,6 @@ fn check(receiver: usize) {
     for (label, stretch) in too_long(&methods(make, n)) {
         let (method, arguments) = label.rsplit_once(' ').unwrap_or((&label, "0"));
         let arguments = ARGUMENTS[arguments.parse::<usize>().unwrap_or(0)];
-        if AT_ONCE.contains(&method) && arguments.starts_with("(slice") {
-            continue;
-        }
         trouble.push(format!("{name}.{method}{arguments}: {stretch:?}"));
     }
     assert!(trouble.is_empty(), "\n{}", trouble.join("\n"));
@@ -221,6 +252,177 @@ receivers! {
     methods_of_values_give_way 12;
     methods_of_sets_give_way 13;
     methods_of_frozen_sets_give_way 14;
-    methods_of_deques_give_way 15;
-    methods_of_integers_give_way 16;
+    methods_of_ranges_give_way 15;
+    methods_of_deques_give_way 16;
+    methods_of_integers_give_way 17;
+}
+
+/// Calls all functions with some of the arguments.
+fn check_functions(part: usize, parts: usize) {
+    let given: Vec<&str> = OF_FUNCTIONS
+        .iter()
+        .skip(part)
+        .step_by(parts)
+        .copied()
+        .collect();
+    let arguments = given.join(", lambda n: ");
+    let n = if cfg!(debug_assertions) {
+        PARTS / 5
+    } else {
+        PARTS / 2
+    };
+    let program = format!(
+        "{BEGIN}
+n = {n}
+arguments = [lambda n: {arguments}]
+# They print, wait, end the program, never end or are tried elsewhere.
+skipped = ('exit', 'quit', 'input', 'print', 'open', 'exec', 'eval', 'compile', 'globals', 'locals', 'vars', 'super',
+           'cycle', 'count', 'repeat', 'combinations', 'combinations_with_replacement', 'permutations', 'product')
+functions = [(name, eval(name)) for name in NAMES]
+for module in modules:
+    functions += [(module.__name__ + '.' + name, getattr(module, name)) for name in dir(module) if name[0] != '_']
+for name, function in functions:
+    if name.split('.')[-1] in skipped or not callable(function): continue
+    def call(*args):
+        result = function(*args)
+        # What is made step by step is asked for all of it.
+        if type(result).__name__ in ('map', 'filter', 'zip', 'enumerate', 'reversed') or name.startswith('itertools'):
+            for _ in zip(range(20_000), result): pass
+        return result
+    for index, args in enumerate(arguments):
+        # To make an expression of a long pattern is one piece.
+        if name.startswith('re.') and len(str(args(60)[0])) > 40: continue
+        attempt(f'{{name}} {{index}}', call, lambda: args(n), lambda: args(60))
+"
+    )
+    .replace("NAMES", &format!("{:?}", builtin_functions()));
+    let mut trouble = Vec::new();
+    for (label, stretch) in too_long(&program) {
+        let (function, arguments) = label.rsplit_once(' ').unwrap_or((&label, "0"));
+        let arguments = given[arguments.parse::<usize>().unwrap_or(0)];
+        trouble.push(format!("{function}{arguments}: {stretch:?}"));
+    }
+    assert!(trouble.is_empty(), "\n{}", trouble.join("\n"));
+}
+
+/// The names of the builtin functions and types, but the exceptions and what is no name of its own.
+fn builtin_functions() -> Vec<&'static str> {
+    let names = elite_lang::builtin_names();
+    names
+        .filter(|name| name.starts_with(char::is_lowercase))
+        .collect()
+}
+
+macro_rules! functions {
+    ($($test:ident $part:literal;)*) => {
+        $(#[test] fn $test() { check_functions($part, 8); })*
+    };
+}
+
+// With an eighth of the arguments each.
+functions! {
+    functions_give_way_1 0;
+    functions_give_way_2 1;
+    functions_give_way_3 2;
+    functions_give_way_4 3;
+    functions_give_way_5 4;
+    functions_give_way_6 5;
+    functions_give_way_7 6;
+    functions_give_way_8 7;
+}
+
+/// Texts for `exec`, `eval` and `compile`: long in every way a text can be.
+const TEXTS: &[(&str, &str)] = &[
+    ("exec", "'x = 1\\n' * (n // 6)"),
+    (
+        "exec",
+        "''.join(f'x{k} = x{k - 1 if k else 0} = {k}\\n' for k in range(min(n // 16, 3000)))",
+    ),
+    ("exec", "'def f(a, b):\\n  return a + b\\n' * (n // 28)"),
+    ("exec", "'class A:\\n  def f(self): pass\\n' * (n // 32)"),
+    ("exec", "'if 0:\\n' + '  f(1, x=2)\\n' * (n // 14)"),
+    (
+        "exec",
+        "'def f():\\n' + '  a = [b for b in c]\\n' * (n // 22)",
+    ),
+    ("exec", "'\\n' * n"),
+    ("exec", "'#' * n"),
+    ("exec", "'# a\\n' * (n // 4)"),
+    ("exec", "' ' * n + 'x = 1'"),
+    ("exec", "'x = 1; ' * (n // 7)"),
+    ("exec", "'位 = 1\\n' * (n // 8)"),
+    ("exec", "'x' * n + ' = 1'"),
+    (
+        "exec",
+        "'x = (' + 'y.z(1), ' * (n // 8) + ')' if n < 100 else 'x = lambda: (' + 'y.z(1), ' * (n // 8) + ')'",
+    ),
+    ("exec", "'$ LINE: (1, \"a\")\\nx = 1\\n' * (n // 24)"),
+    ("exec", "'pass ' * (n // 5)"),
+    ("exec", "'x = \\\\\\n' + '\\\\\\n' * (n // 2) + '1'"),
+    ("eval", "'[' + '1,' * (n // 2) + ']'"),
+    ("eval", "'[' + 'n,' * (n // 2) + ']'"),
+    ("eval", "'{' + '1: n,' * (n // 5) + '}'"),
+    ("eval", "'(' + '\"a\",' * (n // 4) + ')'"),
+    ("eval", "'\"' + 'a' * n + '\"'"),
+    ("eval", "'\"' + '位' * (n // 3) + '\"'"),
+    ("eval", "'\"' + '\\\\n' * (n // 2) + '\"'"),
+    ("eval", "'b\"' + '\\\\n' * (n // 2) + '\"'"),
+    ("eval", "'\"a\" ' * (n // 4)"),
+    ("eval", "'f\"' + '{n}' * (n // 3) + '\"'"),
+    ("eval", "'f\"' + '{{' * (n // 2) + '\"'"),
+    ("eval", "'max(' + 'n,' * (n // 2) + '1)'"),
+    ("eval", "'n' + ' < n' * (n // 4)"),
+    ("eval", "'0 or ' * (n // 5) + '1'"),
+    ("eval", "' ' * n + '1'"),
+    ("eval", "'1.' + '0' * n"),
+    ("eval", "'0x' + '0' * n"),
+    ("eval", "'(' * n"),
+    ("eval", "b'[' + b'1,' * (n // 2) + b']'"),
+    ("compile", "'x = 1\\n' * (n // 6)"),
+    ("compile", "'x = [' + '1, ' * (n // 3) + ']'"),
+];
+
+/// Characters of those texts: as many as are allowed.
+const TEXT: usize = if cfg!(debug_assertions) {
+    100_000
+} else {
+    8 << 20
+};
+
+fn check_texts(part: usize, parts: usize) {
+    let given: Vec<_> = TEXTS.iter().skip(part).step_by(parts).collect();
+    let calls: String = given
+        .iter()
+        .enumerate()
+        .map(|(index, (function, text))| {
+            let rest = match *function {
+                "compile" => ", 'text', 'exec'",
+                _ => "",
+            };
+            format!("attempt('{index}', lambda t: {function}(t{rest}), lambda: (({text}),), lambda: ('1',))\n")
+        })
+        .collect();
+    let trouble: Vec<String> = too_long(&format!("{BEGIN}\nn = {TEXT}\n{calls}"))
+        .iter()
+        .map(|(index, stretch)| {
+            let (function, text) = given[index.parse::<usize>().unwrap_or(0)];
+            format!("{function}({text}): {stretch:?}")
+        })
+        .collect();
+    assert!(trouble.is_empty(), "\n{}", trouble.join("\n"));
+}
+
+#[test]
+fn reading_texts_gives_way_1() {
+    check_texts(0, 3);
+}
+
+#[test]
+fn reading_texts_gives_way_2() {
+    check_texts(1, 3);
+}
+
+#[test]
+fn reading_texts_gives_way_3() {
+    check_texts(2, 3);
 }

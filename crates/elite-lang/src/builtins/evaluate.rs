@@ -3,24 +3,28 @@
 //! A text sees the variables of its caller. At the top level these are the globals themselves; in a function they are
 //! a copy, as in Python: what the text assigns there is lost when it ends.
 
+use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
 
 use super::Args;
+use crate::ast::{Module, Stmt, StmtKind};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::code::Code;
-use crate::parser::{parse_expression, parse_within};
-use crate::resolve::{KnownNames, resolve};
+use crate::limits::memory::Budget;
+use crate::parser::{Parsed, TREE_MAX, parse_expression, parse_within};
+use crate::resolve::{KnownNames, Resolution, resolve_within};
 use crate::source::SourceFile;
-use crate::stack::with_deep_stack;
 use crate::value::instance::Payload;
 use crate::value::module::Namespace;
 use crate::value::{Dict, Function, Instance, R, Raised, Value};
 
 /// Longest text that is evaluated, in bytes.
 const TEXT_MAX: usize = 8 << 20;
+/// Work for a variable that is handed in or back.
+const VARIABLE: usize = 128;
 
 fn code_object(value: &Value) -> Option<&CodeObject> {
     match value {
@@ -39,61 +43,111 @@ pub(super) fn eval(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         return exec(ev, args);
     }
     let (file, scope) = prepare(ev, args, "eval")?;
-    let code = with_deep_stack(|| eval_code(ev, &file, &scope))?;
-    scope.run(ev, code)
-}
-
-fn eval_code(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &TextScope) -> R<Rc<Code>> {
-    let (expr, parsed) = parse_expression(file, ev.core.memory_left());
-    let expr = match (expr, refusal(ev, file, &parsed.diagnostics)) {
-        (Some(expr), None) => expr,
-        (_, Some(raised)) => return Err(raised),
-        (None, None) => return Err(ev.raise(ExceptionKind::SyntaxError, "invalid syntax")),
-    };
-    // The expression is resolved as the only statement of a module.
-    let statement = crate::ast::Stmt {
-        span: expr.span,
-        kind: crate::ast::StmtKind::Expr(expr.clone()),
-    };
-    let module = crate::ast::Module {
-        body: vec![statement],
-        ..parsed.module
-    };
-    let resolution = resolve(&module, &KnownNames::default());
-    if let Some(raised) = refusal(ev, file, &resolution.diagnostics) {
-        return Err(raised);
-    }
-    ev.check_allocation(parsed.bytes)?;
-    let code = crate::lower::expression(&ev.core, &scope.namespace, file, &expr, &resolution);
+    let code = reading(ev, |budget| {
+        let Tree { module, resolution } = tree(ev, &file, true, budget)?;
+        let [
+            Stmt {
+                kind: StmtKind::Expr(expr),
+                ..
+            },
+        ] = &module.body[..]
+        else {
+            return Err(ev.raise(ExceptionKind::SyntaxError, "invalid syntax"));
+        };
+        let (core, namespace) = (&ev.core, &scope.namespace);
+        let code = crate::lower::expression(core, namespace, &file, expr, &resolution, budget);
+        release(module, resolution, budget);
+        Ok(code)
+    })?;
     scope.check(&code);
-    Ok(code)
+    scope.run(ev, code)
 }
 
 pub(super) fn exec(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     let (file, scope) = prepare(ev, args, "exec")?;
-    let code = with_deep_stack(|| exec_code(ev, &file, &scope))?;
+    let code = reading(ev, |budget| {
+        let Tree { module, resolution } = tree(ev, &file, false, budget)?;
+        for name in &resolution.bindings {
+            if scope.is_separate {
+                scope.namespace.own_cell(ev.core.symbols.take(name));
+            }
+        }
+        let (core, namespace) = (&ev.core, &scope.namespace);
+        let code = crate::lower::module(core, namespace, &file, &module, &resolution, budget);
+        release(module, resolution, budget);
+        Ok(code)
+    })?;
+    scope.check(&code);
     scope.run(ev, code).map(|_| Value::None)
 }
 
-fn exec_code(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &TextScope) -> R<Rc<Code>> {
-    let parsed = parse_within(file, ev.core.memory_left());
+/// Runs `work`, which reads a text of any length: on a deep stack, with pauses in which others have their turn.
+fn reading<T>(ev: &Evaluator<'_>, work: impl FnOnce(&Budget<'_>) -> R<T>) -> R<T> {
+    let ended = RefCell::new(None);
+    let pause = |units: usize| match ev.worked(units) {
+        Ok(()) => true,
+        Err(raised) => {
+            *ended.borrow_mut() = Some(raised);
+            false
+        }
+    };
+    let budget = Budget::with_pauses(ev.core.memory_left().min(TREE_MAX), &pause);
+    let result = ev.with_deep_stack(|| work(&budget));
+    match ended.take() {
+        // What was made of a text that was given up means nothing.
+        Some(raised) => Err(raised),
+        None => result,
+    }
+}
+
+/// A text that is right, and its names.
+struct Tree {
+    module: Module,
+    resolution: Resolution,
+}
+
+/// Reads a text; that of an expression becomes the only statement of a module.
+fn tree(
+    ev: &Evaluator<'_>,
+    file: &Arc<SourceFile>,
+    is_expression: bool,
+    budget: &Budget<'_>,
+) -> R<Tree> {
+    let parsed = match is_expression {
+        true => {
+            let (expr, parsed) = parse_expression(file, budget);
+            let statement = expr.map(|expr| Stmt {
+                span: expr.span,
+                kind: StmtKind::Expr(expr),
+            });
+            let body = statement.into_iter().collect();
+            Parsed {
+                module: Module {
+                    body,
+                    ..parsed.module
+                },
+                ..parsed
+            }
+        }
+        false => parse_within(file, budget),
+    };
     if let Some(raised) = refusal(ev, file, &parsed.diagnostics) {
         return Err(raised);
     }
-    let resolution = resolve(&parsed.module, &KnownNames::default());
+    let resolution = resolve_within(&parsed.module, &KnownNames::default(), budget);
     if let Some(raised) = refusal(ev, file, &resolution.diagnostics) {
         return Err(raised);
     }
-    for name in &resolution.bindings {
-        if scope.is_separate {
-            scope.namespace.own_cell(ev.core.symbols.take(name));
-        }
-    }
     ev.check_allocation(parsed.bytes)?;
-    let module = &parsed.module;
-    let code = crate::lower::module(&ev.core, &scope.namespace, file, module, &resolution);
-    scope.check(&code);
-    Ok(code)
+    Ok(Tree {
+        module: parsed.module,
+        resolution,
+    })
+}
+
+fn release(module: Module, resolution: Resolution, budget: &Budget<'_>) {
+    module.release(budget);
+    resolution.release(budget);
 }
 
 /// What `compile` makes: a text that is known to be right, for `eval` and `exec`.
@@ -120,31 +174,13 @@ pub(super) fn compile(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         _ => return Err(ev.value_error("compile() mode must be 'exec', 'eval' or 'single'")),
     };
     let text = source_text(ev, source, "compile")?;
-    let file = SourceFile::new("<string>", text.clone());
-    with_deep_stack(|| {
-        let (module, diagnostics) = if is_expression {
-            let (expr, parsed) = parse_expression(&file, ev.core.memory_left());
-            let statement = expr.map(|expr| crate::ast::Stmt {
-                span: expr.span,
-                kind: crate::ast::StmtKind::Expr(expr),
-            });
-            let body = statement.into_iter().collect();
-            (
-                crate::ast::Module {
-                    body,
-                    ..parsed.module
-                },
-                parsed.diagnostics,
-            )
-        } else {
-            let parsed = parse_within(&file, ev.core.memory_left());
-            (parsed.module, parsed.diagnostics)
-        };
-        if let Some(raised) = refusal(ev, &file, &diagnostics) {
-            return Err(raised);
-        }
-        let resolution = resolve(&module, &KnownNames::default());
-        refusal(ev, &file, &resolution.diagnostics).map_or(Ok(()), Err)
+    let mut copy = String::new();
+    ev.push_text(&mut copy, &text)?;
+    let file = source_file(ev, copy)?;
+    reading(ev, |budget| {
+        let Tree { module, resolution } = tree(ev, &file, is_expression, budget)?;
+        release(module, resolution, budget);
+        Ok(())
     })?;
     let code = CodeObject {
         text,
@@ -166,18 +202,24 @@ fn source_text(ev: &Evaluator<'_>, source: &Value, function: &str) -> R<String> 
     match ev.plain(source) {
         Value::Str(text) => {
             check(text.as_str().len())?;
-            Ok(text.as_str().to_owned())
+            let mut copy = String::new();
+            ev.push_text(&mut copy, text.as_str())?;
+            Ok(copy)
         }
         other => match ev.bytes_like(&other) {
             Some(data) => {
                 check(data.len())?;
-                Ok(String::from_utf8_lossy(&data).into_owned())
+                ev.lossy_text(&data)
             }
             None => Err(ev.type_error(format!(
                 "{function}() arg 1 must be a string, bytes or code object"
             ))),
         },
     }
+}
+
+fn source_file(ev: &Evaluator<'_>, text: String) -> R<Arc<SourceFile>> {
+    SourceFile::by_pieces("<string>".into(), text, |bytes| ev.worked(bytes * 2))
 }
 
 /// Where a text runs.
@@ -187,6 +229,8 @@ struct TextScope {
     is_separate: bool,
     /// Dictionaries that get the variables afterwards, with the namespace they stand for.
     written_back: Vec<(Rc<Dict>, Rc<Namespace>)>,
+    /// The one that the global variables are from.
+    home: Option<Rc<Dict>>,
 }
 
 impl TextScope {
@@ -196,6 +240,9 @@ impl TextScope {
             true => code.refers.check(self.namespace.own_cells()),
             // The variables are those of the text around.
             false => code.refers.forget(),
+        }
+        if let Some(home) = &self.home {
+            code.refers.set_home(home);
         }
     }
 
@@ -213,6 +260,7 @@ impl TextScope {
             ev.core.note_namespace(namespace);
             ev.core.note(&Value::Dict(dict.clone()));
             for (name, value) in namespace.entries() {
+                ev.worked(VARIABLE)?;
                 dict.set_interned(ev.core.symbols.value(name), value);
             }
         }
@@ -228,9 +276,13 @@ fn prepare(ev: &Evaluator<'_>, args: &Args<'_>, function: &str) -> R<(Arc<Source
     let Some(source) = args.positional.first() else {
         return Err(ev.type_error(format!("{function} expected at least 1 argument, got 0")));
     };
-    ev.core.sweep_names_if_due();
+    ev.sweep_names_if_due()?;
     let text = match code_object(source) {
-        Some(code) => code.text.clone(),
+        Some(code) => {
+            let mut copy = String::new();
+            ev.push_text(&mut copy, &code.text)?;
+            copy
+        }
         None => source_text(ev, source, function)?,
     };
     let dict = |index: usize, what: &str| match args.positional.get(index) {
@@ -252,8 +304,8 @@ fn prepare(ev: &Evaluator<'_>, args: &Args<'_>, function: &str) -> R<(Arc<Source
     };
     let (globals, locals) = (dict(1, "globals")?, dict(2, "locals")?);
     Ok((
-        SourceFile::new("<string>", text),
-        text_scope(ev, args, globals, locals),
+        source_file(ev, text)?,
+        text_scope(ev, args, globals, locals)?,
     ))
 }
 
@@ -262,27 +314,28 @@ fn text_scope(
     args: &Args<'_>,
     globals: Option<Rc<Dict>>,
     locals: Option<Rc<Dict>>,
-) -> TextScope {
+) -> R<TextScope> {
     let core = &ev.core;
     let mut written_back = Vec::new();
     let given_globals = globals.is_some();
-    let mut namespace = match globals {
-        None => args
-            .caller
-            .as_ref()
-            .and_then(|frame| ev.text_namespace(frame))
-            .unwrap_or_else(|| core.globals.clone()),
-        Some(dict) => {
+    let caller = args.caller.as_ref();
+    let running = caller.and_then(|frame| ev.text_namespace(frame));
+    // A function of a text that has ended sees the variables where the text has left them.
+    let home = globals.or_else(|| caller.and_then(|frame| frame.function.code.refers.home()));
+    let mut namespace = match (&home, running) {
+        (_, Some(running)) if !given_globals => running,
+        (Some(dict), _) => {
             let namespace = core.new_namespace(None);
-            fill(ev, &namespace, &dict);
-            written_back.push((dict, namespace.clone()));
+            fill(ev, &namespace, dict)?;
+            written_back.push((dict.clone(), namespace.clone()));
             namespace
         }
+        (None, _) => core.globals.clone(),
     };
-    let mut is_separate = given_globals;
+    let mut is_separate = !written_back.is_empty();
     if let Some(dict) = locals {
         namespace = core.new_namespace(Some(namespace));
-        fill(ev, &namespace, &dict);
+        fill(ev, &namespace, &dict)?;
         written_back.push((dict, namespace.clone()));
         is_separate = true;
     } else if let (false, Some(frame)) = (given_globals, &args.caller)
@@ -297,20 +350,23 @@ fn text_scope(
     if is_separate {
         namespace.set_of_text();
     }
-    TextScope {
+    Ok(TextScope {
         namespace,
         is_separate,
         written_back,
-    }
+        home,
+    })
 }
 
-fn fill(ev: &Evaluator<'_>, namespace: &Namespace, dict: &Dict) {
+fn fill(ev: &Evaluator<'_>, namespace: &Namespace, dict: &Dict) -> R<()> {
     for (_, key, value) in dict.entries() {
+        ev.worked(VARIABLE)?;
         if let Value::Str(name) = key {
             let name = ev.core.symbols.take(name.as_str());
             drop(namespace.own_cell(name).value.replace(value));
         }
     }
+    Ok(())
 }
 
 /// The first error of a text as a `SyntaxError`.

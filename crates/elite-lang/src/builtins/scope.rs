@@ -81,11 +81,12 @@ impl Evaluator<'_> {
         result
     }
 
-    /// The namespace of the text that `frame` runs, if it is not that of the globals.
+    /// The namespace of the text that the code of `frame` is from, if it is not that of the globals and the text still runs.
     pub fn text_namespace(&self, frame: &Frame<'_>) -> Option<Rc<Namespace>> {
         let texts = self.core.texts.borrow();
+        let names = &frame.function.code.names;
         let mut running = texts.iter().rev();
-        let (_, namespace) = running.find(|(code, _)| Rc::ptr_eq(code, &frame.function.code))?;
+        let (_, namespace) = running.find(|(code, _)| Rc::ptr_eq(&code.names, names))?;
         Some(namespace.clone())
     }
 

@@ -4,12 +4,13 @@ use std::cmp::Ordering;
 use std::rc::Rc;
 
 use super::Builtin;
+use crate::ast::CompareOp;
 use crate::eval::Evaluator;
 use crate::eval::bulk::{STRIDE, many};
 use crate::eval::pace::{VALUE, WORK_MAX};
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
-use crate::value::{Instance, R, Value};
+use crate::value::{Instance, R, Symbol, Value};
 
 /// Runs shorter than this are extended by insertion.
 const RUN_MIN: usize = 24;
@@ -215,26 +216,55 @@ impl Evaluator<'_> {
 
     /// A key function for a comparison function as Python 2 had it (`functools.cmp_to_key`).
     pub fn comparison_key(&self, compare: &Value) -> R {
-        let held = vec![compare.clone()];
-        let less = Builtin::closure("__lt__", held, |ev, held, args| {
-            match (held, &*args.positional) {
-                ([compare], [a, b]) => {
-                    let order = ev.call(compare, &mut [ev.plain(a), ev.plain(b)], &[])?;
-                    ev.less(&order, &Value::Int(0)).map(Value::Bool)
-                }
-                _ => Err(ev.type_error("__lt__() takes one argument")),
-            }
-        });
-        let class = self.make_class("K", &[], vec![(known::LT, less)])?;
+        let mut attrs = vec![(known::HASH, Value::None)];
+        for (name, symbol, op) in COMPARISONS {
+            let held = vec![compare.clone()];
+            let method = Builtin::closure(name, held, move |ev, held, args| {
+                let ([compare], [a, b]) = (held, &*args.positional) else {
+                    return Err(ev.type_error(format!("{name}() takes one argument")));
+                };
+                let (Some(a), Some(b)) = (compared(ev, a), compared(ev, b)) else {
+                    return Err(ev.type_error("other argument must be K instance"));
+                };
+                let order = ev.call(compare, &mut [a, b], &[])?;
+                ev.compare(*op, &order, &Value::Int(0))
+            });
+            attrs.push((*symbol, method));
+        }
+        let class = self.make_class(KEY, &[], attrs)?;
+        class.set(known::MODULE, Value::str("functools"));
+        class.in_c.set(true);
         let held = vec![Value::Class(class)];
         Ok(Builtin::closure("cmp_to_key", held, |ev, held, args| {
-            let [Value::Class(class)] = held else {
-                return Err(ev.type_error("cmp_to_key() has lost its class"));
+            let ([Value::Class(class)], [value]) = (held, &*args.positional) else {
+                return Err(ev.type_error("K() missing required argument 'obj' (pos 1)"));
             };
-            let value = args.positional.first().cloned().unwrap_or(Value::None);
-            let payload = Payload::Value(crate::value::Held::new(value));
-            Ok(Value::Instance(Instance::new(class.clone(), payload)))
+            let key = Value::Instance(Instance::new(class.clone(), Payload::None));
+            ev.set_attribute(&key, ev.core.symbols.intern("obj"), value.clone())?;
+            Ok(key)
         }))
+    }
+}
+
+/// The name of the class of the keys.
+const KEY: &str = "KeyWrapper";
+
+const COMPARISONS: &[(&str, Symbol, CompareOp)] = &[
+    ("__lt__", known::LT, CompareOp::Lt),
+    ("__le__", known::LE, CompareOp::Le),
+    ("__gt__", known::GT, CompareOp::Gt),
+    ("__ge__", known::GE, CompareOp::Ge),
+    ("__eq__", known::EQ, CompareOp::Eq),
+];
+
+/// What a key of `cmp_to_key` stands for.
+fn compared(ev: &Evaluator<'_>, key: &Value) -> Option<Value> {
+    match key {
+        Value::Instance(instance) if *instance.class.name() == *KEY => {
+            let symbols = &ev.core.symbols;
+            instance.get(symbols.intern("obj"), symbols)
+        }
+        _ => None,
     }
 }
 
@@ -313,10 +343,16 @@ fn quick_order(a: &Value, b: &Value, depth: u32) -> Option<Ordering> {
     match (a, b) {
         (Value::Int(a), Value::Int(b)) => Some(a.cmp(b)),
         (Value::Float(a), Value::Float(b)) => a.partial_cmp(b),
-        (Value::Str(a), Value::Str(b)) => Some(a.as_str().cmp(b.as_str())),
-        (Value::Tuple(a), Value::Tuple(b)) if depth < 8 => {
+        (Value::Str(a), Value::Str(b)) => {
+            let (a, b) = (a.as_str(), b.as_str());
+            (a.len().min(b.len()) <= STRIDE / COLUMNS_MAX).then(|| a.cmp(b))
+        }
+        (Value::Tuple(a), Value::Tuple(b)) if depth < 2 => {
             if Rc::ptr_eq(a, b) {
                 return Some(Ordering::Equal);
+            }
+            if a.items().len().min(b.items().len()) > COLUMNS_MAX {
+                return None;
             }
             for (a, b) in a.items().iter().zip(b.items()) {
                 match quick_order(a, b, depth + 1)? {

@@ -248,6 +248,27 @@ impl Evaluator<'_> {
         Ok(out)
     }
 
+    /// The text that bytes are in UTF-8, with marks where they are not.
+    pub fn lossy_text(&self, data: &[u8]) -> R<String> {
+        let mut out = String::new();
+        self.grow(&mut out, data.len())?;
+        let mut rest = data;
+        while !rest.is_empty() {
+            // A character that may be cut in two is left for the next piece.
+            let mut end = rest.len().min(PIECE);
+            while end < rest.len() && end > PIECE - 4 && rest[end] & 0xC0 == 0x80 {
+                end -= 1;
+            }
+            let (piece, after) = rest.split_at(end);
+            let text = String::from_utf8_lossy(piece);
+            self.grow(&mut out, text.len())?;
+            out.push_str(&text);
+            self.worked(piece.len() * EACH)?;
+            rest = after;
+        }
+        Ok(out)
+    }
+
     /// The order of two byte strings; that of texts is the same.
     #[inline]
     pub fn order_of_bytes(&self, a: &[u8], b: &[u8]) -> R<std::cmp::Ordering> {

@@ -1,6 +1,6 @@
 //! Executable code of one function, class body, generator or module.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -9,7 +9,8 @@ use super::steps::Step;
 use super::{Evaluator, Expr, Flow, Frame, Statement};
 use crate::source::{SourceFile, Span};
 use crate::value::symbol::SymbolSet;
-use crate::value::{CellVar, R, Symbol, Value};
+use crate::value::trash::Nodes;
+use crate::value::{CellVar, Dict, Held, R, Symbol, Value};
 
 /// How calling a function with this code goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,9 +33,11 @@ impl TextNames {
         self.all.borrow_mut().push(name);
     }
 
-    /// Adds them to a set.
-    pub fn add_to(&self, set: &mut SymbolSet) {
-        set.extend(self.all.borrow().iter());
+    /// Adds up to `count` of them to a set, from number `from` on; whether there are more.
+    pub fn add_some_to(&self, set: &mut SymbolSet, from: usize, count: usize) -> bool {
+        let all = self.all.borrow();
+        set.extend(all.iter().skip(from).take(count));
+        all.len() > from + count
     }
 }
 
@@ -46,18 +49,35 @@ pub struct Refers {
     pub cells: RefCell<Vec<Rc<CellVar>>>,
     /// Code within this one.
     pub codes: Vec<Rc<Code>>,
+    /// The list is known to be right.
+    is_exact: Cell<bool>,
+    /// The dictionary that the text had its global variables from: what it evaluates later sees them there.
+    home: Held<Option<Rc<Dict>>>,
 }
 
 impl Refers {
-    /// Runs `each` on the references there are, body included, as far as nobody else has the code.
+    /// Whether the search for cycles learns anything here.
+    pub fn are_followed(&self) -> bool {
+        self.is_exact.get() || self.home.borrow().is_some()
+    }
+
+    /// Runs `each` on the references there are, those of the body included.
     pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        if let Some(home) = self.home() {
+            each(&Value::Dict(home));
+        }
+        if !self.is_exact.get() {
+            return;
+        }
         for cell in &*self.cells.borrow() {
             let cell = Value::Cell(cell.clone());
             each(&cell);
             each(&cell);
         }
-        for code in self.codes.iter().filter(|code| Rc::strong_count(code) == 2) {
-            code.refers.visit(each);
+        for code in &self.codes {
+            let code = Value::Code(code.clone());
+            each(&code);
+            each(&code);
         }
     }
 
@@ -71,9 +91,21 @@ impl Refers {
             let entries = listed.get(&Rc::as_ptr(cell)).copied().unwrap_or(0);
             Rc::strong_count(cell) == 2 + 2 * entries
         };
-        if !own.iter().all(is_right) {
-            self.forget();
+        match own.iter().all(is_right) && self.codes_are_right() {
+            true => self.trust(),
+            false => self.forget(),
         }
+    }
+
+    fn codes_are_right(&self) -> bool {
+        let is_right = |code: &Rc<Code>| Rc::strong_count(code) == 2;
+        let mut codes = self.codes.iter();
+        codes.all(|code| is_right(code) && code.refers.codes_are_right())
+    }
+
+    fn trust(&self) {
+        self.is_exact.set(true);
+        self.codes.iter().for_each(|code| code.refers.trust());
     }
 
     fn each_cell(&self, each: &mut dyn FnMut(&Rc<CellVar>)) {
@@ -85,8 +117,22 @@ impl Refers {
 
     /// Empties the list, that of all code within included.
     pub fn forget(&self) {
+        self.is_exact.set(false);
         self.cells.take();
         self.codes.iter().for_each(|code| code.refers.forget());
+    }
+
+    /// The dictionary that the text had its global variables from.
+    pub fn home(&self) -> Option<Rc<Dict>> {
+        self.home.get()
+    }
+
+    /// Notes it, for all code within, too.
+    pub fn set_home(&self, home: &Rc<Dict>) {
+        self.home.put(Some(home.clone()));
+        self.codes
+            .iter()
+            .for_each(|code| code.refers.set_home(home));
     }
 }
 
@@ -195,7 +241,7 @@ impl Body {
 /// Statements one after the other, with their lines.
 #[derive(Default)]
 pub struct Block {
-    statements: Box<[Line]>,
+    statements: Nodes<Line>,
 }
 
 struct Line {
@@ -222,7 +268,7 @@ impl Block {
     /// Executes the statements up to one that leaves the block.
     #[inline]
     pub fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        for line in &self.statements {
+        for line in &*self.statements {
             ev.core.line.set(line.number);
             match line.statement.exec(ev, f) {
                 Flow::Next => {}

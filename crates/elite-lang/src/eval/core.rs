@@ -80,6 +80,8 @@ pub struct Core {
     /// Names in code, text by text, and functions that have attributes: what a sweep of names looks at.
     pub text_names: WeakList<TextNames>,
     pub named_functions: WeakList<Function>,
+    /// A sweep of names is under way.
+    pub sweeping: Cell<bool>,
     /// Library modules being loaded, one within another; meanwhile the thread is not interrupted, so that no other one
     /// finds a module half made.
     pub loading: Cell<u32>,
@@ -137,6 +139,7 @@ impl Core {
             namespaces: WeakList::default(),
             text_names: WeakList::default(),
             named_functions: WeakList::default(),
+            sweeping: Cell::new(false),
             loading: Cell::new(0),
             last_acts: LastActs::default(),
             cycles: Cycles::default(),

@@ -207,7 +207,7 @@ impl Evaluator<'_> {
     pub(super) fn look_around(&self) -> R<bool> {
         trash::drop_some();
         self.core.memory_look();
-        self.core.sweep_names_if_due();
+        self.sweep_names_if_due()?;
         self.core.last_acts.catch_up(&self.core);
         let alarmed = memory::take_alarm();
         if self.core.stopping.get() == Stopping::No
@@ -244,6 +244,18 @@ impl Evaluator<'_> {
             return inner();
         }
         self.on_segment(bytes, inner)
+    }
+
+    /// Runs `inner`, which works on trees that may be deep and may pause meanwhile, on a stack of its own.
+    pub fn with_deep_stack<T>(&self, inner: impl FnOnce() -> T) -> T {
+        let Some(mut stack) = crate::stack::deep_stack() else {
+            // As `stack::with_deep_stack`.
+            return inner();
+        };
+        let outer = self.stack_limit.replace(limit_of(&stack));
+        let result = on_stack(&mut stack, inner);
+        self.stack_limit.set(outer);
+        result
     }
 
     #[cold]

@@ -4,6 +4,7 @@
 //! by `lower`. Every script thread and every generator is a coroutine with its own `Evaluator`, so that anything that
 //! waits can suspend the whole thread from any depth of native calls.
 
+pub mod beside;
 pub mod bulk;
 pub mod code;
 pub mod core;

@@ -6,10 +6,17 @@
 
 use std::rc::Rc;
 
-use super::Core;
 use super::code::TextNames;
+use super::{Core, Evaluator};
 use crate::value::module::Namespace;
 use crate::value::symbol::SymbolSet;
+use crate::value::{Function, R};
+
+/// Names that are looked at at once, and the work for one.
+const PIECE: usize = 1024;
+const NAME: usize = 48;
+/// Work for a class.
+const CLASS: usize = 512;
 
 impl Core {
     /// Where the names in the code of a new text are noted.
@@ -18,48 +25,87 @@ impl Core {
         self.text_names.push(&names);
         names
     }
+}
 
-    /// Gives up the names that nothing is called by, if there may be many. Not while something is borrowed.
+impl Evaluator<'_> {
+    /// Gives up the names that nothing is called by, if there may be many. Not while something is borrowed: others have their
+    /// turn meanwhile. What comes into use then has been settled, which the last step of the sweep respects.
     #[inline]
-    pub fn sweep_names_if_due(&self) {
-        if self.symbols.sweep_is_due() {
-            self.sweep_names();
+    pub fn sweep_names_if_due(&self) -> R<()> {
+        match self.core.symbols.sweep_is_due() {
+            true => self.sweep_names(),
+            false => Ok(()),
         }
     }
 
     #[cold]
     #[inline(never)]
-    fn sweep_names(&self) {
+    fn sweep_names(&self) -> R<()> {
+        /// The end of a sweep, also when the thread is dropped in the midst of it.
+        struct Over<'c>(&'c Core);
+        impl Drop for Over<'_> {
+            fn drop(&mut self) {
+                self.0.sweeping.set(false);
+            }
+        }
+        if self.core.sweeping.replace(true) {
+            return Ok(());
+        }
+        let _over = Over(&self.core);
+        self.swept()
+    }
+
+    /// Goes through something in pieces: `some` does one from a number on and says whether there is more.
+    fn by_pieces(&self, mut some: impl FnMut(usize) -> bool) -> R<()> {
+        let mut from = 0;
+        while some(from) {
+            from += PIECE;
+            self.worked(PIECE * NAME)?;
+        }
+        self.worked(NAME)
+    }
+
+    fn swept(&self) -> R<()> {
+        let core = &self.core;
         let mut used = SymbolSet::default();
-        let mut namespace = |namespace: &Namespace| {
+        let modules = core.modules.borrow().clone();
+        let modules = modules.iter().map(|module| module.namespace.clone());
+        let namespaces: Vec<Rc<Namespace>> = modules
+            .chain(core.namespaces.alive())
+            .chain([core.globals.clone()])
+            .collect();
+        let builtins = &core.builtins;
+        builtins.forget_unused();
+        self.by_pieces(|from| builtins.add_some_names_to(&mut used, from, PIECE))?;
+        for namespace in namespaces {
             namespace.forget_unused();
-            namespace.add_names_to(&mut used);
-        };
-        namespace(&self.builtins);
-        namespace(&self.globals);
-        for module in &*self.modules.borrow() {
-            namespace(&module.namespace);
+            self.by_pieces(|from| namespace.add_some_names_to(&mut used, from, PIECE))?;
         }
-        for text in self.namespaces.alive() {
-            namespace(&text);
+        let texts: Vec<Rc<TextNames>> = core.text_names.alive().into_iter().collect();
+        for text in texts {
+            self.by_pieces(|from| text.add_some_to(&mut used, from, PIECE))?;
         }
-        for text in self.text_names.alive() {
-            text.add_to(&mut used);
-        }
-        for function in self.named_functions.alive() {
+        let functions: Vec<Rc<Function>> = core.named_functions.alive().into_iter().collect();
+        for function in functions {
             if let Some(attrs) = &*function.attrs.borrow() {
                 used.extend(attrs.names());
             }
+            self.worked(NAME)?;
         }
         // Every class is derived from `object`.
         let mut seen = std::collections::HashSet::new();
-        let mut left = vec![self.types.object.clone()];
+        let mut left = vec![core.types.object.clone()];
         while let Some(class) = left.pop() {
             if seen.insert(Rc::as_ptr(&class)) {
                 class.add_names_to(&mut used);
                 left.extend(class.subclasses());
             }
+            self.worked(CLASS)?;
         }
-        self.symbols.sweep(&used);
+        let symbols = &core.symbols;
+        symbols.begin_sweep();
+        self.by_pieces(|from| symbols.sweep_some(&used, from, PIECE))?;
+        symbols.end_sweep();
+        Ok(())
     }
 }

@@ -184,6 +184,7 @@ impl Types {
             Value::ClassMethod(_) => &self.classmethod,
             Value::Super(_) => &self.super_,
             Value::Cell(_) => &self.cell,
+            Value::Code(_) => &self.code,
         }
     }
 

@@ -8,6 +8,9 @@ use crate::source::Span;
 /// Brackets that are given up in one text; each costs reading a part of it again.
 const CUTS_MAX: usize = 20;
 
+/// Work for the beginning of a line.
+const LINE: usize = 64;
+
 /// Where the lexer stands with respect to lines and blocks.
 #[derive(Default)]
 pub(super) struct Layout {
@@ -51,11 +54,9 @@ impl Lexer<'_> {
     /// The indentation of a physical line that starts a logical one; blank lines and comment lines are skipped.
     pub(super) fn start_of_line(&mut self) {
         let start = self.at;
-        let blanks = self
-            .rest()
-            .find(|c| !matches!(c, ' ' | '\t' | '\u{c}'))
-            .unwrap_or(self.rest().len());
-        self.at += blanks;
+        self.at += self.leading(self.rest(), |c| matches!(c, ' ' | '\t' | '\u{c}'));
+        self.budget.worked(LINE);
+        self.is_full |= self.budget.is_given_up();
         match self.peek() {
             None => return,
             Some('#') => self.skip_comment(),
@@ -74,7 +75,7 @@ impl Lexer<'_> {
         }
         self.settle_directives();
         let column = self.column_after(&self.text[start..self.at], start);
-        self.layout.one_line = OneLine::scan(self.text, self.at, self.end, column);
+        self.layout.one_line = OneLine::scan(self.text, (self.at, self.end), column, self.budget);
         self.indent_to(column);
         self.layout.inside_line = true;
         self.terminator();

@@ -14,6 +14,12 @@ use crate::findings::{Findings, quoted};
 use crate::limits::memory::Budget;
 use crate::source::{SourceFile, Span};
 
+/// Work for one character, and bytes of long tokens that are looked at at once.
+const EACH: usize = 8;
+const PIECE: usize = 1 << 10;
+/// Work for one token.
+const TOKEN: usize = 64;
+
 /// The tokens of a file, always ended by `EndOfFile`, and what was wrong with its text.
 pub struct Tokens {
     /// The tokens.
@@ -27,14 +33,14 @@ pub struct Tokens {
 }
 
 /// What is said of a text whose tokens or tree would take more than `budget`.
-pub(crate) fn too_large(budget: Budget) -> Diagnostic {
+pub(crate) fn too_large(budget: &Budget<'_>) -> Diagnostic {
     let most = budget.most() >> 20;
     let message = format!("the text is too large: to read it would take more than {most} MiB");
     Diagnostic::error("too-large", Span::default(), message)
 }
 
 /// Lexes a whole file. A text whose tokens would take more than `budget` has none, and one error.
-pub fn lex(file: &SourceFile, budget: Budget) -> Tokens {
+pub(crate) fn lex(file: &SourceFile, budget: &Budget<'_>) -> Tokens {
     let mut lexer = Lexer::new(file.text(), 0, file.text().len(), budget);
     lexer.takes_directives = true;
     lexer.run();
@@ -43,7 +49,7 @@ pub fn lex(file: &SourceFile, budget: Budget) -> Tokens {
 
 /// Lexes a single expression that lies at `span` of a file (a replacement field of an f-string): line ends and
 /// indentation mean nothing, as between brackets.
-pub fn lex_expression(file: &SourceFile, span: Span, budget: Budget) -> Tokens {
+pub(crate) fn lex_expression(file: &SourceFile, span: Span, budget: &Budget<'_>) -> Tokens {
     let mut lexer = Lexer::new(file.text(), span.start as usize, span.end as usize, budget);
     lexer.brackets.push((TokenKind::LeftParen, span));
     lexer.run_expression();
@@ -65,14 +71,14 @@ struct Lexer<'t> {
     /// A program is read, not an expression.
     takes_directives: bool,
     /// What tokens and tree may take.
-    budget: Budget,
+    budget: &'t Budget<'t>,
     /// The tokens take more than that; the rest of the text is not looked at.
     is_full: bool,
     layout: layout::Layout,
 }
 
 impl<'t> Lexer<'t> {
-    fn new(text: &'t str, start: usize, end: usize, budget: Budget) -> Self {
+    fn new(text: &'t str, start: usize, end: usize, budget: &'t Budget<'t>) -> Self {
         let start = if start == 0 && text.starts_with('\u{feff}') {
             '\u{feff}'.len_utf8()
         } else {
@@ -113,7 +119,7 @@ impl<'t> Lexer<'t> {
                     return self.give_up();
                 }
                 while self.at < self.end && !self.layout.at_line_start() {
-                    self.token();
+                    self.paced_token();
                     if self.is_full {
                         return self.give_up();
                     }
@@ -133,7 +139,7 @@ impl<'t> Lexer<'t> {
     fn run_expression(&mut self) {
         self.layout.inside_expression();
         while self.at < self.end {
-            self.token();
+            self.paced_token();
             if self.is_full {
                 return self.give_up();
             }
@@ -175,6 +181,28 @@ impl<'t> Lexer<'t> {
             .push(Diagnostic::error(code, Span::new(start, end), message));
     }
 
+    /// The same as `token`; others have their turn from time to time.
+    fn paced_token(&mut self) {
+        self.token();
+        self.budget.worked(TOKEN);
+        self.is_full |= self.budget.is_given_up();
+    }
+
+    /// Bytes at the beginning of a text whose characters all pass a test.
+    fn leading(&self, text: &str, test: impl Fn(char) -> bool) -> usize {
+        let mut rest = text;
+        while !rest.is_empty() {
+            let (piece, after) = rest.split_at(rest.floor_char_boundary(PIECE));
+            let kept = piece.trim_start_matches(&test);
+            if !kept.is_empty() {
+                return text.len() - after.len() - kept.len();
+            }
+            self.budget.worked(piece.len() * EACH);
+            rest = after;
+        }
+        text.len()
+    }
+
     /// One token, or the blanks, comment or line end before it.
     fn token(&mut self) {
         let start = self.at;
@@ -197,8 +225,7 @@ impl<'t> Lexer<'t> {
     }
 
     fn skip_comment(&mut self) {
-        let length = self.rest().find(['\n', '\r']).unwrap_or(self.rest().len());
-        self.at += length;
+        self.at += self.leading(self.rest(), |c| !matches!(c, '\n' | '\r'));
     }
 
     /// A backslash joins the next line to this one; anywhere else it is an error.
@@ -229,14 +256,13 @@ impl<'t> Lexer<'t> {
     fn word(&mut self) {
         let start = self.at;
         let rest = self.rest();
-        let length = rest
-            .find(|c: char| c != '_' && !c.is_alphanumeric())
-            .unwrap_or(rest.len());
+        let length = self.leading(rest, |c| c == '_' || c.is_alphanumeric());
         let word = &rest[..length];
-        let is_prefix = matches!(
-            &*word.to_ascii_lowercase(),
-            "r" | "b" | "u" | "f" | "rb" | "br" | "rf" | "fr"
-        );
+        let is_prefix = length <= 2
+            && matches!(
+                &*word.to_ascii_lowercase(),
+                "r" | "b" | "u" | "f" | "rb" | "br" | "rf" | "fr"
+            );
         if is_prefix && rest[length..].starts_with(['"', '\'']) {
             self.at += length;
             return self.string(start);
@@ -254,6 +280,7 @@ impl<'t> Lexer<'t> {
         let delimiter = if triple { &rest[..3] } else { quote };
         let mut at = delimiter.len();
         loop {
+            self.budget.worked(EACH);
             let Some(c) = rest[at..].chars().next() else {
                 let kind = if triple {
                     "triple-quoted string"

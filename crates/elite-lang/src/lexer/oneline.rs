@@ -1,6 +1,11 @@
 //! The one-line form `def f():; a(); b();end;` (manual 2.1.1, language.md 4.2): where its parts start and how
 //! blocks are read from them. A part of the lexer; makes no tokens itself.
 
+use crate::limits::memory::Budget;
+
+/// Work for one byte.
+const BYTE: usize = 4;
+
 /// One physical line in which a `;` stands for a line end.
 pub(super) struct OneLine {
     parts: Vec<Part>,
@@ -34,14 +39,19 @@ pub(super) struct Part {
 impl OneLine {
     /// Looks at the physical line that starts at `start` (after its indentation, which reaches `column`).
     /// None if it is not in this form, which is the case unless a part ends with `:` before a `;`.
-    pub(super) fn scan(text: &str, start: usize, end: usize, column: u32) -> Option<OneLine> {
+    pub(super) fn scan(
+        text: &str,
+        (start, end): (usize, usize),
+        column: u32,
+        budget: &Budget<'_>,
+    ) -> Option<OneLine> {
         let line = &text[start..end];
         let line = &line[..line.find(['\n', '\r']).unwrap_or(line.len())];
         // Cheap test first: nearly every line ends here.
         if !line.contains(';') {
             return None;
         }
-        let parts = split(line, start, column);
+        let parts = split(line, start, column, budget);
         let (_, before_last) = parts.split_last()?;
         let one_line = before_last.iter().any(|part| part.is_header);
         if !one_line {
@@ -65,13 +75,14 @@ impl OneLine {
 
 /// Splits at `;` outside strings, brackets and comments; empty parts are dropped. The column of the first part is
 /// that of the line, every `;` starts a new line whose indentation is the blanks after it.
-fn split(line: &str, offset: usize, column: u32) -> Vec<Part> {
+fn split(line: &str, offset: usize, column: u32, budget: &Budget<'_>) -> Vec<Part> {
     let bytes = line.as_bytes();
     let mut parts = Vec::new();
     let mut depth = 0u32;
     let mut at = 0;
     let mut part_start = 0;
     while at <= bytes.len() {
+        budget.worked(BYTE);
         match bytes.get(at) {
             Some(b'"' | b'\'') => {
                 at = skip_string(bytes, at);

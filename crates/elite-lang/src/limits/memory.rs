@@ -177,17 +177,66 @@ pub fn copied<T: Clone>(work: impl FnOnce() -> T) -> T {
     own
 }
 
-/// What a piece of work on this thread may come to hold.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Budget {
-    base: isize,
+/// What work on a text may take on this thread: bytes that it comes to hold, and time until others have their turn.
+pub(crate) struct Budget<'p> {
+    base: Cell<isize>,
     most: usize,
+    /// Units of work (`eval::pace`) since the last pause.
+    work: Cell<usize>,
+    /// Lets others have their turn, after so much work; false if the work is to be given up.
+    pause: Option<&'p dyn Fn(usize) -> bool>,
+    given_up: Cell<bool>,
 }
 
-impl Budget {
-    /// `most` bytes more than this thread holds now.
+/// Work after which a pause is asked for.
+const PAUSE_AFTER: usize = 1 << 13;
+
+impl<'p> Budget<'p> {
+    /// `most` bytes more than this thread holds now, and no pauses.
     pub(crate) fn of(most: usize) -> Self {
-        Budget { base: held(), most }
+        Budget {
+            base: Cell::new(held()),
+            most,
+            work: Cell::new(0),
+            pause: None,
+            given_up: Cell::new(false),
+        }
+    }
+
+    /// The same with pauses: `pause` is told how much work has been done, and says whether to go on.
+    pub(crate) fn with_pauses(most: usize, pause: &'p dyn Fn(usize) -> bool) -> Self {
+        Budget {
+            pause: Some(pause),
+            ..Budget::of(most)
+        }
+    }
+
+    /// Counts work, and pauses when it is time to. Nothing that scripts can reach may be borrowed.
+    #[inline]
+    pub(crate) fn worked(&self, units: usize) {
+        let work = self.work.get() + units;
+        self.work.set(work);
+        if work >= PAUSE_AFTER {
+            self.rest();
+        }
+    }
+
+    #[cold]
+    fn rest(&self) {
+        let work = self.work.take();
+        if let Some(pause) = self.pause
+            && !self.given_up.get()
+        {
+            let before = held();
+            self.given_up.set(!pause(work));
+            // What others have taken meanwhile is not this work's.
+            self.base.set(self.base.get() + held() - before);
+        }
+    }
+
+    /// Whether a pause has said that this is to end; then only the way out is taken.
+    pub(crate) fn is_given_up(&self) -> bool {
+        self.given_up.get()
     }
 
     /// How much it may be.
@@ -197,12 +246,12 @@ impl Budget {
 
     /// What has come to be held since.
     pub(crate) fn used(&self) -> usize {
-        usize::try_from(held() - self.base).unwrap_or(0)
+        usize::try_from(held() - self.base.get()).unwrap_or(0)
     }
 
-    /// Whether that is more than it may be.
+    /// Whether that is more than it may be, or this is to end anyway.
     pub(crate) fn is_spent(&self) -> bool {
-        self.used() > self.most
+        self.used() > self.most || self.is_given_up()
     }
 }
 

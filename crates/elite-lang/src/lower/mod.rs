@@ -18,21 +18,26 @@ use crate::eval::code::{Block, Body, Code, CodeKind, Params, Refers, TextNames};
 use crate::eval::coroutine::{LEVEL, RESERVE};
 use crate::eval::node::{Pass, PassThen};
 use crate::eval::{Expr, Statement};
+use crate::limits::memory::Budget;
 use crate::resolve::{FrameLayout, Place, Resolution, ScopePlaces};
 use crate::source::{SourceFile, Span};
 use crate::value::module::Namespace;
 use crate::value::symbol::known;
 use crate::value::{Bytes, CellVar, Symbol, Value};
 
-/// Makes the code of a whole module.
+/// Work for one node.
+const NODE: usize = 128;
+
+/// Makes the code of a whole module, which means nothing if the work is given up in a pause.
 pub fn module(
     core: &Rc<Core>,
     namespace: &Rc<Namespace>,
     file: &Arc<SourceFile>,
     module: &ast::Module,
     resolution: &Resolution,
+    budget: &Budget<'_>,
 ) -> Rc<Code> {
-    let mut lower = Lower::new(core, namespace, file, resolution);
+    let mut lower = Lower::new(core, namespace, file, resolution, budget);
     lower.passes = passes(core, &module.nodes);
     let body = lower.deeper(|lower| {
         let mut lines = lower.lines(&module.body);
@@ -50,8 +55,9 @@ pub fn expression(
     file: &Arc<SourceFile>,
     expr: &ast::Expr,
     resolution: &Resolution,
+    budget: &Budget<'_>,
 ) -> Rc<Code> {
-    let mut lower = Lower::new(core, namespace, file, resolution);
+    let mut lower = Lower::new(core, namespace, file, resolution, budget);
     let body = lower.expr(expr);
     lower.module_code(Body::Expression(body), expr.span)
 }
@@ -61,6 +67,7 @@ struct Lower<'l> {
     namespace: &'l Rc<Namespace>,
     file: &'l Arc<SourceFile>,
     resolution: &'l Resolution,
+    budget: &'l Budget<'l>,
     /// The scope names are looked up in, and the one that has the frame.
     scope: ScopeId,
     frame_scope: ScopeId,
@@ -108,12 +115,14 @@ impl<'l> Lower<'l> {
         namespace: &'l Rc<Namespace>,
         file: &'l Arc<SourceFile>,
         resolution: &'l Resolution,
+        budget: &'l Budget<'l>,
     ) -> Self {
         Lower {
             core,
             namespace,
             file,
             resolution,
+            budget,
             scope: ScopeId(0),
             frame_scope: ScopeId(0),
             prefix: String::new(),
@@ -124,6 +133,12 @@ impl<'l> Lower<'l> {
             names: core.names_of_text(),
             refers: RefCell::default(),
         }
+    }
+
+    /// Counts work; whether all of it is given up, so that whatever is returned will do.
+    fn is_given_up_after(&self, work: usize) -> bool {
+        self.budget.worked(work);
+        self.budget.is_given_up()
     }
 
     /// `__name__` of the module that the code belongs to.
@@ -237,6 +252,9 @@ impl<'l> Lower<'l> {
     fn lines(&mut self, body: &[ast::Stmt]) -> Vec<Line> {
         let mut lines = Vec::with_capacity(body.len());
         for statement in body {
+            if self.is_given_up_after(NODE) {
+                break;
+            }
             let (line, start) = (self.line(statement.span), statement.span.start);
             self.pass(NodePlace::Before(start), line, &mut lines);
             if let Some(node) = self.statement(statement) {

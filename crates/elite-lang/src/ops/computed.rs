@@ -258,7 +258,7 @@ impl Evaluator<'_> {
             attrs.insert(name, new)
         });
         drop(old);
-        self.core.sweep_names_if_due();
+        self.sweep_names_if_due()?;
         Ok(())
     }
 

@@ -240,7 +240,7 @@ impl Evaluator<'_> {
                 let mut items = Vec::new();
                 self.copy_list(list, &mut items)?;
                 let items = self.repeated(items, count)?;
-                drop(list.replace_all(items));
+                self.let_go(list.replace_all(items));
             }
             (BinaryOp::Mul, Value::ByteArray(bytes)) => {
                 let Some(count) = self.count_of(b)? else {

@@ -8,6 +8,9 @@ use crate::source::Span;
 
 /// Fields within format specifications within fields: Python 3.11 allows two levels.
 const FIELD_NESTING_MAX: u32 = 2;
+/// Work for what is special in a text, and for a field beside its tokens.
+const PART: usize = 128;
+const FIELD: usize = 512;
 
 impl Parser<'_> {
     /// The parts of the f-string text at `span`. `level` counts the replacement fields around it.
@@ -30,6 +33,7 @@ impl Parser<'_> {
         let mut at = 0;
         while let Some(found) = text[at..].find(['{', '}', '\\']) {
             let brace = at + found;
+            self.budget.worked(PART + found);
             let here = &text[brace..];
             let doubled = level == 0 && (here.starts_with("{{") || here.starts_with("}}"));
             if let Some(escaped) = here.strip_prefix('\\') {
@@ -126,6 +130,7 @@ impl Parser<'_> {
             at += text[at..end].len() - text[at..end].trim_start().len();
             parts.push(FStringPart::Text(text[start..at].into()));
         }
+        self.budget.worked(FIELD);
         let value = self.field_expression(Span::new(start, stop))?;
         let conversion = self.conversion(&mut at, end)?;
         let mut format = None;

@@ -30,7 +30,9 @@ const DEPTH_MAX: u16 = 1000;
 const PRIVATE_CLASS_MAX: usize = 255;
 
 /// Most bytes that tokens and tree of one text may take. What is made of the tree to run it takes about as much again.
-const TREE_MAX: usize = 256 << 20;
+pub(crate) const TREE_MAX: usize = 256 << 20;
+/// Work for what the tree has of one token.
+const TOKEN: usize = 160;
 /// Tokens between two looks at what the tree takes.
 const LOOK_EVERY: usize = 256;
 
@@ -46,13 +48,11 @@ pub struct Parsed {
 
 /// Parses a whole program.
 pub fn parse(file: &SourceFile) -> Parsed {
-    parse_within(file, TREE_MAX)
+    parse_within(file, &Budget::of(TREE_MAX))
 }
 
-/// Parses a whole program that may take `most` bytes meanwhile, if that is less than is allowed anyway. One that needs more
-/// has one error, `too-large`.
-pub fn parse_within(file: &SourceFile, most: usize) -> Parsed {
-    let budget = Budget::of(most.min(TREE_MAX));
+/// Parses a whole program with what its text may take. One that needs more has one error, `too-large`.
+pub(crate) fn parse_within(file: &SourceFile, budget: &Budget<'_>) -> Parsed {
     let lexed = lex(file, budget);
     let mut parser = Parser::new(file, lexed.tokens, lexed.diagnostics, budget);
     parser.cuts = lexed.cuts;
@@ -63,8 +63,7 @@ pub fn parse_within(file: &SourceFile, most: usize) -> Parsed {
 }
 
 /// Parses the text of one expression, as `eval` takes it.
-pub fn parse_expression(file: &SourceFile, most: usize) -> (Option<Expr>, Parsed) {
-    let budget = Budget::of(most.min(TREE_MAX));
+pub(crate) fn parse_expression(file: &SourceFile, budget: &Budget<'_>) -> (Option<Expr>, Parsed) {
     let text = file.text();
     let start = text.len() - text.trim_start_matches([' ', '\t']).len();
     let lexed = lex_expression(
@@ -112,12 +111,17 @@ struct Parser<'f> {
     /// Blocks around the statement being parsed.
     depth: u32,
     /// What tokens and tree may take; spent, the parser is at the end of the text.
-    budget: Budget,
+    budget: &'f Budget<'f>,
     is_too_large: bool,
 }
 
 impl<'f> Parser<'f> {
-    fn new(file: &'f SourceFile, tokens: Vec<Token>, lexed: Findings, budget: Budget) -> Self {
+    fn new(
+        file: &'f SourceFile,
+        tokens: Vec<Token>,
+        lexed: Findings,
+        budget: &'f Budget<'f>,
+    ) -> Self {
         let context = Context::default();
         let classes = Vec::new();
         Parser {
@@ -207,6 +211,7 @@ impl<'f> Parser<'f> {
         if self.at + 1 < self.tokens.len() {
             self.at += 1;
         }
+        self.budget.worked(TOKEN);
         if self.at.is_multiple_of(LOOK_EVERY) && self.budget.is_spent() {
             // At the end of the text every construct ends.
             self.is_too_large = true;

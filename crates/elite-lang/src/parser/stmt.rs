@@ -330,6 +330,7 @@ impl Parser<'_> {
     /// Whether the script gives the name `print` another meaning; then `print x` is no statement (language.md 4.3).
     pub(super) fn assigns_print(&self) -> bool {
         self.tokens.windows(2).any(|pair| {
+            self.budget.worked(2);
             let [first, second] = pair else { return false };
             let binds = matches!(
                 first.kind,

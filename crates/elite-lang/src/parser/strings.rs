@@ -6,6 +6,9 @@ use crate::diagnostic::Diagnostic;
 use crate::lexer::{Token, TokenKind as T};
 use crate::source::Span;
 
+/// Work for an escape.
+const ESCAPE: usize = 64;
+
 /// A string token taken apart.
 pub(super) struct Literal {
     pub(super) raw: bool,
@@ -104,6 +107,7 @@ impl Parser<'_> {
         let mut out = String::with_capacity(text.len());
         let mut rest = text;
         while let Some(backslash) = rest.find('\\') {
+            self.budget.worked(ESCAPE + backslash);
             out.push_str(&normalized(&rest[..backslash]));
             let at = span.end as usize - (rest.len() - backslash);
             rest = self.escape(
@@ -258,6 +262,7 @@ impl Parser<'_> {
         let mut out = Vec::with_capacity(text.len());
         let mut rest = text;
         while let Some(backslash) = rest.find('\\') {
+            self.budget.worked(ESCAPE + backslash);
             out.extend_from_slice(normalized(&rest[..backslash]).as_bytes());
             let escape = &rest[backslash + 1..];
             let is_unicode = escape.starts_with(['u', 'U', 'N']);

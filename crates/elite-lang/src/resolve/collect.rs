@@ -2,13 +2,18 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::{DROP, NAME};
 use crate::ast::{
     Arg, ClassDef, Comprehension, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart,
     FunctionDef, Ident, Module, Parameters, ScopeId, Stmt, StmtKind,
 };
 use crate::diagnostic::Diagnostic;
 use crate::findings::{Findings, quoted};
+use crate::limits::memory::Budget;
 use crate::source::Span;
+
+/// Work for one statement or expression, beside the names in it.
+const EACH: usize = 8;
 
 /// What kind of program text a scope is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,7 +94,8 @@ impl Scope {
 }
 
 /// All scopes of a program, by `ScopeId`.
-pub(super) struct Scopes {
+pub(super) struct Scopes<'p> {
+    pub(super) budget: &'p Budget<'p>,
     pub(super) scopes: Vec<Option<Scope>>,
     /// There is a `from m import *`: any name may be defined.
     pub(super) star_import: bool,
@@ -100,8 +106,9 @@ pub(super) struct Scopes {
     global_set: HashSet<Box<str>>,
 }
 
-pub(super) fn collect(module: &Module) -> Scopes {
+pub(super) fn collect<'p>(module: &Module, budget: &'p Budget<'p>) -> Scopes<'p> {
     let mut scopes = Scopes {
+        budget,
         scopes: vec![None; module.scope_count as usize],
         star_import: false,
         diagnostics: Findings::default(),
@@ -114,7 +121,20 @@ pub(super) fn collect(module: &Module) -> Scopes {
     scopes
 }
 
-impl Scopes {
+impl Scopes<'_> {
+    /// Drops the tables, with pauses.
+    pub(super) fn release(self) {
+        let budget = self.budget;
+        for scope in self.scopes.into_iter().flatten() {
+            let texts = scope.uses.into_iter().map(|(name, _)| name);
+            let texts = texts.chain(scope.names.into_iter().map(|info| info.name));
+            for text in texts.chain(scope.index.into_keys()) {
+                budget.worked(DROP);
+                drop(text);
+            }
+        }
+    }
+
     pub(super) fn get(&self, id: ScopeId) -> Option<&Scope> {
         self.scopes.get(id.0 as usize)?.as_ref()
     }
@@ -152,12 +172,14 @@ impl Scopes {
     }
 
     fn use_name(&mut self, name: &str, span: Span) {
+        self.budget.worked(NAME);
         let scope = self.scope();
         scope.name_mut(name).first_seen.get_or_insert(span);
         scope.uses.push((name.into(), span));
     }
 
     fn bind(&mut self, name: &str, span: Span) {
+        self.budget.worked(NAME);
         let info = self.scope().name_mut(name);
         info.bound = true;
         info.first_seen.get_or_insert(span);
@@ -181,6 +203,10 @@ impl Scopes {
 
     fn block(&mut self, body: &[Stmt]) {
         for statement in body {
+            if self.budget.is_given_up() {
+                return;
+            }
+            self.budget.worked(EACH);
             self.statement(statement);
         }
     }
@@ -429,6 +455,7 @@ impl Scopes {
     }
 
     fn expr(&mut self, expr: &Expr) {
+        self.budget.worked(EACH);
         match &expr.kind {
             ExprKind::Constant(_) => {}
             ExprKind::Name(name) => self.use_name(name, expr.span),

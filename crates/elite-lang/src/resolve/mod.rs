@@ -15,6 +15,7 @@ use std::collections::BTreeMap;
 use crate::ast::Module;
 use crate::diagnostic::Diagnostic;
 use crate::findings::Findings;
+use crate::limits::memory::Budget;
 
 pub use names::KnownNames;
 pub use unused::unused_names;
@@ -77,14 +78,46 @@ pub struct Resolution {
     pub diagnostics: Vec<Diagnostic>,
 }
 
+impl Resolution {
+    /// Drops the tables, with pauses.
+    pub(crate) fn release(self, budget: &Budget<'_>) {
+        for scope in self.scopes.into_iter().flatten() {
+            budget.worked(DROP);
+            for name in scope.names {
+                budget.worked(DROP);
+                drop(name);
+            }
+            for name in scope.frame.into_iter().flat_map(|frame| frame.slot_names) {
+                budget.worked(DROP);
+                drop(name);
+            }
+        }
+    }
+}
+
+/// Work to drop one name.
+const DROP: usize = 48;
+/// Work for one mention of a name.
+const NAME: usize = 200;
+
 /// Resolves all names of a program. `known` are the names the embedder provides beside Python's builtins.
 pub fn resolve(module: &Module, known: &KnownNames) -> Resolution {
-    let mut scopes = collect::collect(module);
+    resolve_within(module, known, &Budget::of(usize::MAX))
+}
+
+/// The same with pauses. The result means nothing if the work was given up in one.
+pub(crate) fn resolve_within(
+    module: &Module,
+    known: &KnownNames,
+    budget: &Budget<'_>,
+) -> Resolution {
+    let mut scopes = collect::collect(module, budget);
     let mut diagnostics: Findings = std::mem::take(&mut scopes.diagnostics);
     let declared_globals = scopes.declared_globals();
     let bindings = scopes.module_bindings();
     let places = places::assign(&mut scopes, &mut diagnostics);
     names::report_undefined(&scopes, known, &mut diagnostics);
+    scopes.release();
     Resolution {
         scopes: places,
         declared_globals,

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::NAME;
 use super::collect::Scopes;
 use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
@@ -64,7 +65,11 @@ impl KnownNames {
 }
 
 /// Warns about every use of a name that nothing defines: no assignment anywhere, no builtin, no native.
-pub(super) fn report_undefined(scopes: &Scopes, known: &KnownNames, diagnostics: &mut Findings) {
+pub(super) fn report_undefined(
+    scopes: &Scopes<'_>,
+    known: &KnownNames,
+    diagnostics: &mut Findings,
+) {
     if scopes.star_import {
         return;
     }
@@ -80,6 +85,10 @@ pub(super) fn report_undefined(scopes: &Scopes, known: &KnownNames, diagnostics:
     for (index, scope) in scopes.scopes.iter().enumerate() {
         let Some(scope) = scope else { continue };
         for (name, span) in &scope.uses {
+            scopes.budget.worked(NAME);
+            if scopes.budget.is_given_up() {
+                return;
+            }
             let local = binds_around(scopes, ScopeId(index as u32), name);
             let builtin = crate::builtins::is_builtin_name(name);
             if local

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use super::collect::{NameInfo, Scope, ScopeKind, Scopes};
-use super::{FrameLayout, Place, ScopePlaces};
+use super::{FrameLayout, NAME, Place, ScopePlaces};
 use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
 use crate::findings::{Findings, quoted};
@@ -15,8 +15,8 @@ type Owner = Option<ScopeId>;
 /// The implicit variable of a class body that `super()` uses.
 const CLASS_CELL: &str = "__class__";
 
-struct Assigner<'s> {
-    scopes: &'s mut Scopes,
+struct Assigner<'s, 'p> {
+    scopes: &'s mut Scopes<'p>,
     diagnostics: &'s mut Findings,
     /// By scope: names of it that inner frames share.
     captured: Vec<HashSet<Box<str>>>,
@@ -54,7 +54,10 @@ impl Slots {
     }
 }
 
-pub(super) fn assign(scopes: &mut Scopes, diagnostics: &mut Findings) -> Vec<Option<ScopePlaces>> {
+pub(super) fn assign(
+    scopes: &mut Scopes<'_>,
+    diagnostics: &mut Findings,
+) -> Vec<Option<ScopePlaces>> {
     let count = scopes.scopes.len();
     let (captured, free) = (vec![HashSet::new(); count], vec![Closure::default(); count]);
     let mut assigner = Assigner {
@@ -80,7 +83,13 @@ pub(super) fn assign(scopes: &mut Scopes, diagnostics: &mut Findings) -> Vec<Opt
         .collect()
 }
 
-impl Assigner<'_> {
+impl Assigner<'_, '_> {
+    /// Counts the work for a name; whether to go on.
+    fn goes_on(&self) -> bool {
+        self.scopes.budget.worked(NAME);
+        !self.scopes.budget.is_given_up()
+    }
+
     fn scope(&self, id: ScopeId) -> Option<&Scope> {
         self.scopes.get(id)
     }
@@ -142,6 +151,9 @@ impl Assigner<'_> {
         let Some(scope) = self.scope(id) else { return };
         let names: Vec<NameInfo> = scope.names.clone();
         for info in names {
+            if !self.goes_on() {
+                return;
+            }
             let owner = self.owner(id, &info.name);
             if let (Some(span), None) = (info.nonlocal, owner) {
                 let message = format!(
@@ -200,10 +212,11 @@ impl Assigner<'_> {
                     .iter()
                     .filter(local)
                     .partition(|info| info.parameter);
-                parameters
-                    .into_iter()
-                    .chain(others)
-                    .for_each(|info| slots.push(id, &info.name));
+                for info in parameters.into_iter().chain(others) {
+                    if self.goes_on() {
+                        slots.push(id, &info.name);
+                    }
+                }
             }
         }
         if scope.kind == ScopeKind::Class && self.is_captured(id, CLASS_CELL) {
@@ -257,6 +270,9 @@ impl Assigner<'_> {
         let scope = self.scope(id)?;
         let mut places = ScopePlaces::default();
         for info in &scope.names {
+            if !self.goes_on() {
+                return None;
+            }
             let owner = self.owner(id, &info.name);
             places
                 .names

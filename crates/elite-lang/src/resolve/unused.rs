@@ -6,13 +6,15 @@ use super::collect::{Binding, Scope, ScopeKind, Scopes, collect};
 use crate::ast::{Module, ScopeId};
 use crate::diagnostic::Diagnostic;
 use crate::findings::{Findings, quoted};
+use crate::limits::memory::Budget;
 
 /// Functions that read variables by names this pass cannot see.
 const BY_TEXT: &[&str] = &["locals", "vars", "eval", "exec", "globals", "dir"];
 
 /// Warns about variables that are assigned in a function and never read, and about imports that are never used.
 pub fn unused_names(module: &Module, found: &mut Findings) {
-    let scopes = collect(module);
+    let budget = Budget::of(usize::MAX);
+    let scopes = collect(module, &budget);
     let mut used: HashSet<(u32, &str)> = HashSet::new();
     for (index, scope) in each(&scopes) {
         for (name, _) in &scope.uses {
@@ -58,13 +60,13 @@ pub fn unused_names(module: &Module, found: &mut Findings) {
     }
 }
 
-fn each(scopes: &Scopes) -> impl Iterator<Item = (u32, &Scope)> {
+fn each<'s>(scopes: &'s Scopes<'_>) -> impl Iterator<Item = (u32, &'s Scope)> {
     let all = scopes.scopes.iter().enumerate();
     all.filter_map(|(index, scope)| Some((index as u32, scope.as_ref()?)))
 }
 
 /// The scope whose variable `name` is, seen from scope `from`; the module if no function binds it.
-fn owner(scopes: &Scopes, from: u32, name: &str) -> u32 {
+fn owner(scopes: &Scopes<'_>, from: u32, name: &str) -> u32 {
     let mut at = Some(ScopeId(from));
     while let Some(id) = at {
         let Some(scope) = scopes.get(id) else { break };

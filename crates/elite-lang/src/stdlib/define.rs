@@ -48,6 +48,14 @@ impl<'b, 'y> Builder<'b, 'y> {
         }
     }
 
+    /// Another name for what a name stands for.
+    pub fn alias(&self, alias: &str, name: &str) {
+        let symbols = &self.core().symbols;
+        if let Some(value) = self.module.namespace.get(symbols.intern(name)) {
+            self.value(alias, value);
+        }
+    }
+
     /// A function that takes its arguments as they come.
     pub fn raw(&self, name: &'static str, body: RawFn) {
         self.value(name, Builtin::raw(name, body));

@@ -5,9 +5,11 @@
 //! Modules that reach beyond the program go through the host, which decides what is permitted.
 
 mod binary;
+mod bisect;
 mod define;
 mod deque;
 mod files;
+mod functools;
 mod itertools;
 mod json;
 mod math;
@@ -24,6 +26,7 @@ use std::rc::Rc;
 use crate::diagnostic::Severity;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::limits::memory::Budget;
 use crate::parser::parse;
 use crate::resolve::{KnownNames, resolve};
 use crate::source::SourceFile;
@@ -48,6 +51,7 @@ use Content::{Native, Script};
 const MODULES: &[(&str, Content)] = &[
     ("_collections", Native(deque::fill)),
     ("_files", Native(files::fill)),
+    ("_functools", Native(functools::fill)),
     ("_json", Native(json::fill)),
     ("_process", Native(process::fill)),
     ("_random", Native(random::fill)),
@@ -58,7 +62,7 @@ const MODULES: &[(&str, Content)] = &[
     ("_thread", Native(thread::fill)),
     ("_time", Native(time::fill)),
     ("abc", Script(include_str!("lib/abc.py"))),
-    ("bisect", Script(include_str!("lib/bisect.py"))),
+    ("bisect", Native(bisect::fill)),
     ("collections", Script(include_str!("lib/collections.py"))),
     ("contextlib", Script(include_str!("lib/contextlib.py"))),
     ("copy", Script(include_str!("lib/copy.py"))),
@@ -201,6 +205,7 @@ fn run_script(ev: &Evaluator<'_>, module: &Module, text: &str) -> R<()> {
             &file,
             &parsed.module,
             &resolution,
+            &Budget::of(usize::MAX),
         ))
     })?;
     let function = Function::plain(code, Box::default());

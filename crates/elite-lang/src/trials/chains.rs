@@ -102,7 +102,7 @@ fn nesting(value: &Value) -> Nesting {
         Value::ClassMethod(_) => Chains(&["classmethod"]),
         Value::Super(_) => Chains(&["super"]),
         // A variable of closures: it is no value of a program by itself.
-        Value::Cell(_) => Chains(&["closure"]),
+        Value::Cell(_) | Value::Code(_) => Chains(&["closure"]),
     }
 }
 

@@ -65,12 +65,13 @@ impl ByteArray {
         self.data.put(Rc::new(data));
     }
 
-    /// Puts a copy in the place of `before`, unless others are there by now.
-    pub fn put_copy(&self, before: &Rc<Vec<u8>>, copy: Vec<u8>) {
+    /// Puts other bytes in the place of `before`, unless others are there by now; whether it did.
+    pub fn put_copy(&self, before: &Rc<Vec<u8>>, copy: Vec<u8>) -> bool {
         let is_same = Rc::ptr_eq(&*self.data.borrow(), before);
         if is_same {
             self.put(copy);
         }
+        is_same
     }
 
     /// Number of bytes.

@@ -123,6 +123,7 @@ impl Value {
             Value::ClassMethod(_) => "classmethod".into(),
             Value::Super(_) => "super".into(),
             Value::Cell(_) => "cell".into(),
+            Value::Code(_) => "code".into(),
         }
     }
 }

@@ -9,6 +9,8 @@ use super::{Held, Value, trash};
 #[derive(Default)]
 pub struct List {
     items: Held<Vec<Value>>,
+    /// Counts changes, for who makes a new content beside the old one.
+    changes: Cell<u32>,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
     /// A search for cycles has found it in use.
@@ -20,6 +22,7 @@ impl List {
     pub fn new(items: Vec<Value>) -> Self {
         List {
             items: Held::new(items),
+            changes: Cell::new(0),
             noted: Cell::new(false),
             old: Cell::new(false),
         }
@@ -43,18 +46,31 @@ impl List {
     /// Changes the items; gives back what `change` has taken out, to be dropped now that the list is free again.
     #[inline(always)]
     pub fn change<O>(&self, change: impl FnOnce(&mut Vec<Value>) -> O) -> O {
+        self.has_changed();
         self.items.change(change)
+    }
+
+    #[inline(always)]
+    fn has_changed(&self) {
+        self.changes.set(self.changes.get().wrapping_add(1));
+    }
+
+    /// A number that is another one after a change.
+    pub fn changes(&self) -> u32 {
+        self.changes.get()
     }
 
     /// Puts other items in the place of all there were, which are given back.
     #[must_use = "the old items are dropped only now"]
     pub fn replace_all(&self, items: Vec<Value>) -> Vec<Value> {
+        self.has_changed();
         self.items.replace(items)
     }
 
     /// Puts an item in the place of number `index`: the one that was there, or, if there is none, the new one back.
     #[inline(always)]
     pub fn replace(&self, index: usize, value: Value) -> Result<Value, Value> {
+        self.has_changed();
         self.items.change(|items| match items.get_mut(index) {
             Some(place) => Ok(std::mem::replace(place, value)),
             None => Err(value),
@@ -81,6 +97,7 @@ impl List {
     /// Appends an item.
     #[inline]
     pub fn push(&self, value: Value) {
+        self.has_changed();
         self.items.change(|items| items.push(value));
     }
 }

@@ -44,6 +44,7 @@ pub use string::Str;
 pub use symbol::Symbol;
 
 use crate::builtins::Builtin;
+use crate::eval::code::Code;
 use crate::eval::generator::Generator;
 
 /// Any value of a program.
@@ -95,6 +96,8 @@ pub enum Value {
     Super(Rc<function::Super>),
     /// Only in slots: a variable shared with inner functions.
     Cell(Rc<CellVar>),
+    /// Only in searches for cycles: code of an evaluated text, which refers to variables of the text.
+    Code(Rc<Code>),
 }
 
 const _: () = assert!(size_of::<Value>() == 16);
@@ -262,7 +265,8 @@ impl Value {
             | Value::StaticMethod(_)
             | Value::ClassMethod(_)
             | Value::Super(_)
-            | Value::Cell(_) => true,
+            | Value::Cell(_)
+            | Value::Code(_) => true,
         }
     }
 
@@ -333,6 +337,7 @@ impl Value {
             Value::StaticMethod(rc) | Value::ClassMethod(rc) => of(rc),
             Value::Super(rc) => of(rc),
             Value::Cell(rc) => of(rc),
+            Value::Code(rc) => of(rc),
         }
     }
 }

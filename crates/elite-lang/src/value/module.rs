@@ -105,9 +105,11 @@ impl Namespace {
         cells.shrink_to(self.limit.get());
     }
 
-    /// Adds its names to a set.
-    pub fn add_names_to(&self, set: &mut SymbolSet) {
-        set.extend(self.cells.borrow().keys());
+    /// Adds up to `count` of its names to a set, from number `from` on; whether there are more.
+    pub fn add_some_names_to(&self, set: &mut SymbolSet, from: usize, count: usize) -> bool {
+        let order = self.order.borrow();
+        set.extend(order.iter().skip(from).take(count));
+        order.len() > from + count
     }
 
     /// The cells of all names of this very namespace.

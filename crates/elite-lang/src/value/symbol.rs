@@ -2,8 +2,10 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::{HashMap, HashSet};
-use std::hash::{BuildHasherDefault, Hasher};
+use std::hash::{BuildHasher, BuildHasherDefault, Hasher, RandomState};
 use std::rc::Rc;
+
+use hashbrown::HashTable;
 
 use super::{Str, Value};
 
@@ -98,6 +100,8 @@ pub struct Symbols {
     inner: RefCell<Inner>,
     /// What the names weigh that a sweep may give up, and how much makes the next one due.
     loose: Cell<usize>,
+    /// The same as far as a sweep that is under way has found them in use.
+    kept: Cell<usize>,
     due: Cell<usize>,
 }
 
@@ -110,7 +114,7 @@ fn weight(text: &str) -> usize {
 }
 
 struct Inner {
-    numbers: HashMap<Rc<str>, Symbol>,
+    numbers: Numbers,
     names: Vec<Name>,
     /// Numbers of names that have passed.
     free: Vec<Symbol>,
@@ -122,7 +126,7 @@ struct Inner {
 impl Default for Inner {
     fn default() -> Self {
         Inner {
-            numbers: HashMap::new(),
+            numbers: Numbers::default(),
             names: Vec::new(),
             free: Vec::new(),
             nothing: "".into(),
@@ -178,6 +182,7 @@ impl Default for Symbols {
         let symbols = Symbols {
             inner: RefCell::default(),
             loose: Cell::new(0),
+            kept: Cell::new(0),
             due: Cell::new(LOOSE_MIN),
         };
         for (number, text) in KNOWN.iter().enumerate() {
@@ -232,11 +237,17 @@ impl Symbols {
         self.loose.get() >= self.due.get()
     }
 
-    /// Gives names up that nothing is called by any more; `used` are those that something is called by.
-    pub fn sweep(&self, used: &SymbolSet) {
+    /// Begins to give up names that nothing is called by any more.
+    pub fn begin_sweep(&self) {
+        self.kept.set(0);
+    }
+
+    /// Goes on with it for up to `count` names from number `from` on; whether there are more. `used` are those that something
+    /// is called by.
+    pub fn sweep_some(&self, used: &SymbolSet, from: usize, count: usize) -> bool {
         let mut inner = self.inner.borrow_mut();
-        let mut loose = 0;
-        for number in 0..inner.names.len() {
+        let end = inner.names.len().min(from + count);
+        for number in from..end {
             let symbol = Symbol(number as u32);
             let name = &mut inner.names[number];
             if !matches!(name.stay, Stay::Used | Stay::Doubtful) {
@@ -253,11 +264,16 @@ impl Symbols {
                 }
             };
             if name.stay != Stay::Asked {
-                loose += weight;
+                self.kept.set(self.kept.get() + weight);
             }
         }
-        let room = inner.numbers.len() * 2;
-        inner.numbers.shrink_to(room);
+        inner.names.len() > end
+    }
+
+    /// Ends it.
+    pub fn end_sweep(&self) {
+        self.inner.borrow_mut().numbers.shrink();
+        let loose = self.kept.get();
         self.loose.set(loose);
         self.due.set((loose * 2).max(LOOSE_MIN));
     }
@@ -273,7 +289,7 @@ impl Symbols {
 
     /// The symbol for `name`, if anything has ever been called that.
     pub fn find(&self, name: &str) -> Option<Symbol> {
-        self.inner.borrow().numbers.get(name).copied()
+        self.inner.borrow().find(name)
     }
 
     /// The text of a symbol.
@@ -289,7 +305,7 @@ impl Symbols {
     /// How many names there are.
     #[cfg(test)]
     pub fn count(&self) -> usize {
-        self.inner.borrow().numbers.len()
+        self.inner.borrow().numbers.count
     }
 }
 
@@ -299,13 +315,17 @@ impl Inner {
         let text = std::mem::replace(&mut name.text, self.nothing.clone());
         name.value = self.nothing_value.clone();
         name.stay = Stay::Asked;
-        self.numbers.remove(&text);
+        self.numbers.remove(&text, symbol);
         self.free.push(symbol);
     }
 
+    fn find(&self, text: &str) -> Option<Symbol> {
+        self.numbers.find(text, &self.names)
+    }
+
     fn number(&mut self, text: &str) -> Symbol {
-        if let Some(symbol) = self.numbers.get(text) {
-            return *symbol;
+        if let Some(symbol) = self.find(text) {
+            return symbol;
         }
         let name = Name {
             text: text.into(),
@@ -313,7 +333,6 @@ impl Inner {
             asked: 0,
             stay: Stay::Asked,
         };
-        let key = name.text.clone();
         let symbol = match self.free.pop() {
             Some(symbol) => {
                 self.names[symbol.0 as usize] = name;
@@ -324,7 +343,63 @@ impl Inner {
                 Symbol(self.names.len() as u32 - 1)
             }
         };
-        self.numbers.insert(key, symbol);
+        self.numbers.insert(text, symbol);
         symbol
+    }
+}
+
+/// The numbers of names by their text: many small tables, because one of millions of names would take long to grow.
+struct Numbers {
+    tables: Vec<HashTable<(u64, Symbol)>>,
+    state: RandomState,
+    count: usize,
+}
+
+const TABLES: usize = 64;
+
+impl Default for Numbers {
+    fn default() -> Self {
+        Numbers {
+            tables: (0..TABLES).map(|_| HashTable::new()).collect(),
+            state: RandomState::new(),
+            count: 0,
+        }
+    }
+}
+
+impl Numbers {
+    fn place(&self, text: &str) -> (usize, u64) {
+        let hash = self.state.hash_one(text);
+        // The tables themselves go by the lowest and the highest bits.
+        (hash as usize >> 32 & (TABLES - 1), hash)
+    }
+
+    fn find(&self, text: &str, names: &[Name]) -> Option<Symbol> {
+        let (table, hash) = self.place(text);
+        let is_it = |(_, symbol): &(u64, Symbol)| *names[symbol.0 as usize].text == *text;
+        self.tables[table]
+            .find(hash, is_it)
+            .map(|(_, symbol)| *symbol)
+    }
+
+    fn insert(&mut self, text: &str, symbol: Symbol) {
+        let (table, hash) = self.place(text);
+        self.tables[table].insert_unique(hash, (hash, symbol), |(hash, _)| *hash);
+        self.count += 1;
+    }
+
+    fn remove(&mut self, text: &str, symbol: Symbol) {
+        let (table, hash) = self.place(text);
+        if let Ok(entry) = self.tables[table].find_entry(hash, |(_, other)| *other == symbol) {
+            entry.remove();
+            self.count -= 1;
+        }
+    }
+
+    fn shrink(&mut self) {
+        for table in &mut self.tables {
+            let room = table.len() * 2;
+            table.shrink_to(room, |(hash, _)| *hash);
+        }
     }
 }

@@ -59,10 +59,14 @@ fn nests(value: &Value) -> bool {
         | Value::StaticMethod(_)
         | Value::ClassMethod(_)
         | Value::Super(_)
-        | Value::Cell(_) => true,
+        | Value::Cell(_)
+        // Consists of variables, and of constants.
+        | Value::Code(_) => true,
     }
 }
 
+/// So many parts are not even looked through before they are left to be dropped.
+const VERY_MANY: usize = 1 << 20;
 /// From so many parts on a container is dropped in portions.
 const MANY: usize = 16 << 10;
 /// Parts that are dropped at once.
@@ -83,10 +87,16 @@ trait Rest {
     fn drop_some(&mut self) -> bool;
 }
 
-impl<T> Rest for Vec<T> {
+struct Parts<T> {
+    parts: Vec<T>,
+    portion: usize,
+}
+
+impl<T> Rest for Parts<T> {
     fn drop_some(&mut self) -> bool {
-        self.truncate(self.len().saturating_sub(PORTION));
-        !self.is_empty()
+        let left = self.parts.len().saturating_sub(self.portion);
+        self.parts.truncate(left);
+        !self.parts.is_empty()
     }
 }
 
@@ -97,14 +107,58 @@ pub fn put_off(on: bool) -> bool {
 }
 
 /// Leaves the parts of a container to be dropped bit by bit, if they are many and nobody could tell the difference: `tells`
-/// says which of them may end a generator, whose `finally` block must run at once.
+/// says which of them may end a generator, whose `finally` block must run at once (with very many parts it has to wait, too).
 pub fn leave<T: 'static>(parts: &mut Vec<T>, tells: impl Fn(&T) -> bool) {
-    if parts.len() < MANY || !PUTS_OFF.with(Cell::get) || parts.iter().any(tells) {
+    if parts.len() < MANY
+        || !PUTS_OFF.with(Cell::get)
+        || parts.len() < VERY_MANY && parts.iter().any(tells)
+    {
         return;
     }
-    let rest = std::mem::take(parts);
+    put_aside(parts, PORTION);
+}
+
+fn put_aside<T: 'static>(parts: &mut Vec<T>, portion: usize) {
+    let parts = std::mem::take(parts);
+    let rest = Parts { parts, portion };
     // At the very end of an OS thread the store may be gone already; then they are dropped here.
     let _ = PUT_OFF.try_with(|put_off| put_off.borrow_mut().push(Box::new(rest)));
+}
+
+/// Nodes of code, many of which are dropped bit by bit. They hold constants only, so nobody can tell the difference.
+pub struct Nodes<T: 'static>(Box<[T]>);
+
+/// Nodes that are dropped at once; each may have others below it.
+const NODES: usize = PORTION / 16;
+
+impl<T: 'static> FromIterator<T> for Nodes<T> {
+    fn from_iter<I: IntoIterator<Item = T>>(nodes: I) -> Self {
+        Nodes(nodes.into_iter().collect())
+    }
+}
+
+impl<T: 'static> Default for Nodes<T> {
+    fn default() -> Self {
+        Nodes(Box::default())
+    }
+}
+
+impl<T: 'static> std::ops::Deref for Nodes<T> {
+    type Target = [T];
+
+    #[inline(always)]
+    fn deref(&self) -> &[T] {
+        &self.0
+    }
+}
+
+impl<T: 'static> Drop for Nodes<T> {
+    #[inline]
+    fn drop(&mut self) {
+        if self.0.len() > NODES && PUTS_OFF.with(Cell::get) {
+            put_aside(&mut std::mem::take(&mut self.0).into_vec(), NODES);
+        }
+    }
 }
 
 /// Whether dropping a value, or what a container holds directly, may run code of the script. What is deeper in a container

@@ -286,10 +286,12 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 let bytes = mutable(ev, &args[0])?;
                 let index = ev.clamped_index(&args[1])?;
                 let byte = ev.byte(&args[2])?;
-                ev.grow_bytes(&bytes, 1)?;
-                bytes.change(|data| {
-                    data.insert(super::insertion_place(index, data.len()), byte);
-                });
+                let place = |length| super::insertion_place(index, length);
+                let here = |length| Some(place(length)..place(length));
+                if !ev.long_bytes_are_spliced(&bytes, here, &[byte])? {
+                    ev.grow_bytes(&bytes, 1)?;
+                    bytes.change(|data| data.insert(place(data.len()), byte));
+                }
                 Ok(Value::None)
             }),
             ("pop", "index? /", |ev, args| {
@@ -314,7 +316,10 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 ev.grow_bytes(&bytes, 0)?;
                 match place {
                     Some(index) => {
-                        bytes.change(|data| (index < data.len()).then(|| data.remove(index)));
+                        let place = |length| (index < length).then_some(index..index + 1);
+                        if !ev.long_bytes_are_spliced(&bytes, place, &[])? {
+                            bytes.change(|data| (index < data.len()).then(|| data.remove(index)));
+                        }
                         Ok(Value::None)
                     }
                     None => Err(ev.value_error("value not found in bytearray")),
@@ -326,8 +331,7 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
             }),
             ("reverse", "", |ev, args| {
                 let bytes = mutable(ev, &args[0])?;
-                ev.grow_bytes(&bytes, 0)?;
-                bytes.change(|data| data.reverse());
+                ev.reverse_bytes(&bytes)?;
                 Ok(Value::None)
             }),
             ("copy", "", |ev, args| {

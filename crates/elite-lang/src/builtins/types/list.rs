@@ -73,7 +73,7 @@ fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<List>> {
 
 fn init(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    drop(list.replace_all(Vec::new()));
+    ev.let_go(list.replace_all(Vec::new()));
     if let Some(iterable) = args[1].given() {
         ev.list_extend(&list, iterable)?;
     }
@@ -129,9 +129,7 @@ impl Evaluator<'_> {
             true => self.collect(&Value::List(list.clone()))?,
             false => self.collect(iterable)?,
         };
-        self.grow_list(list, items.len())?;
-        list.change(|old| old.extend(items));
-        Ok(())
+        self.list_append_all(list, items)
     }
 }
 
@@ -139,8 +137,7 @@ fn insert(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
     let index = ev.clamped_index(&args[1])?;
     let item = std::mem::take(&mut args[2]);
-    ev.grow_list(&list, 1)?;
-    list.change(|items| items.insert(super::insertion_place(index, items.len()), item));
+    ev.list_insert(&list, index, item)?;
     Ok(Value::None)
 }
 
@@ -152,11 +149,7 @@ fn pop(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         return last.map_or_else(|| error("pop from empty list"), Ok);
     };
     let index = ev.index(index)?;
-    let popped = list.change(|items| {
-        let place = ev.place(index, items.len())?;
-        Some(items.remove(place))
-    });
-    match popped {
+    match ev.list_remove(&list, index)? {
         Some(item) => Ok(item),
         None if list.is_empty() => error("pop from empty list"),
         None => error("pop index out of range"),
@@ -170,7 +163,7 @@ fn remove(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         ev.worked(VALUE)?;
         if ev.equal(&item, &args[1])? {
             // The comparison may have changed the list.
-            drop(list.change(|items| (index < items.len()).then(|| items.remove(index))));
+            drop(ev.list_remove(&list, index as i64)?);
             return Ok(Value::None);
         }
         index += 1;
@@ -180,7 +173,7 @@ fn remove(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn clear(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    drop(list.replace_all(Vec::new()));
+    ev.let_go(list.replace_all(Vec::new()));
     Ok(Value::None)
 }
 
@@ -232,7 +225,8 @@ fn index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn reverse(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    receiver(ev, &args[0])?.change(|items| items.reverse());
+    let list = receiver(ev, &args[0])?;
+    ev.list_reverse(&list)?;
     Ok(Value::None)
 }
 
@@ -258,7 +252,7 @@ fn sort(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut items = list.change(std::mem::take);
     let result = ev.sort(&mut items, key.as_ref(), reverse);
     let changed = !list.is_empty();
-    drop(list.replace_all(items));
+    ev.let_go(list.replace_all(items));
     result?;
     match changed {
         true => Err(ev.value_error("list modified during sort")),

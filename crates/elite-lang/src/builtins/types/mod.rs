@@ -7,6 +7,7 @@ mod codec;
 mod dict;
 mod dunder;
 mod exception;
+mod float_text;
 mod function;
 pub mod group;
 mod iterators;

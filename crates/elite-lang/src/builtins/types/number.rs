@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use num_bigint::BigInt;
 
-use super::{class_method, constructor, methods};
+use super::{class_method, constructor, float_text, methods};
 use crate::errors::ExceptionKind;
 use crate::eval::bulk::{EACH, PIECE, pieces};
 use crate::eval::{Core, Evaluator};
@@ -309,7 +309,7 @@ fn parse_int(ev: &Evaluator<'_>, text: &str, base: u32) -> R<Option<Value>> {
 }
 
 /// Decimal digits of other scripts count as digits, as in Python.
-fn to_ascii_digit(c: char) -> char {
+pub(super) fn to_ascii_digit(c: char) -> char {
     crate::ops::unicode::decimal(c)
         .and_then(|digit| char::from_digit(digit, 10))
         .unwrap_or(c)
@@ -336,7 +336,7 @@ fn float(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             }
         },
     };
-    match parse_float(&text) {
+    match float_text::float(ev, &text)? {
         Some(float) => Ok(Value::Float(float)),
         None => Err(ev.value_error(format!(
             "could not convert string to float: {}",
@@ -345,50 +345,12 @@ fn float(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     }
 }
 
-/// A float in text, as `float` reads it.
-pub(crate) fn parse_float(text: &str) -> Option<f64> {
-    let trimmed = text.trim();
-    // The commonest; what else the standard library reads are words.
-    let is_plain = |byte: u8| byte.is_ascii_digit() || b"+-.eE".contains(&byte);
-    if trimmed.bytes().all(is_plain) {
-        return trimmed.parse().ok();
-    }
-    let unsigned = trimmed.trim_start_matches(['+', '-']);
-    if trimmed.len() - unsigned.len() > 1 {
-        return None;
-    }
-    let lower = unsigned.to_ascii_lowercase();
-    if matches!(&*lower, "inf" | "infinity" | "nan") {
-        return trimmed.parse().ok();
-    }
-    let digits: String = trimmed.chars().map(to_ascii_digit).collect();
-    let numeric = digits
-        .bytes()
-        .all(|b| b.is_ascii_digit() || b"+-.eE_".contains(&b));
-    if !numeric {
-        return None;
-    }
-    if digits.contains('_') {
-        let bytes = digits.as_bytes();
-        let is_digit = |at: Option<usize>| {
-            at.and_then(|at| bytes.get(at))
-                .is_some_and(u8::is_ascii_digit)
-        };
-        let between = bytes.iter().enumerate().filter(|(_, byte)| **byte == b'_');
-        if !{ between }.all(|(at, _)| is_digit(at.checked_sub(1)) && is_digit(Some(at + 1))) {
-            return None;
-        }
-        return digits.replace('_', "").parse().ok();
-    }
-    digits.parse().ok()
-}
-
 fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     if let Some(Value::Str(text)) = args[0].given() {
         if args[1].given().is_some() {
             return Err(ev.type_error("complex() can't take second arg if first is a string"));
         }
-        let parsed = parse_complex(text.as_str());
+        let parsed = float_text::complex(ev, &numeral(ev, text.as_str())?)?;
         return parsed
             .map(|(re, im)| Value::complex(re, im))
             .ok_or_else(|| ev.value_error("complex() arg is a malformed string"));
@@ -427,31 +389,6 @@ fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let real = if is_complex(&args[1]) { a.0 - b.1 } else { a.0 };
     let imaginary = if is_complex(&args[0]) { a.1 + b.0 } else { b.0 };
     Ok(Value::complex(real, imaginary))
-}
-
-/// `re+imj`, with either part missing and optional parentheses.
-fn parse_complex(text: &str) -> Option<(f64, f64)> {
-    let text = text.trim();
-    let text = text
-        .strip_prefix('(')
-        .and_then(|text| text.strip_suffix(')'))
-        .unwrap_or(text)
-        .trim();
-    let Some(body) = text.strip_suffix(['j', 'J']) else {
-        return parse_float(text).map(|re| (re, 0.0));
-    };
-    let bytes = body.as_bytes();
-    let sign = (1..bytes.len())
-        .rev()
-        .find(|at| b"+-".contains(&bytes[*at]) && !b"eE".contains(&bytes[at - 1]));
-    let (re, im) = body.split_at(sign.unwrap_or(0));
-    let im = match im {
-        "" | "+" => 1.0,
-        "-" => -1.0,
-        digits => parse_float(digits)?,
-    };
-    let re = if re.is_empty() { 0.0 } else { parse_float(re)? };
-    Some((re, im))
 }
 
 fn byte_order(ev: &Evaluator<'_>, value: &Value) -> R<bool> {

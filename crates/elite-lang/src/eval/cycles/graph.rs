@@ -29,6 +29,7 @@ pub(super) fn references(value: &Value) -> Option<usize> {
         Value::Property(rc) => Rc::strong_count(rc),
         Value::StaticMethod(rc) | Value::ClassMethod(rc) => Rc::strong_count(rc),
         Value::Super(rc) => Rc::strong_count(rc),
+        Value::Code(rc) => Rc::strong_count(rc),
         Value::Slice(rc) => Rc::strong_count(rc),
         // Builtin types stay as long as the interpreter.
         Value::Class(rc) if rc.is_script => Rc::strong_count(rc),
@@ -119,8 +120,8 @@ fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
                 each(&Value::Cell(cell.clone()));
             }
             function.keyword_defaults.iter().for_each(&mut *each);
-            if Rc::strong_count(&function.code) == 1 {
-                function.code.refers.visit(each);
+            if function.code.refers.are_followed() {
+                each(&Value::Code(function.code.clone()));
             }
             if let Some(attrs) = function.attrs.try_borrow()
                 && let Some(attrs) = &*attrs
@@ -161,6 +162,7 @@ fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
                 each(part);
             }
         }
+        Value::Code(code) => code.refers.visit(each),
         Value::Class(class) => class.visit(each),
         Value::Builtin(builtin) => builtin.held().iter().for_each(each),
         _ => {}

@@ -119,6 +119,11 @@ fn a_loop_that_drops_cycles_does_not_grow() {
         "exec('f = lambda: f\\nfor x in [lambda: (f, x)]: pass', {}, {'data': 'x' * 13600})",
         "exec('def f(): yield f\\ng = f(); next(g)', {'data': 'x' * 13600})",
         "local_text('x' * 13600)",
+        "exec('def make():\\n def f(): return fs, data\\n return f\\nfs = [make(), make()]', {'data': 'x' * 13600})",
+        "exec('fs = [lambda: (fs, data) for i in range(3)]', {'data': 'x' * 13600})",
+        "exec('class B:\\n def m(self): return B, data\\nbs = [B.m, B().m, B.m]', {'data': 'x' * 13600})",
+        "exec('def f(): return eval(\"data\")', {'data': 'x' * 13600})",
+        "d = {'data': 'x' * 13600}; exec('def f(): return [g for g in (f,)]\\ndef g(): return f', d)",
     ] {
         let text = format!(
             "{classes}def local_text(data): exec('def f(): return f, data')\n\

@@ -6,6 +6,7 @@ use super::operand::Operand;
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
+use crate::value::trash::Nodes;
 use crate::value::{Dict, R, Raised, Set, Value};
 
 /// An item of a display.
@@ -35,7 +36,7 @@ fn gather(elements: &[Element], ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<Vec<
 }
 
 /// `[a, b, *c]`
-pub struct ListDisplay(pub Box<[Element]>);
+pub struct ListDisplay(pub Nodes<Element>);
 
 impl Expression for ListDisplay {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
@@ -44,7 +45,7 @@ impl Expression for ListDisplay {
 }
 
 /// `(a, b, *c)`
-pub struct TupleDisplay(pub Box<[Element]>);
+pub struct TupleDisplay(pub Nodes<Element>);
 
 /// `(a, b)`
 pub struct PairDisplay(pub [Operand; 2]);
@@ -78,7 +79,7 @@ impl Expression for TupleDisplay {
 /// `{a, b, *c}`
 pub struct SetDisplay {
     /// The elements.
-    pub elements: Box<[Element]>,
+    pub elements: Nodes<Element>,
     /// All elements are constants, and so many that CPython keeps a constant set and copies it, which shows in
     /// their order.
     pub copied: bool,
@@ -132,12 +133,12 @@ pub enum DictElement {
 }
 
 /// `{a: b, **c}`
-pub struct DictDisplay(pub Box<[DictElement]>, pub Span);
+pub struct DictDisplay(pub Nodes<DictElement>, pub Span);
 
 impl Expression for DictDisplay {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let dict = Dict::new();
-        for element in &self.0 {
+        for element in self.0.iter() {
             match element {
                 DictElement::Pair(key, value) => {
                     let key = key.eval(ev, f)?;

@@ -39,7 +39,7 @@ impl Evaluator<'_> {
             Value::Module(module) => {
                 self.core.symbols.settle(name);
                 module.namespace.set(name, new);
-                self.core.sweep_names_if_due();
+                self.sweep_names_if_due()?;
                 Ok(())
             }
             Value::Function(function) => self.set_function_attribute(function, name, new),
@@ -71,7 +71,7 @@ impl Evaluator<'_> {
         }
         self.core.symbols.settle(name);
         class.set(name, new);
-        self.core.sweep_names_if_due();
+        self.sweep_names_if_due()?;
         Ok(())
     }
 
@@ -169,7 +169,7 @@ impl Evaluator<'_> {
             return Err(self.attribute_error(value, name));
         }
         instance.set(name, new, &self.core.symbols);
-        self.core.sweep_names_if_due();
+        self.sweep_names_if_due()?;
         Ok(())
     }
 

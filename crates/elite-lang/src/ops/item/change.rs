@@ -1,6 +1,6 @@
 //! Assigning to items and slices, deleting them.
 
-use super::slice::Bounds;
+use super::slice::{Bounds, Indices};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::symbol::known;
@@ -66,6 +66,9 @@ impl Evaluator<'_> {
                         None => self.collect_bytes(&item)?,
                     };
                     let indices = self.slice_indices(slice)?;
+                    if self.long_bytes_are_spliced(bytes, |length| plain(indices, length), &new)? {
+                        return Ok(());
+                    }
                     self.grow_bytes(bytes, new.len())?;
                     let done =
                         bytes.change(|data| replace_slice(data, indices.within(data.len()), new));
@@ -168,6 +171,10 @@ impl Evaluator<'_> {
             }
             raised
         })?;
+        if self.long_slice_is_set(list, indices, before, &new)? {
+            self.let_go(new);
+            return Ok(());
+        }
         self.grow_list(list, new.len())?;
         let done = list.change(|items| {
             let bounds = match before.step {
@@ -178,7 +185,7 @@ impl Evaluator<'_> {
         });
         match done {
             Ok(old) => {
-                drop(old);
+                self.let_go(old);
                 Ok(())
             }
             Err(refused) => Err(self.wrong_size(&refused, "sequence")),
@@ -203,15 +210,15 @@ impl Evaluator<'_> {
             Value::List(list) => {
                 if let Value::Slice(slice) = index {
                     let indices = self.slice_indices(slice)?;
-                    drop(list.change(|items| remove_slice(items, indices.within(items.len()))));
+                    if !self.long_slice_is_deleted(list, indices)? {
+                        let within = |length| indices.within(length);
+                        let old = list.change(|items| remove_slice(items, within(items.len())));
+                        self.let_go(old);
+                    }
                     return Ok(());
                 }
                 let at = self.sequence_index(index, "list")?;
-                let removed = list.change(|items| {
-                    let place = self.place(at, items.len())?;
-                    Some(items.remove(place))
-                });
-                match removed {
+                match self.list_remove(list, at)? {
                     Some(removed) => {
                         drop(removed);
                         Ok(())
@@ -222,11 +229,18 @@ impl Evaluator<'_> {
             Value::ByteArray(bytes) => {
                 if let Value::Slice(slice) = index {
                     let indices = self.slice_indices(slice)?;
+                    if self.long_bytes_are_spliced(bytes, |length| plain(indices, length), &[])? {
+                        return Ok(());
+                    }
                     self.grow_bytes(bytes, 0)?;
                     bytes.change(|data| remove_slice(data, indices.within(data.len())));
                     return Ok(());
                 }
                 let at = self.sequence_index(index, "bytearray")?;
+                let place = |length| self.place(at, length).map(|place| place..place + 1);
+                if self.long_bytes_are_spliced(bytes, place, &[])? {
+                    return Ok(());
+                }
                 let removed = bytes.change(|data| {
                     let place = self.place(at, data.len())?;
                     Some(data.remove(place))
@@ -247,6 +261,13 @@ impl Evaluator<'_> {
             _ => Err(self.no_item_assignment(value, "deletion")),
         }
     }
+}
+
+/// The places of a slice without a step.
+fn plain(indices: Indices, length: usize) -> Option<std::ops::Range<usize>> {
+    let bounds = indices.within(length);
+    let end = bounds.stop.max(bounds.start) as usize;
+    (bounds.step == 1).then_some(bounds.start as usize..end)
 }
 
 /// Items that do not fit an extended slice of so many places.

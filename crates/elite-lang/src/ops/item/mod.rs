@@ -1,7 +1,7 @@
 //! Items: `value[index]`. Slices are in `slice`, assigning and deleting in `change`.
 
 mod change;
-mod slice;
+pub mod slice;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;

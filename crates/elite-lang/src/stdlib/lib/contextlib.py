@@ -80,13 +80,13 @@ class closing:
 
 class suppress:
     def __init__(self, *exceptions):
-        self._exceptions = exceptions
+        self._kinds = exceptions
 
     def __enter__(self):
-        pass
+        return None
 
-    def __exit__(self, type, value, traceback):
-        return type is not None and issubclass(type, self._exceptions)
+    def __exit__(self, kind, *details):
+        return kind is not None and issubclass(kind, self._kinds)
 
 
 class nullcontext:
@@ -149,46 +149,58 @@ class ExitStack:
         return value is not None and pending is None
 
 
-class _Redirect:
-    _stream = None
+class _Meanwhile:
+    """Something is another one for a while; the same context may be entered again within itself."""
 
-    def __init__(self, new_target):
-        self._new_target = new_target
-        self._old_targets = []
+    def __init__(self, other):
+        self._other, self._before = other, []
 
     def __enter__(self):
-        self._old_targets.append(getattr(_sys, self._stream))
-        setattr(_sys, self._stream, self._new_target)
-        return self._new_target
+        self._before.append(self._exchange(self._other))
+        return self._other
 
-    def __exit__(self, exctype, excinst, exctb):
-        setattr(_sys, self._stream, self._old_targets.pop())
+    def __exit__(self, *details):
+        self._exchange(self._before.pop())
 
 
-class redirect_stdout(_Redirect):
+def _exchange_stream(name, stream):
+    before = getattr(_sys, name)
+    setattr(_sys, name, stream)
+    return before
+
+
+class redirect_stdout(_Meanwhile):
     """`print` writes elsewhere."""
 
-    _stream = "stdout"
+    def __init__(self, new_target):
+        super().__init__(new_target)
+
+    def _exchange(self, stream):
+        return _exchange_stream("stdout", stream)
 
 
-class redirect_stderr(_Redirect):
+class redirect_stderr(_Meanwhile):
     """What goes to `sys.stderr` goes elsewhere."""
 
-    _stream = "stderr"
+    def __init__(self, new_target):
+        super().__init__(new_target)
+
+    def _exchange(self, stream):
+        return _exchange_stream("stderr", stream)
 
 
-class chdir:
+class chdir(_Meanwhile):
     """Another folder for a while."""
 
     def __init__(self, path):
+        super().__init__(path)
         self.path = path
-        self._old = []
 
     def __enter__(self):
-        import os
-        self._old.append(os.getcwd())
-        os.chdir(self.path)
+        super().__enter__()
 
-    def __exit__(self, *excinfo):
+    def _exchange(self, folder):
         import os
-        os.chdir(self._old.pop())
+        before = os.getcwd()
+        os.chdir(folder)
+        return before

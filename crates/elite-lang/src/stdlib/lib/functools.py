@@ -1,4 +1,5 @@
 """Functions on functions."""
+from _functools import cmp_to_key, reduce
 from collections import namedtuple as _namedtuple
 
 WRAPPER_ASSIGNMENTS = ("__module__", "__name__", "__qualname__", "__doc__", "__annotations__")
@@ -20,18 +21,6 @@ def update_wrapper(wrapper, wrapped, assigned=WRAPPER_ASSIGNMENTS, updated=WRAPP
 
 def wraps(wrapped, assigned=WRAPPER_ASSIGNMENTS, updated=WRAPPER_UPDATES):
     return lambda wrapper: update_wrapper(wrapper, wrapped, assigned, updated)
-
-
-def reduce(function, sequence, initial=_missing, /):
-    iterator = iter(sequence)
-    if initial is _missing:
-        for initial in iterator:
-            break
-        else:
-            raise TypeError("reduce() of empty iterable with no initial value")
-    for item in iterator:
-        initial = function(initial, item)
-    return initial
 
 
 class partial:
@@ -69,34 +58,6 @@ class partialmethod:
     def __get__(self, obj, cls=None):
         function = self.func.__get__(obj, cls) if hasattr(self.func, "__get__") else partial(self.func, obj)
         return partial(function, *self.args, **self.keywords)
-
-
-def cmp_to_key(mycmp):
-    """Turns a comparison function of two arguments into a key."""
-
-    class K:
-        __slots__ = ("obj",)
-        __hash__ = None
-
-        def __init__(self, obj):
-            self.obj = obj
-
-        def __lt__(self, other):
-            return mycmp(self.obj, other.obj) < 0
-
-        def __gt__(self, other):
-            return mycmp(self.obj, other.obj) > 0
-
-        def __eq__(self, other):
-            return mycmp(self.obj, other.obj) == 0
-
-        def __le__(self, other):
-            return mycmp(self.obj, other.obj) <= 0
-
-        def __ge__(self, other):
-            return mycmp(self.obj, other.obj) >= 0
-
-    return K
 
 
 def total_ordering(cls):

@@ -255,19 +255,30 @@ def mkdir(path, mode=0o777, *, dir_fd=None):
     _files.mkdir(_io._path(path), mode)
 
 
+def _above(name):
+    """The folders that a path names above its last part, the innermost first."""
+    slash = b"/" if isinstance(name, bytes) else "/"
+    name = path.dirname(name.rstrip(slash))
+    while name.rstrip(slash):
+        yield name
+        name = path.dirname(name.rstrip(slash))
+
+
 def makedirs(name, mode=0o777, exist_ok=False):
     name = _io._path(name)
-    head, tail = path.split(name)
-    if not tail:
-        head, tail = path.split(head)
-    if head and tail and not path.exists(head):
-        makedirs(head, exist_ok=exist_ok)
-        if tail == curdir:
-            return
+    for folder in reversed([folder for folder in _above(name) if not path.exists(folder)]):
+        # Another program may make it meanwhile.
+        _make(folder, 0o777, True)
+    here = b"." if isinstance(name, bytes) else curdir
+    if path.basename(name) != here or not path.isdir(name):
+        _make(name, mode, exist_ok)
+
+
+def _make(name, mode, may_exist):
     try:
         mkdir(name, mode)
     except OSError:
-        if not exist_ok or not path.isdir(name):
+        if not (may_exist and path.isdir(name)):
             raise
 
 
@@ -277,13 +288,16 @@ def rmdir(path, *, dir_fd=None):
 
 def removedirs(name):
     rmdir(name)
-    head, tail = path.split(name)
-    while head and tail:
-        try:
-            rmdir(head)
-        except OSError:
-            break
-        head, tail = path.split(head)
+    _prune(name)
+
+
+def _prune(name):
+    """Removes the folders above a path as far as they are empty."""
+    try:
+        for folder in _above(name):
+            rmdir(folder)
+    except OSError:
+        pass
 
 
 def remove(path, *, dir_fd=None):

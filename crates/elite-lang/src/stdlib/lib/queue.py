@@ -1,7 +1,7 @@
 """Queues between threads. `Queue` can be subclassed in Python's way: `_init`, `_qsize`, `_put`, `_get`, `mutex`, `queue`."""
-import threading
-from _time import monotonic as _now
 from collections import deque
+from heapq import heappush as _push, heappop as _pop
+from threading import Condition as _Condition, Lock as _Lock
 
 
 class Empty(Exception):
@@ -14,148 +14,114 @@ class Full(Exception):
 
 
 class Queue:
+    """One lock guards the items; three conditions on it say what threads may be waiting for."""
+
     def __init__(self, maxsize=0):
-        self.maxsize = maxsize
+        self.maxsize, self.unfinished_tasks = maxsize, 0
+        self.mutex = guard = _Lock()
+        self.not_empty, self.not_full, self.all_tasks_done = _Condition(guard), _Condition(guard), _Condition(guard)
         self._init(maxsize)
-        self.mutex = threading.Lock()
-        self.not_empty = threading.Condition(self.mutex)
-        self.not_full = threading.Condition(self.mutex)
-        self.all_tasks_done = threading.Condition(self.mutex)
-        self.unfinished_tasks = 0
+
+    # How items are kept: what they are kept in, how one goes in and how one comes out.
+    _keeping = deque, deque.append, deque.popleft
+
+    # What a subclass may do in another way.
+
+    def _init(self, maxsize):
+        self.queue = self._keeping[0]()
+
+    def _qsize(self):
+        return self.queue.__len__()
+
+    def _put(self, item):
+        self._keeping[1](self.queue, item)
+
+    def _get(self):
+        return self._keeping[2](self.queue)
+
+    # The ends of the queue. Everything is done holding the lock, as soon as the state that it needs is reached.
+
+    def put(self, item, block=True, timeout=None):
+        wait = timeout if block and self.maxsize > 0 else None
+        self._done_when(self._has_room, self.not_full, Full, block, wait, self._take_in, item)
+
+    def get(self, block=True, timeout=None):
+        return self._done_when(self._qsize, self.not_empty, Empty, block, timeout if block else None, self._give_out)
+
+    def put_nowait(self, item):
+        self.put(item, False)
+
+    def get_nowait(self):
+        return self.get(False)
+
+    def _done_when(self, reached, word, refusal, may_wait, timeout, act, *args):
+        if timeout is not None and timeout < 0:
+            raise ValueError("'timeout' must be a non-negative number")
+        with self.mutex:
+            if not reached() and not (may_wait and word.wait_for(reached, timeout)):
+                raise refusal
+            return act(*args)
+
+    def _has_room(self):
+        return not 0 < self.maxsize <= self._qsize()
+
+    def _take_in(self, item):
+        self._put(item)
+        self.unfinished_tasks += 1
+        self.not_empty.notify()
+
+    def _give_out(self):
+        given = self._get()
+        self.not_full.notify()
+        return given
+
+    # What is left to do.
 
     def task_done(self):
-        with self.all_tasks_done:
-            unfinished = self.unfinished_tasks - 1
-            if unfinished < 0:
-                raise ValueError("task_done() called too many times")
-            self.unfinished_tasks = unfinished
-            if unfinished == 0:
-                self.all_tasks_done.notify_all()
+        self._done_when(lambda: self.unfinished_tasks > 0, None, ValueError("task_done() called too many times"), False, None,
+                        self._count_down)
+
+    def _count_down(self):
+        self.unfinished_tasks -= 1
+        if not self.unfinished_tasks:
+            self.all_tasks_done.notify_all()
 
     def join(self):
-        with self.all_tasks_done:
-            while self.unfinished_tasks:
-                self.all_tasks_done.wait()
+        self._done_when(lambda: not self.unfinished_tasks, self.all_tasks_done, None, True, None, bool)
+
+    # How much there is; others may change it before the answer arrives.
 
     def qsize(self):
         with self.mutex:
             return self._qsize()
 
     def empty(self):
-        with self.mutex:
-            return not self._qsize()
+        return self.qsize() == 0
 
     def full(self):
-        with self.mutex:
-            return 0 < self.maxsize <= self._qsize()
-
-    def put(self, item, block=True, timeout=None):
-        with self.not_full:
-            if self.maxsize > 0:
-                if not block:
-                    if self._qsize() >= self.maxsize:
-                        raise Full
-                elif timeout is None:
-                    while self._qsize() >= self.maxsize:
-                        self.not_full.wait()
-                elif timeout < 0:
-                    raise ValueError("'timeout' must be a non-negative number")
-                else:
-                    end = _now() + timeout
-                    while self._qsize() >= self.maxsize:
-                        left = end - _now()
-                        if left <= 0.0:
-                            raise Full
-                        self.not_full.wait(left)
-            self._put(item)
-            self.unfinished_tasks += 1
-            self.not_empty.notify()
-
-    def get(self, block=True, timeout=None):
-        with self.not_empty:
-            if not block:
-                if not self._qsize():
-                    raise Empty
-            elif timeout is None:
-                while not self._qsize():
-                    self.not_empty.wait()
-            elif timeout < 0:
-                raise ValueError("'timeout' must be a non-negative number")
-            else:
-                end = _now() + timeout
-                while not self._qsize():
-                    left = end - _now()
-                    if left <= 0.0:
-                        raise Empty
-                    self.not_empty.wait(left)
-            item = self._get()
-            self.not_full.notify()
-            return item
-
-    def put_nowait(self, item):
-        return self.put(item, block=False)
-
-    def get_nowait(self):
-        return self.get(block=False)
-
-    def _init(self, maxsize):
-        self.queue = deque()
-
-    def _qsize(self):
-        return len(self.queue)
-
-    def _put(self, item):
-        self.queue.append(item)
-
-    def _get(self):
-        return self.queue.popleft()
+        return 0 < self.maxsize <= self.qsize()
 
 
 class PriorityQueue(Queue):
     """The smallest item comes out first."""
-
-    def _init(self, maxsize):
-        self.queue = []
-
-    def _put(self, item):
-        from heapq import heappush
-        heappush(self.queue, item)
-
-    def _get(self):
-        from heapq import heappop
-        return heappop(self.queue)
+    _keeping = list, _push, _pop
 
 
 class LifoQueue(Queue):
     """The newest item comes out first."""
-
-    def _init(self, maxsize):
-        self.queue = []
-
-    def _get(self):
-        return self.queue.pop()
+    _keeping = list, list.append, list.pop
 
 
 class SimpleQueue:
     """A queue without bound and without a count of open tasks."""
 
     def __init__(self):
-        self._queue = Queue()
+        self._items = Queue()
+        self.get, self.get_nowait, self.empty, self.qsize = (
+            self._items.get, self._items.get_nowait, self._items.empty, self._items.qsize)
 
     def put(self, item, block=True, timeout=None):
-        self._queue.put(item)
-
-    def get(self, block=True, timeout=None):
-        return self._queue.get(block, timeout)
+        self._items.put(item)
 
     def put_nowait(self, item):
-        self._queue.put(item)
-
-    def get_nowait(self):
-        return self._queue.get(False)
-
-    def empty(self):
-        return self._queue.empty()
-
-    def qsize(self):
-        return self._queue.qsize()
+        self._items.put(item)

@@ -6,6 +6,7 @@
 //! regex-syntax has it; a group in a repetition that was not entered in its last round keeps its earlier text.
 
 mod found;
+mod paced;
 mod translate;
 
 use std::cell::OnceCell;
@@ -21,6 +22,7 @@ use crate::value::iter::NativeIter;
 use crate::value::{Bytes, Iter, R, Raised, Value};
 
 use found::{MATCH, make_match, with_match};
+use paced::{Machine, Search};
 use translate::{Translated, flag, translate};
 
 /// Steps back that one search may take.
@@ -102,11 +104,127 @@ struct Pattern {
     source: Value,
     parsed: Translated,
     is_bytes: bool,
-    search: Regex,
+    search: Engine,
     /// The same, but matching no empty text.
-    not_empty: OnceCell<Option<Regex>>,
+    not_empty: OnceCell<Option<Engine>>,
     /// The same, up to the end of the text.
-    full: OnceCell<Option<Regex>>,
+    full: OnceCell<Option<Engine>>,
+}
+
+/// What searches for one form of a pattern.
+struct Engine {
+    regex: Regex,
+    pattern: String,
+    groups: usize,
+    is_bytes: bool,
+    not_empty: bool,
+    /// For long texts.
+    machine: OnceCell<Option<Machine>>,
+}
+
+/// Bytes of a text that are searched at once.
+const AT_ONCE: usize = if cfg!(debug_assertions) {
+    1 << 10
+} else {
+    1 << 15
+};
+/// Work to try an expression at one place.
+const ATTEMPT: usize = 512;
+
+impl Engine {
+    /// For `pattern`, which is that of `parsed` or made of it.
+    fn new(
+        parsed: &Translated,
+        pattern: &str,
+        is_bytes: bool,
+        not_empty: bool,
+    ) -> Result<Engine, String> {
+        Ok(Engine {
+            regex: build(pattern, is_bytes, not_empty)?,
+            pattern: pattern.to_owned(),
+            groups: parsed.groups,
+            is_bytes,
+            not_empty,
+            machine: OnceCell::new(),
+        })
+    }
+
+    fn machine(&self) -> Option<&Machine> {
+        let make = || Machine::new(&self.pattern, self.groups, self.is_bytes);
+        self.machine.get_or_init(make).as_ref()
+    }
+
+    /// The groups of the first match in a range of a text, or of the one that begins where that does. A text that would take
+    /// long is searched with safepoints.
+    fn run(
+        &self,
+        ev: &Evaluator<'_>,
+        text: &Text,
+        (start, end): (usize, usize),
+        anchored: bool,
+    ) -> R<Option<Spans>> {
+        ev.safepoint()?;
+        if end - start <= AT_ONCE {
+            return self.at_once(ev, text, (start, end), anchored);
+        }
+        if let Some(machine) = self.machine() {
+            let search = Search {
+                text: &text.data()[..end],
+                start,
+                anchored,
+                not_empty: self.not_empty,
+            };
+            return machine.find(ev, search);
+        }
+        let mut at = start;
+        while !anchored && at < end {
+            if let Some(found) = self.at_once(ev, text, (at, end), true)? {
+                return Ok(Some(found));
+            }
+            ev.worked(ATTEMPT)?;
+            at = text.after(at);
+        }
+        self.at_once(ev, text, (at, end), true)
+    }
+
+    /// The same in one piece.
+    fn at_once(
+        &self,
+        ev: &Evaluator<'_>,
+        text: &Text,
+        (start, end): (usize, usize),
+        anchored: bool,
+    ) -> R<Option<Spans>> {
+        // Python lets the text end at `endpos`, but begin where it begins.
+        let found = match text {
+            Text::Str(text, _) => {
+                let input = RegexInput::new(&text.as_str()[..end])
+                    .from_pos(start)
+                    .anchored(anchored);
+                let found = self.regex.captures_input(input);
+                found.map(|found| found.map(|found| spans(&found, self.groups)))
+            }
+            Text::Bytes(data, _) => {
+                let input = RegexInput::new(&data[..end])
+                    .from_pos(start)
+                    .anchored(anchored);
+                let found = self.regex.captures_input(input);
+                found.map(|found| found.map(|found| spans(&found, self.groups)))
+            }
+        };
+        let Ok(found) = found else {
+            let text = format!(
+                "the regular expression takes more than {BACKTRACK_MAX} steps back on this text"
+            );
+            return Err(ev.raise(ExceptionKind::RuntimeError, text));
+        };
+        let whole = |found: &Spans| found.first().copied().flatten();
+        Ok(found.filter(|found| {
+            whole(found).is_some_and(|(from, to)| {
+                (!anchored || from == start) && !(self.not_empty && from == to)
+            })
+        }))
+    }
 }
 
 fn build(pattern: &str, is_bytes: bool, not_empty: bool) -> Result<Regex, String> {
@@ -148,7 +266,7 @@ fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             ));
         }
     };
-    let search = match build(&parsed.pattern, is_bytes, false) {
+    let search = match Engine::new(&parsed, &parsed.pattern, is_bytes, false) {
         Ok(search) => search,
         Err(message) => {
             let message = if message
@@ -234,6 +352,13 @@ impl Text {
         match self {
             Text::Str(text, _) => text.as_str().len(),
             Text::Bytes(data, _) => data.len(),
+        }
+    }
+
+    fn data(&self) -> &[u8] {
+        match self {
+            Text::Str(text, _) => text.as_str().as_bytes(),
+            Text::Bytes(data, _) => data,
         }
     }
 
@@ -324,14 +449,11 @@ impl Pattern {
         }
         if advance {
             // Right here only something that is not empty; further on anything.
-            let not_empty = self
-                .not_empty
-                .get_or_init(|| build(&self.parsed.pattern, self.is_bytes, true).ok());
-            if let Some(regex) = not_empty
-                && let Some(found) = self.run(ev, regex, text, range, true)?
-                && found
-                    .first()
-                    .is_some_and(|whole| whole.is_some_and(|(start, end)| end > start))
+            let not_empty = self.not_empty.get_or_init(|| {
+                Engine::new(&self.parsed, &self.parsed.pattern, self.is_bytes, true).ok()
+            });
+            if let Some(engine) = not_empty
+                && let Some(found) = engine.run(ev, text, range, true)?
             {
                 return Ok(Some(found));
             }
@@ -341,68 +463,17 @@ impl Pattern {
             return self.find(ev, text, (text.after(range.0), range.1), mode, false);
         }
         match mode {
-            Mode::Search => self.run(ev, &self.search, text, range, false),
-            Mode::Match => self.run(ev, &self.search, text, range, true),
+            Mode::Search => self.search.run(ev, text, range, false),
+            Mode::Match => self.search.run(ev, text, range, true),
             Mode::Full => {
                 let full = self.full.get_or_init(|| {
-                    build(
-                        &format!("(?:{})\\z", self.parsed.pattern),
-                        self.is_bytes,
-                        false,
-                    )
-                    .ok()
+                    let pattern = format!("(?:{})\\z", self.parsed.pattern);
+                    Engine::new(&self.parsed, &pattern, self.is_bytes, false).ok()
                 });
                 match full {
-                    Some(regex) => self.run(ev, regex, text, range, true),
+                    Some(engine) => engine.run(ev, text, range, true),
                     None => Ok(None),
                 }
-            }
-        }
-    }
-
-    fn run(
-        &self,
-        ev: &Evaluator<'_>,
-        regex: &Regex,
-        text: &Text,
-        (start, end): (usize, usize),
-        anchored: bool,
-    ) -> R<Option<Spans>> {
-        ev.safepoint()?;
-        let groups = self.parsed.groups;
-        // Python lets the text end at `endpos`, but begin where it begins.
-        let found = match text {
-            Text::Str(text, _) => {
-                let input = RegexInput::new(&text.as_str()[..end])
-                    .from_pos(start)
-                    .anchored(anchored);
-                regex
-                    .captures_input(input)
-                    .map(|found| found.map(|found| spans(&found, groups)))
-            }
-            Text::Bytes(data, _) => {
-                let input = RegexInput::new(&data[..end])
-                    .from_pos(start)
-                    .anchored(anchored);
-                regex
-                    .captures_input(input)
-                    .map(|found| found.map(|found| spans(&found, groups)))
-            }
-        };
-        match found {
-            Ok(found) => {
-                let at_start = |found: &Spans| {
-                    found
-                        .first()
-                        .is_some_and(|whole| whole.is_some_and(|whole| whole.0 == start))
-                };
-                Ok(found.filter(|found| !anchored || at_start(found)))
-            }
-            Err(_) => {
-                let text = format!(
-                    "the regular expression takes more than {BACKTRACK_MAX} steps back on this text"
-                );
-                Err(ev.raise(ExceptionKind::RuntimeError, text))
             }
         }
     }

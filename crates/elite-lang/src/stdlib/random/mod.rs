@@ -1,12 +1,14 @@
 //! `_random`: the Mersenne Twister (Matsumoto and Nishimura 1998), seeded as CPython does, so that a seeded program draws
-//! the same numbers. The distributions are a script (`lib/random.py`).
+//! the same numbers. What is made of its bits is in `draw`; the classes scripts see are a script (`lib/random.py`).
+
+mod draw;
 
 use std::cell::RefCell;
 use std::rc::Rc;
 
 use num_bigint::{BigInt, BigUint, Sign};
 
-use super::define::{Builder, instance, with_data};
+use super::define::{Builder, Entry, instance, with_data};
 use crate::eval::Evaluator;
 use crate::value::int::Int;
 use crate::value::{R, Value};
@@ -20,57 +22,99 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         let twister = Rc::new(RefCell::new(Twister::new(&[0])));
         instance(ev, "_random.Random", twister)
     };
-    module.class(
-        "Random",
-        Some(("seed?", constructor)),
-        &[
-            ("random", "", |ev, args| {
-                Ok(Value::Float(with(ev, args, |twister| Ok(twister.float()))?))
-            }),
-            ("getrandbits", "k /", bits),
-            ("_seed", "key /", |ev, args| {
-                let key = ev.to_int(&args[1])?.to_big();
-                let words = key.magnitude().to_u32_digits();
-                let words = if words.is_empty() { vec![0] } else { words };
-                with(ev, args, |twister| {
-                    *twister = Twister::new(&words);
-                    Ok(Value::None)
-                })
-            }),
-            ("_state", "", |ev, args| {
-                with(ev, args, |twister| {
-                    let words = twister
-                        .state
-                        .iter()
-                        .map(|word| Value::Int(i64::from(*word)));
-                    let index = Value::Int(twister.index as i64);
-                    Ok(Value::tuple(words.chain([index]).collect()))
-                })
-            }),
-            ("_set_state", "state /", |ev, args| {
-                let words: Vec<i64> = ev
-                    .collect(&args[1])?
+    let own: &[Entry] = &[
+        ("random", "", |ev, args| {
+            Ok(Value::Float(with(ev, args, |twister| Ok(twister.float()))?))
+        }),
+        ("getrandbits", "k /", bits),
+        ("_seed", "key /", |ev, args| {
+            let key = ev.to_int(&args[1])?.to_big();
+            let words = key.magnitude().to_u32_digits();
+            let words = if words.is_empty() { vec![0] } else { words };
+            with(ev, args, |twister| {
+                *twister = Twister::new(&words);
+                Ok(Value::None)
+            })
+        }),
+        ("_state", "", |ev, args| {
+            with(ev, args, |twister| {
+                let words = twister
+                    .state
                     .iter()
-                    .map(|word| ev.index(word))
-                    .collect::<R<_>>()?;
-                if words.len() != N + 1 || !(0..=N as i64).contains(&words[N]) {
-                    return Err(ev.value_error("state vector is the wrong size"));
+                    .map(|word| Value::Int(i64::from(*word)));
+                let index = Value::Int(twister.index as i64);
+                Ok(Value::tuple(words.chain([index]).collect()))
+            })
+        }),
+        ("_set_state", "state /", |ev, args| {
+            let words: Vec<i64> = ev
+                .collect(&args[1])?
+                .iter()
+                .map(|word| ev.index(word))
+                .collect::<R<_>>()?;
+            if words.len() != N + 1 || !(0..=N as i64).contains(&words[N]) {
+                return Err(ev.value_error("state vector is the wrong size"));
+            }
+            with(ev, args, |twister| {
+                for (place, word) in twister.state.iter_mut().zip(&words) {
+                    *place = *word as u32;
                 }
-                with(ev, args, |twister| {
-                    for (place, word) in twister.state.iter_mut().zip(&words) {
-                        *place = *word as u32;
-                    }
-                    twister.index = words[N] as usize;
-                    Ok(Value::None)
-                })
-            }),
-        ],
-    );
+                twister.index = words[N] as usize;
+                Ok(Value::None)
+            })
+        }),
+        ("_kept", "", |ev, args| {
+            let kept = with(ev, args, |twister| Ok(twister.kept))?;
+            Ok(kept.map_or(Value::None, Value::Float))
+        }),
+        ("_keep", "value /", |ev, args| {
+            let kept = match &args[1] {
+                Value::None => None,
+                value => Some(ev.to_f64(value)?),
+            };
+            with(ev, args, |twister| {
+                twister.kept = kept;
+                Ok(Value::None)
+            })
+        }),
+    ];
+    let methods = [own, draw::METHODS].concat();
+    module.class("Random", Some(("seed?", constructor)), &methods);
+    for (name, value) in [
+        ("NV_MAGICCONST", 4.0 * (-0.5f64).exp() / 2f64.sqrt()),
+        ("LOG4", 4f64.ln()),
+        ("SG_MAGICCONST", 1.0 + 4.5f64.ln()),
+        ("TWOPI", std::f64::consts::TAU),
+        ("RECIP_BPF", 2f64.powi(-53)),
+    ] {
+        module.value(name, Value::Float(value));
+    }
+    module.value("BPF", Value::Int(53));
     module.functions(&[
         ("_fresh_seed", "", |ev, _| {
             let high = BigUint::from(ev.core.host.random_u64()) << 64u8;
             let seed = high | BigUint::from(ev.core.host.random_u64());
             Ok(Value::bigint(BigInt::from_biguint(Sign::Plus, seed)))
+        }),
+        // The methods of one instance become functions of the module.
+        ("_spread", "instance names /", |ev, args| {
+            let module = ev
+                .core
+                .modules
+                .borrow()
+                .iter()
+                .rev()
+                .find(|module| &*module.name == "random")
+                .cloned();
+            for name in ev.collect(&args[1])? {
+                if let (Some(module), Value::Str(text)) = (&module, &name) {
+                    let symbol = ev.core.symbols.intern(text.as_str());
+                    module
+                        .namespace
+                        .set(symbol, ev.attribute(&args[0], symbol)?);
+                }
+            }
+            Ok(Value::None)
         }),
         ("_text_key", "data /", |ev, args| {
             let Some(data) = ev.bytes_like(&args[0]) else {
@@ -121,6 +165,8 @@ fn bits(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 struct Twister {
     state: [u32; N],
     index: usize,
+    /// A number of the normal distribution that has been drawn with another one.
+    kept: Option<f64>,
 }
 
 impl Twister {
@@ -155,7 +201,11 @@ impl Twister {
             }
         }
         state[0] = 0x8000_0000;
-        Twister { state, index: N }
+        Twister {
+            state,
+            index: N,
+            kept: None,
+        }
     }
 
     fn refill(&mut self) {

@@ -1,0 +1,320 @@
+//! Changes of very long lists and bytearrays: the new content is made beside the old one, with safepoints, and put in its place
+//! at once, so that nobody sees it half done.
+//!
+//! Owns how long that is worth it for, and what happens if somebody else changes the container meanwhile: it is made again,
+//! and after a few times the change is done in place, in one piece. Moving items in place is faster by far, so shorter
+//! containers are always changed there.
+
+use std::ops::Range;
+
+use super::Evaluator;
+use super::bulk::{STRIDE, many};
+use super::pace::VALUE;
+use crate::builtins::types::insertion_place;
+use crate::ops::item::slice::{Bounds, Indices};
+use crate::value::{ByteArray, List, R, Value, trash};
+
+/// Items that are moved in place.
+const MOVED_MAX: usize = if cfg!(debug_assertions) {
+    1 << 17
+} else {
+    1 << 19
+};
+/// Items that are looked at one by one in place.
+const TOUCHED_MAX: usize = MOVED_MAX / 8;
+/// Bytes that are moved in place.
+const BYTES_MAX: usize = 16 * MOVED_MAX;
+/// Items that are copied between two safepoints.
+const COPIED: usize = 4096;
+/// How often the content is made again when somebody changes it meanwhile.
+const TRIES: usize = 3;
+
+/// A new content that is being made.
+pub struct Beside<'e, 'y> {
+    ev: &'e Evaluator<'y>,
+    list: &'e List,
+    out: Vec<Value>,
+}
+
+impl Beside<'_, '_> {
+    /// Appends items of the old content, as far as they are there.
+    fn copy(&mut self, range: Range<usize>) -> R<()> {
+        let mut from = range.start;
+        while from < range.end {
+            let end = range.end.min(from + COPIED);
+            let some = {
+                let items = self.list.borrow();
+                let some = items.get(from..end.min(items.len())).unwrap_or_default();
+                self.out.extend_from_slice(some);
+                some.len()
+            };
+            self.ev.worked((some + 1) * VALUE)?;
+            if some < end - from {
+                break;
+            }
+            from = end;
+        }
+        Ok(())
+    }
+
+    fn push(&mut self, items: &[Value]) -> R<()> {
+        self.ev.copy_values(items, &mut self.out)
+    }
+}
+
+impl Evaluator<'_> {
+    /// Drops values, many of them bit by bit.
+    pub fn let_go(&self, mut values: Vec<Value>) {
+        trash::dismantle(&mut values);
+    }
+
+    /// Puts what `make` makes, `length` items, in the place of a list's content, and gives back the old one. None if there is no
+    /// room for it, or others keep changing the list.
+    fn made_beside(
+        &self,
+        list: &List,
+        length: usize,
+        make: impl Fn(&mut Beside<'_, '_>) -> R<()>,
+    ) -> R<Option<Vec<Value>>> {
+        for _ in 0..TRIES {
+            let before = list.changes();
+            let Ok(out) = self.room_for(length) else {
+                return Ok(None);
+            };
+            let mut beside = Beside {
+                ev: self,
+                list,
+                out,
+            };
+            make(&mut beside)?;
+            if list.changes() == before {
+                return Ok(Some(list.replace_all(beside.out)));
+            }
+            self.let_go(beside.out);
+        }
+        Ok(None)
+    }
+
+    /// Puts an item before number `index`, which may count from the end or lie outside.
+    pub fn list_insert(&self, list: &List, index: i64, item: Value) -> R<()> {
+        let place = |length| insertion_place(index, length);
+        let length = list.len();
+        if length - place(length) > MOVED_MAX {
+            let old = self.made_beside(list, length + 1, |beside| {
+                let at = place(list.len());
+                beside.copy(0..at)?;
+                beside.push(std::slice::from_ref(&item))?;
+                beside.copy(at..usize::MAX)
+            })?;
+            if let Some(old) = old {
+                self.let_go(old);
+                return Ok(());
+            }
+        }
+        self.grow_list(list, 1)?;
+        list.change(|items| items.insert(place(items.len()), item));
+        Ok(())
+    }
+
+    /// Takes out item number `index`, which may count from the end; None if there is none.
+    pub fn list_remove(&self, list: &List, index: i64) -> R<Option<Value>> {
+        let length = list.len();
+        if let Some(place) = self.place(index, length)
+            && length - place > MOVED_MAX
+        {
+            let at = || self.place(index, list.len()).unwrap_or(usize::MAX - 1);
+            let old = self.made_beside(list, length, |beside| {
+                beside.copy(0..at())?;
+                beside.copy(at() + 1..usize::MAX)
+            })?;
+            if let Some(old) = old {
+                let removed = self.place(index, old.len());
+                let removed = removed.and_then(|place| old.get(place).cloned());
+                self.let_go(old);
+                return Ok(removed);
+            }
+        }
+        Ok(list.change(|items| {
+            let place = self.place(index, items.len())?;
+            Some(items.remove(place))
+        }))
+    }
+
+    /// Turns a list around.
+    pub fn list_reverse(&self, list: &List) -> R<()> {
+        let length = list.len();
+        if length > MOVED_MAX {
+            let old = self.made_beside(list, length, |beside| {
+                let mut end = list.len();
+                while end > 0 {
+                    let from = end.saturating_sub(COPIED);
+                    let first = beside.out.len();
+                    beside.copy(from..end)?;
+                    beside.out[first..].reverse();
+                    end = from;
+                }
+                Ok(())
+            })?;
+            if let Some(old) = old {
+                self.let_go(old);
+                return Ok(());
+            }
+        }
+        list.change(|items| items.reverse());
+        Ok(())
+    }
+
+    /// Appends items.
+    pub fn list_append_all(&self, list: &List, items: Vec<Value>) -> R<()> {
+        if list.is_empty() {
+            self.let_go(list.replace_all(items));
+            return Ok(());
+        }
+        if items.len() > MOVED_MAX {
+            let length = list.len() + items.len();
+            let old = self.made_beside(list, length, |beside| {
+                beside.copy(0..usize::MAX)?;
+                beside.push(&items)
+            })?;
+            if let Some(old) = old {
+                self.let_go(old);
+                self.let_go(items);
+                return Ok(());
+            }
+        }
+        self.grow_list(list, items.len())?;
+        list.change(|old| old.extend(items));
+        Ok(())
+    }
+
+    /// Puts items in the place of a long slice; whether that is done. A slice with a step and another number of items is left
+    /// to be refused.
+    pub fn long_slice_is_set(
+        &self,
+        list: &List,
+        indices: Indices,
+        before: Bounds,
+        new: &[Value],
+    ) -> R<bool> {
+        let length = list.len();
+        let bounds = indices.within(length);
+        let long = match bounds.step {
+            1 => length.saturating_sub(bounds.start as usize) + new.len() > MOVED_MAX,
+            _ => new.len() > TOUCHED_MAX && new.len() == bounds.len(),
+        };
+        if !long {
+            return Ok(false);
+        }
+        let old = self.made_beside(list, length + new.len(), |beside| {
+            if bounds.step == 1 {
+                let bounds = before.clamped(list.len());
+                beside.copy(0..bounds.start as usize)?;
+                beside.push(new)?;
+                return beside.copy(bounds.stop.max(bounds.start) as usize..usize::MAX);
+            }
+            beside.copy(0..usize::MAX)?;
+            let places = indices.within(list.len());
+            for (place, item) in places.indices().zip(new) {
+                self.worked(VALUE)?;
+                if let Some(old) = beside.out.get_mut(place) {
+                    *old = item.clone();
+                }
+            }
+            Ok(())
+        })?;
+        Ok(old.map(|old| self.let_go(old)).is_some())
+    }
+
+    /// Takes out the items of a long slice; whether that is done.
+    pub fn long_slice_is_deleted(&self, list: &List, indices: Indices) -> R<bool> {
+        let length = list.len();
+        let bounds = indices.within(length);
+        let count = bounds.len();
+        let first = || {
+            let bounds = indices.within(list.len());
+            let last = bounds.start + (bounds.len() as i64 - 1) * bounds.step;
+            (bounds.start.min(last).max(0) as usize, bounds.len())
+        };
+        let moved = length.saturating_sub(first().0);
+        let most = match bounds.step {
+            1 => MOVED_MAX,
+            _ => TOUCHED_MAX,
+        };
+        if count == 0 || moved <= most {
+            return Ok(false);
+        }
+        let stride = usize::try_from(bounds.step.unsigned_abs()).unwrap_or(usize::MAX);
+        let old = self.made_beside(list, length - count, |beside| {
+            let (first, count) = first();
+            beside.copy(0..first)?;
+            let end = match stride {
+                1 => first + count,
+                _ => {
+                    let mut at = first;
+                    for _ in 1..count {
+                        beside.copy(at + 1..at + stride)?;
+                        at += stride;
+                    }
+                    at + 1
+                }
+            };
+            beside.copy(end..usize::MAX)
+        })?;
+        Ok(old.map(|old| self.let_go(old)).is_some())
+    }
+
+    /// Changes the bytes of a bytearray from number `from` on: `new` is put in the place of the next `gone`. None if it is not so
+    /// long, or others keep changing it.
+    pub fn long_bytes_are_spliced(
+        &self,
+        bytes: &ByteArray,
+        range: impl Fn(usize) -> Option<Range<usize>>,
+        new: &[u8],
+    ) -> R<bool> {
+        for _ in 0..TRIES {
+            let before = bytes.snapshot();
+            let Some(range) = range(before.len()) else {
+                return Ok(false);
+            };
+            if before.len() - range.start + new.len() <= BYTES_MAX {
+                return Ok(false);
+            }
+            let mut data = Vec::new();
+            let length = before.len() - range.len() + new.len();
+            if self.grow(&mut data, length).is_err() {
+                return Ok(false);
+            }
+            self.push_bytes(&mut data, &before[..range.start])?;
+            self.push_bytes(&mut data, new)?;
+            self.push_bytes(&mut data, &before[range.end..])?;
+            if bytes.put_copy(&before, data) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Turns the bytes of a bytearray around.
+    pub fn reverse_bytes(&self, bytes: &ByteArray) -> R<()> {
+        for _ in 0..TRIES {
+            let before = bytes.snapshot();
+            if before.len() <= BYTES_MAX {
+                break;
+            }
+            let mut data = Vec::new();
+            if self.grow(&mut data, before.len()).is_err() {
+                break;
+            }
+            for piece in before.rchunks(STRIDE) {
+                data.extend(piece.iter().rev());
+                self.worked(many(piece.len()) * 4)?;
+            }
+            if bytes.put_copy(&before, data) {
+                return Ok(());
+            }
+        }
+        self.grow_bytes(bytes, 0)?;
+        bytes.change(|data| data.reverse());
+        Ok(())
+    }
+}
