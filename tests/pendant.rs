@@ -85,7 +85,8 @@ fn follow(name: &str) {
         String::from_utf8_lossy(&ran.stderr).into_owned(),
     );
     let error = expected(&text, "error");
-    let status = i32::from(!error.is_empty());
+    let is_failure = !error.is_empty() || !expected(&text, "status").is_empty();
+    let status = i32::from(is_failure);
     assert_eq!(ran.status.code(), Some(status), "{name}: {err}");
     assert_eq!(
         out.lines().collect::<Vec<_>>(),
@@ -96,6 +97,10 @@ fn follow(name: &str) {
         error.iter().all(|error| err.trim_end().ends_with(error)),
         "{err}"
     );
+
+    for says in expected(&text, "says") {
+        assert!(err.lines().any(|line| line.ends_with(says)), "{err}");
+    }
 
     let recording = read_recording(&recorded);
     for (word, thread) in [("nodes", 0), ("thread 1", 1)] {
@@ -183,6 +188,7 @@ programs!(
     palletise,
     polish,
     screws,
+    stopped,
     vision,
     waits,
     waypoints,

@@ -86,7 +86,7 @@ print(get_standard_digital_in(0))
 
     def test_ranges_are_named(self):
         calls = {
-            "set_standard_digital_out(16, True)": "ValueError: set_standard_digital_out(): n must be 0 to 15, got 16",
+            "set_standard_digital_out(16, True)": "ValueError: set_standard_digital_out(): n must be -1 to 15, got 16",
             "get_configurable_digital_in(8)": "ValueError: get_configurable_digital_in(): n must be 0 to 7, got 8",
             "set_tool_voltage(13)": "ValueError: set_tool_voltage(): voltage must be 0, 12 or 24, got 13",
             "set_standard_digital_input_action(1, 'fly')": "ValueError: set_standard_digital_input_action(): action must be \"default\" or \"freedrive\", got \"fly\"",
@@ -179,7 +179,7 @@ print(socket_is_connected("s"), socket_send_string("x", "s"), socket_read_binary
         )
         # The request for JOINT_0 may come in the same piece as the end.
         sent = bytes(received).removesuffix(b"GET JOINT_0\n")
-        self.assertEqual(sent, b"AbC" + b"\xff\xff\xff\xfe" + b"\x01\x03\x2e\x03" + b"line\r\n[1, True]SET V 1000\nEND")
+        self.assertEqual(sent, b"AbC" + b"\xff\xff\xff\xfe" + b"\x01\x03\x2e\x03" + b"line\r\n[1,True]SET V 1000\nEND")
 
     def test_a_peer_that_closes_ends_an_endless_wait_and_can_be_opened_again(self):
         peer = Talker(lambda connection: connection.sendall(b"12"))

@@ -48,6 +48,7 @@ targets_and_counts! {
     containers: 150,
     chains: 40,
     growth: 10,
+    builtins: 60,
     primary: 3000,
     interpreter: 5000,
     dashboard: 10_000,

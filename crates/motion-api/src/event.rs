@@ -4,6 +4,7 @@
 use core::fmt;
 
 use crate::{CommandId, RobotMode, SafetyMode};
+use kinematics::collision::link_name;
 use thiserror::Error;
 
 /// One thing that happened in the cycle.
@@ -198,6 +199,14 @@ pub enum PathFault {
         /// Size of the jump, rad.
         jump: f64,
     },
+    /// Two links of the arm meet.
+    #[error("{} and {} would run into each other there, by {:.1} mm", link_name((*links)[0].into()), link_name((*links)[1].into()), overlap * 1e3)]
+    SelfCollision {
+        /// The two links, 0 for the base.
+        links: [u8; 2],
+        /// How far their capsules overlap, m.
+        overlap: f64,
+    },
 }
 
 /// Why the arm went into a protective stop. The number of each reason is stable: it is the sub code on port 30001.
@@ -305,6 +314,14 @@ pub enum StopReason {
         /// How far behind it would come to rest, m.
         depth: f64,
     },
+    /// Two links of the arm were about to meet.
+    #[error("{} and {} were about to run into each other, by {:.1} mm where the arm would come to rest", link_name((*links)[0].into()), link_name((*links)[1].into()), overlap * 1e3)]
+    SelfCollision {
+        /// The two links, 0 for the base.
+        links: [u8; 2],
+        /// How far their capsules would overlap, m.
+        overlap: f64,
+    },
     /// The controller met a condition it has no rule for; the arm stops. A bug of ours.
     #[error("internal fault {code} in the motion thread; please report it with the recording")]
     Internal {
@@ -329,6 +346,7 @@ impl StopReason {
             Self::TcpForce { .. } => 14,
             Self::PathOffset { .. } => 15,
             Self::PathOffsetLost => 16,
+            Self::SelfCollision { .. } => 17,
             Self::Internal { .. } => 99,
         }
     }

@@ -163,7 +163,8 @@ impl Family {
             | CommandKind::MoveC { .. }
             | CommandKind::MoveP { .. }
             | CommandKind::MoveMl { .. }
-            | CommandKind::MicroPoints { .. } => Self::Move,
+            | CommandKind::MicroPoints { .. }
+            | CommandKind::MicroPoses { .. } => Self::Move,
             CommandKind::ServoJ { .. }
             | CommandKind::SpeedJ { .. }
             | CommandKind::SpeedL { .. } => Self::Steer,
@@ -203,7 +204,14 @@ impl Cycle {
         let rule = found.map_or(Act, |(_, row)| family.rule(row));
         match rule {
             // Points need no arm that stands.
-            Queue if matches!(command.kind, CommandKind::MicroPoints { .. }) => Act,
+            Queue
+                if matches!(
+                    command.kind,
+                    CommandKind::MicroPoints { .. } | CommandKind::MicroPoses { .. }
+                ) =>
+            {
+                Act
+            }
             // Only one waits.
             Queue if self.deferred.is_some() => BUSY,
             rule => rule,

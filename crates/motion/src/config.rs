@@ -9,20 +9,23 @@ use motion_api::{RobotMode, RobotState};
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::constants::{FASTEST_RISE, REDUCED_TCP_SPEED, STEP_RANGE};
+use crate::constants::{FASTEST_RISE, LINK_OVERLAP, REDUCED_TCP_SPEED, STEP_RANGE};
 use crate::contact::Surroundings;
 use crate::external::Load;
 use crate::io::IoSetup;
 use crate::modes::encoder::Belt;
+use crate::plant::Truth;
 use crate::safety_inputs::SafetyInputs;
 use crate::sensor::SensorNoise;
 
 /// Which arm the setpoints move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PlantKind {
-    /// Rigid bodies under gravity with a servo: the arm lags, sags and can be held up.
+    /// Rigid bodies under gravity with a servo, moved by our own equations: the arm lags, sags and can be held up.
     #[default]
     Rigid,
+    /// The same bodies in the rapier engine: slower, and independent of our equations of motion.
+    Rapier,
     /// The actual position is the target.
     Ideal,
 }
@@ -46,6 +49,8 @@ pub struct LimitOverrides {
     pub elbow_speed: Option<f64>,
     /// Force at the TCP, N.
     pub tcp_force: Option<f64>,
+    /// Whether the arm is kept from running into itself; `None`: it is.
+    pub self_collision: Option<bool>,
 }
 
 /// Everything a [`Cycle`](crate::Cycle) is made from.
@@ -85,6 +90,8 @@ pub struct CycleConfig {
     pub surroundings: Surroundings,
     /// Noise of the force sensor.
     pub sensor_noise: SensorNoise,
+    /// What is true of the arm though the controller does not know it.
+    pub truth: Truth,
 }
 
 /// What is wrong with a configuration.
@@ -211,6 +218,8 @@ pub struct MotionLimits {
     pub elbow_speed: f64,
     /// Force at the TCP, N; infinite when not limited.
     pub tcp_force: f64,
+    /// How far the capsules of two links may overlap, m; infinite when nobody looks.
+    pub link_overlap: f64,
 }
 
 impl MotionLimits {
@@ -258,6 +267,7 @@ impl CycleConfig {
             loads: Vec::new(),
             surroundings: Surroundings::default(),
             sensor_noise: SensorNoise::default(),
+            truth: Truth::default(),
         }
     }
 
@@ -383,6 +393,7 @@ impl CycleConfig {
             }
             *reduced = asked.unwrap_or(otherwise);
         }
+        reduced.link_overlap = normal.link_overlap;
         Ok(reduced)
     }
 }
@@ -457,6 +468,10 @@ impl LimitOverrides {
             tcp_speed: positive(names.tcp_speed, self.tcp_speed, "m/s")?,
             elbow_speed: positive(names.elbow_speed, self.elbow_speed, "m/s")?,
             tcp_force: positive(names.tcp_force, self.tcp_force, "N")?,
+            link_overlap: match self.self_collision {
+                Some(false) => f64::INFINITY,
+                _ => LINK_OVERLAP,
+            },
         })
     }
 }

@@ -35,6 +35,7 @@ use crate::queue::{Motion, Queue};
 use crate::report::report;
 use crate::safety_inputs::SafetyInputs;
 use crate::scalar::Drive;
+use crate::self_collision::LinkWatch;
 use crate::sensor::Sensor;
 use crate::setpoint::{LimitedSetpoint, Setpoint, limit};
 use crate::thermal::Thermal;
@@ -127,6 +128,7 @@ pub struct Cycle {
     pub(crate) sensor: Sensor,
     pub(crate) collision: CollisionDetection,
     pub(crate) safety: SafetyBounds,
+    pub(crate) links: LinkWatch,
     pub(crate) thermal: Thermal,
 }
 
@@ -149,17 +151,17 @@ impl Cycle {
         let mut plant = Plant::new(
             config.plant,
             &model,
-            &dynamics,
+            (&dynamics, config.truth),
             &config.gravity,
             &config.home,
         )?;
-        let contacts = Contacts::new(config.surroundings, &model, &config.home);
+        let mut contacts = Contacts::new(config.surroundings, &model, &config.home);
         let flange_from_tcp = Pose::from_rpy(&config.tcp);
         plant.push(&Push {
             flange_from_tcp,
             ..Push::default()
         });
-        let actual = plant.stand(&dynamics, &contacts);
+        let actual = plant.stand(&dynamics, &mut contacts);
         let is_powered = machine.robot_mode() != RobotMode::PowerOff;
         let mut cycle = Self {
             limits_on_belt: limits.shared(SHARE_ON_BELT),
@@ -171,9 +173,10 @@ impl Cycle {
             external: External::new(config.loads),
             hand: Wrench::default(),
             force: ForceMode::new()?,
-            sensor: Sensor::new(config.sensor_noise),
+            sensor: Sensor::new(config.sensor_noise, config.truth.payload),
             collision: CollisionDetection::default(),
             safety: config.safety,
+            links: LinkWatch::new(&model, limits.link_overlap),
             thermal: Thermal::new(is_powered),
             commanded: Setpoint::standing(config.home),
             limits,
@@ -328,6 +331,7 @@ impl Cycle {
             let checked = self.limit_sets.checked();
             let passed = limit(wanted, before, &frames, tcp, self.step, checked)?;
             self.check_planes(&wanted)?;
+            self.check_links(&wanted)?;
             self.target_frames = frames;
             self.target = nominal;
             Ok(passed)
@@ -351,13 +355,13 @@ impl Cycle {
         if self.is_under_servo() {
             self.actual = self
                 .plant
-                .follow(limited, &self.dynamics, &self.contacts, self.step);
+                .follow(limited, &self.dynamics, &mut self.contacts, self.step);
             self.commanded = *limited.get();
             if self.is_path_all() {
                 self.target = self.commanded;
             }
         } else {
-            self.actual = self.plant.stand(&self.dynamics, &self.contacts);
+            self.actual = self.plant.stand(&self.dynamics, &mut self.contacts);
             self.stand_at_actual();
         }
     }

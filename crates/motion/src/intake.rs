@@ -74,6 +74,7 @@ impl Cycle {
             | CommandKind::MoveC { .. }
             | CommandKind::MoveP { .. }
             | CommandKind::MicroPoints { .. }
+            | CommandKind::MicroPoses { .. }
             | CommandKind::MoveMl { .. } => self.begin_motion(command),
             CommandKind::ServoJ { .. }
             | CommandKind::SpeedJ { .. }
@@ -220,7 +221,20 @@ impl Cycle {
                 begins,
                 count,
                 points,
-            } => self.micro_points(command.origin, begins, usize::from(count), &points),
+            } => {
+                let samples = points.map(|q| [q[0], q[1], q[2], q[3], q[4], q[5], 0.0]);
+                self.micro_points(
+                    command.origin,
+                    (begins, false),
+                    usize::from(count),
+                    &samples,
+                )
+            }
+            CommandKind::MicroPoses {
+                begins,
+                count,
+                poses,
+            } => self.micro_points(command.origin, (begins, true), usize::from(count), &poses),
             CommandKind::MoveMl { count, interval } => self.moveml(command, count, interval),
             _ => Err(Refusal::Planner { code: WRONG_FAMILY }),
         }
@@ -495,7 +509,7 @@ impl Cycle {
     fn set_payload(&mut self, payload: Payload) {
         self.payload = payload;
         self.dynamics = self.model.dynamics(&self.payload, self.gravity);
-        self.plant.set_dynamics(&self.dynamics);
+        self.plant.believe(&self.dynamics, &self.gravity);
         self.collision.restart();
     }
 

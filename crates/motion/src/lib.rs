@@ -36,6 +36,7 @@
 
 mod allowed;
 mod belt;
+mod bounds;
 pub mod brake;
 pub mod collision;
 pub mod config;
@@ -64,6 +65,7 @@ pub mod realtime;
 mod report;
 pub mod safety_inputs;
 pub mod scalar;
+pub mod self_collision;
 mod senses;
 mod sensor;
 pub mod setpoint;
@@ -76,5 +78,6 @@ mod waiting;
 pub use config::{ConfigError, CycleConfig, LimitOverrides, MotionLimits, PlantKind};
 pub use cycle::{Cycle, Timing};
 pub use io::{IoSetup, TimedInput, WireSetup};
+pub use plant::{Drivetrain, Truth};
 pub use safety_inputs::{InputPair, SafetyInputs};
 pub use sensor::SensorNoise;

@@ -292,7 +292,7 @@ impl Cycle {
     pub(crate) fn set_gravity(&mut self, gravity: [f64; 3]) -> Answer {
         self.gravity = gravity.into();
         self.dynamics = self.model.dynamics(&self.payload, self.gravity);
-        self.plant.set_gravity(&self.gravity);
+        self.plant.believe(&self.dynamics, &self.gravity);
         self.collision.restart();
         Ok(Ending::Now)
     }

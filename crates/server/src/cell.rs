@@ -22,7 +22,7 @@ use motion::contact::Surroundings;
 use motion::external::Load;
 use motion::modes::encoder::Belt;
 use motion::{
-    InputPair, IoSetup, LimitOverrides, SafetyInputs, SensorNoise, TimedInput, WireSetup,
+    InputPair, IoSetup, LimitOverrides, SafetyInputs, SensorNoise, TimedInput, Truth, WireSetup,
 };
 use supervision::Faults;
 use thiserror::Error;
@@ -106,6 +106,7 @@ macro_rules! overrides {
             tcp_speed: limits.tcp_speed,
             elbow_speed: limits.elbow_speed,
             tcp_force: limits.tcp_force,
+            self_collision: None,
         }
     }};
 }
@@ -254,6 +255,11 @@ impl Cell {
         act::surroundings(&self.tables)
     }
 
+    /// `[payload]` and `[arm]`: what is true of the arm though the controller does not know it.
+    pub fn truth(&self) -> Truth {
+        act::truth(&self.tables)
+    }
+
     /// `[sensor]`, with the seed of its noise.
     pub const fn sensor_noise(&self, seed: u64) -> SensorNoise {
         SensorNoise {
@@ -265,7 +271,10 @@ impl Cell {
 
     /// `[limits]`, for the cycle to check against the model's own.
     pub fn limits(&self) -> LimitOverrides {
-        overrides!(self.tables.limits)
+        LimitOverrides {
+            self_collision: self.tables.limits.self_collision,
+            ..overrides!(self.tables.limits)
+        }
     }
 
     /// `[limits.reduced]`, for the cycle to check against those.

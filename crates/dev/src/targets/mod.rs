@@ -1,6 +1,8 @@
 //! The table of everything that reads bytes from outside.
 
 #[cfg(feature = "ports")]
+mod builtins;
+#[cfg(feature = "ports")]
 mod files;
 mod language;
 #[cfg(feature = "ports")]
@@ -32,7 +34,10 @@ pub struct Target {
 pub fn targets() -> Vec<&'static Target> {
     let all = language::TARGETS.iter();
     #[cfg(feature = "ports")]
-    let all = all.chain(ports::TARGETS).chain(files::TARGETS);
+    let all = all
+        .chain(builtins::TARGETS)
+        .chain(ports::TARGETS)
+        .chain(files::TARGETS);
     all.collect()
 }
 

@@ -67,6 +67,27 @@ impl Task {
         self.settings.observer.message(&message);
     }
 
+    /// Tells where a protective stop found the main program; the robot tells why.
+    pub(super) fn report_protective_stop(&self) {
+        let Some(main) = self.threads.get(&ThreadNumber(0)) else {
+            return;
+        };
+        let origin = Origin {
+            program: self.context.program(),
+            thread: ThreadNumber(0),
+            line: main.script.current_line(),
+        };
+        let mut text = format!(
+            "the protective stop ends the program in line {}",
+            origin.line
+        );
+        if let Some(node) = main.script.current_node() {
+            text.push_str(&format!(", {node}"));
+        }
+        let message = Message::log(Severity::Info, origin, text);
+        self.settings.observer.message(&message);
+    }
+
     pub(super) fn report_script_error(&self, error: &ScriptError) {
         self.settings.observer.message(&Message::ScriptError {
             program: self.context.program(),

@@ -568,6 +568,9 @@ impl Task {
         if stops != self.stops_at_start
             && let Some(reason) = reason
         {
+            if self.end.is_none() {
+                self.report_protective_stop();
+            }
             self.end = Some(TaskEnd::ProtectiveStop(reason));
         }
     }

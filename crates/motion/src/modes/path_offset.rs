@@ -215,17 +215,31 @@ impl PathOffset {
             }
         }
         let goal = turned(&self.rotation(self.axes, tool), &self.filtered);
+        let is_held = is_held || self.is_stopping;
         for (k, now) in self.now.iter_mut().enumerate() {
             let part = k / 3;
             let acceleration = ACCELERATION[part].min(room.acceleration[part]).max(1e-3);
             let axis = Axis {
-                min: f64::NEG_INFINITY,
-                max: f64::INFINITY,
-                speed: SPEED[part].min(room.speed[part]).max(SLOWEST),
+                // It comes to rest at what is asked for and not beyond, however that jumps about; held, wherever it can.
+                min: if is_held {
+                    f64::NEG_INFINITY
+                } else {
+                    goal[k].min(now.position)
+                },
+                max: if is_held {
+                    f64::INFINITY
+                } else {
+                    goal[k].max(now.position)
+                },
+                // Not below what it has already: it slows down by itself.
+                speed: SPEED[part]
+                    .min(room.speed[part])
+                    .max(SLOWEST)
+                    .max(now.speed.abs()),
                 acceleration: acceleration.max(now.acceleration.abs()),
                 jerk: acceleration / ACCELERATION_RISE,
             };
-            if is_held || self.is_stopping {
+            if is_held {
                 *now = axis.towards_speed(now, 0.0, step);
                 continue;
             }

@@ -14,7 +14,7 @@ use crate::constants::{
     ACCELERATION_RISE, BLEND_CELLS, BLEND_TCP_SHARE, HARDER_IN_BLENDS, LATEST_ENTRY, PASSED_ENTRY,
     POINT_SPEED_MARGIN,
 };
-use crate::path::{JointQuintic, Path, PathPoint, QuinticPoint, Turn};
+use crate::path::{JointQuintic, Path, PathPoint, QuinticPoint, TcpWay, Turn};
 use crate::scalar::CellLimits;
 use crate::setpoint::elbow_speed;
 

@@ -1,14 +1,19 @@
 //! moveml: through the points of a list at its own times, slower where the joints cannot keep up.
 //!
-//! Interval by interval the curve's derivatives are bounded, a fixed number of intervals a cycle.
+//! Interval by interval the curve's derivatives are bounded, a fixed number of intervals a cycle. Where the points are poses
+//! the way of the TCP is surveyed as a line is.
 
 use kinematics::{JointPositions, JointSpeeds};
 use motion_api::{PathFault, Refusal};
 
 use super::able::Bounds;
+use super::survey::Survey;
 use super::{Arm, Cells, Leg, Warnings, Wish};
-use crate::constants::{CELLS_OF_LEG, MICRO_INTERVALS_PER_CYCLE, MICRO_PLACES_PER_INTERVAL};
-use crate::path::{JointQuintic, MicroLine, Path};
+use crate::constants::{
+    CELLS_OF_LEG, LINE_PLACES_PER_CYCLE, MICRO_INTERVALS_PER_CYCLE, MICRO_PLACES_PER_INTERVAL,
+};
+use crate::path::{JointQuintic, MicroLine, Path, Sample};
+use crate::self_collision::LinkWatch;
 use crate::setpoint::elbow_speed;
 
 /// A second of the list in a second; no other acceleration than what the joints can do.
@@ -31,28 +36,51 @@ pub struct MicroLinePlanner {
     done: usize,
     /// What the intervals since the last cell ask for.
     bounds: Bounds,
+    /// Of a way of the TCP.
+    survey: Option<Survey>,
+    watch: Option<LinkWatch>,
 }
 
 impl MicroLinePlanner {
     /// Begins to plan the way through points whose first is where the arm stands.
-    pub fn new(line: MicroLine) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// A way of the TCP that begins in a singular position.
+    pub fn new(line: MicroLine, points: &[Sample], arm: &Arm) -> Result<Self, Refusal> {
+        let survey = match line.tcp_way(points) {
+            Some(way) => Some(Survey::new(&way, line.start(), arm)?),
+            None => None,
+        };
+        Ok(Self {
             line,
             done: 0,
             bounds: Bounds::NONE,
-        }
+            survey,
+            watch: None,
+        })
     }
 
     /// Works on the plan for one cycle; `None` while there is more to look at.
     ///
     /// # Errors
-    /// A point, or the way between two, outside of a joint's range.
+    /// A point, or the way between two, outside of a joint's range or where the arm runs into itself; where and why a way of
+    /// the TCP cannot be followed.
     pub fn work(
         &mut self,
-        points: &[JointPositions],
+        points: &[Sample],
         arm: &Arm,
         cells: &mut Cells,
     ) -> Result<Option<(Leg, Warnings)>, Refusal> {
+        let mut warnings = Warnings::default();
+        if let Some(survey) = &mut self.survey {
+            let way = self.line.tcp_way(points);
+            let way = way.ok_or(Refusal::Planner { code: NO_POINTS })?;
+            if !survey.walk(&way, LINE_PLACES_PER_CYCLE, &WISH, arm, cells)? {
+                return Ok(None);
+            }
+            let path = Path::Micro(self.line.ending_at(survey.reached()));
+            return Ok(Some((Leg::new(path, &WISH, arm, &mut warnings), warnings)));
+        }
         if self.done == 0 {
             cells.clear();
         }
@@ -64,22 +92,21 @@ impl MicroLinePlanner {
         if self.done < self.line.intervals() {
             return Ok(None);
         }
-        let mut warnings = Warnings::default();
         let leg = Leg::new(Path::Micro(self.line), &WISH, arm, &mut warnings);
         Ok(Some((leg, warnings)))
     }
 
     /// Bounds one interval.
-    fn look(
-        &mut self,
-        points: &[JointPositions],
-        arm: &Arm,
-        cells: &mut Cells,
-    ) -> Result<(), Refusal> {
+    fn look(&mut self, points: &[Sample], arm: &Arm, cells: &mut Cells) -> Result<(), Refusal> {
         let number = self.done;
         let curve = self.line.curve(points, number);
         let curve = curve.ok_or(Refusal::Planner { code: NO_POINTS })?;
-        let bounds = bounds_of(&curve, arm).map_err(|fault| Refusal::Path {
+        let begin = JointPositions(curve.point(0.0).q);
+        let allowed = arm.limits.link_overlap;
+        let watch = self
+            .watch
+            .get_or_insert_with(|| LinkWatch::from(arm.model, allowed, &begin));
+        let bounds = bounds_of(&curve, arm, watch).map_err(|fault| Refusal::Path {
             fraction: number as f64 / self.line.intervals() as f64,
             fault,
         })?;
@@ -96,7 +123,7 @@ impl MicroLinePlanner {
 }
 
 /// The largest derivatives on a curve.
-fn bounds_of(curve: &JointQuintic, arm: &Arm) -> Result<Bounds, PathFault> {
+fn bounds_of(curve: &JointQuintic, arm: &Arm, watch: &mut LinkWatch) -> Result<Bounds, PathFault> {
     let mut bounds = Bounds::NONE;
     let step = curve.length() / MICRO_PLACES_PER_INTERVAL as f64;
     let rise = step * step / 8.0;
@@ -126,6 +153,9 @@ fn bounds_of(curve: &JointQuintic, arm: &Arm) -> Result<Bounds, PathFault> {
                 bounds.third[joint].max(point.third[joint].abs() + 0.5 * step * fourth);
         }
         let q = JointPositions(point.q);
+        if let Some(found) = watch.look(&q, arm.model) {
+            return Err(found.into());
+        }
         let frames = arm.model.forward(&q);
         let rates = JointSpeeds(point.first);
         let tcp = (frames.base_from_flange * *arm.flange_from_tcp).translation;

@@ -354,7 +354,9 @@ impl Follower<'_> {
         };
         self.verdict.tally.on_belts += 1;
         let caught_up = |s: &&&RobotState| s.time > BELT_START + CATCHING_UP;
-        let is_moving = |s: &&&RobotState| s.cycle <= sent.ended && s.stop_code == 0;
+        // A stop ends the motion and tracking alike.
+        let last = sent.cut_short_after.unwrap_or(sent.ended);
+        let is_moving = |s: &&&RobotState| s.cycle <= last && s.stop_code == 0;
         // A pause holds the arm; the belt goes on, and is caught up with afterwards.
         let step = self.run.bench.cycle.step_time();
         let cycles = |seconds: f64| (seconds / step) as u64;

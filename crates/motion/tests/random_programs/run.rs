@@ -39,6 +39,8 @@ pub struct Sent {
     pub outcome: Outcome,
     /// In which cycle it ended.
     pub ended: u64,
+    /// The last cycle before it was ended for taking too long.
+    pub cut_short_after: Option<u64>,
     /// Slider, pause or stop came in between.
     pub is_disturbed: bool,
 }
@@ -62,7 +64,9 @@ pub fn run(program: &Program) -> Run {
     }
     for step in &program.steps {
         run.step(step);
-        if !run.bench.stops.is_empty() {
+        // A stop ends tracking too: what comes after one on a belt begins where no command says.
+        let is_off_the_belt = program.conveyor.is_some() && run.cut_short > 0;
+        if !run.bench.stops.is_empty() || is_off_the_belt {
             break;
         }
     }
@@ -133,7 +137,7 @@ impl Run {
                 self.disturb(*what);
             }
         }
-        let (outcome, ended) = self.end_of(id);
+        let (outcome, ended, cut_short_after) = self.end_of(id);
         let is_moved_on = matches!(outcome, Outcome::Done);
         self.phases.push(Phase {
             from,
@@ -143,6 +147,7 @@ impl Run {
                 stood,
                 outcome,
                 ended,
+                cut_short_after,
                 is_disturbed,
             })),
         });
@@ -154,14 +159,16 @@ impl Run {
         }
     }
 
-    fn end_of(&mut self, id: CommandId) -> (Outcome, u64) {
+    fn end_of(&mut self, id: CommandId) -> (Outcome, u64, Option<u64>) {
         let latest = self.bench.now().time + PATIENCE_S;
+        let mut cut_short_after = None;
         loop {
             if let Some((_, outcome, cycle)) = self.bench.ended.iter().find(|e| e.0 == id) {
-                return (*outcome, *cycle);
+                return (*outcome, *cycle, cut_short_after);
             }
             if self.bench.now().time > latest {
                 self.cut_short += 1;
+                cut_short_after = Some(self.bench.now().cycle);
                 let only = CommandId::NONE;
                 self.bench.do_it(CommandKind::Stop { only });
             } else {
