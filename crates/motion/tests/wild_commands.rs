@@ -26,7 +26,7 @@ const CASES: u64 = 40;
 const COMMANDS: usize = 50;
 
 /// Kinds of commands; [`place`] puts each of them somewhere.
-const KINDS: usize = 49;
+const KINDS: usize = 50;
 
 /// The place of a kind among all. There is no wildcard: a new command has no place, and this does not compile until it has
 /// one and is drawn below.
@@ -81,6 +81,7 @@ fn place(kind: &CommandKind) -> usize {
         CommandKind::PathOffsetFilter(_) => 46,
         CommandKind::PathOffsetMax { .. } => 47,
         CommandKind::SetDigitalInput { .. } => 48,
+        CommandKind::MicroPoses { .. } => 49,
     }
 }
 
@@ -355,6 +356,15 @@ impl Wild {
                 translation: self.number(0.05, 0.2),
                 rotation: self.number(0.2, 0.5),
             },
+            49 => {
+                let by = self.number(-0.01, 0.01);
+                let [x, y, z] = self.at.xyz;
+                CommandKind::MicroPoses {
+                    begins: self.draw.chance(0.9),
+                    count: self.draw.whole(1, 4) as u8,
+                    poses: core::array::from_fn(|k| [x + by * k as f64, y, z, 0.0, 1.0, 0.0, 0.0]),
+                }
+            }
             _ => CommandKind::SetDigitalInput {
                 index: *self.draw.pick(&[0, 16, 18, 20, 28]),
                 level: self.draw.chance(0.4),
