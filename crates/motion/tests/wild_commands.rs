@@ -134,8 +134,10 @@ impl Wild {
         self.number(0.02, 1.5)
     }
 
+    /// Not so little that a stop would take for ever.
     fn acceleration(&mut self) -> f64 {
-        self.number(0.1, 15.0)
+        let a = self.number(0.1, 15.0);
+        if a > 0.0 && a < 0.01 { 0.01 } else { a }
     }
 
     fn radius(&mut self) -> f64 {
@@ -466,7 +468,7 @@ fn run(case: u64, is_told: bool) -> (Vec<String>, [bool; KINDS]) {
     bench.run(3000);
     let mut faults = bench.limit_faults();
     if is_told {
-        println!("{:?}", bench.stops);
+        println!("{:?}\nin the end: {:?}", bench.stops, bench.now());
         for s in &bench.states {
             let near = |fault: &String| {
                 (s.cycle.saturating_sub(2)..s.cycle + 4)
