@@ -17,6 +17,10 @@ use motion_api::{
 pub(crate) struct Lasting {
     /// A conveyor is tracked.
     is_tracking: bool,
+    /// It is a turntable that does not turn the tool.
+    keeps_the_tool: bool,
+    /// Path offsets count.
+    has_offsets: bool,
     /// The counts of the encoders come from the program.
     counts_from_program: [bool; 2],
     /// What was last said about force mode: an older command may end later.
@@ -30,12 +34,18 @@ impl Lasting {
     pub fn note(&mut self, command: &Command) {
         let id = command.id;
         match command.kind {
-            CommandKind::TrackConveyorLinear { .. } | CommandKind::TrackConveyorCircular { .. } => {
-                self.is_tracking = true;
+            CommandKind::TrackConveyorLinear { .. } => {
+                (self.is_tracking, self.keeps_the_tool) = (true, false);
             }
-            CommandKind::StopConveyorTracking | CommandKind::PowerOff => self.is_tracking = false,
+            CommandKind::TrackConveyorCircular { rotate_tool, .. } => {
+                (self.is_tracking, self.keeps_the_tool) = (true, !rotate_tool);
+            }
+            CommandKind::StopConveyorTracking => self.is_tracking = false,
+            CommandKind::PathOffsetEnable => self.has_offsets = true,
+            CommandKind::PathOffsetDisable { .. } => self.has_offsets = false,
+            CommandKind::PowerOff => self.note_stop(),
             CommandKind::Stop { only } if only == CommandId::NONE => {
-                self.is_tracking = false;
+                self.note_stop();
                 (self.force, self.hand) = (id, id);
             }
             CommandKind::EncoderEnableSetTickCount { encoder, .. } => self.count(encoder, true),
@@ -58,11 +68,15 @@ impl Lasting {
         {
             self.is_tracking = false;
         }
+        if *kind == CommandKind::PathOffsetEnable && matches!(outcome, Outcome::Refused(_)) {
+            self.has_offsets = false;
+        }
     }
 
     /// A protective or an emergency stop has ended everything that moves.
     pub fn note_stop(&mut self) {
         self.is_tracking = false;
+        self.has_offsets = false;
     }
 
     fn count(&mut self, encoder: u8, from_program: bool) {
@@ -147,6 +161,10 @@ impl Foreseen {
     pub fn check(&self, kind: &CommandKind) -> Result<(), Refusal> {
         kind.check_form()?;
         match *kind {
+            CommandKind::SetTcp(_) if self.lasting.is_tracking && self.lasting.keeps_the_tool => {
+                Err(Refusal::TurnsAboutTheTcp)
+            }
+            CommandKind::SetTcp(_) if self.lasting.has_offsets => Err(Refusal::PathOffset),
             CommandKind::EncoderSetTickCount { encoder, count } => {
                 let encoder = usize::from(encoder);
                 let sources = self.lasting.counts_from_program;

@@ -19,6 +19,8 @@ pub const PAYLOAD_INERTIA_MAX: f64 = PAYLOAD_MASS_MAX * TOOL_REACH_MAX * TOOL_RE
 pub const GRAVITY_MAX: f64 = 30.0;
 /// Strongest wrench from outside that is taken, N and Nm.
 pub const WRENCH_MAX: f64 = 1e5;
+/// Farthest a frame may lie from the base, m.
+pub const FRAME_REACH_MAX: f64 = 1000.0;
 /// Shortest direction of a belt, m.
 const DIRECTION_MIN: f64 = 1e-9;
 /// Fewest ticks of a belt a metre or a turn.
@@ -71,6 +73,8 @@ impl CommandKind {
                     let needed = "a pose of finite numbers";
                     return Err(bad_value("reference_frame", f64::NAN, needed));
                 }
+                let (most, needed) = (FRAME_REACH_MAX, "at most 1000 m");
+                check_within(&frame.xyz, most, "a coordinate of reference_frame", needed)?;
                 if *mode > 3 {
                     return Err(bad_value("mode", f64::from(*mode), "0 to 3"));
                 }
@@ -103,6 +107,8 @@ impl CommandKind {
                 if !center.is_finite() {
                     return Err(bad_value("center", f64::NAN, "a pose of finite numbers"));
                 }
+                let (most, needed) = (FRAME_REACH_MAX, "at most 1000 m");
+                check_within(&center.xyz, most, "a coordinate of center", needed)?;
                 check_ticks("ticks_per_revolution", *ticks_per_revolution)
             }
             _ => Ok(()),

@@ -169,7 +169,7 @@ impl Cycle {
             }
             return self.slow_for_points(wanted);
         }
-        if self.path_offset.is_on() && !is_within {
+        if self.path_offset.is_on() && !(is_within && leaves_a_way_to_rest(wanted, checked)) {
             return Err(StopReason::PathOffsetLost);
         }
         Ok(())
@@ -315,9 +315,18 @@ pub(crate) fn is_within_rates(
     limits: &MotionLimits,
 ) -> bool {
     (0..6).all(|joint| {
+        let most = limits.jerk[joint];
         let jerk = (next.qdd[joint] - before.qdd[joint]) / step;
+        // Near singular positions inverse kinematics may go over into another branch: then position, speed and acceleration
+        // do not belong to one motion, although each is within its limit.
+        let evenly = 0.5 * step * (before.qd[joint] + next.qd[joint]);
+        let off = next.q[joint] - before.q[joint] - evenly;
+        let evenly = 0.5 * step * (before.qdd[joint] + next.qdd[joint]);
+        let speed_off = next.qd[joint] - before.qd[joint] - evenly;
         next.qdd[joint].abs() <= limits.acceleration[joint] * (1.0 + RATE_SLACK)
-            && jerk.abs() <= limits.jerk[joint] * (1.0 + RATE_SLACK)
+            && jerk.abs() <= most * (1.0 + RATE_SLACK)
+            && off.abs() <= most * step.powi(3) / 6.0 + OFF_SLACK * step
+            && speed_off.abs() <= most * step.powi(2) / 4.0 + OFF_SLACK
     })
 }
 
@@ -335,5 +344,7 @@ fn leaves_a_way_to_rest(from: &Setpoint, limits: &MotionLimits) -> bool {
     })
 }
 
+/// Positions and speeds may differ by this, rad/s, from what goes on from the ones before.
+const OFF_SLACK: f64 = 1e-6;
 /// Accelerations and jerks may exceed their limits by this part through rounding.
 const RATE_SLACK: f64 = 1e-6;

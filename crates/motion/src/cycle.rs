@@ -495,6 +495,11 @@ impl Cycle {
         self.nothing_moves_underneath()
     }
 
+    /// The same, and nothing that is laid over motions moves the arm either.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        self.is_standing() && stands(&self.commanded)
+    }
+
     fn nothing_moves_underneath(&self) -> bool {
         match &self.generator {
             Generator::Hold => self.upcoming.is_none() && self.deferred.is_none(),

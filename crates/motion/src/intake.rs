@@ -347,14 +347,14 @@ impl Cycle {
                 Ok(Ending::Now)
             }
             CommandKind::UnlockProtectiveStop => {
-                if !self.is_standing() && self.machine.stop_reason().is_some() {
+                if !self.is_at_rest() && self.machine.stop_reason().is_some() {
                     return Err(Refusal::StillMoving);
                 }
                 self.machine.unlock();
                 Ok(Ending::Now)
             }
             CommandKind::RestartSafetyBoard => {
-                if !self.is_standing() {
+                if !self.is_at_rest() {
                     return Err(Refusal::StillMoving);
                 }
                 self.machine.restart_safety();

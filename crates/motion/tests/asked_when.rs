@@ -256,6 +256,38 @@ fn a_motion_sent_while_a_belt_is_left_begins_where_the_arm_stands() {
 }
 
 #[test]
+fn an_online_mode_on_a_belt_is_slowed_down_where_the_tcp_may_not_be_faster() {
+    let speedj = CommandKind::SpeedJ {
+        speeds: kinematics::JointSpeeds([-0.5, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        acceleration: 2.0,
+        duration: None,
+    };
+    for kind in [speedl([0.0, 0.25, 0.0]), speedl([0.0, 0.1, 0.0]), speedj] {
+        let belt = Belt {
+            encoder: 0,
+            ticks_per_second: 150.0,
+            start_at: 0.0,
+        };
+        let mut bench = Bench::new(CycleConfig {
+            belts: [Some(belt), None],
+            limits: motion::LimitOverrides {
+                tcp_speed: Some(0.3),
+                ..Default::default()
+            },
+            ..ideal("cs66")
+        });
+        bench.do_it(track(1000.0));
+        bench.run(150);
+        bench.send(kind);
+        bench.run(150);
+        assert!(bench.stops.is_empty(), "{kind:?} {:?}", bench.stops);
+        let fastest = bench.states.iter().map(tcp_speed).fold(0.0, f64::max);
+        assert!(fastest <= 0.3 + 1e-6 && tcp_speed(&bench.now()) > 0.2);
+        bench.check_limits();
+    }
+}
+
+#[test]
 fn an_arm_that_is_about_to_lose_its_power_takes_no_motion() {
     let mut bench = Bench::new(ideal("cs66"));
     let far = JointPositions([1.4, -1.2, 1.9, -1.6, -1.2, 0.8]);

@@ -33,6 +33,8 @@ pub struct Bench {
     /// Motions whose sender was told that the next may follow.
     pub queued: Vec<CommandId>,
     pub limits: MotionLimits,
+    /// By this part differences of positions may exceed the jerk.
+    pub jerk_slack: f64,
 }
 
 pub fn ideal(model: &str) -> CycleConfig {
@@ -64,6 +66,7 @@ impl Bench {
             stops: Vec::new(),
             queued: Vec::new(),
             limits,
+            jerk_slack: 1e-3,
         }
     }
 
@@ -176,7 +179,7 @@ impl Bench {
                     (
                         "difference jerk",
                         (q3 - 3.0 * q2 + 3.0 * q1 - q0) / (h * h * h),
-                        l.jerk[joint] * (1.0 + 1e-3) + 1e-1,
+                        l.jerk[joint] * (1.0 + self.jerk_slack) + 1e-1,
                     ),
                 ] {
                     if value.is_nan() || value.abs() > most {

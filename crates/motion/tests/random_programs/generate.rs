@@ -6,7 +6,7 @@ use core::f64::consts::PI;
 
 use kinematics::{JointPositions, JointSpeeds, Payload, Pose, RobotModel, RpyPose};
 use motion::modes::encoder::Belt;
-use motion::{CycleConfig, LimitOverrides, PlantKind};
+use motion::{CycleConfig, InputPair, LimitOverrides, PlantKind, SafetyInputs};
 use motion_api::CommandKind;
 use nalgebra::Vector3;
 
@@ -58,6 +58,10 @@ pub enum Meanwhile {
     Pause(usize),
     /// The motion is ended on its path.
     Stop,
+    /// An input asks for a safeguard stop for so many cycles.
+    Safeguard(usize),
+    /// An input asks for reduced mode for so many cycles, in which the tool gets heavier or lighter.
+    Reduced(usize),
 }
 
 /// A belt, and how the program follows it: from the first cycle on, before the belt starts.
@@ -113,10 +117,21 @@ impl Conveyor {
 impl Program {
     pub fn config(&self) -> CycleConfig {
         let ticks_per_second = self.conveyor.map(|c| c.speed * TICKS);
+        let pair = |pair| {
+            Some(InputPair {
+                pair,
+                is_active_low: false,
+            })
+        };
         CycleConfig {
             step_time: self.step_time,
             home: self.start,
             tcp: self.tcp,
+            safety_inputs: SafetyInputs {
+                safeguard_stop: pair(0),
+                reduced_mode: pair(2),
+                ..SafetyInputs::default()
+            },
             payload: Payload::new(self.payload_kg, [0.0, 0.0, 0.05], [0.0; 6]).unwrap(),
             limits: self.limits,
             plant: self.plant,
@@ -130,6 +145,25 @@ impl Program {
             ],
             ..ideal(self.model)
         }
+    }
+
+    /// The same program among people who step into light curtains instead of pausing it.
+    pub fn with_safety_inputs(mut self) -> Self {
+        for step in &mut self.steps {
+            let Step::Move(_, meanwhile) = step else {
+                continue;
+            };
+            for (_, what) in meanwhile {
+                *what = match *what {
+                    Meanwhile::Pause(cycles) => Meanwhile::Safeguard(cycles),
+                    Meanwhile::Fraction(fraction) => {
+                        Meanwhile::Reduced((200.0 * fraction) as usize)
+                    }
+                    other => other,
+                };
+            }
+        }
+        self
     }
 
     /// The program of a seed.

@@ -148,6 +148,24 @@ fn random_programs_are_right_on_cs625() {
     every_program_is_right("cs625");
 }
 
+/// Light curtains instead of pauses, reduced mode instead of the slider: the same judge.
+#[test]
+fn random_programs_are_right_among_people() {
+    let count = number("ELITE_PROGRAMS").unwrap_or(PROGRAMS / 3);
+    let first = number("ELITE_FIRST").unwrap_or(0);
+    let mut wrong = String::new();
+    for model in ["cs63", "cs66", "cs612", "cs625"] {
+        for seed in first..first + count {
+            let program = Program::draw(model, seed).with_safety_inputs();
+            let verdict = judge::judge(&program, &run::run(&program));
+            if !verdict.faults.is_empty() {
+                writeln!(wrong, "{model} {seed}: {}", verdict.faults.join("; ")).unwrap();
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+}
+
 /// A belt that took a joint to its full speed while it still accelerated; blends on which the TCP was faster between the
 /// places looked at than at any of them; a motion on a turntable that took too long, so that a stop ended tracking with it.
 #[test]

@@ -194,12 +194,34 @@ impl Run {
                 self.pauses.push((from, self.bench.now().cycle));
                 self.bench.send(CommandKind::Resume);
             }
+            Meanwhile::Safeguard(cycles) => {
+                let from = self.bench.now().cycle;
+                self.input(16, true);
+                self.bench.run(cycles);
+                self.pauses.push((from, self.bench.now().cycle));
+                self.input(16, false);
+            }
+            Meanwhile::Reduced(cycles) => {
+                self.input(20, true);
+                self.bench.run(cycles / 2);
+                let payload = self.bench.now().payload;
+                let mass = 0.5 * payload.mass;
+                let lighter = kinematics::Payload { mass, ..payload };
+                self.bench.send(CommandKind::SetPayload(lighter));
+                self.bench.run(cycles / 2);
+                self.input(20, false);
+            }
             Meanwhile::Stop => {
                 self.bench.do_it(CommandKind::Stop {
                     only: CommandId::NONE,
                 });
             }
         }
+    }
+
+    fn input(&mut self, index: u8, level: bool) {
+        self.bench
+            .send(CommandKind::SetDigitalInput { index, level });
     }
 
     fn until_standing(&mut self) {
