@@ -28,8 +28,10 @@ pub struct Cell {
 pub struct CellLimits {
     /// Largest speed.
     pub speed: f64,
-    /// Largest acceleration at rest and at that speed; evenly less with the square of the speed in between.
+    /// Largest acceleration when speeding up at rest and at that speed; evenly less with the square of the speed in between.
     pub asked: [f64; 2],
+    /// The same for slowing down, which bends of the way may make easier than speeding up, or harder.
+    pub braking: [f64; 2],
     /// The same for stops that shall be as short as they can be.
     pub hardest: [f64; 2],
     /// Largest jerk.
@@ -41,6 +43,7 @@ impl CellLimits {
     pub const NONE: Self = Self {
         speed: f64::INFINITY,
         asked: [f64::INFINITY; 2],
+        braking: [f64::INFINITY; 2],
         hardest: [f64::INFINITY; 2],
         jerk: f64::INFINITY,
     };
@@ -48,8 +51,9 @@ impl CellLimits {
     /// True when they are positive and finite.
     pub fn are_usable(&self) -> bool {
         let [a, b] = self.asked;
-        let [c, d] = self.hardest;
-        let all = [self.speed, a, b, c, d, self.jerk];
+        let [c, d] = self.braking;
+        let [e, f] = self.hardest;
+        let all = [self.speed, a, b, c, d, e, f, self.jerk];
         all.iter().all(|x| x.is_finite() && *x > 0.0)
     }
 
@@ -59,6 +63,7 @@ impl CellLimits {
         Self {
             speed: self.speed / rate,
             asked: self.asked.map(|a| a / rate),
+            braking: self.braking.map(|a| a / rate),
             hardest: self.hardest.map(|a| a / rate),
             jerk: self.jerk / rate,
         }
@@ -74,6 +79,7 @@ impl CellLimits {
         Self {
             speed: self.speed * pace,
             asked: self.asked.map(|a| (a * pace * pace).min(most)),
+            braking: self.braking.map(|a| (a * pace * pace).min(most)),
             hardest: self.hardest.map(|a| a.min(most)),
             jerk: self.jerk,
         }
@@ -84,6 +90,7 @@ impl CellLimits {
         self.speed = self.speed.min(other.speed);
         for k in 0..2 {
             self.asked[k] = self.asked[k].min(other.asked[k]);
+            self.braking[k] = self.braking[k].min(other.braking[k]);
             self.hardest[k] = self.hardest[k].min(other.hardest[k]);
         }
         self.jerk = self.jerk.min(other.jerk);
@@ -199,8 +206,8 @@ impl Track {
         {
             let limits = &mut cell.limits;
             for k in 0..2 {
-                let most = limits.hardest[k].max(limits.asked[k]);
-                limits.asked[k] = (times * limits.asked[k]).min(most);
+                let most = limits.hardest[k].max(limits.braking[k]);
+                limits.braking[k] = (times * limits.braking[k]).min(most);
             }
         }
     }
@@ -258,7 +265,7 @@ impl Track {
             let most = limits.speed * limits.speed;
             cell.end = after.min(next).min(most);
             // With x the square of the speed: x = end + 2 (rest + change x) length, change being 0 or less.
-            let [rest, fast] = limits.asked;
+            let [rest, fast] = limits.braking;
             let change = (fast - rest).min(0.0) / most;
             let entry = (cell.end + 2.0 * rest * length) / (1.0 - 2.0 * change * length);
             cell.fall = 2.0 * (rest + change * entry.min(most));
@@ -336,14 +343,21 @@ impl Track {
         least
     }
 
-    /// Acceleration asked for, the hardest one, and the jerk, at a place and a speed.
-    pub fn bounds(&self, place: f64, speed: f64) -> (f64, f64, f64) {
+    /// Acceleration asked for when speeding up, at a place and a speed.
+    pub fn speeding(&self, place: f64, speed: f64) -> f64 {
+        self.cells.get(self.index(place)).map_or(1.0, |cell| {
+            cell.eroded.left(cell.eroded.asked, speed * speed)
+        })
+    }
+
+    /// Acceleration asked for when slowing down, the hardest one, and the jerk, at a place and a speed.
+    pub fn slowing(&self, place: f64, speed: f64) -> (f64, f64, f64) {
         let Some(cell) = self.cells.get(self.index(place)) else {
             return (1.0, 1.0, 1.0);
         };
         let limits = &cell.eroded;
         let square = speed * speed;
-        let asked = limits.left(limits.asked, square);
+        let asked = limits.left(limits.braking, square);
         let hardest = limits.left(limits.hardest, square).max(asked);
         (asked, hardest, limits.jerk)
     }
