@@ -7,7 +7,9 @@
 use super::torque::TorqueBounds;
 use super::{Arm, Wish};
 use crate::config::MotionLimits;
-use crate::constants::{BEND_SHARES, HARDEST_SHARE, POINT_SPEED_MARGIN, TORQUE_SHARE_OF_SPEED};
+use crate::constants::{
+    ACCELERATION_RISE, BEND_SHARES, HARDEST_SHARE, POINT_SPEED_MARGIN, TORQUE_SHARE_OF_SPEED,
+};
 use crate::path::PathPoint;
 use crate::scalar::CellLimits;
 
@@ -91,53 +93,9 @@ impl Bounds {
 
     /// What the piece bears, and no more than is wished for.
     pub fn limits(&self, wish: &Wish, limits: &MotionLimits) -> CellLimits {
-        let mut speed = (limits.tcp_speed / self.tcp)
-            .min(POINT_SPEED_MARGIN * limits.elbow_speed / self.elbow)
-            .min(self.torque.speed_limit(TORQUE_SHARE_OF_SPEED))
-            .min(FASTEST);
-        let mut by_jerk = FASTEST;
-        for joint in 0..6 {
-            let (d1, d2, d3) = (self.first[joint], self.second[joint], self.third[joint]);
-            speed = speed
-                .min(limits.speed[joint] / d1)
-                .min((BEND_SHARES.acceleration * limits.acceleration[joint] / d2).sqrt())
-                .min((BEND_SHARES.jerk * limits.jerk[joint] / d3).cbrt());
-        }
-        if wish.duration <= 0.0 {
-            speed = speed.min(wish.speed);
-        }
-        let square = speed * speed;
-        // At rest and at that speed: speeding up, slowing down.
-        let mut able = [[
-            self.torque.acceleration_limit(0.0).min(FASTEST),
-            self.torque.acceleration_limit(speed).min(FASTEST),
-        ]; 2];
-        for joint in 0..6 {
-            let (d1, d2) = (self.first[joint], self.second[joint]);
-            let most = limits.acceleration[joint];
-            for (able, eased) in able.iter_mut().zip([-1.0, 1.0]) {
-                able[0] = able[0].min(most / d1);
-                // Against the bend it has all of the joint's acceleration, and more, which is not used.
-                let left = if self.turning[joint] == eased {
-                    most
-                } else {
-                    most - d2 * square
-                };
-                able[1] = able[1].min(left / d1);
-            }
-            let left = BEND_SHARES.jerk_of_acceleration * limits.jerk[joint];
-            by_jerk = by_jerk.min(left / (3.0 * d2 * speed));
-        }
-        let able = able.map(|able| able.map(|a| a.min(by_jerk)));
+        let speed = self.fastest(wish, limits);
+        let able = self.accelerations(speed, limits);
         let most = able.as_flattened().iter().copied().fold(0.0, f64::max);
-        let mut jerk = FASTEST / crate::constants::ACCELERATION_RISE;
-        for joint in 0..6 {
-            let (d1, d2, d3) = (self.first[joint], self.second[joint], self.third[joint]);
-            // A little is kept for what lies between the places that were looked at.
-            let left =
-                PLACES_SHARE * limits.jerk[joint] - d3 * speed * square - 3.0 * d2 * speed * most;
-            jerk = jerk.min(left / d1);
-        }
         let wanted = if wish.duration > 0.0 {
             f64::INFINITY
         } else {
@@ -149,7 +107,64 @@ impl Bounds {
             asked,
             braking,
             hardest: able[1].map(|a| HARDEST_SHARE * a),
-            jerk,
+            jerk: self.jerk_left(speed, most, limits),
         }
+    }
+
+    /// The speed of s that points, drives and joints bear, and that is wished for.
+    fn fastest(&self, wish: &Wish, limits: &MotionLimits) -> f64 {
+        let mut speed = (limits.tcp_speed / self.tcp)
+            .min(POINT_SPEED_MARGIN * limits.elbow_speed / self.elbow)
+            .min(self.torque.speed_limit(TORQUE_SHARE_OF_SPEED))
+            .min(FASTEST);
+        for joint in 0..6 {
+            let (d1, d2, d3) = (self.first[joint], self.second[joint], self.third[joint]);
+            speed = speed
+                .min(limits.speed[joint] / d1)
+                .min((BEND_SHARES.acceleration * limits.acceleration[joint] / d2).sqrt())
+                .min((BEND_SHARES.jerk * limits.jerk[joint] / d3).cbrt());
+        }
+        if wish.duration <= 0.0 {
+            speed = speed.min(wish.speed);
+        }
+        speed
+    }
+
+    /// The accelerations of s that joints and drives bear at rest and at `speed`: speeding up, slowing down.
+    fn accelerations(&self, speed: f64, limits: &MotionLimits) -> [[f64; 2]; 2] {
+        let mut able = [[
+            self.torque.acceleration_limit(0.0).min(FASTEST),
+            self.torque.acceleration_limit(speed).min(FASTEST),
+        ]; 2];
+        let mut by_jerk = FASTEST;
+        for joint in 0..6 {
+            let (d1, d2) = (self.first[joint], self.second[joint]);
+            let most = limits.acceleration[joint];
+            for (able, eased) in able.iter_mut().zip([-1.0, 1.0]) {
+                able[0] = able[0].min(most / d1);
+                // Against the bend it has all of the joint's acceleration, and more, which is not used.
+                let left = if self.turning[joint] == eased {
+                    most
+                } else {
+                    most - d2 * speed * speed
+                };
+                able[1] = able[1].min(left / d1);
+            }
+            let left = BEND_SHARES.jerk_of_acceleration * limits.jerk[joint];
+            by_jerk = by_jerk.min(left / (3.0 * d2 * speed));
+        }
+        able.map(|able| able.map(|a| a.min(by_jerk)))
+    }
+
+    /// The jerk of s that is left at a speed and with accelerations of at most `most`.
+    fn jerk_left(&self, speed: f64, most: f64, limits: &MotionLimits) -> f64 {
+        (0..6).fold(FASTEST / ACCELERATION_RISE, |jerk, joint| {
+            let (d1, d2, d3) = (self.first[joint], self.second[joint], self.third[joint]);
+            // A little is kept for what lies between the places that were looked at.
+            let left = PLACES_SHARE * limits.jerk[joint]
+                - d3 * speed * speed * speed
+                - 3.0 * d2 * speed * most;
+            jerk.min(left / d1)
+        })
     }
 }
