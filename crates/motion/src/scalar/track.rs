@@ -6,6 +6,12 @@
 //! afterwards ([`Travel`](super::Travel)): for half of that time before and behind a cell nobody may be faster than the cell
 //! allows, so that the mean keeps its limits too.
 
+/// A cell that is passed within so many windows counts as short, and a step to a next one whose square of the speed is such a
+/// share as gentle; less is not felt.
+const SHORT_CELL: f64 = 2.0;
+/// See [`SHORT_CELL`].
+const GENTLE_STEP: (f64, f64) = (0.6, 0.98);
+
 /// A piece of the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
@@ -269,6 +275,14 @@ impl Track {
             let change = (fast - rest).min(0.0) / most;
             let entry = (cell.end + 2.0 * rest * length) / (1.0 - 2.0 * change * length);
             cell.fall = 2.0 * (rest + change * entry.min(most));
+            let is_short = length > 0.0 && length < SHORT_CELL * most.sqrt() * self.window;
+            let is_gentle =
+                next <= after && (GENTLE_STEP.0..GENTLE_STEP.1).contains(&(next / most));
+            if is_short && is_gentle {
+                // Where the next cell bears a little less, evenly down to that: full braking at every step would shake the
+                // arm.
+                cell.fall = cell.fall.min((most - cell.end) / length);
+            }
             cell.most = most;
             (after, next) = ((cell.end + cell.fall * length).min(most), most);
         }
