@@ -2,7 +2,7 @@
 //!
 //! Owns the geometry of self-collision and of the arm against simple obstacles. Knows no contact forces.
 
-use crate::chain::Frames;
+use crate::chain::{Chain, Frames};
 use crate::joint::DOF;
 use crate::pose::Pose;
 use nalgebra::Vector3;
@@ -79,6 +79,20 @@ pub type LinkIndex = usize;
 
 /// Number of links, base included.
 pub const LINKS: usize = DOF + 1;
+
+/// What people call a link.
+pub fn link_name(link: LinkIndex) -> &'static str {
+    const NAMES: [&str; LINKS] = [
+        "base",
+        "shoulder",
+        "upper arm",
+        "forearm",
+        "wrist 1",
+        "wrist 2",
+        "wrist 3",
+    ];
+    NAMES.get(link).copied().unwrap_or("link")
+}
 
 /// The nearest two links.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -157,6 +171,26 @@ impl CollisionModel {
             }
         }
         least
+    }
+
+    /// How far from the origin of its frame a link reaches, m.
+    pub fn extent(&self, link: LinkIndex) -> f64 {
+        let far = |c: &Capsule| c.p0.norm().max(c.p1.norm()) + c.radius;
+        self.capsules[link].iter().map(far).fold(0.0, f64::max)
+    }
+
+    /// How far from its axis each joint moves any part of the links at most, whatever the others do, m. So two links come
+    /// nearer by no more than the sum of these times the turns of the joints.
+    pub fn reaches(&self, chain: &Chain) -> [f64; DOF] {
+        let extent = |link| self.extent(link);
+        core::array::from_fn(|joint| {
+            let (mut way, mut reach) = (0.0, extent(joint + 1));
+            for next in joint + 1..DOF {
+                way += chain.parent_from_joint[next].translation.norm();
+                reach = reach.max(way + extent(next + 1));
+            }
+            reach
+        })
     }
 
     /// Radius of the housing around the elbow, m: the thickest capsule of upper arm and forearm that the axis of joint 3

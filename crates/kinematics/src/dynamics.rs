@@ -198,6 +198,18 @@ impl Dynamics {
         qd: &JointSpeeds,
         tau: &JointTorques,
     ) -> JointAccelerations {
+        self.forward_dynamics_geared(q, qd, tau, &[0.0; DOF])
+    }
+
+    /// As [`Self::forward_dynamics`], where each joint turns a rotor as well: `armature` is the rotors' inertia about the
+    /// joint axes, kg m² (gear ratio squared times their own), whose gyroscopic effects are left out (Featherstone 9.6).
+    pub fn forward_dynamics_geared(
+        &self,
+        q: &JointPositions,
+        qd: &JointSpeeds,
+        tau: &JointTorques,
+        armature: &[f64; DOF],
+    ) -> JointAccelerations {
         let transforms = self.chain.joint_transforms(q);
         // Outwards: what the speeds alone cause, an acceleration across each joint and a wrench on each link.
         let mut across = [Spatial::ZERO; DOF];
@@ -224,7 +236,7 @@ impl Dynamics {
             inertia = inertia + ArticulatedInertia::of(&self.bodies[joint]);
             carried = carried + wrench[joint];
             let column = inertia.about_z();
-            let effective = column.angular.z;
+            let effective = column.angular.z + armature[joint];
             let torque = tau[joint] - carried.angular.z;
             felt[joint] = Hinged {
                 column,

@@ -4,6 +4,7 @@
 use core::fmt;
 
 use crate::{CommandId, RobotMode, SafetyMode};
+use kinematics::collision::link_name;
 use thiserror::Error;
 
 /// One thing that happened in the cycle.
@@ -140,6 +141,16 @@ pub enum Refusal {
     /// Path offsets are enabled.
     #[error("path offsets are enabled; end them first with path_offset_disable()")]
     PathOffset,
+    /// The arm is led by hand.
+    #[error(
+        "the arm is led by hand; this is possible once the input with the action freedrive is low again"
+    )]
+    LedByHand,
+    /// The TCP cannot be changed on a turntable that does not turn it: the arm would have to jump.
+    #[error(
+        "a turntable is tracked that does not turn the tool; end that first with stop_conveyor_tracking()"
+    )]
+    TurnsAboutTheTcp,
     /// The planner found nothing.
     #[error("no trajectory found for this target (planner error {code})")]
     Planner {
@@ -187,6 +198,14 @@ pub enum PathFault {
         joint: u8,
         /// Size of the jump, rad.
         jump: f64,
+    },
+    /// Two links of the arm meet.
+    #[error("{} and {} would run into each other there, by {:.1} mm", link_name((*links)[0].into()), link_name((*links)[1].into()), overlap * 1e3)]
+    SelfCollision {
+        /// The two links, 0 for the base.
+        links: [u8; 2],
+        /// How far their capsules overlap, m.
+        overlap: f64,
     },
 }
 
@@ -295,6 +314,14 @@ pub enum StopReason {
         /// How far behind it would come to rest, m.
         depth: f64,
     },
+    /// Two links of the arm were about to meet.
+    #[error("{} and {} were about to run into each other, by {:.1} mm where the arm would come to rest", link_name((*links)[0].into()), link_name((*links)[1].into()), overlap * 1e3)]
+    SelfCollision {
+        /// The two links, 0 for the base.
+        links: [u8; 2],
+        /// How far their capsules would overlap, m.
+        overlap: f64,
+    },
     /// The controller met a condition it has no rule for; the arm stops. A bug of ours.
     #[error("internal fault {code} in the motion thread; please report it with the recording")]
     Internal {
@@ -319,6 +346,7 @@ impl StopReason {
             Self::TcpForce { .. } => 14,
             Self::PathOffset { .. } => 15,
             Self::PathOffsetLost => 16,
+            Self::SelfCollision { .. } => 17,
             Self::Internal { .. } => 99,
         }
     }

@@ -9,20 +9,23 @@ use motion_api::{RobotMode, RobotState};
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::constants::{FASTEST_RISE, STEP_RANGE};
+use crate::constants::{FASTEST_RISE, LINK_OVERLAP, REDUCED_TCP_SPEED, STEP_RANGE};
 use crate::contact::Surroundings;
 use crate::external::Load;
 use crate::io::IoSetup;
 use crate::modes::encoder::Belt;
+use crate::plant::Truth;
 use crate::safety_inputs::SafetyInputs;
 use crate::sensor::SensorNoise;
 
 /// Which arm the setpoints move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PlantKind {
-    /// Rigid bodies under gravity with a servo: the arm lags, sags and can be held up.
+    /// Rigid bodies under gravity with a servo, moved by our own equations: the arm lags, sags and can be held up.
     #[default]
     Rigid,
+    /// The same bodies in the rapier engine: slower, and independent of our equations of motion.
+    Rapier,
     /// The actual position is the target.
     Ideal,
 }
@@ -46,6 +49,8 @@ pub struct LimitOverrides {
     pub elbow_speed: Option<f64>,
     /// Force at the TCP, N.
     pub tcp_force: Option<f64>,
+    /// Whether the arm is kept from running into itself; `None`: it is.
+    pub self_collision: Option<bool>,
 }
 
 /// Everything a [`Cycle`](crate::Cycle) is made from.
@@ -67,6 +72,8 @@ pub struct CycleConfig {
     pub plant: PlantKind,
     /// Limits below the model's.
     pub limits: LimitOverrides,
+    /// Limits of reduced mode, not above those. `None` keeps them; the TCP's speed is [`REDUCED_TCP_SPEED`] then.
+    pub reduced_limits: LimitOverrides,
     /// Start with power off and brakes engaged.
     pub powered_off: bool,
     /// Wires and timed inputs.
@@ -83,6 +90,8 @@ pub struct CycleConfig {
     pub surroundings: Surroundings,
     /// Noise of the force sensor.
     pub sensor_noise: SensorNoise,
+    /// What is true of the arm though the controller does not know it.
+    pub truth: Truth,
 }
 
 /// What is wrong with a configuration.
@@ -158,6 +167,20 @@ pub enum ConfigError {
         /// Its unit.
         unit: &'static str,
     },
+    /// A limit of reduced mode above the one outside of it.
+    #[error(
+        "limit {name} is {given} {unit}, it must not be more than the {normal} {unit} outside of reduced mode"
+    )]
+    AboveNormal {
+        /// Name of the key.
+        name: &'static str,
+        /// As given.
+        given: f64,
+        /// Outside of reduced mode.
+        normal: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
     /// A ring of the border is too small for the promises made about it.
     #[error("the {ring} ring holds {given} entries, at least {needed} are needed")]
     RingTooSmall {
@@ -195,6 +218,8 @@ pub struct MotionLimits {
     pub elbow_speed: f64,
     /// Force at the TCP, N; infinite when not limited.
     pub tcp_force: f64,
+    /// How far the capsules of two links may overlap, m; infinite when nobody looks.
+    pub link_overlap: f64,
 }
 
 impl MotionLimits {
@@ -233,6 +258,7 @@ impl CycleConfig {
             gravity: GRAVITY_UPRIGHT,
             plant: PlantKind::default(),
             limits: LimitOverrides::default(),
+            reduced_limits: LimitOverrides::default(),
             powered_off: false,
             io: IoSetup::default(),
             safety_inputs: SafetyInputs::default(),
@@ -241,6 +267,7 @@ impl CycleConfig {
             loads: Vec::new(),
             surroundings: Surroundings::default(),
             sensor_noise: SensorNoise::default(),
+            truth: Truth::default(),
         }
     }
 
@@ -296,7 +323,8 @@ impl CycleConfig {
         if !self.gravity.iter().all(|x| x.is_finite()) {
             return Err(ConfigError::NotFinite { name: "gravity" });
         }
-        let limits = self.limits.resolve(&self.model)?;
+        let limits = self.limits.resolve(self.model.limits(), &NAMES)?;
+        self.resolve_reduced()?;
         for joint in 0..6 {
             let (min, max) = (limits.position_min[joint], limits.position_max[joint]);
             if !(min..=max).contains(&self.home[joint]) {
@@ -312,21 +340,110 @@ impl CycleConfig {
     }
 }
 
+impl CycleConfig {
+    /// The limits of reduced mode.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the limit that is above the one outside of reduced mode, or cannot be.
+    pub(crate) fn resolve_reduced(&self) -> Result<MotionLimits, ConfigError> {
+        let own = self.model.limits();
+        let normal = self.limits.resolve(own, &NAMES)?;
+        let asked = &self.reduced_limits;
+        let mut reduced = asked.resolve(&normal.narrowed(own), &REDUCED_NAMES)?;
+        if asked.joint_jerk.is_none() {
+            reduced.jerk = normal.jerk;
+        }
+        let names = &REDUCED_NAMES;
+        let slow = normal.tcp_speed.min(REDUCED_TCP_SPEED);
+        for (name, unit, asked, reduced, most, otherwise) in [
+            (
+                names.tcp_speed,
+                "m/s",
+                asked.tcp_speed,
+                &mut reduced.tcp_speed,
+                normal.tcp_speed,
+                slow,
+            ),
+            (
+                names.elbow_speed,
+                "m/s",
+                asked.elbow_speed,
+                &mut reduced.elbow_speed,
+                normal.elbow_speed,
+                normal.elbow_speed,
+            ),
+            (
+                names.tcp_force,
+                "N",
+                asked.tcp_force,
+                &mut reduced.tcp_force,
+                normal.tcp_force,
+                normal.tcp_force,
+            ),
+        ] {
+            if let Some(given) = asked
+                && given > most
+            {
+                return Err(ConfigError::AboveNormal {
+                    name,
+                    given,
+                    normal: most,
+                    unit,
+                });
+            }
+            *reduced = asked.unwrap_or(otherwise);
+        }
+        reduced.link_overlap = normal.link_overlap;
+        Ok(reduced)
+    }
+}
+
+/// The keys of a table of limits.
+struct Names {
+    joint_speed: &'static str,
+    joint_acceleration: &'static str,
+    joint_jerk: &'static str,
+    tcp_speed: &'static str,
+    elbow_speed: &'static str,
+    tcp_force: &'static str,
+}
+
+const NAMES: Names = Names {
+    joint_speed: "joint_speed",
+    joint_acceleration: "joint_acceleration",
+    joint_jerk: "joint_jerk",
+    tcp_speed: "tcp_speed",
+    elbow_speed: "elbow_speed",
+    tcp_force: "tcp_force",
+};
+
+const REDUCED_NAMES: Names = Names {
+    joint_speed: "reduced.joint_speed",
+    joint_acceleration: "reduced.joint_acceleration",
+    joint_jerk: "reduced.joint_jerk",
+    tcp_speed: "reduced.tcp_speed",
+    elbow_speed: "reduced.elbow_speed",
+    tcp_force: "reduced.tcp_force",
+};
+
 impl LimitOverrides {
-    fn resolve(&self, model: &RobotModel) -> Result<MotionLimits, ConfigError> {
-        let own = model.limits();
+    fn resolve(&self, own: &JointLimits, names: &Names) -> Result<MotionLimits, ConfigError> {
         let speed = JointSpeeds(below(
-            "joint_speed",
+            names.joint_speed,
             self.joint_speed.map(|x| x.0),
             own.speed.0,
         )?);
         let acceleration = JointAccelerations(below(
-            "joint_acceleration",
+            names.joint_acceleration,
             self.joint_acceleration.map(|x| x.0),
             own.acceleration.0,
         )?);
         let own_jerk = acceleration.0.map(|a| a / FASTEST_RISE);
-        let jerk = JointJerks(below("joint_jerk", self.joint_jerk.map(|x| x.0), own_jerk)?);
+        let jerk = JointJerks(below(
+            names.joint_jerk,
+            self.joint_jerk.map(|x| x.0),
+            own_jerk,
+        )?);
         let position_min = self.joint_position_min.unwrap_or(own.position_min);
         let position_max = self.joint_position_max.unwrap_or(own.position_max);
         for joint in 0..6 {
@@ -348,9 +465,13 @@ impl LimitOverrides {
             speed,
             acceleration,
             jerk,
-            tcp_speed: positive("tcp_speed", self.tcp_speed, "m/s")?,
-            elbow_speed: positive("elbow_speed", self.elbow_speed, "m/s")?,
-            tcp_force: positive("tcp_force", self.tcp_force, "N")?,
+            tcp_speed: positive(names.tcp_speed, self.tcp_speed, "m/s")?,
+            elbow_speed: positive(names.elbow_speed, self.elbow_speed, "m/s")?,
+            tcp_force: positive(names.tcp_force, self.tcp_force, "N")?,
+            link_overlap: match self.self_collision {
+                Some(false) => f64::INFINITY,
+                _ => LINK_OVERLAP,
+            },
         })
     }
 }

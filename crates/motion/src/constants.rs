@@ -34,7 +34,7 @@ pub const EVENT_RING_MIN: usize = EVENTS_PER_COMMAND + WAITING_COMMANDS + 1 + EV
 pub const SERVO_STEP: f64 = 0.001;
 
 /// Bandwidth of the servo, rad/s: the frequency of the critically damped error.
-pub const SERVO_BANDWIDTH: f64 = 100.0;
+pub const SERVO_BANDWIDTH: f64 = 250.0;
 
 /// Torque that a joint can give for a moment over the nominal effort of the model, which several arms nearly need to
 /// hold their rated payload at full stretch. Our choice; the vendor publishes no peak torque.
@@ -59,16 +59,23 @@ pub const POWER_ON_TIME: f64 = 0.4;
 /// See [`POWER_ON_TIME`].
 pub const BRAKE_RELEASE_TIME: f64 = 0.3;
 
-/// Share of what the force sensor feels of obstacles that the servo takes into its torques. The rest pushes the arm off its
-/// target: it stands against obstacles twenty times stiffer than the servo alone, some 400 N/mm at the tool of a CS66, and
+/// Share of what pushes the arm on besides the drives that the servo holds against. The rest pushes the arm off its target:
+/// it stands against obstacles and hands twenty times stiffer than the servo alone, some 400 N/mm at the tool of a CS66, and
 /// what is hard does not drive the force up without end. Our choice.
-pub const TOUCH_SHARE: f64 = 0.95;
+pub const FELT_SHARE: f64 = 0.95;
 /// Time constant of it, s. What is fed forward lags behind what pushes, so the arm stays passive against any stiffness.
-pub const TOUCH_FILTER: f64 = 0.002;
+pub const FELT_FILTER: f64 = 0.002;
+/// Accelerations that differ less from what was asked for are as asked: rounding, rad/s².
+pub const NOT_FELT: f64 = 1e-6;
 
 /// Difference of actual and target position at which the arm counts as not following, rad. Free motion stays below
 /// 1 mrad; a joint pressing against something reaches this within a few cycles.
 pub const TRACKING_LIMIT: f64 = 0.05;
+
+/// The capsules of two links may overlap by this before it counts as a collision, m: they are rounder than the arm.
+pub const LINK_OVERLAP: f64 = 0.015;
+/// Places along a joint-space line at which the distance of links is looked at, at most, where they come near.
+pub const LINK_PLACES: u32 = 256;
 
 /// Joint positions and speeds may exceed their limits by this (rad, rad/s) through rounding.
 pub const LIMIT_SLACK: f64 = 1e-6;
@@ -207,6 +214,9 @@ pub const TORQUE_SHARE_OF_SPEED: f64 = 0.5;
 /// A servo stream counts as settled when position, speed and acceleration are within this of rest, rad a step.
 pub const SERVO_SETTLED: f64 = 1e-10;
 
+/// Speed of the TCP in reduced mode unless the cell says otherwise, m/s (EN ISO 10218-1, 5.6.2).
+pub const REDUCED_TCP_SPEED: f64 = 0.25;
+
 /// Acceleration with which online modes come to rest when they are stopped, rad/s² of the leading joint or m/s².
 pub const STOP_ACCELERATION: f64 = 5.0;
 
@@ -229,7 +239,7 @@ const _: () = assert!(STEP_RANGE.0 < STEP_RANGE.1);
 const _: () = assert!(FASTEST_RISE <= ACCELERATION_RISE);
 const _: () = assert!(ACCELERATION_RISE > 0.02 && ACCELERATION_RISE < 0.04);
 // The servo must be slow enough for its own step.
-const _: () = assert!(SERVO_STEP * SERVO_BANDWIDTH <= 0.2);
+const _: () = assert!(SERVO_STEP * SERVO_BANDWIDTH <= 0.25);
 const _: () = assert!(SERVO_STEP <= STEP_RANGE.0);
 const _: () = assert!(BLEND_CELLS.is_multiple_of(3));
 const _: () = assert!(LINE_PLACES_PER_CYCLE >= 2 * LINE_INTERVALS);

@@ -34,7 +34,9 @@
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
+mod allowed;
 mod belt;
+mod bounds;
 pub mod brake;
 pub mod collision;
 pub mod config;
@@ -44,8 +46,10 @@ mod cycle;
 pub mod external;
 mod force_mode;
 pub mod histogram;
+mod hold;
 mod intake;
 pub mod io;
+mod limits_in_force;
 pub mod machine;
 mod micro_points;
 pub mod modes;
@@ -61,6 +65,7 @@ pub mod realtime;
 mod report;
 pub mod safety_inputs;
 pub mod scalar;
+pub mod self_collision;
 mod senses;
 mod sensor;
 pub mod setpoint;
@@ -73,5 +78,6 @@ mod waiting;
 pub use config::{ConfigError, CycleConfig, LimitOverrides, MotionLimits, PlantKind};
 pub use cycle::{Cycle, Timing};
 pub use io::{IoSetup, TimedInput, WireSetup};
+pub use plant::{Drivetrain, Truth};
 pub use safety_inputs::{InputPair, SafetyInputs};
 pub use sensor::SensorNoise;

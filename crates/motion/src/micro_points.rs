@@ -47,8 +47,6 @@ impl Cycle {
         count: usize,
         points: &[Sample; 4],
     ) -> Answer {
-        // The arm may be on its way through the list.
-        self.check_free(origin)?;
         let list = &mut self.micro_points;
         let given = points.get(..count).filter(|given| !given.is_empty());
         let given = given.ok_or_else(|| bad_value("count", count as f64, "1 to 4"))?;
@@ -89,7 +87,6 @@ impl Cycle {
 
     /// Begins a moveml.
     pub(crate) fn moveml(&mut self, command: &Command, count: u32, interval: f64) -> Answer {
-        self.check_free(command.origin)?;
         if !(SLOWEST..=LONGEST).contains(&interval) {
             let needed = "0.000001 to 1000000 s";
             return Err(bad_value("the time between points", interval, needed));

@@ -19,7 +19,7 @@ impl Cycle {
         if !self.actual.is_finite() {
             self.plant.reset(&self.commanded.q);
             self.sensor.restart();
-            self.actual = self.plant.stand(&self.dynamics, &self.contacts);
+            self.actual = self.plant.stand(&self.dynamics, &mut self.contacts);
             self.brake(StopReason::Internal {
                 code: fault::PLANT_DIVERGED,
             });
@@ -102,7 +102,7 @@ impl Cycle {
         if self.is_under_servo() && self.actual.is_finite() {
             let frames = self.model.forward(&self.actual.q);
             let tcp = frames.base_from_flange * self.flange_from_tcp;
-            let at_tool = torques_of(&self.environment(), &frames, &tcp);
+            let at_tool = torques_of(&self.sensor.from_outside, &frames, &tcp);
             self.collision
                 .observe(&self.actual, &at_tool, &self.dynamics, self.step);
             if self.force.is_at_work() {

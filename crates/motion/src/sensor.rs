@@ -2,7 +2,8 @@
 //!
 //! Raw reading: what the environment does to the tool, the payload's weight, and its inertia. The compensated reading
 //! takes weight and inertia off and then the zero that was set. Both are of the TCP, in the TCP's axes, moments about the
-//! TCP (manual 4.4 to 4.6). The payload is the one that is set: the arm carries just that, so nothing of it is left.
+//! TCP (manual 4.4 to 4.6). The payload that is taken off is the one that is set; where something else hangs on the flange,
+//! the difference is left and reads like a force from outside.
 //! Noise is normal, independent from cycle to cycle, and the same in every run with the same seed.
 
 use kinematics::{Frames, JointSpeeds, Payload, Pose, Twist, Wrench};
@@ -24,6 +25,10 @@ pub struct SensorNoise {
 pub(crate) struct Sensor {
     noise: SensorNoise,
     random: Random,
+    /// What hangs on the flange where it is not what is set.
+    hanging: Option<Payload>,
+    /// What the compensated reading shows but for noise and zero: base axes, about the TCP.
+    pub from_outside: Wrench,
     /// What zeroing takes off: flange axes, about the flange.
     zero: Wrench,
     /// The latest compensated reading before the zero, flange axes, about the flange.
@@ -41,11 +46,14 @@ pub(crate) struct Sensor {
 }
 
 impl Sensor {
-    pub(crate) fn new(noise: SensorNoise) -> Self {
+    /// `hanging` is on the flange, or without it whatever payload is set.
+    pub(crate) fn new(noise: SensorNoise, hanging: Option<Payload>) -> Self {
         let nothing = Wrench::default();
         Self {
             noise,
             random: Random(noise.seed),
+            hanging,
+            from_outside: nothing,
             zero: nothing,
             before_zero: nothing,
             twist: None,
@@ -78,8 +86,8 @@ impl Sensor {
         self.twist = None;
     }
 
-    /// The end of a cycle of `step` seconds. `environment` acts on the tool: base axes, about the TCP. `gravity` in base
-    /// axes, m/s².
+    /// The end of a cycle of `step` seconds. `environment` acts on the tool: base axes, about the TCP. `payload` is the one
+    /// that is set. `gravity` in base axes, m/s².
     pub(crate) fn measure(
         &mut self,
         environment: &Wrench,
@@ -97,11 +105,18 @@ impl Sensor {
             linear: (twist.linear - before.linear) / step,
             angular: (twist.angular - before.angular) / step,
         };
-        let carried = carried(payload, base_from_flange, &twist, &acceleration, gravity);
-        let about_tcp = Wrench {
-            force: carried.force,
-            moment: carried.moment
-                + (base_from_flange.translation - base_from_tcp.translation).cross(&carried.force),
+        let weight = |payload: &Payload| {
+            let at_flange = carried(payload, base_from_flange, &twist, &acceleration, gravity);
+            let arm = base_from_flange.translation - base_from_tcp.translation;
+            Wrench {
+                force: at_flange.force,
+                moment: at_flange.moment + arm.cross(&at_flange.force),
+            }
+        };
+        let set = weight(payload);
+        self.from_outside = match &self.hanging {
+            None => *environment,
+            Some(hanging) => sum(environment, &sum(&weight(hanging), &set, -1.0), 1.0),
         };
         let in_tcp = |w: &Wrench| Wrench {
             force: base_from_tcp.rotate_back(w.force),
@@ -111,8 +126,8 @@ impl Sensor {
             force: self.random.normal(self.noise.force),
             moment: self.random.normal(self.noise.torque),
         };
-        let read = sum(&in_tcp(environment), &noise, 1.0);
-        self.raw = sum(&read, &in_tcp(&about_tcp), 1.0);
+        let read = sum(&in_tcp(&self.from_outside), &noise, 1.0);
+        self.raw = sum(&read, &in_tcp(&set), 1.0);
         self.before_zero = read.transformed_by(flange_from_tcp);
         let zero = self.zero.transformed_by(&flange_from_tcp.inverse());
         self.compensated = sum(&read, &zero, -1.0);

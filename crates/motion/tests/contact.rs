@@ -439,3 +439,120 @@ fn no_capsule_of_any_arm_at_home_touches_the_floor_it_stands_on() {
         );
     }
 }
+
+/// How a tool is pressed into something thin and soft: the force along the way in, N, and what it should be, N/m times depth.
+fn pressed_into(
+    shape: Shape,
+    tool: Option<Shape>,
+    plant: PlantKind,
+    press: f64,
+    stiffness: f64,
+) -> (Vector3<f64>, f64) {
+    let mut config = CycleConfig { plant, ..rigid() };
+    let top = tcp_at_home(&config).xyz;
+    let above = match shape {
+        Shape::Box { half } => half[2],
+        Shape::Cylinder { half_length, .. } => half_length,
+        Shape::Sphere { radius } => radius,
+        Shape::Plane => 0.0,
+    };
+    let pose = Pose::from_translation(top[0], top[1], top[2] - 0.003 - above);
+    config.surroundings.tool = tool.map(self::tool);
+    let mut bench = Bench::new(among(config, vec![obstacle(shape, pose, Some(stiffness))]));
+    bench.do_it(CommandKind::SetCollisionDetection(false));
+    let outcome = down(&mut bench, 0.003 + press, 0.02);
+    assert_eq!(outcome, Outcome::Done, "{:?}", bench.stops);
+    let mut last = 0.0;
+    for state in &bench.states {
+        let w = state.tcp_force;
+        assert!(w[2] < 1e-9, "it never pulls: {w:?}");
+        assert!(
+            -w[2] >= last - 0.5,
+            "it lets nothing through: {w:?} after {last}"
+        );
+        last = -w[2];
+    }
+    bench.run(250);
+    let depth = depth(&bench, top[2] - 0.003);
+    (force(&bench), stiffness * depth)
+}
+
+#[test]
+fn thin_and_soft_things_push_out_the_way_they_were_entered_however_deep() {
+    let sheet = Shape::Box {
+        half: [0.1, 0.1, 0.005],
+    };
+    let slab = Shape::Box {
+        half: [0.1, 0.1, 0.01],
+    };
+    let disc = Shape::Cylinder {
+        radius: 0.1,
+        half_length: 0.005,
+    };
+    let ball = Shape::Sphere { radius: 0.02 };
+    let flat = Shape::Box {
+        half: [0.02, 0.02, 0.05],
+    };
+    let pin = Shape::Cylinder {
+        radius: 0.005,
+        half_length: 0.05,
+    };
+    let round = Shape::Sphere { radius: 0.05 };
+    for plant in [PlantKind::Rigid, PlantKind::Ideal] {
+        for (shape, stiffness, press) in [
+            (sheet, 5e3, 0.008),
+            (sheet, 5e3, 0.0099),
+            (slab, 2e3, 0.012),
+            (slab, 2e3, 0.019),
+            (disc, 5e3, 0.009),
+            (ball, 2e3, 0.03),
+        ] {
+            for tool in [None, Some(flat), Some(pin), Some(round)] {
+                let place = format!("{plant:?} {shape:?} {press} {tool:?}");
+                if shape == ball && tool.is_some() {
+                    continue;
+                }
+                let (force, wanted) = pressed_into(shape, tool, plant, press, stiffness);
+                assert!(
+                    (force.z / wanted - 1.0).abs() < 0.02,
+                    "{place}: {force} {wanted}"
+                );
+                assert!(force.xy().norm() < 0.5, "{place}: {force}");
+            }
+        }
+        // Right through to the other side: the tool's shaft is still held.
+        let (force, wanted) = pressed_into(sheet, None, plant, 0.014, 5e3);
+        assert!(
+            (force.z / wanted - 1.0).abs() < 0.02,
+            "{plant:?}: {force} {wanted}"
+        );
+    }
+}
+
+#[test]
+fn what_is_slid_off_to_the_side_is_free_and_may_come_back_from_there() {
+    let mut config = CycleConfig {
+        plant: PlantKind::Ideal,
+        ..rigid()
+    };
+    config.limits.self_collision = Some(false);
+    let top = tcp_at_home(&config).xyz;
+    let half = [0.03, 0.03, 0.005];
+    let pose = Pose::from_translation(top[0], top[1], top[2] - 0.008);
+    let sheet = obstacle(Shape::Box { half }, pose, Some(2e3));
+    let mut bench = Bench::new(among(config, vec![sheet]));
+    bench.do_it(CommandKind::SetCollisionDetection(false));
+    down(&mut bench, 0.011, 0.05);
+    assert!((force(&bench).z - 16.0).abs() < 0.1, "{}", force(&bench));
+    let mut aside = bench.now().target_tcp_pose;
+    aside.xyz[1] += 0.06;
+    bench.do_it(movel(aside));
+    bench.run(5);
+    assert!(force(&bench).norm() < 1e-9, "{}", force(&bench));
+    aside.xyz[1] -= 0.035;
+    bench.do_it(movel(aside));
+    bench.run(5);
+    // 5 mm and the ball's radius into the side: pushed back to where it came from.
+    let f = force(&bench);
+    assert!(f.y > 9.0 && f.z.abs() < 1e-9, "{f}");
+}

@@ -13,7 +13,7 @@
 mod common;
 
 use common::force::*;
-use common::{Bench, ideal, movej, movel};
+use common::{Bench, ideal, movej, movel, unwatched};
 use kinematics::{JointPositions, JointSpeeds, Pose, RpyPose};
 use motion::{Cycle, SensorNoise};
 use motion_api::{
@@ -396,7 +396,7 @@ fn bad_values_and_wrong_moments_are_refused_with_their_reason() {
 
 #[test]
 fn a_hand_of_any_strength_cannot_lead_the_arm_over_its_limits() {
-    let mut bench = with_hand(ideal("cs66"));
+    let mut bench = with_hand(unwatched("cs66"));
     // So much at once is a collision as well.
     bench.do_it(CommandKind::SetCollisionDetection(false));
     bench.do_it(force_mode([1; 6], [0.0; 6], [1.0, 1.0, 1.0, 2.0, 2.0, 2.0]));

@@ -11,7 +11,7 @@
 
 mod common;
 
-use common::{Bench, MODELS, ideal, movej, movej_in};
+use common::{Bench, MODELS, ideal, movej, movej_in, unwatched};
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
 use motion::LimitOverrides;
 use motion_api::{CommandKind, MotionMode, Outcome, Refusal, Warning};
@@ -241,7 +241,7 @@ proptest! {
         v in 0.1..8.0f64,
         jerk_share in 0.1..1.0f64,
     ) {
-        let mut config = ideal(MODELS[model]);
+        let mut config = unwatched(MODELS[model]);
         config.step_time = step_ms as f64 * 1e-3;
         let own = config.resolve().unwrap();
         config.limits.joint_jerk = Some(JointJerks(own.jerk.0.map(|j| j * jerk_share)));

@@ -208,14 +208,14 @@ fn what_cannot_be_run_is_refused_by_name_and_the_arm_stays() {
         assert!(refused(&mut bench, id).contains("time between points"));
     }
     let mut far = points.clone();
-    far[12][2] = 4.0;
+    far[12][0] = 7.0;
     let id = moveml(&mut bench, &far, 0.01);
     let outcome = bench.finish(id);
     assert!(
         matches!(
             outcome,
             Outcome::Refused(Refusal::Path {
-                fault: PathFault::JointLimit { joint: 2, .. },
+                fault: PathFault::JointLimit { joint: 0, .. },
                 ..
             })
         ),

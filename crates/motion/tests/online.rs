@@ -13,7 +13,7 @@
 
 mod common;
 
-use common::{Bench, MODELS, ideal, movej};
+use common::{Bench, MODELS, ideal, movej, unwatched};
 use kinematics::{JointPositions, JointSpeeds, Payload, Pose, RobotModel};
 use motion::CycleConfig;
 use motion_api::{CommandKind, MotionMode, Origin, Outcome, Refusal, ThreadNumber, Warning};
@@ -252,7 +252,7 @@ fn speedl_towards_the_end_of_the_reach_slows_down_on_its_line_and_says_so() {
 
 #[test]
 fn speedj_into_the_end_of_a_range_stops_there_and_says_so() {
-    let mut bench = Bench::new(ideal("cs66"));
+    let mut bench = Bench::new(unwatched("cs66"));
     let id = bench.send(speedj([0.0, 0.0, 3.0, 0.0, 0.0, 0.0], 5.0, Some(3.0)));
     assert_eq!(bench.finish(id), Outcome::Done, "{:?}", bench.stops);
     assert_eq!(bench.warnings, vec![(id, Warning::HeldBack { joint: 2 })]);
@@ -405,7 +405,7 @@ fn live_under(
 ) -> Bench {
     let mut config = CycleConfig {
         step_time: step,
-        ..ideal(model)
+        ..unwatched(model)
     };
     config.limits.tcp_speed = tcp_speed;
     config.limits.elbow_speed = elbow_speed;

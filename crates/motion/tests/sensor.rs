@@ -100,18 +100,21 @@ fn a_moving_payload_makes_the_raw_reading_its_inertia_and_the_compensated_one_no
 fn zeroing_takes_off_what_is_read_and_turns_with_the_tool() {
     let mut bench = Bench::new(rigid());
     bench.push([3.0, -4.0, 6.0, 0.5, -0.2, 0.1]);
-    bench.run(20);
+    // Until the arm, which gives way a little, stands.
+    bench.run(200);
     let raw = bench.now().raw_wrench;
     assert_eq!(bench.do_it(CommandKind::ZeroFtSensor), Outcome::Done);
     assert!(largest(&bench.now().tcp_force) < 1e-12);
-    assert_eq!(bench.now().raw_wrench, raw);
+    for (now, before) in bench.now().raw_wrench.iter().zip(raw) {
+        assert!((now - before).abs() < 1e-9);
+    }
     // A second zero replaces the first, it does not add to it.
     bench.do_it(CommandKind::ZeroFtSensor);
     bench.run(1);
     assert!(largest(&bench.now().tcp_force) < 1e-12);
     // Without the push its opposite is left, and keeps to the tool.
     bench.push([0.0; 6]);
-    bench.run(5);
+    bench.run(200);
     let before = bench.now();
     let norm = |s: &RobotState| Vector3::from_row_slice(&s.tcp_force[..3]).norm();
     assert!((norm(&before) - 61.0_f64.sqrt()).abs() < 1e-9);

@@ -22,7 +22,7 @@ use motion::contact::Surroundings;
 use motion::external::Load;
 use motion::modes::encoder::Belt;
 use motion::{
-    InputPair, IoSetup, LimitOverrides, SafetyInputs, SensorNoise, TimedInput, WireSetup,
+    InputPair, IoSetup, LimitOverrides, SafetyInputs, SensorNoise, TimedInput, Truth, WireSetup,
 };
 use supervision::Faults;
 use thiserror::Error;
@@ -91,6 +91,24 @@ pub struct Cell {
     tables: Tables,
     safety: SafetyBounds,
     text: String,
+}
+
+/// The limits of a table; both tables have the same keys.
+macro_rules! overrides {
+    ($table:expr) => {{
+        let limits = &$table;
+        LimitOverrides {
+            joint_speed: limits.joint_speed.map(JointSpeeds),
+            joint_acceleration: limits.joint_acceleration.map(JointAccelerations),
+            joint_jerk: limits.joint_jerk.map(JointJerks),
+            joint_position_min: limits.joint_position_min.map(JointPositions),
+            joint_position_max: limits.joint_position_max.map(JointPositions),
+            tcp_speed: limits.tcp_speed,
+            elbow_speed: limits.elbow_speed,
+            tcp_force: limits.tcp_force,
+            self_collision: None,
+        }
+    }};
 }
 
 impl Cell {
@@ -237,6 +255,11 @@ impl Cell {
         act::surroundings(&self.tables)
     }
 
+    /// `[payload]` and `[arm]`: what is true of the arm though the controller does not know it.
+    pub fn truth(&self) -> Truth {
+        act::truth(&self.tables)
+    }
+
     /// `[sensor]`, with the seed of its noise.
     pub const fn sensor_noise(&self, seed: u64) -> SensorNoise {
         SensorNoise {
@@ -248,17 +271,15 @@ impl Cell {
 
     /// `[limits]`, for the cycle to check against the model's own.
     pub fn limits(&self) -> LimitOverrides {
-        let limits = &self.tables.limits;
         LimitOverrides {
-            joint_speed: limits.joint_speed.map(JointSpeeds),
-            joint_acceleration: limits.joint_acceleration.map(JointAccelerations),
-            joint_jerk: limits.joint_jerk.map(JointJerks),
-            joint_position_min: limits.joint_position_min.map(JointPositions),
-            joint_position_max: limits.joint_position_max.map(JointPositions),
-            tcp_speed: limits.tcp_speed,
-            elbow_speed: limits.elbow_speed,
-            tcp_force: limits.tcp_force,
+            self_collision: self.tables.limits.self_collision,
+            ..overrides!(self.tables.limits)
         }
+    }
+
+    /// `[limits.reduced]`, for the cycle to check against those.
+    pub fn reduced_limits(&self) -> LimitOverrides {
+        overrides!(self.tables.limits.reduced)
     }
 }
 

@@ -75,6 +75,8 @@ impl FromStr for ClockChoice {
 pub enum PlantChoice {
     /// Rigid bodies with contact.
     Rigid,
+    /// The same bodies in the rapier engine.
+    Rapier,
     /// The arm is always where it is told to be.
     Ideal,
 }
@@ -85,8 +87,9 @@ impl FromStr for PlantChoice {
     fn from_str(text: &str) -> Result<Self, String> {
         match text {
             "rigid" => Ok(Self::Rigid),
+            "rapier" => Ok(Self::Rapier),
             "ideal" => Ok(Self::Ideal),
-            _ => Err("allowed are rigid and ideal".to_owned()),
+            _ => Err("allowed are rigid, rapier and ideal".to_owned()),
         }
     }
 }

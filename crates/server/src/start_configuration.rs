@@ -11,6 +11,8 @@ use crate::cell::Cell;
 
 /// The plant that follows the servos as a mass with drives does.
 pub const RIGID: &str = "rigid";
+/// Name of the rigid bodies in the rapier engine.
+pub const RAPIER: &str = "rapier";
 /// The plant that is always where it should be.
 pub const IDEAL: &str = "ideal";
 
@@ -19,7 +21,7 @@ pub const IDEAL: &str = "ideal";
 #[non_exhaustive]
 pub enum SetupError {
     /// The plant is none of this version's.
-    #[error("there is no plant {0:?}; allowed are {RIGID:?} and {IDEAL:?}")]
+    #[error("there is no plant {0:?}; allowed are {RIGID:?}, {RAPIER:?} and {IDEAL:?}")]
     Plant(String),
     /// A payload the arm is not rated for.
     #[error("--payload {mass} kg is more than the {rated} kg that {model} is rated for")]
@@ -53,6 +55,7 @@ pub fn cycle_config(
     }
     let plant = match setup.plant.as_str() {
         RIGID => PlantKind::Rigid,
+        RAPIER => PlantKind::Rapier,
         IDEAL => PlantKind::Ideal,
         other => return Err(SetupError::Plant(other.to_owned())),
     };
@@ -63,6 +66,7 @@ pub fn cycle_config(
         payload: setup.payload,
         plant,
         limits: cell.map(Cell::limits).unwrap_or_default(),
+        reduced_limits: cell.map(Cell::reduced_limits).unwrap_or_default(),
         safety_inputs: cell.map(Cell::safety_inputs).unwrap_or_default(),
         powered_off: setup.powered_off,
         io: cell.map(Cell::io).unwrap_or_default(),
@@ -70,6 +74,7 @@ pub fn cycle_config(
         belts: cell.map(Cell::belts).unwrap_or_default(),
         loads: cell.map(Cell::loads).unwrap_or_default(),
         surroundings: cell.map(Cell::surroundings).unwrap_or_default(),
+        truth: cell.map(Cell::truth).unwrap_or_default(),
         sensor_noise: cell
             .map(|cell| cell.sensor_noise(setup.seed))
             .unwrap_or_default(),

@@ -7,63 +7,57 @@
 
 use nalgebra::Vector3;
 
-use super::Obstacle;
+use super::entry::{Entries, WayOut};
 use super::nearest::Place;
+use super::{Obstacle, Part};
 
 /// An increase of depth that does not count, m.
 const DEEPER: f64 = 1e-6;
 /// Faces whose normals' product is larger may belong to one surface.
 const ALIKE: f64 = 0.5;
 
-/// Where a ball touches `obstacles`, or nearly, with the number of each.
+/// Where the ball of the tool, its center and radius given, touches the obstacle `number` of `obstacles`, or nearly.
 pub(super) fn ball(
-    center: Vector3<f64>,
-    radius: f64,
+    (center, radius): (Vector3<f64>, f64),
+    number: usize,
     obstacles: &[Obstacle],
     margin: f64,
-    found: &mut impl FnMut(usize, Place),
-) {
+    entries: &mut Entries,
+) -> Option<Place> {
+    let solid = &obstacles[number].solid;
+    let is_held = entries.known(Part::Tool, number, solid, center).is_some();
+    if !is_held && radius - solid.distance(center).0 <= -margin {
+        return None;
+    }
     let ball = Ball {
         center,
         radius,
         obstacles,
+        entries,
     };
-    for (number, obstacle) in obstacles.iter().enumerate() {
-        if radius - obstacle.solid.distance(center).0 <= -margin {
-            continue;
-        }
-        let way = ball.way_out(number);
-        if let Some(depth) = ball.depth_beside_others(number, &way) {
-            found(
-                number,
-                Place {
-                    point: center - way.normal * radius,
-                    normal: way.normal,
-                    depth,
-                },
-            );
-        }
+    let way = ball.way_out(number);
+    let depth = ball.depth_beside_others(number, &way);
+    if way.distance < 0.0 {
+        entries.remember(Part::Tool, number, solid, &way);
     }
-}
-
-/// A way out of an obstacle.
-struct Way {
-    /// Of the face, m; negative inside.
-    distance: f64,
-    normal: Vector3<f64>,
-    /// A nearer one leads into another obstacle.
-    has_given_way: bool,
+    depth.map(|depth| Place {
+        point: center - way.normal * radius,
+        normal: way.normal,
+        depth,
+    })
 }
 
 struct Ball<'a> {
     center: Vector3<f64>,
     radius: f64,
     obstacles: &'a [Obstacle],
+    entries: &'a Entries,
 }
 
 impl Ball<'_> {
-    /// The nearest way out of an obstacle that leads into no other one, or the nearest if all do.
-    fn way_out(&self, number: usize) -> Way {
+    /// The way by which the ball came in, or the nearest way out of an obstacle, if they lead into no other one; the nearest
+    /// if all do.
+    fn way_out(&self, number: usize) -> WayOut {
         let leads_into_another = |(distance, normal): &(f64, Vector3<f64>)| {
             let outside = self.center + normal * (self.radius - distance);
             self.obstacles.iter().enumerate().any(|(other, obstacle)| {
@@ -74,7 +68,16 @@ impl Ball<'_> {
         let solid = &self.obstacles[number].solid;
         let nearest = solid.distance(self.center);
         let mut chosen = nearest;
+        let (entries, center) = (self.entries, self.center);
+        if let Some(known) = entries.known(Part::Tool, number, solid, center) {
+            return known;
+        }
         if nearest.0 < 0.0 {
+            if let Some(entering) = entries.entering(Part::Tool, solid, center)
+                && !leads_into_another(&(entering.distance, entering.normal))
+            {
+                return entering;
+            }
             let exits = solid.exits(self.center);
             let free = exits
                 .iter()
@@ -83,7 +86,7 @@ impl Ball<'_> {
             let free = free.max_by(|a, b| a.0.total_cmp(&b.0));
             chosen = free.copied().unwrap_or(nearest);
         }
-        Way {
+        WayOut {
             distance: chosen.0,
             normal: chosen.1,
             has_given_way: chosen.0 < nearest.0 - DEEPER,
@@ -92,7 +95,7 @@ impl Ball<'_> {
 
     /// How deep the ball is in an obstacle whose way out is given, for what its neighbours leave of it; `None` when they
     /// leave nothing.
-    fn depth_beside_others(&self, number: usize, way: &Way) -> Option<f64> {
+    fn depth_beside_others(&self, number: usize, way: &WayOut) -> Option<f64> {
         let solid = &self.obstacles[number].solid;
         let mut depth = self.radius - way.distance;
         let is_inside = way.distance < 0.0;
@@ -149,9 +152,11 @@ mod tests {
     fn push(obstacles: &[Obstacle], x: f64, z: f64) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
         let center = Vector3::new(x, 0.0, z);
-        ball(center, RADIUS, obstacles, 0.006, &mut |_, place| {
-            sum += place.normal * place.depth.max(0.0);
-        });
+        let mut entries = Entries::new(obstacles.len());
+        for number in 0..obstacles.len() {
+            let place = ball((center, RADIUS), number, obstacles, 0.006, &mut entries);
+            sum += place.map_or(Vector3::zeros(), |p| p.normal * p.depth.max(0.0));
+        }
         sum
     }
 

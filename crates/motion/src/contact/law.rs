@@ -3,12 +3,14 @@
 //! Normal: F = k d + c d', never pulling, with d the depth at the end of the step. The depth depends on the force: both
 //! are solved for together (projected Gauss-Seidel over all places), so that any stiffness is stable at any step, and an
 //! arm at rest reads exactly k d. Friction: Coulomb's, with a viscous core below [`CREEP`]. Bodies that touch in several
-//! places share the stiffness in proportion to the depths there: together they push with k times the greatest depth.
+//! places share the stiffness in proportion to the depths there: together they push with k times the greatest depth. Dry
+//! friction of the joints is solved for in the same rounds.
 
 use kinematics::{DOF, Frames, JointSpeeds, JointTorques, Wrench};
-use nalgebra::{Cholesky, Const, Matrix3x6, Matrix6x3, Vector3, Vector6};
+use nalgebra::{Cholesky, Const, Matrix3x6, Matrix6, Matrix6x3, Vector3, Vector6};
 
 use super::{Obstacle, Part, TOUCHES_MAX, Touch, Touches};
+use crate::bounds::within;
 
 /// Stiffness of an obstacle without one, N/m: 100 N press it in by a micrometre.
 pub const HARD: f64 = 1e8;
@@ -26,6 +28,8 @@ pub(crate) struct Answer {
     pub mass: Cholesky<f64, Const<6>>,
     /// Length of the step, s.
     pub step: f64,
+    /// Largest dry friction of the joints, and what it was a step ago, Nm.
+    pub dry: Option<(JointTorques, JointTorques)>,
 }
 
 /// What the contacts do to the arm.
@@ -39,6 +43,10 @@ pub(crate) struct ContactForces {
     pub tool_torque: JointTorques,
     /// Joint torques of everything that touches the arm, Nm.
     pub torque: JointTorques,
+    /// Torques of dry friction on the joints, Nm.
+    pub friction: JointTorques,
+    /// Speeds of the joints at the end of the step, rad/s.
+    pub speeds: JointSpeeds,
 }
 
 impl ContactForces {
@@ -51,6 +59,8 @@ impl ContactForces {
         },
         tool_torque: JointTorques::ZERO,
         torque: JointTorques::ZERO,
+        friction: JointTorques::ZERO,
+        speeds: JointSpeeds::ZERO,
     };
 }
 
@@ -69,6 +79,43 @@ struct Row {
     friction: f64,
 }
 
+/// Dry friction of the joints: Coulomb's, which holds a joint up to its size and opposes its turning with it.
+struct Bearings {
+    most: JointTorques,
+    torque: JointTorques,
+    /// Change of the joint speeds by a torque of 1 Nm over the step, a column a joint.
+    effect: Matrix6<f64>,
+}
+
+impl Bearings {
+    fn new(answer: &Answer) -> Option<Self> {
+        let (most, before) = answer.dry?;
+        Some(Self {
+            most,
+            torque: before,
+            effect: answer.mass.inverse() * answer.step,
+        })
+    }
+
+    /// Turns each joint's torque to what stops it, or to its most; the largest change, Nm.
+    fn rub(&mut self, speeds: &mut Vector6<f64>) -> f64 {
+        let mut change = 0.0_f64;
+        for joint in 0..DOF {
+            let most = self.most[joint];
+            if most == 0.0 {
+                continue;
+            }
+            let stopping = self.torque[joint] - speeds[joint] / self.effect[(joint, joint)];
+            let next = within(stopping, -most, most);
+            let more = next - self.torque[joint];
+            *speeds += self.effect.column(joint) * more;
+            self.torque[joint] = next;
+            change = change.max(more.abs());
+        }
+        change
+    }
+}
+
 /// Forces on the arm at `touches`: on one that answers within the step, or on one that moves with `qd` whatever they are.
 /// `frames` say where it is, `tcp` where moments are about, base frame.
 pub(crate) fn solve(
@@ -80,13 +127,17 @@ pub(crate) fn solve(
     answer: Option<&Answer>,
 ) -> ContactForces {
     let touches = touches.as_slice();
-    if touches.is_empty() {
+    let mut bearings = answer.and_then(Bearings::new);
+    if touches.is_empty() && bearings.is_none() {
         return ContactForces::NONE;
     }
     let step = answer.map_or(0.0, |answer| answer.step);
     let mut speeds = qd.to_vector();
     let (mut rows, mut depths) = rows(touches, obstacles, frames, &speeds, answer);
     let mut forces = ContactForces::NONE;
+    if let Some(bearings) = &bearings {
+        speeds += bearings.effect * bearings.torque.to_vector();
+    }
     // Shared by the depths that would be reached without contact, then by those that are.
     for _ in 0..2 {
         share(touches, obstacles, &depths, &mut rows);
@@ -100,11 +151,14 @@ pub(crate) fn solve(
                 forces.forces[k] = next;
                 change = change.max(more.amax());
             }
+            if let Some(bearings) = &mut bearings {
+                change = change.max(bearings.rub(&mut speeds));
+            }
             if change < SETTLED || answer.is_none() {
                 break;
             }
         }
-        if answer.is_none() || touches.len() == 1 {
+        if answer.is_none() || touches.len() <= 1 {
             break;
         }
         for (k, touch) in touches.iter().enumerate() {
@@ -113,6 +167,8 @@ pub(crate) fn solve(
         }
     }
     forces.add_up(touches, &rows, tcp);
+    forces.friction = bearings.map_or(JointTorques::ZERO, |bearings| bearings.torque);
+    forces.speeds = speeds.into();
     forces
 }
 

@@ -2,10 +2,12 @@
 //!
 //! Obstacles stand still in the base frame. The tool touches them (its shape, or a ball of a millimetre at the TCP), and
 //! the links with their capsules. Geometry is in `solid` and `nearest`, forces are in `law`; the plant applies them. Nothing here
-//! allocates after the start. What is done about obstacles side by side is in `among`.
+//! allocates after the start. What is done about obstacles side by side is in `among`, about deep ones in `entry`.
 
 mod among;
+mod entry;
 pub(crate) mod law;
+mod near;
 mod nearest;
 pub mod solid;
 
@@ -14,8 +16,10 @@ use kinematics::{
 };
 use nalgebra::Vector3;
 
+use entry::Entries;
 use law::ContactForces;
 pub use law::HARD;
+use near::Near;
 use nearest::Place;
 pub use solid::{Shape, Solid};
 
@@ -165,6 +169,8 @@ pub(crate) struct Contacts {
     chain: Chain,
     /// Links and obstacles that never touch.
     apart: Vec<(usize, usize)>,
+    entries: Entries,
+    near: Near,
 }
 
 impl Contacts {
@@ -174,8 +180,16 @@ impl Contacts {
         model: &RobotModel,
         home: &JointPositions,
     ) -> Self {
+        let links = model.collision();
+        let extents = core::array::from_fn(|part| match &surroundings.tool {
+            Some(tool) if part == DOF => tool.pose.translation.norm() + tool.reach(),
+            None if part == DOF => TCP_BALL,
+            _ => links.extent(part + 1),
+        });
         Self {
             apart: surroundings.standing_in(model, home),
+            entries: Entries::new(surroundings.obstacles.len()),
+            near: Near::new(surroundings.obstacles.len(), extents),
             obstacles: surroundings.obstacles,
             tool: surroundings.tool,
             links: model.collision().clone(),
@@ -195,7 +209,7 @@ impl Contacts {
 
     /// Forces on an arm that is at `q` and moves with `qd` whatever they are.
     pub(crate) fn pressed(
-        &self,
+        &mut self,
         q: &JointPositions,
         qd: &JointSpeeds,
         flange_from_tcp: &Pose,
@@ -210,55 +224,114 @@ impl Contacts {
     }
 
     /// Where the arm touches or nearly touches.
-    pub(crate) fn touches(&self, frames: &Frames, flange_from_tcp: &Pose) -> Touches {
+    pub(crate) fn touches(&mut self, frames: &Frames, flange_from_tcp: &Pose) -> Touches {
         let mut touches = Touches::new();
-        let base_from_flange = &frames.base_from_flange;
-        for (number, obstacle) in self.obstacles.iter().enumerate() {
-            for link in (1..=DOF).filter(|link| !self.apart.contains(&(*link, number))) {
-                for capsule in self.links.placed(link, frames) {
-                    nearest::capsule(&capsule, &obstacle.solid, MARGIN, &mut |place| {
-                        if !is_beyond_flange(link, &place, frames) {
-                            touches.push(Touch {
-                                part: Part::Link(link - 1),
-                                obstacle: number,
-                                place,
-                            });
-                        }
-                    });
-                }
-            }
+        if self.is_empty() {
+            return touches;
         }
-        let mut found = |obstacle, place| {
-            touches.push(Touch {
-                part: Part::Tool,
-                obstacle,
-                place,
-            });
-        };
-        match self.tool.map(|tool| tool.expressed_in(base_from_flange)) {
+        self.entries.begin(frames);
+        self.near.begin(frames, flange_from_tcp);
+        for link in 0..DOF {
+            self.touches_of_link(link, frames, &mut touches);
+        }
+        self.touches_of_tool(&frames.base_from_flange, flange_from_tcp, &mut touches);
+        touches
+    }
+
+    /// `link` moves with that joint, from 0.
+    fn touches_of_link(&mut self, link: usize, frames: &Frames, touches: &mut Touches) {
+        let Self {
+            obstacles,
+            links,
+            apart,
+            entries,
+            near,
+            ..
+        } = self;
+        near.look(link, |number| {
+            if apart.contains(&(link + 1, number)) {
+                return f64::INFINITY;
+            }
+            let solid = &obstacles[number].solid;
+            let mut gap = f64::INFINITY;
+            for capsule in links.placed(link + 1, frames) {
+                let away = nearest::capsule_gap(&capsule, solid);
+                gap = gap.min(away - MARGIN);
+                if away > MARGIN {
+                    continue;
+                }
+                nearest::capsule(&capsule, solid, MARGIN, &mut |place| {
+                    if is_beyond_flange(link + 1, &place, frames) {
+                        return;
+                    }
+                    let part = Part::Link(link);
+                    let center = place.point + place.normal * capsule.radius;
+                    let ball = (center, capsule.radius);
+                    touches.push(Touch {
+                        part,
+                        obstacle: number,
+                        place: entries.turned(part, (number, solid), ball, place),
+                    });
+                });
+            }
+            gap
+        });
+    }
+
+    fn touches_of_tool(
+        &mut self,
+        base_from_flange: &Pose,
+        flange_from_tcp: &Pose,
+        touches: &mut Touches,
+    ) {
+        let Self {
+            obstacles,
+            tool,
+            entries,
+            near,
+            ..
+        } = self;
+        let tool = tool.map(|tool| tool.expressed_in(base_from_flange));
+        let ball = match tool {
             None => {
                 let tcp = *base_from_flange * *flange_from_tcp;
                 let center = tcp.transform_point(Vector3::new(0.0, 0.0, -TCP_BALL));
-                among::ball(center, TCP_BALL, &self.obstacles, MARGIN, &mut found);
+                Some((center, TCP_BALL))
             }
             Some(Solid {
                 pose,
                 shape: Shape::Sphere { radius },
-            }) => among::ball(
-                pose.translation,
-                radius,
-                &self.obstacles,
-                MARGIN,
-                &mut found,
-            ),
-            Some(tool) => {
-                for (number, obstacle) in self.obstacles.iter().enumerate() {
-                    nearest::solid(&tool, &obstacle.solid, MARGIN, &mut |place| {
-                        found(number, place);
+            }) => Some((pose.translation, radius)),
+            Some(_) => None,
+        };
+        let part = Part::Tool;
+        near.look(DOF, |obstacle| {
+            let solid = &obstacles[obstacle].solid;
+            if let Some((center, radius)) = ball {
+                let mut gap = solid.distance(center).0 - radius - MARGIN;
+                let place = among::ball((center, radius), obstacle, obstacles, MARGIN, entries);
+                if let Some(place) = place {
+                    gap = 0.0;
+                    touches.push(Touch {
+                        part,
+                        obstacle,
+                        place,
                     });
                 }
+                return gap;
             }
-        }
-        touches
+            let Some(tool) = &tool else {
+                return f64::INFINITY;
+            };
+            nearest::solid(tool, solid, MARGIN, &mut |place| {
+                let point = (place.point, 0.0);
+                touches.push(Touch {
+                    part,
+                    obstacle,
+                    place: entries.turned(part, (obstacle, solid), point, place),
+                });
+            });
+            solid.distance(tool.pose.translation).0 - tool.reach() - MARGIN
+        });
     }
 }

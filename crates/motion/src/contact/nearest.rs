@@ -48,6 +48,13 @@ pub(super) fn ball(
     }
 }
 
+/// How far a capsule is from `obstacle` at least, m.
+pub(super) fn capsule_gap(capsule: &Capsule, obstacle: &Solid) -> f64 {
+    let (p0, p1) = (capsule.p0, capsule.p1);
+    let length = (p1 - p0).norm();
+    obstacle.distance((p0 + p1) / 2.0).0 - length / 2.0 - capsule.radius
+}
+
 /// Where a capsule touches `obstacle`: its ends, and the nearest place between them.
 pub(super) fn capsule(
     capsule: &Capsule,
@@ -57,7 +64,7 @@ pub(super) fn capsule(
 ) {
     let (p0, p1, radius) = (capsule.p0, capsule.p1, capsule.radius);
     let length = (p1 - p0).norm();
-    if obstacle.distance((p0 + p1) / 2.0).0 - length / 2.0 - radius > margin {
+    if capsule_gap(capsule, obstacle) > margin {
         return;
     }
     ball(p0, radius, obstacle, margin, found);

@@ -89,6 +89,46 @@ impl Solid {
         }
     }
 
+    /// The way out of the solid from a `point` through the face that `towards` (in the solid's frame) belongs to, however far
+    /// that is, as [`distance`](Self::distance) gives it; `None` for a point that is not beneath that face. A rounded face is
+    /// followed around while the point is nearer to it than to the middle; deeper it is left along `towards`.
+    pub(super) fn exit_towards(
+        &self,
+        point: Vector3<f64>,
+        towards: Vector3<f64>,
+    ) -> Option<(f64, Vector3<f64>)> {
+        let p = self.pose.rotate_back(point - self.pose.translation);
+        let through_face = |axis: usize, half: f64| {
+            let mut out = Vector3::zeros();
+            out[axis] = 1.0_f64.copysign(towards[axis]);
+            (p[axis] * out[axis] - half, out)
+        };
+        let (distance, out) = match self.shape {
+            Shape::Box { half } => {
+                let axis = towards.iamax();
+                let is_beside = (0..3).any(|k| k != axis && p[k].abs() > half[k]);
+                (!is_beside).then(|| through_face(axis, half[axis]))?
+            }
+            Shape::Cylinder {
+                radius,
+                half_length,
+            } => {
+                let aside = Vector3::new(towards.x, towards.y, 0.0);
+                if towards.z.abs() >= aside.norm() {
+                    let is_beside = p.x.hypot(p.y) > radius;
+                    (!is_beside).then(|| through_face(2, half_length))?
+                } else if p.z.abs() > half_length {
+                    return None;
+                } else {
+                    out_of_round(Vector3::new(p.x, p.y, 0.0), radius, aside.normalize())?
+                }
+            }
+            Shape::Sphere { radius } => out_of_round(p, radius, towards)?,
+            Shape::Plane => (p.z, Vector3::z()),
+        };
+        (distance < 0.0).then(|| (distance, self.pose.rotate(out)))
+    }
+
     /// True when the nearest place of the surface, seen from a point outside, is on an edge, a corner or a rim.
     pub(super) fn is_nearest_at_an_edge(&self, point: Vector3<f64>) -> bool {
         let p = self.pose.rotate_back(point - self.pose.translation);
@@ -114,6 +154,21 @@ impl Solid {
             Shape::Plane => f64::INFINITY,
         }
     }
+}
+
+/// The way out of a ball, or of a circle, around the origin from `p`; `towards` is the one before. `None` beside it.
+fn out_of_round(
+    p: Vector3<f64>,
+    radius: f64,
+    towards: Vector3<f64>,
+) -> Option<(f64, Vector3<f64>)> {
+    let from_middle = p.norm();
+    let along = p.dot(&towards);
+    if from_middle > radius / 2.0 && along > 0.0 {
+        return Some((from_middle - radius, p / from_middle));
+    }
+    let rest = radius * radius - from_middle * from_middle + along * along;
+    (rest > 0.0).then(|| (along - rest.sqrt(), towards))
 }
 
 /// Distance from a box and the way out, in its frame.

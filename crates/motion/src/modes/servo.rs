@@ -104,6 +104,11 @@ impl Servo {
         self.law = Follower::new(bandwidth(gain), step);
     }
 
+    /// The reference stands at `q` now and goes on to the last point from there.
+    pub fn go_on_from(&mut self, q: &JointPositions) {
+        self.window = [q.0; WINDOW_MAX];
+    }
+
     /// Where the last point is.
     pub fn goal(&self) -> &JointPositions {
         &self.goal

@@ -78,7 +78,7 @@ impl CartesianPlanner {
         arm: &Arm,
     ) -> Result<Self, Refusal> {
         let survey = if path.length() > 0.0 {
-            Some(Survey::new(&path, *start, arm.model)?)
+            Some(Survey::new(&path, *start, arm)?)
         } else {
             None
         };

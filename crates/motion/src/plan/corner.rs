@@ -162,6 +162,10 @@ impl<'a> Corner<'a> {
         else {
             return None;
         };
+        if self.first.flange_from_tcp != self.next.flange_from_tcp {
+            // Lines of different TCPs have no corner in common.
+            return None;
+        }
         let room = self.before.min(self.exit);
         if self.first.touch <= 0.0 && room < PASSED_ENTRY * self.before {
             // Beside a short line the arc would use little of the radius.

@@ -13,6 +13,7 @@ use crate::constants::{
     CELLS_OF_LEG, LINE_PLACES_PER_CYCLE, MICRO_INTERVALS_PER_CYCLE, MICRO_PLACES_PER_INTERVAL,
 };
 use crate::path::{JointQuintic, MicroLine, Path, Sample};
+use crate::self_collision::LinkWatch;
 use crate::setpoint::elbow_speed;
 
 /// A second of the list in a second; no other acceleration than what the joints can do.
@@ -37,6 +38,7 @@ pub struct MicroLinePlanner {
     bounds: Bounds,
     /// Of a way of the TCP.
     survey: Option<Survey>,
+    watch: Option<LinkWatch>,
 }
 
 impl MicroLinePlanner {
@@ -46,7 +48,7 @@ impl MicroLinePlanner {
     /// A way of the TCP that begins in a singular position.
     pub fn new(line: MicroLine, points: &[Sample], arm: &Arm) -> Result<Self, Refusal> {
         let survey = match line.tcp_way(points) {
-            Some(way) => Some(Survey::new(&way, line.start(), arm.model)?),
+            Some(way) => Some(Survey::new(&way, line.start(), arm)?),
             None => None,
         };
         Ok(Self {
@@ -54,13 +56,15 @@ impl MicroLinePlanner {
             done: 0,
             bounds: Bounds::NONE,
             survey,
+            watch: None,
         })
     }
 
     /// Works on the plan for one cycle; `None` while there is more to look at.
     ///
     /// # Errors
-    /// A point, or the way between two, outside of a joint's range; where and why a way of the TCP cannot be followed.
+    /// A point, or the way between two, outside of a joint's range or where the arm runs into itself; where and why a way of
+    /// the TCP cannot be followed.
     pub fn work(
         &mut self,
         points: &[Sample],
@@ -97,7 +101,12 @@ impl MicroLinePlanner {
         let number = self.done;
         let curve = self.line.curve(points, number);
         let curve = curve.ok_or(Refusal::Planner { code: NO_POINTS })?;
-        let bounds = bounds_of(&curve, arm).map_err(|fault| Refusal::Path {
+        let begin = JointPositions(curve.point(0.0).q);
+        let allowed = arm.limits.link_overlap;
+        let watch = self
+            .watch
+            .get_or_insert_with(|| LinkWatch::from(arm.model, allowed, &begin));
+        let bounds = bounds_of(&curve, arm, watch).map_err(|fault| Refusal::Path {
             fraction: number as f64 / self.line.intervals() as f64,
             fault,
         })?;
@@ -114,7 +123,7 @@ impl MicroLinePlanner {
 }
 
 /// The largest derivatives on a curve.
-fn bounds_of(curve: &JointQuintic, arm: &Arm) -> Result<Bounds, PathFault> {
+fn bounds_of(curve: &JointQuintic, arm: &Arm, watch: &mut LinkWatch) -> Result<Bounds, PathFault> {
     let mut bounds = Bounds::NONE;
     let step = curve.length() / MICRO_PLACES_PER_INTERVAL as f64;
     let rise = step * step / 8.0;
@@ -144,6 +153,9 @@ fn bounds_of(curve: &JointQuintic, arm: &Arm) -> Result<Bounds, PathFault> {
                 bounds.third[joint].max(point.third[joint].abs() + 0.5 * step * fourth);
         }
         let q = JointPositions(point.q);
+        if let Some(found) = watch.look(&q, arm.model) {
+            return Err(found.into());
+        }
         let frames = arm.model.forward(&q);
         let rates = JointSpeeds(point.first);
         let tcp = (frames.base_from_flange * *arm.flange_from_tcp).translation;

@@ -12,6 +12,7 @@ use crate::constants::{
 };
 use crate::path::{JointLine, Path};
 use crate::scalar::{CellLimits, ScalarLimits};
+use crate::self_collision::LinkWatch;
 use crate::setpoint::elbow_speed;
 
 /// Plans a movej (manual 3.1.1) from rest at `start` to rest at `target`.
@@ -20,7 +21,7 @@ use crate::setpoint::elbow_speed;
 /// its limits they are lowered, with a warning. A duration that is too short gives the fastest motion and a warning.
 ///
 /// # Errors
-/// A target outside a joint's range, or a number that cannot be used.
+/// A target outside a joint's range, a way on which the arm runs into itself, or a number that cannot be used.
 pub fn plan_movej(
     start: &JointPositions,
     target: &JointPositions,
@@ -31,6 +32,11 @@ pub fn plan_movej(
     wish.check()?;
     check_range(target, arm.limits)?;
     let line = JointLine::new(*start, *target);
+    let mut watch = LinkWatch::from(arm.model, arm.limits.link_overlap, start);
+    if let Some((fraction, found)) = watch.along(&line, arm.model) {
+        let fault = found.into();
+        return Err(Refusal::Path { fraction, fault });
+    }
     let mut able = line.limits(arm.limits);
     let mut warnings = Warnings::default();
     if line.length() == 0.0 {

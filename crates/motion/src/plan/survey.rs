@@ -14,6 +14,7 @@ use crate::constants::{
     SINGULAR_TURN_PER_M,
 };
 use crate::path::{PathPoint, TcpWay};
+use crate::self_collision::LinkWatch;
 use crate::setpoint::elbow_speed;
 
 /// A walk along a line.
@@ -34,6 +35,7 @@ pub struct Survey {
     bounds: Bounds,
     since_cell: u32,
     per_cell: u32,
+    watch: LinkWatch,
 }
 
 impl Survey {
@@ -41,7 +43,8 @@ impl Survey {
     ///
     /// # Errors
     /// The arm stands in a singular position.
-    pub fn new(line: &impl TcpWay, q: JointPositions, model: &RobotModel) -> Result<Self, Refusal> {
+    pub fn new(line: &impl TcpWay, q: JointPositions, arm: &Arm) -> Result<Self, Refusal> {
+        let model = arm.model;
         let left = line.point(model, 0.0, q).ok_or_else(|| Refusal::Path {
             fraction: 0.0,
             fault: singularity(line, 0.0, &q, model),
@@ -59,6 +62,7 @@ impl Survey {
             since_cell: 0,
             // Half of the cells are for where intervals are halved.
             per_cell: (2 * intervals).div_ceil(CELLS_OF_LEG) as u32,
+            watch: LinkWatch::from(model, arm.limits.link_overlap, &q),
         })
     }
 
@@ -94,6 +98,9 @@ impl Survey {
             let right = reached.and_then(|q| line.point(arm.model, s, q));
             match right {
                 Some(right) if is_smooth(&self.left, &right) => {
+                    if let Some(found) = self.watch.look(&right.q, arm.model) {
+                        return Err(self.refusal(step, found.into()));
+                    }
                     self.accept(line, step, right, wish, arm, cells);
                 }
                 // Halving also narrows down where the line becomes impossible.

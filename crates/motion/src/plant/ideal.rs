@@ -1,10 +1,10 @@
-//! The ideal arm: it is where it should be, and its joints carry what the model says.
+//! The ideal arm: it is where it should be, and its joints carry what that takes.
 //!
 //! Obstacles cannot hold it back: it goes into them, and they push with their stiffness times the depth.
 
-use kinematics::{Dynamics, JointPositions, JointSpeeds, JointTorques, Pose, Wrench};
-use nalgebra::Vector3;
+use kinematics::{JointPositions, JointSpeeds, JointTorques};
 
+use super::real_arm::RealArm;
 use super::{ArmState, Push};
 use crate::contact::Contacts;
 use crate::setpoint::LimitedSetpoint;
@@ -12,41 +12,36 @@ use crate::setpoint::LimitedSetpoint;
 /// An arm whose actual position is the target.
 #[derive(Clone, Copy, Debug)]
 pub struct IdealPlant {
+    pub(super) arm: RealArm,
     q: JointPositions,
     /// What the joints carried a cycle ago, Nm.
     torque: Option<JointTorques>,
-    push: Push,
+    pub(super) push: Push,
 }
 
 impl IdealPlant {
     /// Standing at `q`.
-    pub const fn new(q: JointPositions) -> Self {
+    pub(super) fn new(arm: RealArm, q: JointPositions) -> Self {
         Self {
+            arm,
             q,
             torque: None,
-            push: Push {
-                wrench: Wrench {
-                    force: Vector3::new(0.0, 0.0, 0.0),
-                    moment: Vector3::new(0.0, 0.0, 0.0),
-                },
-                flange_from_tcp: Pose::IDENTITY,
-            },
+            push: Push::default(),
         }
     }
 
-    pub(super) fn push(&mut self, push: &Push) {
-        self.push = *push;
+    /// Puts the arm at rest at `q`.
+    pub(super) fn reset(&mut self, q: &JointPositions) {
+        self.q = *q;
+        self.torque = None;
     }
 
-    pub(super) fn follow(
-        &mut self,
-        target: &LimitedSetpoint,
-        dynamics: &Dynamics,
-        contacts: &Contacts,
-    ) -> ArmState {
+    pub(super) fn follow(&mut self, target: &LimitedSetpoint, contacts: &mut Contacts) -> ArmState {
         let target = target.get();
         self.q = target.q;
-        let free = dynamics.inverse_dynamics(&target.q, &target.qd, &target.qdd);
+        let free = self
+            .arm
+            .torques_of_motion(&target.q, &target.qd, &target.qdd);
         let pressing = contacts.pressed(&target.q, &target.qd, &self.push.flange_from_tcp);
         let (_, pushed) = self.push.at(&contacts.forward(&target.q));
         let torque = JointTorques(core::array::from_fn(|joint| {
@@ -64,8 +59,8 @@ impl IdealPlant {
         }
     }
 
-    pub(super) fn stand(&mut self, dynamics: &Dynamics, contacts: &Contacts) -> ArmState {
-        let torque = dynamics.gravity_torques(&self.q);
+    pub(super) fn stand(&mut self, contacts: &mut Contacts) -> ArmState {
+        let torque = self.arm.dynamics().gravity_torques(&self.q);
         let pressing = contacts.pressed(&self.q, &JointSpeeds::ZERO, &self.push.flange_from_tcp);
         self.torque = None;
         ArmState {

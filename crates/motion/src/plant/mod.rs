@@ -1,8 +1,11 @@
 //! The arm that follows the setpoints: what is, as opposed to what is wanted.
 //!
-//! Owns the difference between target and actual. The rigid-body engine and its types stay inside this folder.
+//! Owns the difference between target and actual, and what is true of the arm though the controller does not know it
+//! (`real_arm`). The rigid-body engine and its types stay inside this folder.
 
 mod ideal;
+mod rapier;
+mod real_arm;
 mod rigid;
 mod servo;
 
@@ -16,6 +19,8 @@ use crate::config::{ConfigError, PlantKind};
 use crate::contact::Contacts;
 use crate::setpoint::LimitedSetpoint;
 pub use ideal::IdealPlant;
+use real_arm::RealArm;
+pub use real_arm::{Drivetrain, Truth};
 pub use rigid::RigidPlant;
 
 /// What the joints of the arm do at the end of a cycle.
@@ -43,6 +48,10 @@ pub struct Push {
 }
 
 impl Push {
+    fn is_nothing(&self) -> bool {
+        self.wrench == Wrench::default()
+    }
+
     /// The TCP in the base frame, m, and the joint torques that the wrench makes, Nm.
     fn at(&self, frames: &Frames) -> (Vector3<f64>, JointTorques) {
         let tcp = frames.base_from_flange * self.flange_from_tcp;
@@ -61,6 +70,17 @@ impl Default for Push {
 }
 
 impl ArmState {
+    const RESTING: Self = Self {
+        q: JointPositions::ZERO,
+        qd: JointSpeeds::ZERO,
+        torque: JointTorques::ZERO,
+        mean_torque: JointTorques::ZERO,
+        contact: Wrench {
+            force: Vector3::new(0.0, 0.0, 0.0),
+            moment: Vector3::new(0.0, 0.0, 0.0),
+        },
+    };
+
     /// True when no number is NaN or infinite.
     pub fn is_finite(&self) -> bool {
         self.q.is_finite() && self.qd.is_finite() && self.torque.is_finite()
@@ -76,21 +96,24 @@ pub enum Plant {
 }
 
 impl Plant {
-    /// An arm standing at `q`; `gravity` is the free-fall acceleration in the base frame, m/s².
+    /// An arm standing at `q`. `believed` is the controller's model of it, `truth` what differs from that; `gravity` is the
+    /// free-fall acceleration in the base frame, m/s².
     ///
     /// # Errors
     /// [`ConfigError::Plant`] when its masses cannot be simulated.
     pub fn new(
         kind: PlantKind,
         model: &RobotModel,
-        dynamics: &Dynamics,
+        (believed, truth): (&Dynamics, Truth),
         gravity: &Vector3<f64>,
         q: &JointPositions,
     ) -> Result<Self, ConfigError> {
+        let arm = RealArm::new(model, truth, believed, gravity);
         Ok(match kind {
-            PlantKind::Ideal => Self::Ideal(Box::new(IdealPlant::new(*q))),
-            PlantKind::Rigid => {
-                Self::Rigid(Box::new(RigidPlant::new(model, dynamics, gravity, q)?))
+            PlantKind::Ideal => Self::Ideal(Box::new(IdealPlant::new(arm, *q))),
+            PlantKind::Rigid => Self::Rigid(Box::new(RigidPlant::new(model, arm, q)?)),
+            PlantKind::Rapier => {
+                Self::Rigid(Box::new(RigidPlant::in_rapier(model, arm, gravity, q)?))
             }
         })
     }
@@ -98,7 +121,7 @@ impl Plant {
     /// Puts the arm at rest at `q`.
     pub fn reset(&mut self, q: &JointPositions) {
         match self {
-            Self::Ideal(plant) => **plant = IdealPlant::new(*q),
+            Self::Ideal(plant) => plant.reset(q),
             Self::Rigid(plant) => plant.reset(q),
         }
     }
@@ -106,16 +129,17 @@ impl Plant {
     /// What pushes the tool from now on.
     pub fn push(&mut self, push: &Push) {
         match self {
-            Self::Ideal(plant) => plant.push(push),
+            Self::Ideal(plant) => plant.push = *push,
             Self::Rigid(plant) => plant.push(push),
         }
     }
 
-    /// Gravity has changed; `gravity` is the free-fall acceleration in the base frame, m/s².
-    pub fn set_gravity(&mut self, gravity: &Vector3<f64>) {
+    /// The controller was told another payload or gravity: its model is `believed`. Gravity is what it is told (free-fall
+    /// acceleration in the base frame, m/s²), the payload where nothing else hangs there.
+    pub fn believe(&mut self, believed: &Dynamics, gravity: &Vector3<f64>) {
         match self {
-            Self::Ideal(_) => {}
-            Self::Rigid(plant) => plant.set_gravity(gravity),
+            Self::Ideal(plant) => plant.arm.follow(believed, gravity),
+            Self::Rigid(plant) => plant.believe(believed, gravity),
         }
     }
 
@@ -123,13 +147,13 @@ impl Plant {
     pub(crate) fn follow(
         &mut self,
         target: &LimitedSetpoint,
-        dynamics: &Dynamics,
-        contacts: &Contacts,
+        believed: &Dynamics,
+        contacts: &mut Contacts,
         step: f64,
     ) -> ArmState {
         match self {
-            Self::Ideal(plant) => plant.follow(target, dynamics, contacts),
-            Self::Rigid(plant) => plant.follow(target, dynamics, contacts, step),
+            Self::Ideal(plant) => plant.follow(target, contacts),
+            Self::Rigid(plant) => plant.follow(target, believed, contacts, step),
         }
     }
 
@@ -142,18 +166,10 @@ impl Plant {
     }
 
     /// One cycle with the brakes engaged: the arm stands where it is.
-    pub(crate) fn stand(&mut self, dynamics: &Dynamics, contacts: &Contacts) -> ArmState {
+    pub(crate) fn stand(&mut self, believed: &Dynamics, contacts: &mut Contacts) -> ArmState {
         match self {
-            Self::Ideal(plant) => plant.stand(dynamics, contacts),
-            Self::Rigid(plant) => plant.stand(dynamics, contacts),
-        }
-    }
-
-    /// The masses have changed.
-    pub fn set_dynamics(&mut self, dynamics: &Dynamics) {
-        match self {
-            Self::Ideal(_) => {}
-            Self::Rigid(plant) => plant.set_dynamics(dynamics),
+            Self::Ideal(plant) => plant.stand(contacts),
+            Self::Rigid(plant) => plant.stand(believed, contacts),
         }
     }
 }

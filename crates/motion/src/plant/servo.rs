@@ -1,13 +1,20 @@
-//! The joint servo: computed torque from the arm's own inverse dynamics.
+//! The joint servo: computed torque from the controller's model, and drives that feel what the model does not know.
 //!
 //! tau = M(q) u + C(q, qd) qd + g(q) with u = qdd* + Kd (qd* - qd) + Kp (q* - q) (Siciliano et al., *Robotics: Modelling,
 //! Planning and Control*, 2009, 8.5.2). The starred values are differences of the sampled target, so that the sequence of
 //! targets is itself a motion of an arm that is integrated with the same step; then only what the model does not know
-//! (contact, saturation) leaves an error.
+//! (contact, hands, friction, another payload, saturation) leaves an error.
+//!
+//! The drives are tuned to the arm they sit in: where its masses are not those of the model, the terms in Kd and Kp have
+//! the arm's own inertia, so that the bandwidth is the same. Against a share of what the force sensor reads of hands they hold
+//! at once; what else pushes they see from what the arm makes of a torque, and hold against a share of that (a disturbance
+//! observer: Ohnishi, Shibata, Murakami, IEEE/ASME Trans. Mechatronics 1996). The rest is felt as an error.
 
-use kinematics::{Dynamics, JointAccelerations, JointPositions, JointSpeeds, JointTorques};
+use kinematics::{DOF, Dynamics, JointAccelerations, JointPositions, JointSpeeds, JointTorques};
 
-use crate::constants::{PEAK_TORQUE_FACTOR, SERVO_BANDWIDTH};
+use super::real_arm::RealArm;
+use crate::bounds::within;
+use crate::constants::{FELT_FILTER, FELT_SHARE, NOT_FELT, PEAK_TORQUE_FACTOR, SERVO_BANDWIDTH};
 use crate::setpoint::Setpoint;
 
 /// Positions between two setpoints.
@@ -43,6 +50,11 @@ pub(super) struct Servo {
     /// Target positions now and one servo step ago.
     now: JointPositions,
     before: JointPositions,
+    /// What the last torques were to give, rad/s², and what of them the drives could not, Nm.
+    asked: JointAccelerations,
+    cut_off: JointTorques,
+    /// What pushes the arm on besides the drives and the hand, as far as it is held against, Nm.
+    felt: JointTorques,
 }
 
 impl Servo {
@@ -52,6 +64,9 @@ impl Servo {
             limit: effort.map(|nominal| nominal * PEAK_TORQUE_FACTOR),
             now: *q,
             before: *q,
+            asked: JointAccelerations::ZERO,
+            cut_off: JointTorques::ZERO,
+            felt: JointTorques::ZERO,
         }
     }
 
@@ -61,30 +76,67 @@ impl Servo {
         self.before = *q;
     }
 
-    /// The torques for the next `step` seconds, at the end of which the target is `next`. `push` is what the sensor at
-    /// the flange feels, as joint torques: the drives hold against it.
+    /// What pushes on a resting arm is `torque`, Nm.
+    pub(super) fn hold_against(&mut self, torque: JointTorques) {
+        self.felt = torque.map(|torque| FELT_SHARE * torque);
+    }
+
+    /// The torques for the next `step` seconds, at the end of which the target is `next`, for an arm that is at `q` and moves
+    /// with `qd`. `hand` is what the sensor at the flange reads of hands, as joint torques, Nm.
     pub(super) fn torques(
         &mut self,
-        dynamics: &Dynamics,
-        q: &JointPositions,
-        qd: &JointSpeeds,
+        believed: &Dynamics,
+        arm: &RealArm,
+        (q, qd): (&JointPositions, &JointSpeeds),
         next: JointPositions,
-        push: &JointTorques,
+        hand: &JointTorques,
         step: f64,
     ) -> JointTorques {
         let (kp, kd) = (SERVO_BANDWIDTH * SERVO_BANDWIDTH, 2.0 * SERVO_BANDWIDTH);
-        let wanted = JointAccelerations(core::array::from_fn(|joint| {
+        let mut planned = JointAccelerations::ZERO;
+        for joint in 0..DOF {
             let speed = (self.now[joint] - self.before[joint]) / step;
             let next_speed = (next[joint] - self.now[joint]) / step;
-            (next_speed - speed) / step
-                + kd * (speed - qd[joint])
-                + kp * (self.now[joint] - q[joint])
-        }));
+            planned[joint] = (next_speed - speed) / step;
+            self.asked[joint] =
+                planned[joint] + kd * (speed - qd[joint]) + kp * (self.now[joint] - q[joint]);
+        }
         self.before = self.now;
         self.now = next;
-        let free = dynamics.inverse_dynamics(q, qd, &wanted);
+        let free = if arm.is_as_believed() {
+            believed.inverse_dynamics(q, qd, &self.asked)
+        } else {
+            let correction = self.asked.to_vector() - planned.to_vector();
+            let planned = believed.inverse_dynamics(q, qd, &planned).to_vector();
+            JointTorques((planned + arm.mass_matrix(q) * correction).into())
+        };
         JointTorques(core::array::from_fn(|joint| {
-            (free[joint] - push[joint]).clamp(-self.limit[joint], self.limit[joint])
+            let known = FELT_SHARE * hand[joint] + self.felt[joint];
+            let (wanted, most) = (free[joint] - known, self.limit[joint]);
+            let torque = within(wanted, -most, most);
+            self.cut_off[joint] = wanted - torque;
+            torque
         }))
+    }
+
+    /// What the arm made of the last torques: its speeds before and after the step that began at `q`.
+    pub(super) fn feel(
+        &mut self,
+        arm: &RealArm,
+        q: &JointPositions,
+        (before, after): (&JointSpeeds, &JointSpeeds),
+        step: f64,
+    ) {
+        let off = (after.to_vector() - before.to_vector()) / step - self.asked.to_vector();
+        let is_as_asked = off.amax() < NOT_FELT;
+        if is_as_asked && self.felt == JointTorques::ZERO && self.cut_off == JointTorques::ZERO {
+            return;
+        }
+        let missing = arm.mass_matrix(q) * off;
+        let share = step / (FELT_FILTER + step);
+        for joint in 0..DOF {
+            let pushing = self.felt[joint] + self.cut_off[joint] + missing[joint];
+            self.felt[joint] += share * (FELT_SHARE * pushing - self.felt[joint]);
+        }
     }
 }

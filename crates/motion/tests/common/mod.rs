@@ -42,6 +42,13 @@ pub fn ideal(model: &str) -> CycleConfig {
     }
 }
 
+/// The same, where nothing keeps the arm from running into itself: for tests that lead joints anywhere.
+pub fn unwatched(model: &str) -> CycleConfig {
+    let mut config = ideal(model);
+    config.limits.self_collision = Some(false);
+    config
+}
+
 impl Bench {
     pub fn new(config: CycleConfig) -> Self {
         let (motion, script) = border(BorderSizes::default(), &config.first_state());

@@ -181,6 +181,8 @@ impl Program {
             limits: LimitOverrides {
                 tcp_speed: slow_points.then(|| draw.between(0.1, 0.6)),
                 elbow_speed: slow_points.then(|| draw.between(0.1, 0.6)),
+                // Has tests of its own; here joints go anywhere.
+                self_collision: Some(false),
                 ..LimitOverrides::default()
             },
             plant: if draw.chance(0.05) {

@@ -12,6 +12,8 @@ pub struct Run {
     pub phases: Vec<Phase>,
     /// Motions that were ended because they took too long.
     pub cut_short: usize,
+    /// First and last cycle of each pause.
+    pub pauses: Vec<(u64, u64)>,
 }
 
 /// The cycles from one statement that moves the arm to the next.
@@ -55,6 +57,7 @@ pub fn run(program: &Program) -> Run {
         bench,
         phases: Vec::new(),
         cut_short: 0,
+        pauses: Vec::new(),
     };
     if let Some(conveyor) = &program.conveyor {
         run.bench.do_it(conveyor.track());
@@ -185,8 +188,10 @@ impl Run {
                 self.bench.send(CommandKind::SetSpeedFraction(1.0));
             }
             Meanwhile::Pause(cycles) => {
+                let from = self.bench.now().cycle;
                 self.bench.send(CommandKind::Pause);
                 self.bench.run(cycles);
+                self.pauses.push((from, self.bench.now().cycle));
                 self.bench.send(CommandKind::Resume);
             }
             Meanwhile::Stop => {

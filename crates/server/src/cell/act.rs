@@ -1,14 +1,16 @@
-//! From tables of the cell to what the control cycle acts on: safety planes, obstacles and tool, belts, loads.
+//! From tables of the cell to what the control cycle acts on: safety planes, obstacles and tool, belts, loads,
+//! what is true of the arm.
 //!
 //! Values were checked when the file was read; what the arm's own types refuse beyond that comes back as a sentence.
 
 use core::f64::consts::TAU;
 
 use kinematics::safety::{self, SafetyPlane, SafetySettingError, SafetyTool};
-use kinematics::{Pose, RpyPose, SafetyBounds, Wrench};
+use kinematics::{JointTorques, Payload, Pose, RpyPose, SafetyBounds, Wrench};
 use motion::contact::{self, Obstacle, Solid, Surroundings};
 use motion::external::{Load, LoadFrame};
 use motion::modes::encoder::Belt;
+use motion::{Drivetrain, Truth};
 
 use super::schema::{
     Conveyor, ExternalWrench, LoadFrame as TableFrame, PlaneMode, Shape, Six, Size, Tables,
@@ -41,6 +43,23 @@ pub(super) fn safety_bounds(tables: &Tables) -> Result<SafetyBounds, SafetySetti
         Shape::Plane => None,
     };
     Ok(bounds.with_tool(tool))
+}
+
+/// `[payload]` and `[arm]`.
+pub(super) fn truth(tables: &Tables) -> Truth {
+    let arm = &tables.arm;
+    Truth {
+        payload: tables.payload.as_ref().map(|table| Payload {
+            mass: table.mass,
+            cog: table.cog.into(),
+            inertia: table.inertia,
+        }),
+        drivetrain: Drivetrain {
+            coulomb: JointTorques(arm.coulomb),
+            viscous: arm.viscous,
+            rotor_inertia: arm.rotor_inertia,
+        },
+    }
 }
 
 /// `[[obstacle]]` and `[tool]`.

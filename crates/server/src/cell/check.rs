@@ -122,6 +122,13 @@ const NOISE_MAX: f64 = 1e4;
 /// Strongest load, N and Nm.
 const LOAD_MAX: f64 = motion_api::form::WRENCH_MAX;
 
+/// Heaviest load on the flange, kg, its farthest centre of gravity, m, largest friction of a joint, Nm and Nm s/rad, and
+/// largest inertia of a rotor at the joint, kg m².
+const MASS_MAX: f64 = 1000.0;
+const COG_MAX: f64 = 10.0;
+const FRICTION_TORQUE_MAX: f64 = 1000.0;
+const ROTOR_MAX: f64 = 100.0;
+
 /// Longest delay of a wire, s: its delay line holds a number a cycle.
 const WIRE_DELAY_MAX: f64 = 600.0;
 
@@ -183,6 +190,11 @@ pub(super) fn values(cell: &Tables) -> Checked {
     let sensor = Table("sensor".to_owned());
     sensor.at_most("force_noise", &[cell.sensor.force_noise], NOISE_MAX)?;
     sensor.at_most("torque_noise", &[cell.sensor.torque_noise], NOISE_MAX)?;
+    payload(cell)?;
+    let arm = Table("arm".to_owned());
+    arm.at_most("coulomb", &cell.arm.coulomb, FRICTION_TORQUE_MAX)?;
+    arm.at_most("viscous", &cell.arm.viscous, FRICTION_TORQUE_MAX)?;
+    arm.at_most("rotor_inertia", &cell.arm.rotor_inertia, ROTOR_MAX)?;
     for (index, load) in cell.wrench.iter().enumerate() {
         let table = Table::numbered("wrench", index);
         table.not_negative("at", &[load.at])?;
@@ -272,6 +284,24 @@ pub(super) fn values(cell: &Tables) -> Checked {
         modbus(&Table::numbered("modbus", index), signal)?;
     }
     Ok(())
+}
+
+fn payload(cell: &Tables) -> Checked {
+    let Some(payload) = &cell.payload else {
+        return Ok(());
+    };
+    let table = Table("payload".to_owned());
+    table.at_most("mass", &[payload.mass], MASS_MAX)?;
+    let allowed = format!("allowed are -{COG_MAX} to {COG_MAX}");
+    table.all("cog", &payload.cog, &allowed, |x| x.abs() <= COG_MAX)?;
+    table.finite("inertia", &payload.inertia)?;
+    match kinematics::Payload::new(payload.mass, payload.cog, payload.inertia) {
+        Ok(_) => Ok(()),
+        Err(error) => {
+            let given = format!("{:?}", payload.inertia);
+            Err(table.wrong("inertia", given, error.to_string()))
+        }
+    }
 }
 
 fn conveyor(table: &Table, belt: &Conveyor) -> Checked {

@@ -21,6 +21,10 @@ pub struct Tables {
     pub limits: Limits,
     /// Noise of the force sensor.
     pub sensor: Sensor,
+    /// What really hangs on the flange.
+    pub payload: Option<Payload>,
+    /// What the drives have to overcome.
+    pub arm: Arm,
     /// Loads from outside.
     pub wrench: Vec<ExternalWrench>,
     /// Belts and turntables.
@@ -173,6 +177,32 @@ pub struct Limits {
     pub elbow_speed: Option<f64>,
     /// N.
     pub tcp_force: Option<f64>,
+    /// Whether the arm is kept from running into itself.
+    pub self_collision: Option<bool>,
+    /// In force in reduced mode.
+    pub reduced: ReducedLimits,
+}
+
+/// `[limits.reduced]`
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReducedLimits {
+    /// rad/s.
+    pub joint_speed: Option<Six>,
+    /// rad/s².
+    pub joint_acceleration: Option<Six>,
+    /// rad/s³.
+    pub joint_jerk: Option<Six>,
+    /// rad.
+    pub joint_position_min: Option<Six>,
+    /// rad.
+    pub joint_position_max: Option<Six>,
+    /// m/s.
+    pub tcp_speed: Option<f64>,
+    /// m/s.
+    pub elbow_speed: Option<f64>,
+    /// N.
+    pub tcp_force: Option<f64>,
 }
 
 /// `[sensor]`: standard deviations.
@@ -183,6 +213,32 @@ pub struct Sensor {
     pub force_noise: f64,
     /// Nm.
     pub torque_noise: f64,
+}
+
+/// `[payload]`: what really hangs on the flange, whatever the controller is told.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Payload {
+    /// kg.
+    pub mass: f64,
+    /// Centre of gravity in the flange frame, m.
+    #[serde(default)]
+    pub cog: [f64; 3],
+    /// Ixx, Iyy, Izz, Ixy, Ixz, Iyz about it, kg m².
+    #[serde(default)]
+    pub inertia: Six,
+}
+
+/// `[arm]`: what the drives have to overcome; the controller does not know it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Arm {
+    /// Dry friction, Nm.
+    pub coulomb: Six,
+    /// Nm s/rad.
+    pub viscous: Six,
+    /// Inertia of the rotors about the joint axes, kg m².
+    pub rotor_inertia: Six,
 }
 
 /// In which axes a load is given.

@@ -51,9 +51,18 @@ joint_position_max = [3, 3, 3, 3, 3, 3]
 tcp_speed = 1.5
 elbow_speed = 1.5
 tcp_force = 150
+self_collision = false
 [sensor]
 force_noise = 0.2
 torque_noise = 0.01
+[payload]
+mass = 2
+cog = [0, 0.01, 0.08]
+inertia = [0.01, 0.01, 0.02, 0, 0, 0]
+[arm]
+coulomb = [6, 6, 5, 2, 2, 2]
+viscous = [4, 4, 3, 1, 1, 1]
+rotor_inertia = [0.6, 0.6, 0.4, 0.1, 0.1, 0.1]
 [[wrench]]
 at = 1
 duration = 0.5
@@ -162,6 +171,27 @@ fn obstacles_tool_and_sensor_reach_the_arm() {
     let noise = cell.sensor_noise(7);
     assert_eq!((noise.force, noise.torque, noise.seed), (0.2, 0.01, 7));
     assert_eq!(cell.limits().tcp_force, Some(150.0));
+    assert_eq!(cell.limits().self_collision, Some(false));
+}
+
+#[test]
+fn the_truth_reaches_the_arm_and_is_none_without_its_tables() {
+    let truth = |text: &str| {
+        let cell = Cell::from_text(text.to_owned(), Path::new("c.toml"));
+        cell.unwrap().truth()
+    };
+    let there = truth(WHOLE);
+    let payload = there.payload.unwrap();
+    assert_eq!(
+        (payload.mass, payload.cog.y, payload.inertia[2]),
+        (2.0, 0.01, 0.02)
+    );
+    assert_eq!(there.drivetrain.coulomb.0, [6.0, 6.0, 5.0, 2.0, 2.0, 2.0]);
+    assert_eq!(there.drivetrain.viscous[2], 3.0);
+    assert_eq!(there.drivetrain.rotor_inertia[5], 0.1);
+    assert_eq!(truth(""), Truth::default());
+    // No mass is a truth as well.
+    assert!(truth("[payload]\nmass = 0").payload.is_some());
 }
 
 #[test]
@@ -178,6 +208,13 @@ fn limits_and_the_text_are_kept() {
         ..LimitOverrides::default()
     };
     assert_eq!(cell.limits(), expected);
+    assert_eq!(cell.reduced_limits(), LimitOverrides::default());
+    std::fs::write(&path, "[limits.reduced]\nelbow_speed = 0.2\n").unwrap();
+    let reduced = LimitOverrides {
+        elbow_speed: Some(0.2),
+        ..LimitOverrides::default()
+    };
+    assert_eq!(Cell::load(&path).unwrap().reduced_limits(), reduced);
     let missing = Cell::load(&folder.path().join("x.toml")).unwrap_err();
     assert!(
         missing
@@ -219,6 +256,15 @@ fn each_mistake_has_one_sentence_that_names_the_key() {
         "[sensor]\nforce_noise = -1".to_owned(),
         "[sensor]\ntorque_noise = inf".to_owned(),
         "[sensor]\nseed = 1".to_owned(),
+        "[payload]\ncog = [0, 0, 0]".to_owned(),
+        "[payload]\nmass = -1".to_owned(),
+        "[payload]\nmass = 1\ncog = [0, 0, 11]".to_owned(),
+        "[payload]\nmass = 1\ninertia = [1, 1, 3, 0, 0, 0]".to_owned(),
+        "[payload]\nmass = 1\nweight = 1".to_owned(),
+        "[arm]\ncoulomb = [1, 1, 1]".to_owned(),
+        "[arm]\nviscous = [0, 0, nan, 0, 0, 0]".to_owned(),
+        "[arm]\nrotor_inertia = [0, 0, -0.1, 0, 0, 0]".to_owned(),
+        "[arm]\nfriction = [0, 0, 0, 0, 0, 0]".to_owned(),
         "[tool]\nshape = \"sphere\"\nsize = 0\npose = [0, 0, 0, 0, 0, 0]".to_owned(),
         "[[wrench]]\nat = 0\nduration = 1\nwrench = [0, 0, 1e6, 0, 0, 0]".to_owned(),
         format!("{}\n{}", obstacle("shape = \"plane\""), obstacle("shape = \"plane\"")),

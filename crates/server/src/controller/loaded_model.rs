@@ -79,6 +79,7 @@ pub(super) fn setup(
         seed: config.seed,
         plant: match config.plant {
             PlantChoice::Rigid => start_configuration::RIGID.to_owned(),
+            PlantChoice::Rapier => start_configuration::RAPIER.to_owned(),
             PlantChoice::Ideal => start_configuration::IDEAL.to_owned(),
         },
         clock: clock.to_owned(),

@@ -1,0 +1,153 @@
+//! The arm as it is: what really hangs on the flange, and what the drives have to overcome besides the links.
+//!
+//! Owns the truth that the controller does not know. It meets the controller only in what the plant's joints do and carry
+//! and in what the force sensor reads. Without a truth of its own the arm is what the controller believes.
+
+use kinematics::payload::RigidBody;
+use kinematics::{
+    Chain, DOF, Dynamics, JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload,
+    RobotModel,
+};
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+/// `[arm]` of the cell: losses and rotors of the drives, seen at the joints.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Drivetrain {
+    /// Dry friction, Nm: holds up to this, and opposes turning with it.
+    pub coulomb: JointTorques,
+    /// Friction that grows with the speed, Nm s/rad.
+    pub viscous: [f64; DOF],
+    /// Inertia of the rotor about the joint axis, kg m²: the gear ratio squared times its own.
+    pub rotor_inertia: [f64; DOF],
+}
+
+/// What is true of the arm whatever the controller believes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Truth {
+    /// What hangs on the flange; `None`: what the controller was told.
+    pub payload: Option<Payload>,
+    /// What the drives have to overcome.
+    pub drivetrain: Drivetrain,
+}
+
+/// The masses and losses that a plant moves.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RealArm {
+    chain: Chain,
+    links: [RigidBody; DOF],
+    truth: Truth,
+    dynamics: Dynamics,
+}
+
+impl RealArm {
+    /// `believed` is the controller's model, `gravity` the free-fall acceleration in the base frame, m/s².
+    pub(super) fn new(
+        model: &RobotModel,
+        truth: Truth,
+        believed: &Dynamics,
+        gravity: &Vector3<f64>,
+    ) -> Self {
+        let mut arm = Self {
+            chain: *model.chain(),
+            links: *model.link_bodies(),
+            truth,
+            dynamics: *believed,
+        };
+        arm.follow(believed, gravity);
+        arm
+    }
+
+    /// The controller was told another payload or gravity. Gravity is what it is told, the payload only where no other hangs
+    /// there.
+    pub(super) fn follow(&mut self, believed: &Dynamics, gravity: &Vector3<f64>) {
+        self.dynamics = match &self.truth.payload {
+            None => *believed,
+            Some(payload) => Dynamics::new(self.chain, self.links, payload, *gravity),
+        };
+    }
+
+    /// The rigid bodies.
+    pub(super) const fn dynamics(&self) -> &Dynamics {
+        &self.dynamics
+    }
+
+    /// True where the controller's model of masses and rotors is right.
+    pub(super) fn is_as_believed(&self) -> bool {
+        self.truth.payload.is_none() && self.truth.drivetrain.rotor_inertia == [0.0; DOF]
+    }
+
+    /// True without friction and rotors.
+    pub(super) fn is_without_losses(&self) -> bool {
+        self.truth.drivetrain == Drivetrain::default()
+    }
+
+    /// Dry friction, Nm, if there is any.
+    pub(super) fn coulomb(&self) -> Option<&JointTorques> {
+        let coulomb = &self.truth.drivetrain.coulomb;
+        (*coulomb != JointTorques::ZERO).then_some(coulomb)
+    }
+
+    /// Mass matrix with rotors, kg m².
+    pub(super) fn mass_matrix(&self, q: &JointPositions) -> Matrix6<f64> {
+        self.with_rotors(self.dynamics.mass_matrix(q), &[0.0; DOF])
+    }
+
+    /// Mass matrix for a step of `step` seconds at whose end viscous friction is taken: whatever its size, the step is stable.
+    pub(super) fn mass_over(&self, q: &JointPositions, step: f64) -> Matrix6<f64> {
+        let drag = self.truth.drivetrain.viscous.map(|drag| drag * step);
+        self.with_rotors(self.dynamics.mass_matrix(q), &drag)
+    }
+
+    fn with_rotors(&self, mut mass: Matrix6<f64>, more: &[f64; DOF]) -> Matrix6<f64> {
+        for joint in 0..DOF {
+            mass[(joint, joint)] += self.truth.drivetrain.rotor_inertia[joint] + more[joint];
+        }
+        mass
+    }
+
+    /// Torques that gravity, the links' motion and viscous friction take up at `qd`, Nm.
+    pub(super) fn bias(&self, q: &JointPositions, qd: &JointSpeeds) -> Vector6<f64> {
+        let viscous = &self.truth.drivetrain.viscous;
+        let drag = Vector6::from_fn(|joint, _| viscous[joint] * qd[joint]);
+        self.dynamics.bias_torques(q, qd).to_vector() + drag
+    }
+
+    /// Joint accelerations over a step of `step` seconds under `torque`, dry friction apart, rad/s².
+    pub(super) fn accelerations(
+        &self,
+        q: &JointPositions,
+        qd: &JointSpeeds,
+        torque: &JointTorques,
+        step: f64,
+    ) -> JointAccelerations {
+        let drivetrain = &self.truth.drivetrain;
+        let (drag, rotor) = (&drivetrain.viscous, &drivetrain.rotor_inertia);
+        let left = JointTorques(core::array::from_fn(|j| torque[j] - drag[j] * qd[j]));
+        let armature = core::array::from_fn(|j| rotor[j] + step * drag[j]);
+        self.dynamics
+            .forward_dynamics_geared(q, qd, &left, &armature)
+    }
+
+    /// What the drives give where the arm moves just so, Nm.
+    pub(super) fn torques_of_motion(
+        &self,
+        q: &JointPositions,
+        qd: &JointSpeeds,
+        qdd: &JointAccelerations,
+    ) -> JointTorques {
+        let Drivetrain {
+            coulomb,
+            viscous,
+            rotor_inertia,
+        } = &self.truth.drivetrain;
+        let links = self.dynamics.inverse_dynamics(q, qd, qdd);
+        JointTorques(core::array::from_fn(|j| {
+            let dry = if qd[j] == 0.0 {
+                0.0
+            } else {
+                coulomb[j].copysign(qd[j])
+            };
+            links[j] + rotor_inertia[j] * qdd[j] + viscous[j] * qd[j] + dry
+        }))
+    }
+}
