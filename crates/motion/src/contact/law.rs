@@ -133,6 +133,74 @@ pub(crate) fn solve(
     }
     let step = answer.map_or(0.0, |answer| answer.step);
     let mut speeds = qd.to_vector();
+    let (mut rows, mut depths) = rows(touches, obstacles, frames, &speeds, answer);
+    let mut forces = ContactForces::NONE;
+    if let Some(bearings) = &bearings {
+        speeds += bearings.effect * bearings.torque.to_vector();
+    }
+    // Shared by the depths that would be reached without contact, then by those that are.
+    for _ in 0..2 {
+        share(touches, obstacles, &depths, &mut rows);
+        for _ in 0..ROUNDS {
+            let mut change = 0.0_f64;
+            for (k, touch) in touches.iter().enumerate() {
+                let Some(row) = &rows[k] else { continue };
+                let next = row.next(&touch.place.normal, &forces.forces[k], &speeds, step);
+                let more = next - forces.forces[k];
+                speeds += row.effect * more;
+                forces.forces[k] = next;
+                change = change.max(more.amax());
+            }
+            if let Some(bearings) = &mut bearings {
+                change = change.max(bearings.rub(&mut speeds));
+            }
+            if change < SETTLED || answer.is_none() {
+                break;
+            }
+        }
+        if answer.is_none() || touches.len() <= 1 {
+            break;
+        }
+        for (k, touch) in touches.iter().enumerate() {
+            let Some(row) = &rows[k] else { continue };
+            depths[k] = row.depth - step * touch.place.normal.dot(&(row.jacobian * speeds));
+        }
+    }
+    forces.add_up(touches, &rows, tcp);
+    forces.friction = bearings.map_or(JointTorques::ZERO, |bearings| bearings.torque);
+    forces.speeds = speeds.into();
+    forces
+}
+
+impl ContactForces {
+    /// What the forces at the places come to.
+    fn add_up(&mut self, touches: &[Touch], rows: &[Option<Row>; TOUCHES_MAX], tcp: Vector3<f64>) {
+        let (mut all, mut tool) = (Vector6::zeros(), Vector6::zeros());
+        for (k, touch) in touches.iter().enumerate() {
+            let Some(row) = &rows[k] else { continue };
+            let force = self.forces[k];
+            let torque = row.jacobian.transpose() * force;
+            all += torque;
+            if touch.part == Part::Tool {
+                tool += torque;
+                self.tool.force += force;
+                self.tool.moment += (touch.place.point - tcp).cross(&force);
+            }
+        }
+        self.torque = JointTorques(all.into());
+        self.tool_torque = JointTorques(tool.into());
+    }
+}
+
+/// The places that would be touched at the end of the step if nothing pushed back, and how deep all would be then.
+fn rows(
+    touches: &[Touch],
+    obstacles: &[Obstacle],
+    frames: &Frames,
+    speeds: &Vector6<f64>,
+    answer: Option<&Answer>,
+) -> ([Option<Row>; TOUCHES_MAX], [f64; TOUCHES_MAX]) {
+    let step = answer.map_or(0.0, |answer| answer.step);
     let mut rows = [None::<Row>; TOUCHES_MAX];
     let mut depths = [0.0_f64; TOUCHES_MAX];
     for (k, touch) in touches.iter().enumerate() {
@@ -168,55 +236,7 @@ pub(crate) fn solve(
             friction: obstacle.friction,
         });
     }
-    let mut forces = ContactForces::NONE;
-    if let Some(bearings) = &bearings {
-        speeds += bearings.effect * bearings.torque.to_vector();
-    }
-    // Shared by the depths that would be reached without contact, then by those that are.
-    for _ in 0..2 {
-        share(touches, obstacles, &depths, &mut rows);
-        for _ in 0..ROUNDS {
-            let mut change = 0.0_f64;
-            for (k, touch) in touches.iter().enumerate() {
-                let Some(row) = &rows[k] else { continue };
-                let next = row.next(&touch.place.normal, &forces.forces[k], &speeds, step);
-                let more = next - forces.forces[k];
-                speeds += row.effect * more;
-                forces.forces[k] = next;
-                change = change.max(more.amax());
-            }
-            if let Some(bearings) = &mut bearings {
-                change = change.max(bearings.rub(&mut speeds));
-            }
-            if change < SETTLED || answer.is_none() {
-                break;
-            }
-        }
-        if answer.is_none() || touches.len() <= 1 {
-            break;
-        }
-        for (k, touch) in touches.iter().enumerate() {
-            let Some(row) = &rows[k] else { continue };
-            depths[k] = row.depth - step * touch.place.normal.dot(&(row.jacobian * speeds));
-        }
-    }
-    let (mut all, mut tool) = (Vector6::zeros(), Vector6::zeros());
-    for (k, touch) in touches.iter().enumerate() {
-        let Some(row) = &rows[k] else { continue };
-        let force = forces.forces[k];
-        let torque = row.jacobian.transpose() * force;
-        all += torque;
-        if touch.part == Part::Tool {
-            tool += torque;
-            forces.tool.force += force;
-            forces.tool.moment += (touch.place.point - tcp).cross(&force);
-        }
-    }
-    forces.torque = JointTorques(all.into());
-    forces.friction = bearings.map_or(JointTorques::ZERO, |bearings| bearings.torque);
-    forces.speeds = speeds.into();
-    forces.tool_torque = JointTorques(tool.into());
-    forces
+    (rows, depths)
 }
 
 /// Shares the stiffness and damping of an obstacle among the places where one part touches it, in proportion to `depths`.

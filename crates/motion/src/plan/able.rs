@@ -7,7 +7,9 @@
 use super::torque::TorqueBounds;
 use super::{Arm, Wish};
 use crate::config::MotionLimits;
-use crate::constants::{BEND_SHARES, HARDEST_SHARE, POINT_SPEED_MARGIN, TORQUE_SHARE_OF_SPEED};
+use crate::constants::{
+    ACCELERATION_RISE, BEND_SHARES, HARDEST_SHARE, POINT_SPEED_MARGIN, TORQUE_SHARE_OF_SPEED,
+};
 use crate::path::PathPoint;
 use crate::scalar::CellLimits;
 
@@ -31,6 +33,9 @@ pub struct Bounds {
     pub elbow: f64,
     /// What is asked of the drives.
     pub torque: TorqueBounds,
+    /// What the bend does to each joint everywhere: it turns faster along the way (1), so that slowing down takes from what
+    /// the bend asks of it, or slower (-1); 0 where that changes, or is not known.
+    pub turning: [f64; 6],
 }
 
 impl Bounds {
@@ -42,6 +47,7 @@ impl Bounds {
         tcp: 0.0,
         elbow: 0.0,
         torque: TorqueBounds::NONE,
+        turning: [f64::NAN; 6],
     };
 
     /// Takes in what happens between two places.
@@ -56,10 +62,21 @@ impl Bounds {
             self.first[joint] = self.first[joint].max(first);
             self.second[joint] = self.second[joint].max(second);
             self.third[joint] = self.third[joint].max(third);
+            let signs = [left, right].map(|at| (at.first[joint] * at.second[joint]).signum());
+            self.turns(joint, if signs[0] == signs[1] { signs[0] } else { 0.0 });
         }
         self.elbow = self.elbow.max(elbow);
         self.torque
             .cover(&right.q, &right.first, &right.second, arm);
+    }
+
+    fn turns(&mut self, joint: usize, turning: f64) {
+        let known = &mut self.turning[joint];
+        if known.is_nan() {
+            *known = turning;
+        } else if *known != turning {
+            *known = 0.0;
+        }
     }
 
     /// Takes in another piece.
@@ -71,15 +88,35 @@ impl Bounds {
         self.tcp = self.tcp.max(other.tcp);
         self.elbow = self.elbow.max(other.elbow);
         self.torque.join(&other.torque);
+        (0..6).for_each(|joint| self.turns(joint, other.turning[joint]));
     }
 
     /// What the piece bears, and no more than is wished for.
     pub fn limits(&self, wish: &Wish, limits: &MotionLimits) -> CellLimits {
+        let speed = self.fastest(wish, limits);
+        let able = self.accelerations(speed, limits);
+        let most = able.as_flattened().iter().copied().fold(0.0, f64::max);
+        let wanted = if wish.duration > 0.0 {
+            f64::INFINITY
+        } else {
+            wish.acceleration
+        };
+        let [asked, braking] = able.map(|able| able.map(|a| a.min(wanted)));
+        CellLimits {
+            speed,
+            asked,
+            braking,
+            hardest: able[1].map(|a| HARDEST_SHARE * a),
+            jerk: self.jerk_left(speed, most, limits),
+        }
+    }
+
+    /// The speed of s that points, drives and joints bear, and that is wished for.
+    fn fastest(&self, wish: &Wish, limits: &MotionLimits) -> f64 {
         let mut speed = (limits.tcp_speed / self.tcp)
             .min(POINT_SPEED_MARGIN * limits.elbow_speed / self.elbow)
             .min(self.torque.speed_limit(TORQUE_SHARE_OF_SPEED))
             .min(FASTEST);
-        let mut by_jerk = FASTEST;
         for joint in 0..6 {
             let (d1, d2, d3) = (self.first[joint], self.second[joint], self.third[joint]);
             speed = speed
@@ -90,41 +127,44 @@ impl Bounds {
         if wish.duration <= 0.0 {
             speed = speed.min(wish.speed);
         }
-        let square = speed * speed;
-        let mut able = [
+        speed
+    }
+
+    /// The accelerations of s that joints and drives bear at rest and at `speed`: speeding up, slowing down.
+    fn accelerations(&self, speed: f64, limits: &MotionLimits) -> [[f64; 2]; 2] {
+        let mut able = [[
             self.torque.acceleration_limit(0.0).min(FASTEST),
             self.torque.acceleration_limit(speed).min(FASTEST),
-        ];
+        ]; 2];
+        let mut by_jerk = FASTEST;
         for joint in 0..6 {
             let (d1, d2) = (self.first[joint], self.second[joint]);
             let most = limits.acceleration[joint];
-            able[0] = able[0].min(most / d1);
-            able[1] = able[1].min((most - d2 * square) / d1);
+            for (able, eased) in able.iter_mut().zip([-1.0, 1.0]) {
+                able[0] = able[0].min(most / d1);
+                // Against the bend it has all of the joint's acceleration, and more, which is not used.
+                let left = if self.turning[joint] == eased {
+                    most
+                } else {
+                    most - d2 * speed * speed
+                };
+                able[1] = able[1].min(left / d1);
+            }
             let left = BEND_SHARES.jerk_of_acceleration * limits.jerk[joint];
             by_jerk = by_jerk.min(left / (3.0 * d2 * speed));
         }
-        let able = able.map(|a| a.min(by_jerk));
-        let most = able[0].max(able[1]);
-        let mut jerk = FASTEST / crate::constants::ACCELERATION_RISE;
-        for joint in 0..6 {
+        able.map(|able| able.map(|a| a.min(by_jerk)))
+    }
+
+    /// The jerk of s that is left at a speed and with accelerations of at most `most`.
+    fn jerk_left(&self, speed: f64, most: f64, limits: &MotionLimits) -> f64 {
+        (0..6).fold(FASTEST / ACCELERATION_RISE, |jerk, joint| {
             let (d1, d2, d3) = (self.first[joint], self.second[joint], self.third[joint]);
             // A little is kept for what lies between the places that were looked at.
-            let left =
-                PLACES_SHARE * limits.jerk[joint] - d3 * speed * square - 3.0 * d2 * speed * most;
-            jerk = jerk.min(left / d1);
-        }
-        let asked = able.map(|a| {
-            if wish.duration > 0.0 {
-                a
-            } else {
-                a.min(wish.acceleration)
-            }
-        });
-        CellLimits {
-            speed,
-            asked,
-            hardest: able.map(|a| HARDEST_SHARE * a),
-            jerk,
-        }
+            let left = PLACES_SHARE * limits.jerk[joint]
+                - d3 * speed * speed * speed
+                - 3.0 * d2 * speed * most;
+            jerk.min(left / d1)
+        })
     }
 }

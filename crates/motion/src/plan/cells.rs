@@ -47,7 +47,8 @@ impl Cells {
         self.list
             .iter()
             .fold((f64::INFINITY, f64::INFINITY), |(speed, a), (_, limits)| {
-                (speed.min(limits.speed), a.min(limits.asked[1]))
+                let own = limits.asked[1].min(limits.braking[1]);
+                (speed.min(limits.speed), a.min(own))
             })
     }
 
@@ -60,7 +61,8 @@ impl Cells {
             jerk: f64::INFINITY,
         };
         for (_, limits) in &self.list {
-            let acceleration = limits.asked[0].max(limits.asked[1]);
+            let both = limits.asked.into_iter().chain(limits.braking);
+            let acceleration = both.fold(0.0, f64::max);
             let jerk = limits.jerk.min(acceleration / ACCELERATION_RISE);
             longest = longest.max(acceleration / jerk);
             fastest.speed = fastest.speed.max(limits.speed);

@@ -4,7 +4,7 @@
 //! Two lines of the TCP join over a [`Turn`]; whatever else meets joins over a curve in joint space (see [`JointQuintic`]),
 //! so that any two kinds of legs join alike, without inverse kinematics on the way.
 
-use kinematics::{JointPositions, JointSpeeds, RobotModel};
+use kinematics::{JointPositions, JointSpeeds, Pose, RobotModel};
 
 use super::able::Bounds;
 use super::leg::{End, Leg};
@@ -246,11 +246,6 @@ impl<'a> Corner<'a> {
         };
         let length = self.before + self.exit / rate;
         let curve = JointQuintic::between(start, &end, length);
-        let tool = &self.first.flange_from_tcp;
-        let corner = arm
-            .model
-            .tcp_pose(&self.first.path.end().q, tool)
-            .translation;
         let both_joint = matches!(
             (&self.first.path, &self.next.path),
             (Path::Joint(_), Path::Joint(_))
@@ -266,77 +261,34 @@ impl<'a> Corner<'a> {
             acceleration: arm.limits.acceleration.map(|a| a.min(most)),
             ..*arm.limits
         };
+        let tool = &self.first.flange_from_tcp;
+        let corner = arm.model.tcp_pose(&self.first.path.end().q, tool);
+        let rates = |point: &QuinticPoint| rates(point, tool, &corner, arm);
         let step = length / BLEND_CELLS as f64;
-        let tcp_per_s = |point: &QuinticPoint| {
-            let frames = arm.model.forward(&JointPositions(point.q));
-            let at = (frames.base_from_flange * *tool).translation;
-            let rates = JointSpeeds(point.first);
-            let tcp = frames.twist(&rates, at).linear.norm();
-            (tcp, elbow_speed(&frames, &rates), (at - corner).norm())
-        };
         let mut left = curve.point(0.0);
-        let mut left_speeds = tcp_per_s(&left);
-        let begun = left_speeds.0;
-        let ended = tcp_per_s(&curve.point(length)).0;
-        // On the curve neither leg's speed is exceeded: not the faster one's TCP speed where a leg is one of the TCP, not the
-        // faster one's leading joint between two joint legs.
-        let (first, next) = (self.first.wish.speed, self.next.wish.speed);
-        let (tcp_limit, turn_limit) = if asked.duration > 0.0 {
-            (f64::INFINITY, f64::INFINITY)
-        } else if both_joint {
-            (f64::INFINITY, first.max(next))
-        } else {
-            let own = |leg: &Leg, per_s: f64| leg.wish.speed * per_s;
-            let fastest = own(self.first, begun).max(own(&self.next, ended / rate));
-            // A tool that only turns has no TCP speed to keep to.
-            (
-                if begun.max(ended) < 1e-6 {
-                    f64::INFINITY
-                } else {
-                    fastest
-                },
-                f64::INFINITY,
-            )
-        };
-        let fastest = first.max(next / rate);
+        let mut left_rates = rates(&left);
+        let ended = rates(&curve.point(length)).tcp;
+        let caps = self.caps(both_joint, left_rates.tcp, ended / rate);
         let mut cells = [(0.0, CellLimits::NONE); BLEND_CELLS];
         for (k, cell) in cells.iter_mut().enumerate() {
             let s = step * (k + 1) as f64;
             let right = curve.point(s);
-            let right_speeds = tcp_per_s(&right);
-            let middle = tcp_per_s(&curve.point(s - 0.5 * step));
-            // A parabola through three places rises over its ends by an eighth of their second difference.
-            let peak = |a: f64, b: f64, c: f64| a.max(b).max(c) + (a - 2.0 * b + c).abs() / 8.0;
-            let tcp = peak(left_speeds.0, middle.0, right_speeds.0);
-            let elbow = peak(left_speeds.1, middle.1, right_speeds.1);
-            let is_inside = right_speeds.2 <= self.first.radius * (1.0 + 1e-9);
+            let right_rates = rates(&right);
+            let middle = rates(&curve.point(s - 0.5 * step));
+            let is_inside = right_rates.from_corner <= self.first.radius * (1.0 + 1e-9);
             if !is_in_range(&right.q, arm) || !(is_inside || k + 1 == BLEND_CELLS) {
                 return None;
             }
-            let mut bounds = Bounds::NONE;
-            // Between two places a value exceeds both by no more than a parabola's height.
-            let rise = step * step / 8.0;
-            let mut turning = 0.0_f64;
-            for joint in 0..6 {
-                for point in [&left, &right] {
-                    let fourth = point.fourth[joint].abs();
-                    let first = point.first[joint].abs() + rise * point.third[joint].abs();
-                    turning = turning.max(first);
-                    bounds.first[joint] = bounds.first[joint].max(first);
-                    let second = point.second[joint].abs() + rise * fourth;
-                    bounds.second[joint] = bounds.second[joint].max(second);
-                    let third = point.third[joint].abs() + 0.5 * step * fourth;
-                    bounds.third[joint] = bounds.third[joint].max(third);
-                }
-            }
+            let (mut bounds, turning) = between(&left, &right, step);
             let q = JointPositions(right.q);
             bounds.torque.cover(&q, &right.first, &right.second, arm);
+            let tcp = peak(left_rates.tcp, middle.tcp, right_rates.tcp);
             bounds.tcp = tcp / POINT_SPEED_MARGIN;
-            bounds.elbow = elbow;
+            bounds.elbow = peak(left_rates.elbow, middle.elbow, right_rates.elbow);
             let wish = Wish {
-                speed: fastest
-                    .min(BLEND_TCP_SHARE * tcp_limit / tcp)
-                    .min(turn_limit / turning),
+                speed: (self.first.wish.speed.max(self.next.wish.speed / rate))
+                    .min(BLEND_TCP_SHARE * caps.tcp / tcp)
+                    .min(caps.turning / turning),
                 acceleration: asked.acceleration.max(self.next.wish.acceleration / rate),
                 ..asked
             };
@@ -344,7 +296,7 @@ impl<'a> Corner<'a> {
             if !cell.1.are_usable() {
                 return None;
             }
-            (left, left_speeds) = (right, right_speeds);
+            (left, left_rates) = (right, right_rates);
         }
         Some(Curve {
             path: Path::Blend(curve),
@@ -354,6 +306,86 @@ impl<'a> Corner<'a> {
             cells,
         })
     }
+
+    /// On the curve neither leg's speed is exceeded: not the faster one's TCP speed where a leg is one of the TCP, not the
+    /// faster one's leading joint between two joint legs. The TCP goes so far per s of the first leg and of the second where
+    /// the curve begins and ends.
+    fn caps(&self, both_joint: bool, begun: f64, ended: f64) -> Caps {
+        let (first, next) = (&self.first.wish, &self.next.wish);
+        let none = Caps {
+            tcp: f64::INFINITY,
+            turning: f64::INFINITY,
+        };
+        if first.duration > 0.0 && next.duration > 0.0 {
+            none
+        } else if both_joint {
+            Caps {
+                turning: first.speed.max(next.speed),
+                ..none
+            }
+        } else if begun.max(ended) < 1e-6 {
+            // A tool that only turns has no TCP speed to keep to.
+            none
+        } else {
+            Caps {
+                tcp: (first.speed * begun).max(next.speed * ended),
+                ..none
+            }
+        }
+    }
+}
+
+/// Distances per s at a place of a curve, m, and how far the TCP is from the corner there, m.
+#[derive(Clone, Copy)]
+struct Rates {
+    tcp: f64,
+    elbow: f64,
+    from_corner: f64,
+}
+
+/// What TCP and elbow do per s at a place of a curve in joint space.
+fn rates(point: &QuinticPoint, tool: &Pose, corner: &Pose, arm: &Arm) -> Rates {
+    let frames = arm.model.forward(&JointPositions(point.q));
+    let at = (frames.base_from_flange * *tool).translation;
+    let rates = JointSpeeds(point.first);
+    Rates {
+        tcp: frames.twist(&rates, at).linear.norm(),
+        elbow: elbow_speed(&frames, &rates),
+        from_corner: (at - corner.translation).norm(),
+    }
+}
+
+/// The fastest that the TCP may go on a curve, m/s, and a joint turn, rad/s.
+#[derive(Clone, Copy)]
+struct Caps {
+    tcp: f64,
+    turning: f64,
+}
+
+/// A parabola through three places rises over its ends by an eighth of their second difference.
+fn peak(a: f64, b: f64, c: f64) -> f64 {
+    a.max(b).max(c) + (a - 2.0 * b + c).abs() / 8.0
+}
+
+/// The largest derivatives between two places of a curve, and the largest first one of any joint.
+fn between(left: &QuinticPoint, right: &QuinticPoint, step: f64) -> (Bounds, f64) {
+    let mut bounds = Bounds::NONE;
+    // Between two places a value exceeds both by no more than a parabola's height.
+    let rise = step * step / 8.0;
+    let mut turning = 0.0_f64;
+    for joint in 0..6 {
+        for point in [left, right] {
+            let fourth = point.fourth[joint].abs();
+            let first = point.first[joint].abs() + rise * point.third[joint].abs();
+            turning = turning.max(first);
+            bounds.first[joint] = bounds.first[joint].max(first);
+            let second = point.second[joint].abs() + rise * fourth;
+            bounds.second[joint] = bounds.second[joint].max(second);
+            let third = point.third[joint].abs() + 0.5 * step * fourth;
+            bounds.third[joint] = bounds.third[joint].max(third);
+        }
+    }
+    (bounds, turning)
 }
 
 /// A turn between two neighbouring places, rad, beyond which it is another branch of solutions.

@@ -85,6 +85,7 @@ pub fn plan_movej(
     let limits = CellLimits {
         speed: chosen.speed,
         asked: [chosen.acceleration; 2],
+        braking: [chosen.acceleration; 2],
         hardest: [HARDEST_SHARE * able.acceleration; 2],
         jerk: chosen.jerk,
     };

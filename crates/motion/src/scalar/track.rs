@@ -6,6 +6,12 @@
 //! afterwards ([`Travel`](super::Travel)): for half of that time before and behind a cell nobody may be faster than the cell
 //! allows, so that the mean keeps its limits too.
 
+/// A cell that is passed within so many windows counts as short, and a step to a next one whose square of the speed is such a
+/// share as gentle; less is not felt.
+const SHORT_CELL: f64 = 2.0;
+/// See [`SHORT_CELL`].
+const GENTLE_STEP: (f64, f64) = (0.6, 0.98);
+
 /// A piece of the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
@@ -30,8 +36,10 @@ pub struct Cell {
 pub struct CellLimits {
     /// Largest speed.
     pub speed: f64,
-    /// Largest acceleration at rest and at that speed; evenly less with the square of the speed in between.
+    /// Largest acceleration when speeding up at rest and at that speed; evenly less with the square of the speed in between.
     pub asked: [f64; 2],
+    /// The same for slowing down, which bends of the way may make easier than speeding up, or harder.
+    pub braking: [f64; 2],
     /// The same for stops that shall be as short as they can be.
     pub hardest: [f64; 2],
     /// Largest jerk.
@@ -43,6 +51,7 @@ impl CellLimits {
     pub const NONE: Self = Self {
         speed: f64::INFINITY,
         asked: [f64::INFINITY; 2],
+        braking: [f64::INFINITY; 2],
         hardest: [f64::INFINITY; 2],
         jerk: f64::INFINITY,
     };
@@ -50,8 +59,9 @@ impl CellLimits {
     /// True when they are positive and finite.
     pub fn are_usable(&self) -> bool {
         let [a, b] = self.asked;
-        let [c, d] = self.hardest;
-        let all = [self.speed, a, b, c, d, self.jerk];
+        let [c, d] = self.braking;
+        let [e, f] = self.hardest;
+        let all = [self.speed, a, b, c, d, e, f, self.jerk];
         all.iter().all(|x| x.is_finite() && *x > 0.0)
     }
 
@@ -61,6 +71,7 @@ impl CellLimits {
         Self {
             speed: self.speed / rate,
             asked: self.asked.map(|a| a / rate),
+            braking: self.braking.map(|a| a / rate),
             hardest: self.hardest.map(|a| a / rate),
             jerk: self.jerk / rate,
         }
@@ -76,6 +87,7 @@ impl CellLimits {
         Self {
             speed: self.speed * pace,
             asked: self.asked.map(|a| (a * pace * pace).min(most)),
+            braking: self.braking.map(|a| (a * pace * pace).min(most)),
             hardest: self.hardest.map(|a| a.min(most)),
             jerk: self.jerk,
         }
@@ -86,6 +98,7 @@ impl CellLimits {
         self.speed = self.speed.min(other.speed);
         for k in 0..2 {
             self.asked[k] = self.asked[k].min(other.asked[k]);
+            self.braking[k] = self.braking[k].min(other.braking[k]);
             self.hardest[k] = self.hardest[k].min(other.hardest[k]);
         }
         self.jerk = self.jerk.min(other.jerk);
@@ -205,8 +218,8 @@ impl Track {
         {
             let limits = &mut cell.limits;
             for k in 0..2 {
-                let most = limits.hardest[k].max(limits.asked[k]);
-                limits.asked[k] = (times * limits.asked[k]).min(most);
+                let most = limits.hardest[k].max(limits.braking[k]);
+                limits.braking[k] = (times * limits.braking[k]).min(most);
             }
         }
     }
@@ -284,10 +297,18 @@ impl Track {
             let most = limits.speed * limits.speed;
             cell.end = after.min(next).min(most);
             // With x the square of the speed: x = end + 2 (rest + change x) length, change being 0 or less.
-            let [rest, fast] = limits.asked;
+            let [rest, fast] = limits.braking;
             let change = (fast - rest).min(0.0) / most;
             let entry = (cell.end + 2.0 * rest * length) / (1.0 - 2.0 * change * length);
             cell.fall = 2.0 * (rest + change * entry.min(most));
+            let is_short = length > 0.0 && length < SHORT_CELL * most.sqrt() * self.window;
+            let is_gentle =
+                next <= after && (GENTLE_STEP.0..GENTLE_STEP.1).contains(&(next / most));
+            if is_short && is_gentle {
+                // Where the next cell bears a little less, evenly down to that: full braking at every step would shake the
+                // arm.
+                cell.fall = cell.fall.min((most - cell.end) / length);
+            }
             cell.most = most;
             (after, next) = ((cell.end + cell.fall * length).min(most), most);
         }
@@ -363,14 +384,21 @@ impl Track {
         least
     }
 
-    /// Acceleration asked for, the hardest one, and the jerk, at a place and a speed.
-    pub fn bounds(&self, place: f64, speed: f64) -> (f64, f64, f64) {
+    /// Acceleration asked for when speeding up, at a place and a speed.
+    pub fn speeding(&self, place: f64, speed: f64) -> f64 {
+        self.cells.get(self.index(place)).map_or(1.0, |cell| {
+            cell.eroded.left(cell.eroded.asked, speed * speed)
+        })
+    }
+
+    /// Acceleration asked for when slowing down, the hardest one, and the jerk, at a place and a speed.
+    pub fn slowing(&self, place: f64, speed: f64) -> (f64, f64, f64) {
         let Some(cell) = self.cells.get(self.index(place)) else {
             return (1.0, 1.0, 1.0);
         };
         let limits = &cell.eroded;
         let square = speed * speed;
-        let asked = limits.left(limits.asked, square);
+        let asked = limits.left(limits.braking, square);
         let hardest = limits.left(limits.hardest, square).max(asked);
         (asked, hardest, limits.jerk)
     }

@@ -363,7 +363,7 @@ impl Travel {
     /// One step towards a lower speed than the present one.
     fn braked(&self, now: Knot, goal: f64, track: &Track) -> Knot {
         let (h, rate) = (self.step, self.rate);
-        let (asked, hardest, jerk) = track.bounds(now.place, now.speed * rate);
+        let (asked, hardest, jerk) = track.slowing(now.place, now.speed * rate);
         // How hard, and how much the acceleration may change within the window.
         let (hard, change) = if self.wanted == Drive::HaltHard || self.is_hard {
             (hardest, (jerk * track.window() * rate).max(hardest))
@@ -404,7 +404,7 @@ impl Travel {
     fn onward(&self, now: Knot, gear: f64, track: &Track) -> Knot {
         let (place, speed) = (now.place, now.speed);
         let (h, window) = (self.step * gear, track.window() * gear);
-        let (asked, ..) = track.bounds(place, speed);
+        let asked = track.speeding(place, speed);
         // What slowed down within the window must have gone from the mean before it may speed up fully.
         let least = self.accelerations().0 / (gear * gear);
         let up = speed + (asked + least).max(0.0) * h;
