@@ -3,6 +3,7 @@
 //! Owns when tracking begins and ends; how it moves the arm is in `modes::conveyor`, what encoders count in
 //! `modes::encoder`.
 
+use kinematics::bounds::within;
 use kinematics::{JointSpeeds, Pose, RpyPose};
 use motion_api::form::check_tick_count;
 use motion_api::{CommandId, PulseDecoding, Refusal, StopReason};
@@ -188,7 +189,7 @@ impl Cycle {
             } else {
                 0.0
             };
-            tracking.slowing = (tracking.slowing + change).clamp(0.0, 1.0);
+            tracking.slowing = within(tracking.slowing + change, 0.0, 1.0);
         }
         Ok(())
     }

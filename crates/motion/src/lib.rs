@@ -35,7 +35,6 @@
 )]
 
 mod belt;
-mod bounds;
 pub mod brake;
 pub mod collision;
 pub mod config;

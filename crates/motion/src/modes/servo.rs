@@ -8,6 +8,7 @@
 //! points to come evenly: a late one is a reference that stood still for a while.
 
 use kinematics::JointPositions;
+use kinematics::elementary::square;
 
 use super::OnlineArm;
 use super::follower::Follower;
@@ -137,7 +138,7 @@ impl Servo {
             let newest_speed = (newest[joint] - recent[joint]) / (RECENT as f64 * step);
             // The mean's speed changes by what enters the window and what leaves it.
             let change = (newest[joint] - young[joint]) - (old[joint] - oldest[joint]);
-            let acceleration = change / (end * self.length) as f64 / step.powi(2);
+            let acceleration = change / (end * self.length) as f64 / square(step);
             let wanted = self.law.acceleration_before(
                 &now[joint],
                 (mean[joint], speed, acceleration),
