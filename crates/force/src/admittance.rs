@@ -9,6 +9,7 @@
 //! Signs: forces here are what the tool applies to the environment, along the axis.
 
 use crate::stiffness::Stiffness;
+use kinematics::bounds::within;
 
 /// ω for a gain of 1, rad/s. The default gain of 0.2 makes 25 rad/s: settled to 5 % in 0.12 s. A sampled position loop
 /// with some cycles of delay becomes unstable on hard surfaces above 125 rad/s, which the manual says of gains above 1.
@@ -199,7 +200,7 @@ impl Admittance {
             let way = missing / (damping * bandwidth);
             let speed = stoppable(way, bandwidth, reading.braking);
             return Aim {
-                speed: (speed + self.surface).clamp(-limit, limit),
+                speed: within(speed + self.surface, -limit, limit),
                 acceleration: f64::INFINITY,
             };
         }

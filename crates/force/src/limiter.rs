@@ -13,6 +13,7 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
     DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus,
 };
+use kinematics::bounds::within;
 use kinematics::{DOF, JointSpeeds};
 use nalgebra::{Matrix6, Vector6};
 use thiserror::Error;
@@ -261,7 +262,7 @@ impl Allowed {
             Vector6::from(problem.lower.0),
             Vector6::from(problem.upper.0),
         );
-        let center = Vector6::from_fn(|k, _| problem.before[k].clamp(lower[k], upper[k]));
+        let center = Vector6::from_fn(|k, _| within(problem.before[k], lower[k], upper[k]));
         let at_center = problem.jacobian * center;
         let limits = Vector6::from_fn(|k, _| problem.limits[k].max(at_center[k].abs()));
         Self {
@@ -284,7 +285,7 @@ impl Allowed {
     /// `qd` inside the bounds of the joints, then towards the center until the twist is inside its limits too. Both sets
     /// are convex and the center lies in both. The interior point method ends a hair inside or outside.
     fn drawn_in(&self, qd: &Vector6<f64>) -> Vector6<f64> {
-        let inside = Vector6::from_fn(|k, _| qd[k].clamp(self.lower[k], self.upper[k]));
+        let inside = Vector6::from_fn(|k, _| within(qd[k], self.lower[k], self.upper[k]));
         let way = inside - self.center;
         let twist = self.jacobian * way;
         let share = (0..DOF).fold(1.0_f64, |share, k| {

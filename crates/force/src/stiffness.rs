@@ -7,6 +7,8 @@
 //! the tool slides a surface is taken for softer only if the way explains the force: an edge, or a turn of the motion,
 //! bends the surface in the window, and a force that is kept well over that would look like no stiffness at all.
 
+use kinematics::bounds::within;
+use kinematics::elementary::exp;
 /// Length of the window, s.
 const WINDOW: f64 = 0.06;
 /// Sliding counts for this many windows.
@@ -71,7 +73,7 @@ impl Stiffness {
             SLIDING_WINDOWS * WINDOW
         };
         self.last_y = y;
-        let keep = (-step / WINDOW).exp();
+        let keep = exp(-step / WINDOW);
         let before = keep * self.count;
         self.count = before + 1.0;
         let deviation: [f64; 3] = core::array::from_fn(|k| sample[k] - self.mean[k]);
@@ -118,11 +120,8 @@ impl Stiffness {
         } else {
             slope + wide
         };
-        self.estimate = self
-            .estimate
-            .min(softest)
-            .max(slope - wide)
-            .clamp(self.range.0, self.range.1);
+        let estimate = self.estimate.min(softest).max(slope - wide);
+        self.estimate = within(estimate, self.range.0, self.range.1);
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod file;
 
+use crate::elementary;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -247,7 +248,7 @@ impl Calibration {
         let mut along = 0.0;
         for joint in 1..=2 {
             along += given.d[joint] - nominal.d[joint];
-            let beside = along * given.alpha[joint + 1].sin();
+            let beside = along * elementary::sin(given.alpha[joint + 1]);
             if along.abs() > 10.0 || beside.abs() > LENGTH_TOLERANCE {
                 return Err(self.wrong(
                     format!("d[{joint}]"),

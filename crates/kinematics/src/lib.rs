@@ -18,13 +18,18 @@
 //! # Ok::<(), kinematics::ModelError>(())
 //! ```
 
+// Results are the same on every machine (see `elementary`).
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod batch;
+pub mod bounds;
 pub mod calibration;
 pub mod catalogue;
 pub mod chain;
 pub mod collision;
 pub mod dh;
 pub mod dynamics;
+pub mod elementary;
 pub mod ik;
 pub mod joint;
 mod matrix3;

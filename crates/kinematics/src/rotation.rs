@@ -3,6 +3,7 @@
 //! Owns the conventions at their borders (gimbal lock, half turns, exact quarter turns). Poses are built on this in
 //! [`crate::pose`].
 
+use crate::elementary;
 use crate::trig;
 use core::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -26,7 +27,7 @@ pub fn sin_cos_exact(angle_rad: f64) -> (f64, f64) {
             _ => (-1.0, 0.0),
         }
     } else {
-        angle_rad.sin_cos()
+        elementary::sin_cos(angle_rad)
     }
 }
 

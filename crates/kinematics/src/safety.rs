@@ -5,6 +5,7 @@
 //! allocation. Speeds and forces are not looked at, they are no property of a position.
 
 use crate::chain::Frames;
+use crate::elementary;
 use crate::joint::JointPositions;
 use crate::model::RobotModel;
 use crate::pose::Pose;
@@ -218,7 +219,10 @@ impl SafetyTool {
             Shape::Cylinder {
                 radius,
                 half_length,
-            } => radius * direction.x.hypot(direction.y) + half_length * direction.z.abs(),
+            } => {
+                radius * elementary::hypot(direction.x, direction.y)
+                    + half_length * direction.z.abs()
+            }
         }
     }
 

@@ -3,6 +3,7 @@
 //! Owns their meaning, one Rust function per script function; the script builtins and the Python wheel both call these.
 //! Poses are metres and roll-pitch-yaw with R = Rz(Rz) Ry(Ry) Rx(Rx). Knows no script values: who calls converts.
 
+use crate::elementary::{self, square};
 use crate::pose::{Pose, RpyPose};
 use crate::rotation::{
     rotation_from_rotvec, rotation_from_rpy, rotvec_from_rotation, rpy_from_rotation,
@@ -58,7 +59,7 @@ fn checked(
 /// # Errors
 /// `f` outside [-1, 1].
 pub fn acos(f: f64) -> Result<f64, DomainError> {
-    checked("acos", "f", f, f.abs() <= 1.0, "between -1 and 1").map(f64::acos)
+    checked("acos", "f", f, f.abs() <= 1.0, "between -1 and 1").map(elementary::acos)
 }
 
 /// Arc sine in radians (manual 3.2.10).
@@ -66,12 +67,12 @@ pub fn acos(f: f64) -> Result<f64, DomainError> {
 /// # Errors
 /// `f` outside [-1, 1].
 pub fn asin(f: f64) -> Result<f64, DomainError> {
-    checked("asin", "f", f, f.abs() <= 1.0, "between -1 and 1").map(f64::asin)
+    checked("asin", "f", f, f.abs() <= 1.0, "between -1 and 1").map(elementary::asin)
 }
 
 /// Angle whose tangent is x / y, quadrant from both signs (manual 3.2.12: the first argument is the numerator).
 pub fn atan2(x: f64, y: f64) -> f64 {
-    x.atan2(y)
+    elementary::atan2(x, y)
 }
 
 /// Degrees to radians (manual 3.2.16).
@@ -91,7 +92,7 @@ pub fn r2d(r: f64) -> f64 {
 pub fn log(b: f64, f: f64) -> Result<f64, DomainError> {
     checked("log", "b", b, b > 0.0 && b != 1.0, "positive and not 1")?;
     checked("log", "f", f, f > 0.0, "positive")?;
-    Ok(f.ln() / b.ln())
+    Ok(elementary::ln(f) / elementary::ln(b))
 }
 
 /// Square root (manual 3.2.21).
@@ -104,11 +105,7 @@ pub fn sqrt(f: f64) -> Result<f64, DomainError> {
 
 /// Euclidean length of a vector, a pose taken as six plain numbers (manual 3.2.23).
 pub fn norm(a: &[f64]) -> f64 {
-    let squares = |scale: f64| {
-        a.iter()
-            .map(|x| (x / scale).powi(2))
-            .fold(0.0, |s, x| s + x)
-    };
+    let squares = |scale: f64| a.iter().map(|x| square(x / scale)).fold(0.0, |s, x| s + x);
     let plain: f64 = squares(1.0);
     if plain.is_normal() {
         return plain.sqrt();
@@ -180,7 +177,7 @@ pub fn pose_dist(p_from: &RpyPose, p_to: &RpyPose) -> f64 {
     let (from, to) = (p_from.to_array(), p_to.to_array());
     from.iter()
         .zip(&to)
-        .map(|(a, b)| (a - b).powi(2))
+        .map(|(a, b)| square(a - b))
         .sum::<f64>()
         .sqrt()
 }

@@ -5,9 +5,10 @@
 //! cost of forward kinematics and most of that of the inverse. Written without branches, so that the compiler can use
 //! vector instructions; always inlined, so that callers compiled for wider vectors get them here too.
 
+use crate::elementary;
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
-/// Beyond this (rad) the reduction loses digits and the standard functions take over. Joints turn twice at most.
+/// Beyond this (rad) the reduction loses digits and those for one number take over. Joints turn twice at most.
 const RANGE: f64 = 1e5;
 
 /// Adding and subtracting this rounds to the nearest whole number and leaves that number in the low bits.
@@ -37,7 +38,7 @@ pub fn sin_cos<const N: usize>(angles: &[f64; N]) -> ([f64; N], [f64; N]) {
         // Also reached for NaN and infinity, which come out as NaN.
         for i in 0..N {
             if angles[i].abs() > RANGE || angles[i].is_nan() {
-                (sines[i], cosines[i]) = angles[i].sin_cos();
+                (sines[i], cosines[i]) = elementary::sin_cos(angles[i]);
             }
         }
     }

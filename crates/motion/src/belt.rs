@@ -3,6 +3,8 @@
 //! Owns when tracking begins and ends; how it moves the arm is in `modes::conveyor`, what encoders count in
 //! `modes::encoder`.
 
+use kinematics::bounds::within;
+use kinematics::elementary::{cube, square};
 use kinematics::{JointSpeeds, Pose, RpyPose};
 use motion_api::form::check_tick_count;
 use motion_api::{CommandId, EncoderRange, PulseDecoding, Refusal, StopReason};
@@ -201,7 +203,7 @@ impl Cycle {
             } else {
                 0.0
             };
-            tracking.slowing = (tracking.slowing + change).clamp(0.0, 1.0);
+            tracking.slowing = within(tracking.slowing + change, 0.0, 1.0);
         }
         Ok(())
     }
@@ -325,8 +327,8 @@ pub(crate) fn is_within_rates(
         let speed_off = next.qd[joint] - before.qd[joint] - evenly;
         next.qdd[joint].abs() <= limits.acceleration[joint] * (1.0 + RATE_SLACK)
             && jerk.abs() <= most * (1.0 + RATE_SLACK)
-            && off.abs() <= most * step.powi(3) / 6.0 + OFF_SLACK * step
-            && speed_off.abs() <= most * step.powi(2) / 4.0 + OFF_SLACK
+            && off.abs() <= most * cube(step) / 6.0 + OFF_SLACK * step
+            && speed_off.abs() <= most * square(step) / 4.0 + OFF_SLACK
     })
 }
 

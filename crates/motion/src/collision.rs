@@ -5,6 +5,7 @@
 //! accelerations. C^T qd = dM/dt qd - C qd, so mass matrix and bias torques are enough. Discretised by the trapezoidal
 //! rule over a cycle, with the mean torque of the drives.
 
+use kinematics::bounds::within;
 use kinematics::{Dynamics, Frames, JointTorques, Pose};
 use motion_api::StopReason;
 use nalgebra::{Matrix6, Vector6};
@@ -123,7 +124,7 @@ impl CollisionDetection {
             self.accepted = self.residual;
         } else {
             self.accepted = self.accepted.zip_map(&self.residual, |accepted, now| {
-                accepted.clamp(now.min(0.0), now.max(0.0))
+                within(accepted, now.min(0.0), now.max(0.0))
             });
         }
     }

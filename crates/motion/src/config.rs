@@ -9,7 +9,7 @@ use motion_api::{RobotMode, RobotState};
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::constants::{FASTEST_RISE, LINK_OVERLAP, REDUCED_TCP_SPEED, STEP_RANGE};
+use crate::constants::{FASTEST_RISE, LEAST_LIMITS, LINK_OVERLAP, REDUCED_TCP_SPEED, STEP_RANGE};
 use crate::contact::Surroundings;
 use crate::external::Load;
 use crate::io::IoSetup;
@@ -129,7 +129,7 @@ pub enum ConfigError {
         name: &'static str,
     },
     /// A limit is not positive, or wider than what the arm can do.
-    #[error("limit {name} of joint {} is {given}, allowed is more than 0 up to the arm's {own}", joint + 1)]
+    #[error("limit {name} of joint {} is {given}, allowed is {least} up to the arm's {own}", joint + 1)]
     JointLimit {
         /// Name of the key.
         name: &'static str,
@@ -137,6 +137,8 @@ pub enum ConfigError {
         joint: usize,
         /// As given.
         given: f64,
+        /// The smallest that motions are made for.
+        least: f64,
         /// The arm's own.
         own: f64,
     },
@@ -158,12 +160,14 @@ pub enum ConfigError {
         own_max: f64,
     },
     /// A limit of speed or force that is not positive.
-    #[error("limit {name} is {given} {unit}, it must be more than 0")]
+    #[error("limit {name} is {given} {unit}, it must be at least {least}")]
     Speed {
         /// Name of the key.
         name: &'static str,
         /// As given.
         given: f64,
+        /// The smallest that motions are made for.
+        least: f64,
         /// Its unit.
         unit: &'static str,
     },
@@ -431,18 +435,18 @@ impl LimitOverrides {
         let speed = JointSpeeds(below(
             names.joint_speed,
             self.joint_speed.map(|x| x.0),
-            own.speed.0,
+            (LEAST_LIMITS.joint_speed, own.speed.0),
         )?);
         let acceleration = JointAccelerations(below(
             names.joint_acceleration,
             self.joint_acceleration.map(|x| x.0),
-            own.acceleration.0,
+            (LEAST_LIMITS.joint_acceleration, own.acceleration.0),
         )?);
         let own_jerk = acceleration.0.map(|a| a / FASTEST_RISE);
         let jerk = JointJerks(below(
             names.joint_jerk,
             self.joint_jerk.map(|x| x.0),
-            own_jerk,
+            (LEAST_LIMITS.joint_jerk, own_jerk),
         )?);
         let position_min = self.joint_position_min.unwrap_or(own.position_min);
         let position_max = self.joint_position_max.unwrap_or(own.position_max);
@@ -465,9 +469,19 @@ impl LimitOverrides {
             speed,
             acceleration,
             jerk,
-            tcp_speed: positive(names.tcp_speed, self.tcp_speed, "m/s")?,
-            elbow_speed: positive(names.elbow_speed, self.elbow_speed, "m/s")?,
-            tcp_force: positive(names.tcp_force, self.tcp_force, "N")?,
+            tcp_speed: at_least(
+                LEAST_LIMITS.point_speed,
+                names.tcp_speed,
+                self.tcp_speed,
+                "m/s",
+            )?,
+            elbow_speed: at_least(
+                LEAST_LIMITS.point_speed,
+                names.elbow_speed,
+                self.elbow_speed,
+                "m/s",
+            )?,
+            tcp_force: at_least(LEAST_LIMITS.tcp_force, names.tcp_force, self.tcp_force, "N")?,
             link_overlap: match self.self_collision {
                 Some(false) => f64::INFINITY,
                 _ => LINK_OVERLAP,
@@ -476,31 +490,38 @@ impl LimitOverrides {
     }
 }
 
-fn positive(
+fn at_least(
+    least: f64,
     name: &'static str,
     given: Option<f64>,
     unit: &'static str,
 ) -> Result<f64, ConfigError> {
     match given {
         None => Ok(f64::INFINITY),
-        Some(given) if given > 0.0 && given.is_finite() => Ok(given),
-        Some(given) => Err(ConfigError::Speed { name, given, unit }),
+        Some(given) if given >= least && given.is_finite() => Ok(given),
+        Some(given) => Err(ConfigError::Speed {
+            name,
+            given,
+            least,
+            unit,
+        }),
     }
 }
 
 fn below(
     name: &'static str,
     given: Option<[f64; 6]>,
-    own: [f64; 6],
+    (least, own): (f64, [f64; 6]),
 ) -> Result<[f64; 6], ConfigError> {
     let Some(values) = given else { return Ok(own) };
     for joint in 0..6 {
         // Rounded figures of the arm itself are not a mistake.
-        if !(values[joint] > 0.0 && values[joint] <= own[joint] * (1.0 + 1e-9)) {
+        if !(values[joint] >= least && values[joint] <= own[joint] * (1.0 + 1e-9)) {
             return Err(ConfigError::JointLimit {
                 name,
                 joint,
                 given: values[joint],
+                least,
                 own: own[joint],
             });
         }

@@ -80,6 +80,30 @@ pub const LINK_PLACES: u32 = 256;
 /// Joint positions and speeds may exceed their limits by this (rad, rad/s) through rounding.
 pub const LIMIT_SLACK: f64 = 1e-6;
 
+/// Smallest limits that a configuration may ask for: far below what moves anything, far above where arithmetic ends.
+pub const LEAST_LIMITS: LeastLimits = LeastLimits {
+    joint_speed: 1e-4,
+    joint_acceleration: 1e-3,
+    joint_jerk: 1e-2,
+    point_speed: 1e-4,
+    tcp_force: 0.1,
+};
+
+/// See [`LEAST_LIMITS`].
+#[derive(Clone, Copy, Debug)]
+pub struct LeastLimits {
+    /// rad/s.
+    pub joint_speed: f64,
+    /// rad/s².
+    pub joint_acceleration: f64,
+    /// rad/s³.
+    pub joint_jerk: f64,
+    /// Of TCP and elbow, m/s.
+    pub point_speed: f64,
+    /// N.
+    pub tcp_force: f64,
+}
+
 /// Slowest motion that is planned: speeds and accelerations below (in units of s) are refused, and longest duration, s.
 /// Far outside of use; keeps the arithmetic away from the ends of the number range.
 pub const SLOWEST: f64 = 1e-6;

@@ -36,7 +36,6 @@
 
 mod allowed;
 mod belt;
-mod bounds;
 pub mod brake;
 pub mod collision;
 pub mod config;

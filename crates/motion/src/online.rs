@@ -122,7 +122,7 @@ impl Cycle {
                 self.limits.position_min[joint],
                 self.limits.position_max[joint],
             );
-            target[joint].clamp(min, max)
+            kinematics::bounds::within(target[joint], min, max)
         }));
         servo.lead(&inside, duration, lookahead, gain, self.step);
         let call = CallEnd::After(duration);

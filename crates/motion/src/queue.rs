@@ -3,6 +3,7 @@
 //! A leg is added while the arm moves on the way before it, as long as the arm has not come too near to where the blend
 //! begins. Owns the way; moving along it is `scalar::Travel`, what commands hear of it is said in `upcoming` and `cycle`.
 
+use kinematics::bounds::within;
 use kinematics::{JointPositions, Pose};
 use motion_api::{CommandId, MotionMode, Origin};
 
@@ -292,7 +293,7 @@ impl Queue {
         }
         // The time grows nearly evenly with the inverse of the pace.
         let mut slowest: Option<(f64, f64)> = None;
-        let mut inverse = (left / fastest.1).clamp(1.0, LONGEST);
+        let mut inverse = within(left / fastest.1, 1.0, LONGEST);
         for _ in 0..DUE_ATTEMPTS {
             let time = time_at(1.0 / inverse);
             if time <= left {
@@ -306,7 +307,7 @@ impl Queue {
             inverse = match slowest {
                 Some((slow, late)) => {
                     let share = (left - fastest.1) / (late - fastest.1);
-                    fastest.0 + (slow - fastest.0) * share.clamp(0.02, 0.98)
+                    fastest.0 + (slow - fastest.0) * within(share, 0.02, 0.98)
                 }
                 None => inverse * (left / time).max(1.0 + 1e-6),
             };

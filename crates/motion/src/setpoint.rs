@@ -1,5 +1,6 @@
 //! Setpoints, and the limiter that alone can turn one into something the plant accepts.
 
+use kinematics::bounds::within;
 use kinematics::chain::Frames;
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds};
 use motion_api::StopReason;
@@ -62,7 +63,11 @@ impl LimitedSetpoint {
         let mut kept = wanted;
         for joint in 0..6 {
             let (min, max) = (limits.position_min[joint], limits.position_max[joint]);
-            let inside = wanted.q[joint].clamp(min.min(before.q[joint]), max.max(before.q[joint]));
+            let inside = within(
+                wanted.q[joint],
+                min.min(before.q[joint]),
+                max.max(before.q[joint]),
+            );
             if inside != wanted.q[joint] {
                 kept.q[joint] = inside;
                 kept.qd[joint] = 0.0;

@@ -5,6 +5,7 @@
 //! little by the load. No public figures exist: plausible ones, so that monitors have something to show.
 
 use kinematics::JointTorques;
+use kinematics::elementary::square;
 
 /// The room, °C.
 const AMBIENT: f64 = 25.0;
@@ -50,7 +51,7 @@ impl Thermal {
         let share = step / TIME_CONSTANT;
         let mut load = 0.0;
         for joint in 0..6 {
-            let square = power * (torque[joint] / effort[joint]).powi(2);
+            let square = power * square(torque[joint] / effort[joint]);
             load += square / 6.0;
             let end = AMBIENT + IDLE_RISE * power + LOAD_RISE * square;
             self.joints[joint] += (end - self.joints[joint]) * share;

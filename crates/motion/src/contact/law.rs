@@ -10,7 +10,7 @@ use kinematics::{DOF, Frames, JointSpeeds, JointTorques, Wrench};
 use nalgebra::{Cholesky, Const, Matrix3x6, Matrix6, Matrix6x3, Vector3, Vector6};
 
 use super::{Obstacle, Part, TOUCHES_MAX, Touch, Touches};
-use crate::bounds::within;
+use kinematics::bounds::within;
 
 /// Stiffness of an obstacle without one, N/m: 100 N press it in by a micrometre.
 pub const HARD: f64 = 1e8;

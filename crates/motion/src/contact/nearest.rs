@@ -4,6 +4,7 @@
 //! geometry only; forces are in `law`, the distances in `solid`.
 
 use core::f64::consts::TAU;
+use kinematics::elementary::{cos, sin};
 
 use kinematics::Capsule;
 use nalgebra::Vector3;
@@ -190,7 +191,7 @@ fn rim(
     };
     let x = body.pose.rotate(Vector3::x());
     let y = axis.cross(&x);
-    let towards = |angle: f64| x * angle.cos() + y * angle.sin();
+    let towards = |angle: f64| x * cos(angle) + y * sin(angle);
     let at = |angle: f64| other.distance(center + towards(angle) * radius).0;
     let (mut best, mut least, mut most) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
     for k in 0..RIM_SAMPLES {

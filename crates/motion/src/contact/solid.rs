@@ -3,6 +3,7 @@
 //! The distances are exact, and along a straight line convex; where two bodies touch is found with them, in `nearest`.
 
 use kinematics::Pose;
+use kinematics::elementary::hypot;
 use nalgebra::Vector3;
 
 /// A shape, centred on its own frame. Metres.
@@ -115,7 +116,7 @@ impl Solid {
             } => {
                 let aside = Vector3::new(towards.x, towards.y, 0.0);
                 if towards.z.abs() >= aside.norm() {
-                    let is_beside = p.x.hypot(p.y) > radius;
+                    let is_beside = hypot(p.x, p.y) > radius;
                     (!is_beside).then(|| through_face(2, half_length))?
                 } else if p.z.abs() > half_length {
                     return None;
@@ -137,7 +138,7 @@ impl Solid {
             Shape::Cylinder {
                 radius,
                 half_length,
-            } => p.x.hypot(p.y) > radius && p.z.abs() > half_length,
+            } => hypot(p.x, p.y) > radius && p.z.abs() > half_length,
             Shape::Sphere { .. } | Shape::Plane => false,
         }
     }
@@ -149,7 +150,7 @@ impl Solid {
             Shape::Cylinder {
                 radius,
                 half_length,
-            } => radius.hypot(half_length),
+            } => hypot(radius, half_length),
             Shape::Sphere { radius } => radius,
             Shape::Plane => f64::INFINITY,
         }
@@ -188,7 +189,7 @@ fn from_box(p: Vector3<f64>, half: Vector3<f64>) -> (f64, Vector3<f64>) {
 
 /// Distance from a cylinder and the way out, in its frame.
 fn from_cylinder(p: Vector3<f64>, radius: f64, half_length: f64) -> (f64, Vector3<f64>) {
-    let rho = p.x.hypot(p.y);
+    let rho = hypot(p.x, p.y);
     let aside = if rho > 0.0 {
         Vector3::new(p.x / rho, p.y / rho, 0.0)
     } else {
@@ -204,6 +205,6 @@ fn from_cylinder(p: Vector3<f64>, radius: f64, half_length: f64) -> (f64, Vector
         };
     }
     let (side, end) = (side.max(0.0), end.max(0.0));
-    let distance = side.hypot(end);
+    let distance = hypot(side, end);
     (distance, (aside * side + along * end) / distance)
 }

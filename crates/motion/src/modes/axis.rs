@@ -6,6 +6,7 @@
 
 use crate::scalar::ScalarState;
 use crate::scalar::ramp::{natural_speed, ramp};
+use kinematics::bounds::within;
 
 /// What a joint may do.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,7 +111,11 @@ impl Axis {
 
     /// The safe state whose acceleration is nearest to `acceleration` after `step` seconds of constant jerk.
     pub fn nearest_safe(&self, now: &ScalarState, acceleration: f64, step: f64) -> ScalarState {
-        let jerk = ((acceleration - now.acceleration) / step).clamp(-self.jerk, self.jerk);
+        let jerk = within(
+            (acceleration - now.acceleration) / step,
+            -self.jerk,
+            self.jerk,
+        );
         let after = |jerk: f64| now.after(step, jerk);
         let is_good = |jerk: f64| {
             let next = after(jerk);
@@ -120,8 +125,11 @@ impl Axis {
             return after(jerk);
         }
         let braked = self.braked(now, step);
-        let towards =
-            ((braked.acceleration - now.acceleration) / step).clamp(-self.jerk, self.jerk);
+        let towards = within(
+            (braked.acceleration - now.acceleration) / step,
+            -self.jerk,
+            self.jerk,
+        );
         if !is_good(towards) {
             return braked;
         }
@@ -143,11 +151,8 @@ impl Axis {
     /// are the speed of braking.
     pub fn reachable_speeds(&self, now: &ScalarState, step: f64) -> (f64, f64) {
         let most = self.jerk * step;
-        let within = |a: f64| a.clamp(-self.acceleration, self.acceleration);
-        let (low, high) = (
-            within(now.acceleration - most),
-            within(now.acceleration + most),
-        );
+        let able = |a: f64| within(a, -self.acceleration, self.acceleration);
+        let (low, high) = (able(now.acceleration - most), able(now.acceleration + most));
         let after = |acceleration: f64| {
             let even = ScalarState {
                 acceleration,
@@ -156,7 +161,7 @@ impl Axis {
             even.after(step, 0.0)
         };
         let is_good = |acceleration: f64| self.is_safe(&after(acceleration));
-        let braking = ((self.braked(now, step).speed - now.speed) / step).clamp(low, high);
+        let braking = within((self.braked(now, step).speed - now.speed) / step, low, high);
         // As a mean the acceleration may change by twice of what braking within the step changes it by.
         let kept = [braking, low, high].into_iter().find(|a| is_good(*a));
         let Some(kept) = kept else {
@@ -197,7 +202,11 @@ impl Axis {
     pub fn slowed_before_ends(&self, position: f64, speed: f64) -> f64 {
         let braking = END_SHARE * self.acceleration;
         let fastest = |way: f64| braking_speed(way.max(0.0), END_SLOPE, braking);
-        speed.clamp(-fastest(position - self.min), fastest(self.max - position))
+        within(
+            speed,
+            -fastest(position - self.min),
+            fastest(self.max - position),
+        )
     }
 
     /// The state after `step` seconds of braking.

@@ -4,6 +4,7 @@
 //! that way catches up with the belt under acceleration and jerk limits and then follows it without an error at constant
 //! speed; when tracking stops it comes to rest the same way. Moves during tracking are planned as if the belt stood.
 
+use kinematics::elementary::atan2;
 use kinematics::{JointAccelerations, JointSpeeds, Pose, RobotModel, Twist};
 use nalgebra::{Rotation3, Unit, Vector3};
 
@@ -139,7 +140,7 @@ impl Tracking {
                     lever - *axis * axis.dot(&lever)
                 };
                 let (from, to) = (across(from), across(to));
-                let turn = axis.dot(&from.cross(&to)).atan2(from.dot(&to));
+                let turn = atan2(axis.dot(&from.cross(&to)), from.dot(&to));
                 // The angle is known up to whole turns.
                 let turns = ((self.way.position - turn) / core::f64::consts::TAU).round();
                 turn + turns * core::f64::consts::TAU

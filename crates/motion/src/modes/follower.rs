@@ -7,6 +7,8 @@
 
 use super::axis::{Axis, braking_speed};
 use crate::scalar::ScalarState;
+use kinematics::bounds::within;
+use kinematics::elementary::{cube, exp};
 
 /// Share of the acceleration that approaches are planned with; the rest is for the law's own lag.
 const BRAKING_SHARE: f64 = 0.5;
@@ -24,12 +26,12 @@ impl Follower {
     /// A law of `bandwidth` rad/s for steps of `step` seconds.
     pub fn new(bandwidth: f64, step: f64) -> Self {
         let h = step;
-        let m = 1.0 - (-bandwidth * h).exp();
+        let m = 1.0 - exp(-bandwidth * h);
         Self {
             step,
-            position_gain: m.powi(3) / h.powi(3),
-            speed_gain: (3.0 * m * m - m.powi(3)) / (h * h),
-            acceleration_gain: (m.powi(3) / 3.0 - 1.5 * m * m + 3.0 * m) / h,
+            position_gain: cube(m) / cube(h),
+            speed_gain: (3.0 * m * m - cube(m)) / (h * h),
+            acceleration_gain: (cube(m) / 3.0 - 1.5 * m * m + 3.0 * m) / h,
         }
     }
 
@@ -61,13 +63,14 @@ impl Follower {
 
     /// The acceleration on the way to a speed that itself changes by `acceleration`.
     fn towards(&self, now: &ScalarState, speed: f64, acceleration: f64, axis: &Axis) -> f64 {
-        let wanted_speed = speed.clamp(-axis.speed, axis.speed);
+        let wanted_speed = within(speed, -axis.speed, axis.speed);
         let wanted_acceleration =
             acceleration + (self.speed_gain / self.acceleration_gain) * (wanted_speed - now.speed);
         let jerk = self.acceleration_gain
-            * (wanted_acceleration.clamp(-axis.acceleration, axis.acceleration) - now.acceleration);
-        (now.acceleration + self.step * jerk.clamp(-axis.jerk, axis.jerk))
-            .clamp(-axis.acceleration, axis.acceleration)
+            * (within(wanted_acceleration, -axis.acceleration, axis.acceleration)
+                - now.acceleration);
+        let next = now.acceleration + self.step * within(jerk, -axis.jerk, axis.jerk);
+        within(next, -axis.acceleration, axis.acceleration)
     }
 }
 

@@ -9,6 +9,7 @@
 //! the part on axes that are not force controlled. A setpoint's acceleration here is the mean over its step.
 
 use force::{Admittance, LimiterError, Method, Problem, Reading, TaskFrame, Tuning, TwistLimiter};
+use kinematics::bounds::within;
 use kinematics::rotation::rotvec_from_rotation;
 use kinematics::{Frames, JointPositions, JointSpeeds, Pose, Wrench};
 use nalgebra::{Matrix6, Rotation3, Vector3, Vector6};
@@ -313,7 +314,7 @@ impl Pressing {
                 Stage::Returning => RETURN_MAX[k / 3],
                 _ => CATCH_UP_MAX[k / 3],
             };
-            correction.speed = (CATCH_UP * behind).clamp(-most, most);
+            correction.speed = within(CATCH_UP * behind, -most, most);
             return correction;
         }
         let reading = Reading {
@@ -358,7 +359,7 @@ impl Pressing {
                 min: f64::NEG_INFINITY,
                 max: f64::INFINITY,
                 speed: f64::INFINITY,
-                acceleration: acceleration.clamp(ACCELERATION.0, ACCELERATION.1),
+                acceleration: within(acceleration, ACCELERATION.0, ACCELERATION.1),
                 jerk: jerk.max(JERK_MIN),
             }
         })

@@ -5,6 +5,7 @@
 //! of the TCP's velocity, and the locked ones stay exactly zero. Gravity and payload are carried by the servo. The
 //! figures are our choice: 10 N move the hand at 0.1 m/s after about 0.1 s.
 
+use kinematics::bounds::within;
 use kinematics::{JointSpeeds, Pose};
 use motion_api::FreedriveFrame;
 use nalgebra::{Rotation3, Vector6};
@@ -163,7 +164,7 @@ fn lead(tcp: &mut TcpSpeed, hand: &Vector6<f64>, free: &[bool; 6]) {
                 .for_each(|x| *x *= SPEED_MAX[part] / speed);
         }
         let gap: [f64; 6] = core::array::from_fn(|k| goal[k] - velocity[k]);
-        acceleration[part] = (norm(&gap) / TIME_CONSTANT).clamp(0.05, ACCELERATION_MAX[part]);
+        acceleration[part] = within(norm(&gap) / TIME_CONSTANT, 0.05, ACCELERATION_MAX[part]);
     }
     tcp.aim(goal, acceleration[0], acceleration[1]);
 }
@@ -182,10 +183,13 @@ fn joints_led(
         let (axis, able) = (&arm.axes[joint], &arm.able[joint]);
         let effort = arm.effort[joint];
         let led = without_band(torque[joint], 0.005 * effort) / (JOINT_DAMPING * effort);
-        let goal = led.clamp(-0.5 * able.speed, 0.5 * able.speed);
+        let goal = within(led, -0.5 * able.speed, 0.5 * able.speed);
         let goal = axis.slowed_before_ends(now[joint].position, goal);
-        let acceleration =
-            ((goal - now[joint].speed).abs() / TIME_CONSTANT).clamp(0.05, able.acceleration);
+        let acceleration = within(
+            (goal - now[joint].speed).abs() / TIME_CONSTANT,
+            0.05_f64.min(able.acceleration),
+            able.acceleration,
+        );
         let soft = Axis {
             acceleration,
             jerk: axis.jerk.min(able.acceleration / ACCELERATION_RISE),

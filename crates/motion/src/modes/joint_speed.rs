@@ -3,6 +3,7 @@
 //! The joint whose speed changes most accelerates as asked, the others in proportion, so that all arrive together.
 
 use kinematics::JointSpeeds;
+use kinematics::bounds::within;
 
 use super::OnlineArm;
 use super::axis::Axis;
@@ -59,7 +60,7 @@ impl JointSpeed {
         });
         for (joint, number) in (0u8..6).enumerate() {
             let axis = &axes[joint];
-            let wanted = (self.goal[joint] * slowed).clamp(-axis.speed, axis.speed);
+            let wanted = within(self.goal[joint] * slowed, -axis.speed, axis.speed);
             let goal = axis.slowed_before_ends(now[joint].position, wanted);
             let is_ending = goal != wanted;
             let asked = |acceleration: f64| Axis {

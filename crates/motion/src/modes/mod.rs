@@ -26,6 +26,7 @@ pub(crate) mod points;
 pub mod servo;
 pub mod tcp_speed;
 
+use kinematics::bounds::within;
 use kinematics::{
     Dynamics, JointAccelerations, JointPositions, JointSpeeds, JointTorques, Pose, RobotModel,
     Wrench,
@@ -85,7 +86,7 @@ impl<'a> OnlineArm<'a> {
             most.max(at.qd[joint].abs() / limits.speed[joint])
         });
         let speed = points.map_or(1.0, |points| {
-            (points.factor(&at.qd) * used).clamp(1e-3, 1.0)
+            within(points.factor(&at.qd) * used, 1e-3, 1.0)
         });
         let able = axes.map(|axis| Axis {
             speed: axis.speed * speed,
@@ -135,15 +136,23 @@ impl<'a> OnlineArm<'a> {
     }
 }
 
+/// Largest change of speed by a jerk over one step, as share of the largest speed.
+const JERK_OF_SPEED: f64 = 0.5;
+
 /// What each joint may do in online modes.
 pub(crate) fn online_axes(limits: &MotionLimits, step: f64) -> [Axis; 6] {
-    core::array::from_fn(|joint| Axis {
-        min: limits.position_min[joint],
-        max: limits.position_max[joint],
-        // Within a step the speed may be higher than at its ends by that.
-        speed: limits.speed[joint] - limits.jerk[joint] * step * step / 8.0,
-        acceleration: limits.acceleration[joint],
-        jerk: limits.jerk[joint],
+    core::array::from_fn(|joint| {
+        let speed = limits.speed[joint];
+        // A joint that hardly turns takes its time: a jerk for one step must not make it too fast.
+        let jerk = limits.jerk[joint].min(JERK_OF_SPEED * speed / (step * step));
+        Axis {
+            min: limits.position_min[joint],
+            max: limits.position_max[joint],
+            // Within a step the speed may be higher than at its ends by that.
+            speed: speed - jerk * step * step / 8.0,
+            acceleration: limits.acceleration[joint],
+            jerk,
+        }
     })
 }
 

@@ -5,6 +5,7 @@
 //! there under speed, acceleration and jerk limits, so neither a new offset nor a corner of the path makes it jump.
 //! Rotations are small: they are kept as rotation vectors.
 
+use kinematics::elementary::{cos, sin};
 use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation, rpy_from_rotation};
 use kinematics::{JointAccelerations, JointSpeeds, Pose, RobotModel, RpyPose, Twist};
 use motion_api::OffsetAxes;
@@ -327,8 +328,8 @@ fn left_jacobian(v: &Vector3<f64>) -> Matrix3<f64> {
     } else {
         let square = angle * angle;
         (
-            (1.0 - angle.cos()) / square,
-            (angle - angle.sin()) / (square * angle),
+            (1.0 - cos(angle)) / square,
+            (angle - sin(angle)) / (square * angle),
         )
     };
     Matrix3::identity() + cross * first + cross * cross * second

@@ -13,6 +13,7 @@
 //! points to come evenly: a late one is a reference that stood still for a while.
 
 use kinematics::JointPositions;
+use kinematics::elementary::square;
 
 use super::OnlineArm;
 use super::axis::Axis;
@@ -157,7 +158,7 @@ impl Servo {
         let (newest, oldest) = (self.back(0), self.back(length + 1));
         core::array::from_fn(|joint| {
             let change = (newest[joint] - young[joint]) - (old[joint] - oldest[joint]);
-            let acceleration = change / (short * long) as f64 / step.powi(2);
+            let acceleration = change / (short * long) as f64 / square(step);
             // The difference of two cycles is the speed in the middle between them.
             let speed = (ends[0][joint] - ends[1][joint]) / (long as f64 * step);
             ScalarState {
@@ -195,7 +196,7 @@ impl Servo {
         (band.falls, band.rises) = (band.falls.min(0.0), band.rises.max(0.0));
         let once = TO_AND_FRO * (band.high - band.low);
         if way > once {
-            band.sense = (once / way).powi(4);
+            band.sense = square(square(once / way));
         }
         band
     }

@@ -6,6 +6,7 @@
 //! lowered. So the arm slows down on its line before a singular position, the end of a joint's range or of its reach. Limits
 //! of the speeds of TCP and elbow are kept on the way to rest as in the joint modes.
 
+use kinematics::bounds::within;
 use kinematics::{JointAccelerations, JointSpeeds, Pose, RobotModel, Twist};
 use nalgebra::{Rotation3, Vector3, Vector6};
 
@@ -332,7 +333,7 @@ impl TcpSpeed {
         [linear, angular].map(|part| {
             // A part that stands can stop at any rate.
             if part > 0.0 {
-                (BRAKING_SHARE * rate * part).clamp(1e-3, BRAKING_MAX)
+                within(BRAKING_SHARE * rate * part, 1e-3, BRAKING_MAX)
             } else {
                 BRAKING_MAX
             }

@@ -4,6 +4,7 @@
 //! [`ROTATION_LENGTH`] metres of it. With x the TCP's twist per s and J the Jacobian at the TCP (dashes: derivatives with
 //! respect to s): q' = J⁻¹ x, q'' = J⁻¹ (x' - J' q'). x' is zero on a line and points to the centre on an arc.
 
+use kinematics::elementary::atan2;
 use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation};
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, Pose, RobotModel, Twist};
 use nalgebra::{Vector3, Vector6};
@@ -101,11 +102,8 @@ impl CartesianPath {
         let axis = normal / normal.norm();
         // The way start, via, end goes about the normal of the triangle in the positive sense.
         let (from, to) = (start.translation - centre, end.translation - centre);
-        let angle = from
-            .cross(&to)
-            .dot(&axis)
-            .atan2(from.dot(&to))
-            .rem_euclid(core::f64::consts::TAU);
+        let angle = atan2(from.cross(&to).dot(&axis), from.dot(&to));
+        let angle = angle.rem_euclid(core::f64::consts::TAU);
         let turn = match orientation {
             ArcOrientation::WithTheArc => axis * angle,
             ArcOrientation::ToTheTarget => {

@@ -4,6 +4,8 @@
 //! clothoids (Walton and Meek, "A controlled clothoid spline", *Computers & Graphics* 29, 2005, for corners between lines);
 //! their points are integrals of the direction, by Gauss and Legendre's rule.
 
+use kinematics::bounds::within;
+use kinematics::elementary::{atan2, sin_cos, tan};
 use kinematics::rotation::rotation_from_rotvec;
 use kinematics::{JointPositions, Pose, RobotModel};
 use nalgebra::Vector3;
@@ -60,14 +62,14 @@ fn unit_reach(angle: f64, ramp: f64) -> f64 {
         curvature,
         arc / 2.0,
     );
-    middle[0] + middle[1] * (angle / 2.0).tan()
+    middle[0] + middle[1] * tan(angle / 2.0)
 }
 
 /// Where the direction a + b s² leads to in s, from 0.
 fn clothoid(b: f64, a: f64, s: f64) -> [f64; 2] {
     GAUSS.iter().fold([0.0; 2], |[x, y], (place, weight)| {
         let at = 0.5 * s * (1.0 + place);
-        let (sin, cos) = (a + b * at * at).sin_cos();
+        let (sin, cos) = sin_cos(a + b * at * at);
         [x + 0.5 * s * weight * cos, y + 0.5 * s * weight * sin]
     })
 }
@@ -75,8 +77,8 @@ fn clothoid(b: f64, a: f64, s: f64) -> [f64; 2] {
 /// From a point with a direction along an arc.
 fn along_arc([x, y, direction]: [f64; 3], curvature: f64, s: f64) -> [f64; 3] {
     let next = direction + curvature * s;
-    let (sin, cos) = direction.sin_cos();
-    let (sin_next, cos_next) = next.sin_cos();
+    let (sin, cos) = sin_cos(direction);
+    let (sin_next, cos_next) = sin_cos(next);
     [
         x + (sin_next - sin) / curvature,
         y + (cos - cos_next) / curvature,
@@ -96,13 +98,13 @@ impl Turn {
         ramp: f64,
     ) -> Option<Self> {
         let (along, next) = (first.direction()?, second.direction()?);
-        let angle = along.cross(&next).norm().atan2(along.dot(&next));
+        let angle = atan2(along.cross(&next).norm(), along.dot(&next));
         let across = (next - along * along.dot(&next)).try_normalize(1e-9)?;
         if !(1e-7..=SHARPEST).contains(&angle) {
             return None;
         }
         // The arc of radius touch / tan(angle / 2); how long it may be depends a little on its clothoids.
-        let touching = touch * angle / (angle / 2.0).tan();
+        let touching = touch * angle / tan(angle / 2.0);
         let fits = |share: f64| touching.min(room / unit_reach(angle, share));
         let share = (ramp / fits(LONGEST_RAMP)).min(LONGEST_RAMP);
         let whole = fits(share);
@@ -191,7 +193,7 @@ impl Turn {
             6.0 * reach - 3.0 * length,
         );
         let come = |s: f64| {
-            let t = (s / length).clamp(0.0, 1.0);
+            let t = within(s / length, 0.0, 1.0);
             [
                 t * t * t * (c3 + t * (c4 + t * c5)),
                 t * t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)) / length,
@@ -225,7 +227,7 @@ impl Turn {
     /// The derivatives at joint positions `q` that lie on the way at s; `None` where the Jacobian is singular.
     pub fn point(&self, model: &RobotModel, s: f64, q: JointPositions) -> Option<PathPoint> {
         let [.., direction, curvature] = self.plane(s);
-        let (sin, cos) = direction.sin_cos();
+        let (sin, cos) = sin_cos(direction);
         let [first, second] = self.turning(s);
         let by_second = rotation_from_rotvec(self.about[1] * second[0]);
         let before = by_second * self.about[0];

@@ -12,6 +12,7 @@ use crate::constants::{
 };
 use crate::path::PathPoint;
 use crate::scalar::CellLimits;
+use kinematics::elementary::cbrt;
 
 /// Share of a joint's jerk that is planned with.
 const PLACES_SHARE: f64 = 0.95;
@@ -122,7 +123,7 @@ impl Bounds {
             speed = speed
                 .min(limits.speed[joint] / d1)
                 .min((BEND_SHARES.acceleration * limits.acceleration[joint] / d2).sqrt())
-                .min((BEND_SHARES.jerk * limits.jerk[joint] / d3).cbrt());
+                .min(cbrt(BEND_SHARES.jerk * limits.jerk[joint] / d3));
         }
         if wish.duration <= 0.0 {
             speed = speed.min(wish.speed);

@@ -4,6 +4,7 @@
 //! the leg. Where the TCP hardly moves all that time, its turning counts as way as it does for the length of lines
 //! ([`ROTATION_LENGTH`]), so that a leg which only turns has a zone too.
 
+use kinematics::elementary::cbrt;
 use kinematics::{Pose, RobotModel};
 use motion_api::Warning;
 
@@ -116,7 +117,7 @@ impl Leg {
             let acceleration = arm.limits.acceleration[joint].min(most);
             let by_jerk = BEND_SHARES.jerk * arm.limits.jerk[joint] / (12.0 * bend / length);
             let by_acceleration = BEND_SHARES.acceleration * acceleration / (3.0 * bend);
-            least.min(by_acceleration.sqrt()).min(by_jerk.cbrt())
+            least.min(by_acceleration.sqrt()).min(cbrt(by_jerk))
         });
         self.zone_speed = ZONE_TURNING_SHARE * speed;
     }

@@ -13,9 +13,9 @@
 use kinematics::{DOF, Dynamics, JointAccelerations, JointPositions, JointSpeeds, JointTorques};
 
 use super::real_arm::RealArm;
-use crate::bounds::within;
 use crate::constants::{FELT_FILTER, FELT_SHARE, NOT_FELT, PEAK_TORQUE_FACTOR, SERVO_BANDWIDTH};
 use crate::setpoint::Setpoint;
+use kinematics::bounds::within;
 
 /// Positions between two setpoints.
 #[derive(Clone, Copy, Debug)]

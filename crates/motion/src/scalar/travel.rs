@@ -11,6 +11,8 @@
 
 use super::{ScalarLimits, ScalarState, Track};
 use crate::constants::WINDOW_RANGE;
+use kinematics::bounds::within;
+use kinematics::elementary::cbrt;
 
 /// Steps in a window.
 const STEPS: usize = 32;
@@ -36,9 +38,9 @@ pub enum Drive {
 pub fn window_for(limits: &ScalarLimits, length: f64) -> f64 {
     let reached = limits.acceleration / limits.jerk;
     let by_speed = (limits.speed / limits.jerk).sqrt();
-    let by_length = (length / (2.0 * limits.jerk)).cbrt();
+    let by_length = cbrt(length / (2.0 * limits.jerk));
     let window = reached.min(by_speed).min(by_length);
-    window.clamp(WINDOW_RANGE.0, WINDOW_RANGE.1)
+    within(window, WINDOW_RANGE.0, WINDOW_RANGE.1)
 }
 
 /// The first motion at the end of a step.

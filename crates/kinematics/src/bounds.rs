@@ -6,7 +6,7 @@
 /// `value` where it lies between `low` and `high`, otherwise the nearer of them. Crossed bounds leave nothing between them:
 /// their middle is as near to both as can be. NaN stays NaN, and a bound that is NaN bounds nothing.
 #[inline]
-pub(crate) fn within(value: f64, low: f64, high: f64) -> f64 {
+pub fn within(value: f64, low: f64, high: f64) -> f64 {
     if low > high {
         return low / 2.0 + high / 2.0;
     }
