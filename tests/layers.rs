@@ -13,6 +13,11 @@ use std::process::Command;
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("kinematics", &[]),
     ("supervision", &[]),
+    ("wire", &[]),
+    (
+        "robot-client",
+        &["io-bus", "kinematics", "recorder", "wire"],
+    ),
     ("elite-lang", &[]),
     ("motion-api", &["kinematics"]),
     ("force", &["kinematics", "motion-api"]),
@@ -43,7 +48,9 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "motion",
             "motion-api",
             "recorder",
+            "robot-client",
             "supervision",
+            "wire",
         ],
     ),
     ("pybind", &["kinematics"]),
@@ -59,6 +66,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "recorder",
             "server",
             "supervision",
+            "wire",
         ],
     ),
 ];
@@ -74,7 +82,14 @@ const KEPT_IN: &[(&str, &[&str])] = &[
     // and `dev` holds whole connections to the ports
     (
         "tokio",
-        &["io-bus", "elite-runtime", "server", "supervision", "dev"],
+        &[
+            "io-bus",
+            "elite-runtime",
+            "robot-client",
+            "server",
+            "supervision",
+            "dev",
+        ],
     ),
     ("tokio-modbus", &["io-bus"]),
     ("pyo3", &["pybind"]),

@@ -124,6 +124,53 @@ end
     assert_eq!(out, "True\n".repeat(6));
 }
 
+/// A swing of joint 1 by 0.3 rad in `seconds`, a point every `interval` ms, with so many decimals.
+fn swing(seconds: f64, interval: f64, decimals: usize) -> String {
+    let last = seconds * 1000.0 / interval;
+    (0..=last as usize).fold(String::new(), |mut text, k| {
+        let turn = k as f64 / last * core::f64::consts::TAU;
+        let first = 0.15 * (1.0 - turn.cos());
+        writeln!(
+            text,
+            "{first:.decimals$}, -1.5708, 1.5708, -1.5708, -1.5708, 0"
+        )
+        .unwrap();
+        text
+    })
+}
+
+#[test]
+fn a_rounded_list_takes_the_time_of_the_exact_one_within_its_rounding() {
+    let folder = tempfile::tempdir().unwrap();
+    for (interval, seconds) in [(4.0, 2.0), (2.0, 1.5), (8.0, 2.0)] {
+        for decimals in [3, 4, 5, 16] {
+            let name = format!("swing_{interval}_{decimals}.txt");
+            std::fs::write(folder.path().join(name), swing(seconds, interval, decimals)).unwrap();
+        }
+    }
+    let out = printed(
+        folder.path(),
+        r#"
+def p():
+    movej([0, -1.5708, 1.5708, -1.5708, -1.5708, 0])
+    for interval, seconds in [(4, 2.0), (2, 1.5), (8, 2.0)]:
+        times = []
+        for decimals in [16, 3, 4, 5]:
+            n = load_micro_line_file("swing_" + str(interval) + "_" + str(decimals), interval)
+            start = controller_timestamp()
+            moveml(n)
+            times.append(controller_timestamp() - start)
+        end
+        near = [abs(t - times[0]) < 0.02 * seconds for t in times[2:]]
+        print(near == [True, True], times[1] < 1.1 * times[0], times[0] < 1.1 * seconds + 0.1)
+    end
+end
+"#,
+        &[],
+    );
+    assert_eq!(out, "True True True\nTrue True True\nTrue True True\n");
+}
+
 #[test]
 fn what_cannot_be_loaded_or_run_says_so_and_the_arm_stays() {
     let folder = tempfile::tempdir().unwrap();

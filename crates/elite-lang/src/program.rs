@@ -67,6 +67,11 @@ impl Program {
         names.any(|own| **own == *name)
     }
 
+    /// Names that its top-level statements make global variables, in no order that means anything.
+    pub fn global_names(&self) -> impl Iterator<Item = &str> {
+        self.resolution.bindings.iter().map(|name| &**name)
+    }
+
     /// What was found that does not keep it from running.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.warnings

@@ -116,6 +116,15 @@ pub enum CommandKind {
         /// rad.
         points: [JointPositions; 4],
     },
+    /// The same as TCP poses in the base frame, between which the TCP keeps to a smooth way through them.
+    MicroPoses {
+        /// They are the first of their line; those before are forgotten.
+        begins: bool,
+        /// How many of them count, 1 to 4.
+        count: u8,
+        /// x, y, z in m and a quaternion w, x, y, z, which need not be of length 1.
+        poses: [[f64; 7]; 4],
+    },
     /// Through the points that were given, at even times, from the first on, where the arm stands (manual 3.1.40).
     MoveMl {
         /// How many they are: all must have come, from the thread that moves.
@@ -364,6 +373,7 @@ impl CommandKind {
             Self::MoveC { .. } => "movec",
             Self::MoveP { .. } => "movep",
             Self::MicroPoints { .. } => "micro_points",
+            Self::MicroPoses { .. } => "micro_poses",
             Self::MoveMl { .. } => "moveml",
             Self::Stop { .. } => "stop",
             Self::Pause => "pause",
@@ -417,6 +427,7 @@ impl CommandKind {
             && !matches!(
                 self,
                 Self::MicroPoints { .. }
+                    | Self::MicroPoses { .. }
                     | Self::ServoJ { .. }
                     | Self::SpeedJ { .. }
                     | Self::SpeedL { .. }

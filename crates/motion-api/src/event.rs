@@ -141,6 +141,16 @@ pub enum Refusal {
     /// Path offsets are enabled.
     #[error("path offsets are enabled; end them first with path_offset_disable()")]
     PathOffset,
+    /// The arm is led by hand.
+    #[error(
+        "the arm is led by hand; this is possible once the input with the action freedrive is low again"
+    )]
+    LedByHand,
+    /// The TCP cannot be changed on a turntable that does not turn it: the arm would have to jump.
+    #[error(
+        "a turntable is tracked that does not turn the tool; end that first with stop_conveyor_tracking()"
+    )]
+    TurnsAboutTheTcp,
     /// The planner found nothing.
     #[error("no trajectory found for this target (planner error {code})")]
     Planner {

@@ -6,7 +6,7 @@
 use kinematics::bounds::within;
 use kinematics::{JointSpeeds, Pose, RpyPose};
 use motion_api::form::check_tick_count;
-use motion_api::{CommandId, PulseDecoding, Refusal, StopReason};
+use motion_api::{CommandId, EncoderRange, PulseDecoding, Refusal, StopReason};
 use nalgebra::{Unit, Vector3};
 
 use crate::config::MotionLimits;
@@ -17,7 +17,7 @@ use crate::modes::axis::Axis;
 use crate::modes::conveyor::{Route, Tracking};
 use crate::modes::encoder::Encoder;
 use crate::modes::points::Points;
-use crate::modes::{online_axes, states};
+use crate::modes::{online_axes, stands, states};
 use crate::setpoint::{Setpoint, elbow_speed};
 use crate::waiting::WaitingFor;
 
@@ -76,16 +76,6 @@ impl Cycle {
         ticks: f64,
         unit: f64,
     ) -> Answer {
-        self.machine.check_ready()?;
-        if self.tracking.is_some() {
-            return Err(Refusal::Tracking);
-        }
-        if self.force.is_at_work() {
-            return Err(Refusal::InForceMode);
-        }
-        if self.path_offset.is_on() {
-            return Err(Refusal::PathOffset);
-        }
         if !(ticks.is_finite() && ticks.abs() >= SLOWEST) {
             return Err(bad_value(name, ticks, "a finite number other than 0"));
         }
@@ -122,7 +112,7 @@ impl Cycle {
             });
             // While the arm does nothing else the belt may use what motions would need.
             let share = match self.generator {
-                Generator::Hold => SHARE_OF_BELT + SHARE_ON_BELT,
+                Generator::Hold if self.lag.is_none() => SHARE_OF_BELT + SHARE_ON_BELT,
                 _ => SHARE_OF_BELT,
             };
             let elbow = elbow_speed(&self.target_frames, &JointSpeeds(per_way.into()));
@@ -132,6 +122,17 @@ impl Cycle {
             ];
             let rate = tracking.rate(belt.1);
             let mut fastest = f64::INFINITY;
+            // Faster than the belt only as far as the joints bear it, where they are and in the bends that they are led through.
+            let unit = JointSpeeds(per_way.into());
+            let bias = self.target_frames.jacobian_rate_times_speeds(&unit, tcp);
+            let bend = tracking.unit_bend(tcp).to_vector() - bias.to_vector();
+            let bend = jacobian.solve(&bend).unwrap_or_default();
+            for joint in 0..6 {
+                let most = SHARE_OF_JOINT_SPEED * self.limits.speed[joint] / per_way[joint].abs();
+                let bent = SHARE_OF_BELT * self.limits.acceleration[joint] / bend[joint].abs();
+                fastest = fastest.min(most).min(bent.sqrt());
+            }
+            fastest = fastest.max(FASTER_THAN_BELT * rate);
             for (number, (per_way, limit)) in points.into_iter().enumerate() {
                 let (value, most) = (rate * per_way, FASTEST_BELT * limit);
                 if value > most && !tracking.is_stopping() {
@@ -155,15 +156,24 @@ impl Cycle {
         let carried = tracking
             .carry(nominal, &self.commanded, &self.model, &self.flange_from_tcp)
             .ok_or(StopReason::ConveyorLost)?;
-        // A motion is planned where it begins; carried on, it may ask more of the joints than they can do. It is stopped
-        // while the joints can still come to rest within their limits.
-        let able = is_within_rates(&carried, &self.commanded, self.step, &self.limits)
-            && leaves_a_way_to_rest(&carried, &self.limits);
-        if !able {
-            return Err(StopReason::ConveyorLost);
-        }
-        self.slow_for_points(&carried)?;
         Ok(carried)
+    }
+
+    /// What was laid over the motion underneath must not ask more of the joints than they can do: a motion is planned where it
+    /// begins, not where it is carried. It is stopped while the joints can still come to rest within their limits.
+    pub(crate) fn check_laid_over(&mut self, wanted: &Setpoint) -> Result<(), StopReason> {
+        let (able, checked) = (self.limit_sets.able(), self.limit_sets.checked());
+        let is_within = is_within_rates(wanted, &self.commanded, self.step, able);
+        if self.tracking.is_some() {
+            if !(is_within && leaves_a_way_to_rest(wanted, checked)) {
+                return Err(StopReason::ConveyorLost);
+            }
+            return self.slow_for_points(wanted);
+        }
+        if self.path_offset.is_on() && !is_within {
+            return Err(StopReason::PathOffsetLost);
+        }
+        Ok(())
     }
 
     /// The setpoint of the belt within the speed limits of TCP and elbow, also while the joints come to rest; a motion on
@@ -173,8 +183,11 @@ impl Cycle {
         let Some(points) = Points::new(arm.0, arm.1, &self.limits, &carried.q) else {
             return Ok(());
         };
-        let axes = online_axes(&self.limits, self.step);
-        if !points.is_safe(&states(carried), &axes, self.step) {
+        let axes = online_axes(self.limit_sets.able(), self.step);
+        let checked = Points::new(arm.0, arm.1, self.limit_sets.checked(), &carried.q);
+        if let Some(points) = checked
+            && !points.is_safe(&states(carried), &axes, self.step)
+        {
             return Err(points.too_fast(&carried.qd));
         }
         let soon = JointSpeeds(core::array::from_fn(|joint| {
@@ -196,9 +209,11 @@ impl Cycle {
 
     /// Ends tracking once it has come to rest: from then on the generator starts where the arm is.
     pub(crate) fn settle_tracking(&mut self) {
+        let is_braked = self.holding.is_none() || stands(&self.commanded);
         let has_stopped = self.tracking.as_ref().is_some_and(Tracking::has_stopped);
-        if has_stopped && matches!(self.generator, Generator::Hold) {
+        if has_stopped && is_braked && matches!(self.generator, Generator::Hold) {
             self.tracking = None;
+            self.lag = None;
             self.commanded = Setpoint::standing(self.commanded.q);
             self.target = self.commanded;
         }
@@ -210,11 +225,38 @@ impl Cycle {
             .ok_or_else(|| bad_value("encoder_index", f64::from(number), "0 or 1"))
     }
 
-    pub(crate) fn set_tick_count(&mut self, encoder: u8, count: f64) -> Answer {
-        let encoder = self.encoder(encoder)?;
+    pub(crate) fn set_tick_count(&mut self, number: u8, count: f64) -> Answer {
+        let encoder = self.encoder(number)?;
         check_tick_count(encoder.is_from_program(), encoder.range(), count)?;
-        encoder.set(count);
+        self.recount(usize::from(number), |encoder| encoder.set(count));
         Ok(Ending::Now)
+    }
+
+    pub(crate) fn count_by_program(&mut self, number: u8, range: EncoderRange) -> Answer {
+        self.encoder(number)?;
+        let take = |encoder: &mut Encoder| {
+            encoder.take_from_program(range);
+            true
+        };
+        self.recount(usize::from(number), take);
+        Ok(Ending::Now)
+    }
+
+    /// Changes what an encoder counts. Where that says where the counter is, not that the belt moved, a belt that is followed
+    /// stays where it is.
+    fn recount(&mut self, number: usize, change: impl FnOnce(&mut Encoder) -> bool) {
+        let Some(encoder) = self.encoders.get_mut(number) else {
+            return;
+        };
+        let (before, _) = encoder.position();
+        let is_new_count = change(encoder);
+        let (after, _) = encoder.position();
+        if let Some(tracking) = &mut self.tracking
+            && tracking.encoder == number
+            && is_new_count
+        {
+            tracking.recount(after - before);
+        }
     }
 
     pub(crate) fn decode_pulses(
@@ -234,8 +276,11 @@ impl Cycle {
             let needed = "the other one of 16 and 17 in quadrature mode";
             return Err(bad_value("B", f64::from(channel_b), needed));
         }
-        self.encoder(encoder)?
-            .take_pulses(decoding, channel_a, channel_b, inputs);
+        self.encoder(encoder)?;
+        self.recount(usize::from(encoder), |encoder| {
+            encoder.take_pulses(decoding, channel_a, channel_b, inputs);
+            true
+        });
         Ok(Ending::Now)
     }
 }
@@ -247,6 +292,10 @@ const FASTEST_BELT: f64 = 0.985;
 /// Share of them that a motion on a belt is planned with at least, however much the belt takes: the two need not have the
 /// same direction.
 const LEAST_POINT_SHARE: f64 = 0.1;
+/// A belt is caught up with at least this much faster than it is.
+const FASTER_THAN_BELT: f64 = 1.2;
+/// Share of the joints' speeds with which a belt is caught up with.
+const SHARE_OF_JOINT_SPEED: f64 = 0.8;
 /// A motion on a belt is slowed down above this share of those limits, looked at so far ahead, s, and so fast, 1/s; it is let go
 /// on below the other share.
 const SLOWING_FROM: f64 = 0.96;

@@ -72,18 +72,29 @@ pub struct JointBrake {
 impl JointBrake {
     /// From the motion at `from`.
     pub fn new(from: &Setpoint, limits: &MotionLimits) -> Self {
+        Self::to_share(from, 0.0, limits)
+    }
+
+    /// From the motion at `from` to this share of its speeds.
+    pub fn to_share(from: &Setpoint, share: f64, limits: &MotionLimits) -> Self {
         let profiles = core::array::from_fn(|joint| {
             let start = ScalarState {
                 position: from.q[joint],
                 speed: from.qd[joint],
                 acceleration: from.qdd[joint],
             };
-            Profile::to_speed(start, 0.0, limits.acceleration[joint], limits.jerk[joint])
+            let (goal, most) = (share * from.qd[joint], limits.acceleration[joint]);
+            Profile::to_speed(start, goal, most, limits.jerk[joint])
         });
         Self {
             profiles,
             time: 0.0,
         }
+    }
+
+    /// Every joint has the speed it is to have.
+    pub fn is_over(&self) -> bool {
+        self.time >= self.longest()
     }
 
     /// The setpoint `step` seconds later.

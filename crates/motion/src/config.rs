@@ -9,7 +9,7 @@ use motion_api::{RobotMode, RobotState};
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::constants::{FASTEST_RISE, LEAST_LIMITS, LINK_OVERLAP, STEP_RANGE};
+use crate::constants::{FASTEST_RISE, LEAST_LIMITS, LINK_OVERLAP, REDUCED_TCP_SPEED, STEP_RANGE};
 use crate::contact::Surroundings;
 use crate::external::Load;
 use crate::io::IoSetup;
@@ -72,6 +72,8 @@ pub struct CycleConfig {
     pub plant: PlantKind,
     /// Limits below the model's.
     pub limits: LimitOverrides,
+    /// Limits of reduced mode, not above those. `None` keeps them; the TCP's speed is [`REDUCED_TCP_SPEED`] then.
+    pub reduced_limits: LimitOverrides,
     /// Start with power off and brakes engaged.
     pub powered_off: bool,
     /// Wires and timed inputs.
@@ -169,6 +171,20 @@ pub enum ConfigError {
         /// Its unit.
         unit: &'static str,
     },
+    /// A limit of reduced mode above the one outside of it.
+    #[error(
+        "limit {name} is {given} {unit}, it must not be more than the {normal} {unit} outside of reduced mode"
+    )]
+    AboveNormal {
+        /// Name of the key.
+        name: &'static str,
+        /// As given.
+        given: f64,
+        /// Outside of reduced mode.
+        normal: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
     /// A ring of the border is too small for the promises made about it.
     #[error("the {ring} ring holds {given} entries, at least {needed} are needed")]
     RingTooSmall {
@@ -246,6 +262,7 @@ impl CycleConfig {
             gravity: GRAVITY_UPRIGHT,
             plant: PlantKind::default(),
             limits: LimitOverrides::default(),
+            reduced_limits: LimitOverrides::default(),
             powered_off: false,
             io: IoSetup::default(),
             safety_inputs: SafetyInputs::default(),
@@ -310,7 +327,8 @@ impl CycleConfig {
         if !self.gravity.iter().all(|x| x.is_finite()) {
             return Err(ConfigError::NotFinite { name: "gravity" });
         }
-        let limits = self.limits.resolve(&self.model)?;
+        let limits = self.limits.resolve(self.model.limits(), &NAMES)?;
+        self.resolve_reduced()?;
         for joint in 0..6 {
             let (min, max) = (limits.position_min[joint], limits.position_max[joint]);
             if !(min..=max).contains(&self.home[joint]) {
@@ -326,22 +344,107 @@ impl CycleConfig {
     }
 }
 
+impl CycleConfig {
+    /// The limits of reduced mode.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the limit that is above the one outside of reduced mode, or cannot be.
+    pub(crate) fn resolve_reduced(&self) -> Result<MotionLimits, ConfigError> {
+        let own = self.model.limits();
+        let normal = self.limits.resolve(own, &NAMES)?;
+        let asked = &self.reduced_limits;
+        let mut reduced = asked.resolve(&normal.narrowed(own), &REDUCED_NAMES)?;
+        if asked.joint_jerk.is_none() {
+            reduced.jerk = normal.jerk;
+        }
+        let names = &REDUCED_NAMES;
+        let slow = normal.tcp_speed.min(REDUCED_TCP_SPEED);
+        for (name, unit, asked, reduced, most, otherwise) in [
+            (
+                names.tcp_speed,
+                "m/s",
+                asked.tcp_speed,
+                &mut reduced.tcp_speed,
+                normal.tcp_speed,
+                slow,
+            ),
+            (
+                names.elbow_speed,
+                "m/s",
+                asked.elbow_speed,
+                &mut reduced.elbow_speed,
+                normal.elbow_speed,
+                normal.elbow_speed,
+            ),
+            (
+                names.tcp_force,
+                "N",
+                asked.tcp_force,
+                &mut reduced.tcp_force,
+                normal.tcp_force,
+                normal.tcp_force,
+            ),
+        ] {
+            if let Some(given) = asked
+                && given > most
+            {
+                return Err(ConfigError::AboveNormal {
+                    name,
+                    given,
+                    normal: most,
+                    unit,
+                });
+            }
+            *reduced = asked.unwrap_or(otherwise);
+        }
+        reduced.link_overlap = normal.link_overlap;
+        Ok(reduced)
+    }
+}
+
+/// The keys of a table of limits.
+struct Names {
+    joint_speed: &'static str,
+    joint_acceleration: &'static str,
+    joint_jerk: &'static str,
+    tcp_speed: &'static str,
+    elbow_speed: &'static str,
+    tcp_force: &'static str,
+}
+
+const NAMES: Names = Names {
+    joint_speed: "joint_speed",
+    joint_acceleration: "joint_acceleration",
+    joint_jerk: "joint_jerk",
+    tcp_speed: "tcp_speed",
+    elbow_speed: "elbow_speed",
+    tcp_force: "tcp_force",
+};
+
+const REDUCED_NAMES: Names = Names {
+    joint_speed: "reduced.joint_speed",
+    joint_acceleration: "reduced.joint_acceleration",
+    joint_jerk: "reduced.joint_jerk",
+    tcp_speed: "reduced.tcp_speed",
+    elbow_speed: "reduced.elbow_speed",
+    tcp_force: "reduced.tcp_force",
+};
+
 impl LimitOverrides {
-    fn resolve(&self, model: &RobotModel) -> Result<MotionLimits, ConfigError> {
-        let own = model.limits();
+    fn resolve(&self, own: &JointLimits, names: &Names) -> Result<MotionLimits, ConfigError> {
         let speed = JointSpeeds(below(
-            "joint_speed",
+            names.joint_speed,
             self.joint_speed.map(|x| x.0),
             (LEAST_LIMITS.joint_speed, own.speed.0),
         )?);
         let acceleration = JointAccelerations(below(
-            "joint_acceleration",
+            names.joint_acceleration,
             self.joint_acceleration.map(|x| x.0),
             (LEAST_LIMITS.joint_acceleration, own.acceleration.0),
         )?);
         let own_jerk = acceleration.0.map(|a| a / FASTEST_RISE);
         let jerk = JointJerks(below(
-            "joint_jerk",
+            names.joint_jerk,
             self.joint_jerk.map(|x| x.0),
             (LEAST_LIMITS.joint_jerk, own_jerk),
         )?);
@@ -366,14 +469,19 @@ impl LimitOverrides {
             speed,
             acceleration,
             jerk,
-            tcp_speed: at_least(LEAST_LIMITS.point_speed, "tcp_speed", self.tcp_speed, "m/s")?,
+            tcp_speed: at_least(
+                LEAST_LIMITS.point_speed,
+                names.tcp_speed,
+                self.tcp_speed,
+                "m/s",
+            )?,
             elbow_speed: at_least(
                 LEAST_LIMITS.point_speed,
-                "elbow_speed",
+                names.elbow_speed,
                 self.elbow_speed,
                 "m/s",
             )?,
-            tcp_force: at_least(LEAST_LIMITS.tcp_force, "tcp_force", self.tcp_force, "N")?,
+            tcp_force: at_least(LEAST_LIMITS.tcp_force, names.tcp_force, self.tcp_force, "N")?,
             link_overlap: match self.self_collision {
                 Some(false) => f64::INFINITY,
                 _ => LINK_OVERLAP,

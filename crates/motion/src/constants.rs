@@ -130,6 +130,8 @@ pub const LINE_INTERVALS: usize = 64;
 pub const LINE_REFINEMENTS: usize = 10;
 /// See [`INTERVAL_LENGTH`].
 pub const LINE_PLACES_MAX: u32 = 2000;
+/// See [`INTERVAL_LENGTH`]; of ways through many points at most so many for each interval.
+pub const PLACES_PER_INTERVAL: u32 = 4;
 /// See [`INTERVAL_LENGTH`]. Twice the places of a line without refinements.
 pub const LINE_PLACES_PER_CYCLE: usize = 128;
 
@@ -235,6 +237,9 @@ pub const TORQUE_SHARE_OF_SPEED: f64 = 0.5;
 
 /// A servo stream counts as settled when position, speed and acceleration are within this of rest, rad a step.
 pub const SERVO_SETTLED: f64 = 1e-10;
+
+/// Speed of the TCP in reduced mode unless the cell says otherwise, m/s (EN ISO 10218-1, 5.6.2).
+pub const REDUCED_TCP_SPEED: f64 = 0.25;
 
 /// Acceleration with which online modes come to rest when they are stopped, rad/s² of the leading joint or m/s².
 pub const STOP_ACCELERATION: f64 = 5.0;

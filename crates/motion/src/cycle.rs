@@ -13,15 +13,18 @@ use rtrb::Consumer;
 use crate::brake::Brake;
 use crate::collision::CollisionDetection;
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
-use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, SLOWEST_FRACTION, fault};
+use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, fault};
 use crate::contact::Contacts;
 use crate::external::External;
 use crate::force_mode::ForceMode;
+use crate::hold::{Holding, Permit};
 use crate::io::Io;
+use crate::limits_in_force::LimitSets;
 use crate::machine::Machine;
 use crate::micro_points::MicroPoints;
 use crate::modes::conveyor::Tracking;
 use crate::modes::encoder::Encoder;
+use crate::modes::lag::Lag;
 use crate::modes::path_offset::PathOffset;
 use crate::modes::{Online, stands};
 use crate::outbox::Outbox;
@@ -67,7 +70,9 @@ pub(crate) enum Generator {
 /// The controller of one arm.
 pub struct Cycle {
     pub(crate) model: RobotModel,
+    /// The limits in force.
     pub(crate) limits: MotionLimits,
+    pub(crate) limit_sets: LimitSets,
     /// What planned motions may use while a belt uses the rest.
     pub(crate) limits_on_belt: MotionLimits,
     pub(crate) step: f64,
@@ -87,6 +92,10 @@ pub struct Cycle {
     pub(crate) cells: Cells,
     pub(crate) waiting: Waiting,
     pub(crate) is_paused: bool,
+    /// The joints are braked, or stand after that, whatever modes want.
+    pub(crate) holding: Option<Holding>,
+    /// What the joints have to make good afterwards.
+    pub(crate) lag: Option<Lag>,
     pub(crate) speed_fraction: f64,
     pub(crate) io: Io,
 
@@ -130,6 +139,7 @@ impl Cycle {
     /// [`ConfigError`] names what is wrong with the configuration or the border.
     pub fn new(config: CycleConfig, border: MotionEnd) -> Result<Self, ConfigError> {
         let limits = config.resolve()?;
+        let limit_sets = LimitSets::new(limits, config.resolve_reduced()?);
         let io = Io::new(&config.io, config.step_time, border.registers.clone());
         let (commands, out) = Outbox::new(border)?;
         let machine = Machine::new(config.robot_mode());
@@ -170,6 +180,7 @@ impl Cycle {
             thermal: Thermal::new(is_powered),
             commanded: Setpoint::standing(config.home),
             limits,
+            limit_sets,
             step: config.step_time,
             gravity: config.gravity,
             commands,
@@ -182,6 +193,8 @@ impl Cycle {
             cells: Cells::new(),
             waiting: Waiting::default(),
             is_paused: false,
+            holding: None,
+            lag: None,
             speed_fraction: 1.0,
             io,
             tcp: config.tcp,
@@ -211,6 +224,7 @@ impl Cycle {
         self.io.advance(self.out.cycle as f64 * self.step);
         self.follow_input_actions();
         self.advance_machine();
+        self.follow_reduced_mode();
         self.feel_hand();
         let wanted = self.generate();
         let limited = self.limit(wanted);
@@ -231,29 +245,35 @@ impl Cycle {
 
     /// The generator's setpoint, or why there is none.
     fn generate(&mut self) -> Result<Setpoint, StopReason> {
-        let slowing = self.tracking.as_ref().map_or(1.0, |t| t.slowing);
-        let fraction = self.fraction() * slowing;
+        self.hold_or_let_go()?;
         if matches!(self.generator, Generator::Online(_)) {
-            return Ok(self.generate_online());
+            return match self.holding {
+                Some(_) => Ok(Setpoint::standing(self.target.q)),
+                None => Ok(self.generate_online()),
+            };
         }
         self.plan_on();
+        self.slow_the_way_down();
+        let is_hard = self.slows_hard();
         let ground = Ground {
             model: &self.model,
             points: self.micro_points.points(),
         };
         let near = &self.target.q;
         let is_free = self.has_no_planes();
-        let drive = if self.machine.is_safeguarded() {
-            Drive::HaltHard
-        } else if fraction > 0.0 {
-            Drive::Go(fraction)
-        } else {
-            Drive::Halt
+        let drive = match self.permit() {
+            _ if self.holding.is_some() => Drive::HaltHard,
+            Permit::RestHard => Drive::HaltHard,
+            Permit::Go(fraction) if fraction > 0.0 => Drive::Go(fraction),
+            Permit::Go(_) | Permit::Rest => Drive::Halt,
         };
         let lost = StopReason::Internal {
             code: fault::PATH_LOST,
         };
         let queue = &self.queue;
+        if let Generator::Path(motion) = &mut self.generator {
+            motion.brake_hard(is_hard);
+        }
         match &mut self.generator {
             Generator::Hold | Generator::Online(_) => Ok(Setpoint::standing(self.target.q)),
             Generator::Brake(brake) => {
@@ -290,18 +310,26 @@ impl Cycle {
     fn limit(&mut self, wanted: Result<Setpoint, StopReason>) -> LimitedSetpoint {
         let checked = wanted.and_then(|wanted| {
             if matches!(self.generator, Generator::Brake(_)) {
-                let braking = LimitedSetpoint::while_braking(wanted, &self.commanded, &self.limits);
+                let braking =
+                    LimitedSetpoint::while_braking(wanted, &self.commanded, self.limit_sets.able());
                 self.target_frames = self.model.forward(&braking.get().q);
                 return Ok(braking);
             }
             let nominal = wanted;
+            if let Some(held) = self.held() {
+                self.target = nominal;
+                return Ok(held);
+            }
             let wanted = self.carried(&nominal)?;
             let wanted = self.offset(&wanted)?;
             let wanted = self.pressed(&wanted)?;
+            let wanted = self.with_lag(&wanted);
+            self.check_laid_over(&wanted)?;
             let frames = self.model.forward(&wanted.q);
             let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
             let before = &self.commanded;
-            let passed = limit(wanted, before, &frames, tcp, self.step, &self.limits)?;
+            let checked = self.limit_sets.checked();
+            let passed = limit(wanted, before, &frames, tcp, self.step, checked)?;
             self.check_planes(&wanted)?;
             self.check_links(&wanted)?;
             self.target_frames = frames;
@@ -315,7 +343,8 @@ impl Cycle {
             self.generator = Generator::Brake(brake);
             // A path that is lost is left where it is.
             let first = first.unwrap_or(Setpoint::standing(at));
-            let braking = LimitedSetpoint::while_braking(first, &self.commanded, &self.limits);
+            let braking =
+                LimitedSetpoint::while_braking(first, &self.commanded, self.limit_sets.able());
             self.target_frames = self.model.forward(&braking.get().q);
             braking
         })
@@ -346,18 +375,9 @@ impl Cycle {
         }
     }
 
-    /// A pause or a safeguard stop holds the arm on its path.
-    pub(crate) fn is_held(&self) -> bool {
-        self.is_paused || self.machine.is_safeguarded()
-    }
-
     /// The speed fraction in effect: 0 while held.
     pub(crate) fn fraction(&self) -> f64 {
-        if self.is_held() || self.speed_fraction < SLOWEST_FRACTION {
-            0.0
-        } else {
-            self.speed_fraction
-        }
+        self.permit().fraction()
     }
 
     /// Ends what has come to its end in this cycle.
@@ -370,7 +390,10 @@ impl Cycle {
                 }
                 self.generator = Generator::Hold;
             }
-            Generator::Path(motion) => {
+            // What the arm has to make good first belongs to the motion.
+            Generator::Path(motion)
+                if motion.is_stopping || self.holding.is_none() && !self.is_behind() =>
+            {
                 let motion = *motion;
                 self.settle_path(&motion);
             }
@@ -442,6 +465,8 @@ impl Cycle {
         self.target = Setpoint::standing(self.actual.q);
         self.commanded = self.target;
         self.tracking = None;
+        self.holding = None;
+        self.lag = None;
         self.path_offset.end();
         self.force.pressing = None;
         self.plant.retarget(&self.target.q);
@@ -450,6 +475,12 @@ impl Cycle {
 
     /// True when no setpoint moves: nothing to do, or held on the path.
     pub fn is_standing(&self) -> bool {
+        if self.holding.is_some() {
+            return stands(&self.commanded) && self.nothing_moves_underneath();
+        }
+        if self.lag.is_some() {
+            return false;
+        }
         if self.tracking.as_ref().is_some_and(Tracking::is_stopping) {
             return false;
         }
@@ -461,10 +492,14 @@ impl Cycle {
         if self.force.is_at_work() && self.is_held() && !stands(&self.commanded) {
             return false;
         }
+        self.nothing_moves_underneath()
+    }
+
+    fn nothing_moves_underneath(&self) -> bool {
         match &self.generator {
             Generator::Hold => self.upcoming.is_none() && self.deferred.is_none(),
             Generator::Path(motion) => self.queue.is_standing(motion),
-            Generator::Online(_) => self.is_paused && stands(&self.target),
+            Generator::Online(_) => self.is_held() && stands(&self.target),
             Generator::Brake(_) => false,
         }
     }

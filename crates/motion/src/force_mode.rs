@@ -7,7 +7,7 @@
 use force::admittance::{DAMPING_RANGE, GAIN_RANGE};
 use force::{FrameMode, TaskFrame, Tuning, TwistLimiter};
 use kinematics::{JointSpeeds, Pose, RpyPose};
-use motion_api::{CommandId, MotionMode, Origin, Refusal, StopReason};
+use motion_api::{CommandId, MotionMode, Origin, StopReason};
 
 use crate::config::ConfigError;
 use crate::constants::{STOP_ACCELERATION, fault};
@@ -15,6 +15,7 @@ use crate::cycle::{Cycle, Generator};
 use crate::intake::{Answer, Ending, bad_value};
 use crate::modes::force::{ForceGoal, Pressing, Stage, View};
 use crate::modes::joint_speed::JointSpeed;
+use crate::modes::lag::Lag;
 use crate::modes::{CallEnd, Kind, Online, OnlineArm, stands, states};
 use crate::setpoint::Setpoint;
 use crate::waiting::WaitingFor;
@@ -56,18 +57,6 @@ impl Cycle {
         mode: u8,
         speed_limits: [f64; 6],
     ) -> Answer {
-        self.machine.check_ready()?;
-        if self.tracking.is_some() {
-            return Err(Refusal::Tracking);
-        }
-        if self.path_offset.is_on() {
-            return Err(Refusal::PathOffset);
-        }
-        if matches!(&self.generator, Generator::Online(online) if online.is_led_by_hand()) {
-            return Err(Refusal::Busy {
-                running: self.running(),
-            });
-        }
         let Some(mode_kind) = FrameMode::from_number(mode.into()) else {
             return Err(bad_value("mode", f64::from(mode), "0 to 3"));
         };
@@ -77,6 +66,7 @@ impl Cycle {
             wrench,
             speed_limits,
         };
+        self.lag = None;
         match &mut self.force.pressing {
             Some(pressing) => pressing.retarget(goal),
             none => *none = Some(Pressing::new(goal)),
@@ -167,7 +157,7 @@ impl Cycle {
         let arm = OnlineArm::new(
             &self.model,
             &self.flange_from_tcp,
-            &self.limits,
+            self.limit_sets.checked(),
             &self.dynamics,
             &self.commanded,
             felt,
@@ -196,11 +186,15 @@ impl Cycle {
 
     /// Ends force mode once the tool is back or the motion is over. At rest the motion underneath begins at the arm.
     pub(crate) fn settle_force_mode(&mut self) {
+        if self.holding.is_some() && !stands(&self.commanded) {
+            return;
+        }
         let Some(pressing) = &self.force.pressing else {
             return;
         };
         if pressing.is_back() {
             self.force.pressing = None;
+            self.lag = Lag::between(&self.commanded, &self.target, self.step, false);
         } else if self.is_holding() {
             if pressing.stage == Stage::On {
                 self.target = Setpoint::standing(self.commanded.q);

@@ -3,19 +3,23 @@
 //! Owns the rule when a command is taken: while there is room for all its consequences, and at most a fixed number in a
 //! cycle. The costly part of a plan is not done here but once a cycle in `plan_on`.
 
-use kinematics::{Payload, Pose};
+use kinematics::{Payload, Pose, RpyPose};
 pub(crate) use motion_api::form::bad_value;
 use motion_api::{
-    Command, CommandId, CommandKind, DigitalBank, IoChange, MotionMode, Origin, Outcome, Refusal,
+    Command, CommandId, CommandKind, DigitalBank, IoChange, MotionMode, Outcome, Refusal,
     StopReason,
 };
 
+use crate::allowed::Rule;
 use crate::constants::{COMMANDS_PER_CYCLE, SHARE_OF_MOTION};
 use crate::cycle::{Cycle, Generator};
 use crate::path::ArcOrientation;
 use crate::plan::{Arm, CartesianPlanner, Wish, plan_movej};
 use crate::upcoming::Planned;
 use crate::waiting::WaitingFor;
+
+/// Planner error: a command came to a family that does not know it.
+const WRONG_FAMILY: u32 = 3;
 
 /// Whether a command ends at once, and how.
 pub(crate) type Answer = Result<Ending, Refusal>;
@@ -55,6 +59,71 @@ impl Cycle {
 
     fn obey(&mut self, command: &Command) -> Answer {
         command.kind.check_form()?;
+        match self.rule(command) {
+            Rule::Refuse(why) => Err(self.refusal(why)),
+            // What has to wait has waited.
+            Rule::Act | Rule::Queue => self.carry_out(command),
+        }
+    }
+
+    /// Each command by its family.
+    fn carry_out(&mut self, command: &Command) -> Answer {
+        match command.kind {
+            CommandKind::MoveJ { .. }
+            | CommandKind::MoveL { .. }
+            | CommandKind::MoveC { .. }
+            | CommandKind::MoveP { .. }
+            | CommandKind::MicroPoints { .. }
+            | CommandKind::MicroPoses { .. }
+            | CommandKind::MoveMl { .. } => self.begin_motion(command),
+            CommandKind::ServoJ { .. }
+            | CommandKind::SpeedJ { .. }
+            | CommandKind::SpeedL { .. }
+            | CommandKind::StopJ { .. }
+            | CommandKind::StopL { .. }
+            | CommandKind::Freedrive { .. }
+            | CommandKind::EndFreedrive => self.steer(command),
+            CommandKind::ForceMode { .. }
+            | CommandKind::EndForceMode
+            | CommandKind::TrackConveyorLinear { .. }
+            | CommandKind::TrackConveyorCircular { .. }
+            | CommandKind::StopConveyorTracking
+            | CommandKind::PathOffsetEnable
+            | CommandKind::PathOffsetDisable { .. }
+            | CommandKind::PathOffsetSet { .. }
+            | CommandKind::PathOffsetFilter(_)
+            | CommandKind::PathOffsetMax { .. } => self.lay_over(command),
+            CommandKind::Stop { .. }
+            | CommandKind::Pause
+            | CommandKind::Resume
+            | CommandKind::PowerOn
+            | CommandKind::PowerOff
+            | CommandKind::ReleaseBrakes
+            | CommandKind::UnlockProtectiveStop
+            | CommandKind::RestartSafetyBoard
+            | CommandKind::EmergencyStop { .. } => self.operate(command),
+            CommandKind::SetForceGain(_)
+            | CommandKind::SetForceDamping(_)
+            | CommandKind::SetExternalWrench(_)
+            | CommandKind::FtRtsiInput { .. }
+            | CommandKind::ZeroFtSensor
+            | CommandKind::SetCollisionDetection(_)
+            | CommandKind::SetCollisionSensitivity(_) => self.set_senses(command),
+            CommandKind::SetTcp(_)
+            | CommandKind::SetPayload(_)
+            | CommandKind::SetGravity(_)
+            | CommandKind::SetStandardDigitalOut { .. }
+            | CommandKind::SetIo(_)
+            | CommandKind::SetDigitalInput { .. }
+            | CommandKind::SetSpeedFraction(_)
+            | CommandKind::EncoderEnableSetTickCount { .. }
+            | CommandKind::EncoderSetTickCount { .. }
+            | CommandKind::EncoderEnablePulseDecode { .. } => self.set(command),
+        }
+    }
+
+    /// Planned motions, and the points of one.
+    fn begin_motion(&mut self, command: &Command) -> Answer {
         match command.kind {
             CommandKind::MoveJ {
                 target,
@@ -70,7 +139,6 @@ impl Cycle {
                     radius,
                     is_process: false,
                 };
-                self.check_free(command.origin)?;
                 self.check_target(&target)?;
                 let start = self.next_start();
                 let mut cells = core::mem::take(&mut self.cells);
@@ -95,7 +163,6 @@ impl Cycle {
                     radius,
                     is_process: false,
                 };
-                self.check_free(command.origin)?;
                 self.check_target_pose(&target)?;
                 let start = self.next_start();
                 let planner = CartesianPlanner::line(&start, &target, &wish, &self.arm())?;
@@ -117,7 +184,6 @@ impl Cycle {
                     radius,
                     is_process: false,
                 };
-                self.check_free(command.origin)?;
                 self.check_target_pose(&via)?;
                 self.check_target_pose(&target)?;
                 let start = self.next_start();
@@ -145,13 +211,93 @@ impl Cycle {
                     radius,
                     is_process: true,
                 };
-                self.check_free(command.origin)?;
                 self.check_target_pose(&target)?;
                 let start = self.next_start();
                 let planner = CartesianPlanner::line(&start, &target, &wish, &self.arm())?;
                 self.begin_to_plan(command, MotionMode::MoveP, planner);
                 Ok(Ending::Later)
             }
+            CommandKind::MicroPoints {
+                begins,
+                count,
+                points,
+            } => {
+                let samples = points.map(|q| [q[0], q[1], q[2], q[3], q[4], q[5], 0.0]);
+                self.micro_points(
+                    command.origin,
+                    (begins, false),
+                    usize::from(count),
+                    &samples,
+                )
+            }
+            CommandKind::MicroPoses {
+                begins,
+                count,
+                poses,
+            } => self.micro_points(command.origin, (begins, true), usize::from(count), &poses),
+            CommandKind::MoveMl { count, interval } => self.moveml(command, count, interval),
+            _ => Err(Refusal::Planner { code: WRONG_FAMILY }),
+        }
+    }
+
+    /// Online modes, leading by hand, and coming to rest from them.
+    fn steer(&mut self, command: &Command) -> Answer {
+        match command.kind {
+            CommandKind::ServoJ {
+                target,
+                duration,
+                lookahead,
+                gain,
+            } => self.servoj(command, &target, duration, lookahead, gain),
+            CommandKind::SpeedJ {
+                speeds,
+                acceleration,
+                duration,
+            } => self.speedj(command, &speeds, acceleration, duration),
+            CommandKind::SpeedL {
+                speed,
+                acceleration,
+                rotation_acceleration,
+                duration,
+            } => self.speedl(
+                command,
+                speed,
+                [acceleration, rotation_acceleration],
+                duration,
+            ),
+            CommandKind::StopJ { acceleration } => self.stopj(command, acceleration),
+            CommandKind::StopL { acceleration } => self.stopl(command, acceleration),
+            CommandKind::Freedrive { free_axes, frame } => {
+                self.freedrive(command, free_axes, frame)
+            }
+            CommandKind::EndFreedrive => Ok(self.end_freedrive(command.id)),
+            _ => Err(Refusal::Planner { code: WRONG_FAMILY }),
+        }
+    }
+
+    /// What is laid over motions: force mode, belts, offsets of the path.
+    fn lay_over(&mut self, command: &Command) -> Answer {
+        match command.kind {
+            CommandKind::ForceMode {
+                frame,
+                selection,
+                wrench,
+                mode,
+                speed_limits,
+            } => self.force_mode(&frame, selection, wrench, mode, speed_limits),
+            CommandKind::EndForceMode => Ok(self.end_force_mode(command.id)),
+            CommandKind::TrackConveyorLinear {
+                direction,
+                ticks_per_meter,
+                encoder,
+            } => self.track_linear(direction, ticks_per_meter, encoder),
+            CommandKind::TrackConveyorCircular {
+                center,
+                ticks_per_revolution,
+                rotate_tool,
+                encoder,
+            } => self.track_circular(&center, ticks_per_revolution, rotate_tool, encoder),
+            CommandKind::StopConveyorTracking => Ok(self.stop_tracking(command.id)),
             CommandKind::PathOffsetEnable => self.path_offset_enable(),
             CommandKind::PathOffsetDisable { acceleration } => {
                 self.path_offset_disable(command, acceleration)
@@ -162,12 +308,13 @@ impl Cycle {
                 translation,
                 rotation,
             } => self.path_offset_max(translation, rotation),
-            CommandKind::MicroPoints {
-                begins,
-                count,
-                points,
-            } => self.micro_points(command.origin, begins, usize::from(count), &points),
-            CommandKind::MoveMl { count, interval } => self.moveml(command, count, interval),
+            _ => Err(Refusal::Planner { code: WRONG_FAMILY }),
+        }
+    }
+
+    /// Stops, power and brakes.
+    fn operate(&mut self, command: &Command) -> Answer {
+        match command.kind {
             CommandKind::Stop { only } => Ok(self.stop(command.id, only)),
             CommandKind::Pause => {
                 self.is_paused = true;
@@ -181,39 +328,6 @@ impl Cycle {
                 }
                 Ok(Ending::Now)
             }
-            CommandKind::SetTcp(tcp) => {
-                self.tcp = tcp;
-                self.flange_from_tcp = Pose::from_rpy(&tcp);
-                Ok(Ending::Now)
-            }
-            CommandKind::SetPayload(payload) => {
-                self.set_payload(payload);
-                Ok(Ending::Now)
-            }
-            CommandKind::SetStandardDigitalOut { index, level } => {
-                if index >= 16 {
-                    let value = f64::from(index);
-                    return Err(bad_value("the index of the output", value, "0 to 15"));
-                }
-                let bank = DigitalBank::Standard;
-                self.io.apply(&IoChange::digital_out(bank, index, level));
-                Ok(Ending::Now)
-            }
-            CommandKind::SetIo(change) => {
-                self.io.apply(&change);
-                if let IoChange::ProgramRunning(_) = change {
-                    self.path_offset.stop();
-                    self.path_offset.forget_settings();
-                }
-                Ok(Ending::Now)
-            }
-            CommandKind::SetSpeedFraction(fraction) => {
-                if !(0.0..=1.0).contains(&fraction) {
-                    return Err(bad_value("the speed fraction", fraction, "0 to 1"));
-                }
-                self.speed_fraction = fraction;
-                Ok(Ending::Now)
-            }
             CommandKind::PowerOn => {
                 self.machine.power_on()?;
                 Ok(Ending::Now)
@@ -221,6 +335,7 @@ impl Cycle {
             CommandKind::PowerOff => {
                 self.stop_moving();
                 self.halt_force_mode();
+                self.path_offset.stop();
                 if let Some(tracking) = &mut self.tracking {
                     tracking.stop();
                 }
@@ -249,43 +364,13 @@ impl Cycle {
                 self.look_for_emergency(|machine| machine.press_emergency_stop(pressed));
                 Ok(Ending::Now)
             }
-            CommandKind::ServoJ {
-                target,
-                duration,
-                lookahead,
-                gain,
-            } => self.servoj(command, &target, duration, lookahead, gain),
-            CommandKind::SpeedJ {
-                speeds,
-                acceleration,
-                duration,
-            } => self.speedj(command, &speeds, acceleration, duration),
-            CommandKind::SpeedL {
-                speed,
-                acceleration,
-                rotation_acceleration,
-                duration,
-            } => self.speedl(
-                command,
-                speed,
-                [acceleration, rotation_acceleration],
-                duration,
-            ),
-            CommandKind::StopJ { acceleration } => self.stopj(command, acceleration),
-            CommandKind::StopL { acceleration } => self.stopl(command, acceleration),
-            CommandKind::SetGravity(gravity) => self.set_gravity(gravity),
-            CommandKind::Freedrive { free_axes, frame } => {
-                self.freedrive(command, free_axes, frame)
-            }
-            CommandKind::EndFreedrive => Ok(self.end_freedrive(command.id)),
-            CommandKind::ForceMode {
-                frame,
-                selection,
-                wrench,
-                mode,
-                speed_limits,
-            } => self.force_mode(&frame, selection, wrench, mode, speed_limits),
-            CommandKind::EndForceMode => Ok(self.end_force_mode(command.id)),
+            _ => Err(Refusal::Planner { code: WRONG_FAMILY }),
+        }
+    }
+
+    /// The force sensor, force mode and collision detection.
+    fn set_senses(&mut self, command: &Command) -> Answer {
+        match command.kind {
             CommandKind::SetForceGain(gain) => self.set_force_gain(gain),
             CommandKind::SetForceDamping(damping) => self.set_force_damping(damping),
             CommandKind::SetExternalWrench(wrench) => self.set_external_wrench(wrench),
@@ -309,21 +394,49 @@ impl Cycle {
                 }
                 Ok(Ending::Now)
             }
-            CommandKind::TrackConveyorLinear {
-                direction,
-                ticks_per_meter,
-                encoder,
-            } => self.track_linear(direction, ticks_per_meter, encoder),
-            CommandKind::TrackConveyorCircular {
-                center,
-                ticks_per_revolution,
-                rotate_tool,
-                encoder,
-            } => self.track_circular(&center, ticks_per_revolution, rotate_tool, encoder),
-            CommandKind::StopConveyorTracking => Ok(self.stop_tracking(command.id)),
-            CommandKind::EncoderEnableSetTickCount { encoder, range } => {
-                self.encoder(encoder)?.take_from_program(range);
+            _ => Err(Refusal::Planner { code: WRONG_FAMILY }),
+        }
+    }
+
+    /// Tool, payload, inputs and outputs, speed and encoders.
+    fn set(&mut self, command: &Command) -> Answer {
+        match command.kind {
+            CommandKind::SetTcp(tcp) => {
+                self.set_tcp(tcp);
                 Ok(Ending::Now)
+            }
+            CommandKind::SetPayload(payload) => {
+                self.set_payload(payload);
+                Ok(Ending::Now)
+            }
+            CommandKind::SetStandardDigitalOut { index, level } => {
+                if index >= 16 {
+                    let value = f64::from(index);
+                    return Err(bad_value("the index of the output", value, "0 to 15"));
+                }
+                let bank = DigitalBank::Standard;
+                self.io.apply(&IoChange::digital_out(bank, index, level));
+                Ok(Ending::Now)
+            }
+            CommandKind::SetIo(change) => {
+                self.io.apply(&change);
+                if let IoChange::ProgramRunning(_) = change {
+                    self.path_offset.stop();
+                    self.path_offset.forget_settings();
+                }
+                Ok(Ending::Now)
+            }
+            CommandKind::SetGravity(gravity) => self.set_gravity(gravity),
+            CommandKind::SetDigitalInput { index, level } => self.set_input(index, level),
+            CommandKind::SetSpeedFraction(fraction) => {
+                if !(0.0..=1.0).contains(&fraction) {
+                    return Err(bad_value("the speed fraction", fraction, "0 to 1"));
+                }
+                self.speed_fraction = fraction;
+                Ok(Ending::Now)
+            }
+            CommandKind::EncoderEnableSetTickCount { encoder, range } => {
+                self.count_by_program(encoder, range)
             }
             CommandKind::EncoderSetTickCount { encoder, count } => {
                 self.set_tick_count(encoder, count)
@@ -334,7 +447,7 @@ impl Cycle {
                 channel_a,
                 channel_b,
             } => self.decode_pulses(encoder, decoding, channel_a, channel_b),
-            CommandKind::SetDigitalInput { index, level } => self.set_input(index, level),
+            _ => Err(Refusal::Planner { code: WRONG_FAMILY }),
         }
     }
 
@@ -342,32 +455,6 @@ impl Cycle {
         self.cells.clear();
         let who = (command.id, command.origin);
         self.follow_with(who, mode, Planned::Partly(planner));
-    }
-
-    /// A motion may begin: the arm is ready, and no other motion is under way, or the sender of the last one was told that
-    /// the next may follow.
-    pub(crate) fn check_free(&self, origin: Origin) -> Result<(), Refusal> {
-        self.machine.check_ready()?;
-        let running = self.running();
-        if let Generator::Path(motion) = &self.generator
-            && self.upcoming.is_none()
-        {
-            if motion.is_stopping && self.queue.open_count() == 0 {
-                return Err(Refusal::StillMoving);
-            }
-            let caller = |origin: Origin| (origin.program, origin.thread);
-            let is_told = self
-                .queue
-                .last()
-                .is_some_and(|leg| leg.is_told && caller(leg.origin) == caller(origin));
-            if is_told && !motion.is_stopping {
-                return Ok(());
-            }
-        }
-        match running {
-            CommandId::NONE => Ok(()),
-            running => Err(Refusal::Busy { running }),
-        }
     }
 
     pub(crate) fn arm(&self) -> Arm<'_> {
@@ -407,6 +494,16 @@ impl Cycle {
         }
         self.waiting.add(id, WaitingFor::Stop);
         Ending::Later
+    }
+
+    /// What moves the TCP by its velocity goes on with the new one; paths keep the one that they were planned with.
+    fn set_tcp(&mut self, tcp: RpyPose) {
+        self.tcp = tcp;
+        self.flange_from_tcp = Pose::from_rpy(&tcp);
+        if let Generator::Online(mut online) = self.generator {
+            online.take_tool(&self.online_arm(), &self.target);
+            self.generator = Generator::Online(online);
+        }
     }
 
     fn set_payload(&mut self, payload: Payload) {

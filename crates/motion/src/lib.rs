@@ -34,6 +34,7 @@
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
+mod allowed;
 mod belt;
 pub mod brake;
 pub mod collision;
@@ -44,8 +45,10 @@ mod cycle;
 pub mod external;
 mod force_mode;
 pub mod histogram;
+mod hold;
 mod intake;
 pub mod io;
+mod limits_in_force;
 pub mod machine;
 mod micro_points;
 pub mod modes;

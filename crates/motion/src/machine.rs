@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | emergency stop (button, or input) | joints brake, then the power goes off | released, then power on and brake release |
 //! | protective stop | joints brake, the brakes hold | unlock |
-//! | safeguard stop (input) | the arm stops on its path and waits there | the input, or the reset input where there is one |
+//! | safeguard stop (input) | the arm stops, a planned motion on its path, and waits there | the input, or the reset input where there is one |
 //! | reduced (input) | reduced limits | the input |
 //!
 //! Where several apply, the first of the table is the mode that is seen.
@@ -97,6 +97,11 @@ impl Machine {
     /// True while an emergency stop asks for the power to be off.
     pub const fn is_emergency(&self) -> bool {
         self.button || self.lines.emergency_stop
+    }
+
+    /// True while reduced limits are asked for, whatever else applies.
+    pub const fn is_reduced(&self) -> bool {
+        self.lines.reduced_mode
     }
 
     /// True while a safeguard stop holds the arm on its path.

@@ -1,6 +1,6 @@
 //! Commands of the online modes: who may begin one, what replaces what, and what each of them sets.
 //!
-//! The rule: only one motion at a time moves the arm. A servo or speed command takes over from the one before of the same
+//! The rule, which `allowed` has as a table: only one motion at a time moves the arm. A servo or speed command takes over from the one before of the same
 //! thread without a stop, or from one whose call has returned; a planned motion that follows an online mode waits for the
 //! arm to come to rest, and so does an online mode that follows a motion with a blend radius; everything else is refused. The modes themselves are in `modes`.
 
@@ -9,8 +9,8 @@ use motion_api::{
     Command, CommandId, CommandKind, FreedriveFrame, IoChange, MotionMode, Origin, Outcome,
     Refusal, Warning,
 };
-use nalgebra::Vector3;
 
+use crate::allowed::Rule;
 use crate::constants::{LONGEST, SLOWEST};
 use crate::cycle::{Cycle, Generator};
 use crate::external::PortSensor;
@@ -23,56 +23,25 @@ use crate::modes::{CallEnd, Kind, Online, OnlineArm, stands, states};
 use crate::setpoint::Setpoint;
 use crate::waiting::WaitingFor;
 
-/// Share of the TCP's speed limit that a speedl aims at: from there the joints can always brake within it.
-const TCP_SPEED_SHARE: f64 = 0.97;
-
 impl Cycle {
-    /// The next command to obey: a motion that waited for the arm to come to rest, or the next of the ring.
+    /// The next command to obey: one that waited for the arm to come to rest, or the next of the ring.
     pub(crate) fn next_command(&mut self) -> Option<Command> {
-        if matches!(self.generator, Generator::Hold)
-            && let Some(command) = self.deferred.take()
-        {
+        if let Some(deferred) = self.deferred.take() {
+            if self.rule(&deferred) != Rule::Queue {
+                return Some(deferred);
+            }
+            self.deferred = Some(deferred);
+        }
+        let command = self.commands.pop().ok()?;
+        self.out.taken(&command);
+        if self.rule(&command) != Rule::Queue {
             return Some(command);
         }
-        loop {
-            let command = self.commands.pop().ok()?;
-            self.out.taken(&command);
-            if !self.must_wait(&command.kind) {
-                return Some(command);
-            }
-            if let Some(deferred) = self.deferred {
-                let running = deferred.id;
-                let busy = Outcome::Refused(Refusal::Busy { running });
-                self.out.ended(command.id, busy);
-                return None;
-            }
-            if let Generator::Online(online) = &mut self.generator {
-                online.stop(&self.target);
-            }
-            self.deferred = Some(command);
+        if let Generator::Online(online) = &mut self.generator {
+            online.stop(&self.target);
         }
-    }
-
-    /// Must the arm come to rest first? A planned motion waits for the end of an online mode whose call has returned, an
-    /// online mode for the end of a motion whose call has returned because its blend zone was entered.
-    fn must_wait(&self, kind: &CommandKind) -> bool {
-        match &self.generator {
-            Generator::Online(online) => {
-                let begins_at_rest = kind.is_motion() && online.has_ended()
-                    || matches!(kind, CommandKind::Freedrive { .. }) && online.is_stopping;
-                begins_at_rest && !online.is_led_by_hand()
-            }
-            Generator::Path(_) if self.queue.open_count() == 0 && self.upcoming.is_none() => {
-                matches!(
-                    kind,
-                    CommandKind::ServoJ { .. }
-                        | CommandKind::SpeedJ { .. }
-                        | CommandKind::SpeedL { .. }
-                        | CommandKind::Freedrive { .. }
-                ) || (kind.is_motion() && self.deferred.is_some())
-            }
-            _ => false,
-        }
+        self.deferred = Some(command);
+        self.next_command()
     }
 
     /// The next setpoint of the online mode, with what there is to say about it.
@@ -93,44 +62,17 @@ impl Cycle {
         step.setpoint
     }
 
-    fn online_arm(&self) -> OnlineArm<'_> {
+    pub(crate) fn online_arm(&self) -> OnlineArm<'_> {
         OnlineArm::new(
             &self.model,
             &self.flange_from_tcp,
-            &self.limits,
+            self.limit_sets.checked(),
             &self.dynamics,
             &self.target,
             self.felt(),
             self.step,
             (self.fraction(), self.is_held()),
         )
-    }
-
-    /// A servo or speed command may begin.
-    fn check_online(&self, origin: Origin) -> Result<(), Refusal> {
-        self.machine.check_ready()?;
-        if let Some(deferred) = self.deferred {
-            let running = deferred.id;
-            return Err(Refusal::Busy { running });
-        }
-        if let Some(upcoming) = &self.upcoming {
-            let running = upcoming.id;
-            return Err(Refusal::Busy { running });
-        }
-        let caller = |origin: Origin| (origin.program, origin.thread);
-        match &self.generator {
-            Generator::Hold => Ok(()),
-            Generator::Online(online)
-                if online.is_stopping
-                    || !online.is_led_by_hand()
-                        && (online.has_ended() || caller(online.origin) == caller(origin)) =>
-            {
-                Ok(())
-            }
-            _ => Err(Refusal::Busy {
-                running: self.running(),
-            }),
-        }
     }
 
     fn begin_online(&mut self, command: &Command, mode: MotionMode, call: CallEnd, kind: Kind) {
@@ -158,7 +100,6 @@ impl Cycle {
         lookahead: f64,
         gain: f64,
     ) -> Answer {
-        self.check_online(command.origin)?;
         self.check_target(target)?;
         check_duration(duration)?;
         let within = |x: f64, (min, max): (f64, f64)| (min..=max).contains(&x);
@@ -196,7 +137,6 @@ impl Cycle {
         acceleration: f64,
         duration: Option<f64>,
     ) -> Answer {
-        self.check_online(command.origin)?;
         check_speeds(&speeds.0)?;
         check_acceleration(acceleration)?;
         let call = call_end(duration)?;
@@ -212,19 +152,12 @@ impl Cycle {
         [acceleration, rotation_acceleration]: [f64; 2],
         duration: Option<f64>,
     ) -> Answer {
-        self.check_online(command.origin)?;
         check_speeds(&speed)?;
         check_acceleration(acceleration)?;
         check_acceleration(rotation_acceleration)?;
         let call = call_end(duration)?;
         let mut tcp = self.tcp_mode();
-        let linear = Vector3::new(speed[0], speed[1], speed[2]).norm();
-        let slower = (TCP_SPEED_SHARE * self.limits.tcp_speed / linear).min(1.0);
-        tcp.aim(
-            speed.map(|x| x * slower),
-            acceleration,
-            rotation_acceleration,
-        );
+        tcp.aim(speed, acceleration, rotation_acceleration);
         self.begin_online(command, MotionMode::SpeedL, call, Kind::TcpSpeed(tcp));
         Ok(Ending::Later)
     }
@@ -296,23 +229,6 @@ impl Cycle {
         free_axes: [bool; 6],
         frame: FreedriveFrame,
     ) -> Answer {
-        self.machine.check_ready()?;
-        if self.force.is_at_work() {
-            return Err(Refusal::InForceMode);
-        }
-        if self.path_offset.is_on() {
-            return Err(Refusal::PathOffset);
-        }
-        match &self.generator {
-            Generator::Hold if self.deferred.is_none() && self.upcoming.is_none() => {}
-            Generator::Online(online) if online.is_led_by_hand() => {}
-            Generator::Online(online) if online.has_ended() && stands(&self.target) => {}
-            _ => {
-                return Err(Refusal::Busy {
-                    running: self.running(),
-                });
-            }
-        }
         if let FreedriveFrame::Pose(pose) = frame
             && !pose.is_finite()
         {
@@ -333,14 +249,16 @@ impl Cycle {
         match (self.io.wants_freedrive(), self.io.leads_by_hand) {
             // A program that leads by hand already goes on doing so.
             (true, false) if !is_led => {
+                let (free_axes, frame) = ([true; 6], FreedriveFrame::Base);
                 let command = Command {
                     id: CommandId::NONE,
                     origin: Origin::default(),
-                    kind: CommandKind::EndFreedrive,
+                    kind: CommandKind::Freedrive { free_axes, frame },
                 };
-                // Refused while the arm is busy or not ready: asked again in the next cycle.
-                let begun = self.freedrive(&command, [true; 6], FreedriveFrame::Base);
-                self.io.leads_by_hand = begun.is_ok();
+                // While the arm is busy or not ready it is asked again in the next cycle.
+                let begins = self.rule(&command) == Rule::Act;
+                self.io.leads_by_hand =
+                    begins && self.freedrive(&command, free_axes, frame).is_ok();
             }
             (false, true) => {
                 if let Generator::Online(online) = &mut self.generator {

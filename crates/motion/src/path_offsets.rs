@@ -4,7 +4,7 @@
 //! underneath asks for and `commanded` what the arm gets.
 
 use kinematics::{JointSpeeds, RpyPose};
-use motion_api::{Command, MotionMode, OffsetAxes, Outcome, Refusal, StopReason};
+use motion_api::{Command, MotionMode, OffsetAxes, Outcome, StopReason};
 use nalgebra::Vector6;
 
 use crate::constants::{LONGEST, SLOWEST, STOP_ACCELERATION};
@@ -23,13 +23,6 @@ const SHARE_OF_SPEED: f64 = 0.9;
 
 impl Cycle {
     pub(crate) fn path_offset_enable(&mut self) -> Answer {
-        self.machine.check_ready()?;
-        if self.tracking.is_some() {
-            return Err(Refusal::Tracking);
-        }
-        if self.force.is_at_work() {
-            return Err(Refusal::InForceMode);
-        }
         self.path_offset.enable();
         Ok(Ending::Now)
     }
@@ -109,7 +102,8 @@ impl Cycle {
 
     /// Ends offsets that a stop has brought to rest once nothing moves underneath.
     pub(crate) fn settle_path_offset(&mut self) {
-        if self.path_offset.has_stopped() && self.is_holding() {
+        let is_braked = self.holding.is_none() || stands(&self.commanded);
+        if self.path_offset.has_stopped() && self.is_holding() && is_braked {
             self.leave_path_offset(STOP_ACCELERATION);
         }
     }
@@ -139,9 +133,6 @@ impl Cycle {
             .path_offset
             .carry(nominal, &self.commanded, arm.0, arm.1)
             .ok_or(StopReason::PathOffsetLost)?;
-        if !crate::belt::is_within_rates(&laid, &self.commanded, self.step, &self.limits) {
-            return Err(StopReason::PathOffsetLost);
-        }
         Ok(laid)
     }
 

@@ -8,7 +8,7 @@
 
 use kinematics::safety::{PlaneSwitches, SafetyViolation};
 use kinematics::{JointPositions, Pose, RpyPose};
-use motion_api::{Refusal, SafetyMode, StopReason};
+use motion_api::{Refusal, StopReason};
 
 use crate::brake::JointBrake;
 use crate::cycle::{Cycle, Generator};
@@ -24,7 +24,7 @@ impl Cycle {
     /// Which safety planes count now: by mode, and by pairs of configurable inputs (bits 16 to 23) that are both high.
     pub(crate) fn plane_switches(&self) -> PlaneSwitches {
         PlaneSwitches {
-            reduced: self.machine.safety_mode() == SafetyMode::Reduced,
+            reduced: self.machine.is_reduced(),
             ci_pairs: core::array::from_fn(|pair| {
                 self.io.image.digital_in >> (16 + 2 * pair) & 3 == 3
             }),
@@ -33,6 +33,7 @@ impl Cycle {
 
     /// A target must lie inside the joint ranges and before the safety planes.
     pub(crate) fn check_target(&self, q: &JointPositions) -> Result<(), Refusal> {
+        self.check_reduced_range(q)?;
         let switches = self.plane_switches();
         let violation = self
             .safety
@@ -59,7 +60,7 @@ impl Cycle {
 
     /// The same for a TCP pose that can be reached; whether it can is found by the planner.
     pub(crate) fn check_target_pose(&self, pose: &RpyPose) -> Result<(), Refusal> {
-        if self.has_no_planes() || !pose.is_finite() {
+        if self.allows_all_places() || !pose.is_finite() {
             return Ok(());
         }
         let base_from_tcp = Pose::from_rpy(pose);
@@ -116,8 +117,8 @@ impl Cycle {
     }
 
     /// The first plane crossed while the joints brake one by one from a setpoint.
-    fn crossed_by_joints(&self, from: &Setpoint) -> Option<StopReason> {
-        let brake = JointBrake::new(from, &self.limits);
+    pub(crate) fn crossed_by_joints(&self, from: &Setpoint) -> Option<StopReason> {
+        let brake = JointBrake::new(from, self.limit_sets.able());
         (0..=BRAKE_PLACES).find_map(|place| {
             let share = f64::from(place) / f64::from(BRAKE_PLACES);
             self.crossed_at(&brake.position_at(share))
@@ -147,9 +148,17 @@ impl Cycle {
         })
     }
 
-    /// The path is all that moves the arm: neither a belt nor an offset nor force mode is added to it.
+    /// The path is all that moves the arm: neither a belt nor an offset nor force mode nor a lag is added to it.
     pub(crate) fn is_path_all(&self) -> bool {
-        self.tracking.is_none() && !self.path_offset.is_on() && !self.force.is_at_work()
+        self.tracking.is_none()
+            && self.lag.is_none()
+            && !self.path_offset.is_on()
+            && !self.force.is_at_work()
+    }
+
+    /// Nothing but the arm's own ranges bounds where targets may be.
+    pub(crate) fn allows_all_places(&self) -> bool {
+        self.has_no_planes() && !self.limit_sets.is_reduced()
     }
 
     /// Nothing but the ranges of the joints bounds where the arm may be.

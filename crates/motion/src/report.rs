@@ -100,6 +100,7 @@ fn motion_mode(cycle: &Cycle) -> MotionMode {
     match &cycle.generator {
         Generator::Hold => match (&cycle.upcoming, &cycle.tracking) {
             (Some(upcoming), _) => upcoming.mode,
+            (None, Some(_)) if cycle.is_paused && cycle.is_standing() => MotionMode::Paused,
             (None, Some(_)) => MotionMode::Conveyor,
             (None, None) if cycle.force.is_on() => MotionMode::ForceMode,
             (None, None) => MotionMode::Idle,
@@ -121,7 +122,7 @@ fn motion_mode(cycle: &Cycle) -> MotionMode {
 fn speed_scaling(cycle: &Cycle) -> f64 {
     match &cycle.generator {
         Generator::Path(motion) => motion.fraction(),
-        _ if cycle.is_paused => 0.0,
+        _ if cycle.is_held() => 0.0,
         _ => cycle.speed_fraction,
     }
 }

@@ -54,9 +54,11 @@ impl Cycle {
             Generator::Path(motion) if is_for_plane && self.must_halt_on_path() => {
                 Brake::on_path(*motion)
             }
-            _ => Brake::Joints(JointBrake::new(&self.commanded, &self.limits)),
+            _ => Brake::Joints(JointBrake::new(&self.commanded, self.limit_sets.able())),
         };
         self.is_paused = false;
+        self.holding = None;
+        self.lag = None;
         self.tracking = None;
         self.path_offset.end();
         self.force.pressing = None;

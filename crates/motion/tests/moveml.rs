@@ -8,10 +8,12 @@
 mod common;
 
 use common::{Bench, MODELS, ideal};
-use kinematics::JointPositions;
+use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation};
+use kinematics::{JointPositions, Pose, RobotModel};
 use motion_api::{
     CommandId, CommandKind, MotionMode, Origin, Outcome, PathFault, Refusal, ThreadNumber, Warning,
 };
+use nalgebra::{UnitQuaternion, Vector3};
 
 fn give(bench: &mut Bench, origin: Origin, points: &[JointPositions]) -> Vec<CommandId> {
     let mut ids = Vec::new();
@@ -241,4 +243,142 @@ fn points_do_not_change_under_a_motion() {
     ));
     assert_eq!(bench.finish(id), Outcome::Done);
     assert_eq!(bench.now().target_q, points[99]);
+}
+
+fn give_poses(bench: &mut Bench, poses: &[Pose]) {
+    for (number, some) in poses.chunks(4).enumerate() {
+        let mut four = [[0.0; 7]; 4];
+        for (place, pose) in four.iter_mut().zip(some) {
+            let turn = UnitQuaternion::from_rotation_matrix(&pose.rotation);
+            // Any sign and length stand for the same rotation, as long as they go on.
+            let size = 1.1 * turn.i.signum();
+            let at = pose.translation;
+            let [w, i, j, k] = [turn.w, turn.i, turn.j, turn.k].map(|x| x * size);
+            *place = [at.x, at.y, at.z, w, i, j, k];
+        }
+        bench.send(CommandKind::MicroPoses {
+            begins: number == 0,
+            count: some.len() as u8,
+            poses: four,
+        });
+        if number % 64 == 63 {
+            bench.tick();
+        }
+    }
+}
+
+/// Poses on a circle of the TCP beside `start`, which turns the tool to and fro by `turn` rad.
+fn circle(start: &Pose, count: usize, radius: f64, turn: f64) -> Vec<Pose> {
+    (0..count)
+        .map(|k| {
+            let angle = k as f64 / (count - 1) as f64 * std::f64::consts::TAU;
+            let by = Vector3::new(radius * (angle.cos() - 1.0), radius * angle.sin(), 0.0);
+            let turned = rotation_from_rotvec(Vector3::new(0.3, 1.0, 0.2) * (turn * angle.sin()));
+            Pose::new(turned * start.rotation, start.translation + by)
+        })
+        .collect()
+}
+
+#[test]
+fn between_poses_the_tcp_keeps_to_a_smooth_way_and_turns_with_it() {
+    for name in MODELS {
+        // Few points, far apart: the joints alone would leave the circle by millimetres.
+        for (count, interval) in [(17, 0.25), (201, 0.02)] {
+            let mut bench = Bench::new(ideal(name));
+            let arm = RobotModel::built_in(name).unwrap();
+            let start = arm.tcp_pose(&bench.now().target_q, &Pose::IDENTITY);
+            let poses = circle(&start, count, 0.05, 0.4);
+            give_poses(&mut bench, &poses);
+            let id = bench.send(CommandKind::MoveMl {
+                count: count as u32,
+                interval,
+            });
+            assert_eq!(bench.finish(id), Outcome::Done, "{name}");
+            bench.check_limits();
+            let end = arm.tcp_pose(&bench.now().target_q, &Pose::IDENTITY);
+            assert!((end.translation - poses[count - 1].translation).norm() < 1e-9);
+            let mut off = 0.0_f64;
+            let mut off_turn = 0.0_f64;
+            let mut nearest = vec![f64::INFINITY; count];
+            for state in &bench.states {
+                let pose = arm.tcp_pose(&state.target_q, &Pose::IDENTITY);
+                let by = pose.translation - start.translation + Vector3::new(0.05, 0.0, 0.0);
+                off = off.max((by.norm() - 0.05).abs());
+                let angle = by.y.atan2(by.x);
+                let turned = rotvec_from_rotation(&(pose.rotation * start.rotation.inverse()));
+                let wanted = Vector3::new(0.3, 1.0, 0.2) * (0.4 * angle.sin());
+                off_turn = off_turn.max((turned - wanted).norm());
+                for (near, point) in nearest.iter_mut().zip(&poses) {
+                    *near = near.min((point.translation - pose.translation).norm());
+                }
+            }
+            let (most, most_turn) = if count < 50 {
+                (4e-4, 5e-3)
+            } else {
+                (1e-6, 1e-5)
+            };
+            assert!(off < most, "{name} {count}: {off} m");
+            assert!(off_turn < most_turn, "{name} {count}: {off_turn} rad");
+            // Between two cycles the arm is at most half a cycle's way from a point.
+            assert!(
+                nearest.iter().all(|near| *near < 6e-4),
+                "{name} {nearest:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn poses_that_cannot_be_followed_are_refused_and_the_arm_stays() {
+    let mut bench = Bench::new(ideal("cs66"));
+    let home = bench.now().target_q;
+    let arm = RobotModel::built_in("cs66").unwrap();
+    let start = arm.tcp_pose(&home, &Pose::IDENTITY);
+    let mut poses = circle(&start, 40, 0.05, 0.1);
+    for pose in &mut poses[20..] {
+        pose.translation.x += 2.0;
+    }
+    give_poses(&mut bench, &poses);
+    let run = |bench: &mut Bench, count| {
+        let id = bench.send(CommandKind::MoveMl {
+            count,
+            interval: 0.1,
+        });
+        bench.finish(id)
+    };
+    let outcome = run(&mut bench, 40);
+    assert!(
+        matches!(
+            outcome,
+            Outcome::Refused(Refusal::Path {
+                fault: PathFault::OutOfReach,
+                ..
+            })
+        ),
+        "{outcome:?}"
+    );
+    // From somewhere else.
+    give_poses(&mut bench, &circle(&start, 40, 0.05, 0.1)[5..]);
+    let outcome = run(&mut bench, 35);
+    assert!(
+        matches!(outcome, Outcome::Refused(Refusal::BadValue { .. })),
+        "{outcome:?}"
+    );
+    // No rotation at all, and points of the other kind behind poses.
+    for poses in [[[0.0; 7]; 4], [[f64::NAN; 7]; 4]] {
+        let kind = CommandKind::MicroPoses {
+            begins: true,
+            count: 4,
+            poses,
+        };
+        assert!(matches!(bench.do_it(kind), Outcome::Refused(_)));
+    }
+    give_poses(&mut bench, &circle(&start, 4, 0.05, 0.1));
+    let kind = CommandKind::MicroPoints {
+        begins: false,
+        count: 1,
+        points: [home; 4],
+    };
+    assert!(matches!(bench.do_it(kind), Outcome::Refused(_)));
+    assert!(bench.states.iter().all(|state| state.target_q == home));
 }

@@ -7,6 +7,7 @@
 
 mod common;
 
+use common::draw::Draw;
 use common::{Bench, ideal, moved};
 use kinematics::{Pose, RpyPose};
 use motion_api::{CommandId, CommandKind, OffsetAxes, Outcome, Refusal, StopReason};
@@ -225,4 +226,51 @@ fn offsets_that_change_all_the_time_keep_the_limits() {
     }
     assert!(bench.stops.is_empty(), "{:?}", bench.stops);
     bench.check_limits();
+}
+
+#[test]
+fn offsets_that_jump_about_are_not_followed_beyond_them_and_stand_when_they_stand() {
+    let most = [0.02, 0.02, 0.02, 0.1, 0.1, 0.1];
+    for (seed, cycles, share) in [
+        (1, 1, 1.0),
+        (2, 1, 0.2),
+        (3, 5, 1.0),
+        (4, 12, 0.7),
+        (5, 25, 1.0),
+        (6, 60, 1.0),
+    ] {
+        let mut draw = Draw::new(seed);
+        let mut bench = Bench::new(ideal("cs66"));
+        bench.do_it(CommandKind::PathOffsetEnable);
+        bench.do_it(CommandKind::PathOffsetFilter(share));
+        let mut asked = [0.0; 6];
+        for k in 0..1500 {
+            if k % cycles == 0 {
+                // From end to end, or anywhere between.
+                asked = most.map(|x| match draw.whole(0, 2) {
+                    0 => -x,
+                    1 => x,
+                    _ => draw.between(-x, x),
+                });
+            }
+            bench.send(set(asked, OffsetAxes::Base));
+            let state = bench.tick();
+            for (part, largest) in most.into_iter().enumerate() {
+                // Rotations are composed: three of 0.1 rad turn a little about one another. What the joints leave for the
+                // offset changes while it brakes.
+                let slack = if part < 3 { 0.002 * largest } else { 0.012 };
+                let now = state.path_offsets[OffsetAxes::Base as usize][part];
+                assert!(now.abs() < largest + slack, "{seed}, part {part}: {now}");
+            }
+        }
+        bench.run(500);
+        let state = bench.now();
+        for (part, asked) in asked.into_iter().enumerate() {
+            let now = state.path_offsets[OffsetAxes::Base as usize][part];
+            assert!((now - asked).abs() < 1e-6, "{seed}, part {part}: {now}");
+        }
+        assert_eq!(state.target_qd.max_abs(), 0.0);
+        assert!(bench.stops.is_empty(), "{:?}", bench.stops);
+        bench.check_limits();
+    }
 }

@@ -69,6 +69,7 @@ commands! {
     "movec" => MoveC { via, target, acceleration, speed, radius, fixed };
     "movep" => MoveP { target, acceleration, speed, radius };
     "micro_points" => MicroPoints { begins, count, points };
+    "micro_poses" => MicroPoses { begins, count, poses };
     "moveml" => MoveMl { count, interval };
     "stop" => Stop { only };
     "pause" => Pause;

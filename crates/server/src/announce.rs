@@ -23,8 +23,8 @@ use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
 use crate::logging;
 use crate::ports::foxglove::{LOG_BYTES_MAX, LogLine};
-use crate::ports::primary::codec::TEXT_BYTES_MAX;
 use crate::replay::script;
+use wire::primary::exception::TEXT_BYTES_MAX;
 
 /// How many messages a port may be behind before it misses some.
 const BACKLOG: usize = 1024;

@@ -93,6 +93,24 @@ pub struct Cell {
     text: String,
 }
 
+/// The limits of a table; both tables have the same keys.
+macro_rules! overrides {
+    ($table:expr) => {{
+        let limits = &$table;
+        LimitOverrides {
+            joint_speed: limits.joint_speed.map(JointSpeeds),
+            joint_acceleration: limits.joint_acceleration.map(JointAccelerations),
+            joint_jerk: limits.joint_jerk.map(JointJerks),
+            joint_position_min: limits.joint_position_min.map(JointPositions),
+            joint_position_max: limits.joint_position_max.map(JointPositions),
+            tcp_speed: limits.tcp_speed,
+            elbow_speed: limits.elbow_speed,
+            tcp_force: limits.tcp_force,
+            self_collision: None,
+        }
+    }};
+}
+
 impl Cell {
     /// Reads and checks a file.
     ///
@@ -253,18 +271,15 @@ impl Cell {
 
     /// `[limits]`, for the cycle to check against the model's own.
     pub fn limits(&self) -> LimitOverrides {
-        let limits = &self.tables.limits;
         LimitOverrides {
-            joint_speed: limits.joint_speed.map(JointSpeeds),
-            joint_acceleration: limits.joint_acceleration.map(JointAccelerations),
-            joint_jerk: limits.joint_jerk.map(JointJerks),
-            joint_position_min: limits.joint_position_min.map(JointPositions),
-            joint_position_max: limits.joint_position_max.map(JointPositions),
-            tcp_speed: limits.tcp_speed,
-            elbow_speed: limits.elbow_speed,
-            tcp_force: limits.tcp_force,
-            self_collision: limits.self_collision,
+            self_collision: self.tables.limits.self_collision,
+            ..overrides!(self.tables.limits)
         }
+    }
+
+    /// `[limits.reduced]`, for the cycle to check against those.
+    pub fn reduced_limits(&self) -> LimitOverrides {
+        overrides!(self.tables.limits.reduced)
     }
 }
 

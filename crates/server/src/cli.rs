@@ -8,6 +8,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::config::{DASHBOARD_PORT, PRIMARY_PORT};
 use crate::options::{
     ByteSize, ClockChoice, Home, LogFormat, ModelChoice, PayloadChoice, Permission, PlantChoice,
     PortSetting, RecordTarget, RotateAt, StepMillis, Tcp, TrustedHost,
@@ -46,6 +47,12 @@ pub enum Command {
     Replay(ReplayArgs),
     /// List every builtin function of the script language
     Builtins(BuiltinsArgs),
+    /// Send a program to a robot, real or simulated, and follow it. Exit status: 0 ended, 1 failed or stopped, 2 not sent
+    Send(SendArgs),
+    /// Read the arm's own kinematics from a robot into a calibration file. Exit status: 0 written, 2 not
+    Calibrate(CalibrateArgs),
+    /// Lay two recordings over each other and tell how far they are apart. Exit status: 0 within the bound, 1 beyond, 2 unreadable
+    Compare(CompareArgs),
     /// Wait until a server answers. Exit status: 0 it does, 1 it did not in time
     Wait(WaitArgs),
 }
@@ -179,6 +186,103 @@ pub struct RunArgs {
     pub shared: SharedArgs,
 }
 
+/// Options of commands that speak to a robot.
+#[derive(Args, Clone, Debug)]
+pub struct RobotArgs {
+    /// The robot: a name or an address of a controller, real or ours
+    #[arg(long, value_name = "HOST", default_value = "127.0.0.1")]
+    pub robot: String,
+    /// Its port for scripts and states
+    #[arg(long, value_name = "PORT", default_value_t = PRIMARY_PORT)]
+    pub primary_port: u16,
+    /// Its dashboard, which is asked whether the robot takes programs from outside
+    #[arg(long, value_name = "PORT", default_value_t = DASHBOARD_PORT)]
+    pub dashboard_port: u16,
+    /// Do not ask before something may move a robot that is not this machine
+    #[arg(long)]
+    pub yes: bool,
+}
+
+/// Options of `send`.
+#[derive(Args, Clone, Debug)]
+pub struct SendArgs {
+    /// The script; - reads it from stdin
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// A global variable that is set before the program; repeat it for more: --set speed=0.25 --set 'name="left"'
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+    /// Send the text whatever is found in it
+    #[arg(long)]
+    pub no_check: bool,
+    /// Do not follow the program: end once it is sent
+    #[arg(long)]
+    pub no_wait: bool,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub robot: RobotArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub log: LogArgs,
+}
+
+/// Options of `calibrate`.
+#[derive(Args, Clone, Debug)]
+pub struct CalibrateArgs {
+    /// The calibration file to write
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub robot: RobotArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub log: LogArgs,
+}
+
+/// How a comparison is printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum CompareFormat {
+    /// A table.
+    #[default]
+    Human,
+    /// One JSON object.
+    Json,
+}
+
+/// Options of `compare`.
+#[derive(Args, Clone, Debug)]
+pub struct CompareArgs {
+    /// A recording
+    #[arg(value_name = "A.mcap")]
+    pub first: PathBuf,
+    /// Another one
+    #[arg(value_name = "B.mcap")]
+    pub second: PathBuf,
+    /// For people, or one JSON object
+    #[arg(long, value_enum, default_value_t)]
+    pub format: CompareFormat,
+    /// A picture of both and of what is between them
+    #[arg(long, value_name = "OUT.png")]
+    pub plot: Option<PathBuf>,
+    /// How far any joint may be apart
+    #[arg(long, value_name = "RAD", value_parser = bound)]
+    pub within: Option<f64>,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub log: LogArgs,
+}
+
+fn bound(text: &str) -> Result<f64, String> {
+    let value = text
+        .parse()
+        .map_err(|_| "a number of rad is needed".to_owned())?;
+    match (0.0..f64::INFINITY).contains(&value) {
+        true => Ok(value),
+        false => Err("a number >= 0 is needed".to_owned()),
+    }
+}
+
 /// How findings are printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum FindingFormat {
@@ -305,7 +409,7 @@ fn rate(text: &str) -> Result<f64, String> {
 #[derive(Args, Clone, Debug)]
 pub struct WaitArgs {
     /// The primary port of the server
-    #[arg(long, default_value_t = crate::config::PRIMARY_PORT)]
+    #[arg(long, default_value_t = PRIMARY_PORT)]
     pub port: u16,
     /// How long to wait, s
     #[arg(long, value_name = "S", default_value = "10", value_parser = seconds, allow_negative_numbers = true)]

@@ -20,6 +20,8 @@ use crate::options::{
 
 /// The default of `--primary-port`.
 pub const PRIMARY_PORT: u16 = 30001;
+/// Where the dashboard of a controller is asked.
+pub const DASHBOARD_PORT: u16 = 29999;
 
 /// Why there are no settings. Each is one sentence and ends the program with exit status 2.
 #[derive(Debug, Error)]
@@ -221,7 +223,7 @@ impl ServeConfig {
             primary: fixed(args.primary_port, PRIMARY_PORT),
             interpreter: fixed(args.interpreter_port, 30020),
             rtsi: fixed(args.rtsi_port, 30004),
-            dashboard: fixed(args.dashboard_port, 29999),
+            dashboard: fixed(args.dashboard_port, DASHBOARD_PORT),
             modbus: fixed(args.modbus_port, 5020),
             http: fixed(args.http_port, 8080),
             foxglove: args.foxglove_port.unwrap_or(PortSetting::Off),

@@ -85,6 +85,18 @@ fn execute(command: Command) -> Result<ExitCode, String> {
             plain(&args.log)?;
             answer(&commands::builtins::list(args.format))
         }
+        Command::Send(args) => {
+            plain(&args.log)?;
+            Ok(commands::send::send(&args))
+        }
+        Command::Calibrate(args) => {
+            plain(&args.log)?;
+            Ok(commands::calibrate::calibrate(&args))
+        }
+        Command::Compare(args) => {
+            plain(&args.log)?;
+            Ok(commands::compare::compare(&args))
+        }
         Command::Wait(args) => {
             plain(&args.log)?;
             Ok(wait::command(&args))

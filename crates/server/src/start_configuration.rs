@@ -66,6 +66,7 @@ pub fn cycle_config(
         payload: setup.payload,
         plant,
         limits: cell.map(Cell::limits).unwrap_or_default(),
+        reduced_limits: cell.map(Cell::reduced_limits).unwrap_or_default(),
         safety_inputs: cell.map(Cell::safety_inputs).unwrap_or_default(),
         powered_off: setup.powered_off,
         io: cell.map(Cell::io).unwrap_or_default(),

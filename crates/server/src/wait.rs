@@ -11,7 +11,7 @@ use tokio::time::{sleep, timeout};
 
 use crate::cli::WaitArgs;
 use crate::logging;
-use crate::ports::primary::codec::ROBOT_STATE;
+use wire::primary::ROBOT_STATE;
 
 /// Between two attempts.
 const RETRY: Duration = Duration::from_millis(20);

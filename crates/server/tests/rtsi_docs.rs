@@ -7,9 +7,9 @@ use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::Path;
 
-use server::ports::rtsi::codec::Kind;
 use server::ports::rtsi::inputs::Input;
 use server::ports::rtsi::outputs::Output;
+use wire::rtsi::Kind;
 
 const HEAD: &str = "# Variables of RTSI (port 30004)
 

@@ -230,23 +230,21 @@ fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         let allowed = format!("0 or {} to {count}, after start_line", begin + 1);
         return Err(call.not_allowed(2, &allowed, last));
     };
-    let points = with_line(call, index, |line, model, flange_from_tcp, start| {
-        line.joints((begin, end), model, flange_from_tcp, start)
+    let (points, space, start) = with_line(call, index, |line, model, flange_from_tcp, start| {
+        let first = line.reach((begin, end), model, flange_from_tcp, start);
+        (line.samples((begin, end)), line.space(), first)
     })?;
-    let points = match points {
-        Ok(points) => points,
+    let start = match start {
+        Ok(start) => start,
         Err(error) => {
             let text = format!("moveml(): {error}");
             return Err(call.error(ExceptionKind::RuntimeError, text));
         }
     };
-    let Some(start) = points.first() else {
-        return Ok(Value::None);
-    };
     let here = call.context().robot().state().target_q;
     if (0..6).any(|joint| (start[joint] - here[joint]).abs() > AT_FIRST_POINT) {
         call.perform(CommandKind::MoveJ {
-            target: *start,
+            target: start,
             acceleration: APPROACH.0,
             speed: APPROACH.1,
             duration: 0.0,
@@ -254,14 +252,22 @@ fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         })?;
     }
     for (number, some) in points.chunks(POINTS_A_COMMAND).enumerate() {
-        let mut given = [JointPositions::ZERO; POINTS_A_COMMAND];
+        let mut given = [[0.0; 7]; POINTS_A_COMMAND];
         for (place, point) in given.iter_mut().zip(some) {
             *place = *point;
         }
-        let command = CommandKind::MicroPoints {
-            begins: number == 0,
-            count: some.len() as u8,
-            points: given,
+        let (begins, count) = (number == 0, some.len() as u8);
+        let command = match space {
+            Space::Joint => CommandKind::MicroPoints {
+                begins,
+                count,
+                points: given.map(|[a, b, c, d, e, f, _]| JointPositions([a, b, c, d, e, f])),
+            },
+            Space::Cartesian => CommandKind::MicroPoses {
+                begins,
+                count,
+                poses: given,
+            },
         };
         // The first tells whether there may be a motion at all; the rest need no answer.
         if number == 0 {

@@ -65,6 +65,11 @@ impl Axis {
         low >= self.min && high <= self.max
     }
 
+    /// How far the joint goes while it brakes from a speed.
+    pub fn braking_distance(&self, speed: f64) -> f64 {
+        ramp(speed, 0.0, 0.0, self.acceleration, self.jerk).distance
+    }
+
     /// Smallest and largest position on the way to rest.
     fn braking_extent(&self, state: &ScalarState) -> (f64, f64) {
         let braking = ramp(

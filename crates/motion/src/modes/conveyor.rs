@@ -19,6 +19,10 @@ const CATCH_UP: f64 = 2.5;
 const SPEED_MAX: f64 = 3.0;
 /// Bandwidth of catching up, rad/s.
 const BANDWIDTH: f64 = 40.0;
+/// A belt that is this near is caught up with, m or rad; one that never is is waited for so long, s.
+const CAUGHT_UP: f64 = 1e-4;
+/// See [`CAUGHT_UP`].
+const PATIENCE: f64 = 5.0;
 /// Nearer to the centre of a turntable than this its angle counts as if the tool were here, m.
 const RADIUS_MIN: f64 = 0.1;
 
@@ -58,6 +62,8 @@ pub struct Tracking {
     pub slowing: f64,
     law: Follower,
     is_stopping: bool,
+    /// For so long, s, motions wait until the belt is caught up with.
+    patience: f64,
 }
 
 impl Tracking {
@@ -95,12 +101,57 @@ impl Tracking {
             slowing: 1.0,
             law: Follower::new(BANDWIDTH, step),
             is_stopping: false,
+            patience: 0.0,
         }
+    }
+
+    /// The TCP is carried round, the tool keeps its angle.
+    pub fn carries_without_turning(&self) -> bool {
+        let Route::Circular { rotate_tool, .. } = self.route else {
+            return false;
+        };
+        !rotate_tool
+    }
+
+    /// The counter of the encoder was set by so many ticks; the belt has not moved.
+    pub fn recount(&mut self, ticks: f64) {
+        self.start += ticks;
     }
 
     /// Comes to rest wherever the belt goes.
     pub fn stop(&mut self) {
         self.is_stopping = true;
+    }
+
+    /// The arm's way stands where it is: something else brakes the arm.
+    pub fn halt(&mut self) {
+        self.way = ScalarState::at_rest(self.way.position);
+    }
+
+    /// The arm stands with its tool at `to` (base frame), which would be at `from` if the belt had never moved: the arm's way
+    /// becomes the one that comes nearest to that.
+    pub fn take_up(&mut self, from: &Vector3<f64>, to: &Vector3<f64>) {
+        let way = match self.route {
+            Route::Linear(along) => along.dot(&(to - from)),
+            Route::Circular { center, axis, .. } => {
+                let across = |point: &Vector3<f64>| {
+                    let lever = point - center;
+                    lever - *axis * axis.dot(&lever)
+                };
+                let (from, to) = (across(from), across(to));
+                let turn = kinematics::elementary::atan2(axis.dot(&from.cross(&to)), from.dot(&to));
+                // The angle is known up to whole turns.
+                let turns = ((self.way.position - turn) / core::f64::consts::TAU).round();
+                turn + turns * core::f64::consts::TAU
+            }
+        };
+        self.way = ScalarState::at_rest(way);
+        self.patience = PATIENCE;
+    }
+
+    /// The belt went on while the arm was held, and has not been caught up with yet.
+    pub fn is_behind(&self) -> bool {
+        self.patience > 0.0 && !self.is_stopping
     }
 
     /// Coming to rest, and not there yet.
@@ -131,6 +182,17 @@ impl Tracking {
         }
     }
 
+    /// Acceleration of the tool at `tcp` when its way grows evenly by 1 a second.
+    pub fn unit_bend(&self, tcp: Vector3<f64>) -> Twist {
+        match self.route {
+            Route::Linear(_) => Twist::default(),
+            Route::Circular { center, axis, .. } => Twist {
+                linear: axis.cross(&axis.cross(&(tcp - center))),
+                ..Twist::default()
+            },
+        }
+    }
+
     /// Where the joints can do less, the way changes more slowly, and where TCP or elbow may not be as fast it is caught up
     /// with more slowly: `acceleration` and `speed` in units of the way.
     pub fn limit(&mut self, acceleration: f64, speed: f64) {
@@ -157,6 +219,11 @@ impl Tracking {
             return;
         }
         let (position, speed) = ((ticks - self.start) * self.per_tick, rate * self.per_tick);
+        self.patience = if (position - self.way.position).abs() < CAUGHT_UP {
+            0.0
+        } else {
+            (self.patience - step).max(0.0)
+        };
         let wanted = self
             .law
             .acceleration(&self.way, position, speed, &self.axis);

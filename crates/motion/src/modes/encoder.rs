@@ -126,16 +126,18 @@ impl Encoder {
         self.range.wrapped(self.total)
     }
 
-    /// A count from the program. The way from the last one is the short one round the counter.
-    pub fn set(&mut self, count: f64) {
+    /// A count from the program. The way from the last one is the short one round the counter. True when it is the first, which
+    /// says where the counter is, not that the belt moved.
+    pub fn set(&mut self, count: f64) -> bool {
         let way = self.range.unwound(count - self.counts());
-        // The first count says where the counter is, not that the belt moved.
-        if self.count == 0 {
+        let is_first = self.count == 0;
+        if is_first {
             self.total = count;
         } else {
             self.total += way;
         }
         self.add_edge(self.now);
+        is_first
     }
 
     /// The end of a cycle at `time`, s.

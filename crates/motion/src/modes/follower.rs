@@ -43,31 +43,22 @@ impl Follower {
         self.towards(now, speed + approach, 0.0, axis)
     }
 
-    /// The same for a reference with an acceleration of its own, but no faster than what still allows to stop at `newest`,
-    /// which moves on with `newest_speed`: the last that is known of a stream whose mean is followed.
-    pub fn acceleration_before(
+    /// The same for a reference with an acceleration of its own.
+    pub fn acceleration_with(
         &self,
         now: &ScalarState,
-        (position, speed, acceleration): (f64, f64, f64),
-        (newest, newest_speed): (f64, f64),
+        reference: &ScalarState,
         axis: &Axis,
     ) -> f64 {
+        let error = reference.position - now.position;
         let slope = self.position_gain / self.speed_gain;
-        let braking = BRAKING_SHARE * axis.acceleration;
-        let wanted = speed + braking_speed(position - now.position, slope, braking);
-        let way = newest - now.position;
-        let most = newest_speed + braking_speed(way, slope, braking);
-        let held_back = if way > 0.0 {
-            wanted.min(most)
-        } else {
-            wanted.max(most)
-        };
-        let acceleration = if held_back == wanted {
-            acceleration
-        } else {
-            0.0
-        };
-        self.towards(now, held_back, acceleration, axis)
+        let approach = braking_speed(error, slope, BRAKING_SHARE * axis.acceleration);
+        self.towards(
+            now,
+            reference.speed + approach,
+            reference.acceleration,
+            axis,
+        )
     }
 
     /// The acceleration on the way to a speed that itself changes by `acceleration`.

@@ -162,6 +162,17 @@ impl Pressing {
         self.stage = Stage::On;
     }
 
+    /// The arm stands after something else braked it. Meanwhile the TCP of the motion underneath and that of the arm went from
+    /// the first to the second of these poses.
+    pub(crate) fn go_on_from(&mut self, underneath: &[Pose; 2], arm: &[Pose; 2]) {
+        self.corrections = [ScalarState::default(); 6];
+        self.before = None;
+        self.lag += difference(&underneath[1], &underneath[0]) - difference(&arm[1], &arm[0]);
+        for k in 0..6 {
+            self.axes[k] = fresh_axis(k);
+        }
+    }
+
     /// Force mode is over while a motion runs. `nominal` and `commanded` are the TCP where that motion wants it and
     /// where it is.
     pub(crate) fn give_back(&mut self, nominal: &Pose, commanded: &Pose) {

@@ -81,6 +81,18 @@ impl Freedrive {
         self.is_stopping = true;
     }
 
+    /// The hand leads on from the motion `from`, of the TCP that `arm` has now.
+    pub(crate) fn go_on_from(&mut self, arm: &OnlineArm, from: &Setpoint) {
+        match &mut self.motion {
+            Motion::Joints => {}
+            Motion::Tcp(tcp) => tcp.go_on_from(&arm.tcp(), from),
+            Motion::Brake(_) if super::stands(from) => {
+                self.motion = Motion::Tcp(TcpSpeed::new(&arm.tcp(), from, self.axes));
+            }
+            Motion::Brake(_) => {}
+        }
+    }
+
     /// The setpoint one step later.
     pub(crate) fn next(
         &mut self,

@@ -9,6 +9,7 @@
 //! - [`conveyor`], [`encoder`]: the belt frame that planned motions are superimposed on.
 //!
 //! - [`path_offset`]: a small pose that the program lays over the path.
+//! - `lag`: what the joints have to make good after they were stopped beside their way.
 //!
 //! Owns what the modes have in common: whose call it is, when it ends, and how a mode ends. Knows no ring and no events.
 
@@ -19,6 +20,7 @@ pub mod follower;
 pub(crate) mod force;
 pub mod freedrive;
 pub mod joint_speed;
+pub(crate) mod lag;
 pub mod path_offset;
 pub(crate) mod points;
 pub mod servo;
@@ -254,6 +256,25 @@ impl Online {
         }
     }
 
+    /// The same mode from `from` on, where the arm stands after something else moved it: what is asked for stays.
+    pub(crate) fn go_on_from(&mut self, arm: &OnlineArm, from: &Setpoint) {
+        match &mut self.kind {
+            Kind::Servo(servo) => servo.go_on_from(&from.q),
+            Kind::JointSpeed(_) => {}
+            Kind::TcpSpeed(tcp) => tcp.go_on_from(&arm.tcp(), from),
+            Kind::Freedrive(freedrive) => freedrive.go_on_from(arm, from),
+        }
+    }
+
+    /// The TCP is another from now on; the arm is at `from`.
+    pub(crate) fn take_tool(&mut self, arm: &OnlineArm, from: &Setpoint) {
+        match &mut self.kind {
+            Kind::Servo(_) | Kind::JointSpeed(_) => {}
+            Kind::TcpSpeed(tcp) => tcp.go_on_from(&arm.tcp(), from),
+            Kind::Freedrive(freedrive) => freedrive.go_on_from(arm, from),
+        }
+    }
+
     /// Whether the mode keeps the arm in motion although nothing moves now.
     fn may_move_on(&self, target: &Setpoint) -> bool {
         match &self.kind {
@@ -293,7 +314,7 @@ impl Online {
             Kind::TcpSpeed(tcp) => match tcp.next(&arm.tcp(), from, arm.step, fraction) {
                 Some((next, limited)) => {
                     held = limited;
-                    (next, tcp.is_reached(fraction) && fraction > 0.0)
+                    (next, tcp.is_reached(&arm.tcp(), fraction) && fraction > 0.0)
                 }
                 None => {
                     // The line cannot be kept: the joints brake one by one, and the arm stays where that leads.

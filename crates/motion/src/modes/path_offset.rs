@@ -25,6 +25,8 @@ const SPEED: [f64; 2] = [0.25, 1.0];
 const ACCELERATION: [f64; 2] = [5.0, 20.0];
 /// Bandwidth of the law that moves it, rad/s.
 const BANDWIDTH: f64 = 90.0;
+/// An offset is given this speed at least, however little is left for it, m/s and rad/s.
+const SLOWEST: f64 = 1e-4;
 /// The path has a direction above this speed, m/s.
 const MOVING: f64 = 1e-4;
 /// This near to what is asked for it is there: m or rad, per second and per second².
@@ -108,6 +110,13 @@ impl PathOffset {
     /// The offset comes to rest wherever it is.
     pub fn stop(&mut self) {
         self.is_stopping = self.is_on;
+    }
+
+    /// It stands where it is: something else brakes the arm.
+    pub fn halt(&mut self) {
+        for now in &mut self.now {
+            *now = ScalarState::at_rest(now.position);
+        }
     }
 
     /// A stop has brought it to rest.
@@ -207,18 +216,31 @@ impl PathOffset {
             }
         }
         let goal = turned(&self.rotation(self.axes, tool), &self.filtered);
+        let is_held = is_held || self.is_stopping;
         for (k, now) in self.now.iter_mut().enumerate() {
             let part = k / 3;
             let acceleration = ACCELERATION[part].min(room.acceleration[part]).max(1e-3);
             let axis = Axis {
-                min: f64::NEG_INFINITY,
-                max: f64::INFINITY,
+                // It comes to rest at what is asked for and not beyond, however that jumps about; held, wherever it can.
+                min: if is_held {
+                    f64::NEG_INFINITY
+                } else {
+                    goal[k].min(now.position)
+                },
+                max: if is_held {
+                    f64::INFINITY
+                } else {
+                    goal[k].max(now.position)
+                },
                 // Not below what it has already: it slows down by itself.
-                speed: SPEED[part].min(room.speed[part]).max(now.speed.abs()),
+                speed: SPEED[part]
+                    .min(room.speed[part])
+                    .max(SLOWEST)
+                    .max(now.speed.abs()),
                 acceleration: acceleration.max(now.acceleration.abs()),
                 jerk: acceleration / ACCELERATION_RISE,
             };
-            if is_held || self.is_stopping {
+            if is_held {
                 *now = axis.towards_speed(now, 0.0, step);
                 continue;
             }

@@ -59,6 +59,11 @@ impl<'a> Points<'a> {
         })
     }
 
+    /// The speed limit of the TCP, m/s.
+    pub(super) const fn tcp_speed(&self) -> f64 {
+        self.tcp_speed
+    }
+
     /// The factor on `qd` at which TCP and elbow are as fast as is aimed at here; infinite when they do not move.
     pub(super) fn factor(&self, qd: &JointSpeeds) -> f64 {
         let tcp = self.frames.twist(qd, self.tcp).linear.norm();

@@ -1,9 +1,14 @@
 //! servoj: joint positions from a stream of points (manual 3.1.6).
 //!
-//! The points are joined by straight lines, each as long as its `t`; the mean over the look-ahead window smooths them;
-//! a tracking law whose bandwidth follows the gain makes the setpoints, pieces of constant jerk and so a cubic spline.
-//! It knows the mean's speed and acceleration, so that what moves evenly or swings slowly comes out as it went in, late.
-//! The arm is never faster than what lets it stop at the newest point, which the mean has not reached yet.
+//! The points are joined by straight lines, each as long as its `t`; a mean over the look-ahead window smooths them. It is
+//! the mean of a mean, one over most of the window and one over the rest, so that its speed and acceleration are those of
+//! points already known: what moves evenly or swings slowly comes out as it went in, half the window late, whatever the
+//! gain. A tracking law whose bandwidth follows the gain makes the setpoints, pieces of constant jerk and so a cubic spline.
+//!
+//! Nothing is amplified. The arm is never faster than what lets it stop within the band of the points in the window, and
+//! where they have led steadily one way, as far beyond as braking from that speed takes. Of points that go to and fro within
+//! the window only the mean is followed, not its speed.
+//!
 //! When the stream stops the reference stands at its last point and the arm comes to rest there. Nothing here needs the
 //! points to come evenly: a late one is a reference that stood still for a while.
 
@@ -11,6 +16,7 @@ use kinematics::JointPositions;
 use kinematics::elementary::square;
 
 use super::OnlineArm;
+use super::axis::Axis;
 use super::follower::Follower;
 use crate::constants::{SERVO_SETTLED, STEP_RANGE};
 use crate::scalar::ScalarState;
@@ -20,19 +26,40 @@ pub const LOOKAHEAD_RANGE: (f64, f64) = (0.03, 0.2);
 /// Range of the gain (manual 3.1.6).
 pub const GAIN_RANGE: (f64, f64) = (100.0, 2000.0);
 
-/// Places of the longest window at the shortest step.
-const WINDOW_MAX: usize = (LOOKAHEAD_RANGE.1 / STEP_RANGE.0) as usize + 1;
+/// Places of the longest window at the shortest step, and two before it.
+const WINDOW_MAX: usize = (LOOKAHEAD_RANGE.1 / STEP_RANGE.0) as usize + 3;
 
-/// Cycles over which the speed of the newest points is taken.
-const RECENT: usize = 2;
-
-/// The speed with which the reference enters and leaves the window is taken over one of so many parts of it: less shows
-/// every late point as an acceleration, more knows the acceleration too late.
+/// The second mean is over one of so many parts of the window: less shows every late point as an acceleration.
 const WINDOW_ENDS: usize = 8;
+
+/// The points lead one way when they do so in each of so many parts of the window.
+const STEADY_PARTS: usize = 4;
+
+/// Points whose way within the window is longer than this times their band go to and fro: a swing of which there is no more
+/// than one turn in the window does not. Their speed says nothing then, and only their mean is followed.
+const TO_AND_FRO: f64 = 2.0;
+
+/// Share of what a joint can do that it stops with at the ends of the band: what it can do changes on the way.
+const STOPPING_SHARE: f64 = 0.97;
 
 /// Bandwidth of the tracking law, rad/s, for a gain: a spring of stiffness proportional to the gain. 300 gives 35.
 fn bandwidth(gain: f64) -> f64 {
     2.0 * gain.sqrt()
+}
+
+/// Where the points in the window are.
+#[derive(Clone, Copy, Debug)]
+struct Band {
+    /// The lowest of them.
+    low: f64,
+    /// The highest of them, not below `low`.
+    high: f64,
+    /// Speed with which all of them lead downwards, 0 or less.
+    falls: f64,
+    /// Speed with which all of them lead upwards, 0 or more.
+    rises: f64,
+    /// How far what they do can be followed at all: 1 unless they go to and fro, less the more they do.
+    sense: f64,
 }
 
 /// A stream of points under way.
@@ -41,7 +68,7 @@ pub struct Servo {
     /// The reference over the last cycles, the newest at `newest`.
     window: [[f64; 6]; WINDOW_MAX],
     newest: usize,
-    /// Cycles of the mean filter.
+    /// Cycles of the window.
     length: usize,
     goal: JointPositions,
     /// Time until the reference reaches the goal, s.
@@ -74,19 +101,18 @@ impl Servo {
         self.goal = *goal;
         self.left = duration;
         let cycles = (lookahead / step).round().max(1.0) as usize;
-        self.length = cycles.min(WINDOW_MAX - 1);
+        self.length = cycles.min(WINDOW_MAX - 2);
         self.law = Follower::new(bandwidth(gain), step);
+    }
+
+    /// The reference stands at `q` now and goes on to the last point from there.
+    pub fn go_on_from(&mut self, q: &JointPositions) {
+        self.window = [q.0; WINDOW_MAX];
     }
 
     /// Where the last point is.
     pub fn goal(&self) -> &JointPositions {
         &self.goal
-    }
-
-    /// Goes no further: the goal becomes the reference of now.
-    pub fn stop(&mut self) {
-        self.goal = JointPositions(self.window[self.newest]);
-        self.left = 0.0;
     }
 
     /// The reference `time` seconds later (the step, less when slowed down), as one more place of the window.
@@ -103,6 +129,78 @@ impl Servo {
         self.window[self.newest] = next;
     }
 
+    /// The reference so many cycles ago.
+    fn back(&self, cycles: usize) -> &[f64; 6] {
+        &self.window[(self.newest + WINDOW_MAX - cycles) % WINDOW_MAX]
+    }
+
+    /// The mean over the window with its speed and acceleration now.
+    fn smoothed(&self, step: f64) -> [ScalarState; 6] {
+        let length = self.length;
+        let short = (length / WINDOW_ENDS).max(2).min(length);
+        let long = length + 1 - short;
+        let mut mean = [0.0; 6];
+        let mut ends = [[0.0; 6]; 2];
+        for cycle in 0..=length {
+            let place = self.back(cycle);
+            let weight = (cycle + 1).min(short).min(long).min(length - cycle) as f64;
+            for joint in 0..6 {
+                mean[joint] += place[joint] * weight / (short * long) as f64;
+                if cycle < short {
+                    ends[0][joint] += place[joint] / short as f64;
+                }
+                if cycle >= long {
+                    ends[1][joint] += place[joint] / short as f64;
+                }
+            }
+        }
+        let (young, old) = (self.back(short), self.back(long));
+        let (newest, oldest) = (self.back(0), self.back(length + 1));
+        core::array::from_fn(|joint| {
+            let change = (newest[joint] - young[joint]) - (old[joint] - oldest[joint]);
+            let acceleration = change / (short * long) as f64 / square(step);
+            // The difference of two cycles is the speed in the middle between them.
+            let speed = (ends[0][joint] - ends[1][joint]) / (long as f64 * step);
+            ScalarState {
+                position: mean[joint],
+                speed: speed + 0.5 * step * acceleration,
+                acceleration,
+            }
+        })
+    }
+
+    /// Where the points in the window are, and how fast they lead one way all the time.
+    fn band(&self, joint: usize, step: f64) -> Band {
+        let part = (self.length / STEADY_PARTS).max(1);
+        let mut band = Band {
+            low: f64::INFINITY,
+            high: f64::NEG_INFINITY,
+            falls: f64::NEG_INFINITY,
+            rises: f64::INFINITY,
+            sense: 1.0,
+        };
+        let mut way = 0.0;
+        for cycle in 0..=self.length {
+            let place = self.back(cycle)[joint];
+            if cycle < self.length {
+                way += (place - self.back(cycle + 1)[joint]).abs();
+            }
+            band.low = band.low.min(place);
+            band.high = band.high.max(place);
+            if cycle % part == 0 && cycle + part <= self.length {
+                let speed = (place - self.back(cycle + part)[joint]) / (part as f64 * step);
+                band.falls = band.falls.max(speed);
+                band.rises = band.rises.min(speed);
+            }
+        }
+        (band.falls, band.rises) = (band.falls.min(0.0), band.rises.max(0.0));
+        let once = TO_AND_FRO * (band.high - band.low);
+        if way > once {
+            band.sense = square(square(once / way));
+        }
+        band
+    }
+
     /// The states one step later; the reference moves by `time` seconds.
     pub(crate) fn next(
         &mut self,
@@ -112,40 +210,27 @@ impl Servo {
     ) -> [ScalarState; 6] {
         let step = arm.step;
         // The law leads to where the reference is now, so that both ends of the step belong together.
-        let back = |cycles: usize| (self.newest + WINDOW_MAX - cycles) % WINDOW_MAX;
-        let (newest, oldest) = (self.window[self.newest], self.window[back(self.length)]);
-        let recent = self.window[back(RECENT)];
-        let end = (self.length / WINDOW_ENDS).max(1);
-        let (young, old) = (self.window[back(end)], self.window[back(self.length - end)]);
-        let mut mean = [0.0; 6];
-        for cycle in 0..self.length {
-            for (sum, value) in mean.iter_mut().zip(self.window[back(cycle)]) {
-                *sum += value / self.length as f64;
-            }
-        }
+        let smoothed = self.smoothed(step);
+        let (newest, oldest) = (self.back(0), self.back(self.length));
         let next = core::array::from_fn(|joint| {
-            let speed = (newest[joint] - oldest[joint]) / (self.length as f64 * step);
-            let error = mean[joint] - now[joint].position;
-            let (v, a) = (now[joint].speed, now[joint].acceleration);
+            let (now, wanted, able) = (&now[joint], &smoothed[joint], &arm.able[joint]);
             if newest[joint] == oldest[joint]
-                && error.abs() < SERVO_SETTLED
-                && (newest[joint] - mean[joint]).abs() < SERVO_SETTLED
-                && v.abs() * step < SERVO_SETTLED
-                && a.abs() * step * step < SERVO_SETTLED
+                && (wanted.position - now.position).abs() < SERVO_SETTLED
+                && (newest[joint] - wanted.position).abs() < SERVO_SETTLED
+                && now.speed.abs() * step < SERVO_SETTLED
+                && now.acceleration.abs() * step * step < SERVO_SETTLED
             {
                 return ScalarState::at_rest(newest[joint]);
             }
-            let newest_speed = (newest[joint] - recent[joint]) / (RECENT as f64 * step);
-            // The mean's speed changes by what enters the window and what leaves it.
-            let change = (newest[joint] - young[joint]) - (old[joint] - oldest[joint]);
-            let acceleration = change / (end * self.length) as f64 / square(step);
-            let wanted = self.law.acceleration_before(
-                &now[joint],
-                (mean[joint], speed, acceleration),
-                (newest[joint], newest_speed),
-                &arm.able[joint],
-            );
-            arm.axes[joint].nearest_safe(&now[joint], wanted, step)
+            let band = self.band(joint, step);
+            let wanted = ScalarState {
+                speed: band.sense * wanted.speed,
+                acceleration: band.sense * wanted.acceleration,
+                ..*wanted
+            };
+            let wanted = self.law.acceleration_with(now, &wanted, able);
+            let kept = stopping_within(&band, able, now).nearest_safe(now, wanted, step);
+            arm.axes[joint].restrain(now, &kept, step).0
         });
         self.move_reference(time);
         next
@@ -154,5 +239,25 @@ impl Servo {
     /// Whether the reference has come to its goal, and the arm at `q` with it.
     pub fn has_arrived(&self, q: &JointPositions) -> bool {
         self.left == 0.0 && self.goal == *q
+    }
+}
+
+/// The joint with a range in which the arm may come to rest: the band, and where that leads steadily one way as far beyond
+/// as braking from its speed, or from the joint's where that is less, takes.
+fn stopping_within(band: &Band, able: &Axis, now: &ScalarState) -> Axis {
+    let axis = Axis {
+        // One that is heavier to move than a moment ago has what it does already.
+        acceleration: (STOPPING_SHARE * able.acceleration).max(now.acceleration.abs()),
+        speed: able.speed.max(now.speed.abs()),
+        ..*able
+    };
+    let beyond = |speed: f64| axis.braking_distance(speed);
+    let low = band.low - beyond(band.falls.abs().min((-now.speed).max(0.0)));
+    let high = band.high + beyond(band.rises.min(now.speed.max(0.0)));
+    Axis {
+        // From outside it may come back.
+        min: low.min(now.position),
+        max: high.max(now.position),
+        ..axis
     }
 }

@@ -30,6 +30,8 @@ const BRAKE_SHARE: f64 = 0.98;
 const JERK_SHARE: f64 = 0.8;
 /// Share of the acceleration the joints can give the TCP that changes of its velocity are planned with.
 const BRAKING_SHARE: f64 = 0.6;
+/// Share of the TCP's speed limit that is aimed at: from there the joints can always brake within it.
+const TCP_SPEED_SHARE: f64 = 0.97;
 /// Hardest braking of the TCP, m/s² and rad/s².
 const BRAKING_MAX: f64 = 10.0;
 
@@ -126,6 +128,15 @@ impl TcpSpeed {
         self.acceleration = [acceleration, rotation_acceleration];
     }
 
+    /// The same goal from the motion `from` on, of the TCP that `arm` has now.
+    pub fn go_on_from(&mut self, arm: &TcpArm, from: &Setpoint) {
+        *self = Self {
+            goal: self.goal,
+            acceleration: self.acceleration,
+            ..Self::new(arm, from, self.axes)
+        };
+    }
+
     /// Takes the axes of `axes` from now on.
     pub fn turn_axes(&mut self, axes: Axes) {
         let before = rotation_of(self.axes, &self.base_from_tcp);
@@ -163,10 +174,18 @@ impl TcpSpeed {
     }
 
     /// Whether the velocity is what is wanted, at a fraction of the goal.
-    pub fn is_reached(&self, fraction: f64) -> bool {
+    pub fn is_reached(&self, arm: &TcpArm, fraction: f64) -> bool {
+        let fraction = fraction * self.slower(arm);
         self.now.iter().zip(self.goal).all(|(now, goal)| {
             (now.speed - goal * fraction).abs() < 1e-9 && now.acceleration == 0.0
         })
+    }
+
+    /// The factor on the goal at which the TCP keeps its speed limit, now and on the way to rest.
+    fn slower(&self, arm: &TcpArm) -> f64 {
+        let linear = Vector3::new(self.goal[0], self.goal[1], self.goal[2]).norm();
+        let most = arm.points.map_or(f64::INFINITY, |p| p.tcp_speed());
+        (TCP_SPEED_SHARE * most / linear).min(1.0)
     }
 
     /// The setpoint one step later and the joint for which the wanted velocity had to be lowered; `None` when not even braking on
@@ -189,6 +208,7 @@ impl TcpSpeed {
         let jacobian = arm.model.forward(&from.q);
         let jacobian = jacobian.jacobian(self.base_from_tcp.translation).lu();
         let braking = self.braking(arm, &jacobian);
+        let fraction = fraction * self.slower(arm);
         let goal = self.goal.map(|x| x * fraction);
         let acceleration = self.within_joints(arm, &jacobian, &goal);
         for (k, share) in SHARES.iter().enumerate() {

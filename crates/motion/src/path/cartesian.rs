@@ -9,8 +9,8 @@ use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation};
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, Pose, RobotModel, Twist};
 use nalgebra::{Vector3, Vector6};
 
-use super::PathPoint;
-use crate::constants::{NO_MOTION, ROTATION_LENGTH, STRAIGHT_ARC};
+use super::{PathPoint, TcpWay};
+use crate::constants::{INTERVAL_LENGTH, LINE_INTERVALS, NO_MOTION, ROTATION_LENGTH, STRAIGHT_ARC};
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
 
@@ -146,87 +146,9 @@ impl CartesianPath {
         Self { end_q, ..self }
     }
 
-    /// How long it is, m.
-    pub fn length(&self) -> f64 {
-        self.length
-    }
-
-    /// How far the TCP goes per s: 1 unless the rotation is the larger part.
-    pub fn tcp_distance_per_s(&self) -> f64 {
-        match self.shape {
-            Shape::Line { along } => along.norm(),
-            Shape::Arc {
-                turn_per_s, radius, ..
-            } => turn_per_s * radius,
-        }
-    }
-
     /// Joint positions at the end.
     pub fn end(&self) -> JointPositions {
         self.end_q
-    }
-
-    /// TCP pose at s; exactly the end pose at the end.
-    pub fn pose(&self, s: f64) -> Pose {
-        if s >= self.length {
-            return self.end;
-        }
-        let position = match self.shape {
-            Shape::Line { along } => self.start.translation + along * s,
-            Shape::Arc {
-                centre,
-                axis,
-                turn_per_s,
-                ..
-            } => {
-                let from = self.start.translation - centre;
-                centre + rotation_from_rotvec(axis * (turn_per_s * s)) * from
-            }
-        };
-        Pose::new(
-            rotation_from_rotvec(self.about * s) * self.start.rotation,
-            position,
-        )
-    }
-
-    /// The TCP relative to the flange, as it was when the way was planned.
-    pub fn flange_from_tcp(&self) -> &Pose {
-        &self.flange_from_tcp
-    }
-
-    /// Joint positions at s, nearest to `near`; `None` when the pose cannot be reached.
-    pub fn positions(
-        &self,
-        model: &RobotModel,
-        s: f64,
-        near: &JointPositions,
-    ) -> Option<JointPositions> {
-        model.inverse_following(&self.pose(s), &self.flange_from_tcp, near)
-    }
-
-    /// The derivatives at joint positions `q` that lie on the way at s; `None` where the Jacobian is singular.
-    pub fn point(&self, model: &RobotModel, s: f64, q: JointPositions) -> Option<PathPoint> {
-        derivatives(model, &self.flange_from_tcp, s, q, |tcp| {
-            let (linear, bend) = match self.shape {
-                Shape::Line { along } => (along, Vector3::zeros()),
-                Shape::Arc {
-                    centre,
-                    axis,
-                    turn_per_s,
-                    ..
-                } => {
-                    let across = axis * turn_per_s;
-                    let linear = across.cross(&(tcp - centre));
-                    (linear, across.cross(&linear))
-                }
-            };
-            Bent {
-                linear,
-                bend,
-                angular: self.about,
-                change: Vector3::zeros(),
-            }
-        })
     }
 
     /// The setpoint at a state of s, in the branch of solutions that `near` belongs to.
@@ -251,6 +173,79 @@ impl CartesianPath {
     /// Rotation per s, rad/m, base axes.
     pub fn turning(&self) -> Vector3<f64> {
         self.about
+    }
+}
+
+impl TcpWay for CartesianPath {
+    /// m.
+    fn length(&self) -> f64 {
+        self.length
+    }
+
+    fn intervals(&self) -> usize {
+        let even = (self.length / INTERVAL_LENGTH).ceil().max(4.0);
+        (even as usize).min(LINE_INTERVALS)
+    }
+
+    fn flange_from_tcp(&self) -> &Pose {
+        &self.flange_from_tcp
+    }
+
+    /// Exactly the end pose at the end.
+    fn pose(&self, s: f64) -> Pose {
+        if s >= self.length {
+            return self.end;
+        }
+        let position = match self.shape {
+            Shape::Line { along } => self.start.translation + along * s,
+            Shape::Arc {
+                centre,
+                axis,
+                turn_per_s,
+                ..
+            } => {
+                let from = self.start.translation - centre;
+                centre + rotation_from_rotvec(axis * (turn_per_s * s)) * from
+            }
+        };
+        Pose::new(
+            rotation_from_rotvec(self.about * s) * self.start.rotation,
+            position,
+        )
+    }
+
+    fn point(&self, model: &RobotModel, s: f64, q: JointPositions) -> Option<PathPoint> {
+        derivatives(model, &self.flange_from_tcp, s, q, |tcp| {
+            let (linear, bend) = match self.shape {
+                Shape::Line { along } => (along, Vector3::zeros()),
+                Shape::Arc {
+                    centre,
+                    axis,
+                    turn_per_s,
+                    ..
+                } => {
+                    let across = axis * turn_per_s;
+                    let linear = across.cross(&(tcp - centre));
+                    (linear, across.cross(&linear))
+                }
+            };
+            Bent {
+                linear,
+                bend,
+                angular: self.about,
+                change: Vector3::zeros(),
+            }
+        })
+    }
+
+    /// 1 unless the rotation is the larger part.
+    fn tcp_per_s(&self, _s: f64) -> f64 {
+        match self.shape {
+            Shape::Line { along } => along.norm(),
+            Shape::Arc {
+                turn_per_s, radius, ..
+            } => turn_per_s * radius,
+        }
     }
 }
 

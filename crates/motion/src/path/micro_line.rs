@@ -1,26 +1,33 @@
-//! A way through many points at even times (manual 3.1.40): joint positions in a list that is too long to be copied.
+//! A way through many points at even times (manual 3.1.40), in a list that is too long to be copied.
 //!
-//! s is the time of the list in seconds. Between two points each joint follows the polynomial of degree five that has, at
-//! both, the speed and acceleration that the neighbours of the point give by central differences; so the way goes through
-//! every point, goes on smoothly with two derivatives, and a change of one point changes four intervals only.
+//! s is the time of the list in seconds. A point has joint positions, or a position of the TCP and a quaternion. Between two
+//! points each of these numbers follows the polynomial of degree five that has, at both, the speed and acceleration that the
+//! neighbours of the point give by central differences; so the way goes through every point, goes on smoothly with two
+//! derivatives, and a change of one point changes four intervals only. Of a quaternion only the direction counts, so the tool
+//! turns as smoothly.
 
-use kinematics::JointPositions;
+use kinematics::{JointPositions, Pose, RobotModel};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::{JointQuintic, PathPoint};
+use super::cartesian::{Bent, derivatives, setpoint_at};
+use super::quintic::{Quintic, QuinticEnd};
+use super::{JointQuintic, PathPoint, TcpWay};
 use crate::constants::NO_MOTION;
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
 
+/// One point: joint positions and a number that is not used, or x, y, z and a quaternion w, x, y, z.
+pub type Sample = [f64; 7];
+
+/// Places in an interval of a way of the TCP at which it is looked at before it is followed.
+const LOOKS_PER_INTERVAL: usize = 4;
+
 /// The point before an end, `q`, of which the next two are known: the way goes on bent as it is there.
-fn beyond(
-    q: &JointPositions,
-    next: &JointPositions,
-    third: Option<&JointPositions>,
-) -> JointPositions {
-    JointPositions(core::array::from_fn(|joint| match third {
-        Some(third) => 3.0 * (q[joint] - next[joint]) + third[joint],
-        None => 2.0 * q[joint] - next[joint],
-    }))
+fn beyond(q: &Sample, next: &Sample, third: Option<&Sample>) -> Sample {
+    core::array::from_fn(|k| match third {
+        Some(third) => 3.0 * (q[k] - next[k]) + third[k],
+        None => 2.0 * q[k] - next[k],
+    })
 }
 
 /// A way through the first points of a list that its owner keeps.
@@ -32,19 +39,49 @@ pub struct MicroLine {
     count: usize,
     /// Time from point to point, s.
     interval: f64,
+    /// The TCP that the points are poses of; `None`: they are joint positions.
+    flange_from_tcp: Option<Pose>,
 }
 
 impl MicroLine {
-    /// The way through all of `points`; `None` when there are fewer than two.
-    pub fn new(points: &[JointPositions], interval: f64) -> Option<Self> {
+    /// The way of the joints through all of `points`; `None` when there are fewer than two.
+    pub fn of_joints(points: &[Sample], interval: f64) -> Option<Self> {
+        let joints = |[a, b, c, d, e, f, _]: Sample| JointPositions([a, b, c, d, e, f]);
+        let (start, end) = (joints(*points.first()?), joints(*points.last()?));
+        Self::new(points, interval, (start, end), None)
+    }
+
+    /// The way of the TCP through all of `points`, from where the joints are at `start`; `None` when there are fewer than two.
+    /// Where the joints end is known once it has been followed: see [`ending_at`](Self::ending_at).
+    pub fn of_tcp(
+        points: &[Sample],
+        interval: f64,
+        start: JointPositions,
+        flange_from_tcp: Pose,
+    ) -> Option<Self> {
+        Self::new(points, interval, (start, start), Some(flange_from_tcp))
+    }
+
+    fn new(
+        points: &[Sample],
+        interval: f64,
+        (start, end): (JointPositions, JointPositions),
+        flange_from_tcp: Option<Pose>,
+    ) -> Option<Self> {
         let is_way = points.len() >= 2 && interval > NO_MOTION && interval.is_finite();
-        is_way.then_some(())?;
-        Some(Self {
-            start: *points.first()?,
-            end: *points.last()?,
+        is_way.then_some(Self {
+            start,
+            end,
             count: points.len(),
             interval,
+            flange_from_tcp,
         })
+    }
+
+    /// The way with the joint positions at its end.
+    #[must_use]
+    pub fn ending_at(self, end: JointPositions) -> Self {
+        Self { end, ..self }
     }
 
     /// Number of intervals between points.
@@ -72,25 +109,57 @@ impl MicroLine {
         self.end
     }
 
-    /// The curve from point `k` to the next; `None` when `points` are not those it was made for.
-    pub fn curve(&self, points: &[JointPositions], k: usize) -> Option<JointQuintic> {
-        let (from, to) = (self.point(points, k)?, self.point(points, k + 1)?);
-        Some(JointQuintic::between(&from, &to, self.interval))
+    /// The way of the TCP, where the points are poses of it.
+    pub fn tcp_way<'a>(&'a self, points: &'a [Sample]) -> Option<MicroWay<'a>> {
+        let flange_from_tcp = self.flange_from_tcp.as_ref()?;
+        let is_all = points.len() >= self.count;
+        is_all.then_some(MicroWay {
+            line: self,
+            points,
+            flange_from_tcp,
+        })
     }
 
-    /// The setpoint at a state of s.
-    pub fn at(&self, points: &[JointPositions], s: &ScalarState) -> Option<Setpoint> {
-        let place = (s.position / self.interval).max(0.0);
-        let k = (place as usize).min(self.intervals() - 1);
-        let inside = ScalarState {
-            position: s.position - k as f64 * self.interval,
-            ..*s
+    /// The curve of the joints from point `k` to the next; `None` when `points` are not those it was made for.
+    pub fn curve(&self, points: &[Sample], k: usize) -> Option<JointQuintic> {
+        let joints = |end: QuinticEnd<7>| {
+            let six = |[a, b, c, d, e, f, _]: Sample| [a, b, c, d, e, f];
+            QuinticEnd {
+                q: six(end.q),
+                first: six(end.first),
+                second: six(end.second),
+            }
         };
+        let (from, to) = (self.point(points, k)?, self.point(points, k + 1)?);
+        Some(JointQuintic::new(&joints(from), &joints(to), self.interval))
+    }
+
+    /// The setpoint at a state of s, in the branch of solutions that `near` belongs to.
+    pub fn at(
+        &self,
+        model: &RobotModel,
+        points: &[Sample],
+        s: &ScalarState,
+        near: &JointPositions,
+    ) -> Option<Setpoint> {
+        if self.flange_from_tcp.is_some() {
+            let way = self.tcp_way(points)?;
+            let q = way.positions(model, s.position, near)?;
+            return setpoint_at(&way.point(model, s.position, q)?, s);
+        }
+        let (k, position) = self.place(s.position);
+        let inside = ScalarState { position, ..*s };
         Some(self.curve(points, k)?.at(&inside))
     }
 
+    /// The interval in which s lies, and where.
+    fn place(&self, s: f64) -> (usize, f64) {
+        let k = ((s / self.interval).max(0.0) as usize).min(self.intervals() - 1);
+        (k, s - k as f64 * self.interval)
+    }
+
     /// A point with its derivatives.
-    fn point(&self, points: &[JointPositions], k: usize) -> Option<PathPoint> {
+    fn point(&self, points: &[Sample], k: usize) -> Option<QuinticEnd<7>> {
         let h = self.interval;
         let points = points.get(..self.count)?;
         let q = *points.get(k)?;
@@ -102,13 +171,81 @@ impl MicroLine {
             Some(after) => *after,
             None => beyond(&q, &before, k.checked_sub(2).and_then(|k| points.get(k))),
         };
-        Some(PathPoint {
-            s: k as f64 * h,
+        Some(QuinticEnd {
             q,
-            first: core::array::from_fn(|joint| (after[joint] - before[joint]) / (2.0 * h)),
-            second: core::array::from_fn(|joint| {
-                (after[joint] - 2.0 * q[joint] + before[joint]) / (h * h)
-            }),
+            first: core::array::from_fn(|k| (after[k] - before[k]) / (2.0 * h)),
+            second: core::array::from_fn(|k| (after[k] - 2.0 * q[k] + before[k]) / (h * h)),
         })
+    }
+}
+
+/// The way of the TCP through many points.
+#[derive(Clone, Copy)]
+pub struct MicroWay<'a> {
+    line: &'a MicroLine,
+    points: &'a [Sample],
+    flange_from_tcp: &'a Pose,
+}
+
+/// The way's numbers at one place, apart.
+struct Apart {
+    position: [Vector3<f64>; 3],
+    turn: [Quaternion<f64>; 3],
+}
+
+impl MicroWay<'_> {
+    /// Position and quaternion with their first two derivatives.
+    fn apart(&self, s: f64) -> Option<Apart> {
+        let (k, inside) = self.line.place(s);
+        let from = self.line.point(self.points, k)?;
+        let to = self.line.point(self.points, k + 1)?;
+        let point = Quintic::new(&from, &to, self.line.interval).point(inside);
+        let both = [point.q, point.first, point.second];
+        Some(Apart {
+            position: both.map(|[x, y, z, ..]| Vector3::new(x, y, z)),
+            turn: both.map(|[.., w, i, j, k]| Quaternion::new(w, i, j, k)),
+        })
+    }
+}
+
+impl TcpWay for MicroWay<'_> {
+    fn length(&self) -> f64 {
+        self.line.length()
+    }
+
+    fn intervals(&self) -> usize {
+        LOOKS_PER_INTERVAL * self.line.intervals()
+    }
+
+    fn flange_from_tcp(&self) -> &Pose {
+        self.flange_from_tcp
+    }
+
+    fn pose(&self, s: f64) -> Pose {
+        let Some(apart) = self.apart(s) else {
+            return Pose::IDENTITY;
+        };
+        let turn = UnitQuaternion::new_normalize(apart.turn[0]);
+        Pose::new(turn.to_rotation_matrix(), apart.position[0])
+    }
+
+    fn point(&self, model: &RobotModel, s: f64, q: JointPositions) -> Option<PathPoint> {
+        let Apart { position, turn } = self.apart(s)?;
+        // With u = t / |t|: angular velocity 2 Im(u' u*), and Im(t' t*) is |t|² of that because t' t* differs by a real number.
+        let squared = turn[0].norm_squared();
+        let first = turn[1] * turn[0].conjugate() / squared;
+        let second = turn[2] * turn[0].conjugate() / squared;
+        let angular = 2.0 * first.imag();
+        let bent = Bent {
+            linear: position[1],
+            bend: position[2],
+            angular,
+            change: 2.0 * second.imag() - 2.0 * first.scalar() * angular,
+        };
+        derivatives(model, self.flange_from_tcp, s, q, |_| bent)
+    }
+
+    fn tcp_per_s(&self, s: f64) -> f64 {
+        self.apart(s).map_or(0.0, |apart| apart.position[1].norm())
     }
 }

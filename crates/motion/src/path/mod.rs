@@ -11,8 +11,8 @@ mod turn;
 
 pub use cartesian::{ArcOrientation, CartesianPath, NoArc};
 pub use joint_line::JointLine;
-pub use micro_line::MicroLine;
-pub use quintic::{JointQuintic, QuinticPoint};
+pub use micro_line::{MicroLine, MicroWay, Sample};
+pub use quintic::{JointQuintic, Quintic, QuinticEnd, QuinticPoint};
 pub use route::{Route, Span};
 pub use turn::Turn;
 
@@ -41,7 +41,38 @@ pub struct Ground<'a> {
     /// Geometry of the arm.
     pub model: &'a RobotModel,
     /// The points of a [`MicroLine`].
-    pub points: &'a [JointPositions],
+    pub points: &'a [Sample],
+}
+
+/// A way on which the TCP is led, and the joints follow: what is needed to look at it before it is followed.
+pub trait TcpWay {
+    /// How long it is in s.
+    fn length(&self) -> f64;
+
+    /// In how many intervals it is looked at where the joints turn evenly.
+    fn intervals(&self) -> usize;
+
+    /// The TCP relative to the flange, as it was when the way was planned.
+    fn flange_from_tcp(&self) -> &Pose;
+
+    /// TCP pose at s, base frame.
+    fn pose(&self, s: f64) -> Pose;
+
+    /// Joint positions at s, nearest to `near`; `None` when the pose cannot be reached.
+    fn positions(
+        &self,
+        model: &RobotModel,
+        s: f64,
+        near: &JointPositions,
+    ) -> Option<JointPositions> {
+        model.inverse_following(&self.pose(s), self.flange_from_tcp(), near)
+    }
+
+    /// The derivatives at joint positions `q` that lie on the way at s; `None` where the Jacobian is singular.
+    fn point(&self, model: &RobotModel, s: f64, q: JointPositions) -> Option<PathPoint>;
+
+    /// Distance the TCP goes per s at s.
+    fn tcp_per_s(&self, s: f64) -> f64;
 }
 
 /// Where a way leads, from 0 to its length in s.
@@ -70,7 +101,7 @@ impl Path {
         match self {
             Self::Joint(line) => Some(line.at(s)),
             Self::Cartesian(line) => line.at(ground.model, s, near),
-            Self::Micro(line) => line.at(ground.points, s),
+            Self::Micro(line) => line.at(ground.model, ground.points, s, near),
             Self::Blend(blend) => Some(blend.at(s)),
             Self::Turn(turn) => turn.at(ground.model, s, near),
         }

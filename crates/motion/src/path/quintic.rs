@@ -1,5 +1,5 @@
-//! A blend in joint space: for each joint the polynomial of degree five that takes over position and first two
-//! derivatives at both ends.
+//! Polynomials of degree five that take over position and first two derivatives at both ends: blends in joint space, and the
+//! way between two of many points.
 //!
 //! Between two lines that meet at an angle, entered and left at equal distances with a length of twice that, the six
 //! Bézier points of the curve lie on the two lines short of the corner: the curve cuts the corner inside the triangle and
@@ -11,38 +11,62 @@ use super::PathPoint;
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
 
-/// Six polynomials over 0..length.
+/// Some polynomials over 0..length, one for each coordinate.
 #[derive(Clone, Copy, Debug)]
-pub struct JointQuintic {
-    /// Coefficients of powers 0 to 5 of s, by joint.
-    coefficients: [[f64; 6]; 6],
+pub struct Quintic<const N: usize> {
+    /// Coefficients of powers 0 to 5 of s, by coordinate.
+    coefficients: [[f64; 6]; N],
     length: f64,
 }
 
-/// Positions and all derivatives that are not zero everywhere, by joint.
+/// One for each joint.
+pub type JointQuintic = Quintic<6>;
+
+/// Positions and all derivatives that are not zero everywhere, by coordinate.
 #[derive(Clone, Copy, Debug)]
-pub struct QuinticPoint {
-    /// rad.
-    pub q: [f64; 6],
+pub struct QuinticPoint<const N: usize = 6> {
+    /// The coordinates; rad for joints.
+    pub q: [f64; N],
     /// dq/ds.
-    pub first: [f64; 6],
+    pub first: [f64; N],
     /// d²q/ds².
-    pub second: [f64; 6],
+    pub second: [f64; N],
     /// d³q/ds³.
-    pub third: [f64; 6],
+    pub third: [f64; N],
     /// d⁴q/ds⁴.
-    pub fourth: [f64; 6],
+    pub fourth: [f64; N],
 }
 
-impl JointQuintic {
-    /// From `start` to `end`, whose derivatives are with respect to the s of this curve; their own `s` is not used.
-    pub fn between(start: &PathPoint, end: &PathPoint, length: f64) -> Self {
+/// An end of a curve: coordinates and their first two derivatives with respect to s.
+#[derive(Clone, Copy, Debug)]
+pub struct QuinticEnd<const N: usize> {
+    /// The coordinates.
+    pub q: [f64; N],
+    /// dq/ds.
+    pub first: [f64; N],
+    /// d²q/ds².
+    pub second: [f64; N],
+}
+
+impl From<&PathPoint> for QuinticEnd<6> {
+    fn from(point: &PathPoint) -> Self {
+        Self {
+            q: point.q.0,
+            first: point.first,
+            second: point.second,
+        }
+    }
+}
+
+impl<const N: usize> Quintic<N> {
+    /// From `start` to `end`, whose derivatives are with respect to the s of this curve.
+    pub fn new(start: &QuinticEnd<N>, end: &QuinticEnd<N>, length: f64) -> Self {
         let l = length;
-        let coefficients = core::array::from_fn(|joint| {
-            let (p0, p1) = (start.q[joint], end.q[joint]);
+        let coefficients = core::array::from_fn(|k| {
+            let (p0, p1) = (start.q[k], end.q[k]);
             // Derivatives with respect to s / length.
-            let (v0, v1) = (start.first[joint] * l, end.first[joint] * l);
-            let (a0, a1) = (start.second[joint] * l * l, end.second[joint] * l * l);
+            let (v0, v1) = (start.first[k] * l, end.first[k] * l);
+            let (a0, a1) = (start.second[k] * l * l, end.second[k] * l * l);
             let way = p1 - p0;
             [
                 p0,
@@ -65,7 +89,7 @@ impl JointQuintic {
     }
 
     /// Positions and derivatives at s.
-    pub fn point(&self, s: f64) -> QuinticPoint {
+    pub fn point(&self, s: f64) -> QuinticPoint<N> {
         let by_joint = |f: fn(&[f64; 6], f64) -> f64| self.coefficients.map(|c| f(&c, s));
         QuinticPoint {
             q: by_joint(|c, s| c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))),
@@ -78,6 +102,13 @@ impl JointQuintic {
             third: by_joint(|c, s| 6.0 * c[3] + s * (24.0 * c[4] + s * 60.0 * c[5])),
             fourth: by_joint(|c, s| 24.0 * c[4] + s * 120.0 * c[5]),
         }
+    }
+}
+
+impl JointQuintic {
+    /// From `start` to `end`, whose derivatives are with respect to the s of this curve; their own `s` is not used.
+    pub fn between(start: &PathPoint, end: &PathPoint, length: f64) -> Self {
+        Self::new(&start.into(), &end.into(), length)
     }
 
     /// The setpoint at a state of s.

@@ -10,8 +10,8 @@ use kinematics::rotation::rotation_from_rotvec;
 use kinematics::{JointPositions, Pose, RobotModel};
 use nalgebra::Vector3;
 
-use super::PathPoint;
 use super::cartesian::{Bent, CartesianPath, derivatives, setpoint_at};
+use super::{PathPoint, TcpWay};
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
 

@@ -8,7 +8,7 @@ use motion_api::{Refusal, Warning};
 use super::survey::Survey;
 use super::{Arm, Cells, Leg, Warnings, Wish};
 use crate::constants::LINE_PLACES_PER_CYCLE;
-use crate::path::{ArcOrientation, CartesianPath, Path};
+use crate::path::{ArcOrientation, CartesianPath, Path, TcpWay};
 
 /// Limits within this factor of one another, or of what is wanted, count as the same.
 const SAME: f64 = 1.0 - 1e-9;
@@ -78,7 +78,7 @@ impl CartesianPlanner {
         arm: &Arm,
     ) -> Result<Self, Refusal> {
         let survey = if path.length() > 0.0 {
-            Some(Survey::new(path, *start, arm)?)
+            Some(Survey::new(&path, *start, arm)?)
         } else {
             None
         };
@@ -105,10 +105,10 @@ impl CartesianPlanner {
             let leg = Leg::new(path, &self.wish, arm, &mut warnings);
             return Ok(Some((leg, warnings)));
         };
-        if !survey.walk(LINE_PLACES_PER_CYCLE, &self.wish, arm, cells)? {
+        if !survey.walk(&self.path, LINE_PLACES_PER_CYCLE, &self.wish, arm, cells)? {
             return Ok(None);
         }
-        let path = Path::Cartesian(survey.line());
+        let path = Path::Cartesian(self.path.ending_at(survey.reached()));
         warn(cells, self.path.length(), &self.wish, &mut warnings);
         let leg = Leg::new(path, &self.wish, arm, &mut warnings);
         Ok(Some((leg, warnings)))

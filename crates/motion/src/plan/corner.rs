@@ -14,7 +14,7 @@ use crate::constants::{
     ACCELERATION_RISE, BLEND_CELLS, BLEND_TCP_SHARE, HARDER_IN_BLENDS, LATEST_ENTRY, PASSED_ENTRY,
     POINT_SPEED_MARGIN,
 };
-use crate::path::{JointQuintic, Path, PathPoint, QuinticPoint, Turn};
+use crate::path::{JointQuintic, Path, PathPoint, QuinticPoint, TcpWay, Turn};
 use crate::scalar::CellLimits;
 use crate::setpoint::elbow_speed;
 
@@ -162,6 +162,10 @@ impl<'a> Corner<'a> {
         else {
             return None;
         };
+        if self.first.flange_from_tcp != self.next.flange_from_tcp {
+            // Lines of different TCPs have no corner in common.
+            return None;
+        }
         let room = self.before.min(self.exit);
         if self.first.touch <= 0.0 && room < PASSED_ENTRY * self.before {
             // Beside a short line the arc would use little of the radius.

@@ -1,14 +1,18 @@
 //! moveml: through the points of a list at its own times, slower where the joints cannot keep up.
 //!
-//! Interval by interval the curve's derivatives are bounded, a fixed number of intervals a cycle.
+//! Interval by interval the curve's derivatives are bounded, a fixed number of intervals a cycle. Where the points are poses
+//! the way of the TCP is surveyed as a line is.
 
 use kinematics::{JointPositions, JointSpeeds};
 use motion_api::{PathFault, Refusal};
 
 use super::able::Bounds;
+use super::survey::Survey;
 use super::{Arm, Cells, Leg, Warnings, Wish};
-use crate::constants::{CELLS_OF_LEG, MICRO_INTERVALS_PER_CYCLE, MICRO_PLACES_PER_INTERVAL};
-use crate::path::{JointQuintic, MicroLine, Path};
+use crate::constants::{
+    CELLS_OF_LEG, LINE_PLACES_PER_CYCLE, MICRO_INTERVALS_PER_CYCLE, MICRO_PLACES_PER_INTERVAL,
+};
+use crate::path::{JointQuintic, MicroLine, Path, Sample};
 use crate::self_collision::LinkWatch;
 use crate::setpoint::elbow_speed;
 
@@ -32,30 +36,51 @@ pub struct MicroLinePlanner {
     done: usize,
     /// What the intervals since the last cell ask for.
     bounds: Bounds,
+    /// Of a way of the TCP.
+    survey: Option<Survey>,
     watch: Option<LinkWatch>,
 }
 
 impl MicroLinePlanner {
     /// Begins to plan the way through points whose first is where the arm stands.
-    pub fn new(line: MicroLine) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// A way of the TCP that begins in a singular position.
+    pub fn new(line: MicroLine, points: &[Sample], arm: &Arm) -> Result<Self, Refusal> {
+        let survey = match line.tcp_way(points) {
+            Some(way) => Some(Survey::new(&way, line.start(), arm)?),
+            None => None,
+        };
+        Ok(Self {
             line,
             done: 0,
             bounds: Bounds::NONE,
+            survey,
             watch: None,
-        }
+        })
     }
 
     /// Works on the plan for one cycle; `None` while there is more to look at.
     ///
     /// # Errors
-    /// A point, or the way between two, outside of a joint's range or where the arm runs into itself.
+    /// A point, or the way between two, outside of a joint's range or where the arm runs into itself; where and why a way of
+    /// the TCP cannot be followed.
     pub fn work(
         &mut self,
-        points: &[JointPositions],
+        points: &[Sample],
         arm: &Arm,
         cells: &mut Cells,
     ) -> Result<Option<(Leg, Warnings)>, Refusal> {
+        let mut warnings = Warnings::default();
+        if let Some(survey) = &mut self.survey {
+            let way = self.line.tcp_way(points);
+            let way = way.ok_or(Refusal::Planner { code: NO_POINTS })?;
+            if !survey.walk(&way, LINE_PLACES_PER_CYCLE, &WISH, arm, cells)? {
+                return Ok(None);
+            }
+            let path = Path::Micro(self.line.ending_at(survey.reached()));
+            return Ok(Some((Leg::new(path, &WISH, arm, &mut warnings), warnings)));
+        }
         if self.done == 0 {
             cells.clear();
         }
@@ -67,18 +92,12 @@ impl MicroLinePlanner {
         if self.done < self.line.intervals() {
             return Ok(None);
         }
-        let mut warnings = Warnings::default();
         let leg = Leg::new(Path::Micro(self.line), &WISH, arm, &mut warnings);
         Ok(Some((leg, warnings)))
     }
 
     /// Bounds one interval.
-    fn look(
-        &mut self,
-        points: &[JointPositions],
-        arm: &Arm,
-        cells: &mut Cells,
-    ) -> Result<(), Refusal> {
+    fn look(&mut self, points: &[Sample], arm: &Arm, cells: &mut Cells) -> Result<(), Refusal> {
         let number = self.done;
         let curve = self.line.curve(points, number);
         let curve = curve.ok_or(Refusal::Planner { code: NO_POINTS })?;

@@ -10,16 +10,16 @@ use super::able::Bounds;
 use super::{Arm, Cells, Wish};
 use crate::config::MotionLimits;
 use crate::constants::{
-    INTERVAL_LENGTH, LINE_INTERVALS, LINE_PLACES_MAX, LINE_REFINEMENTS, SINGULAR_TURN_PER_M,
+    CELLS_OF_LEG, LINE_INTERVALS, LINE_PLACES_MAX, LINE_REFINEMENTS, PLACES_PER_INTERVAL,
+    SINGULAR_TURN_PER_M,
 };
-use crate::path::{CartesianPath, PathPoint};
+use crate::path::{PathPoint, TcpWay};
 use crate::self_collision::LinkWatch;
 use crate::setpoint::elbow_speed;
 
 /// A walk along a line.
 #[derive(Clone, Copy, Debug)]
 pub struct Survey {
-    line: CartesianPath,
     /// Smallest steps in the whole line.
     steps: u32,
     /// The place up to which the line is known.
@@ -30,6 +30,11 @@ pub struct Survey {
     /// `left` in smallest steps.
     left_step: u32,
     places: u32,
+    most_places: u32,
+    /// What the intervals since the last cell ask for, and how many there are, and are in a cell.
+    bounds: Bounds,
+    since_cell: u32,
+    per_cell: u32,
     watch: LinkWatch,
 }
 
@@ -38,28 +43,32 @@ impl Survey {
     ///
     /// # Errors
     /// The arm stands in a singular position.
-    pub fn new(line: CartesianPath, q: JointPositions, arm: &Arm) -> Result<Self, Refusal> {
+    pub fn new(line: &impl TcpWay, q: JointPositions, arm: &Arm) -> Result<Self, Refusal> {
         let model = arm.model;
         let left = line.point(model, 0.0, q).ok_or_else(|| Refusal::Path {
             fraction: 0.0,
-            fault: singularity(&line, 0.0, &q, model),
+            fault: singularity(line, 0.0, &q, model),
         })?;
-        let intervals = (line.length() / INTERVAL_LENGTH).ceil().max(4.0);
+        let intervals = line.intervals();
         Ok(Self {
-            line,
-            steps: (intervals as u32).min(LINE_INTERVALS as u32) << LINE_REFINEMENTS,
+            steps: (intervals as u32) << LINE_REFINEMENTS,
             left,
             ahead: [0; LINE_REFINEMENTS + 1],
             ahead_count: 0,
             left_step: 0,
             places: 0,
+            most_places: LINE_PLACES_MAX.max(PLACES_PER_INTERVAL * intervals as u32),
+            bounds: Bounds::NONE,
+            since_cell: 0,
+            // Half of the cells are for where intervals are halved.
+            per_cell: (2 * intervals).div_ceil(CELLS_OF_LEG) as u32,
             watch: LinkWatch::from(model, arm.limits.link_overlap, &q),
         })
     }
 
-    /// The line, with the joint positions at its end once the walk is done.
-    pub fn line(&self) -> CartesianPath {
-        self.line.ending_at(self.left.q)
+    /// The joint positions up to where the walk has come: at the line's end once it is done.
+    pub fn reached(&self) -> JointPositions {
+        self.left.q
     }
 
     /// Looks at up to `places` places more; true when the end is reached.
@@ -68,6 +77,7 @@ impl Survey {
     /// Where and why the line cannot be followed.
     pub fn walk(
         &mut self,
+        line: &impl TcpWay,
         places: usize,
         wish: &Wish,
         arm: &Arm,
@@ -78,25 +88,27 @@ impl Survey {
                 return Ok(true);
             }
             self.places += 1;
-            if self.places > LINE_PLACES_MAX {
-                let fault = singularity(&self.line, self.left.s, &self.left.q, arm.model);
+            if self.places > self.most_places {
+                let fault = singularity(line, self.left.s, &self.left.q, arm.model);
                 return Err(self.refusal(self.left_step, fault));
             }
             let step = self.next_step();
-            let s = self.line.length() * (f64::from(step) / f64::from(self.steps));
-            let reached = self.line.positions(arm.model, s, &self.left.q);
-            let right = reached.and_then(|q| self.line.point(arm.model, s, q));
+            let s = line.length() * (f64::from(step) / f64::from(self.steps));
+            let reached = line.positions(arm.model, s, &self.left.q);
+            let right = reached.and_then(|q| line.point(arm.model, s, q));
             match right {
                 Some(right) if is_smooth(&self.left, &right) => {
                     if let Some(found) = self.watch.look(&right.q, arm.model) {
                         return Err(self.refusal(step, found.into()));
                     }
-                    self.accept(step, right, wish, arm, cells);
+                    self.accept(line, step, right, wish, arm, cells);
                 }
                 // Halving also narrows down where the line becomes impossible.
                 _ if self.halve(step) => {}
-                _ if reached.is_some() => return Err(self.refusal(step, self.why_jump(s, arm))),
-                _ => return Err(self.refusal(step, self.why_not(s, arm))),
+                _ if reached.is_some() => {
+                    return Err(self.refusal(step, self.why_jump(line, s, arm)));
+                }
+                _ => return Err(self.refusal(step, self.why_not(line, s, arm))),
             }
         }
         Ok(self.left_step >= self.steps)
@@ -131,11 +143,25 @@ impl Survey {
         true
     }
 
-    fn accept(&mut self, step: u32, right: PathPoint, wish: &Wish, arm: &Arm, cells: &mut Cells) {
-        let mut bounds = Bounds::NONE;
-        bounds.cover(&self.left, &right, self.elbow_per_s(&right, arm), arm);
-        bounds.tcp = self.line.tcp_distance_per_s();
-        cells.push(right.s, bounds.limits(wish, arm.limits));
+    fn accept(
+        &mut self,
+        line: &impl TcpWay,
+        step: u32,
+        right: PathPoint,
+        wish: &Wish,
+        arm: &Arm,
+        cells: &mut Cells,
+    ) {
+        let elbow = self.elbow_per_s(&right, arm);
+        self.bounds.cover(&self.left, &right, elbow, arm);
+        let tcp = line.tcp_per_s(self.left.s).max(line.tcp_per_s(right.s));
+        self.bounds.tcp = self.bounds.tcp.max(tcp);
+        self.since_cell += 1;
+        if self.since_cell >= self.per_cell || step >= self.steps {
+            cells.push(right.s, self.bounds.limits(wish, arm.limits));
+            self.bounds = Bounds::NONE;
+            self.since_cell = 0;
+        }
         self.left = right;
         self.left_step = step;
         self.ahead_count -= 1;
@@ -178,20 +204,21 @@ impl Survey {
     }
 
     /// Why no solution inside the limits reaches the place.
-    fn why_not(&self, s: f64, arm: &Arm) -> PathFault {
-        self.joint_limit(s, arm).unwrap_or(PathFault::OutOfReach)
+    fn why_not(&self, line: &impl TcpWay, s: f64, arm: &Arm) -> PathFault {
+        self.joint_limit(line, s, arm)
+            .unwrap_or(PathFault::OutOfReach)
     }
 
     /// Why the joints do not go on smoothly.
-    fn why_jump(&self, s: f64, arm: &Arm) -> PathFault {
-        self.joint_limit(s, arm)
-            .unwrap_or_else(|| singularity(&self.line, self.left.s, &self.left.q, arm.model))
+    fn why_jump(&self, line: &impl TcpWay, s: f64, arm: &Arm) -> PathFault {
+        self.joint_limit(line, s, arm)
+            .unwrap_or_else(|| singularity(line, self.left.s, &self.left.q, arm.model))
     }
 
     /// The joint limit that the solution without limits would break, if that solution goes on smoothly.
-    fn joint_limit(&self, s: f64, arm: &Arm) -> Option<PathFault> {
+    fn joint_limit(&self, line: &impl TcpWay, s: f64, arm: &Arm) -> Option<PathFault> {
         let unlimited = free_limits(arm.limits);
-        let base_from_flange = self.line.pose(s) * self.line.flange_from_tcp().inverse();
+        let base_from_flange = line.pose(s) * line.flange_from_tcp().inverse();
         let model = arm.model;
         let q = model.ik_method().nearest(
             model.chain(),
@@ -220,7 +247,7 @@ impl Survey {
 }
 
 /// The singular position after the place `s`: the joint that turns most on the next interval, and how far.
-fn singularity(line: &CartesianPath, s: f64, q: &JointPositions, model: &RobotModel) -> PathFault {
+fn singularity(line: &impl TcpWay, s: f64, q: &JointPositions, model: &RobotModel) -> PathFault {
     let beyond = (s + line.length() / LINE_INTERVALS as f64).min(line.length());
     let Some(there) = line.positions(model, beyond, q) else {
         return PathFault::OutOfReach;

@@ -54,10 +54,14 @@ impl Profile {
         ramp.phases.iter().for_each(|phase| self.push(*phase));
     }
 
-    /// The state at `time` seconds after the start; exactly the end state from the end on.
+    /// The state at `time` seconds after the start; from the end on it goes on evenly with the speed of the end.
     pub fn at(&self, time: f64) -> ScalarState {
         if time >= self.duration {
-            return self.end;
+            let way = self.end.speed * (time - self.duration);
+            return ScalarState {
+                position: self.end.position + way,
+                ..self.end
+            };
         }
         let mut state = self.start;
         let mut left = time.max(0.0);

@@ -15,6 +15,8 @@ pub struct Cell {
     pub limits: CellLimits,
     /// Share of the speed at which it is done, below 1 when a longer duration is wanted.
     pub pace: f64,
+    /// The most it may be done at, whatever was planned.
+    pub cap: f64,
     /// What its neighbours leave of the limits.
     eroded: CellLimits,
     /// Square of the speed at its end, how fast it may fall towards there along the way, and the most it may be.
@@ -104,6 +106,9 @@ pub struct Track {
     saved_zone: (f64, f64),
 }
 
+/// Least cap of a cell.
+const SLOWEST_CAP: f64 = 1e-6;
+
 /// No zone.
 const NO_ZONE: (f64, f64) = (f64::INFINITY, f64::INFINITY);
 
@@ -160,6 +165,7 @@ impl Track {
             until,
             limits,
             pace,
+            cap: f64::INFINITY,
             eroded: limits,
             end: 0.0,
             fall: 0.0,
@@ -239,6 +245,26 @@ impl Track {
             .for_each(|cell| cell.pace = pace);
     }
 
+    /// The first cell that ends behind `place`, and where it ends.
+    pub fn cell_after(&self, place: f64) -> Option<(usize, f64)> {
+        let cell = self.cells.partition_point(|cell| cell.until <= place);
+        self.cells.get(cell).map(|found| (cell, found.until))
+    }
+
+    /// Nobody may be faster than `cap` in that cell, until the caps are forgotten.
+    pub fn set_cap(&mut self, cell: usize, cap: f64) {
+        if let Some(cell) = self.cells.get_mut(cell) {
+            cell.cap = cap.max(SLOWEST_CAP);
+        }
+    }
+
+    /// Cells bear again what they were planned with.
+    pub fn forget_caps(&mut self) {
+        for cell in &mut self.cells {
+            cell.cap = f64::INFINITY;
+        }
+    }
+
     /// Works out the speeds after cells were added, cut or paced.
     pub fn settle(&mut self) {
         for k in 0..self.cells.len() {
@@ -273,6 +299,7 @@ impl Track {
             return CellLimits::NONE;
         };
         let mut own = cell.limits.paced(cell.pace, self.window);
+        own.speed = own.speed.min(cell.cap);
         if cell.until > self.zone.0 + 1e-12 * (1.0 + cell.until.abs()) {
             own.speed = own.speed.min(self.zone.1);
         }

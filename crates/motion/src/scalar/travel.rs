@@ -18,6 +18,8 @@ use kinematics::elementary::cbrt;
 const STEPS: usize = 32;
 /// Room for rounding where speeds are compared.
 const SLACK: f64 = 1e-12;
+/// By this part a motion is faster than the track only if that was lowered.
+const OVER: f64 = 1e-6;
 /// Steps of a foreseen motion before it counts as endless.
 const FORESEEN: usize = 200_000;
 
@@ -62,6 +64,8 @@ pub struct Travel {
     rate: f64,
     wanted: Drive,
     fraction: f64,
+    /// Where it is faster than the track allows it brakes as hard as the arm can.
+    is_hard: bool,
 }
 
 impl Travel {
@@ -75,12 +79,18 @@ impl Travel {
             rate: 1.0,
             wanted: Drive::Halt,
             fraction: 0.0,
+            is_hard: false,
         }
     }
 
     /// Changes what is wanted; takes effect in the next [`advance`](Self::advance).
     pub fn drive(&mut self, drive: Drive) {
         self.wanted = drive;
+    }
+
+    /// Whether it brakes as hard as the arm can where it is faster than the track allows.
+    pub fn brake_hard(&mut self, is_hard: bool) {
+        self.is_hard = is_hard;
     }
 
     /// Whether it is to go on.
@@ -153,6 +163,9 @@ impl Travel {
             }
             self.begin(self.fraction, track);
         }
+        if self.wanted == Drive::HaltHard && self.rate < 1.0 {
+            self.hasten(track);
+        }
         let passed = dt * self.rate;
         self.time += passed;
         self.phase += passed;
@@ -162,6 +175,32 @@ impl Travel {
             self.knots[STEPS + 1] = self.next_knot(track);
         }
         self.state(track)
+    }
+
+    /// Takes its clock to the pace of real time: one that is slow takes its time to come to rest, too. What has been becomes
+    /// the even acceleration that has the same place, speed and acceleration now, so that nothing jumps.
+    fn hasten(&mut self, track: &Track) {
+        let now = self.state(track);
+        let half = 0.5 * self.step * STEPS as f64;
+        let (v, a) = (now.speed, now.acceleration);
+        // From rest, or to it, the past would have to go backwards.
+        if v <= a.abs() * (half + self.step) {
+            return;
+        }
+        let middle = now.position - a * half * half / 6.0;
+        let at = |knot: usize| {
+            let t = self.step * knot as f64 - half;
+            Knot {
+                place: middle + t * (v + 0.5 * a * t),
+                speed: v + a * t,
+            }
+        };
+        if at(STEPS + 1).place > self.committed() {
+            return;
+        }
+        self.knots = core::array::from_fn(at);
+        self.rate = 1.0;
+        self.phase = 0.0;
     }
 
     /// From rest at a fraction of the pace.
@@ -328,7 +367,7 @@ impl Travel {
         let (h, rate) = (self.step, self.rate);
         let (asked, hardest, jerk) = track.bounds(now.place, now.speed * rate);
         // How hard, and how much the acceleration may change within the window.
-        let (hard, change) = if self.wanted == Drive::HaltHard {
+        let (hard, change) = if self.wanted == Drive::HaltHard || self.is_hard {
             (hardest, (jerk * track.window() * rate).max(hardest))
         } else {
             (asked, asked)
@@ -341,7 +380,9 @@ impl Travel {
             .square(now.place + 0.5 * (now.speed + next) * h)
             .sqrt()
             / rate;
-        if next > ahead {
+        // One that is faster than the track allows, because that was lowered, comes down as it can.
+        let is_over = now.speed * rate > track.square(now.place).sqrt() * (1.0 + OVER);
+        if next > ahead && !is_over {
             let (place, speed) = track.followed(now.place, now.speed * rate, h / rate);
             return Knot {
                 place,

@@ -18,6 +18,8 @@ const END: f64 = 1e-9;
 /// Largest error on a belt once it is caught up with, m, and the angle that goes with it at 0.2 m, rad.
 const BELT: f64 = 0.05e-3;
 const BELT_ANGLE: f64 = 0.25e-3;
+/// Time in which a paused arm comes to rest, s.
+const RESTING: f64 = 0.5;
 /// Time to catch up with a belt, s.
 const CATCHING_UP: f64 = 0.8;
 /// Faults of one program that are told.
@@ -352,8 +354,33 @@ impl Follower<'_> {
         };
         self.verdict.tally.on_belts += 1;
         let caught_up = |s: &&&RobotState| s.time > BELT_START + CATCHING_UP;
-        let is_moving = |s: &&&RobotState| s.cycle <= sent.ended && s.stop_code == 0;
-        for state in states.iter().filter(caught_up).filter(is_moving) {
+        // A stop ends the motion and tracking alike.
+        let last = sent.cut_short_after.unwrap_or(sent.ended);
+        let is_moving = |s: &&&RobotState| s.cycle <= last && s.stop_code == 0;
+        // A pause holds the arm; the belt goes on, and is caught up with afterwards.
+        let step = self.run.bench.cycle.step_time();
+        let cycles = |seconds: f64| (seconds / step) as u64;
+        let pauses = &self.run.pauses;
+        for (from, until) in pauses {
+            for state in states.iter().filter(is_moving) {
+                let is_held = (from + cycles(RESTING)..=*until).contains(&state.cycle);
+                if is_held && state.target_qd != JointSpeeds::ZERO {
+                    self.fault(state, "the arm moves in a pause".into());
+                }
+            }
+        }
+        let goes_along = |s: &&&RobotState| {
+            let is_behind = |(from, until): &(u64, u64)| {
+                (*from..until + cycles(CATCHING_UP)).contains(&s.cycle)
+            };
+            !pauses.iter().any(is_behind)
+        };
+        for state in states
+            .iter()
+            .filter(caught_up)
+            .filter(is_moving)
+            .filter(goes_along)
+        {
             let pose = taken_back(
                 &conveyor,
                 state,

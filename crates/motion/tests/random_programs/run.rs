@@ -12,6 +12,8 @@ pub struct Run {
     pub phases: Vec<Phase>,
     /// Motions that were ended because they took too long.
     pub cut_short: usize,
+    /// First and last cycle of each pause.
+    pub pauses: Vec<(u64, u64)>,
 }
 
 /// The cycles from one statement that moves the arm to the next.
@@ -37,6 +39,8 @@ pub struct Sent {
     pub outcome: Outcome,
     /// In which cycle it ended.
     pub ended: u64,
+    /// The last cycle before it was ended for taking too long.
+    pub cut_short_after: Option<u64>,
     /// Slider, pause or stop came in between.
     pub is_disturbed: bool,
 }
@@ -53,13 +57,16 @@ pub fn run(program: &Program) -> Run {
         bench,
         phases: Vec::new(),
         cut_short: 0,
+        pauses: Vec::new(),
     };
     if let Some(conveyor) = &program.conveyor {
         run.bench.do_it(conveyor.track());
     }
     for step in &program.steps {
         run.step(step);
-        if !run.bench.stops.is_empty() {
+        // A stop ends tracking too: what comes after one on a belt begins where no command says.
+        let is_off_the_belt = program.conveyor.is_some() && run.cut_short > 0;
+        if !run.bench.stops.is_empty() || is_off_the_belt {
             break;
         }
     }
@@ -130,7 +137,7 @@ impl Run {
                 self.disturb(*what);
             }
         }
-        let (outcome, ended) = self.end_of(id);
+        let (outcome, ended, cut_short_after) = self.end_of(id);
         let is_moved_on = matches!(outcome, Outcome::Done);
         self.phases.push(Phase {
             from,
@@ -140,6 +147,7 @@ impl Run {
                 stood,
                 outcome,
                 ended,
+                cut_short_after,
                 is_disturbed,
             })),
         });
@@ -151,14 +159,16 @@ impl Run {
         }
     }
 
-    fn end_of(&mut self, id: CommandId) -> (Outcome, u64) {
+    fn end_of(&mut self, id: CommandId) -> (Outcome, u64, Option<u64>) {
         let latest = self.bench.now().time + PATIENCE_S;
+        let mut cut_short_after = None;
         loop {
             if let Some((_, outcome, cycle)) = self.bench.ended.iter().find(|e| e.0 == id) {
-                return (*outcome, *cycle);
+                return (*outcome, *cycle, cut_short_after);
             }
             if self.bench.now().time > latest {
                 self.cut_short += 1;
+                cut_short_after = Some(self.bench.now().cycle);
                 let only = CommandId::NONE;
                 self.bench.do_it(CommandKind::Stop { only });
             } else {
@@ -178,8 +188,10 @@ impl Run {
                 self.bench.send(CommandKind::SetSpeedFraction(1.0));
             }
             Meanwhile::Pause(cycles) => {
+                let from = self.bench.now().cycle;
                 self.bench.send(CommandKind::Pause);
                 self.bench.run(cycles);
+                self.pauses.push((from, self.bench.now().cycle));
                 self.bench.send(CommandKind::Resume);
             }
             Meanwhile::Stop => {

@@ -38,13 +38,13 @@ use crate::ports::http::metrics::{Figures, RecordingFigures};
 use crate::ports::http::{self, NotSet};
 use crate::ports::interpreter::codec::{Command, Discard, executed};
 use crate::ports::interpreter::{self, Verdict};
-use crate::ports::primary::codec::{ErrorData, Exception, Level, Source};
 use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
 use crate::ports::primary::{self, Hub, Submission};
 use crate::ports::sample::Sample;
 use dashboard::{Configuration, Loaded, LogPace};
 use elite_runtime::task_folder::TaskFolder;
 pub use lifetime::Lifetime;
+use wire::primary::{ErrorData, Exception, Level, Source};
 
 /// Name of programs that are one line outside a block.
 const LINE_NAME: &str = "line";

@@ -179,6 +179,30 @@ pub struct Limits {
     pub tcp_force: Option<f64>,
     /// Whether the arm is kept from running into itself.
     pub self_collision: Option<bool>,
+    /// In force in reduced mode.
+    pub reduced: ReducedLimits,
+}
+
+/// `[limits.reduced]`
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReducedLimits {
+    /// rad/s.
+    pub joint_speed: Option<Six>,
+    /// rad/s².
+    pub joint_acceleration: Option<Six>,
+    /// rad/s³.
+    pub joint_jerk: Option<Six>,
+    /// rad.
+    pub joint_position_min: Option<Six>,
+    /// rad.
+    pub joint_position_max: Option<Six>,
+    /// m/s.
+    pub tcp_speed: Option<f64>,
+    /// m/s.
+    pub elbow_speed: Option<f64>,
+    /// N.
+    pub tcp_force: Option<f64>,
 }
 
 /// `[sensor]`: standard deviations.

@@ -208,6 +208,13 @@ fn limits_and_the_text_are_kept() {
         ..LimitOverrides::default()
     };
     assert_eq!(cell.limits(), expected);
+    assert_eq!(cell.reduced_limits(), LimitOverrides::default());
+    std::fs::write(&path, "[limits.reduced]\nelbow_speed = 0.2\n").unwrap();
+    let reduced = LimitOverrides {
+        elbow_speed: Some(0.2),
+        ..LimitOverrides::default()
+    };
+    assert_eq!(Cell::load(&path).unwrap().reduced_limits(), reduced);
     let missing = Cell::load(&folder.path().join("x.toml")).unwrap_err();
     assert!(
         missing

@@ -1,6 +1,9 @@
 //! The commands of the command line, one file each. Every one returns its exit status.
 
 pub mod builtins;
+pub mod calibrate;
 pub mod check;
+pub mod compare;
 pub mod run;
+pub mod send;
 pub mod serve;

@@ -1,8 +1,8 @@
 //! What an RTSI client sends, cut into packets: names, recipes and values of every type.
 
-use server::ports::rtsi::codec::{Kind, Value, letter, names, packet, text_message};
 use server::ports::rtsi::inputs::{Input, Written};
 use server::ports::rtsi::outputs::Output;
+use wire::rtsi::{Kind, Value, letter, names, packet, text_message};
 
 const KINDS: [Kind; 9] = [
     Kind::Bool,

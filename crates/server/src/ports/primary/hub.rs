@@ -11,10 +11,11 @@ use tokio::time::timeout;
 use tokio_util::sync::CancellationToken;
 
 use super::Backend;
-use super::codec::{Exception, Source, encode_exception};
 use super::state_message::encode_state;
 use crate::ports::description::RobotDescription;
 use crate::ports::sample::Sample;
+use wire::primary::exception::encode_exception;
+use wire::primary::{Exception, Source};
 
 /// Between two beats, when simulated time keeps wall pace.
 const STATE_PERIOD: Duration = Duration::from_millis(100);

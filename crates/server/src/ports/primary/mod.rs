@@ -3,7 +3,6 @@
 //! Owns the wire format, the cutting of text into programs and the clients. What a program does, and whether it may run
 //! now, is decided behind [`Backend`].
 
-pub mod codec;
 pub mod framing;
 pub mod hub;
 pub mod session;

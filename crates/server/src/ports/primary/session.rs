@@ -15,12 +15,12 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::time::{Instant, sleep, sleep_until, timeout, timeout_at};
 use tokio_util::sync::CancellationToken;
 
-use super::codec::{Exception, Source};
 use super::framing::{EndedBy, Frame, Framer, Rejection};
 use super::hub::{Hub, Message, Subscription};
 use super::{Backend, Sender, Submission};
 use crate::ports::ClientId;
 use crate::ports::shown::Shown;
+use wire::primary::{Exception, Source};
 
 /// After this much silence an open block that is a whole program as it stands is run.
 const SILENCE: Duration = Duration::from_secs(2);

@@ -5,9 +5,9 @@
 
 use core::ops::Range;
 
-use super::codec::{Kind, Value};
 use super::outputs::split_register;
 use crate::ports::description::AnalogDomain;
+use wire::rtsi::{Kind, Value};
 
 /// One variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -3,7 +3,6 @@
 //! Owns packets, recipes, who writes which input, and clients. Values come in as one [`Sample`] a cycle; what clients
 //! write goes out as [`Change`]s.
 
-pub mod codec;
 pub mod inputs;
 pub mod outputs;
 pub mod owners;

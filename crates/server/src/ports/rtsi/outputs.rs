@@ -6,13 +6,13 @@ use core::ops::Range;
 
 use motion_api::{RegisterImage, RegisterImages, RobotMode, RobotState, SafetyMode};
 
-use super::codec::{Kind, Value};
 use crate::ports::derived::{
     io_current, is_powered, joint_current, joint_mode, robot_current, supply_voltage, tool_current,
     tool_mode, tool_temperature,
 };
 use crate::ports::description::{AnalogDomain, RobotDescription, TaskStatus};
 use crate::ports::sample::Sample;
+use wire::rtsi::{Kind, Value};
 
 /// One variable.
 #[derive(Clone, Copy, Debug)]

@@ -12,10 +12,6 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::time::{Instant, sleep, sleep_until};
 
 use super::Controller;
-use super::codec::{
-    PROTOCOL_VERSION, TextLevel, Value, append_packet, append_text, letter, names, packet,
-    text_message,
-};
 use super::inputs::{Input, Written};
 use super::outputs::Output;
 use super::owners::{Claims, Owners};
@@ -23,6 +19,10 @@ use crate::ports::ClientId;
 use crate::ports::description::{CONTROLLER_VERSION, RobotDescription};
 use crate::ports::sample::Sample;
 use crate::ports::shown::Shown;
+use wire::rtsi::{
+    PROTOCOL_VERSION, TextLevel, Value, append_packet, append_text, letter, names, packet,
+    text_message,
+};
 
 /// Packages a second at most (SDK user guide).
 const FREQUENCY_MAX: f64 = 250.0;

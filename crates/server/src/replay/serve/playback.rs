@@ -19,7 +19,6 @@ use crate::ports::description::{Peripherals, RobotDescription, TaskStatus, ToolS
 use crate::ports::foxglove::LogLine;
 use crate::ports::http::metrics::Figures;
 use crate::ports::http::{self, NotSet};
-use crate::ports::primary::codec::{ErrorData, Exception, Level, Source};
 use crate::ports::primary::framing::ControlPhrase;
 use crate::ports::primary::{self, Hub, Submission};
 use crate::ports::rtsi;
@@ -27,6 +26,7 @@ use crate::ports::rtsi::inputs::{Change, Input};
 use crate::ports::sample::{Beats, Sample};
 use crate::replay::register_write::RegisterWrite;
 use crate::replay::script;
+use wire::primary::{ErrorData, Exception, Level, Source};
 
 /// How many samples and messages a listener may be behind before it loses some.
 const WAITING_MAX: usize = 256;

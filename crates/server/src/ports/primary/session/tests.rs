@@ -13,11 +13,11 @@ use tokio::time::advance;
 use super::*;
 use crate::ports::description::{RobotDescription, ToolSerial};
 use crate::ports::listen::{PortMeter, bind};
-use crate::ports::primary::codec::ROBOT_EXCEPTION;
 use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
 use crate::ports::primary::state_message::STATE_MESSAGE_BYTES;
 use crate::ports::rtsi::outputs::tests::sample;
 use crate::ports::sample::Sample;
+use wire::primary::ROBOT_EXCEPTION;
 
 /// A controller that only writes down what it was asked.
 struct Fake {

@@ -6,6 +6,7 @@
 use kinematics::{JointPositions, JointSpeeds, JointTorques, RpyPose};
 
 use super::*;
+use crate::ports::description::AnalogDomain;
 use crate::ports::description::ToolSerial;
 use motion_api::{RegisterImages, RobotMode};
 

@@ -4,10 +4,16 @@
 //!
 //! The format is our own, the manual gives none: one point a line, six numbers apart by commas or blanks; `#` begins a
 //! comment, lines without numbers do not count. Points are numbered from 1.
+//!
+//! The numbers are samples of a smooth path, rounded to the decimals they are written with: what is run is within that
+//! rounding of them (see [`smooth`]). Asked for one by one they are given as they stand in the file.
+
+mod smooth;
 
 use std::cell::RefCell;
 
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
+use nalgebra::{Quaternion, UnitQuaternion};
 use thiserror::Error;
 
 /// Most points of one file.
@@ -16,6 +22,17 @@ pub const POINTS_MAX: usize = 100_000;
 pub const LOADED_MAX: usize = 64;
 /// Most points of all files that a task has loaded.
 pub const POINTS_OF_TASK_MAX: usize = 500_000;
+
+/// Coarsest rounding that is taken for one, m and rad: numbers written with fewer decimals are meant as they are.
+const COARSEST: f64 = 1e-3;
+/// Rounding that any file has, m and rad: that of 32-bit numbers.
+const FINEST: f64 = 1e-6;
+/// Rounding matters where it looks like a jerk of that much, m/s³ and rad/s³.
+const FELT: f64 = 10.0;
+/// Joint positions of one pose this near to one another are the same, rad.
+const SAME_BRANCH: f64 = 1e-6;
+/// Share of a file's numbers that show how many decimals it is written with.
+const MOST_NUMBERS: f64 = 0.95;
 
 /// What the numbers of a file are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,20 +99,22 @@ pub struct MicroLine {
     space: Space,
     /// Time from point to point, s.
     interval: f64,
-    /// SI units: rad, or m and rad.
+    /// SI units: rad, or m and rad; as they stand in the file.
     points: Vec<[f64; 6]>,
+    /// What they are taken for: joint positions, or positions and quaternions (w, x, y, z) whose signs go on.
+    samples: Vec<[f64; 7]>,
     /// The frame of Cartesian points, in the base frame.
     base_from_part: Pose,
     /// Joint positions that have been looked up one by one.
     chain: RefCell<Chain>,
 }
 
-/// Joint positions of the points from the first on, each near the one before: found once, and read again as long as the arm
-/// stands where it stood.
+/// Joint positions of the points from the first on, each near the one before: found once, and read again as long as the first
+/// is reached with the same joint positions from where the arm stands.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Chain {
-    /// Where the arm stood, with which TCP and frame.
-    begins: Option<(JointPositions, Pose, Pose)>,
+    /// With which TCP and frame.
+    frames: Option<(Pose, Pose)>,
     found: Vec<JointPositions>,
 }
 
@@ -111,8 +130,9 @@ impl MicroLine {
         interval: f64,
     ) -> Result<Self, MicroLineError> {
         let mut points = Vec::new();
+        let mut decimals = Decimals::default();
         for (index, line) in text.lines().enumerate() {
-            if let Some(mut point) = point_of(line, index + 1)? {
+            if let Some(mut point) = point_of(line, index + 1, &mut decimals)? {
                 in_si(&mut point, space, units);
                 points.push(point);
                 if points.len() > POINTS_MAX {
@@ -125,10 +145,12 @@ impl MicroLine {
                 count: points.len(),
             });
         }
+        let samples = samples(&points, space, interval, &decimals.rounding(space, units));
         Ok(Self {
             space,
             interval,
             points,
+            samples,
             base_from_part: Pose::IDENTITY,
             chain: RefCell::default(),
         })
@@ -149,26 +171,47 @@ impl MicroLine {
         self.base_from_part = Pose::from_rpy(base_from_part);
     }
 
-    /// The joint positions of the points `first` to `last`, counted from 1; those of Cartesian points follow each other
-    /// as near as can be, beginning near `start`.
+    /// The joint positions at the first of the points `first` to `last`, counted from 1, nearest to `start`; those of poses are
+    /// looked at one after the other before the arm moves.
     ///
     /// # Errors
     /// [`MicroLineError::OutOfReach`]
-    pub fn joints(
+    pub fn reach(
         &self,
         (first, last): (usize, usize),
         model: &RobotModel,
         flange_from_tcp: &Pose,
         start: &JointPositions,
-    ) -> Result<Vec<JointPositions>, MicroLineError> {
-        let mut near = *start;
-        let numbers = first.max(1)..=last.min(self.points.len());
-        numbers
-            .map(|number| {
-                near = self.joints_near(number, model, flange_from_tcp, &near)?;
-                Ok(near)
-            })
-            .collect()
+    ) -> Result<JointPositions, MicroLineError> {
+        let begin = self.joints_near(first, model, flange_from_tcp, start)?;
+        if self.space == Space::Cartesian {
+            (first + 1..=last).try_fold(begin, |near, number| {
+                self.joints_near(number, model, flange_from_tcp, &near)
+            })?;
+        }
+        Ok(begin)
+    }
+
+    /// What the numbers are.
+    pub fn space(&self) -> Space {
+        self.space
+    }
+
+    /// What the points `first` to `last`, counted from 1, are taken for: joint positions, or positions and quaternions in the
+    /// base frame.
+    pub fn samples(&self, (first, last): (usize, usize)) -> Vec<[f64; 7]> {
+        let part = (first.max(1) - 1)..last.min(self.samples.len());
+        let samples = self.samples.get(part).unwrap_or_default();
+        if self.space == Space::Joint {
+            return samples.to_vec();
+        }
+        let part = UnitQuaternion::from_rotation_matrix(&self.base_from_part.rotation);
+        let in_base = |[x, y, z, w, i, j, k]: &[f64; 7]| {
+            let at = self.base_from_part.transform_point([*x, *y, *z].into());
+            let turn = part.into_inner() * Quaternion::new(*w, *i, *j, *k);
+            [at.x, at.y, at.z, turn.w, turn.i, turn.j, turn.k]
+        };
+        samples.iter().map(in_base).collect()
     }
 
     /// The joint positions of an existing point that are nearest to `near`.
@@ -179,11 +222,12 @@ impl MicroLine {
         flange_from_tcp: &Pose,
         near: &JointPositions,
     ) -> Result<JointPositions, MicroLineError> {
-        let point = self.points[number - 1];
+        let [a, b, c, d, e, f, g] = self.samples[number - 1];
         if self.space == Space::Joint {
-            return Ok(JointPositions(point));
+            return Ok(JointPositions([a, b, c, d, e, f]));
         }
-        let pose = self.base_from_part * Pose::from_rpy(&RpyPose::from_array(point));
+        let turn = UnitQuaternion::new_normalize(Quaternion::new(d, e, f, g));
+        let pose = self.base_from_part * Pose::new(turn.to_rotation_matrix(), [a, b, c].into());
         model
             .inverse_nearest(&pose, flange_from_tcp, near)
             .ok_or_else(|| MicroLineError::OutOfReach {
@@ -201,11 +245,15 @@ impl MicroLine {
         start: &JointPositions,
     ) -> Result<JointPositions, MicroLineError> {
         let mut chain = self.chain.borrow_mut();
-        let begins = Some((*start, *flange_from_tcp, self.base_from_part));
-        if chain.begins != begins {
+        let first = self.joints_near(1, model, flange_from_tcp, start)?;
+        let is_same = chain.found.first().is_some_and(|found| {
+            found.distance_squared(&first) < SAME_BRANCH * SAME_BRANCH
+                && chain.frames == Some((*flange_from_tcp, self.base_from_part))
+        });
+        if !is_same {
             *chain = Chain {
-                begins,
-                found: Vec::new(),
+                frames: Some((*flange_from_tcp, self.base_from_part)),
+                found: vec![first],
             };
         }
         while chain.found.len() < number {
@@ -251,8 +299,94 @@ impl MicroLine {
     }
 }
 
+/// The decimals that the numbers of a file are written with: how many numbers of each column have so many.
+#[derive(Clone, Debug, Default)]
+struct Decimals([[usize; 20]; 6]);
+
+impl Decimals {
+    fn count(&mut self, column: usize, word: &str) {
+        let (digits, power) = word.split_once(['e', 'E']).unwrap_or((word, "0"));
+        let after_point = digits.split_once('.').map_or(0, |(_, after)| after.len());
+        let power = power.parse().unwrap_or(0_i64);
+        let decimals = i64::try_from(after_point)
+            .unwrap_or(0)
+            .saturating_sub(power);
+        let counts = &mut self.0[column];
+        let last = counts.len() - 1;
+        counts[usize::try_from(decimals).unwrap_or(0).min(last)] += 1;
+    }
+
+    /// Half of the last decimal of each column, m or rad.
+    fn rounding(&self, space: Space, units: Units) -> [f64; 6] {
+        core::array::from_fn(|column| {
+            let counts = &self.0[column];
+            let needed = MOST_NUMBERS * counts.iter().sum::<usize>() as f64;
+            let mut seen = 0;
+            let enough = counts.iter().position(|count| {
+                seen += count;
+                seen as f64 >= needed
+            });
+            let unit = match (space, units) {
+                (Space::Joint, Units::DegreesOrMillimetres) => 1.0_f64.to_radians(),
+                (Space::Cartesian, Units::DegreesOrMillimetres) if column < 3 => 1e-3,
+                _ => 1.0,
+            };
+            let half = 0.5 * unit * 10.0_f64.powi(-(enough.unwrap_or(0) as i32));
+            if half > COARSEST {
+                FINEST
+            } else {
+                half.max(FINEST)
+            }
+        })
+    }
+}
+
+/// What the points are taken for, within the rounding of their numbers.
+fn samples(points: &[[f64; 6]], space: Space, interval: f64, rounding: &[f64; 6]) -> Vec<[f64; 7]> {
+    let mut before = UnitQuaternion::identity();
+    let mut samples: Vec<[f64; 7]> = points
+        .iter()
+        .map(|point| {
+            let [a, b, c, d, e, f] = *point;
+            if space == Space::Joint {
+                return [a, b, c, d, e, f, 0.0];
+            }
+            let pose = Pose::from_rpy(&RpyPose::from_array(*point));
+            let turn = UnitQuaternion::from_rotation_matrix(&pose.rotation);
+            // The same rotation has two quaternions: the one that goes on from the point before.
+            let is_far = turn.coords.dot(&before.coords) < 0.0;
+            before = if is_far {
+                UnitQuaternion::new_unchecked(-turn.into_inner())
+            } else {
+                turn
+            };
+            [a, b, c, before.w, before.i, before.j, before.k]
+        })
+        .collect();
+    for column in 0..7 {
+        let own = match (space, column) {
+            (Space::Joint, 6) => continue,
+            (Space::Joint, _) | (Space::Cartesian, 0..3) => rounding[column],
+            // A quaternion turns by half the angle.
+            (Space::Cartesian, _) => 0.5 * rounding[3].max(rounding[4]).max(rounding[5]),
+        };
+        if 4.0 * own < FELT * interval.powi(3) {
+            continue;
+        }
+        let values: Vec<f64> = samples.iter().map(|sample| sample[column]).collect();
+        for (sample, value) in samples.iter_mut().zip(smooth::smoothed(&values, own)) {
+            sample[column] = value;
+        }
+    }
+    samples
+}
+
 /// The point of a line; `None` for a line without one.
-fn point_of(line: &str, number: usize) -> Result<Option<[f64; 6]>, MicroLineError> {
+fn point_of(
+    line: &str,
+    number: usize,
+    decimals: &mut Decimals,
+) -> Result<Option<[f64; 6]>, MicroLineError> {
     let line = line.split('#').next().unwrap_or_default();
     let separates = |c: char| c == ',' || c.is_whitespace() || c == '\u{feff}';
     let words = line.split(separates).filter(|word| !word.is_empty());
@@ -266,6 +400,7 @@ fn point_of(line: &str, number: usize) -> Result<Option<[f64; 6]>, MicroLineErro
         })?;
         if let Some(place) = point.get_mut(count) {
             *place = value;
+            decimals.count(count, word);
         }
         count += 1;
     }

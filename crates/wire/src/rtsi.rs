@@ -124,6 +124,24 @@ impl Kind {
         }
     }
 
+    /// Every type.
+    pub const ALL: [Self; 9] = [
+        Self::Bool,
+        Self::U8,
+        Self::U16,
+        Self::U32,
+        Self::I32,
+        Self::F64,
+        Self::Vector3,
+        Self::Vector6,
+        Self::Vector6I32,
+    ];
+
+    /// The type of this name.
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+
     /// How many bytes a value takes.
     pub const fn bytes(self) -> usize {
         match self {
@@ -282,6 +300,47 @@ pub fn names(list: &[u8]) -> impl Iterator<Item = &str> {
         .filter(|name| !name.is_empty())
 }
 
+/// What a controller answers to a recipe: one type name for each variable.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RecipeReply {
+    /// Number of the recipe, which its data packages begin with.
+    pub id: u8,
+    /// Types in the order of the names; what is no type, as `NOT_FOUND`, is the error.
+    pub kinds: Vec<Result<Kind, String>>,
+}
+
+/// Reads the answer to a recipe; `None` when there is no number in it.
+pub fn recipe_reply(payload: &[u8]) -> Option<RecipeReply> {
+    let (id, list) = payload.split_first()?;
+    let kinds = names(list).map(|name| Kind::by_name(name).ok_or_else(|| name.to_owned()));
+    Some(RecipeReply {
+        id: *id,
+        kinds: kinds.collect(),
+    })
+}
+
+/// Appends a request for outputs at a frequency, Hz.
+pub fn append_outputs_request(out: &mut Vec<u8>, frequency: f64, names: &[&str]) {
+    append_packet(out, letter::OUTPUTS, |out| {
+        out.extend(frequency.to_be_bytes());
+        out.extend(names.join(",").as_bytes());
+    });
+}
+
+/// Reads the controller's version: major, minor, bug fix, build.
+pub fn version(payload: &[u8]) -> Option<[u32; 4]> {
+    let (words, rest) = payload.as_chunks::<4>();
+    let words: [[u8; 4]; 4] = words.try_into().ok()?;
+    rest.is_empty().then(|| words.map(u32::from_be_bytes))
+}
+
+/// Reads a text message of the controller: level, then text.
+pub fn controller_text(payload: &[u8]) -> Option<(TextLevel, String)> {
+    let (level, text) = payload.split_first()?;
+    let text = String::from_utf8_lossy(text).into_owned();
+    Some((TextLevel::from_number(*level), text))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -342,6 +401,25 @@ mod tests {
         ] {
             assert_eq!(text_message(payload), wanted, "{payload:?}");
         }
+    }
+
+    #[test]
+    fn requests_and_answers_of_recipes_have_the_bytes_of_the_page() {
+        let mut out = Vec::new();
+        append_outputs_request(&mut out, 250.0, &["timestamp", "robot_mode"]);
+        let head = [0, 0x1f, b'O', 0x40, 0x6f, 0x40, 0, 0, 0, 0, 0];
+        assert_eq!(out[..11], head);
+        assert_eq!(out[11..], *b"timestamp,robot_mode");
+        let reply = recipe_reply(b"\x02DOUBLE,INT32,NOT_FOUND").expect("an answer");
+        let kinds = vec![Ok(Kind::F64), Ok(Kind::I32), Err("NOT_FOUND".to_owned())];
+        assert_eq!(reply, RecipeReply { id: 2, kinds });
+        assert_eq!(recipe_reply(b""), None);
+        let bytes = [0, 0, 0, 2, 0, 0, 0, 15, 0, 0, 0, 0, 0, 0, 0, 1];
+        assert_eq!(version(&bytes), Some([2, 15, 0, 1]));
+        assert_eq!(version(&bytes[1..]), None);
+        let text = controller_text(b"\x02late");
+        assert_eq!(text, Some((TextLevel::Warning, "late".to_owned())));
+        assert_eq!(controller_text(b""), None);
     }
 
     #[test]

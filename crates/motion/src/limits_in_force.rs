@@ -1,0 +1,205 @@
+//! Which limits count: the arm's, or those of reduced mode, and how the arm comes from the faster to the slower ones.
+//!
+//! Reduced mode counts from the cycle in which it is asked for: whatever is planned or made cycle by cycle keeps to it from
+//! then on. What is under way slows down: a planned motion on its path, as hard as the arm can or with its own acceleration
+//! (`set_safety_mode_transition_hardness`), online modes by braking their joints until they are slow enough. Until then setpoints
+//! are checked against the arm's limits, but no longer than [`LONGEST_SLOWING`]: then what is too fast is a protective stop.
+//! Braking is what the arm can do in either mode, and a motion under way keeps the accelerations it was planned with.
+
+use kinematics::JointPositions;
+use motion_api::Refusal;
+
+use crate::config::MotionLimits;
+use crate::constants::{SHARE_ON_BELT, STOP_ACCELERATION};
+use crate::cycle::{Cycle, Generator};
+use crate::path::Ground;
+use crate::setpoint::elbow_speed;
+
+/// The arm is slow enough for reduced mode when it has been for so long, s: what is behind it in a smoothed motion may be
+/// slower than what lies ahead.
+const SLOW_FOR: f64 = 0.1;
+/// Longest time in which the arm slows down, hard and soft, s.
+const LONGEST_SLOWING: [f64; 2] = [1.0, 5.0];
+/// Online modes are slowed down to this share of the limits.
+const SLOW_SHARE: f64 = 0.9;
+/// Share of the speeds of TCP and elbow that a path leaves to offsets laid over it.
+const SHARE_UNDER_OFFSETS: f64 = 0.7;
+/// Share of the joints' accelerations with which they are slowed down softly.
+const SOFT_SHARE: f64 = 0.3;
+
+/// The two sets of limits.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LimitSets {
+    normal: MotionLimits,
+    reduced: MotionLimits,
+    is_reduced: bool,
+    slowing: Option<SlowingDown>,
+}
+
+/// An arm that is faster than reduced mode allows.
+#[derive(Clone, Copy, Debug)]
+struct SlowingDown {
+    /// Time until it must be slow enough, s.
+    left: f64,
+    /// For how long it has been, s.
+    slow_for: f64,
+}
+
+impl LimitSets {
+    /// Outside of reduced mode.
+    pub(crate) const fn new(normal: MotionLimits, reduced: MotionLimits) -> Self {
+        Self {
+            normal,
+            reduced,
+            is_reduced: false,
+            slowing: None,
+        }
+    }
+
+    /// What the arm can do, whatever mode it is in.
+    pub(crate) const fn able(&self) -> &MotionLimits {
+        &self.normal
+    }
+
+    pub(crate) const fn is_reduced(&self) -> bool {
+        self.is_reduced
+    }
+
+    /// What setpoints are checked against: the limits in force, unless the arm still slows down to them.
+    pub(crate) const fn checked(&self) -> &MotionLimits {
+        if self.is_reduced && self.slowing.is_none() {
+            &self.reduced
+        } else {
+            &self.normal
+        }
+    }
+}
+
+impl Cycle {
+    /// Takes reduced mode over, or leaves it, and looks how far the slowing down is.
+    pub(crate) fn follow_reduced_mode(&mut self) {
+        let is_reduced = self.machine.is_reduced();
+        if is_reduced != self.limit_sets.is_reduced {
+            self.limit_sets.is_reduced = is_reduced;
+            let left = LONGEST_SLOWING[usize::from(self.slows_softly())];
+            let slow_for = 0.0;
+            self.limit_sets.slowing = is_reduced.then_some(SlowingDown { left, slow_for });
+            self.limits = if is_reduced {
+                self.limit_sets.reduced
+            } else {
+                self.limit_sets.normal
+            };
+            self.limits_on_belt = self.limits.shared(SHARE_ON_BELT);
+            self.queue.forget_caps();
+        }
+        let is_slow = self.used() <= 1.0;
+        if let Some(slowing) = &mut self.limit_sets.slowing {
+            slowing.left -= self.step;
+            slowing.slow_for = if is_slow {
+                slowing.slow_for + self.step
+            } else {
+                0.0
+            };
+            if slowing.left <= 0.0 || slowing.slow_for >= SLOW_FOR {
+                self.limit_sets.slowing = None;
+            }
+        }
+    }
+
+    fn slows_softly(&self) -> bool {
+        self.io.image.config.safety_hardness == 1
+    }
+
+    /// The motion under way has to come down to the limits of reduced mode as hard as the arm can.
+    pub(crate) fn slows_hard(&self) -> bool {
+        self.limit_sets.slowing.is_some() && !self.slows_softly()
+    }
+
+    /// Keeps the way ahead of a planned motion within the limits of reduced mode.
+    pub(crate) fn slow_the_way_down(&mut self) {
+        let Generator::Path(motion) = self.generator else {
+            return;
+        };
+        if !self.limit_sets.is_reduced {
+            return;
+        }
+        let ground = Ground {
+            model: &self.model,
+            points: self.micro_points.points(),
+        };
+        let (near, tool) = (&self.target.q, &self.flange_from_tcp);
+        let share = if self.path_offset.is_on() {
+            SHARE_UNDER_OFFSETS
+        } else {
+            1.0
+        };
+        let limits = self.planning_limits();
+        let limits = MotionLimits {
+            tcp_speed: share * limits.tcp_speed,
+            elbow_speed: share * limits.elbow_speed,
+            ..*limits
+        };
+        self.queue
+            .keep_within(&motion, &limits, tool, &ground, near);
+    }
+
+    /// An online mode by itself is too fast for reduced mode.
+    pub(crate) fn must_slow_joints(&self) -> bool {
+        self.limit_sets.slowing.is_some()
+            && matches!(self.generator, Generator::Online(_))
+            && self.is_path_all()
+            && self.slow_share() < 1.0
+    }
+
+    /// With what joints brake that need not stand.
+    pub(crate) fn slowing_limits(&self) -> MotionLimits {
+        let able = *self.limit_sets.able();
+        if !self.slows_softly() {
+            return able;
+        }
+        MotionLimits {
+            acceleration: able
+                .acceleration
+                .map(|a| (SOFT_SHARE * a).min(STOP_ACCELERATION)),
+            ..able
+        }
+    }
+
+    /// The arm has come down to the limits in force.
+    pub(crate) fn is_slow_enough(&mut self) {
+        self.limit_sets.slowing = None;
+    }
+
+    /// Share of the joints' speeds at which the arm is as slow as online modes are to be.
+    pub(crate) fn slow_share(&self) -> f64 {
+        (SLOW_SHARE / self.used()).min(1.0)
+    }
+
+    /// The largest share of the limits in force that a joint, TCP or elbow use.
+    fn used(&self) -> f64 {
+        let (qd, limits) = (&self.commanded.qd, &self.limits);
+        let tcp = (self.target_frames.base_from_flange * self.flange_from_tcp).translation;
+        let tcp_speed = self.target_frames.twist(qd, tcp).linear.norm();
+        let elbow = elbow_speed(&self.target_frames, qd) / limits.elbow_speed;
+        (0..6).fold(elbow.max(tcp_speed / limits.tcp_speed), |most, joint| {
+            most.max(qd[joint].abs() / limits.speed[joint])
+        })
+    }
+
+    /// Reduced mode may have narrower ranges than the arm.
+    pub(crate) fn check_reduced_range(&self, q: &JointPositions) -> Result<(), Refusal> {
+        let limits = &self.limits;
+        for (joint, number) in (0u8..6).enumerate() {
+            let (min, max) = (limits.position_min[joint], limits.position_max[joint]);
+            if self.limit_sets.is_reduced && !(min..=max).contains(&q[joint]) {
+                return Err(Refusal::JointLimit {
+                    joint: number,
+                    value: q[joint],
+                    min,
+                    max,
+                });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,140 @@
+//! Where a robot is, and how a connection to it begins.
+
+use std::io;
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use io_bus::names::resolve;
+use thiserror::Error;
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+
+/// How long a robot may take to answer a connection.
+pub const CONNECT_PATIENCE: Duration = Duration::from_secs(3);
+
+/// A host and one of its ports.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RobotAddress {
+    /// Name or number.
+    pub host: String,
+    /// Port.
+    pub port: u16,
+}
+
+/// Why there is no connection; each is a sentence with the address.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ConnectError {
+    /// The name means nothing.
+    #[error("the robot's name {host:?} is not known: {source}")]
+    Unknown {
+        /// As given.
+        host: String,
+        /// Why.
+        source: io::Error,
+    },
+    /// The name means no address.
+    #[error("the robot's name {host:?} has no address")]
+    Nowhere {
+        /// As given.
+        host: String,
+    },
+    /// Nobody takes the connection.
+    #[error("no connection to the robot at {address}: {source}")]
+    Refused {
+        /// Where.
+        address: String,
+        /// Why.
+        source: io::Error,
+    },
+    /// Nobody answers.
+    #[error("no connection to the robot at {address}: no answer within {} s", patience.as_secs())]
+    Silent {
+        /// Where.
+        address: String,
+        /// How long was waited.
+        patience: Duration,
+    },
+}
+
+impl RobotAddress {
+    /// Host and port.
+    pub fn new(host: impl Into<String>, port: u16) -> Self {
+        Self {
+            host: host.into(),
+            port,
+        }
+    }
+
+    /// The same robot, another port.
+    pub fn with_port(&self, port: u16) -> Self {
+        Self::new(self.host.clone(), port)
+    }
+
+    async fn resolved(&self) -> Result<Vec<SocketAddr>, ConnectError> {
+        let host = || self.host.clone();
+        let bare = self.host.trim_start_matches('[').trim_end_matches(']');
+        match timeout(CONNECT_PATIENCE, resolve(bare, self.port)).await {
+            Ok(Ok(found)) if found.is_empty() => Err(ConnectError::Nowhere { host: host() }),
+            Ok(Ok(found)) => Ok(found),
+            Ok(Err(source)) => {
+                let host = host();
+                Err(ConnectError::Unknown { host, source })
+            }
+            Err(_) => Err(ConnectError::Silent {
+                address: self.to_string(),
+                patience: CONNECT_PATIENCE,
+            }),
+        }
+    }
+
+    /// Whether the robot is this machine: every address of its name is a loopback address. A name that is not known is
+    /// not.
+    pub async fn is_this_machine(&self) -> bool {
+        let found = self.resolved().await;
+        found.is_ok_and(|found| found.iter().all(|address| address.ip().is_loopback()))
+    }
+
+    /// Connects, without delay of small writes. The first address that answers counts.
+    ///
+    /// # Errors
+    /// [`ConnectError`] of the last address that was tried.
+    pub async fn connect(&self) -> Result<TcpStream, ConnectError> {
+        let mut last = ConnectError::Nowhere {
+            host: self.host.clone(),
+        };
+        for address in self.resolved().await? {
+            let address_text = address.to_string();
+            match timeout(CONNECT_PATIENCE, TcpStream::connect(address)).await {
+                Ok(Ok(stream)) => {
+                    // Without it small writes come a little later, no more.
+                    let _ = stream.set_nodelay(true);
+                    return Ok(stream);
+                }
+                Ok(Err(source)) => {
+                    last = ConnectError::Refused {
+                        address: address_text,
+                        source,
+                    }
+                }
+                Err(_) => {
+                    last = ConnectError::Silent {
+                        address: address_text,
+                        patience: CONNECT_PATIENCE,
+                    }
+                }
+            }
+        }
+        Err(last)
+    }
+}
+
+impl std::fmt::Display for RobotAddress {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.host.contains(':') && !self.host.starts_with('[') {
+            write!(f, "[{}]:{}", self.host, self.port)
+        } else {
+            write!(f, "{}:{}", self.host, self.port)
+        }
+    }
+}

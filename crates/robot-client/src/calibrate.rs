@@ -1,0 +1,224 @@
+//! The arm's own kinematics, from the configuration part of port 30001.
+
+use std::path::Path;
+use std::time::Duration;
+
+use kinematics::{Calibration, CalibrationError, DhTable, JointPositions, ModelError, RobotModel};
+use thiserror::Error;
+use tokio::time::timeout;
+use wire::primary::Message;
+use wire::primary::state::Configuration;
+
+use crate::address::RobotAddress;
+use crate::primary::{Primary, PrimaryError};
+
+/// States come ten times a second, and each has the configuration.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Places of every joint that the arm is compared in, rad: with six joints these are 729 places.
+const COMPARED_AT: [f64; 3] = [-1.1, 0.3, 1.7];
+
+/// Why there is no calibration; each is a sentence.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CalibrateError {
+    /// The robot does not talk.
+    #[error(transparent)]
+    Primary(#[from] PrimaryError),
+    /// It does not say what it is.
+    #[error("the robot at {address} sends states without the configuration of its arm")]
+    NoConfiguration {
+        /// Which.
+        address: RobotAddress,
+    },
+    /// Not an arm of ours.
+    #[error(
+        "the robot at {address} is of type {robot_type}, which is none of {}",
+        known_types()
+    )]
+    UnknownType {
+        /// Which.
+        address: RobotAddress,
+        /// The vendor's number.
+        robot_type: u32,
+    },
+    /// A built-in model cannot be had.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// What it sends is no arm of this model.
+    #[error("what the robot sends is no arm of its type: {0}")]
+    NoArm(#[from] CalibrationError),
+}
+
+fn known_types() -> String {
+    let types = RobotModel::names().filter_map(|name| {
+        let number = RobotModel::built_in(name).ok()?.type_number()?;
+        Some(format!("{number} ({name})"))
+    });
+    types.collect::<Vec<_>>().join(", ")
+}
+
+/// How far an arm is from its sheet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Distance {
+    /// Largest distance of the flange from where the nominal arm has it, m.
+    pub position: f64,
+    /// Mean of these distances, m.
+    pub position_mean: f64,
+    /// Largest angle between the two, rad.
+    pub angle: f64,
+}
+
+/// What was read of an arm.
+#[derive(Debug)]
+pub struct Reading {
+    /// Its kinematics.
+    pub calibration: Calibration,
+    /// How far it is from its sheet.
+    pub distance: Distance,
+}
+
+/// Asks the robot; `path` is what errors call the calibration.
+///
+/// # Errors
+/// [`CalibrateError`]
+pub async fn read(address: &RobotAddress, path: &Path) -> Result<Reading, CalibrateError> {
+    let mut robot = Primary::connect(address).await?;
+    let configuration = timeout(PATIENCE, configuration(&mut robot)).await;
+    let configuration = configuration.map_err(|_| CalibrateError::NoConfiguration {
+        address: address.clone(),
+    })??;
+    arm_of(&configuration, address, path)
+}
+
+async fn configuration(robot: &mut Primary) -> Result<Configuration, PrimaryError> {
+    loop {
+        if let Message::State(state) = robot.next().await?
+            && let Some(configuration) = state.configuration
+        {
+            return Ok(configuration);
+        }
+    }
+}
+
+/// The arm that a configuration describes.
+fn arm_of(
+    configuration: &Configuration,
+    address: &RobotAddress,
+    path: &Path,
+) -> Result<Reading, CalibrateError> {
+    let mut found = None;
+    for name in RobotModel::names() {
+        let model = RobotModel::built_in(name)?;
+        if model.type_number() == Some(configuration.robot_type) {
+            found = Some((name, model));
+        }
+    }
+    let Some((name, nominal)) = found else {
+        return Err(CalibrateError::UnknownType {
+            address: address.clone(),
+            robot_type: configuration.robot_type,
+        });
+    };
+    let table = DhTable {
+        a: configuration.dh_a,
+        d: configuration.dh_d,
+        alpha: configuration.dh_alpha,
+    };
+    // Whether real arms send offsets of the joints is not established.
+    let calibration = Calibration::new(name, table, [0.0; 6], path)?;
+    let measured = nominal.clone().calibrated(&calibration)?;
+    let distance = distance(&nominal, &measured);
+    Ok(Reading {
+        calibration,
+        distance,
+    })
+}
+
+fn distance(nominal: &RobotModel, measured: &RobotModel) -> Distance {
+    let mut found = Distance::default();
+    let places = COMPARED_AT.len().pow(6);
+    for place in 0..places {
+        let mut rest = place;
+        let q = core::array::from_fn(|_| {
+            let joint = COMPARED_AT[rest % COMPARED_AT.len()];
+            rest /= COMPARED_AT.len();
+            joint
+        });
+        let q = JointPositions::from(q);
+        let (own, other) = (nominal.flange_pose(&q), measured.flange_pose(&q));
+        let position = (own.translation - other.translation).norm();
+        let angle = own.rotation.rotation_to(&other.rotation).angle();
+        found.position = found.position.max(position);
+        found.position_mean += position / places as f64;
+        found.angle = found.angle.max(angle);
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(table: DhTable, robot_type: u32) -> Result<Reading, CalibrateError> {
+        let configuration = Configuration {
+            dh_a: table.a,
+            dh_d: table.d,
+            dh_alpha: table.alpha,
+            robot_type,
+            ..Configuration::default()
+        };
+        let address = RobotAddress::new("robot", 30001);
+        arm_of(&configuration, &address, Path::new("arm.toml"))
+    }
+
+    fn nominal(name: &str) -> (DhTable, u32) {
+        let model = RobotModel::built_in(name).expect("a built-in model");
+        let table = model.modified_dh().expect("an arm of the CS shape");
+        (table, model.type_number().expect("a number"))
+    }
+
+    #[test]
+    fn every_arm_as_on_its_sheet_is_itself() {
+        for name in RobotModel::names() {
+            let (table, robot_type) = nominal(name);
+            let reading = of(table, robot_type).expect("an arm");
+            assert_eq!(reading.calibration.model(), name);
+            assert!(reading.distance.position < 1e-9 && reading.distance.angle < 1e-7);
+        }
+    }
+
+    #[test]
+    fn a_longer_flange_is_as_far_away_as_it_is_longer() {
+        let (mut table, robot_type) = nominal("cs66");
+        table.d[5] += 0.003;
+        let distance = of(table, robot_type).expect("an arm").distance;
+        assert!((distance.position - 0.003).abs() < 1e-12);
+        assert!((distance.position_mean - 0.003).abs() < 1e-12);
+        assert!(distance.angle < 1e-7);
+    }
+
+    #[test]
+    fn values_that_are_no_arm_are_refused_with_a_sentence() {
+        let (table, robot_type) = nominal("cs66");
+        let mut broken = table;
+        broken.d[0] = f64::NAN;
+        let said =
+            |result: Result<Reading, CalibrateError>| result.expect_err("refused").to_string();
+        assert!(said(of(broken, robot_type)).contains("d[0] = NaN"));
+        let mut far = table;
+        far.a[2] = -1.0;
+        assert!(said(of(far, robot_type)).contains("a[2]"));
+        let zeros = DhTable {
+            a: [0.0; 6],
+            d: [0.0; 6],
+            alpha: [0.0; 6],
+        };
+        assert!(said(of(zeros, robot_type)).starts_with("what the robot sends is no arm"));
+        let unknown = said(of(table, 7));
+        assert!(
+            unknown.contains("type 7") && unknown.contains("6206 (cs66)"),
+            "{unknown}"
+        );
+    }
+}

@@ -1,0 +1,120 @@
+//! What a controller's stream says of the program that was sent to it: pure, messages and moments in, news out.
+//!
+//! Nothing acknowledges a program on port 30001. That it runs is seen in the states, ten times a second; that it does not
+//! compile, or failed, in an exception. A program that is over within a tenth of a second is never seen running.
+
+use std::time::Duration;
+
+use wire::primary::{Exception, Level, Message, RobotException, State};
+
+/// A program that nobody has seen running for so long, and nobody complained about, has ended.
+pub const SHORT_PROGRAM: Duration = Duration::from_millis(700);
+/// After the end of a program its error may still be on the way.
+const LAST_WORDS: Duration = Duration::from_millis(250);
+
+/// What came of the program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It ran to its end.
+    Ended,
+    /// It did not compile, or failed; the news told why.
+    Failed,
+}
+
+/// Something to tell.
+#[derive(Clone, Debug, PartialEq)]
+pub enum News {
+    /// The program runs.
+    Began,
+    /// It is paused.
+    Paused,
+    /// It goes on.
+    Resumed,
+    /// An exception of the program or the robot.
+    Exception(RobotException),
+    /// It is over.
+    Over(Outcome),
+}
+
+/// Follows one program from its sending to its end.
+#[derive(Clone, Debug, Default)]
+pub struct Follower {
+    was_running: bool,
+    was_paused: bool,
+    has_failed: bool,
+    /// When it was seen to be over.
+    over_since: Option<Duration>,
+    is_over: bool,
+}
+
+impl Follower {
+    /// The program has just been sent. Moments count from here.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes a message that came so long after the sending.
+    pub fn take(&mut self, message: &Message, moment: Duration) -> Vec<News> {
+        let mut news = Vec::new();
+        match message {
+            Message::State(state) => self.take_state(state, moment, &mut news),
+            Message::Exception(exception) => {
+                self.has_failed |= ends_programs(exception);
+                news.push(News::Exception(exception.clone()));
+            }
+            Message::Unknown(_) => {}
+        }
+        self.look(moment, &mut news);
+        news
+    }
+
+    /// True once the end has been told.
+    pub const fn is_over(&self) -> bool {
+        self.is_over
+    }
+
+    fn take_state(&mut self, state: &State, moment: Duration, news: &mut Vec<News>) {
+        let Some(mode) = &state.mode else { return };
+        if mode.is_task_running {
+            self.over_since = None;
+            if !self.was_running {
+                self.was_running = true;
+                news.push(News::Began);
+            }
+            if mode.is_task_paused != self.was_paused {
+                self.was_paused = mode.is_task_paused;
+                news.push(match mode.is_task_paused {
+                    true => News::Paused,
+                    false => News::Resumed,
+                });
+            }
+        } else if self.was_running || self.has_failed || moment >= SHORT_PROGRAM {
+            self.over_since.get_or_insert(moment);
+        }
+    }
+
+    fn look(&mut self, moment: Duration, news: &mut Vec<News>) {
+        let is_over = self
+            .over_since
+            .is_some_and(|since| moment.saturating_sub(since) >= LAST_WORDS);
+        if is_over && !self.is_over {
+            self.is_over = true;
+            news.push(News::Over(match self.has_failed {
+                true => Outcome::Failed,
+                false => Outcome::Ended,
+            }));
+        }
+    }
+}
+
+/// Errors of a script end it, but for those of secondary programs, which only warn (manual 1.2.6); so do errors of the
+/// robot.
+fn ends_programs(exception: &RobotException) -> bool {
+    match &exception.exception {
+        Exception::Script { text, .. } => !text.starts_with("[SEC]"),
+        Exception::Robot { level, .. } => matches!(level, Level::Error | Level::Fatal),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,137 @@
+//! A connection to port 30001: messages in, programs out.
+
+use std::io;
+use std::time::Duration;
+
+use thiserror::Error;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+use wire::primary::{DecodeError, Message, frame, message};
+
+use crate::address::{ConnectError, RobotAddress};
+
+/// States come ten times a second; a robot that says nothing for so long is gone.
+const SILENCE_MAX: Duration = Duration::from_secs(3);
+/// A robot that takes no bytes for so long takes no program.
+const SEND_PATIENCE: Duration = Duration::from_secs(10);
+/// Read at once.
+const READ_BYTES: usize = 16 * 1024;
+
+/// Why the conversation ended.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PrimaryError {
+    /// It did not begin.
+    #[error(transparent)]
+    Connect(#[from] ConnectError),
+    /// The robot closed the connection.
+    #[error("the robot at {address} has closed the connection")]
+    Closed {
+        /// Which.
+        address: RobotAddress,
+    },
+    /// The connection broke.
+    #[error("the connection to the robot at {address} broke: {source}")]
+    Broken {
+        /// Which.
+        address: RobotAddress,
+        /// Why.
+        source: io::Error,
+    },
+    /// Nothing came for a while.
+    #[error("the robot at {address} says nothing any more: no state for {} s", SILENCE_MAX.as_secs())]
+    Silent {
+        /// Which.
+        address: RobotAddress,
+    },
+    /// It takes no bytes.
+    #[error("the robot at {address} takes nothing: {} s", SEND_PATIENCE.as_secs())]
+    Stuck {
+        /// Which.
+        address: RobotAddress,
+    },
+    /// Something else listens there.
+    #[error("what {address} sends is not the stream of port 30001: {source}")]
+    NotPrimary {
+        /// Which.
+        address: RobotAddress,
+        /// Why.
+        source: DecodeError,
+    },
+}
+
+/// A connection to port 30001. Dropping it ends it; programs go on.
+#[derive(Debug)]
+pub struct Primary {
+    address: RobotAddress,
+    stream: TcpStream,
+    received: Vec<u8>,
+}
+
+impl Primary {
+    /// Connects.
+    ///
+    /// # Errors
+    /// [`PrimaryError::Connect`]
+    pub async fn connect(address: &RobotAddress) -> Result<Self, PrimaryError> {
+        Ok(Self {
+            address: address.clone(),
+            stream: address.connect().await?,
+            received: Vec::new(),
+        })
+    }
+
+    /// To whom.
+    pub fn address(&self) -> &RobotAddress {
+        &self.address
+    }
+
+    /// The next message. May be dropped before it is there; nothing is lost then.
+    ///
+    /// # Errors
+    /// Nothing comes any more, or what comes is no message.
+    pub async fn next(&mut self) -> Result<Message, PrimaryError> {
+        loop {
+            let whole = frame(&self.received).and_then(|whole| match whole {
+                Some(whole) => message(&whole).map(|message| Some((message, whole.bytes))),
+                None => Ok(None),
+            });
+            match whole {
+                Ok(Some((message, bytes))) => {
+                    self.received.drain(..bytes);
+                    return Ok(message);
+                }
+                Ok(None) => {}
+                Err(source) => {
+                    let address = self.address.clone();
+                    return Err(PrimaryError::NotPrimary { address, source });
+                }
+            }
+            let mut piece = [0; READ_BYTES];
+            let address = || self.address.clone();
+            match timeout(SILENCE_MAX, self.stream.read(&mut piece)).await {
+                Ok(Ok(0)) => return Err(PrimaryError::Closed { address: address() }),
+                Ok(Ok(count)) => self.received.extend_from_slice(&piece[..count]),
+                Ok(Err(source)) => {
+                    let address = address();
+                    return Err(PrimaryError::Broken { address, source });
+                }
+                Err(_) => return Err(PrimaryError::Silent { address: address() }),
+            }
+        }
+    }
+
+    /// Sends text: a program, or a control phrase with its line end.
+    ///
+    /// # Errors
+    /// The robot does not take it.
+    pub async fn send(&mut self, text: &str) -> Result<(), PrimaryError> {
+        let address = self.address.clone();
+        match timeout(SEND_PATIENCE, self.stream.write_all(text.as_bytes())).await {
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(source)) => Err(PrimaryError::Broken { address, source }),
+            Err(_) => Err(PrimaryError::Stuck { address }),
+        }
+    }
+}

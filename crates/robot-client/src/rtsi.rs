@@ -1,0 +1,318 @@
+//! A connection to port 30004: which variables the controller offers, and their values, cycle by cycle.
+
+use std::io;
+use std::time::Duration;
+
+use thiserror::Error;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+use wire::rtsi::{
+    Kind, NotRtsi, PROTOCOL_VERSION, TextLevel, Value, append_outputs_request, append_packet,
+    controller_text, letter, packet, recipe_reply, version,
+};
+
+use crate::address::{ConnectError, RobotAddress};
+
+/// Controllers answer within a second.
+const ANSWER_PATIENCE: Duration = Duration::from_secs(2);
+/// A stream that stands still for so long has ended: controllers send in every state.
+const SILENCE_MAX: Duration = Duration::from_secs(3);
+/// What controllers send at most, Hz.
+pub const FREQUENCY_MAX: f64 = 250.0;
+/// Packets have at most 64 KiB; more than this is never held.
+const READ_BYTES: usize = 32 * 1024;
+
+/// Why there is no data.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RtsiError {
+    /// No connection.
+    #[error(transparent)]
+    Connect(#[from] ConnectError),
+    /// The controller closed it.
+    #[error("the robot at {address} has closed the connection for data")]
+    Closed {
+        /// Which.
+        address: RobotAddress,
+    },
+    /// It broke.
+    #[error("the connection for data to the robot at {address} broke: {source}")]
+    Broken {
+        /// Which.
+        address: RobotAddress,
+        /// Why.
+        source: io::Error,
+    },
+    /// Nothing comes.
+    #[error("the robot at {address} does not answer on its port for data ({what})")]
+    Silent {
+        /// Which.
+        address: RobotAddress,
+        /// What was waited for.
+        what: &'static str,
+    },
+    /// Something else listens there.
+    #[error("what {address} sends is not RTSI: {source}")]
+    NotRtsi {
+        /// Which.
+        address: RobotAddress,
+        /// Why.
+        source: NotRtsi,
+    },
+    /// It refuses.
+    #[error("the robot at {address} refuses {what}")]
+    Refused {
+        /// Which.
+        address: RobotAddress,
+        /// What.
+        what: &'static str,
+    },
+    /// It answers something that does not fit what was asked.
+    #[error("the robot at {address} answers {what} with something else")]
+    Garbled {
+        /// Which.
+        address: RobotAddress,
+        /// What.
+        what: &'static str,
+    },
+}
+
+/// What arrives once data flows.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Arrival {
+    /// Values in the order of [`Rtsi::offered`].
+    Data(Vec<Value>),
+    /// The controller says something.
+    Text(TextLevel, String),
+}
+
+/// A connection with one recipe of outputs. Dropping it ends it.
+#[derive(Debug)]
+pub struct Rtsi {
+    address: RobotAddress,
+    stream: TcpStream,
+    received: Vec<u8>,
+    recipe: u8,
+    offered: Vec<(&'static str, Kind)>,
+    version: [u32; 4],
+}
+
+impl Rtsi {
+    /// Connects, asks which of `wanted` the controller offers, and lets it send these. A controller that does not know a
+    /// name says so for that name.
+    ///
+    /// # Errors
+    /// [`RtsiError`]
+    pub async fn connect(
+        address: &RobotAddress,
+        frequency: f64,
+        wanted: &[&'static str],
+    ) -> Result<Self, RtsiError> {
+        let mut names: Vec<&'static str> = wanted.to_vec();
+        // A recipe with a name that is not known does not count: it is asked for again without.
+        loop {
+            let mut this = Self {
+                address: address.clone(),
+                stream: address.connect().await?,
+                received: Vec::new(),
+                recipe: 0,
+                offered: Vec::new(),
+                version: [0; 4],
+            };
+            this.greet().await?;
+            let unknown = this.ask_for(frequency, &names).await?;
+            if unknown.is_empty() {
+                this.start().await?;
+                return Ok(this);
+            }
+            names.retain(|name| !unknown.contains(name));
+            if names.is_empty() {
+                return Err(this.refused("every variable that is asked for"));
+            }
+        }
+    }
+
+    /// Names and types of the values that come.
+    pub fn offered(&self) -> &[(&'static str, Kind)] {
+        &self.offered
+    }
+
+    /// The controller's version: major, minor, bug fix, build.
+    pub const fn version(&self) -> [u32; 4] {
+        self.version
+    }
+
+    /// The next data or text. May be dropped before it is there; nothing is lost then.
+    ///
+    /// # Errors
+    /// The stream has ended.
+    pub async fn next(&mut self) -> Result<Arrival, RtsiError> {
+        loop {
+            let (kind, payload) = self.packet(SILENCE_MAX, "data").await?;
+            match kind {
+                letter::DATA => {
+                    if let Some(values) = self.values(&payload) {
+                        return Ok(Arrival::Data(values));
+                    }
+                    return Err(self.garbled("data"));
+                }
+                letter::TEXT => {
+                    if let Some((level, text)) = controller_text(&payload) {
+                        return Ok(Arrival::Text(level, text));
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn values(&self, payload: &[u8]) -> Option<Vec<Value>> {
+        let (recipe, mut rest) = payload.split_first()?;
+        if *recipe != self.recipe {
+            return None;
+        }
+        let values = self
+            .offered
+            .iter()
+            .map(|(_, kind)| Value::read(*kind, &mut rest));
+        let values = values.collect::<Option<Vec<_>>>()?;
+        rest.is_empty().then_some(values)
+    }
+
+    async fn greet(&mut self) -> Result<(), RtsiError> {
+        let mut request = Vec::new();
+        append_packet(&mut request, letter::PROTOCOL, |out| {
+            out.extend(PROTOCOL_VERSION.to_be_bytes());
+        });
+        self.send(&request).await?;
+        if self
+            .answer(letter::PROTOCOL, "the protocol's version")
+            .await?
+            != [1]
+        {
+            return Err(self.refused("version 1 of the protocol"));
+        }
+        request.clear();
+        append_packet(&mut request, letter::VERSION, |_| {});
+        self.send(&request).await?;
+        let what = "its own version";
+        let answer = self.answer(letter::VERSION, what).await?;
+        self.version = version(&answer).ok_or_else(|| self.garbled(what))?;
+        Ok(())
+    }
+
+    /// Asks for variables; those that it does not have.
+    async fn ask_for(
+        &mut self,
+        frequency: f64,
+        names: &[&'static str],
+    ) -> Result<Vec<&'static str>, RtsiError> {
+        let mut request = Vec::new();
+        append_outputs_request(&mut request, frequency, names);
+        self.send(&request).await?;
+        let what = "the list of variables";
+        let answer = self.answer(letter::OUTPUTS, what).await?;
+        let reply = recipe_reply(&answer).ok_or_else(|| self.garbled(what))?;
+        if reply.kinds.len() != names.len() {
+            return Err(self.garbled(what));
+        }
+        self.recipe = reply.id;
+        let mut unknown = Vec::new();
+        for (name, kind) in names.iter().zip(reply.kinds) {
+            match kind {
+                Ok(kind) => self.offered.push((name, kind)),
+                Err(_) => unknown.push(*name),
+            }
+        }
+        Ok(unknown)
+    }
+
+    async fn start(&mut self) -> Result<(), RtsiError> {
+        let mut request = Vec::new();
+        append_packet(&mut request, letter::START, |_| {});
+        self.send(&request).await?;
+        match self.answer(letter::START, "the start").await?.as_slice() {
+            [1] => Ok(()),
+            _ => Err(self.refused("to start")),
+        }
+    }
+
+    /// The payload of the next packet with this letter; others are left out.
+    async fn answer(&mut self, wanted: u8, what: &'static str) -> Result<Vec<u8>, RtsiError> {
+        let silent = || RtsiError::Silent {
+            address: self.address.clone(),
+            what,
+        };
+        let silent = silent();
+        let reading = async {
+            loop {
+                let (kind, payload) = self.packet(ANSWER_PATIENCE, what).await?;
+                if kind == wanted {
+                    return Ok(payload);
+                }
+            }
+        };
+        timeout(ANSWER_PATIENCE, reading)
+            .await
+            .unwrap_or(Err(silent))
+    }
+
+    async fn packet(
+        &mut self,
+        patience: Duration,
+        what: &'static str,
+    ) -> Result<(u8, Vec<u8>), RtsiError> {
+        loop {
+            match packet(&self.received) {
+                Ok(Some(found)) => {
+                    let whole = (found.letter, found.payload.to_vec());
+                    let bytes = found.bytes;
+                    self.received.drain(..bytes);
+                    return Ok(whole);
+                }
+                Ok(None) => {}
+                Err(source) => {
+                    let address = self.address.clone();
+                    return Err(RtsiError::NotRtsi { address, source });
+                }
+            }
+            let mut piece = [0; READ_BYTES];
+            let address = || self.address.clone();
+            match timeout(patience, self.stream.read(&mut piece)).await {
+                Ok(Ok(0)) => return Err(RtsiError::Closed { address: address() }),
+                Ok(Ok(count)) => self.received.extend_from_slice(&piece[..count]),
+                Ok(Err(source)) => {
+                    let address = address();
+                    return Err(RtsiError::Broken { address, source });
+                }
+                Err(_) => {
+                    let address = address();
+                    return Err(RtsiError::Silent { address, what });
+                }
+            }
+        }
+    }
+
+    async fn send(&mut self, bytes: &[u8]) -> Result<(), RtsiError> {
+        let address = self.address.clone();
+        match timeout(ANSWER_PATIENCE, self.stream.write_all(bytes)).await {
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(source)) => Err(RtsiError::Broken { address, source }),
+            Err(_) => Err(RtsiError::Silent {
+                address,
+                what: "to requests",
+            }),
+        }
+    }
+
+    fn refused(&self, what: &'static str) -> RtsiError {
+        let address = self.address.clone();
+        RtsiError::Refused { address, what }
+    }
+
+    fn garbled(&self, what: &'static str) -> RtsiError {
+        let address = self.address.clone();
+        RtsiError::Garbled { address, what }
+    }
+}

@@ -1,0 +1,233 @@
+//! `eliteserver compare`: two recordings, laid over each other in time, and how far they are apart.
+//!
+//! Owns what a person and a program read of it; the alignment and the figures are `robot-client`'s.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+use std::process::ExitCode;
+
+use recorder::{ReadError, Recording};
+use robot_client::compare::{
+    Alignment, Comparison, Deviation, Track, TrackError, align, compare as compared, differences,
+};
+use serde_json::json;
+use thiserror::Error;
+
+use crate::cli::{CompareArgs, CompareFormat};
+use crate::logging;
+use crate::plot::{Curve, CurveStyle, Figure, Panel, PlotError};
+use crate::ports::shown::Escaped;
+
+/// Exit status of runs that are further from each other than they may be.
+const BEYOND: u8 = 1;
+/// Exit status of recordings that cannot be read.
+const UNREADABLE: u8 = 2;
+/// Points of a curve at most: twice the columns of the picture.
+const CURVE_POINTS: usize = 3200;
+
+const JOINTS: [&str; 6] = ["J1", "J2", "J3", "J4", "J5", "J6"];
+
+/// Why there is no comparison; each is a sentence.
+#[derive(Debug, Error)]
+enum CompareError {
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    #[error(transparent)]
+    Track(#[from] TrackError),
+    #[error(transparent)]
+    Plot(#[from] PlotError),
+    #[error("the two recordings have no moment in common in which both know where the joints are")]
+    NothingInCommon,
+}
+
+/// Exit status: 0 within the bound, or no bound; 1 beyond; 2 unreadable.
+pub fn compare(args: &CompareArgs) -> ExitCode {
+    match told(args) {
+        Ok(status) => ExitCode::from(status),
+        Err(error) => {
+            logging::say(&format!("eliteserver: {error}"));
+            ExitCode::from(UNREADABLE)
+        }
+    }
+}
+
+fn told(args: &CompareArgs) -> Result<u8, CompareError> {
+    let (first, second) = (read(&args.first)?, read(&args.second)?);
+    let alignment = align(&first, &second);
+    let comparison = compared(&first, &second, alignment);
+    let largest = comparison
+        .largest_joint()
+        .ok_or(CompareError::NothingInCommon)?;
+    let text = match args.format {
+        CompareFormat::Human => human(args, &comparison),
+        CompareFormat::Json => machine(args, &comparison),
+    };
+    // Whoever reads may have seen enough; the status still tells.
+    let _ = std::io::stdout().write_all(text.as_bytes());
+    if let Some(path) = &args.plot {
+        figure(args, &first, &second, alignment).save(path)?;
+    }
+    match args.within {
+        Some(within) if largest > within => {
+            logging::say(&format!(
+                "the joints are up to {largest:.6} rad apart, {within} rad are allowed"
+            ));
+            Ok(BEYOND)
+        }
+        _ => Ok(0),
+    }
+}
+
+fn read(path: &Path) -> Result<Track, CompareError> {
+    Ok(Track::read(&Recording::open(path)?)?)
+}
+
+/// The quantities with the factor and the unit in which people read them.
+fn rows(comparison: &Comparison) -> Vec<(String, Option<Deviation>, f64, &'static str)> {
+    let joints = comparison.joints.iter().zip(1..);
+    let mut rows: Vec<_> = joints
+        .map(|(joint, number)| (format!("joint {number}"), *joint, 1.0, "rad"))
+        .collect();
+    rows.push((
+        "TCP position".to_owned(),
+        comparison.tcp_position,
+        1e3,
+        "mm",
+    ));
+    rows.push((
+        "TCP rotation".to_owned(),
+        comparison.tcp_rotation,
+        1.0,
+        "rad",
+    ));
+    rows.push(("TCP speed".to_owned(), comparison.tcp_speed, 1e3, "mm/s"));
+    rows.push(("force".to_owned(), comparison.force, 1.0, "N"));
+    rows
+}
+
+fn human(args: &CompareArgs, comparison: &Comparison) -> String {
+    let mut out = String::new();
+    let (begin, end) = comparison.overlap;
+    let Alignment {
+        shift,
+        first_motion,
+        second_motion,
+    } = comparison.alignment;
+    let motion = |motion: Option<f64>| {
+        motion.map_or_else(
+            || "never moves".to_owned(),
+            |at| format!("moves from {at:.3} s"),
+        )
+    };
+    for (letter, path, motion) in [
+        ("A", &args.first, motion(first_motion)),
+        ("B", &args.second, motion(second_motion)),
+    ] {
+        let path = path.display().to_string();
+        let _ = writeln!(out, "{letter}: {} {motion}", Escaped(&path));
+    }
+    let _ = writeln!(
+        out,
+        "shift: {shift:.4} s (what A does at t, B does at t + shift)"
+    );
+    let _ = writeln!(out, "compared: {begin:.3} s to {end:.3} s of A");
+    let _ = writeln!(out, "{:14} {:>12} {:>12}        at", "", "rms", "largest");
+    for (name, deviation, factor, unit) in rows(comparison) {
+        let _ = match deviation {
+            Some(found) => writeln!(
+                out,
+                "{name:14} {:12.6} {:12.6} {unit:5} {:9.3} s",
+                found.rms * factor,
+                found.largest * factor,
+                found.at
+            ),
+            None => writeln!(out, "{name:14} {:>12}", "not known"),
+        };
+    }
+    out
+}
+
+fn machine(args: &CompareArgs, comparison: &Comparison) -> String {
+    let shown = |deviation: &Option<Deviation>| match deviation {
+        Some(found) => json!({
+            "rms": found.rms,
+            "largest": found.largest,
+            "at": found.at,
+            "samples": found.samples,
+        }),
+        None => serde_json::Value::Null,
+    };
+    let object = json!({
+        "first": args.first.display().to_string(),
+        "second": args.second.display().to_string(),
+        "shift": comparison.alignment.shift,
+        "first_motion": [comparison.alignment.first_motion, comparison.alignment.second_motion],
+        "overlap": [comparison.overlap.0, comparison.overlap.1],
+        "joints": comparison.joints.iter().map(shown).collect::<Vec<_>>(),
+        "tcp_position": shown(&comparison.tcp_position),
+        "tcp_rotation": shown(&comparison.tcp_rotation),
+        "tcp_speed": shown(&comparison.tcp_speed),
+        "force": shown(&comparison.force),
+        "within": args.within.zip(comparison.largest_joint()).map(|(bound, found)| found <= bound),
+    });
+    format!("{object}\n")
+}
+
+/// Both runs over each other, and what is between them.
+fn figure(args: &CompareArgs, first: &Track, second: &Track, alignment: Alignment) -> Figure {
+    let shift = alignment.shift;
+    let every = |count: usize| count.div_ceil(CURVE_POINTS).max(1);
+    let positions = |track: &Track, joint: usize, shift: f64| -> Vec<(f64, f64)> {
+        let samples = track.samples();
+        let every = every(samples.len());
+        let points = samples.map(|sample| (sample.time - shift, sample.q[joint]));
+        points.step_by(every).collect()
+    };
+    let mut overlay = Panel::over_time("Joint positions: A solid, B dashed", "rad");
+    for (joint, name) in JOINTS.iter().enumerate() {
+        overlay = overlay.curve(Curve::new(*name, positions(first, joint, 0.0)).color_of(joint));
+    }
+    for (joint, name) in JOINTS.iter().enumerate() {
+        let name = format!("{name} of B");
+        let curve = Curve::new(name, positions(second, joint, shift));
+        overlay = overlay.curve(curve.style(CurveStyle::Dashed).color_of(joint));
+    }
+    let all: Vec<_> = differences(first, second, alignment).collect();
+    // The largest of each stretch, so that no peak is lost.
+    let peaks = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+        let stretch = every(all.len());
+        let starts = (0..all.len()).step_by(stretch);
+        let peak = starts.filter_map(|start| {
+            let stretch = start..(start + stretch).min(all.len());
+            let largest = stretch.max_by(|a, b| value(*a).abs().total_cmp(&value(*b).abs()))?;
+            Some((all[largest].time, value(largest)))
+        });
+        peak.collect()
+    };
+    let mut apart = Panel::over_time("Joints, B minus A", "rad");
+    for (joint, name) in JOINTS.iter().enumerate() {
+        apart = apart.curve(Curve::new(*name, peaks(&|i| all[i].joints[joint])));
+    }
+    let tcp = Panel::over_time("TCP, distance", "mm").curve(Curve::new(
+        "position",
+        peaks(&|i| all[i].tcp_position * 1e3),
+    ));
+    let speed = Panel::over_time("TCP speed, B minus A", "mm/s")
+        .curve(Curve::new("speed", peaks(&|i| all[i].tcp_speed * 1e3)));
+    let force = Panel::over_time("Force, length of the difference", "N")
+        .half_span_min(1.0)
+        .curve(Curve::new("force", peaks(&|i| all[i].force)));
+    let name = |path: &Path| {
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        file.into_owned()
+    };
+    let title = format!("A {}   B {}", name(&args.first), name(&args.second));
+    Figure::new(title)
+        .note(format!("shift {shift:.4} s"))
+        .panel(overlay)
+        .panel(apart)
+        .panel(tcp)
+        .panel(speed)
+        .panel(force)
+}

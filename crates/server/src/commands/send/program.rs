@@ -1,0 +1,259 @@
+//! A file as a controller takes it: one `def` block, and where each of its lines stands in the file.
+//!
+//! Port 30001 takes every line outside a block as a program of its own, so a file of plain statements goes into a
+//! function. Its variables are declared global there, so that its functions see them as they did.
+
+use std::sync::Arc;
+
+use elite_lang::{Diagnostic, Program, ProgramKind, Severity, SourceFile, compile};
+use thiserror::Error;
+
+use crate::ports::text::{StringTracker, is_end_line, statements_of_line};
+
+/// What the function around a file of plain statements is called.
+const WRAPPER: &str = "eliteserver_program";
+/// Longest line of declared names; more begin another line.
+const NAMES_BYTES_MAX: usize = 400;
+
+/// A program on its way to a controller.
+#[derive(Clone, Debug)]
+pub(super) struct Outgoing {
+    /// What is sent, its last line end included.
+    pub text: String,
+    /// For every line of it: the line of the file that it is, and how many columns it was moved right.
+    lines: Vec<Option<(u32, u32)>>,
+    /// Another program's helper, which runs beside the main one.
+    pub is_secondary: bool,
+}
+
+/// Why a file cannot be sent; each is a sentence.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub(super) enum SendError {
+    /// The name of a setting is none.
+    #[error("--set {given}: {why}")]
+    Setting {
+        /// As given.
+        given: String,
+        /// What is allowed.
+        why: &'static str,
+    },
+    /// Settings go before a main program.
+    #[error("--set: the file is a secondary program, which has no globals of its own")]
+    SecondarySet,
+    /// What became of it does not compile: a fault of ours or a construct that only a file's own level takes.
+    #[error("the program cannot be put into a function, as controllers take it: {0}")]
+    NotWrapped(String),
+}
+
+/// A global that is set before the program: `NAME=VALUE`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Setting {
+    name: String,
+    value: String,
+}
+
+impl Setting {
+    /// Reads `NAME=VALUE`; the value is an expression of EliteScript.
+    pub(super) fn parse(given: &str) -> Result<Self, SendError> {
+        let wrong = |why| SendError::Setting {
+            given: given.to_owned(),
+            why,
+        };
+        let Some((name, value)) = given.split_once('=') else {
+            return Err(wrong("NAME=VALUE is needed, as speed=0.25"));
+        };
+        let (name, value) = (name.trim(), value.trim());
+        let is_name = name
+            .chars()
+            .next()
+            .is_some_and(|c| c.is_alphabetic() || c == '_')
+            && name.chars().all(|c| c.is_alphanumeric() || c == '_');
+        let known = elite_runtime::builtins::known_names();
+        let found = |text: String| elite_lang::check(SourceFile::new("--set", text), &known);
+        if !is_name
+            || found(format!("{name} = 1\n"))
+                .iter()
+                .any(|found| found.severity == Severity::Error)
+        {
+            return Err(wrong("what stands before = is no name of a variable"));
+        }
+        let is_value =
+            "a value is an expression such as 0.25, [1, 2] or \"text\", the quotes included";
+        let findings = found(format!("{name} = ({value})\n"));
+        // In brackets it is one expression, unless it closes them itself.
+        let is_one = statements_of_line(value).len() == 1 && !value.contains(['\n', '#']);
+        if !is_one || value.is_empty() || !findings.is_empty() {
+            return Err(wrong(is_value));
+        }
+        Ok(Self {
+            name: name.to_owned(),
+            value: value.to_owned(),
+        })
+    }
+}
+
+impl Setting {
+    /// Of which variable.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+impl Outgoing {
+    /// The file as a program for port 30001. `program` is the file compiled.
+    pub(super) fn new(program: &Program, settings: &[Setting]) -> Result<Self, SendError> {
+        let text = program.file().text();
+        if program.kind() == ProgramKind::Secondary {
+            return match settings {
+                [] => Ok(Self::as_it_is(text, true)),
+                _ => Err(SendError::SecondarySet),
+            };
+        }
+        if settings.is_empty() && is_one_block(text) {
+            return Ok(Self::as_it_is(text, false));
+        }
+        let outgoing = Self::wrapped(program, settings);
+        let file = SourceFile::new(program.file().name(), outgoing.text.clone());
+        match compile(file.clone(), &elite_runtime::builtins::known_names()) {
+            Ok(_) => Ok(outgoing),
+            Err(findings) => Err(SendError::NotWrapped(outgoing.told(&findings, &file))),
+        }
+    }
+
+    fn as_it_is(text: &str, is_secondary: bool) -> Self {
+        let mut text = text.replace("\r\n", "\n");
+        if !text.ends_with('\n') {
+            text.push('\n');
+        }
+        let count = u32::try_from(text.lines().count()).unwrap_or(u32::MAX);
+        Self {
+            text,
+            lines: (1..=count).map(|line| Some((line, 0))).collect(),
+            is_secondary,
+        }
+    }
+
+    fn wrapped(program: &Program, settings: &[Setting]) -> Self {
+        let mut names: Vec<&str> = program.global_names().collect();
+        names.extend(settings.iter().map(|setting| setting.name.as_str()));
+        names.sort_unstable();
+        names.dedup();
+        let mut out = Self {
+            text: String::new(),
+            lines: Vec::new(),
+            is_secondary: false,
+        };
+        out.own(&format!("def {WRAPPER}():"));
+        let mut declared = String::new();
+        for name in names {
+            if declared.len() + name.len() > NAMES_BYTES_MAX {
+                out.own(&format!("\tglobal {declared}"));
+                declared.clear();
+            }
+            if !declared.is_empty() {
+                declared.push_str(", ");
+            }
+            declared.push_str(name);
+        }
+        if !declared.is_empty() {
+            out.own(&format!("\tglobal {declared}"));
+        }
+        for Setting { name, value } in settings {
+            out.own(&format!("\t{name} = {value}"));
+        }
+        out.own("\tpass");
+        let mut strings = StringTracker::default();
+        for (line, number) in program.file().text().lines().zip(1..) {
+            // A text over several lines keeps what it says.
+            let shift = u32::from(!strings.in_string());
+            if shift == 1 {
+                out.text.push('\t');
+            }
+            out.text.push_str(line);
+            out.text.push('\n');
+            out.lines.push(Some((number, shift)));
+            line.bytes()
+                .chain([b'\n'])
+                .for_each(|byte| strings.feed(byte));
+        }
+        // A file that is one function calls it, as a controller would.
+        if is_one_block(program.file().text()) {
+            out.own(&format!("\t{}()", program.name()));
+        }
+        out.own("end");
+        out
+    }
+
+    fn own(&mut self, line: &str) {
+        self.text.push_str(line);
+        self.text.push('\n');
+        self.lines.push(None);
+    }
+
+    /// The file whatever is in it, for a controller that knows more than we do.
+    pub(super) fn unchecked(file: &SourceFile, settings: &[Setting]) -> Result<Self, SendError> {
+        match settings {
+            [] => Ok(Self::as_it_is(file.text(), file.text().starts_with("sec "))),
+            [first, ..] => Err(SendError::Setting {
+                given: format!("{}={}", first.name, first.value),
+                why: "a text that is not checked is sent as it is; leave --no-check out",
+            }),
+        }
+    }
+
+    /// The place in the file of a place in what was sent, both from 1; `None` for lines of ours.
+    pub(super) fn place(&self, line: i32, column: i32) -> Option<(u32, u32)> {
+        let index = usize::try_from(line.checked_sub(1)?).ok()?;
+        let (line, shift) = (*self.lines.get(index)?)?;
+        let column = u32::try_from(column).ok()?.saturating_sub(shift).max(1);
+        Some((line, column))
+    }
+
+    fn told(&self, findings: &[Diagnostic], file: &Arc<SourceFile>) -> String {
+        let Some(finding) = findings.first() else {
+            return String::new();
+        };
+        let fields = finding.fields(file);
+        let column = i32::try_from(fields.column).unwrap_or(1);
+        let line = i32::try_from(fields.line).unwrap_or(0);
+        match self.place(line, column) {
+            Some((line, _)) => format!("line {line}: {}", finding.message),
+            None => finding.message.clone(),
+        }
+    }
+}
+
+/// Whether the text is one `def` or `sec` block with its `end`, as controllers take it without more.
+fn is_one_block(text: &str) -> bool {
+    let mut strings = StringTracker::default();
+    let (mut has_begun, mut has_ended) = (false, false);
+    for line in text.lines() {
+        let in_string = strings.in_string();
+        line.bytes()
+            .chain([b'\n'])
+            .for_each(|byte| strings.feed(byte));
+        let bare = line.trim();
+        if in_string || bare.is_empty() || bare.starts_with('#') {
+            continue;
+        }
+        if has_ended {
+            return false;
+        }
+        if !has_begun {
+            has_begun = line.starts_with("def ");
+            if !has_begun {
+                return false;
+            }
+        } else if is_end_line(line.as_bytes()) {
+            has_ended = true;
+        } else if !line.starts_with([' ', '\t']) {
+            // Another statement of the file's own level.
+            return false;
+        }
+    }
+    has_ended
+}
+
+#[cfg(test)]
+mod tests;

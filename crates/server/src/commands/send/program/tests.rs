@@ -1,0 +1,85 @@
+use super::*;
+
+fn outgoing(text: &str, settings: &[&str]) -> Result<Outgoing, SendError> {
+    let file = SourceFile::new("task.script", text);
+    let program = compile(file, &elite_runtime::builtins::known_names()).expect("it compiles");
+    let settings: Result<Vec<Setting>, SendError> =
+        settings.iter().map(|given| Setting::parse(given)).collect();
+    Outgoing::new(&program, &settings?)
+}
+
+#[test]
+fn blocks_go_out_as_they_are() {
+    for text in [
+        "def task():\n  movej([0, 0, 0, 0, 0, 0])\nend\n",
+        "# of the pendant\n\ndef task():\n\tif True:\n\t\tprint(1)\n\tend\nend",
+        "def task():\n  x = '''\nnot indented\n'''\nend # of it\n",
+    ] {
+        let sent = outgoing(text, &[]).expect("sent");
+        assert_eq!(sent.text.trim_end(), text.trim_end());
+        assert_eq!(sent.place(2, 5), Some((2, 5)));
+    }
+    let helper = outgoing("sec helper():\n  textmsg('a')\nend\n", &[]).expect("sent");
+    assert!(helper.is_secondary);
+}
+
+#[test]
+fn plain_statements_go_into_a_function_and_keep_their_places_and_globals() {
+    let text = "count = 0\ndef more():\n    global count\n    count += 1\nmore()\ntext = '''a\n  b\n'''\nprint(count, text)\n";
+    let sent = outgoing(text, &[]).expect("sent");
+    let wanted = "def eliteserver_program():\n\tglobal count, more, text\n\tpass\n\tcount = 0\n\tdef more():\n\t    global count\n\t    count += 1\n\tmore()\n\ttext = '''a\n  b\n'''\n\tprint(count, text)\nend\n";
+    assert_eq!(sent.text, wanted);
+    assert_eq!(sent.place(4, 2), Some((1, 1)));
+    assert_eq!(sent.place(7, 6), Some((4, 5)));
+    // In the middle of a text nothing was moved.
+    assert_eq!(sent.place(10, 3), Some((7, 3)));
+    assert_eq!(sent.place(12, 8), Some((9, 7)));
+    for line in [1, 2, 3, 13, 14, 0, -1, i32::MIN] {
+        assert_eq!(sent.place(line, 1), None, "{line}");
+    }
+}
+
+#[test]
+fn a_function_without_end_is_called_by_nobody_else() {
+    let sent = outgoing("def f():\n    print(1)\nf()\n", &[]).expect("sent");
+    assert!(sent.text.ends_with("\tf()\nend\n"), "{}", sent.text);
+}
+
+#[test]
+fn settings_stand_before_the_program() {
+    let sent = outgoing("print(speed)\n", &["speed=0.25", "name = \"a=b;c\""]).expect("sent");
+    assert!(
+        sent.text.contains(
+            "\tglobal name, speed\n\tspeed = 0.25\n\tname = \"a=b;c\"\n\tpass\n\tprint(speed)\n"
+        ),
+        "{}",
+        sent.text
+    );
+    // A block is called inside the function that sets them.
+    let block = "def task():\n  global speed\n  print(speed)\nend\n";
+    let sent = outgoing(block, &["speed=1"]).expect("sent");
+    assert!(
+        sent.text.ends_with("\tend\n\ttask()\nend\n"),
+        "{}",
+        sent.text
+    );
+    for wrong in [
+        "speed",
+        "=1",
+        "1x=1",
+        "a.b=1",
+        "if=1",
+        "x=",
+        "x=1;halt()",
+        "x=1) ; (2",
+        "x=1\nhalt()",
+        "x=text",
+        "x=1 #",
+        "x=(",
+    ] {
+        let error = outgoing("pass\n", &[wrong]).expect_err(wrong);
+        assert!(error.to_string().starts_with("--set "), "{error}");
+    }
+    let helper = outgoing("sec helper():\n  pass\nend\n", &["a=1"]);
+    assert!(matches!(helper, Err(SendError::SecondarySet)));
+}

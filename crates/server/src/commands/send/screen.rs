@@ -1,0 +1,88 @@
+//! What a person sees of a program that runs elsewhere: a line that changes on a terminal, plain lines in a pipe.
+
+use std::io::Write;
+use std::time::Duration;
+
+use wire::primary::State;
+
+use crate::logging;
+
+/// The changing line is drawn so often at most.
+const REDRAW: Duration = Duration::from_millis(100);
+
+/// Standard error, with a line at its end that changes if it is a terminal.
+pub(super) struct Screen {
+    is_terminal: bool,
+    drawn: Option<Duration>,
+    last: Option<(Duration, [f64; 3])>,
+}
+
+impl Screen {
+    /// Of a terminal, or of a pipe that gets no changing line.
+    pub(super) const fn new(is_terminal: bool) -> Self {
+        Self {
+            is_terminal,
+            drawn: None,
+            last: None,
+        }
+    }
+
+    /// A line that stays.
+    pub(super) fn line(&mut self, text: &str) {
+        self.wipe();
+        logging::say(text);
+    }
+
+    /// How the robot is, so long after the program was sent.
+    pub(super) fn state(&mut self, state: &State, moment: Duration) {
+        let speed = self.tcp_speed(state, moment);
+        let Some(mode) = &state.mode else { return };
+        let is_due = self.drawn.is_none_or(|drawn| moment >= drawn + REDRAW);
+        if !self.is_terminal || !is_due {
+            return;
+        }
+        let doing = match (mode.is_task_running, mode.is_task_paused) {
+            (true, true) => "paused",
+            (true, false) => "running",
+            (false, _) => "standing",
+        };
+        let stopped = match (mode.is_protective_stopped, mode.is_emergency_stopped) {
+            (_, true) => ", EMERGENCY STOP",
+            (true, _) => ", protective stop",
+            _ => "",
+        };
+        let speed = speed.map_or_else(String::new, |speed| format!(", TCP {speed:.3} m/s"));
+        let shown = format!("{doing}{stopped}, {:.1} s{speed}", moment.as_secs_f64());
+        let mut error = std::io::stderr().lock();
+        // Whoever closed the terminal does not read it.
+        let _ = write!(error, "\r\x1b[K{shown}").and_then(|()| error.flush());
+        self.drawn = Some(moment);
+    }
+
+    /// The speed between two states, m/s; states have positions only.
+    fn tcp_speed(&mut self, state: &State, moment: Duration) -> Option<f64> {
+        let pose = state.cartesian.as_ref()?.tcp_pose;
+        let position = [pose[0], pose[1], pose[2]];
+        let last = self.last.replace((moment, position));
+        let (before, from) = last?;
+        let time = moment.saturating_sub(before).as_secs_f64();
+        let way = (0..3)
+            .map(|i| (position[i] - from[i]).powi(2))
+            .sum::<f64>()
+            .sqrt();
+        (time > 0.01).then(|| way / time)
+    }
+
+    /// Nothing changes any more.
+    pub(super) fn end(&mut self) {
+        self.wipe();
+    }
+
+    fn wipe(&mut self) {
+        if self.drawn.take().is_some() {
+            let mut error = std::io::stderr().lock();
+            // See above.
+            let _ = write!(error, "\r\x1b[K").and_then(|()| error.flush());
+        }
+    }
+}
