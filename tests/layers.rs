@@ -16,7 +16,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("wire", &[]),
     (
         "robot-client",
-        &["io-bus", "kinematics", "recorder", "wire"],
+        &["io-bus", "kinematics", "motion-api", "recorder", "wire"],
     ),
     ("elite-lang", &[]),
     ("motion-api", &["kinematics"]),

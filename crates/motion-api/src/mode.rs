@@ -120,6 +120,8 @@ numbered! {
         Conveyor = 24, "conveyor";
         /// Pressing or giving way in force mode, with no motion of its own.
         ForceMode = 25, "force_mode";
+        /// Another controller makes the setpoints and does not say how: recordings of robots elsewhere.
+        Unknown = 99, "unknown";
     } else Idle
 }
 

@@ -15,6 +15,7 @@ pub mod calibrate;
 pub mod compare;
 pub mod dashboard;
 pub mod follow;
+pub mod observed;
 pub mod primary;
 pub mod rtsi;
 

@@ -91,7 +91,11 @@ pub fn unknown_state(step_time: f64) -> RobotState {
 }
 
 /// Takes values over into a state; what came beside it.
-pub fn observe(state: &mut RobotState, offered: &[(&'static str, Kind)], values: &[Value]) -> Beside {
+pub fn observe(
+    state: &mut RobotState,
+    offered: &[(&'static str, Kind)],
+    values: &[Value],
+) -> Beside {
     let mut beside = Beside::default();
     for ((name, _), value) in offered.iter().zip(values) {
         match (*name, *value) {

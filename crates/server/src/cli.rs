@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::config::{DASHBOARD_PORT, PRIMARY_PORT};
+use crate::config::{DASHBOARD_PORT, PRIMARY_PORT, RTSI_PORT};
 use crate::options::{
     ByteSize, ClockChoice, Home, LogFormat, ModelChoice, PayloadChoice, Permission, PlantChoice,
     PortSetting, RecordTarget, RotateAt, StepMillis, Tcp, TrustedHost,
@@ -51,6 +51,8 @@ pub enum Command {
     Send(SendArgs),
     /// Read the arm's own kinematics from a robot into a calibration file. Exit status: 0 written, 2 not
     Calibrate(CalibrateArgs),
+    /// Record what a robot, real or simulated, does. Exit status: 0 recorded, 2 no connection or no recording
+    Record(RecordArgs),
     /// Lay two recordings over each other and tell how far they are apart. Exit status: 0 within the bound, 1 beyond, 2 unreadable
     Compare(CompareArgs),
     /// Wait until a server answers. Exit status: 0 it does, 1 it did not in time
@@ -238,6 +240,48 @@ pub struct CalibrateArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub log: LogArgs,
+}
+
+/// Options of `record`.
+#[derive(Args, Clone, Debug)]
+pub struct RecordArgs {
+    /// The recording; an existing file is replaced
+    #[arg(long, value_name = "FILE.mcap")]
+    pub out: PathBuf,
+    /// How often, at most what the controller does
+    #[arg(long, value_name = "HZ", default_value_t = robot_client::rtsi::FREQUENCY_MAX, value_parser = record_rate)]
+    pub rate: f64,
+    /// How long; otherwise until Ctrl-C
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub duration: Option<f64>,
+    /// The robot's port for cyclic data
+    #[arg(long, value_name = "PORT", default_value_t = RTSI_PORT)]
+    pub rtsi_port: u16,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub robot: RobotArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub log: LogArgs,
+}
+
+fn record_rate(text: &str) -> Result<f64, String> {
+    let most = robot_client::rtsi::FREQUENCY_MAX;
+    let allowed = format!("1 to {most} Hz are allowed");
+    let value: f64 = text.parse().map_err(|_| allowed.clone())?;
+    match (1.0..=most).contains(&value) {
+        true => Ok(value),
+        false => Err(allowed),
+    }
+}
+
+fn duration(text: &str) -> Result<f64, String> {
+    let allowed = "a number of seconds above 0 is needed, at most 1e9".to_owned();
+    let value: f64 = text.parse().map_err(|_| allowed.clone())?;
+    match value > 0.0 && value <= 1e9 {
+        true => Ok(value),
+        false => Err(allowed),
+    }
 }
 
 /// How a comparison is printed.

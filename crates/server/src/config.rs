@@ -20,6 +20,8 @@ use crate::options::{
 
 /// The default of `--primary-port`.
 pub const PRIMARY_PORT: u16 = 30001;
+/// Where cyclic data comes from.
+pub const RTSI_PORT: u16 = 30004;
 /// Where the dashboard of a controller is asked.
 pub const DASHBOARD_PORT: u16 = 29999;
 
@@ -222,7 +224,7 @@ impl ServeConfig {
         let ports = PortSettings {
             primary: fixed(args.primary_port, PRIMARY_PORT),
             interpreter: fixed(args.interpreter_port, 30020),
-            rtsi: fixed(args.rtsi_port, 30004),
+            rtsi: fixed(args.rtsi_port, RTSI_PORT),
             dashboard: fixed(args.dashboard_port, DASHBOARD_PORT),
             modbus: fixed(args.modbus_port, 5020),
             http: fixed(args.http_port, 8080),

@@ -93,6 +93,10 @@ fn execute(command: Command) -> Result<ExitCode, String> {
             plain(&args.log)?;
             Ok(commands::calibrate::calibrate(&args))
         }
+        Command::Record(args) => {
+            plain(&args.log)?;
+            Ok(commands::record::record(&args))
+        }
         Command::Compare(args) => {
             plain(&args.log)?;
             Ok(commands::compare::compare(&args))

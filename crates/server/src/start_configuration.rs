@@ -15,6 +15,8 @@ pub const RIGID: &str = "rigid";
 pub const RAPIER: &str = "rapier";
 /// The plant that is always where it should be.
 pub const IDEAL: &str = "ideal";
+/// What a recording of a robot elsewhere has in place of a plant and a clock.
+pub const ROBOT: &str = "robot";
 
 /// A [`Setup`] that this version cannot start from.
 #[derive(Debug, Error, PartialEq)]
@@ -23,6 +25,12 @@ pub enum SetupError {
     /// The plant is none of this version's.
     #[error("there is no plant {0:?}; allowed are {RIGID:?}, {RAPIER:?} and {IDEAL:?}")]
     Plant(String),
+    /// It was not our controller that moved the arm.
+    #[error(
+        "this is a recording of a robot elsewhere, which has no commands to run again; `compare` tells how far another \
+         recording is from it"
+    )]
+    Elsewhere,
     /// A payload the arm is not rated for.
     #[error("--payload {mass} kg is more than the {rated} kg that {model} is rated for")]
     Payload {
@@ -57,6 +65,7 @@ pub fn cycle_config(
         RIGID => PlantKind::Rigid,
         RAPIER => PlantKind::Rapier,
         IDEAL => PlantKind::Ideal,
+        ROBOT => return Err(SetupError::Elsewhere),
         other => return Err(SetupError::Plant(other.to_owned())),
     };
     Ok(CycleConfig {

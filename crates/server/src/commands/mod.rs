@@ -4,6 +4,7 @@ pub mod builtins;
 pub mod calibrate;
 pub mod check;
 pub mod compare;
+pub mod record;
 pub mod run;
 pub mod send;
 pub mod serve;
