@@ -576,7 +576,7 @@ impl Case {
         self.streams &= !matches!(stop, Stop::Command | Stop::PowerOff);
         let is_safety = !matches!(stop, Stop::Pause | Stop::Command | Stop::PowerOff);
         let most = if is_safety {
-            1.35 * shortest + 0.02
+            1.35 * shortest + 0.03
         } else {
             4.0
         };

@@ -32,8 +32,10 @@ fn nesting(value: &Value) -> Nesting {
         | Value::ByteArray(_)
         | Value::Range(_)
         | Value::LongRange(_) => Flat,
-        // Programs make none; they set variables of the modules there are, and those that hold values hold the library's.
-        Value::Module(_) | Value::Builtin(_) => Flat,
+        // Programs make none; they set variables of the modules there are.
+        Value::Module(_) => Flat,
+        // Those that hold values of a program.
+        Value::Builtin(_) => Chains(&["cmp_to_key"]),
         Value::List(_) => Chains(&["list", "long list"]),
         Value::Tuple(_) => Chains(&["tuple", "pair", "triple"]),
         Value::Dict(_) => Chains(&["dict", "dict key", "instance dict"]),
@@ -56,7 +58,6 @@ fn nesting(value: &Value) -> Nesting {
         ]),
         Value::Class(_) => Chains(&[
             "class attribute",
-            "cmp_to_key",
             "metaclass",
             "derived class",
             "property of a class",
