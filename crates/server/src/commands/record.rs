@@ -317,10 +317,17 @@ async fn listened(address: RobotAddress, sender: mpsc::Sender<RobotException>) {
 
 fn tell(handle: &RecorderHandle, time: f64, told: &RobotException) {
     let (level, text) = match &told.exception {
-        Exception::Script { line, column, text } => (
-            LogLevel::Error,
-            format!("line {line}, column {column}: {text}"),
-        ),
+        Exception::Script { line, column, text } => {
+            // What happened stands in the last line of a report; whoever reads one line reads that.
+            let what = text.lines().rfind(|line| !line.trim().is_empty());
+            let report = match text.lines().count() {
+                0 | 1 => String::new(),
+                _ => format!("\n{text}"),
+            };
+            let what = what.unwrap_or_default();
+            let text = format!("line {line}, column {column}: {what}{report}");
+            (LogLevel::Error, text)
+        }
         Exception::Robot {
             code,
             sub_code,
