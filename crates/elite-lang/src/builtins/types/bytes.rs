@@ -6,7 +6,7 @@
 use std::rc::Rc;
 
 use super::bytes_search::{self, Side};
-use super::string_methods::Title;
+use super::string::Title;
 use super::{BoundFn, class_method, constructor, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
 use crate::eval::bulk::{EACH, PIECE};

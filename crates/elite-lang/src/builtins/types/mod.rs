@@ -17,7 +17,6 @@ mod object;
 pub mod range;
 mod set;
 mod string;
-mod string_methods;
 pub mod union;
 
 pub use dunder::install_next;
@@ -34,7 +33,6 @@ pub fn install(core: &Rc<Core>) {
     object::install(core);
     number::install(core);
     string::install(core);
-    string_methods::install(core);
     bytes::install(core);
     list::install(core);
     range::install(core);

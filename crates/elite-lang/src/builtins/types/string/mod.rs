@@ -1,4 +1,14 @@
-//! `str`: its constructor, and how its methods get at the text.
+//! `str`: its constructor, and how its methods get at the text; the methods are in the files beside this one, by theme.
+
+mod case;
+mod join;
+mod layout;
+mod methods;
+mod parts;
+mod search;
+mod table;
+
+pub use case::Title;
 
 use std::rc::Rc;
 
@@ -31,6 +41,7 @@ pub(super) fn install(core: &Rc<Core>) {
             }
         },
     );
+    methods::install(core);
 }
 
 /// The string behind a receiver or argument.

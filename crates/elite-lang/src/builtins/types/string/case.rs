@@ -1,0 +1,123 @@
+//! Case and kinds of the characters of a `str`: its mapping methods and the tests.
+
+use super::receiver;
+use crate::eval::Evaluator;
+use crate::ops::unicode;
+use crate::value::{R, Value};
+
+/// A text mapped piece by piece; where the pieces are cut must not matter.
+pub(super) fn mapped(ev: &Evaluator<'_>, args: &[Value], map: impl FnMut(&str, &mut String)) -> R {
+    let text = receiver(ev, &args[0])?;
+    ev.string(ev.mapped_text(text.as_str(), map)?)
+}
+
+pub(super) fn capitalize(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let text = receiver(ev, &args[0])?;
+    let text = text.as_str();
+    let Some(first) = text.chars().next() else {
+        return Ok(ev.core.empty_str.clone());
+    };
+    let mut out = String::new();
+    unicode::push_title(first, &mut out);
+    ev.push_text(&mut out, &lowered(ev, text, first.len_utf8())?)?;
+    ev.string(out)
+}
+
+/// The lower case of a text from a byte on. A capital sigma at the end of a word has a small form of its own.
+pub(super) fn lowered(ev: &Evaluator<'_>, text: &str, from: usize) -> R<String> {
+    let mut at = from;
+    let lower = |piece: &str, out: &mut String| {
+        let mut rest = piece;
+        while let Some(sigma) = rest.find('Σ') {
+            out.push_str(&rest[..sigma].to_lowercase());
+            let after = sigma + 'Σ'.len_utf8();
+            let place = at + (piece.len() - rest.len()) + sigma;
+            let ends = unicode::ends_word(&text[..place], &text[place + 'Σ'.len_utf8()..]);
+            out.push(if ends { 'ς' } else { 'σ' });
+            rest = &rest[after..];
+        }
+        out.push_str(&rest.to_lowercase());
+        at += piece.len();
+    };
+    ev.mapped_text(&text[from..], lower)
+}
+
+pub(super) fn title(text: &str, inside: &mut bool, out: &mut String) {
+    for c in text.chars() {
+        if *inside {
+            out.extend(c.to_lowercase())
+        } else {
+            unicode::push_title(c, out)
+        }
+        *inside = unicode::is_cased(c);
+    }
+}
+
+/// What has been seen of a text that may be one in title case.
+#[derive(Default)]
+pub struct Title {
+    inside: bool,
+    any: bool,
+}
+
+impl Title {
+    /// Whether it still may be one with these characters.
+    pub fn goes_on(&mut self, mut chars: impl Iterator<Item = char>) -> bool {
+        chars.all(|c| {
+            if c.is_uppercase() || unicode::is_title_form(c) {
+                if self.inside {
+                    return false;
+                }
+                (self.inside, self.any) = (true, true);
+            } else if c.is_lowercase() {
+                if !self.inside {
+                    return false;
+                }
+                self.any = true;
+            } else {
+                self.inside = false;
+            }
+            true
+        })
+    }
+
+    /// Whether what has been seen is one.
+    pub fn is_one(&self) -> bool {
+        self.any
+    }
+}
+
+pub(super) fn swapcase(text: &str, out: &mut String) {
+    for c in text.chars() {
+        if c.is_uppercase() {
+            out.extend(c.to_lowercase())
+        } else if c.is_lowercase() {
+            out.extend(c.to_uppercase())
+        } else {
+            out.push(c);
+        }
+    }
+}
+
+/// White space as Python's `str.isspace` has it: Unicode's, and the separators 0x1c to 0x1f.
+pub(super) fn is_space(c: char) -> bool {
+    c.is_whitespace() || matches!(c, '\x1c'..='\x1f')
+}
+
+pub(super) fn all(ev: &Evaluator<'_>, args: &[Value], test: impl Fn(char) -> bool) -> R {
+    let text = receiver(ev, &args[0])?;
+    let all = !text.is_empty() && ev.all_chars(text.as_str(), test)?;
+    Ok(Value::Bool(all))
+}
+
+/// `isupper` and `islower`: at least one wanted letter and none of the other case.
+pub(super) fn cased(
+    ev: &Evaluator<'_>,
+    args: &[Value],
+    wanted: fn(char) -> bool,
+    other: fn(char) -> bool,
+) -> R {
+    let text = receiver(ev, &args[0])?;
+    let none = |test: fn(char) -> bool| ev.all_chars(text.as_str(), |c| !test(c));
+    Ok(Value::Bool(!none(wanted)? && none(other)?))
+}

@@ -1,0 +1,234 @@
+//! What takes a `str` apart: `strip`, `split` and its kin, `partition`.
+
+use std::collections::HashSet;
+use std::rc::Rc;
+
+use super::case::is_space;
+use super::{receiver, text_argument};
+use crate::eval::Evaluator;
+use crate::eval::bulk::{EACH, STRIDE, many, pieces};
+use crate::ops::search::Occurrences;
+use crate::value::{R, Str, Value};
+
+pub(super) fn strip(ev: &Evaluator<'_>, args: &[Value], left: bool, right: bool) -> R {
+    let text = receiver(ev, &args[0])?;
+    let chars: Option<CharSet> = match args[1].given() {
+        None | Some(Value::None) => None,
+        Some(value) => match ev.plain(value) {
+            Value::Str(text) => Some(CharSet::of(ev, text.as_str())?),
+            _ => {
+                let method = match (left, right) {
+                    (true, true) => "strip",
+                    (true, false) => "lstrip",
+                    _ => "rstrip",
+                };
+                return Err(ev.type_error(format!("{method} arg must be None or str")));
+            }
+        },
+    };
+    let cut = |c: char| {
+        chars
+            .as_ref()
+            .map_or_else(|| is_space(c), |chars| chars.contains(c))
+    };
+    let mut part = text.as_str();
+    if left {
+        part = &part[ev.leading(part, cut)?..];
+    }
+    if right {
+        part = &part[..part.len() - ev.trailing(part, cut)?];
+    }
+    if part.len() == text.as_str().len() {
+        return Ok(Value::Str(text.clone()));
+    }
+    ev.string_of(part)
+}
+
+/// Characters that are asked for again and again.
+enum CharSet {
+    Few(Vec<char>),
+    Many(HashSet<char>),
+}
+
+impl CharSet {
+    fn of(ev: &Evaluator<'_>, text: &str) -> R<Self> {
+        if text.len() <= 16 {
+            return Ok(CharSet::Few(text.chars().collect()));
+        }
+        let mut chars = HashSet::new();
+        for piece in pieces(text) {
+            chars.extend(piece.chars());
+            ev.worked(piece.len() * EACH)?;
+        }
+        Ok(CharSet::Many(chars))
+    }
+
+    fn contains(&self, c: char) -> bool {
+        match self {
+            CharSet::Few(chars) => chars.contains(&c),
+            CharSet::Many(chars) => chars.contains(&c),
+        }
+    }
+}
+
+pub(super) fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
+    let text = receiver(ev, &args[0])?;
+    let most = match args[2].given() {
+        Some(value) => usize::try_from(ev.clamped_index(value)?).unwrap_or(usize::MAX),
+        None => usize::MAX,
+    };
+    let separator = match args[1].given() {
+        None | Some(Value::None) => None,
+        Some(separator) => Some(text_argument(ev, separator).map_err(|_| {
+            let name = ev.core.types.name_of(separator);
+            ev.type_error(format!("must be str or None, not {name}"))
+        })?),
+    };
+    let mut parts = Parts::new(ev, &text);
+    match separator {
+        None => parts.between_spaces(most, from_right)?,
+        Some(separator) if separator.is_empty() => return Err(ev.value_error("empty separator")),
+        Some(separator) if from_right => parts.back_between(separator.as_str(), most)?,
+        Some(separator) => parts.between(separator.as_str(), most)?,
+    }
+    if from_right {
+        parts.list.reverse();
+    }
+    Ok(Value::list(parts.list))
+}
+
+/// The parts of a text, as they are found.
+struct Parts<'p, 'y> {
+    ev: &'p Evaluator<'y>,
+    whole: &'p Str,
+    list: Vec<Value>,
+}
+
+impl<'p, 'y> Parts<'p, 'y> {
+    fn new(ev: &'p Evaluator<'y>, whole: &'p Str) -> Self {
+        let list = Vec::new();
+        Parts { ev, whole, list }
+    }
+
+    fn push(&mut self, part: &str) -> R<()> {
+        self.ev.grow(&mut self.list, 1)?;
+        self.list.push(part_of(self.ev, self.whole, part)?);
+        // So that what a text is taken apart into never goes far beyond the limit.
+        match self.list.len().is_multiple_of(1024) {
+            true => self.ev.check_memory(),
+            false => Ok(()),
+        }
+    }
+
+    fn between(&mut self, separator: &str, most: usize) -> R<()> {
+        let text = self.whole.as_str();
+        let mut found = Occurrences::new(text.as_bytes(), separator.as_bytes());
+        let mut start = 0;
+        while self.list.len() < most
+            && let Some(at) = found.next(self.ev)?
+        {
+            self.push(&text[start..at])?;
+            start = at + separator.len();
+        }
+        self.push(&text[start..])
+    }
+
+    fn back_between(&mut self, separator: &str, most: usize) -> R<()> {
+        let text = self.whole.as_str();
+        let mut found = Occurrences::from_end(text.as_bytes(), separator.as_bytes());
+        let mut end = text.len();
+        while self.list.len() < most
+            && let Some(at) = found.next_back(self.ev)?
+        {
+            self.push(&text[at + separator.len()..end])?;
+            end = at;
+        }
+        self.push(&text[..end])
+    }
+
+    /// Splits at runs of white space, at most `most` times; the rest keeps its inner white space.
+    fn between_spaces(&mut self, most: usize, from_right: bool) -> R<()> {
+        let (ev, text) = (self.ev, self.whole.as_str());
+        let is_word = |c: char| !is_space(c);
+        let mut rest = match from_right {
+            true => &text[..text.len() - ev.trailing(text, is_space)?],
+            false => &text[ev.leading(text, is_space)?..],
+        };
+        while !rest.is_empty() {
+            if self.list.len() == most {
+                return self.push(rest);
+            }
+            ev.worked(EACH)?;
+            if from_right {
+                let at = rest.len() - ev.trailing(rest, is_word)?;
+                self.push(&rest[at..])?;
+                rest = &rest[..at - ev.trailing(&rest[..at], is_space)?];
+            } else {
+                let at = ev.leading(rest, is_word)?;
+                self.push(&rest[..at])?;
+                rest = &rest[at + ev.leading(&rest[at..], is_space)?..];
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A part of a text as a string of its own.
+#[inline]
+fn part_of(ev: &Evaluator<'_>, whole: &Str, part: &str) -> R {
+    if whole.is_ascii() && part.len() <= STRIDE {
+        ev.worked(many(part.len()))?;
+        return Ok(Value::Str(Rc::new(Str::counted(part, part.len()))));
+    }
+    ev.string_of(part)
+}
+
+pub(super) fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let keep = args[1].given().map_or(Ok(0), |value| ev.index(value))? != 0;
+    let whole = receiver(ev, &args[0])?;
+    let text = whole.as_str();
+    let is_end = |c: char| {
+        matches!(
+            c,
+            '\n' | '\r' | '\x0b' | '\x0c' | '\x1c'..='\x1e' | '\u{85}' | '\u{2028}' | '\u{2029}'
+        )
+    };
+    let mut lines = Parts::new(ev, &whole);
+    let mut rest = text;
+    while !rest.is_empty() {
+        let line = ev.leading(rest, |c| !is_end(c))?;
+        let end = match &rest[line..] {
+            "" => line,
+            rest if rest.starts_with("\r\n") => line + 2,
+            rest => line + rest.chars().next().map_or(1, char::len_utf8),
+        };
+        lines.push(if keep { &rest[..end] } else { &rest[..line] })?;
+        ev.worked(EACH)?;
+        rest = &rest[end..];
+    }
+    Ok(Value::list(lines.list))
+}
+
+pub(super) fn partition(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
+    let (whole, separator) = (receiver(ev, &args[0])?, text_argument(ev, &args[1])?);
+    if separator.is_empty() {
+        return Err(ev.value_error("empty separator"));
+    }
+    let text = whole.as_str();
+    let found = if from_right {
+        ev.rfind_bytes(text.as_bytes(), separator.as_str().as_bytes())?
+    } else {
+        ev.find_bytes(text.as_bytes(), separator.as_str().as_bytes())?
+    };
+    let empty = || ev.core.empty_str.clone();
+    let all = || Value::Str(whole.clone());
+    Ok(Value::triple(match (found, from_right) {
+        (Some(at), _) => [
+            part_of(ev, &whole, &text[..at])?,
+            Value::Str(separator.clone()),
+            part_of(ev, &whole, &text[at + separator.as_str().len()..])?,
+        ],
+        (None, false) => [all(), empty(), empty()],
+        (None, true) => [empty(), empty(), all()],
+    }))
+}

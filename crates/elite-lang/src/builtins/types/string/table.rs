@@ -1,0 +1,89 @@
+//! `str.maketrans` and `str.translate`.
+
+use std::rc::Rc;
+
+use super::receiver;
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::eval::bulk::EACH;
+use crate::value::{R, Value};
+
+pub(super) fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let table = crate::value::Dict::new();
+    let code = |c: char| Value::Int(i64::from(c as u32));
+    match (&args[0], args[1].given()) {
+        (Value::Dict(dict), None) => {
+            for (_, key, value) in ev.entries(dict)? {
+                ev.worked(EACH)?;
+                let key = match &key {
+                    Value::Str(text) if text.len() == 1 => {
+                        code(text.as_str().chars().next().unwrap_or('\0'))
+                    }
+                    Value::Int(_) => key,
+                    other if !matches!(other, Value::Str(_)) => {
+                        let text = "keys in translate table must be strings or integers";
+                        return Err(ev.type_error(text));
+                    }
+                    _ => {
+                        return Err(
+                            ev.value_error("string keys in translate table must be of length 1")
+                        );
+                    }
+                };
+                ev.dict_set(&table, key, value)?;
+            }
+        }
+        (Value::Str(from), Some(Value::Str(to))) => {
+            if from.len() != to.len() {
+                return Err(
+                    ev.value_error("the first two maketrans arguments must have equal length")
+                );
+            }
+            for (from, to) in from.as_str().chars().zip(to.as_str().chars()) {
+                ev.worked(EACH)?;
+                ev.dict_set(&table, code(from), code(to))?;
+            }
+            if let Some(Value::Str(removed)) = args[2].given() {
+                for c in removed.as_str().chars() {
+                    ev.worked(EACH)?;
+                    ev.dict_set(&table, code(c), Value::None)?;
+                }
+            }
+        }
+        _ => {
+            return Err(
+                ev.type_error("if you give only one argument to maketrans it must be a dict")
+            );
+        }
+    }
+    Ok(Value::Dict(Rc::new(table)))
+}
+
+pub(super) fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let text = receiver(ev, &args[0])?;
+    let mut out = String::new();
+    ev.grow(&mut out, text.as_str().len())?;
+    for c in text.as_str().chars() {
+        ev.worked(16 * EACH)?;
+        let found = match ev.item(&args[1], &Value::Int(i64::from(c as u32))) {
+            Ok(found) => found,
+            Err(raised) if ev.is_kind(&raised, ExceptionKind::LookupError) => {
+                // An exception was made and is dropped.
+                ev.worked(256 * EACH)?;
+                out.push(c);
+                continue;
+            }
+            Err(raised) => return Err(raised),
+        };
+        match found {
+            Value::None => {}
+            Value::Str(text) => ev.push_text(&mut out, text.as_str())?,
+            Value::Int(code) => match u32::try_from(code).ok().and_then(char::from_u32) {
+                Some(c) => out.push(c),
+                None => return Err(ev.value_error("character mapping must be in range(0x110000)")),
+            },
+            _ => return Err(ev.type_error("character mapping must return integer, None or str")),
+        }
+    }
+    ev.string(out)
+}
