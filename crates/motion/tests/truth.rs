@@ -140,6 +140,16 @@ fn a_payload_far_from_what_was_told_is_taken_for_a_collision() {
     }
 }
 
+/// Moves every joint by an angle and back; how far the arm ever was off its targets, rad.
+fn there_and_back(bench: &mut Bench, home: JointPositions, by: f64) -> f64 {
+    for way in [by, 0.0] {
+        let target = JointPositions(home.0.map(|q| q + way));
+        let outcome = bench.do_it(movej(target));
+        assert_eq!(outcome, Outcome::Done, "{:?}", bench.stops);
+    }
+    bench.states.iter().map(off).fold(0.0, f64::max)
+}
+
 #[test]
 fn wrong_payloads_leave_the_arm_close_to_its_targets_on_every_model() {
     for model in MODELS {
@@ -154,16 +164,7 @@ fn wrong_payloads_leave_the_arm_close_to_its_targets_on_every_model() {
             let home = config.home;
             let mut bench = Bench::new(config);
             bench.do_it(CommandKind::SetCollisionDetection(false));
-            for way in [0.7, 0.0] {
-                let target = JointPositions(home.0.map(|q| q + way));
-                assert_eq!(
-                    bench.do_it(movej(target)),
-                    Outcome::Done,
-                    "{model} {:?}",
-                    bench.stops
-                );
-            }
-            let most = bench.states.iter().map(off).fold(0.0, f64::max);
+            let most = there_and_back(&mut bench, home, 0.7);
             println!("{model} carries {real} kg, told {told}: {most:.1e} rad off");
             assert!(most < 0.01, "{model} {most}");
         }
@@ -197,17 +198,7 @@ fn friction_and_rotors_show_in_the_torques_and_the_arm_follows_all_the_same() {
                 let home = config.home;
                 let mut bench = Bench::new(config);
                 bench.do_it(CommandKind::SetCollisionDetection(false));
-                for way in [0.9, 0.0] {
-                    let target = JointPositions(home.0.map(|q| q + way));
-                    let outcome = bench.do_it(movej(target));
-                    assert_eq!(
-                        outcome,
-                        Outcome::Done,
-                        "{model} {drivetrain:?} {:?}",
-                        bench.stops
-                    );
-                }
-                let most = bench.states.iter().map(off).fold(0.0, f64::max);
+                let most = there_and_back(&mut bench, home, 0.9);
                 println!("{model} {plant:?}: {most:.1e} rad off");
                 assert!(most < 0.02, "{model} {plant:?} {drivetrain:?} {most}");
                 // Where the joints turn evenly, what the drives give beyond the model is what they have to overcome.

@@ -151,17 +151,6 @@ impl CartesianPath {
         self.end_q
     }
 
-    /// The setpoint at a state of s, in the branch of solutions that `near` belongs to.
-    pub fn at(
-        &self,
-        model: &RobotModel,
-        s: &ScalarState,
-        near: &JointPositions,
-    ) -> Option<Setpoint> {
-        let q = self.positions(model, s.position, near)?;
-        setpoint_at(&self.point(model, s.position, q)?, s)
-    }
-
     /// Where a line leads, as a unit vector; `None` on arcs, and where s is not the distance of the TCP.
     pub fn direction(&self) -> Option<Vector3<f64>> {
         match self.shape {

@@ -9,6 +9,7 @@ mod quintic;
 mod route;
 mod turn;
 
+use cartesian::setpoint_at;
 pub use cartesian::{ArcOrientation, CartesianPath, NoArc};
 pub use joint_line::JointLine;
 pub use micro_line::{MicroLine, MicroWay, Sample};
@@ -100,10 +101,11 @@ impl Path {
     pub fn at(&self, ground: &Ground, s: &ScalarState, near: &JointPositions) -> Option<Setpoint> {
         match self {
             Self::Joint(line) => Some(line.at(s)),
-            Self::Cartesian(line) => line.at(ground.model, s, near),
             Self::Micro(line) => line.at(ground.model, ground.points, s, near),
             Self::Blend(blend) => Some(blend.at(s)),
-            Self::Turn(turn) => turn.at(ground.model, s, near),
+            Self::Cartesian(_) | Self::Turn(_) => {
+                setpoint_at(&self.point(ground.model, s.position, near)?, s)
+            }
         }
     }
 

@@ -10,10 +10,8 @@ use kinematics::rotation::rotation_from_rotvec;
 use kinematics::{JointPositions, Pose, RobotModel};
 use nalgebra::Vector3;
 
-use super::cartesian::{Bent, CartesianPath, derivatives, setpoint_at};
+use super::cartesian::{Bent, CartesianPath, derivatives};
 use super::{PathPoint, TcpWay};
-use crate::scalar::ScalarState;
-use crate::setpoint::Setpoint;
 
 /// Longest clothoid, as a share of the arc that it is laid over one end of.
 const LONGEST_RAMP: f64 = 0.5;
@@ -239,17 +237,6 @@ impl Turn {
             change: self.about[1] * second[2] + omega.cross(&before) * first[1] + before * first[2],
         };
         derivatives(model, &self.flange_from_tcp, s, q, |_| bent)
-    }
-
-    /// The setpoint at a state of s, in the branch of solutions that `near` belongs to.
-    pub fn at(
-        &self,
-        model: &RobotModel,
-        s: &ScalarState,
-        near: &JointPositions,
-    ) -> Option<Setpoint> {
-        let q = self.positions(model, s.position, near)?;
-        setpoint_at(&self.point(model, s.position, q)?, s)
     }
 }
 
