@@ -157,52 +157,47 @@ pub struct SafetyPlane {
     pub ci_pair: Option<u8>,
 }
 
-/// `[limits]`
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Limits {
-    /// rad/s.
-    pub joint_speed: Option<Six>,
-    /// rad/s².
-    pub joint_acceleration: Option<Six>,
-    /// rad/s³.
-    pub joint_jerk: Option<Six>,
-    /// rad.
-    pub joint_position_min: Option<Six>,
-    /// rad.
-    pub joint_position_max: Option<Six>,
-    /// m/s.
-    pub tcp_speed: Option<f64>,
-    /// m/s.
-    pub elbow_speed: Option<f64>,
-    /// N.
-    pub tcp_force: Option<f64>,
-    /// Whether the arm is kept from running into itself.
-    pub self_collision: Option<bool>,
-    /// In force in reduced mode.
-    pub reduced: ReducedLimits,
+/// A table of limits: the quantities that `[limits]` and `[limits.reduced]` share, and what only one of them has.
+macro_rules! limits {
+    ($(#[$about:meta])* $table:ident { $($(#[$doc:meta])* $key:ident: $kind:ty,)* }) => {
+        $(#[$about])*
+        #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct $table {
+            /// rad/s.
+            pub joint_speed: Option<Six>,
+            /// rad/s².
+            pub joint_acceleration: Option<Six>,
+            /// rad/s³.
+            pub joint_jerk: Option<Six>,
+            /// rad.
+            pub joint_position_min: Option<Six>,
+            /// rad.
+            pub joint_position_max: Option<Six>,
+            /// m/s.
+            pub tcp_speed: Option<f64>,
+            /// m/s.
+            pub elbow_speed: Option<f64>,
+            /// N.
+            pub tcp_force: Option<f64>,
+            $($(#[$doc])* pub $key: $kind,)*
+        }
+    };
 }
 
-/// `[limits.reduced]`
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ReducedLimits {
-    /// rad/s.
-    pub joint_speed: Option<Six>,
-    /// rad/s².
-    pub joint_acceleration: Option<Six>,
-    /// rad/s³.
-    pub joint_jerk: Option<Six>,
-    /// rad.
-    pub joint_position_min: Option<Six>,
-    /// rad.
-    pub joint_position_max: Option<Six>,
-    /// m/s.
-    pub tcp_speed: Option<f64>,
-    /// m/s.
-    pub elbow_speed: Option<f64>,
-    /// N.
-    pub tcp_force: Option<f64>,
+limits! {
+    /// `[limits]`
+    Limits {
+        /// Whether the arm is kept from running into itself.
+        self_collision: Option<bool>,
+        /// In force in reduced mode.
+        reduced: ReducedLimits,
+    }
+}
+
+limits! {
+    /// `[limits.reduced]`
+    ReducedLimits {}
 }
 
 /// `[sensor]`: standard deviations.
