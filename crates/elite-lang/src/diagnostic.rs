@@ -5,6 +5,7 @@
 
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 
+use crate::eval::node::TaskNode;
 use crate::excerpt::Excerpt;
 use crate::source::{SourceFile, Span};
 
@@ -41,6 +42,8 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// What to do about it, if there is advice.
     pub help: Option<String>,
+    /// The node of the pendant's task that it is in: that of the last directive before it.
+    pub node: Option<TaskNode>,
 }
 
 /// The flat fields of a finding as editors and `check --format json` want them: lines and columns from 1,
@@ -69,6 +72,7 @@ impl Diagnostic {
             span,
             labels: Vec::new(),
             help: None,
+            node: None,
         }
     }
 
@@ -112,7 +116,7 @@ impl Diagnostic {
     }
 }
 
-/// Renders a finding for people: title, source lines with carets, labels, help. With `ansi`, in colour.
+/// Renders a finding for people: title, source lines with carets, labels, node, help. With `ansi`, in colour.
 pub fn render_human(diagnostic: &Diagnostic, file: &SourceFile, ansi: bool) -> String {
     let level = match diagnostic.severity {
         Severity::Error => Level::ERROR,
@@ -154,6 +158,9 @@ pub fn render_human(diagnostic: &Diagnostic, file: &SourceFile, ansi: bool) -> S
         let annotation = AnnotationKind::Context.span(range).label(&label.text);
         let snippet = Snippet::source(&*excerpt.text).line_start(excerpt.first_line as usize);
         group = group.element(snippet.path(file.name()).annotation(annotation));
+    }
+    if let Some(node) = &diagnostic.node {
+        group = group.element(Level::NOTE.message(format!("in {node}")));
     }
     if let Some(help) = &diagnostic.help {
         group = group.element(Level::HELP.message(help));

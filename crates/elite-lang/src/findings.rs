@@ -3,7 +3,9 @@
 
 use std::borrow::Cow;
 
+use crate::ast::NodeMark;
 use crate::diagnostic::Diagnostic;
+use crate::eval::node::TaskNode;
 
 /// Most findings that are made of one text; further ones add nothing.
 pub const FINDINGS_MAX: usize = 50;
@@ -59,6 +61,23 @@ impl Findings {
 pub fn in_order(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
     findings.sort_by_key(|finding| finding.span.start);
     findings.truncate(FINDINGS_MAX);
+    findings
+}
+
+/// Tells findings which node of the pendant's task they are in; `marks` are in the order of the text. One about a directive
+/// is in none.
+pub fn in_nodes(mut findings: Vec<Diagnostic>, marks: &[NodeMark]) -> Vec<Diagnostic> {
+    for finding in findings
+        .iter_mut()
+        .filter(|finding| finding.code != "directive")
+    {
+        let before = marks.partition_point(|mark| mark.start <= finding.span.start);
+        let mark = before.checked_sub(1).and_then(|last| marks.get(last));
+        finding.node = mark.map(|mark| TaskNode {
+            number: mark.number,
+            label: (*mark.label).into(),
+        });
+    }
     findings
 }
 

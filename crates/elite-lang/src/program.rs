@@ -5,7 +5,7 @@ use std::thread::ThreadId;
 
 use crate::ast::{Expr, ExprKind, FunctionDef, Module, Stmt, StmtKind};
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::findings::in_order;
+use crate::findings::{in_nodes, in_order};
 use crate::limits::memory::Budget;
 use crate::parser::parse;
 use crate::resolve::{KnownNames, Resolution, resolve};
@@ -99,15 +99,16 @@ fn compile_here(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Ve
         .any(|diagnostic| diagnostic.severity == Severity::Error)
     {
         diagnostics.retain(|diagnostic| diagnostic.severity == Severity::Error);
-        return Err(in_order(diagnostics));
+        return Err(in_nodes(in_order(diagnostics), &module.nodes));
     }
+    let warnings = in_nodes(in_order(diagnostics), &module.nodes).into();
     Ok(Program {
         file,
         module: Arc::new(module),
         resolution: Arc::new(resolution),
         kind: shape.kind,
         entry: shape.entry,
-        warnings: in_order(diagnostics).into(),
+        warnings,
         bytes: budget.used(),
         made_by: std::thread::current().id(),
     })
@@ -121,7 +122,7 @@ pub fn check(file: Arc<SourceFile>, known: &KnownNames) -> Vec<Diagnostic> {
         Ok(program) => {
             let mut found = program.warnings.to_vec();
             found.extend(crate::lint::lint(&program.module, &file, known));
-            in_order(found)
+            in_nodes(in_order(found), &program.module.nodes)
         }
         Err(diagnostics) => diagnostics,
     })
@@ -158,6 +159,7 @@ fn front(file: &SourceFile) -> (Option<Module>, Vec<Diagnostic>, Shape) {
     if failed {
         // Names are looked up in trees without gaps only: a gap would make half of the names look undefined.
         diagnostics.retain(|diagnostic| diagnostic.severity == Severity::Error);
+        let diagnostics = in_nodes(diagnostics, &parsed.module.nodes);
         return (None, diagnostics, shape);
     }
     (Some(parsed.module), diagnostics, shape)

@@ -432,3 +432,49 @@ fn bad_directives_are_errors_with_their_place() {
         );
     }
 }
+
+#[test]
+fn findings_name_the_node_they_are_in() {
+    let known = KnownNames::new(["movej"]);
+    let nodes = |text: &str| -> Vec<String> {
+        let file = Task::file(text);
+        let shown = |finding: &elite_lang::Diagnostic| {
+            let node = finding.node.as_ref().map(ToString::to_string);
+            let picture = elite_lang::render_human(finding, &file, false);
+            match &node {
+                Some(node) => assert!(picture.contains(&format!("note: in {node}")), "{picture}"),
+                None => assert!(!picture.contains("note: in "), "{picture}"),
+            }
+            format!("{}: {}", finding.code, node.unwrap_or_default())
+        };
+        elite_lang::check(file.clone(), &known)
+            .iter()
+            .map(shown)
+            .collect()
+    };
+    assert_eq!(
+        nodes(
+            "z =\n$ LINE: (3, '接近点')\nx = = 1\n$ LINE: (4, 'b\\n', 'after')\ny = )\n$ LINE: (0, 'c')\nw = (\n"
+        ),
+        [
+            "syntax: ",
+            "syntax: node 3 接近点",
+            "syntax: node 4 b\\n",
+            "directive: ",
+            "syntax: node 4 b\\n"
+        ],
+        "errors of the grammar"
+    );
+    assert_eq!(
+        nodes(
+            "$ LINE: (1, 'a')\ndef f():\n    global x\n    $ LINE: (2, '')\n    nonlocal y\n    return 1\n$ LINE: (3, 'c')\nf()\n"
+        ),
+        ["syntax: node 2"],
+        "errors of the scopes"
+    );
+    assert_eq!(
+        nodes("$ LINE: (1, 'a')\nmovej(p)\n$ LINE: (2, 'b')\nmovey(1)\n"),
+        ["undefined-name: node 1 a", "undefined-name: node 2 b"],
+        "warnings"
+    );
+}

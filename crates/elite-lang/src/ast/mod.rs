@@ -387,6 +387,8 @@ pub struct NodeMark {
     /// Row of the task tree, from 1.
     pub number: u32,
     pub label: Box<str>,
+    /// The byte of the text at which it stands.
+    pub start: u32,
     /// The node is shown when the motion that follows has ended, not before.
     pub after: bool,
     pub place: NodePlace,

@@ -21,7 +21,6 @@ const FORM: &str =
 /// A directive that says something, and where it stands.
 pub(super) struct Mark {
     pub(super) node: NodeMark,
-    start: u32,
     depth: u32,
     heads_clause: bool,
 }
@@ -41,7 +40,6 @@ impl Parser<'_> {
             if let Ok(node) = self.line_directive(directive.span) {
                 self.marks.push(Mark {
                     node,
-                    start: directive.span.start,
                     depth: directive.depth,
                     heads_clause: directive.heads_clause,
                 });
@@ -83,10 +81,10 @@ impl Parser<'_> {
         }
         let start = span.start as usize + parts;
         let expr = self.field_expression(Span::new(start, span.end as usize))?;
-        self.node_mark(&expr)
+        self.node_mark(span.start, &expr)
     }
 
-    fn node_mark(&mut self, expr: &Expr) -> Parse<NodeMark> {
+    fn node_mark(&mut self, start: u32, expr: &Expr) -> Parse<NodeMark> {
         let items = match &expr.kind {
             ExprKind::Tuple(items) if self.is_parenthesised(expr.span) => &items[..],
             _ => &[],
@@ -128,6 +126,7 @@ impl Parser<'_> {
         Ok(NodeMark {
             number: node,
             label: shortened(label),
+            start,
             after,
             place: NodePlace::AtEnd,
         })
@@ -141,7 +140,7 @@ impl Parser<'_> {
     /// Gives the directives that stand before byte `before`, and have no place yet, this one.
     pub(super) fn claim(&mut self, before: u32, place: NodePlace) {
         while let Some(mark) = self.marks.get_mut(self.claimed)
-            && mark.start < before
+            && mark.node.start < before
         {
             mark.node.place = place;
             self.claimed += 1;
@@ -153,7 +152,7 @@ impl Parser<'_> {
         let end = self.token().span.start;
         let Some(last) = body.last() else { return };
         while let Some(mark) = self.marks.get_mut(self.claimed)
-            && mark.start < end
+            && mark.node.start < end
             && mark.depth >= self.depth
             && !mark.heads_clause
         {
