@@ -185,16 +185,17 @@ impl Cycle {
             return Ok(());
         };
         let axes = online_axes(self.limit_sets.able(), self.step);
+        let braking = points.while_braking(&states(carried), &axes, self.step);
         let checked = Points::new(arm.0, arm.1, self.limit_sets.checked(), &carried.q);
-        if let Some(points) = checked
-            && !points.is_safe(&states(carried), &axes, self.step)
-        {
-            return Err(points.too_fast(&carried.qd));
+        if let Some(reason) = checked.and_then(|points| points.exceeded(braking)) {
+            return Err(reason);
         }
         let soon = JointSpeeds(core::array::from_fn(|joint| {
             carried.qd[joint] + AHEAD * carried.qdd[joint]
         }));
         let used = points.used(&carried.qd).max(points.used(&soon));
+        // Joints that brake each for itself may lead the TCP on faster than together.
+        let used = used.max(points.share(braking));
         if let Some(tracking) = &mut self.tracking {
             let change = if used > SLOWING_FROM {
                 -SLOWING_RATE * self.step

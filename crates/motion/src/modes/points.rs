@@ -76,23 +76,6 @@ impl<'a> Points<'a> {
         AIMED_SHARE / self.factor(qd)
     }
 
-    /// The limit that is about to be exceeded from `qd` on: the one of which more is used.
-    pub(crate) fn too_fast(&self, qd: &JointSpeeds) -> StopReason {
-        let tcp = self.frames.twist(qd, self.tcp).linear.norm();
-        let elbow = elbow_speed(&self.frames, qd);
-        if tcp / self.tcp_speed >= elbow / self.elbow_speed {
-            StopReason::TcpSpeed {
-                value: tcp,
-                limit: self.tcp_speed,
-            }
-        } else {
-            StopReason::ElbowSpeed {
-                value: elbow,
-                limit: self.elbow_speed,
-            }
-        }
-    }
-
     /// `wanted` if it is safe, otherwise the safe state nearest to it on the way to braking.
     pub(super) fn guarded(
         &self,
@@ -129,6 +112,73 @@ impl<'a> Points<'a> {
 
     /// Whether braking from `states` keeps both limits.
     pub(crate) fn is_safe(&self, states: &[ScalarState; 6], axes: &[Axis; 6], step: f64) -> bool {
+        let braking = Braking::from(states, axes, step);
+        let mut speeds = braking.places().map(|time| self.speeds(&braking, time));
+        speeds.all(|speeds| self.exceeded(speeds).is_none())
+    }
+
+    /// The highest speeds of TCP and elbow, m/s, while the joints brake from `states`.
+    pub(crate) fn while_braking(
+        &self,
+        states: &[ScalarState; 6],
+        axes: &[Axis; 6],
+        step: f64,
+    ) -> [f64; 2] {
+        let braking = Braking::from(states, axes, step);
+        let speeds = braking.places().map(|time| self.speeds(&braking, time));
+        speeds.fold([0.0; 2], |most, speeds| {
+            core::array::from_fn(|point| f64::max(most[point], speeds[point]))
+        })
+    }
+
+    /// The limit that speeds of TCP and elbow do not keep; the one of which more is used.
+    pub(crate) fn exceeded(&self, [tcp, elbow]: [f64; 2]) -> Option<StopReason> {
+        let of_tcp = tcp / self.tcp_speed;
+        let of_elbow = elbow / self.elbow_speed;
+        if of_tcp.max(of_elbow) <= KEPT_SHARE {
+            return None;
+        }
+        Some(if of_tcp >= of_elbow {
+            StopReason::TcpSpeed {
+                value: tcp,
+                limit: self.tcp_speed,
+            }
+        } else {
+            StopReason::ElbowSpeed {
+                value: elbow,
+                limit: self.elbow_speed,
+            }
+        })
+    }
+
+    /// The share of the limits that speeds of TCP and elbow use, whichever uses more.
+    pub(crate) fn share(&self, [tcp, elbow]: [f64; 2]) -> f64 {
+        (tcp / self.tcp_speed).max(elbow / self.elbow_speed)
+    }
+
+    /// Speeds of TCP and elbow `time` seconds into the braking, m/s.
+    fn speeds(&self, braking: &Braking<'_>, time: f64) -> [f64; 2] {
+        let at = braking.at(time);
+        let frames = self.model.forward(&JointPositions(at.map(|s| s.position)));
+        let qd = JointSpeeds(at.map(|s| s.speed));
+        let tcp = (frames.base_from_flange * *self.flange_from_tcp).translation;
+        [
+            frames.twist(&qd, tcp).linear.norm(),
+            elbow_speed(&frames, &qd),
+        ]
+    }
+}
+
+/// Every joint on its fastest way to rest.
+struct Braking<'a> {
+    states: &'a [ScalarState; 6],
+    ramps: [Ramp; 6],
+    duration: f64,
+    step: f64,
+}
+
+impl<'a> Braking<'a> {
+    fn from(states: &'a [ScalarState; 6], axes: &[Axis; 6], step: f64) -> Self {
         let ramps: [Ramp; 6] = core::array::from_fn(|joint| {
             let (state, axis) = (&states[joint], &axes[joint]);
             ramp(
@@ -140,32 +190,35 @@ impl<'a> Points<'a> {
             )
         });
         let duration = ramps.iter().fold(0.0_f64, |most, r| most.max(r.duration));
-        let near = f64::from(NEAR_CYCLES) * step;
-        let far = (duration - near).max(0.0) / f64::from(FAR_PLACES);
-        let places = (0..=NEAR_CYCLES)
-            .map(|k| f64::from(k) * step)
-            .chain((1..FAR_PLACES).map(|k| near + f64::from(k) * far));
-        places
-            .take_while(|time| *time <= duration)
-            .all(|time| self.is_slow(states, &ramps, time))
+        Self {
+            states,
+            ramps,
+            duration,
+            step,
+        }
     }
 
-    /// Whether both limits are kept `time` seconds into the braking.
-    fn is_slow(&self, states: &[ScalarState; 6], ramps: &[Ramp; 6], time: f64) -> bool {
-        let at: [ScalarState; 6] = core::array::from_fn(|joint| {
-            let mut state = states[joint];
+    /// The times that are looked at, s.
+    fn places(&self) -> impl Iterator<Item = f64> {
+        let (step, duration) = (self.step, self.duration);
+        let near = f64::from(NEAR_CYCLES) * step;
+        let far = (duration - near).max(0.0) / f64::from(FAR_PLACES);
+        (0..=NEAR_CYCLES)
+            .map(move |k| f64::from(k) * step)
+            .chain((1..FAR_PLACES).map(move |k| near + f64::from(k) * far))
+            .take_while(move |time| *time <= duration)
+    }
+
+    fn at(&self, time: f64) -> [ScalarState; 6] {
+        core::array::from_fn(|joint| {
+            let mut state = self.states[joint];
             let mut left = time;
-            for phase in &ramps[joint].phases {
+            for phase in &self.ramps[joint].phases {
                 let part = phase.duration.min(left);
                 state = state.after(part, phase.jerk);
                 left -= part;
             }
             state
-        });
-        let frames = self.model.forward(&JointPositions(at.map(|s| s.position)));
-        let qd = JointSpeeds(at.map(|s| s.speed));
-        let tcp = (frames.base_from_flange * *self.flange_from_tcp).translation;
-        frames.twist(&qd, tcp).linear.norm() <= KEPT_SHARE * self.tcp_speed
-            && elbow_speed(&frames, &qd) <= KEPT_SHARE * self.elbow_speed
+        })
     }
 }
