@@ -168,11 +168,6 @@ impl Admittance {
         }
     }
 
-    /// The stiffness it reckons with, N/m or Nm/rad; `None` without contact.
-    pub fn contact_stiffness(&self) -> Option<f64> {
-        self.is_touching().then(|| self.stiffness.estimate())
-    }
-
     fn is_touching(&self) -> bool {
         self.untouched < LOST_AFTER
     }

@@ -1,7 +1,5 @@
 //! Who makes time pass: the trait through which scripts wait without knowing which clock runs.
 
-use core::time::Duration;
-
 /// A length of simulated time in seconds; finite and not negative.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 pub struct Seconds(f64);
@@ -21,11 +19,6 @@ impl Seconds {
     pub fn cycles(self, step: Seconds) -> u64 {
         // A sleep of exactly n cycles must not become n + 1 through rounding of the quotient.
         (self.0 / step.0 - 1e-9).ceil().max(0.0) as u64
-    }
-
-    /// As a standard duration.
-    pub fn to_duration(self) -> Duration {
-        Duration::from_secs_f64(self.0)
     }
 }
 

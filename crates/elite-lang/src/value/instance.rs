@@ -143,15 +143,6 @@ impl Instance {
         }
     }
 
-    /// Runs `f` on the attribute in slot `slot`, without copying it.
-    #[inline]
-    pub fn with_slot<T>(&self, slot: usize, f: impl FnOnce(&Value) -> T) -> Option<T> {
-        match &*self.attrs.borrow() {
-            Attrs::Slots(slots) => slots.get(slot).map(f),
-            Attrs::Dict(_) => None,
-        }
-    }
-
     /// Sets the attribute in slot `slot`; false (and the value back) if the attributes are in a dictionary.
     #[inline]
     pub fn set_slot(&self, slot: usize, value: Value) -> Result<(), Value> {

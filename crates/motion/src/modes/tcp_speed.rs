@@ -137,27 +137,6 @@ impl TcpSpeed {
         };
     }
 
-    /// Takes the axes of `axes` from now on.
-    pub fn turn_axes(&mut self, axes: Axes) {
-        let before = rotation_of(self.axes, &self.base_from_tcp);
-        let after = rotation_of(axes, &self.base_from_tcp);
-        let turn = after.inverse() * before;
-        let turned = |pick: fn(&ScalarState) -> f64| {
-            let v = self.now.map(|state| pick(&state));
-            let linear = turn * Vector3::new(v[0], v[1], v[2]);
-            let angular = turn * Vector3::new(v[3], v[4], v[5]);
-            [
-                linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
-            ]
-        };
-        let (speed, change) = (turned(|s| s.speed), turned(|s| s.acceleration));
-        for k in 0..6 {
-            self.now[k].speed = speed[k];
-            self.now[k].acceleration = change[k];
-        }
-        self.axes = axes;
-    }
-
     /// Whether a motion is wanted.
     pub fn has_goal(&self) -> bool {
         self.goal.iter().any(|x| *x != 0.0)

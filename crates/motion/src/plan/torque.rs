@@ -57,18 +57,6 @@ impl TorqueBounds {
         }
     }
 
-    /// The same with respect to a parameter of which s is a function with derivatives of at most these.
-    #[must_use]
-    pub fn walked_at(&self, first: f64, second: f64) -> Self {
-        Self {
-            inertia: self.inertia.map(|m| m * first),
-            speed: core::array::from_fn(|joint| {
-                self.speed[joint] * first * first + self.inertia[joint] * second
-            }),
-            room: self.room,
-        }
-    }
-
     /// The speed of s at which moving evenly takes up `share` of the room.
     pub fn speed_limit(&self, share: f64) -> f64 {
         (0..6).fold(f64::INFINITY, |least, joint| {

@@ -75,32 +75,3 @@ pub fn ramp(
         duration: first.duration + middle.duration + last.duration,
     }
 }
-
-/// The largest (`upwards`) or smallest exit speed between `low` and `high` whose ramp fits into `distance`.
-///
-/// `None` when not even the easy end of the range fits. Bisection: 60 halvings.
-pub fn exit_speed(
-    from: (f64, f64),
-    (low, high): (f64, f64),
-    upwards: bool,
-    distance: f64,
-    (acceleration, jerk): (f64, f64),
-) -> Option<f64> {
-    let fits = |goal: f64| ramp(from.0, from.1, goal, acceleration, jerk).distance <= distance;
-    let (mut good, mut bad) = if upwards { (low, high) } else { (high, low) };
-    if fits(bad) {
-        return Some(bad);
-    }
-    if !fits(good) {
-        return None;
-    }
-    for _ in 0..60 {
-        let middle = 0.5 * (good + bad);
-        if fits(middle) {
-            good = middle;
-        } else {
-            bad = middle;
-        }
-    }
-    Some(good)
-}

@@ -131,14 +131,6 @@ impl Evaluator<'_> {
         })
     }
 
-    /// Refuses what is no bound of a slice; a bound may be omitted.
-    pub fn check_slice_index(&self, value: &Value) -> R<()> {
-        if value.is_unbound() || value.is_none() {
-            return Ok(());
-        }
-        self.slice_index(value).map(|_| ())
-    }
-
     /// A bound of a slice or a search, cut to 64 bits.
     pub fn slice_index(&self, value: &Value) -> R<i64> {
         self.clamped_index(value).map_err(|raised| {
