@@ -45,6 +45,10 @@ pub enum Step {
     Stop(CommandKind),
     /// Statements that take this many cycles.
     Wait(usize),
+    /// A new tool, or a new payload, while the arm stands.
+    Tell(CommandKind),
+    /// Force mode or freedrive, pushed at with these wrenches for so many cycles each.
+    Pushed(CommandKind, Vec<([f64; 6], usize)>),
 }
 
 /// What people and ports do while a motion runs.
@@ -62,6 +66,8 @@ pub enum Meanwhile {
     Safeguard(usize),
     /// An input asks for reduced mode for so many cycles, in which the tool gets heavier or lighter.
     Reduced(usize),
+    /// A payload of so many kg is told.
+    Payload(f64),
 }
 
 /// A belt, and how the program follows it: from the first cycle on, before the belt starts.
@@ -177,14 +183,7 @@ impl Program {
         let tcp = if draw.chance(0.5) {
             RpyPose::default()
         } else {
-            RpyPose::from_array([
-                draw.between(-0.1, 0.1),
-                draw.between(-0.1, 0.1),
-                draw.between(0.0, 0.2),
-                draw.between(-1.0, 1.0),
-                draw.between(-1.0, 1.0),
-                draw.between(-1.0, 1.0),
-            ])
+            tool(&mut draw)
         };
         let step_time = *draw.pick(&[0.001, 0.002, 0.004, 0.004, 0.004, 0.008]);
         let conveyor = draw.chance(0.15).then(|| Conveyor::draw(&mut draw));
@@ -230,6 +229,18 @@ impl Program {
     }
 }
 
+/// A TCP, from the flange.
+pub fn tool(draw: &mut Draw) -> RpyPose {
+    RpyPose::from_array([
+        draw.between(-0.1, 0.1),
+        draw.between(-0.1, 0.1),
+        draw.between(0.0, 0.2),
+        draw.between(-1.0, 1.0),
+        draw.between(-1.0, 1.0),
+        draw.between(-1.0, 1.0),
+    ])
+}
+
 impl Conveyor {
     fn draw(draw: &mut Draw) -> Self {
         if draw.chance(0.6) {
@@ -256,13 +267,13 @@ impl Conveyor {
 }
 
 /// Writes the statements, knowing where the arm would be.
-struct Writer {
-    arm: RobotModel,
-    tcp: Pose,
-    middle: JointPositions,
-    at: JointPositions,
-    draw: Draw,
-    steps: Vec<Step>,
+pub struct Writer {
+    pub arm: RobotModel,
+    pub tcp: Pose,
+    pub middle: JointPositions,
+    pub at: JointPositions,
+    pub draw: Draw,
+    pub steps: Vec<Step>,
 }
 
 impl Writer {
@@ -294,7 +305,7 @@ impl Writer {
     }
 
     /// A motion to some place not farther than `spread` rad from the middle.
-    fn planned(&mut self, kind: usize, spread: f64) {
+    pub fn planned(&mut self, kind: usize, spread: f64) {
         let to = self.place(spread);
         let pose = self.arm.tcp_pose(&to, &self.tcp);
         let radius = if self.draw.chance(0.6) {
@@ -359,7 +370,7 @@ impl Writer {
     }
 
     /// Streams and speeds, a stop, and back to where planned motions are at home.
-    fn online(&mut self) {
+    pub fn online(&mut self) {
         for _ in 0..self.draw.whole(1, 3) {
             let duration = Some(self.draw.between(0.004, 0.5));
             let step = match self.draw.whole(0, 2) {
@@ -389,6 +400,11 @@ impl Writer {
         } else {
             CommandKind::StopL { acceleration }
         }));
+        self.back();
+    }
+
+    /// To where planned motions are at home.
+    pub fn back(&mut self) {
         self.steps.push(Step::Move(
             CommandKind::MoveJ {
                 target: self.at,

@@ -183,6 +183,10 @@ impl Follower<'_> {
                 .collect();
             match &phase.what {
                 What::Online => self.on = None,
+                What::Tool(tcp) => {
+                    self.tcp = Pose::from_rpy(tcp);
+                    self.on = None;
+                }
                 What::Move(sent) => self.motion(sent, &states, &mut nominal),
             }
         }
@@ -498,6 +502,8 @@ fn asked(kind: &CommandKind) -> (f64, Cap) {
             ..
         } => (radius, Cap::Tcp(speed)),
         CommandKind::MoveC { speed, radius, .. } => (radius, Cap::Tcp(speed)),
+        // Its arc touches the lines there; what leads into it reaches half as far again (docs/motion.md).
+        CommandKind::MoveP { speed, radius, .. } => (1.5 * radius, Cap::Tcp(speed)),
         CommandKind::MoveJ { radius, .. } | CommandKind::MoveL { radius, .. } => {
             (radius, Cap::None)
         }

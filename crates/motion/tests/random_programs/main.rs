@@ -12,6 +12,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod everything;
 mod generate;
 mod judge;
 mod run;
@@ -164,6 +165,30 @@ fn random_programs_are_right_among_people() {
         }
     }
     assert!(wrong.is_empty(), "{wrong}");
+}
+
+/// Chains, force mode, hands, tools and payloads: the same judge.
+#[test]
+fn random_programs_of_everything_are_right() {
+    let count = number("ELITE_PROGRAMS").unwrap_or(PROGRAMS / 2);
+    let first = number("ELITE_FIRST").unwrap_or(0);
+    let (mut all, mut wrong) = (Tally::default(), String::new());
+    for model in ["cs63", "cs66", "cs612", "cs616", "cs620", "cs625"] {
+        for seed in first..first + count {
+            let program = Program::draw_of_everything(model, seed);
+            let verdict = judge::judge(&program, &run::run(&program));
+            if !verdict.faults.is_empty() {
+                writeln!(wrong, "{model} {seed}: {}", verdict.faults.join("; ")).unwrap();
+            }
+            all.add(verdict.tally);
+        }
+    }
+    println!(
+        "{} motions, {} refused, {} joined, {} not blended; {:.1e} off the path, {:.1e} at the end",
+        all.motions, all.refused, all.joined, all.not_joined, all.path_max, all.end_max
+    );
+    assert!(wrong.is_empty(), "{wrong}");
+    assert!(3 * all.refused < all.motions && all.joined > all.motions / 3);
 }
 
 /// A belt that took a joint to its full speed while it still accelerated; blends on which the TCP was faster between the

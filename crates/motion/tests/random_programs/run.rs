@@ -1,6 +1,6 @@
 //! Runs a program as its own thread would: one statement after the other, waiting for motions to end.
 
-use kinematics::JointPositions;
+use kinematics::{JointPositions, RpyPose};
 use motion_api::{CommandId, CommandKind, Outcome};
 
 use crate::common::Bench;
@@ -28,6 +28,8 @@ pub enum What {
     Move(Box<Sent>),
     /// An online mode; ends with a stop.
     Online,
+    /// A new tool.
+    Tool(RpyPose),
 }
 
 /// A planned motion.
@@ -110,14 +112,38 @@ impl Run {
                 self.until_standing();
             }
             Step::Wait(cycles) => self.bench.run(*cycles),
+            Step::Tell(kind) => {
+                self.until_standing();
+                if let CommandKind::SetTcp(tcp) = kind {
+                    self.phase(What::Tool(*tcp));
+                }
+                self.bench.do_it(*kind);
+            }
+            Step::Pushed(begin, pushes) => {
+                self.until_standing();
+                self.online();
+                self.bench.do_it(*begin);
+                for (wrench, cycles) in pushes {
+                    self.bench.send(CommandKind::SetExternalWrench(*wrench));
+                    self.bench.run(*cycles);
+                }
+                self.bench.send(CommandKind::SetExternalWrench([0.0; 6]));
+                self.bench.do_it(match begin {
+                    CommandKind::ForceMode { .. } => CommandKind::EndForceMode,
+                    _ => CommandKind::EndFreedrive,
+                });
+                self.until_standing();
+            }
         }
     }
 
     fn online(&mut self) {
-        self.phases.push(Phase {
-            from: self.bench.now().cycle,
-            what: What::Online,
-        });
+        self.phase(What::Online);
+    }
+
+    fn phase(&mut self, what: What) {
+        let from = self.bench.now().cycle;
+        self.phases.push(Phase { from, what });
     }
 
     fn planned(&mut self, kind: CommandKind, meanwhile: &[(usize, Meanwhile)]) {
@@ -210,6 +236,13 @@ impl Run {
                 self.bench.send(CommandKind::SetPayload(lighter));
                 self.bench.run(cycles / 2);
                 self.input(20, false);
+            }
+            Meanwhile::Payload(mass) => {
+                let payload = kinematics::Payload {
+                    mass,
+                    ..self.bench.now().payload
+                };
+                self.bench.send(CommandKind::SetPayload(payload));
             }
             Meanwhile::Stop => {
                 self.bench.do_it(CommandKind::Stop {

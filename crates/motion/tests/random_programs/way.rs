@@ -37,7 +37,7 @@ impl Way {
                 from: *q,
                 to: target,
             },
-            CommandKind::MoveL { target, .. } => {
+            CommandKind::MoveL { target, .. } | CommandKind::MoveP { target, .. } => {
                 let to = Pose::from_rpy(&target);
                 let turn = turn_to(&to);
                 Self::Tcp {
