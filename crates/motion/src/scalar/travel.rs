@@ -163,7 +163,7 @@ impl Travel {
             }
             self.begin(self.fraction, track);
         }
-        if self.wanted == Drive::HaltHard && self.rate < 1.0 {
+        if self.rate < 1.0 && (self.wanted == Drive::HaltHard || self.fraction > self.rate) {
             self.hasten(track);
         }
         let passed = dt * self.rate;
@@ -177,8 +177,9 @@ impl Travel {
         self.state(track)
     }
 
-    /// Takes its clock to the pace of real time: one that is slow takes its time to come to rest, too. What has been becomes
-    /// the even acceleration that has the same place, speed and acceleration now, so that nothing jumps.
+    /// Takes its clock to the pace of real time: one that is slow takes its time to come to rest, too, and the mean over a window
+    /// that is stretched would be faster than the track allows where that changes within it. What has been becomes the even
+    /// acceleration that has the same place, speed and acceleration now, so that nothing jumps.
     fn hasten(&mut self, track: &Track) {
         let now = self.state(track);
         let half = 0.5 * self.step * STEPS as f64;
