@@ -276,6 +276,7 @@ pub(super) fn derivatives(
         q,
         first,
         second,
+        branch: jacobian.determinant().signum(),
     })
 }
 

@@ -34,6 +34,9 @@ pub struct PathPoint {
     pub first: [f64; 6],
     /// d²q/ds².
     pub second: [f64; 6],
+    /// The sign of the Jacobian's determinant on a way of the TCP, 0 on ways of the joints. It changes where the joints go over
+    /// into another branch of solutions, which they do in singular positions only.
+    pub branch: f64,
 }
 
 /// What paths are followed with.
@@ -118,6 +121,7 @@ impl Path {
                 q: line.positions(s),
                 first: line.direction().0,
                 second: [0.0; 6],
+                branch: 0.0,
             }),
             Self::Cartesian(path) => path.point(model, s, path.positions(model, s, near)?),
             Self::Micro(_) => None,
@@ -128,6 +132,7 @@ impl Path {
                     q: JointPositions(point.q),
                     first: point.first,
                     second: point.second,
+                    branch: 0.0,
                 })
             }
             Self::Turn(turn) => turn.point(model, s, turn.positions(model, s, near)?),

@@ -18,8 +18,9 @@ use crate::path::{JointQuintic, Path, PathPoint, QuinticPoint, TcpWay, Turn};
 use crate::scalar::CellLimits;
 use crate::setpoint::elbow_speed;
 
-/// Places on a leg that are stepped through from its end to a place in its zone, so that the branch of solutions stays.
-const STEPS_TO_ENTRY: usize = 4;
+/// Places on a leg that are stepped through from its end to a place in its zone, so that the branch of solutions stays: few,
+/// and more where that does not do.
+const STEPS_TO_ENTRY: [usize; 2] = [4, 16];
 
 /// Where the curve may begin and end.
 pub(super) struct Corner<'a> {
@@ -194,7 +195,8 @@ impl<'a> Corner<'a> {
             let s = from + (to - from) * ((k % third + 1) as f64 / third as f64);
             let q = turn.positions(arm.model, s, &left.q)?;
             let right = turn.point(arm.model, s, q)?;
-            let is_near = (0..6).all(|joint| (q[joint] - left.q[joint]).abs() < JUMP);
+            let is_near = (0..6).all(|joint| (q[joint] - left.q[joint]).abs() < JUMP)
+                && right.branch == left.branch;
             if !is_near || !is_in_range(&q.0, arm) {
                 return None;
             }
@@ -412,6 +414,7 @@ fn point_at(path: &Path, model: &RobotModel, q: &JointPositions, s: f64) -> Opti
     stepped(path, model, 0.0, q, s)
 }
 
+/// `None` also where even small steps go over into another branch of solutions.
 fn stepped(
     path: &Path,
     model: &RobotModel,
@@ -419,15 +422,14 @@ fn stepped(
     q: &JointPositions,
     s: f64,
 ) -> Option<PathPoint> {
-    let mut point = None;
-    let mut near = *q;
-    for step in 1..=STEPS_TO_ENTRY {
-        let place = from + (s - from) * step as f64 / STEPS_TO_ENTRY as f64;
-        let found = path.point(model, place, &near)?;
-        near = found.q;
-        point = Some(found);
-    }
-    point
+    let begin = path.point(model, from, q)?;
+    STEPS_TO_ENTRY.into_iter().find_map(|steps| {
+        (1..=steps).try_fold(begin, |point, step| {
+            let place = from + (s - from) * step as f64 / steps as f64;
+            let found = path.point(model, place, &point.q)?;
+            (found.branch == point.branch).then_some(found)
+        })
+    })
 }
 
 fn norm(rates: &[f64; 6]) -> f64 {

@@ -282,17 +282,22 @@ fn free_limits(limits: &MotionLimits) -> MotionLimits {
 }
 
 /// True when the joints between two places are well described by what is known at both.
+///
+/// Close to where two branches of solutions meet, one goes on in the other as if nothing were, but for a bend that is shorter
+/// than the interval: whoever follows the way step by step stays in the branch, so it has to be the same on both sides.
 fn is_smooth(left: &PathPoint, right: &PathPoint) -> bool {
     let way = right.s - left.s;
-    (0..6).all(|joint| {
-        let (a, b) = (left.first[joint], right.first[joint]);
-        let turned = right.q[joint] - left.q[joint];
-        let expected =
-            way * ((a + b) / 2.0 + way * (left.second[joint] - right.second[joint]) / 12.0);
-        let change = (b - a).abs();
-        a.abs().max(b.abs()) <= SINGULAR_TURN_PER_M
+    let is_one_branch = left.branch == right.branch;
+    is_one_branch
+        && (0..6).all(|joint| {
+            let (a, b) = (left.first[joint], right.first[joint]);
+            let turned = right.q[joint] - left.q[joint];
+            let expected =
+                way * ((a + b) / 2.0 + way * (left.second[joint] - right.second[joint]) / 12.0);
+            let change = (b - a).abs();
+            a.abs().max(b.abs()) <= SINGULAR_TURN_PER_M
             && (turned - expected).abs() <= 1e-3 + 1e-2 * turned.abs()
             // A joint that hardly turns may change its mind; one that turns fast must do so evenly.
             && change <= 0.25 * a.abs().max(b.abs()) + 0.25
-    })
+        })
 }

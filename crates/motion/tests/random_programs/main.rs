@@ -192,10 +192,21 @@ fn random_programs_of_everything_are_right() {
 }
 
 /// A belt that took a joint to its full speed while it still accelerated; blends on which the TCP was faster between the
-/// places looked at than at any of them; a motion on a turntable that took too long, so that a stop ended tracking with it.
+/// places looked at than at any of them; a motion on a turntable that took too long, so that a stop ended tracking with it;
+/// a slow clock that was to go fast again before a slower motion; lines that were planned past a singular position into
+/// another branch of solutions.
 #[test]
 fn programs_that_were_wrong_once_are_right() {
-    for (model, seed) in [("cs63", 107), ("cs63", 113), ("cs66", 451), ("cs625", 5100)] {
+    for (model, seed) in [
+        ("cs63", 107),
+        ("cs63", 113),
+        ("cs66", 451),
+        ("cs625", 5100),
+        ("cs616", 360),
+        ("cs625", 411),
+        ("cs63", 441),
+        ("cs612", 257),
+    ] {
         let program = Program::draw(model, seed);
         let verdict = judge::judge(&program, &run::run(&program));
         assert!(
