@@ -7,6 +7,14 @@
 )]
 
 mod common;
+#[path = "real_robot/faults.rs"]
+mod faults;
+#[path = "real_robot/peers.rs"]
+mod peers;
+#[path = "real_robot/run_here.rs"]
+mod run_here;
+#[path = "real_robot/shell.rs"]
+mod shell;
 
 use std::io::{Read, Write};
 use std::net::TcpListener;
@@ -20,8 +28,9 @@ use common::{Server, eliteserver, send_signal};
 fn command(server: &Server, name: &str) -> std::process::Command {
     let mut command = eliteserver();
     command.arg(name);
-    command.arg(format!("--primary-port={}", server.ports["primary"]));
-    command.arg(format!("--dashboard-port={}", server.ports["dashboard"]));
+    for port in ["primary", "interpreter", "rtsi", "dashboard"] {
+        command.arg(format!("--{port}-port={}", server.ports[port]));
+    }
     command
 }
 
@@ -365,7 +374,6 @@ fn a_robot_is_recorded_with_its_errors_and_its_recording_reads_like_our_own() {
     let out = folder.path().join("robot.mcap");
     let mut command = command(&server, "record");
     command
-        .arg(format!("--rtsi-port={}", server.ports["rtsi"]))
         .args(["--duration", "4", "--out"])
         .arg(&out)
         .stderr(Stdio::piped());
@@ -435,11 +443,7 @@ fn a_robot_that_goes_away_and_comes_back_is_recorded_on() {
     let ports = first.ports.clone();
     let out = folder.path().join("robot.mcap");
     let mut command = command(&first, "record");
-    command
-        .arg(format!("--rtsi-port={}", ports["rtsi"]))
-        .arg("--out")
-        .arg(&out)
-        .stderr(Stdio::piped());
+    command.arg("--out").arg(&out).stderr(Stdio::piped());
     let recording = command.spawn().unwrap();
     std::thread::sleep(Duration::from_millis(900));
     first.terminate();

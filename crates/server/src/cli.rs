@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::config::{DASHBOARD_PORT, PRIMARY_PORT, RTSI_PORT};
+use crate::config::{DASHBOARD_PORT, INTERPRETER_PORT, PRIMARY_PORT, RTSI_PORT};
 use crate::options::{
     ByteSize, ClockChoice, Home, LogFormat, ModelChoice, PayloadChoice, Permission, PlantChoice,
     PortSetting, RecordTarget, RotateAt, StepMillis, Tcp, TrustedHost,
@@ -49,6 +49,8 @@ pub enum Command {
     Builtins(BuiltinsArgs),
     /// Send a program to a robot, real or simulated, and follow it. Exit status: 0 ended, 1 failed or stopped, 2 not sent
     Send(SendArgs),
+    /// Type statements that a robot carries out at once. Exit status: 0, 1 a line of a pipe was discarded or failed, 2 no connection
+    Shell(ShellArgs),
     /// Read the arm's own kinematics from a robot into a calibration file. Exit status: 0 written, 2 not
     Calibrate(CalibrateArgs),
     /// Record what a robot, real or simulated, does. Exit status: 0 recorded, 2 no connection or no recording
@@ -188,7 +190,8 @@ pub struct RunArgs {
     pub shared: SharedArgs,
 }
 
-/// Options of commands that speak to a robot.
+/// Options of commands that speak to a robot. Each takes all of them, so that one robot is named in one way, and uses the
+/// ports that it needs.
 #[derive(Args, Clone, Debug)]
 pub struct RobotArgs {
     /// The robot: a name or an address of a controller, real or ours
@@ -197,12 +200,21 @@ pub struct RobotArgs {
     /// Its port for scripts and states
     #[arg(long, value_name = "PORT", default_value_t = PRIMARY_PORT)]
     pub primary_port: u16,
+    /// Its port for statements in interpreter mode
+    #[arg(long, value_name = "PORT", default_value_t = INTERPRETER_PORT)]
+    pub interpreter_port: u16,
+    /// Its port for cyclic data
+    #[arg(long, value_name = "PORT", default_value_t = RTSI_PORT)]
+    pub rtsi_port: u16,
     /// Its dashboard, which is asked whether the robot takes programs from outside
     #[arg(long, value_name = "PORT", default_value_t = DASHBOARD_PORT)]
     pub dashboard_port: u16,
     /// Do not ask before something may move a robot that is not this machine
     #[arg(long)]
     pub yes: bool,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub log: LogArgs,
 }
 
 /// Options of `send`.
@@ -223,9 +235,17 @@ pub struct SendArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub robot: RobotArgs,
+}
+
+/// Options of `shell`.
+#[derive(Args, Clone, Debug)]
+pub struct ShellArgs {
+    /// A global variable of the session; repeat it for more: --set speed=0.25 --set 'name="left"'
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
     #[command(flatten)]
     #[allow(missing_docs)]
-    pub log: LogArgs,
+    pub robot: RobotArgs,
 }
 
 /// Options of `calibrate`.
@@ -237,9 +257,6 @@ pub struct CalibrateArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub robot: RobotArgs,
-    #[command(flatten)]
-    #[allow(missing_docs)]
-    pub log: LogArgs,
 }
 
 /// Options of `record`.
@@ -254,15 +271,9 @@ pub struct RecordArgs {
     /// How long; otherwise until Ctrl-C
     #[arg(long, value_name = "S", value_parser = duration)]
     pub duration: Option<f64>,
-    /// The robot's port for cyclic data
-    #[arg(long, value_name = "PORT", default_value_t = RTSI_PORT)]
-    pub rtsi_port: u16,
     #[command(flatten)]
     #[allow(missing_docs)]
     pub robot: RobotArgs,
-    #[command(flatten)]
-    #[allow(missing_docs)]
-    pub log: LogArgs,
 }
 
 fn record_rate(text: &str) -> Result<f64, String> {
@@ -301,8 +312,18 @@ pub struct CompareArgs {
     #[arg(value_name = "A.mcap")]
     pub first: PathBuf,
     /// Another one
-    #[arg(value_name = "B.mcap")]
-    pub second: PathBuf,
+    #[arg(
+        value_name = "B.mcap",
+        required_unless_present = "run",
+        conflicts_with = "run"
+    )]
+    pub second: Option<PathBuf>,
+    /// In its place, run this script here with the recording's arm, tool, payload and start position
+    #[arg(long, value_name = "FILE")]
+    pub run: Option<PathBuf>,
+    /// Keep the recording of that run
+    #[arg(long, value_name = "OUT.mcap", requires = "run")]
+    pub keep: Option<PathBuf>,
     /// For people, or one JSON object
     #[arg(long, value_enum, default_value_t)]
     pub format: CompareFormat,
