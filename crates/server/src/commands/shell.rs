@@ -5,6 +5,7 @@
 
 mod editor;
 mod session;
+mod shown;
 mod typed;
 
 use std::cell::RefCell;
@@ -27,7 +28,8 @@ use crate::commands::setting::{Setting, SettingError};
 use crate::logging;
 use crate::shutdown::Shutdown;
 use editor::{Line, Lines, Names};
-use session::{Answer, Asked, Order, Session, SessionError, show};
+use session::{Answer, Asked, Order, Session, SessionError};
+use shown::show;
 use typed::Typed;
 
 /// Exit status of a pipe of which something was discarded or failed, and of a session that was stopped.
