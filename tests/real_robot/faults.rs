@@ -104,6 +104,7 @@ fn a_shell_gets_over_what_can_be_got_over_and_tells_the_rest() {
         let (text, status) = primary(fault, "sleep(2)\n");
         assert_eq!(status, Some(2), "{fault:?}: {text}");
         assert!(text.contains(wanted), "{fault:?}: {text}");
+        assert!(text.contains("its program may go on"), "{fault:?}: {text}");
     }
     for (fault, wanted) in [
         (Fault::Cut(2), "has closed the connection for statements"),
@@ -120,6 +121,11 @@ fn a_shell_gets_over_what_can_be_got_over_and_tells_the_rest() {
         let (text, status) = lines(fault, "x = 1\ny = 2\nz = 3\n");
         assert_eq!(status, Some(2), "{fault:?}: {text}");
         assert!(text.contains(wanted), "{fault:?}: {text}");
+        // What nobody can talk to any more does not go on.
+        assert!(
+            text.contains("the program was stopped"),
+            "{fault:?}: {text}"
+        );
     }
     // Something else listens there.
     let answer = |_: &[u8]| b"HTTP/1.1 400 Bad Request\r\n\r\n".to_vec();
@@ -302,6 +308,16 @@ fn older_controllers_are_recorded_and_calibrated_as_far_as_they_tell() {
     let last = read.cycles.last().unwrap();
     assert_eq!(last.actual_q[..3], [0.0, 0.1, 0.2]);
     assert!(last.tcp_force.iter().all(|value| value.is_nan()));
+    assert!(
+        text.contains("does not offer target_joint_positions, "),
+        "{text}"
+    );
+    let mut replay = eliteserver();
+    replay.arg("replay").arg(&out);
+    let (summary, status) = ended(replay, "");
+    assert_eq!(status, Some(0), "{summary}");
+    assert!(summary.contains("not known: target_q, "), "{summary}");
+    assert!(!summary.contains(" actual_q,"), "{summary}");
     let mut replay = eliteserver();
     replay.arg("replay").arg(&out).args(["--csv", "/log"]);
     let (log, status) = ended(replay, "");

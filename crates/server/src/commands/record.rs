@@ -96,13 +96,12 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
 
     // The first values say where the arm is and what its clock shows.
     let mut state = unknown_state(step_time);
-    let begin = loop {
+    let first = loop {
         if let Arrival::Data(values) = rtsi.next().await? {
-            break observe(&mut state, rtsi.offered(), &values)
-                .timestamp
-                .unwrap_or(0.0);
+            break observe(&mut state, rtsi.offered(), &values);
         }
     };
+    let begin = first.timestamp.unwrap_or(0.0);
     let since = SystemTime::now()
         .duration_since(SystemTime::UNIX_EPOCH)
         .unwrap_or_default();
@@ -161,6 +160,13 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     tokio::pin!(end);
     let mut clock = Clock::new(begin, step_time);
     let mut tally = Tally::default();
+    take(&mut state, first, &mut clock, &mut tally, &mut into);
+    let not_offered = not_offered(&rtsi);
+    if !not_offered.is_empty() {
+        let text = format!("the controller does not offer {not_offered}");
+        handle.log(clock.now, LogLevel::Info, "record", &text);
+        logging::say(&text);
+    }
     let mut stream = Some(rtsi);
     loop {
         tokio::select! {
@@ -206,6 +212,13 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     Ok(format!(
         "{path}: {cycles} cycles, {missing} missing, {out_of_order} out of order left out, {lost} lost here, {reconnects} reconnects"
     ))
+}
+
+/// Variables that a recording would hold and the controller does not have.
+fn not_offered(rtsi: &Rtsi) -> String {
+    let has = |wanted: &str| rtsi.offered().iter().any(|(name, _)| *name == wanted);
+    let missing = WANTED.iter().copied().filter(|name| !has(name));
+    missing.collect::<Vec<_>>().join(", ")
 }
 
 /// The next arrival; without a stream, a new one: `None`. Never returns while there is none.

@@ -82,6 +82,11 @@ pub(super) enum SessionError {
     Unanswered(RobotAddress),
     #[error("the program that enters interpreter mode failed: {0}")]
     Failed(String),
+    #[error("{error}; {what}")]
+    GivenUp {
+        error: Box<SessionError>,
+        what: &'static str,
+    },
     /// Ctrl-C; the robot was stopped.
     #[error("{0}")]
     Stopped(&'static str),
@@ -136,10 +141,28 @@ impl Session {
         // Whoever answers there is one who knows interpreter mode.
         let mut beside = Vec::new();
         let interpreter = &mut session.interpreter;
-        interpreter
-            .ask(Word::Unexecuted, WORD_PATIENCE, &mut beside)
-            .await?;
-        Ok(session)
+        let asked = interpreter.ask(Word::Unexecuted, WORD_PATIENCE, &mut beside);
+        match asked.await {
+            Ok(_) => Ok(session),
+            Err(error) => {
+                let error = error.into();
+                Err(session.given_up(error).await)
+            }
+        }
+    }
+
+    /// The session ends with an error. What nobody can talk to any more is stopped where that can be said.
+    async fn given_up(&mut self, error: SessionError) -> SessionError {
+        let what = match &error {
+            SessionError::Interpreter(_) | SessionError::Unanswered(_) => {
+                let stopped = robot::stop(&mut self.primary).await;
+                stopped.unwrap_or("its program may go on")
+            }
+            SessionError::Primary(_) => "its program may go on",
+            _ => return error,
+        };
+        let error = Box::new(error);
+        SessionError::GivenUp { error, what }
     }
 
     /// From now on things are said beside the line that is typed.
@@ -152,6 +175,13 @@ impl Session {
         &mut self,
         orders: &mut mpsc::Receiver<Asked>,
     ) -> Result<bool, SessionError> {
+        match self.served(orders).await {
+            Ok(has_failed) => Ok(has_failed),
+            Err(error) => Err(self.given_up(error).await),
+        }
+    }
+
+    async fn served(&mut self, orders: &mut mpsc::Receiver<Asked>) -> Result<bool, SessionError> {
         let stop = self.stop.clone();
         loop {
             tokio::select! {
