@@ -313,6 +313,40 @@ fn an_arm_is_calibrated_from_the_robot_and_is_the_same_arm_here() {
 }
 
 #[test]
+fn offsets_of_the_joints_which_no_port_carries_are_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/calibrations");
+    let measured = std::fs::read_to_string(robots.join("cs66-measured.toml")).unwrap();
+    let with_offsets = folder.path().join("offsets.toml");
+    std::fs::write(
+        &with_offsets,
+        format!("{measured}\ntheta = [0, 0.004, 0, 0, 0, 0]\n"),
+    )
+    .unwrap();
+    for (file, is_noticed) in [
+        (robots.join("cs66-measured.toml"), false),
+        (with_offsets, true),
+    ] {
+        let options = [
+            "--calibration",
+            file.to_str().unwrap(),
+            "--tcp=0,0,0.1,0.3,0,0",
+        ];
+        let server = Server::start(folder.path(), &options);
+        let read = command(&server, "calibrate")
+            .args(["--out", "/dev/null"])
+            .output();
+        let (text, status) = said(read.unwrap());
+        assert_eq!(status, Some(0), "{text}");
+        let notice = "it counts with something that it does not send";
+        assert_eq!(text.contains(notice), is_noticed, "{text}");
+        server.terminate();
+        std::fs::remove_file(folder.path().join("ready.json")).unwrap_or_default();
+    }
+    assert!(!std::fs::metadata("/dev/null").unwrap().is_file());
+}
+
+#[test]
 fn runs_are_compared_at_any_rate_and_delay_and_differences_are_found() {
     let folder = tempfile::tempdir().unwrap();
     let record = |name: &str, text: &str, options: &[&str]| {

@@ -6,7 +6,7 @@ use robot_client::RobotAddress;
 use robot_client::calibrate::read;
 
 use crate::cli::CalibrateArgs;
-use crate::logging;
+use crate::{logging, ready_file};
 
 /// An arm that moves may be so far on between two values of one state, m.
 const UNEXPLAINED_MAX: f64 = 0.0005;
@@ -35,7 +35,7 @@ fn written(args: &CalibrateArgs) -> Result<String, String> {
         .block_on(read(&address, &args.out))
         .map_err(|error| error.to_string())?;
     let out = args.out.display();
-    std::fs::write(&args.out, reading.calibration.to_toml())
+    ready_file::replace(&args.out, &reading.calibration.to_toml())
         .map_err(|error| format!("cannot write the calibration file {out}: {error}"))?;
     if let Some(unexplained) = reading.unexplained.filter(|by| *by > UNEXPLAINED_MAX) {
         logging::say(&format!(
