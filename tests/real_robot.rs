@@ -7,6 +7,18 @@
 )]
 
 mod common;
+#[path = "real_robot/faults.rs"]
+mod faults;
+#[path = "real_robot/peers.rs"]
+mod peers;
+#[path = "real_robot/recorded.rs"]
+mod recorded;
+#[path = "real_robot/run_here.rs"]
+mod run_here;
+#[path = "real_robot/shell.rs"]
+mod shell;
+#[path = "real_robot/terminal.rs"]
+mod terminal;
 
 use std::io::{Read, Write};
 use std::net::TcpListener;
@@ -20,8 +32,9 @@ use common::{Server, eliteserver, send_signal};
 fn command(server: &Server, name: &str) -> std::process::Command {
     let mut command = eliteserver();
     command.arg(name);
-    command.arg(format!("--primary-port={}", server.ports["primary"]));
-    command.arg(format!("--dashboard-port={}", server.ports["dashboard"]));
+    for port in ["primary", "interpreter", "rtsi", "dashboard"] {
+        command.arg(format!("--{port}-port={}", server.ports[port]));
+    }
     command
 }
 
@@ -300,6 +313,40 @@ fn an_arm_is_calibrated_from_the_robot_and_is_the_same_arm_here() {
 }
 
 #[test]
+fn offsets_of_the_joints_which_no_port_carries_are_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/calibrations");
+    let measured = std::fs::read_to_string(robots.join("cs66-measured.toml")).unwrap();
+    let with_offsets = folder.path().join("offsets.toml");
+    std::fs::write(
+        &with_offsets,
+        format!("{measured}\ntheta = [0, 0.004, 0, 0, 0, 0]\n"),
+    )
+    .unwrap();
+    for (file, is_noticed) in [
+        (robots.join("cs66-measured.toml"), false),
+        (with_offsets, true),
+    ] {
+        let options = [
+            "--calibration",
+            file.to_str().unwrap(),
+            "--tcp=0,0,0.1,0.3,0,0",
+        ];
+        let server = Server::start(folder.path(), &options);
+        let read = command(&server, "calibrate")
+            .args(["--out", "/dev/null"])
+            .output();
+        let (text, status) = said(read.unwrap());
+        assert_eq!(status, Some(0), "{text}");
+        let notice = "it counts with something that it does not send";
+        assert_eq!(text.contains(notice), is_noticed, "{text}");
+        server.terminate();
+        std::fs::remove_file(folder.path().join("ready.json")).unwrap_or_default();
+    }
+    assert!(!std::fs::metadata("/dev/null").unwrap().is_file());
+}
+
+#[test]
 fn runs_are_compared_at_any_rate_and_delay_and_differences_are_found() {
     let folder = tempfile::tempdir().unwrap();
     let record = |name: &str, text: &str, options: &[&str]| {
@@ -356,139 +403,4 @@ fn runs_are_compared_at_any_rate_and_delay_and_differences_are_found() {
         assert_eq!(status, Some(2), "{text}");
         assert!(text.starts_with("eliteserver: "), "{text}");
     }
-}
-
-#[test]
-fn a_robot_is_recorded_with_its_errors_and_its_recording_reads_like_our_own() {
-    let folder = tempfile::tempdir().unwrap();
-    let server = Server::start(folder.path(), &[]);
-    let out = folder.path().join("robot.mcap");
-    let mut command = command(&server, "record");
-    command
-        .arg(format!("--rtsi-port={}", server.ports["rtsi"]))
-        .args(["--duration", "4", "--out"])
-        .arg(&out)
-        .stderr(Stdio::piped());
-    let recording = command.spawn().unwrap();
-    std::thread::sleep(Duration::from_millis(800));
-    let moves = "movej([0.3, -1.4, 1.5, -1.6, -1.5, 0.2], a=3, v=1.5)\nset_standard_digital_out(3, True)\nraise ValueError('seen from outside')\n";
-    let (_, status) = send(&server, folder.path(), moves, &[]);
-    assert_eq!(status, Some(1));
-    let (text, status) = said(recording.wait_with_output().unwrap());
-    assert_eq!(status, Some(0), "{text}");
-    assert!(text.contains("recording the cs66 at 127.0.0.1:"), "{text}");
-    assert!(
-        text.contains(" cycles, ") && text.contains(" 0 reconnects"),
-        "{text}"
-    );
-    let read = common::read_recording(&out);
-    assert!(
-        (500..1100).contains(&read.cycles.len()),
-        "{}",
-        read.cycles.len()
-    );
-    let (first, last) = (&read.cycles[0], read.cycles.last().unwrap());
-    assert!((first.actual_q[0]).abs() < 0.01 && (last.actual_q[0] - 0.3).abs() < 0.01);
-    assert_eq!(last.mode, "unknown");
-    assert_eq!(last.digital_out & 8, 8);
-    assert!(last.target_qdd.iter().all(|value| value.is_nan()));
-    let replay = |options: &[&str]| {
-        let output = eliteserver()
-            .arg("replay")
-            .arg(&out)
-            .args(options)
-            .output()
-            .unwrap();
-        let text = [output.stdout.clone(), output.stderr.clone()].concat();
-        (String::from_utf8(text).unwrap(), output.status.code())
-    };
-    let (summary, status) = replay(&[]);
-    assert_eq!(status, Some(0), "{summary}");
-    assert!(summary.contains("seen from outside"), "{summary}");
-    let picture = folder.path().join("robot.png");
-    assert_eq!(replay(&["--plot", picture.to_str().unwrap()]).1, Some(0));
-    assert_eq!(replay(&["--at", "1"]).1, Some(0));
-    let (why, status) = replay(&["--rerun"]);
-    assert_eq!(status, Some(2), "{why}");
-    assert!(why.contains("a recording of a robot elsewhere"), "{why}");
-    // It is the same run as the server's own recording of it.
-    let own = std::fs::read_dir(folder.path().join("recordings"))
-        .unwrap()
-        .flatten();
-    let own = own.map(|entry| entry.path()).next().unwrap();
-    drop(server);
-    let compared = eliteserver()
-        .arg("compare")
-        .arg(&out)
-        .arg(own)
-        .args(["--within", "0.002"])
-        .output()
-        .unwrap();
-    let text = String::from_utf8_lossy(&compared.stdout).into_owned();
-    assert_eq!(compared.status.code(), Some(0), "{text}");
-}
-
-#[test]
-fn a_robot_that_goes_away_and_comes_back_is_recorded_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let first = Server::start(folder.path(), &["--record", "off"]);
-    let ports = first.ports.clone();
-    let out = folder.path().join("robot.mcap");
-    let mut command = command(&first, "record");
-    command
-        .arg(format!("--rtsi-port={}", ports["rtsi"]))
-        .arg("--out")
-        .arg(&out)
-        .stderr(Stdio::piped());
-    let recording = command.spawn().unwrap();
-    std::thread::sleep(Duration::from_millis(900));
-    first.terminate();
-    std::thread::sleep(Duration::from_millis(500));
-    let same = |name: &str| ports[name].to_string();
-    let again = common::eliteserver()
-        .args([
-            "serve",
-            "--record",
-            "off",
-            "--interpreter-port",
-            "0",
-            "--modbus-port",
-            "0",
-            "--http-port",
-            "0",
-        ])
-        .args([
-            "--primary-port",
-            &same("primary"),
-            "--rtsi-port",
-            &same("rtsi"),
-        ])
-        .args(["--dashboard-port", &same("dashboard")])
-        .current_dir(folder.path())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    std::thread::sleep(Duration::from_millis(3500));
-    send_signal(recording.id(), "INT");
-    let (text, status) = said(recording.wait_with_output().unwrap());
-    send_signal(again.id(), "TERM");
-    let mut again = again;
-    again.wait().unwrap();
-    assert_eq!(status, Some(0), "{text}");
-    assert!(text.contains(" 1 reconnects"), "{text}");
-    let read = common::read_recording(&out);
-    let times: Vec<f64> = read.cycles.iter().map(|cycle| cycle.time).collect();
-    assert!(times.is_sorted_by(|a, b| a < b));
-    assert!(times.last().unwrap() - times[0] > 3.0, "{times:?}");
-    // Nobody there: a sentence.
-    let nobody = eliteserver()
-        .args(["record", "--primary-port=9", "--out", "/dev/null"])
-        .output()
-        .unwrap();
-    let (text, status) = said(nobody);
-    assert_eq!(status, Some(2), "{text}");
-    assert!(
-        text.contains("no connection to the robot at 127.0.0.1:9"),
-        "{text}"
-    );
 }

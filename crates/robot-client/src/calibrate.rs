@@ -3,11 +3,13 @@
 use std::path::Path;
 use std::time::Duration;
 
-use kinematics::{Calibration, CalibrationError, DhTable, JointPositions, ModelError, RobotModel};
+use kinematics::{
+    Calibration, CalibrationError, DhTable, JointPositions, ModelError, Pose, RobotModel, RpyPose,
+};
 use thiserror::Error;
 use tokio::time::timeout;
 use wire::primary::Message;
-use wire::primary::state::Configuration;
+use wire::primary::state::{Configuration, State};
 
 use crate::address::RobotAddress;
 use crate::primary::{Primary, PrimaryError};
@@ -76,6 +78,11 @@ pub struct Reading {
     pub calibration: Calibration,
     /// How far it is from its sheet.
     pub distance: Distance,
+    /// Its tool: TCP in the flange frame, where the robot says so.
+    pub tcp: Option<RpyPose>,
+    /// How far the TCP that the robot reports is from where these numbers have it, m, where it says so: more than a
+    /// millimetre means that it counts with something that it does not send, such as offsets of the joints.
+    pub unexplained: Option<f64>,
 }
 
 /// Asks the robot; `path` is what errors call the calibration.
@@ -84,21 +91,42 @@ pub struct Reading {
 /// [`CalibrateError`]
 pub async fn read(address: &RobotAddress, path: &Path) -> Result<Reading, CalibrateError> {
     let mut robot = Primary::connect(address).await?;
-    let configuration = timeout(PATIENCE, configuration(&mut robot)).await;
-    let configuration = configuration.map_err(|_| CalibrateError::NoConfiguration {
+    let configured = timeout(PATIENCE, configured(&mut robot)).await;
+    let (state, configuration) = configured.map_err(|_| CalibrateError::NoConfiguration {
         address: address.clone(),
     })??;
-    arm_of(&configuration, address, path)
+    let mut reading = arm_of(&configuration, address, path)?;
+    reading.tcp = tool_of(&state);
+    reading.unexplained = unexplained(&state, &reading.calibration.open()?);
+    Ok(reading)
 }
 
-async fn configuration(robot: &mut Primary) -> Result<Configuration, PrimaryError> {
+async fn configured(robot: &mut Primary) -> Result<(State, Configuration), PrimaryError> {
     loop {
-        if let Message::State(state) = robot.next().await?
-            && let Some(configuration) = state.configuration
+        if let Message::State(mut state) = robot.next().await?
+            && let Some(configuration) = state.configuration.take()
         {
-            return Ok(configuration);
+            return Ok((*state, configuration));
         }
     }
+}
+
+fn tool_of(state: &State) -> Option<RpyPose> {
+    let offset = state.cartesian.as_ref()?.tcp_offset;
+    offset
+        .iter()
+        .all(|value| value.is_finite())
+        .then(|| RpyPose::from_array(offset))
+}
+
+/// Distance between the reported TCP and that of the arm in the same state, m.
+fn unexplained(state: &State, arm: &RobotModel) -> Option<f64> {
+    let joints = state.joints.as_ref()?;
+    let q = JointPositions(joints.0.each_ref().map(|joint| joint.actual_q));
+    let reported = Pose::from_rpy(&RpyPose::from_array(state.cartesian.as_ref()?.tcp_pose));
+    let counted = arm.flange_pose(&q) * Pose::from_rpy(&tool_of(state)?);
+    let distance = (reported.translation - counted.translation).norm();
+    distance.is_finite().then_some(distance)
 }
 
 /// The arm that a configuration describes.
@@ -125,13 +153,16 @@ fn arm_of(
         d: configuration.dh_d,
         alpha: configuration.dh_alpha,
     };
-    // Whether real arms send offsets of the joints is not established.
+    // The vendor's own programs read nothing of the numbers behind alpha; whether they are offsets of the joints is not
+    // established. What they would do is found in `unexplained`.
     let calibration = Calibration::new(name, table, [0.0; 6], path)?;
     let measured = nominal.clone().calibrated(&calibration)?;
     let distance = distance(&nominal, &measured);
     Ok(Reading {
         calibration,
         distance,
+        tcp: None,
+        unexplained: None,
     })
 }
 
@@ -196,6 +227,35 @@ mod tests {
         assert!((distance.position - 0.003).abs() < 1e-12);
         assert!((distance.position_mean - 0.003).abs() < 1e-12);
         assert!(distance.angle < 1e-7);
+    }
+
+    #[test]
+    fn what_the_numbers_do_not_explain_is_as_far_as_the_tcp_is_elsewhere() {
+        let arm = RobotModel::built_in("cs66").expect("a built-in model");
+        let q = JointPositions([0.3, -1.2, 1.4, -1.6, -1.5, 0.2]);
+        let tool = RpyPose::from_array([0.01, -0.02, 0.1, 0.0, 0.5, 0.0]);
+        let tcp = arm.flange_pose(&q) * Pose::from_rpy(&tool);
+        let mut pose = tcp.to_rpy().to_array();
+        let state = |tcp_pose: [f64; 6]| State {
+            joints: Some(wire::primary::state::Joints(core::array::from_fn(|i| {
+                wire::primary::state::Joint {
+                    actual_q: q.0[i],
+                    ..Default::default()
+                }
+            }))),
+            cartesian: Some(wire::primary::state::Cartesian {
+                tcp_pose,
+                tcp_offset: tool.to_array(),
+            }),
+            ..State::default()
+        };
+        let found = |pose| unexplained(&state(pose), &arm);
+        assert!(found(pose).expect("known") < 1e-9);
+        pose[2] += 0.004;
+        assert!((found(pose).expect("known") - 0.004).abs() < 1e-9);
+        pose[2] = f64::NAN;
+        assert_eq!(found(pose), None);
+        assert_eq!(unexplained(&State::default(), &arm), None);
     }
 
     #[test]

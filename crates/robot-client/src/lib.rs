@@ -15,11 +15,13 @@ pub mod calibrate;
 pub mod compare;
 pub mod dashboard;
 pub mod follow;
+pub mod interpreter;
 pub mod observed;
 pub mod primary;
 pub mod rtsi;
 
 pub use address::{ConnectError, RobotAddress};
 pub use follow::{Follower, News, Outcome};
+pub use interpreter::{Interpreter, InterpreterError, Reply, Word};
 pub use primary::{Primary, PrimaryError};
 pub use rtsi::{Arrival, Rtsi, RtsiError};

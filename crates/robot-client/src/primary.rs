@@ -6,7 +6,7 @@ use std::time::Duration;
 use thiserror::Error;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
-use tokio::time::timeout;
+use tokio::time::{Instant, timeout, timeout_at};
 use wire::primary::{DecodeError, Message, frame, message};
 
 use crate::address::{ConnectError, RobotAddress};
@@ -67,6 +67,8 @@ pub struct Primary {
     address: RobotAddress,
     stream: TcpStream,
     received: Vec<u8>,
+    /// When it was heard last: whoever waits may begin anew as often as it likes.
+    heard: Instant,
 }
 
 impl Primary {
@@ -79,6 +81,7 @@ impl Primary {
             address: address.clone(),
             stream: address.connect().await?,
             received: Vec::new(),
+            heard: Instant::now(),
         })
     }
 
@@ -110,9 +113,14 @@ impl Primary {
             }
             let mut piece = [0; READ_BYTES];
             let address = || self.address.clone();
-            match timeout(SILENCE_MAX, self.stream.read(&mut piece)).await {
+            // What is there is read even when it is late.
+            let deadline = self.heard + SILENCE_MAX;
+            match timeout_at(deadline, self.stream.read(&mut piece)).await {
                 Ok(Ok(0)) => return Err(PrimaryError::Closed { address: address() }),
-                Ok(Ok(count)) => self.received.extend_from_slice(&piece[..count]),
+                Ok(Ok(count)) => {
+                    self.heard = Instant::now();
+                    self.received.extend_from_slice(&piece[..count]);
+                }
                 Ok(Err(source)) => {
                     let address = address();
                     return Err(PrimaryError::Broken { address, source });

@@ -6,7 +6,7 @@ use std::time::Duration;
 use thiserror::Error;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
-use tokio::time::timeout;
+use tokio::time::{Instant, timeout, timeout_at};
 use wire::rtsi::{
     Kind, NotRtsi, PROTOCOL_VERSION, TextLevel, Value, append_outputs_request, append_packet,
     controller_text, letter, packet, recipe_reply, version,
@@ -93,6 +93,8 @@ pub struct Rtsi {
     address: RobotAddress,
     stream: TcpStream,
     received: Vec<u8>,
+    /// When it was heard, or asked, last: whoever waits may begin anew as often as it likes.
+    heard: Instant,
     recipe: u8,
     offered: Vec<(&'static str, Kind)>,
     version: [u32; 4],
@@ -116,6 +118,7 @@ impl Rtsi {
                 address: address.clone(),
                 stream: address.connect().await?,
                 received: Vec::new(),
+                heard: Instant::now(),
                 recipe: 0,
                 offered: Vec::new(),
                 version: [0; 4],
@@ -151,6 +154,8 @@ impl Rtsi {
         loop {
             let (kind, payload) = self.packet(SILENCE_MAX, "data").await?;
             match kind {
+                // Of another recipe than ours: the vendor's client leaves it out as well.
+                letter::DATA if payload.first() != Some(&self.recipe) => {}
                 letter::DATA => {
                     if let Some(values) = self.values(&payload) {
                         return Ok(Arrival::Data(values));
@@ -168,10 +173,7 @@ impl Rtsi {
     }
 
     fn values(&self, payload: &[u8]) -> Option<Vec<Value>> {
-        let (recipe, mut rest) = payload.split_first()?;
-        if *recipe != self.recipe {
-            return None;
-        }
+        let (_, mut rest) = payload.split_first()?;
         let values = self
             .offered
             .iter()
@@ -279,9 +281,14 @@ impl Rtsi {
             }
             let mut piece = [0; READ_BYTES];
             let address = || self.address.clone();
-            match timeout(patience, self.stream.read(&mut piece)).await {
+            // What is there is read even when it is late.
+            let deadline = self.heard + patience;
+            match timeout_at(deadline, self.stream.read(&mut piece)).await {
                 Ok(Ok(0)) => return Err(RtsiError::Closed { address: address() }),
-                Ok(Ok(count)) => self.received.extend_from_slice(&piece[..count]),
+                Ok(Ok(count)) => {
+                    self.heard = Instant::now();
+                    self.received.extend_from_slice(&piece[..count]);
+                }
                 Ok(Err(source)) => {
                     let address = address();
                     return Err(RtsiError::Broken { address, source });
@@ -297,7 +304,10 @@ impl Rtsi {
     async fn send(&mut self, bytes: &[u8]) -> Result<(), RtsiError> {
         let address = self.address.clone();
         match timeout(ANSWER_PATIENCE, self.stream.write_all(bytes)).await {
-            Ok(Ok(())) => Ok(()),
+            Ok(Ok(())) => {
+                self.heard = Instant::now();
+                Ok(())
+            }
             Ok(Err(source)) => Err(RtsiError::Broken { address, source }),
             Err(_) => Err(RtsiError::Silent {
                 address,

@@ -40,6 +40,8 @@ pub const ERROR_KINDS: [&str; 5] = ["script", "stop", "alarm", "recording", "oth
 pub enum Console {
     /// To standard output, and script errors bare to standard error: `run`.
     Stdout,
+    /// To the log, and script errors bare to standard error: a run of which something else is the answer.
+    Stderr,
     /// To the log: `serve`.
     Log,
 }
@@ -206,7 +208,7 @@ impl Observer for Announcer {
                 program, report, ..
             } => {
                 // The report has lines of its own; a log prefix would push the caret out of place.
-                if self.console == Console::Stdout {
+                if self.console != Console::Log {
                     logging::say(report);
                 } else {
                     let origin = Origin {

@@ -3,15 +3,21 @@
 //! Owns the shape of the command line only. Options keep "not given" apart from "given", so that [`crate::config`] can
 //! put a flag over the configuration file over the default; the defaults are written there, the texts here name them.
 
+mod robot;
+
 use std::net::IpAddr;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::config::{DASHBOARD_PORT, PRIMARY_PORT, RTSI_PORT};
+use crate::config::PRIMARY_PORT;
 use crate::options::{
     ByteSize, ClockChoice, Home, LogFormat, ModelChoice, PayloadChoice, Permission, PlantChoice,
     PortSetting, RecordTarget, RotateAt, StepMillis, Tcp, TrustedHost,
+};
+
+pub use robot::{
+    CalibrateArgs, CompareArgs, CompareFormat, RecordArgs, RobotArgs, SendArgs, ShellArgs,
 };
 
 /// An open controller for Elite Robots CS arms, with a simulated arm.
@@ -49,6 +55,8 @@ pub enum Command {
     Builtins(BuiltinsArgs),
     /// Send a program to a robot, real or simulated, and follow it. Exit status: 0 ended, 1 failed or stopped, 2 not sent
     Send(SendArgs),
+    /// Type statements that a robot carries out at once. Exit status: 0, 1 a line of a pipe was discarded or failed, 2 no connection
+    Shell(ShellArgs),
     /// Read the arm's own kinematics from a robot into a calibration file. Exit status: 0 written, 2 not
     Calibrate(CalibrateArgs),
     /// Record what a robot, real or simulated, does. Exit status: 0 recorded, 2 no connection or no recording
@@ -186,145 +194,6 @@ pub struct RunArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub shared: SharedArgs,
-}
-
-/// Options of commands that speak to a robot.
-#[derive(Args, Clone, Debug)]
-pub struct RobotArgs {
-    /// The robot: a name or an address of a controller, real or ours
-    #[arg(long, value_name = "HOST", default_value = "127.0.0.1")]
-    pub robot: String,
-    /// Its port for scripts and states
-    #[arg(long, value_name = "PORT", default_value_t = PRIMARY_PORT)]
-    pub primary_port: u16,
-    /// Its dashboard, which is asked whether the robot takes programs from outside
-    #[arg(long, value_name = "PORT", default_value_t = DASHBOARD_PORT)]
-    pub dashboard_port: u16,
-    /// Do not ask before something may move a robot that is not this machine
-    #[arg(long)]
-    pub yes: bool,
-}
-
-/// Options of `send`.
-#[derive(Args, Clone, Debug)]
-pub struct SendArgs {
-    /// The script; - reads it from stdin
-    #[arg(value_name = "FILE")]
-    pub file: PathBuf,
-    /// A global variable that is set before the program; repeat it for more: --set speed=0.25 --set 'name="left"'
-    #[arg(long, value_name = "NAME=VALUE")]
-    pub set: Vec<String>,
-    /// Send the text whatever is found in it
-    #[arg(long)]
-    pub no_check: bool,
-    /// Do not follow the program: end once it is sent
-    #[arg(long)]
-    pub no_wait: bool,
-    #[command(flatten)]
-    #[allow(missing_docs)]
-    pub robot: RobotArgs,
-    #[command(flatten)]
-    #[allow(missing_docs)]
-    pub log: LogArgs,
-}
-
-/// Options of `calibrate`.
-#[derive(Args, Clone, Debug)]
-pub struct CalibrateArgs {
-    /// The calibration file to write
-    #[arg(long, value_name = "FILE")]
-    pub out: PathBuf,
-    #[command(flatten)]
-    #[allow(missing_docs)]
-    pub robot: RobotArgs,
-    #[command(flatten)]
-    #[allow(missing_docs)]
-    pub log: LogArgs,
-}
-
-/// Options of `record`.
-#[derive(Args, Clone, Debug)]
-pub struct RecordArgs {
-    /// The recording; an existing file is replaced
-    #[arg(long, value_name = "FILE.mcap")]
-    pub out: PathBuf,
-    /// How often, at most what the controller does
-    #[arg(long, value_name = "HZ", default_value_t = robot_client::rtsi::FREQUENCY_MAX, value_parser = record_rate)]
-    pub rate: f64,
-    /// How long; otherwise until Ctrl-C
-    #[arg(long, value_name = "S", value_parser = duration)]
-    pub duration: Option<f64>,
-    /// The robot's port for cyclic data
-    #[arg(long, value_name = "PORT", default_value_t = RTSI_PORT)]
-    pub rtsi_port: u16,
-    #[command(flatten)]
-    #[allow(missing_docs)]
-    pub robot: RobotArgs,
-    #[command(flatten)]
-    #[allow(missing_docs)]
-    pub log: LogArgs,
-}
-
-fn record_rate(text: &str) -> Result<f64, String> {
-    let most = robot_client::rtsi::FREQUENCY_MAX;
-    let allowed = format!("1 to {most} Hz are allowed");
-    let value: f64 = text.parse().map_err(|_| allowed.clone())?;
-    match (1.0..=most).contains(&value) {
-        true => Ok(value),
-        false => Err(allowed),
-    }
-}
-
-fn duration(text: &str) -> Result<f64, String> {
-    let allowed = "a number of seconds above 0 is needed, at most 1e9".to_owned();
-    let value: f64 = text.parse().map_err(|_| allowed.clone())?;
-    match value > 0.0 && value <= 1e9 {
-        true => Ok(value),
-        false => Err(allowed),
-    }
-}
-
-/// How a comparison is printed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum CompareFormat {
-    /// A table.
-    #[default]
-    Human,
-    /// One JSON object.
-    Json,
-}
-
-/// Options of `compare`.
-#[derive(Args, Clone, Debug)]
-pub struct CompareArgs {
-    /// A recording
-    #[arg(value_name = "A.mcap")]
-    pub first: PathBuf,
-    /// Another one
-    #[arg(value_name = "B.mcap")]
-    pub second: PathBuf,
-    /// For people, or one JSON object
-    #[arg(long, value_enum, default_value_t)]
-    pub format: CompareFormat,
-    /// A picture of both and of what is between them
-    #[arg(long, value_name = "OUT.png")]
-    pub plot: Option<PathBuf>,
-    /// How far any joint may be apart
-    #[arg(long, value_name = "RAD", value_parser = bound)]
-    pub within: Option<f64>,
-    #[command(flatten)]
-    #[allow(missing_docs)]
-    pub log: LogArgs,
-}
-
-fn bound(text: &str) -> Result<f64, String> {
-    let value = text
-        .parse()
-        .map_err(|_| "a number of rad is needed".to_owned())?;
-    match (0.0..f64::INFINITY).contains(&value) {
-        true => Ok(value),
-        false => Err("a number >= 0 is needed".to_owned()),
-    }
 }
 
 /// How findings are printed.

@@ -20,6 +20,8 @@ use crate::options::{
 
 /// The default of `--primary-port`.
 pub const PRIMARY_PORT: u16 = 30001;
+/// Where statements go in interpreter mode.
+pub const INTERPRETER_PORT: u16 = 30020;
 /// Where cyclic data comes from.
 pub const RTSI_PORT: u16 = 30004;
 /// Where the dashboard of a controller is asked.
@@ -223,7 +225,7 @@ impl ServeConfig {
             |setting: Option<PortSetting>, number| setting.unwrap_or(PortSetting::Number(number));
         let ports = PortSettings {
             primary: fixed(args.primary_port, PRIMARY_PORT),
-            interpreter: fixed(args.interpreter_port, 30020),
+            interpreter: fixed(args.interpreter_port, INTERPRETER_PORT),
             rtsi: fixed(args.rtsi_port, RTSI_PORT),
             dashboard: fixed(args.dashboard_port, DASHBOARD_PORT),
             modbus: fixed(args.modbus_port, 5020),

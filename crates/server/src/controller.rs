@@ -161,7 +161,7 @@ impl Controller {
                     notes_wait: config.clock == ClockChoice::Virtual,
                     patience: match console {
                         Console::Log => SERVING_PATIENCE,
-                        Console::Stdout => RUNNING_PATIENCE,
+                        Console::Stdout | Console::Stderr => RUNNING_PATIENCE,
                     },
                     on_failure: alarm.clone().into_callback(),
                 };
@@ -209,7 +209,7 @@ impl Controller {
             seed: config.seed,
             fieldbus: fieldbus.clone(),
             panel: Arc::new(Panel::new(match console {
-                Console::Stdout => Operator::Absent,
+                Console::Stdout | Console::Stderr => Operator::Absent,
                 Console::Log => Operator::Present,
             })),
             permissions,

@@ -86,15 +86,19 @@ fn execute(command: Command) -> Result<ExitCode, String> {
             answer(&commands::builtins::list(args.format))
         }
         Command::Send(args) => {
-            plain(&args.log)?;
+            plain(&args.robot.log)?;
             Ok(commands::send::send(&args))
         }
+        Command::Shell(args) => {
+            plain(&args.robot.log)?;
+            Ok(commands::shell::shell(&args))
+        }
         Command::Calibrate(args) => {
-            plain(&args.log)?;
+            plain(&args.robot.log)?;
             Ok(commands::calibrate::calibrate(&args))
         }
         Command::Record(args) => {
-            plain(&args.log)?;
+            plain(&args.robot.log)?;
             Ok(commands::record::record(&args))
         }
         Command::Compare(args) => {

@@ -1,4 +1,5 @@
-//! The file that says the server is ready: process id and ports as JSON, there all at once or not at all.
+//! The file that says the server is ready: process id and ports as JSON, there all at once or not at all. And files that
+//! others replace in the same way.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -12,10 +13,21 @@ pub fn write(path: &Path, pid: u32, ports: &[(&str, Option<u16>)]) -> io::Result
         .map(|(name, port)| ((*name).to_owned(), (*port).into()))
         .collect();
     let text = serde_json::json!({ "pid": pid, "ports": ports }).to_string();
-    // The process id keeps two servers with one ready file from writing into the same temporary file.
+    replace(path, &format!("{text}\n"))
+}
+
+/// Writes a file that is there whole or as it was. What is no file, as `/dev/stdout`, is written to.
+///
+/// # Errors
+/// What the operating system says.
+pub fn replace(path: &Path, text: &str) -> io::Result<()> {
+    if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+        return fs::write(path, text);
+    }
+    // The process id keeps two processes with one name for the file from writing into the same temporary file.
     let mut beside = path.as_os_str().to_owned();
-    beside.push(format!(".{pid}.tmp"));
-    let written = write_all(Path::new(&beside), &text).and_then(|()| fs::rename(&beside, path));
+    beside.push(format!(".{}.tmp", std::process::id()));
+    let written = write_all(Path::new(&beside), text).and_then(|()| fs::rename(&beside, path));
     if written.is_err() {
         // What failed is reported; that the rest of it cannot be removed either adds nothing.
         let _ = fs::remove_file(&beside);
@@ -36,7 +48,7 @@ pub fn remove(path: &Path) -> io::Result<()> {
 
 fn write_all(path: &Path, text: &str) -> io::Result<()> {
     let mut file = File::create(path)?;
-    writeln!(file, "{text}")?;
+    file.write_all(text.as_bytes())?;
     file.sync_all()
 }
 

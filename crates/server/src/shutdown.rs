@@ -55,6 +55,14 @@ impl Shutdown {
     /// # Errors
     /// The operating system gives no threads or no signals.
     pub fn start(status: u8) -> io::Result<Self> {
+        Self::start_within(status, ORDERLY)
+    }
+
+    /// The same for a process whose orderly way takes longer: it stops a robot first.
+    ///
+    /// # Errors
+    /// The operating system gives no threads or no signals.
+    pub fn start_within(status: u8, orderly: Duration) -> io::Result<Self> {
         let shutdown = Self {
             shared: Arc::new(Shared {
                 token: CancellationToken::new(),
@@ -85,7 +93,7 @@ impl Shutdown {
         })?;
         let at_deadline = shutdown.clone();
         faults.start(Kind::Service, "deadline", move || {
-            at_deadline.keep_deadline()
+            at_deadline.keep_deadline(orderly)
         })?;
         Ok(shutdown)
     }
@@ -116,9 +124,9 @@ impl Shutdown {
         closer.unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn keep_deadline(&self) {
+    fn keep_deadline(&self, orderly: Duration) {
         let status = self.shared.begun.wait();
-        std::thread::sleep(ORDERLY);
+        std::thread::sleep(orderly);
         let closer = self.closer().clone();
         let is_closed = closer.is_none_or(|closer| {
             closer.ask();

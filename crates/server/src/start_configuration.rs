@@ -62,10 +62,10 @@ pub fn cycle_config(
         });
     }
     let plant = match setup.plant.as_str() {
-        RIGID => PlantKind::Rigid,
+        // A robot elsewhere is shown as one; it is never run again.
+        RIGID | ROBOT => PlantKind::Rigid,
         RAPIER => PlantKind::Rapier,
         IDEAL => PlantKind::Ideal,
-        ROBOT => return Err(SetupError::Elsewhere),
         other => return Err(SetupError::Plant(other.to_owned())),
     };
     Ok(CycleConfig {

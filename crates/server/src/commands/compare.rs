@@ -2,6 +2,8 @@
 //!
 //! Owns what a person and a program read of it; the alignment and the figures are `robot-client`'s.
 
+mod run_here;
+
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
@@ -18,6 +20,7 @@ use crate::cli::{CompareArgs, CompareFormat};
 use crate::logging;
 use crate::plot::{Curve, CurveStyle, Figure, Panel, PlotError};
 use crate::ports::shown::Escaped;
+use run_here::{RunHereError, run_here};
 
 /// Exit status of runs that are further from each other than they may be.
 const BEYOND: u8 = 1;
@@ -37,6 +40,8 @@ enum CompareError {
     Track(#[from] TrackError),
     #[error(transparent)]
     Plot(#[from] PlotError),
+    #[error(transparent)]
+    RunHere(#[from] RunHereError),
     #[error("the two recordings have no moment in common in which both know where the joints are")]
     NothingInCommon,
 }
@@ -53,20 +58,47 @@ pub fn compare(args: &CompareArgs) -> ExitCode {
 }
 
 fn told(args: &CompareArgs) -> Result<u8, CompareError> {
-    let (first, second) = (read(&args.first)?, read(&args.second)?);
+    let recording = Recording::open(&args.first)?;
+    let first = Track::read(&recording)?;
+    let ran = match &args.run {
+        Some(script) => {
+            let setup = recording
+                .setup()
+                .ok_or_else(|| RunHereError::NoSetup(recording.name().to_owned()))?;
+            let run = run_here(setup, script, args.keep.as_deref())?;
+            Some((script.clone(), run))
+        }
+        None => None,
+    };
+    let (second, second_name) = match (&ran, &args.second) {
+        (Some((script, run)), _) => {
+            let name = format!("{} run here", script.display());
+            (Track::read(&Recording::open(&run.path)?)?, name)
+        }
+        (None, Some(path)) => {
+            let name = path.display().to_string();
+            (Track::read(&Recording::open(path)?)?, name)
+        }
+        // The command line has one of the two.
+        (None, None) => return Err(CompareError::NothingInCommon),
+    };
+    let names = Names {
+        first: args.first.display().to_string(),
+        second: second_name,
+    };
     let alignment = align(&first, &second);
     let comparison = compared(&first, &second, alignment);
     let largest = comparison
         .largest_joint()
         .ok_or(CompareError::NothingInCommon)?;
     let text = match args.format {
-        CompareFormat::Human => human(args, &comparison),
-        CompareFormat::Json => machine(args, &comparison),
+        CompareFormat::Human => human(&names, &comparison),
+        CompareFormat::Json => machine(&names, args.within, &comparison),
     };
     // Whoever reads may have seen enough; the status still tells.
     let _ = std::io::stdout().write_all(text.as_bytes());
     if let Some(path) = &args.plot {
-        figure(args, &first, &second, alignment).save(path)?;
+        figure(&names, &first, &second, alignment).save(path)?;
     }
     match args.within {
         Some(within) if largest > within => {
@@ -79,8 +111,10 @@ fn told(args: &CompareArgs) -> Result<u8, CompareError> {
     }
 }
 
-fn read(path: &Path) -> Result<Track, CompareError> {
-    Ok(Track::read(&Recording::open(path)?)?)
+/// What the two are called.
+struct Names {
+    first: String,
+    second: String,
 }
 
 /// The quantities with the factor and the unit in which people read them.
@@ -106,7 +140,7 @@ fn rows(comparison: &Comparison) -> Vec<(String, Option<Deviation>, f64, &'stati
     rows
 }
 
-fn human(args: &CompareArgs, comparison: &Comparison) -> String {
+fn human(names: &Names, comparison: &Comparison) -> String {
     let mut out = String::new();
     let (begin, end) = comparison.overlap;
     let Alignment {
@@ -120,12 +154,11 @@ fn human(args: &CompareArgs, comparison: &Comparison) -> String {
             |at| format!("moves from {at:.3} s"),
         )
     };
-    for (letter, path, motion) in [
-        ("A", &args.first, motion(first_motion)),
-        ("B", &args.second, motion(second_motion)),
+    for (letter, name, motion) in [
+        ("A", &names.first, motion(first_motion)),
+        ("B", &names.second, motion(second_motion)),
     ] {
-        let path = path.display().to_string();
-        let _ = writeln!(out, "{letter}: {} {motion}", Escaped(&path));
+        let _ = writeln!(out, "{letter}: {} {motion}", Escaped(name));
     }
     // No minus before nothing.
     let shift = (shift * 1e4).round() / 1e4 + 0.0;
@@ -150,7 +183,7 @@ fn human(args: &CompareArgs, comparison: &Comparison) -> String {
     out
 }
 
-fn machine(args: &CompareArgs, comparison: &Comparison) -> String {
+fn machine(names: &Names, within: Option<f64>, comparison: &Comparison) -> String {
     let shown = |deviation: &Option<Deviation>| match deviation {
         Some(found) => json!({
             "rms": found.rms,
@@ -161,8 +194,8 @@ fn machine(args: &CompareArgs, comparison: &Comparison) -> String {
         None => serde_json::Value::Null,
     };
     let object = json!({
-        "first": args.first.display().to_string(),
-        "second": args.second.display().to_string(),
+        "first": names.first,
+        "second": names.second,
         "shift": comparison.alignment.shift,
         "first_motion": [comparison.alignment.first_motion, comparison.alignment.second_motion],
         "overlap": [comparison.overlap.0, comparison.overlap.1],
@@ -171,13 +204,13 @@ fn machine(args: &CompareArgs, comparison: &Comparison) -> String {
         "tcp_rotation": shown(&comparison.tcp_rotation),
         "tcp_speed": shown(&comparison.tcp_speed),
         "force": shown(&comparison.force),
-        "within": args.within.zip(comparison.largest_joint()).map(|(bound, found)| found <= bound),
+        "within": within.zip(comparison.largest_joint()).map(|(bound, found)| found <= bound),
     });
     format!("{object}\n")
 }
 
 /// Both runs over each other, and what is between them.
-fn figure(args: &CompareArgs, first: &Track, second: &Track, alignment: Alignment) -> Figure {
+fn figure(names: &Names, first: &Track, second: &Track, alignment: Alignment) -> Figure {
     let shift = alignment.shift;
     let every = |count: usize| count.div_ceil(CURVE_POINTS).max(1);
     let positions = |track: &Track, joint: usize, shift: f64| -> Vec<(f64, f64)> {
@@ -220,11 +253,11 @@ fn figure(args: &CompareArgs, first: &Track, second: &Track, alignment: Alignmen
     let force = Panel::over_time("Force, length of the difference", "N")
         .half_span_min(1.0)
         .curve(Curve::new("force", peaks(&|i| all[i].force)));
-    let name = |path: &Path| {
-        let file = path.file_name().unwrap_or_default().to_string_lossy();
-        file.into_owned()
+    let name = |given: &str| {
+        let file = Path::new(given).file_name().unwrap_or_default();
+        file.to_string_lossy().into_owned()
     };
-    let title = format!("A {}   B {}", name(&args.first), name(&args.second));
+    let title = format!("A {}   B {}", name(&names.first), name(&names.second));
     Figure::new(title)
         .note(format!("shift {shift:.4} s"))
         .panel(overlay)

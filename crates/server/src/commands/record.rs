@@ -6,7 +6,7 @@
 use std::process::ExitCode;
 use std::time::{Duration, SystemTime};
 
-use kinematics::{CalibrationError, JointPositions, RpyPose};
+use kinematics::{CalibrationError, JointPositions};
 use motion_api::{BorderSizes, Record, RobotState, border};
 use recorder::{LogLevel, RecordError, Recorder, RecorderConfig, RecorderHandle, Rotation, Setup};
 use robot_client::calibrate::{self, CalibrateError};
@@ -15,7 +15,7 @@ use robot_client::{Arrival, Primary, RobotAddress, Rtsi, RtsiError};
 use thiserror::Error;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep, sleep_until};
-use wire::primary::{ErrorData, Exception, Level, Message, RobotException, Source};
+use wire::primary::{Exception, Level, Message, Numbered, RobotException, Source};
 use wire::rtsi::TextLevel;
 
 use crate::cli::RecordArgs;
@@ -87,7 +87,7 @@ struct Tally {
 async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, RecordingError> {
     let host = &args.robot.robot;
     let primary = RobotAddress::new(host, args.robot.primary_port);
-    let data = primary.with_port(args.rtsi_port);
+    let data = primary.with_port(args.robot.rtsi_port);
     let reading = calibrate::read(&primary, &args.out).await?;
     let model = reading.calibration.open()?;
     let mut rtsi = Rtsi::connect(&data, args.rate, WANTED).await?;
@@ -96,13 +96,12 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
 
     // The first values say where the arm is and what its clock shows.
     let mut state = unknown_state(step_time);
-    let begin = loop {
+    let first = loop {
         if let Arrival::Data(values) = rtsi.next().await? {
-            break observe(&mut state, rtsi.offered(), &values)
-                .timestamp
-                .unwrap_or(0.0);
+            break observe(&mut state, rtsi.offered(), &values);
         }
     };
+    let begin = first.timestamp.unwrap_or(0.0);
     let since = SystemTime::now()
         .duration_since(SystemTime::UNIX_EPOCH)
         .unwrap_or_default();
@@ -115,7 +114,7 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
         model: reading.calibration.model().to_owned(),
         calibration: Some(reading.calibration.to_toml()),
         home: known_joints(&state),
-        tcp: RpyPose::default(),
+        tcp: reading.tcp.unwrap_or_default(),
         payload: state.payload,
         step_time,
         plant: ROBOT.to_owned(),
@@ -161,6 +160,13 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     tokio::pin!(end);
     let mut clock = Clock::new(begin, step_time);
     let mut tally = Tally::default();
+    take(&mut state, first, &mut clock, &mut tally, &mut into);
+    let not_offered = not_offered(&rtsi);
+    if !not_offered.is_empty() {
+        let text = format!("the controller does not offer {not_offered}");
+        handle.log(clock.now, LogLevel::Info, "record", &text);
+        logging::say(&text);
+    }
     let mut stream = Some(rtsi);
     loop {
         tokio::select! {
@@ -206,6 +212,13 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     Ok(format!(
         "{path}: {cycles} cycles, {missing} missing, {out_of_order} out of order left out, {lost} lost here, {reconnects} reconnects"
     ))
+}
+
+/// Variables that a recording would hold and the controller does not have.
+fn not_offered(rtsi: &Rtsi) -> String {
+    let has = |wanted: &str| rtsi.offered().iter().any(|(name, _)| *name == wanted);
+    let missing = WANTED.iter().copied().filter(|name| !has(name));
+    missing.collect::<Vec<_>>().join(", ")
 }
 
 /// The next arrival; without a stream, a new one: `None`. Never returns while there is none.
@@ -334,17 +347,18 @@ fn tell(handle: &RecorderHandle, time: f64, told: &RobotException) {
             level,
             data,
         } => {
-            let about = match data {
-                ErrorData::Text(text) => format!(": {text}"),
-                ErrorData::None => String::new(),
-                other => format!(": {other:?}"),
-            };
             let level = match level {
                 Level::Info => LogLevel::Info,
                 Level::Warning => LogLevel::Warning,
                 Level::Error | Level::Fatal => LogLevel::Error,
             };
-            (level, format!("{code}.{sub_code}{about}"))
+            let (code, sub_code) = (*code, *sub_code);
+            let numbered = Numbered {
+                code,
+                sub_code,
+                data,
+            };
+            (level, numbered.to_string())
         }
     };
     handle.log(time, level, Source::name(told.source), &text);

@@ -5,6 +5,7 @@
 
 mod program;
 mod screen;
+mod watched;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;
@@ -12,26 +13,27 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use elite_lang::{Severity, SourceFile, check, compile};
-use robot_client::dashboard;
 use robot_client::{Follower, News, Outcome, Primary, PrimaryError, RobotAddress};
 use thiserror::Error;
-use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
-use wire::primary::{ErrorData, Exception, Message, RobotException, Source};
+use tokio::sync::watch;
+use tokio::time::{Instant, MissedTickBehavior, interval};
+use wire::primary::{Exception, Message, Numbered, RobotException, Source};
 
-use crate::cli::{RobotArgs, SendArgs};
+use crate::cli::SendArgs;
 use crate::commands::check::read_script;
+use crate::commands::robot;
+use crate::commands::setting::{Setting, SettingError};
 use crate::logging;
 use crate::ports::shown::{Escaped, Lines};
 use crate::shutdown::Shutdown;
-use program::{Outgoing, SendError, Setting};
+use program::{Outgoing, SendError};
 use screen::Screen;
+use watched::{Nodes, Told, listen};
 
 /// Exit status of a program that failed or was stopped.
 const FAILED: u8 = 1;
 /// Exit status when nothing was sent, or what came of it is not known.
 const NOT_SENT: u8 = 2;
-/// After Ctrl-C the robot has this long to stop its program.
-const STOP_PATIENCE: Duration = Duration::from_secs(3);
 /// The moments between messages are looked at so often.
 const TICK: Duration = Duration::from_millis(50);
 
@@ -44,19 +46,17 @@ enum Refusal {
     Program(#[from] SendError),
     #[error(transparent)]
     Primary(#[from] PrimaryError),
-    #[error(
-        "{0} is in local mode: it takes no programs from outside. Switch it to remote control first"
-    )]
-    Local(RobotAddress),
-    #[error("nothing was sent")]
-    Declined,
+    #[error(transparent)]
+    Refused(#[from] robot::Refusal),
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     #[error("cannot start: {0}")]
     Start(#[from] std::io::Error),
 }
 
 /// Exit status: 0 ended, 1 failed or stopped, 2 not sent.
 pub fn send(args: &SendArgs) -> ExitCode {
-    let status = Shutdown::start(FAILED)
+    let status = Shutdown::start_within(FAILED, robot::END_PATIENCE)
         .map_err(Refusal::from)
         .and_then(|shutdown| {
             let runtime = tokio::runtime::Builder::new_current_thread()
@@ -71,19 +71,11 @@ pub fn send(args: &SendArgs) -> ExitCode {
 }
 
 async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<u8, Refusal> {
-    let settings: Result<Vec<Setting>, _> =
-        args.set.iter().map(|given| Setting::parse(given)).collect();
-    let (file, outgoing) = prepared(args, &settings?)?;
+    let settings = Setting::parse_all(&args.set)?;
+    let (file, outgoing) = prepared(args, &settings)?;
     let address = RobotAddress::new(&args.robot.robot, args.robot.primary_port);
-    agreed(
-        &args.robot,
-        &address,
-        &format!("Send {} to", Escaped(file.name())),
-    )
-    .await?;
-    if dashboard::is_remote(&address.with_port(args.robot.dashboard_port)).await == Some(false) {
-        return Err(Refusal::Local(address));
-    }
+    let what = format!("Send {} to", Escaped(file.name()));
+    robot::allowed(&args.robot, &address, &what).await?;
     let mut robot = Primary::connect(&address).await?;
     // Until its stream is seen it may be anything that listens.
     robot.next().await?;
@@ -95,12 +87,25 @@ async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<u8, Refusa
     if args.no_wait || outgoing.is_secondary {
         return Ok(0);
     }
+    let is_terminal = std::io::stderr().is_terminal();
     let mut followed = Followed {
+        nodes: Nodes::of(&file),
         file,
         outgoing,
-        screen: Screen::new(std::io::stderr().is_terminal()),
+        screen: Screen::new(is_terminal),
     };
-    match followed.follow(&mut robot, shutdown).await {
+    let (sender, told) = watch::channel(Told::default());
+    let beside = async {
+        match is_terminal {
+            true => listen(address.with_port(args.robot.rtsi_port), sender).await,
+            false => std::future::pending().await,
+        }
+    };
+    let ended = tokio::select! {
+        ended = followed.follow(&mut robot, &told, shutdown) => ended,
+        () = beside => Ok(NOT_SENT),
+    };
+    match ended {
         Ok(status) => Ok(status),
         Err(error) => {
             followed
@@ -143,24 +148,9 @@ fn prepared(args: &SendArgs, settings: &[Setting]) -> Result<(Arc<SourceFile>, O
     Ok((file, outgoing))
 }
 
-/// Whoever sits at a terminal is asked before a robot that is not this machine moves.
-async fn agreed(args: &RobotArgs, address: &RobotAddress, what: &str) -> Result<(), Refusal> {
-    if args.yes || address.is_this_machine().await || !std::io::stdin().is_terminal() {
-        return Ok(());
-    }
-    logging::say(&format!(
-        "{what} the robot at {address}? It may move. [y/N]"
-    ));
-    let mut answer = String::new();
-    std::io::stdin().read_line(&mut answer)?;
-    match answer.trim() {
-        "y" | "Y" | "yes" => Ok(()),
-        _ => Err(Refusal::Declined),
-    }
-}
-
 /// A program that was sent.
 struct Followed {
+    nodes: Nodes,
     file: Arc<SourceFile>,
     outgoing: Outgoing,
     screen: Screen,
@@ -170,6 +160,7 @@ impl Followed {
     async fn follow(
         &mut self,
         robot: &mut Primary,
+        told: &watch::Receiver<Told>,
         shutdown: &Shutdown,
     ) -> Result<u8, PrimaryError> {
         let sent = Instant::now();
@@ -183,7 +174,9 @@ impl Followed {
                 _ = ticks.tick() => Message::Unknown(0),
             };
             if let Message::State(state) = &message {
-                self.screen.state(state, sent.elapsed());
+                let told = *told.borrow();
+                let place = self.doing(told.line);
+                self.screen.state(state, told, &place, sent.elapsed());
             }
             for news in follower.take(&message, sent.elapsed()) {
                 match news {
@@ -203,29 +196,22 @@ impl Followed {
         }
     }
 
+    /// Where the program is, of the line that the controller tells: `, line 7, node 3 Approach`.
+    fn doing(&self, line: Option<u32>) -> String {
+        let line = line.and_then(|line| i32::try_from(line).ok());
+        let Some((line, _)) = line.and_then(|line| self.outgoing.place(line, 1)) else {
+            return String::new();
+        };
+        let node = self.nodes.at(line);
+        let node = node.map_or_else(String::new, |node| format!(", {}", Escaped(node)));
+        format!(", line {line}{node}")
+    }
+
     /// Ctrl-C: the robot is stopped first.
     async fn stop(&mut self, robot: &mut Primary) -> Result<u8, PrimaryError> {
         self.screen.line("stopping the program on the robot");
-        robot.send("stop task\n").await?;
-        let standing = async {
-            loop {
-                if let Message::State(state) = robot.next().await?
-                    && state.mode.is_some_and(|mode| !mode.is_task_running)
-                {
-                    return Ok::<(), PrimaryError>(());
-                }
-            }
-        };
-        match timeout(STOP_PATIENCE, standing).await {
-            Ok(stood) => {
-                stood?;
-                self.screen.line("the program was stopped");
-            }
-            Err(_) => self.screen.line(&format!(
-                "the robot still runs its program {} s after it was told to stop",
-                STOP_PATIENCE.as_secs()
-            )),
-        }
+        let sentence = robot::stop(robot).await?;
+        self.screen.line(sentence);
         self.screen.end();
         Ok(FAILED)
     }
@@ -233,7 +219,7 @@ impl Followed {
     fn tell(&mut self, told: &RobotException) {
         match &told.exception {
             Exception::Script { line, column, text } => {
-                let place = self.outgoing.place(*line, *column);
+                let place = self.outgoing.place_of_error(*line, *column, text);
                 let name = Escaped(self.file.name());
                 for part in text.lines().filter(|part| !part.trim().is_empty()) {
                     self.screen.line(&Lines(part).to_string());
@@ -252,19 +238,16 @@ impl Followed {
                 level,
                 data,
             } => {
-                let source = Source::name(told.source);
-                let level = format!("{level:?}").to_lowercase();
-                let about = match data {
-                    ErrorData::None => String::new(),
-                    ErrorData::Unsigned(value) => format!(": {value}"),
-                    ErrorData::Signed(value) => format!(": {value}"),
-                    ErrorData::Float(value) => format!(": {value}"),
-                    ErrorData::Hex(value) => format!(": {value:#x}"),
-                    ErrorData::Text(text) => format!(": {}", Escaped(text)),
-                    ErrorData::Joint(joint) => format!(": joint {}", joint.saturating_add(1)),
+                let (source, level) = (Source::name(told.source), level.name());
+                let (code, sub_code) = (*code, *sub_code);
+                let numbered = Numbered {
+                    code,
+                    sub_code,
+                    data,
                 };
+                let numbered = numbered.to_string();
                 self.screen
-                    .line(&format!("{source}: {level} {code}.{sub_code}{about}"));
+                    .line(&format!("{source}: {level} {}", Escaped(&numbered)));
             }
         }
     }

@@ -55,7 +55,7 @@ pub(super) fn start_clock(
             // `run` has exactly one task; before and after it nothing needs time to pass.
             let pacer = match console {
                 Console::Log => Some(IdlePacer::start(timeline.clone())?),
-                Console::Stdout => None,
+                Console::Stdout | Console::Stderr => None,
             };
             Ok((Clock::Virtual(pacer), timeline))
         }

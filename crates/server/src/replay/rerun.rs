@@ -18,7 +18,7 @@ use thiserror::Error;
 use super::model_of;
 use super::register_write::RegisterWrite;
 use crate::cell::{Cell, CellError};
-use crate::start_configuration::{SetupError, cycle_config};
+use crate::start_configuration::{ROBOT, SetupError, cycle_config};
 
 /// More missing cycles are not worth waiting for.
 const MAX_MISSING: u64 = 200_000;
@@ -138,6 +138,9 @@ pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
     let setup = recording.setup().ok_or(RerunError::NoSetup)?;
     if setup.part > 1 {
         return Err(RerunError::Part { part: setup.part });
+    }
+    if setup.plant == ROBOT {
+        return Err(SetupError::Elsewhere.into());
     }
     let mut controller = Controller::new(started_with(setup)?)?;
     let mut commands = Vec::new();

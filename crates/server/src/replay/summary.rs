@@ -3,10 +3,12 @@
 use std::io::{self, Write};
 
 use super::failure;
+use recorder::cycle::FieldValue;
 use recorder::summary::{LimitKind, Summary};
 use recorder::{Ending, Recording};
 
 use crate::ports::shown::Shown;
+use crate::start_configuration::ROBOT;
 
 /// Events printed one by one; of more, the rest is counted.
 const MAX_PRINTED: usize = 10;
@@ -39,6 +41,10 @@ pub(super) fn print(
     }
     writeln!(out, "duration: {:.3} s", summary.duration)?;
 
+    let unknown = unknown_fields(recording);
+    if !unknown.is_empty() {
+        writeln!(out, "not known: {}", unknown.join(", "))?;
+    }
     writeln!(out, "programs: {}", summary.program_count)?;
     list(
         out,
@@ -115,6 +121,26 @@ pub(super) fn print(
             summary.until
         ),
     }
+}
+
+/// What a robot elsewhere did not tell: fields whose numbers are none.
+fn unknown_fields(recording: &Recording) -> Vec<&'static str> {
+    if recording.setup().is_none_or(|setup| setup.plant != ROBOT) {
+        return Vec::new();
+    }
+    // Cycles that cannot be read are told elsewhere.
+    let first = recording.cycles().ok().and_then(|mut cycles| cycles.next());
+    let Some(Ok(first)) = first else {
+        return Vec::new();
+    };
+    let is_unknown = |value: &FieldValue<'_>| match value {
+        FieldValue::Number(number) => number.is_nan(),
+        FieldValue::Numbers(numbers) => numbers.iter().any(|number| number.is_nan()),
+        FieldValue::Unsigned(_) | FieldValue::Text(_) => false,
+    };
+    let fields = first.fields();
+    let unknown = fields.iter().filter(|(_, value)| is_unknown(value));
+    unknown.map(|(name, _)| *name).collect()
 }
 
 fn list<T>(

@@ -1,5 +1,7 @@
 //! Exceptions, byte for byte: script errors and robot errors. Layout as the official SDK reads it (include/Primary).
 
+use core::fmt;
+
 use super::fields::{Fields, Reader, Writer, counted};
 use super::{DecodeError, ROBOT_EXCEPTION};
 
@@ -60,6 +62,42 @@ pub enum ErrorData {
     Text(String),
     /// A joint, from 0.
     Joint(i32),
+}
+
+impl fmt::Display for ErrorData {
+    /// As people read it; nothing for nothing. A text is that of the peer: whoever shows it makes it harmless.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::None => Ok(()),
+            Self::Unsigned(value) => value.fmt(f),
+            Self::Signed(value) => value.fmt(f),
+            Self::Float(value) => value.fmt(f),
+            Self::Hex(value) => write!(f, "{value:#x}"),
+            Self::Text(text) => f.write_str(text),
+            Self::Joint(joint) => write!(f, "joint {}", joint.saturating_add(1)),
+        }
+    }
+}
+
+/// A robot error on one line: `100.12: protective stop`.
+#[derive(Clone, Copy, Debug)]
+pub struct Numbered<'a> {
+    /// Number of the error.
+    pub code: i32,
+    /// Number of the reason.
+    pub sub_code: i32,
+    /// What comes with it.
+    pub data: &'a ErrorData,
+}
+
+impl fmt::Display for Numbered<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}", self.code, self.sub_code)?;
+        match self.data {
+            ErrorData::None => Ok(()),
+            data => write!(f, ": {data}"),
+        }
+    }
 }
 
 /// Something that every client should hear about.
@@ -222,6 +260,16 @@ impl Level {
             _ => Self::Fatal,
         }
     }
+
+    /// In a word.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Info => "info",
+            Self::Warning => "warning",
+            Self::Error => "error",
+            Self::Fatal => "fatal",
+        }
+    }
 }
 
 impl Source {
@@ -303,6 +351,27 @@ mod tests {
             hex(&text),
             format!("00 00 00 23 {head} 00 00 00 05 68 c3 a9 00")
         );
+    }
+
+    #[test]
+    fn a_robot_error_reads_as_a_line_whatever_comes_with_it() {
+        for (data, line) in [
+            (ErrorData::None, "7.-2"),
+            (ErrorData::Unsigned(9), "7.-2: 9"),
+            (ErrorData::Signed(-1), "7.-2: -1"),
+            (ErrorData::Float(1.5), "7.-2: 1.5"),
+            (ErrorData::Hex(0xce110), "7.-2: 0xce110"),
+            (ErrorData::Text("tool lost".to_owned()), "7.-2: tool lost"),
+            (ErrorData::Joint(5), "7.-2: joint 6"),
+            (ErrorData::Joint(i32::MAX), "7.-2: joint 2147483647"),
+        ] {
+            let numbered = Numbered {
+                code: 7,
+                sub_code: -2,
+                data: &data,
+            };
+            assert_eq!(numbered.to_string(), line);
+        }
     }
 
     #[test]

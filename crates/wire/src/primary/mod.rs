@@ -6,7 +6,7 @@ pub mod exception;
 mod fields;
 pub mod state;
 
-pub use exception::{ErrorData, Exception, Level, RobotException, Source};
+pub use exception::{ErrorData, Exception, Level, Numbered, RobotException, Source};
 pub use state::State;
 
 use thiserror::Error;

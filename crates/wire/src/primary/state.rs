@@ -269,22 +269,24 @@ macro_rules! parts {
         #[derive(Clone, Debug, Default, PartialEq)]
         pub struct State {
             $( $(#[$doc])* pub $field: Option<$part>, )*
-            /// Types of parts that are not known here.
+            /// Types of parts that are not known here, or shorter than known.
             pub unknown: Vec<u8>,
         }
 
         impl State {
-            fn take(&mut self, kind: u8, body: &[u8]) -> Result<(), DecodeError> {
+            fn take(&mut self, kind: u8, body: &[u8]) {
                 match kind {
                     $( $kind => {
-                        // A longer part is a newer one: what is known of it stands in front.
+                        // A longer part is a newer one: what is known of it stands in front. A shorter one is of a
+                        // version that is not known here.
                         let mut part = $part::default();
-                        part.visit(&mut Reader::new($what, body))?;
-                        self.$field = Some(part);
+                        match part.visit(&mut Reader::new($what, body)) {
+                            Ok(()) => self.$field = Some(part),
+                            Err(_) => self.unknown.push(kind),
+                        }
                     } )*
                     other => self.unknown.push(other),
                 }
-                Ok(())
             }
 
             /// The whole message, with those parts that are there.
@@ -342,7 +344,7 @@ impl State {
                 let left = rest.len();
                 return Err(DecodeError::PartLength { kind, length, left });
             };
-            state.take(kind, part)?;
+            state.take(kind, part);
             rest = &rest[5 + part.len()..];
         }
         match rest.len() {

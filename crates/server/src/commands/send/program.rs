@@ -5,10 +5,11 @@
 
 use std::sync::Arc;
 
-use elite_lang::{Diagnostic, Program, ProgramKind, Severity, SourceFile, compile};
+use elite_lang::{Diagnostic, Program, ProgramKind, SourceFile, compile};
 use thiserror::Error;
 
-use crate::ports::text::{StringTracker, is_end_line, statements_of_line};
+use crate::commands::setting::{Setting, SettingError};
+use crate::ports::text::{StringTracker, is_end_line};
 
 /// What the function around a file of plain statements is called.
 const WRAPPER: &str = "eliteserver_program";
@@ -30,74 +31,15 @@ pub(super) struct Outgoing {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub(super) enum SendError {
-    /// The name of a setting is none.
-    #[error("--set {given}: {why}")]
-    Setting {
-        /// As given.
-        given: String,
-        /// What is allowed.
-        why: &'static str,
-    },
+    /// A setting is none.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     /// Settings go before a main program.
     #[error("--set: the file is a secondary program, which has no globals of its own")]
     SecondarySet,
     /// What became of it does not compile: a fault of ours or a construct that only a file's own level takes.
     #[error("the program cannot be put into a function, as controllers take it: {0}")]
     NotWrapped(String),
-}
-
-/// A global that is set before the program: `NAME=VALUE`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Setting {
-    name: String,
-    value: String,
-}
-
-impl Setting {
-    /// Reads `NAME=VALUE`; the value is an expression of EliteScript.
-    pub(super) fn parse(given: &str) -> Result<Self, SendError> {
-        let wrong = |why| SendError::Setting {
-            given: given.to_owned(),
-            why,
-        };
-        let Some((name, value)) = given.split_once('=') else {
-            return Err(wrong("NAME=VALUE is needed, as speed=0.25"));
-        };
-        let (name, value) = (name.trim(), value.trim());
-        let is_name = name
-            .chars()
-            .next()
-            .is_some_and(|c| c.is_alphabetic() || c == '_')
-            && name.chars().all(|c| c.is_alphanumeric() || c == '_');
-        let known = elite_runtime::builtins::known_names();
-        let found = |text: String| elite_lang::check(SourceFile::new("--set", text), &known);
-        if !is_name
-            || found(format!("{name} = 1\n"))
-                .iter()
-                .any(|found| found.severity == Severity::Error)
-        {
-            return Err(wrong("what stands before = is no name of a variable"));
-        }
-        let is_value =
-            "a value is an expression such as 0.25, [1, 2] or \"text\", the quotes included";
-        let findings = found(format!("{name} = ({value})\n"));
-        // In brackets it is one expression, unless it closes them itself.
-        let is_one = statements_of_line(value).len() == 1 && !value.contains(['\n', '#']);
-        if !is_one || value.is_empty() || !findings.is_empty() {
-            return Err(wrong(is_value));
-        }
-        Ok(Self {
-            name: name.to_owned(),
-            value: value.to_owned(),
-        })
-    }
-}
-
-impl Setting {
-    /// Of which variable.
-    pub(super) fn name(&self) -> &str {
-        &self.name
-    }
 }
 
 impl Outgoing {
@@ -136,7 +78,7 @@ impl Outgoing {
 
     fn wrapped(program: &Program, settings: &[Setting]) -> Self {
         let mut names: Vec<&str> = program.global_names().collect();
-        names.extend(settings.iter().map(|setting| setting.name.as_str()));
+        names.extend(settings.iter().map(Setting::name));
         names.sort_unstable();
         names.dedup();
         let mut out = Self {
@@ -159,8 +101,8 @@ impl Outgoing {
         if !declared.is_empty() {
             out.own(&format!("\tglobal {declared}"));
         }
-        for Setting { name, value } in settings {
-            out.own(&format!("\t{name} = {value}"));
+        for setting in settings {
+            out.own(&format!("\t{}", setting.statement()));
         }
         out.own("\tpass");
         let mut strings = StringTracker::default();
@@ -195,19 +137,32 @@ impl Outgoing {
     pub(super) fn unchecked(file: &SourceFile, settings: &[Setting]) -> Result<Self, SendError> {
         match settings {
             [] => Ok(Self::as_it_is(file.text(), file.text().starts_with("sec "))),
-            [first, ..] => Err(SendError::Setting {
-                given: format!("{}={}", first.name, first.value),
+            [first, ..] => Err(SendError::Setting(SettingError {
+                given: first.name().to_owned(),
                 why: "a text that is not checked is sent as it is; leave --no-check out",
-            }),
+            })),
         }
     }
 
-    /// The place in the file of a place in what was sent, both from 1; `None` for lines of ours.
+    /// The place in the file of a place in what was sent, both from 1; `None` for lines of ours. A controller that tells
+    /// lines only has 0 or less as column.
     pub(super) fn place(&self, line: i32, column: i32) -> Option<(u32, u32)> {
         let index = usize::try_from(line.checked_sub(1)?).ok()?;
         let (line, shift) = (*self.lines.get(index)?)?;
-        let column = u32::try_from(column).ok()?.saturating_sub(shift).max(1);
-        Some((line, column))
+        let column = u32::try_from(column).unwrap_or(0);
+        Some((line, column.saturating_sub(shift).max(1)))
+    }
+
+    /// The place in the file of an error. A controller may tell the line in its text only: `…, line 5`.
+    pub(super) fn place_of_error(&self, line: i32, column: i32, text: &str) -> Option<(u32, u32)> {
+        if line > 0 {
+            return self.place(line, column);
+        }
+        // The innermost call stands last.
+        let (_, behind) = text.rsplit_once("line ")?;
+        let digits = behind.find(|c: char| !c.is_ascii_digit());
+        let line = behind[..digits.unwrap_or(behind.len())].parse().ok()?;
+        self.place(line, 1)
     }
 
     fn told(&self, findings: &[Diagnostic], file: &Arc<SourceFile>) -> String {

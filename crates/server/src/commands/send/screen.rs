@@ -5,8 +5,11 @@ use std::time::Duration;
 
 use wire::primary::State;
 
+use super::watched::Told;
 use crate::logging;
 
+/// What every terminal has.
+const COLUMNS: usize = 80;
 /// The changing line is drawn so often at most.
 const REDRAW: Duration = Duration::from_millis(100);
 
@@ -31,11 +34,16 @@ impl Screen {
     pub(super) fn line(&mut self, text: &str) {
         self.wipe();
         logging::say(text);
+        if self.is_terminal {
+            // Before the changing line is drawn again.
+            logging::flush_within(REDRAW);
+        }
     }
 
-    /// How the robot is, so long after the program was sent.
-    pub(super) fn state(&mut self, state: &State, moment: Duration) {
-        let speed = self.tcp_speed(state, moment);
+    /// How the robot is, so long after the program was sent. `place` is where the program is.
+    pub(super) fn state(&mut self, state: &State, told: Told, place: &str, moment: Duration) {
+        let between = self.tcp_speed(state, moment);
+        let speed = told.speed.or(between);
         let Some(mode) = &state.mode else { return };
         let is_due = self.drawn.is_none_or(|drawn| moment >= drawn + REDRAW);
         if !self.is_terminal || !is_due {
@@ -52,7 +60,10 @@ impl Screen {
             _ => "",
         };
         let speed = speed.map_or_else(String::new, |speed| format!(", TCP {speed:.3} m/s"));
-        let shown = format!("{doing}{stopped}, {:.1} s{speed}", moment.as_secs_f64());
+        let seconds = moment.as_secs_f64();
+        let shown = format!("{doing}{stopped}, {seconds:.1} s{speed}{place}");
+        // A line that wraps is not wiped.
+        let shown: String = shown.chars().take(COLUMNS - 1).collect();
         let mut error = std::io::stderr().lock();
         // Whoever closed the terminal does not read it.
         let _ = write!(error, "\r\x1b[K{shown}").and_then(|()| error.flush());

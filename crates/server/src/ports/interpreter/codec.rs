@@ -214,6 +214,11 @@ impl Framer {
         }
     }
 
+    /// True when nothing is unfinished.
+    pub fn is_between(&self) -> bool {
+        self.state == State::Between && self.text.is_empty()
+    }
+
     fn append(&mut self, piece: &[u8], frames: &mut Vec<Frame>) {
         if self.state == State::SkippingLine {
             return;

@@ -3,7 +3,7 @@ use super::*;
 fn outgoing(text: &str, settings: &[&str]) -> Result<Outgoing, SendError> {
     let file = SourceFile::new("task.script", text);
     let program = compile(file, &elite_runtime::builtins::known_names()).expect("it compiles");
-    let settings: Result<Vec<Setting>, SendError> =
+    let settings: Result<Vec<Setting>, SettingError> =
         settings.iter().map(|given| Setting::parse(given)).collect();
     Outgoing::new(&program, &settings?)
 }
@@ -82,4 +82,35 @@ fn settings_stand_before_the_program() {
     }
     let helper = outgoing("sec helper():\n  pass\nend\n", &["a=1"]);
     assert!(matches!(helper, Err(SendError::SecondarySet)));
+}
+
+#[test]
+fn errors_have_their_place_also_when_lines_are_told_only() {
+    let sent = outgoing("a = 1\nb = 2\n", &[]).expect("sent");
+    let first = 1 + sent
+        .text
+        .lines()
+        .position(|line| line == "\ta = 1")
+        .expect("there") as i32;
+    let at = format!("at line {first}");
+    let place = |line: i32, column: i32, text: &str| sent.place_of_error(line, column, text);
+    for column in [i32::MIN, -1, 0, 1, 2] {
+        assert_eq!(place(first, column, "NameError"), Some((1, 1)));
+    }
+    assert_eq!(place(first + 1, 6, ""), Some((2, 5)));
+    let text = format!(
+        "File \"task\", line {first}\n  File \"task\", line {}, in f\nNameError",
+        first + 1
+    );
+    assert_eq!(place(0, 0, &text), Some((2, 1)));
+    assert_eq!(place(-1, 0, &at), Some((1, 1)));
+    for text in [
+        "",
+        "line ",
+        "line x",
+        "line 99999999999",
+        "offline 7 was here",
+    ] {
+        assert_eq!(place(0, 0, text), None, "{text}");
+    }
 }

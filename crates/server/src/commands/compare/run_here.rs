@@ -1,0 +1,142 @@
+//! A script run here as the arm of a recording: its model, calibration, tool, payload, place, step and cell.
+//!
+//! What the recording does not say is as `run` has it. The run is recorded, and compared from there like any other.
+
+use std::collections::BTreeSet;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use elite_runtime::TaskEnd;
+use kinematics::{Calibration, CalibrationError};
+use recorder::Setup;
+use tempfile::TempDir;
+use thiserror::Error;
+
+use crate::announce::Console;
+use crate::commands::check::read_script;
+use crate::config::RobotConfig;
+use crate::controller::{Controller, StartError};
+use crate::logging;
+use crate::options::{
+    ClockChoice, LogFormat, ModelChoice, Permission, PlantChoice, RecordTarget, StepMillis,
+};
+use crate::shutdown::Shutdown;
+use crate::start_configuration::{IDEAL, RAPIER};
+
+/// Why there is no run; each is a sentence.
+#[derive(Debug, Error)]
+pub(super) enum RunHereError {
+    #[error("the recording {0} does not say which arm it is of")]
+    NoSetup(String),
+    #[error("{0}")]
+    Script(String),
+    #[error("the script does not compile; there is nothing to compare")]
+    NotCompiled,
+    #[error("the run was broken off; nothing is compared")]
+    BrokenOff,
+    #[error("the recording is of an arm {given:?}, which is none of ours: {allowed}")]
+    Model { given: String, allowed: String },
+    #[error("the calibration in the recording is not usable: {0}")]
+    Calibration(#[from] CalibrationError),
+    #[error("cannot write the run beside the comparison: {0}")]
+    Folder(#[from] io::Error),
+    #[error(transparent)]
+    Start(Box<StartError>),
+}
+
+impl From<StartError> for RunHereError {
+    fn from(error: StartError) -> Self {
+        Self::Start(Box::new(error))
+    }
+}
+
+/// A run that was recorded. Unless it is kept, its file goes with this.
+pub(super) struct RunHere {
+    /// The recording.
+    pub(super) path: PathBuf,
+    _folder: TempDir,
+}
+
+/// Runs the script on the arm that `setup` describes; `keep` is where the recording stays.
+pub(super) fn run_here(
+    setup: &Setup,
+    script: &Path,
+    keep: Option<&Path>,
+) -> Result<RunHere, RunHereError> {
+    let program = read_script(script).map_err(RunHereError::Script)?;
+    let folder = tempfile::Builder::new()
+        .prefix("eliteserver-compare-")
+        .tempdir()?;
+    let path = keep.map_or_else(|| folder.path().join("run.mcap"), Path::to_owned);
+    let config = config_of(setup, folder.path(), &path)?;
+    let shutdown = Shutdown::start(2)?;
+    let controller = Controller::start(&config, Console::Stderr, false)?;
+    shutdown.close_in_any_case(controller.closer());
+    let end = controller.run_to_end(program, &shutdown)?;
+    controller.shut_down();
+    if shutdown.token().is_cancelled() {
+        return Err(RunHereError::BrokenOff);
+    }
+    match end {
+        Some(TaskEnd::NotCompiled) | None => return Err(RunHereError::NotCompiled),
+        Some(TaskEnd::Finished) => {}
+        Some(_) => logging::say("the script did not end well here; what it did is compared"),
+    }
+    Ok(RunHere {
+        path,
+        _folder: folder,
+    })
+}
+
+/// The settings of `run` with what the recording says.
+fn config_of(setup: &Setup, folder: &Path, record: &Path) -> Result<RobotConfig, RunHereError> {
+    let model = match &setup.urdf {
+        Some(urdf) => {
+            let path = folder.join("arm.urdf");
+            std::fs::write(&path, urdf)?;
+            ModelChoice::Urdf(path)
+        }
+        None => setup.model.parse().map_err(|allowed| RunHereError::Model {
+            given: setup.model.clone(),
+            allowed,
+        })?,
+    };
+    let calibration = setup.calibration.as_deref();
+    let calibration = calibration
+        .map(|text| Calibration::from_text(text, Path::new("the recording")))
+        .transpose()?;
+    let cell = match &setup.cell {
+        Some(text) => {
+            let path = folder.join("cell.toml");
+            std::fs::write(&path, text)?;
+            Some(path)
+        }
+        None => None,
+    };
+    // A robot elsewhere that was recorded more slowly moved in steps of its own.
+    let millis = (setup.step_time * 1e3).round();
+    let step = format!("{millis}").parse().unwrap_or(StepMillis::DEFAULT);
+    Ok(RobotConfig {
+        model,
+        calibration,
+        cell,
+        clock: ClockChoice::Virtual,
+        step,
+        plant: match setup.plant.as_str() {
+            IDEAL => PlantChoice::Ideal,
+            RAPIER => PlantChoice::Rapier,
+            _ => PlantChoice::Rigid,
+        },
+        task_dir: "tasks".into(),
+        record: RecordTarget::File(record.to_owned()),
+        record_rotate: None,
+        record_budget: None,
+        tcp: setup.tcp,
+        payload: setup.payload,
+        home: setup.home,
+        seed: setup.seed,
+        allow: BTreeSet::from([Permission::Net]),
+        log_dir: None,
+        log_format: LogFormat::default(),
+    })
+}

@@ -1,0 +1,73 @@
+//! What every command that may move a robot does first: it says to which address it speaks, asks, and leaves robots in
+//! local mode alone. And how it stops one.
+
+use std::io::{self, IsTerminal};
+use std::time::Duration;
+
+use robot_client::{Primary, PrimaryError, RobotAddress, dashboard};
+use thiserror::Error;
+use tokio::time::timeout;
+use wire::primary::Message;
+
+use crate::cli::RobotArgs;
+use crate::logging;
+
+/// After Ctrl-C the robot has this long to stop its program.
+pub(super) const STOP_PATIENCE: Duration = Duration::from_secs(3);
+/// The process ends so long after Ctrl-C, whatever the robot does.
+pub(super) const END_PATIENCE: Duration = Duration::from_millis(3600);
+
+/// Why nothing is sent to a robot; each is a sentence.
+#[derive(Debug, Error)]
+pub(super) enum Refusal {
+    #[error(
+        "{0} is in local mode: it takes no programs from outside. Switch it to remote control first"
+    )]
+    Local(RobotAddress),
+    #[error("nothing was sent")]
+    Declined,
+    #[error("nobody can be asked: {0}")]
+    Unasked(#[from] io::Error),
+}
+
+/// Whoever sits at a terminal is asked before a robot that is not this machine moves; nothing goes to one in local mode.
+/// `what` is the beginning of the question: `Send it to`.
+pub(super) async fn allowed(
+    args: &RobotArgs,
+    address: &RobotAddress,
+    what: &str,
+) -> Result<(), Refusal> {
+    let must_ask = !args.yes && !address.is_this_machine().await && io::stdin().is_terminal();
+    if must_ask {
+        logging::say(&format!(
+            "{what} the robot at {address}? It may move. [y/N]"
+        ));
+        let mut answer = String::new();
+        io::stdin().read_line(&mut answer)?;
+        if !matches!(answer.trim(), "y" | "Y" | "yes") {
+            return Err(Refusal::Declined);
+        }
+    }
+    match dashboard::is_remote(&address.with_port(args.dashboard_port)).await {
+        Some(false) => Err(Refusal::Local(address.clone())),
+        Some(true) | None => Ok(()),
+    }
+}
+
+/// Stops the program on the robot; whether it stood in time, and the sentence about it.
+pub(super) async fn stop(robot: &mut Primary) -> Result<&'static str, PrimaryError> {
+    robot.send("stop task\n").await?;
+    let standing = async {
+        loop {
+            if let Message::State(state) = robot.next().await?
+                && state.mode.is_some_and(|mode| !mode.is_task_running)
+            {
+                return Ok::<(), PrimaryError>(());
+            }
+        }
+    };
+    match timeout(STOP_PATIENCE, standing).await {
+        Ok(stood) => stood.map(|()| "the program was stopped"),
+        Err(_) => Ok("the robot still runs its program 3 s after it was told to stop"),
+    }
+}

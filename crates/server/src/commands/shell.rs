@@ -1,0 +1,325 @@
+//! `eliteserver shell`: statements that a robot carries out as they are typed, through interpreter mode.
+//!
+//! Owns the prompt, the shell's own orders and the exit status. What lines become is `typed`'s business, where they come
+//! from `editor`'s, the conversation `session`'s.
+
+mod editor;
+mod session;
+mod shown;
+mod typed;
+
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::io::{IsTerminal, stdin, stdout};
+use std::process::ExitCode;
+use std::rc::Rc;
+use std::time::Duration;
+
+use elite_lang::{SourceFile, compile};
+use robot_client::{RobotAddress, Word};
+use supervision::{Faults, Handle, Kind};
+use thiserror::Error;
+use tokio::runtime::Runtime;
+use tokio::sync::mpsc;
+
+use crate::cli::ShellArgs;
+use crate::commands::robot;
+use crate::commands::setting::{Setting, SettingError};
+use crate::logging;
+use crate::shutdown::Shutdown;
+use editor::{Line, Lines, Names};
+use session::{Answer, Asked, Order, Session, SessionError};
+use shown::show;
+use typed::Typed;
+
+/// Exit status of a pipe of which something was discarded or failed, and of a session that was stopped.
+const FAILED: u8 = 1;
+/// Exit status without a connection.
+const NO_CONNECTION: u8 = 2;
+/// What was said is shown within this.
+const SAID: Duration = Duration::from_millis(100);
+/// Reports that `:log` shows.
+const LOG_LINES: usize = 20;
+
+/// The shell's own orders.
+const ORDERS: [(&str, &str); 7] = [
+    ("abort", "stop the movej or movel that the arm does"),
+    ("help", "this list"),
+    (
+        "log",
+        "the last reports of the robot: errors, alarms; :log 100 for more",
+    ),
+    (
+        "quit",
+        "end, once everything before is done (Ctrl-D as well)",
+    ),
+    ("skip", "drop the statements that wait"),
+    ("state", "how the robot is, and which statement it is at"),
+    ("vars", "variables of this session, or :vars NAME NAME"),
+];
+
+/// Why there is no shell; each is a sentence.
+#[derive(Debug, Error)]
+enum ShellError {
+    #[error("cannot start: {0}")]
+    Start(#[from] std::io::Error),
+    #[error(transparent)]
+    Setting(#[from] SettingError),
+    #[error(transparent)]
+    Refused(#[from] robot::Refusal),
+    #[error(transparent)]
+    Session(#[from] SessionError),
+}
+
+/// Exit status: 0 ended, 1 a line of a pipe was discarded or failed, 2 no connection.
+pub fn shell(args: &ShellArgs) -> ExitCode {
+    ExitCode::from(shelled(args).unwrap_or_else(|error| {
+        logging::say(&format!("eliteserver: {error}"));
+        NO_CONNECTION
+    }))
+}
+
+fn shelled(args: &ShellArgs) -> Result<u8, ShellError> {
+    let settings = Setting::parse_all(&args.set)?;
+    let shutdown = Shutdown::start_within(FAILED, robot::END_PATIENCE)?;
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()?;
+    let opened = opened(args, &settings, &shutdown);
+    let mut session = runtime.block_on(opened)?;
+
+    let mut names: BTreeSet<String> = elite_lang::builtin_names().map(str::to_owned).collect();
+    names.extend(elite_runtime::builtins::all().map(|builtin| builtin.name.to_owned()));
+    let names: Names = Rc::new(RefCell::new(names));
+    let is_terminal = stdin().is_terminal() && stdout().is_terminal();
+    let mut lines = Lines::open(is_terminal, &names);
+    session.speak_with(lines.voice());
+    if lines.is_terminal() {
+        // Before the first prompt.
+        logging::flush_within(SAID);
+        show("Statements are carried out at once. :help lists the shell's own orders, :quit ends.");
+    }
+    let mut shell = Shell {
+        link: Link::start(session, runtime, shutdown, lines.is_terminal())?,
+        typed: Typed::default(),
+        names,
+        own: settings.iter().map(|one| one.name().to_owned()).collect(),
+        is_terminal: lines.is_terminal(),
+        has_failed: false,
+    };
+    Ok(shell.run(&mut lines))
+}
+
+async fn opened(
+    args: &ShellArgs,
+    settings: &[Setting],
+    shutdown: &Shutdown,
+) -> Result<Session, ShellError> {
+    let robot = &args.robot;
+    let address = RobotAddress::new(&robot.robot, robot.primary_port);
+    robot::allowed(robot, &address, "Open a shell on").await?;
+    let mut body = String::new();
+    for setting in settings {
+        body.push_str(&format!("\tglobal {}\n", setting.name()));
+    }
+    for setting in settings {
+        body.push_str(&format!("\t{}\n", setting.statement()));
+    }
+    let statements = address.with_port(robot.interpreter_port);
+    let dashboard = address.with_port(robot.dashboard_port);
+    let stop = shutdown.token().clone();
+    let session = Session::open(&address, &statements, dashboard, body, stop).await?;
+    logging::say(&format!("interpreter mode of the robot at {address}"));
+    Ok(session)
+}
+
+/// The session's thread.
+struct Link {
+    orders: mpsc::Sender<Asked>,
+    /// Ends with the exit status when the session is over before it is left.
+    thread: Option<Handle<u8>>,
+}
+
+impl Link {
+    fn start(
+        mut session: Session,
+        runtime: Runtime,
+        shutdown: Shutdown,
+        is_terminal: bool,
+    ) -> std::io::Result<Self> {
+        let (orders, mut asked) = mpsc::channel(1);
+        let thread = Faults::default().start(Kind::Service, "session", move || {
+            let (status, error) = match runtime.block_on(session.serve(&mut asked)) {
+                Ok(has_failed) => return u8::from(has_failed) * FAILED,
+                Err(error @ SessionError::Stopped(_)) => (FAILED, error),
+                Err(error) => (NO_CONNECTION, error),
+            };
+            logging::say(&format!("eliteserver: {error}"));
+            // Whoever waits for a line of a pipe is not told in any other way; a terminal is to be left in order.
+            match is_terminal {
+                true => logging::say("press Enter"),
+                false => shutdown.begin(status),
+            }
+            status
+        })?;
+        let thread = Some(thread);
+        Ok(Self { orders, thread })
+    }
+
+    /// Has something done; the exit status if the session is over.
+    fn ask(&mut self, order: Order) -> Result<Answer, u8> {
+        let (sender, answer) = std::sync::mpsc::sync_channel(1);
+        let is_taken = self.orders.blocking_send((order, sender)).is_ok();
+        let answer = is_taken.then(|| answer.recv().ok()).flatten();
+        answer.ok_or_else(|| {
+            let status = self.thread.take().map(Handle::join);
+            // A fault of ours in that thread has been told.
+            status.and_then(Result::ok).unwrap_or(NO_CONNECTION)
+        })
+    }
+}
+
+/// The prompt.
+struct Shell {
+    link: Link,
+    typed: Typed,
+    names: Names,
+    /// Variables of this session.
+    own: BTreeSet<String>,
+    is_terminal: bool,
+    has_failed: bool,
+}
+
+impl Shell {
+    fn run(&mut self, lines: &mut Lines) -> u8 {
+        loop {
+            let prompt = if self.typed.is_open() { "... " } else { "> " };
+            let done = match lines.next(prompt) {
+                Line::Text(text) => self.line(&text),
+                Line::Interrupt if self.typed.is_open() => {
+                    self.typed.forget();
+                    Ok(None)
+                }
+                // What somebody who presses it wants most.
+                Line::Interrupt => self.link.ask(Order::Word(Word::Abort)).map(Some),
+                Line::TooLong => {
+                    self.complain("a line of more than 64 KiB is no statement");
+                    Ok(None)
+                }
+                Line::Broken(error) => {
+                    self.complain(&format!("no more lines can be read: {error}"));
+                    self.quit().map(Some)
+                }
+                Line::End => self.quit().map(Some),
+            };
+            match done {
+                Err(status) => return status,
+                Ok(Some(Answer::Left { has_failed })) => {
+                    let has_failed = has_failed || self.has_failed;
+                    return u8::from(has_failed && !self.is_terminal) * FAILED;
+                }
+                Ok(_) => {}
+            }
+        }
+    }
+
+    fn line(&mut self, text: &str) -> Result<Option<Answer>, u8> {
+        if let Some(order) = text.trim().strip_prefix(':')
+            && !self.typed.is_open()
+        {
+            return self.order(order);
+        }
+        let Some(statement) = self.typed.line(text) else {
+            return Ok(None);
+        };
+        self.statement(statement).map(Some)
+    }
+
+    fn statement(&mut self, typed: Result<String, typed::TypedError>) -> Result<Answer, u8> {
+        match typed {
+            Ok(text) => {
+                // A word is answered at once and waits for nothing.
+                if let Some(word) = Word::parse(&text) {
+                    return self.link.ask(Order::Word(word));
+                }
+                let answer = self.link.ask(Order::Statement(text.clone()))?;
+                if answer == Answer::Done {
+                    self.remember(&text);
+                }
+                Ok(answer)
+            }
+            Err(error) => {
+                self.complain(&error.to_string());
+                Ok(Answer::Discarded)
+            }
+        }
+    }
+
+    /// Names that the statement makes are completed from now on.
+    fn remember(&mut self, text: &str) {
+        let known = elite_runtime::builtins::known_names();
+        let file = SourceFile::new("shell", format!("{text}\n"));
+        // The robot has accepted it; it may know more than we do.
+        let Ok(program) = compile(file, &known) else {
+            return;
+        };
+        for name in program.global_names() {
+            self.own.insert(name.to_owned());
+            self.names.borrow_mut().insert(name.to_owned());
+        }
+    }
+
+    fn order(&mut self, order: &str) -> Result<Option<Answer>, u8> {
+        let mut words = order.split_whitespace();
+        let name = words.next().unwrap_or_default();
+        let rest: Vec<String> = words.map(str::to_owned).collect();
+        let takes_more = matches!(name, "vars" | "log");
+        if !takes_more && !rest.is_empty() {
+            self.complain(&format!(":{name} takes nothing behind it"));
+            return Ok(None);
+        }
+        let order = match name {
+            "abort" => Order::Word(Word::Abort),
+            "skip" => Order::Word(Word::Skip),
+            "state" => Order::State,
+            "vars" if rest.is_empty() => Order::Variables(self.own.iter().cloned().collect()),
+            "vars" => Order::Variables(rest),
+            "log" => match rest.first().map_or(Ok(LOG_LINES), |count| count.parse()) {
+                Ok(count) if rest.len() < 2 => Order::Log(count),
+                _ => {
+                    self.complain(":log takes how many lines, as :log 100");
+                    return Ok(None);
+                }
+            },
+            "quit" => return self.quit().map(Some),
+            "help" => {
+                for (order, what) in ORDERS {
+                    show(&format!("  :{order:6} {what}"));
+                }
+                return Ok(None);
+            }
+            other => {
+                let orders = ORDERS.map(|(order, _)| format!(":{order}")).join(", ");
+                self.complain(&format!("there is no :{other}; there are {orders}"));
+                return Ok(None);
+            }
+        };
+        self.link.ask(order).map(Some)
+    }
+
+    /// What is wrong with a line that is not sent.
+    fn complain(&mut self, sentence: &str) {
+        self.has_failed = true;
+        match self.is_terminal {
+            true => show(&format!("  {sentence}")),
+            false => logging::say(&format!("eliteserver: {sentence}")),
+        }
+    }
+
+    fn quit(&mut self) -> Result<Answer, u8> {
+        if let Some(last) = self.typed.finish() {
+            self.statement(last)?;
+        }
+        self.link.ask(Order::Leave)
+    }
+}
