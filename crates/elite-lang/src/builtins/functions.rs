@@ -127,15 +127,8 @@ fn any(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(Value::Bool(false))
 }
 
-fn callable(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    Ok(Value::Bool(match &args[0] {
-        Value::Function(_)
-        | Value::Builtin(_)
-        | Value::BoundMethod(_)
-        | Value::Class(_)
-        | Value::StaticMethod(_) => true,
-        other => ev.core.types.of(other).lookup(known::CALL).is_some(),
-    }))
+fn callable(_: &Evaluator<'_>, args: &mut [Value]) -> R {
+    Ok(Value::Bool(args[0].is_callable()))
 }
 
 /// The symbol of an attribute name given as a value.

@@ -79,6 +79,9 @@ fn nesting(value: &Value) -> Nesting {
             "deque",
             "partial",
             "ordered dict",
+            "default dict",
+            "counter",
+            "named tuple",
             "exception in an attribute",
             "getattr",
             "call of an instance",
@@ -213,6 +216,14 @@ const CHAINS: &[Chain] = &[
     ("deque", "collections.deque([v])", "()", MIDDLE),
     ("partial", "functools.partial(v)", "plain", SHORT),
     ("ordered dict", "collections.OrderedDict(k=v)", "()", SHORT),
+    (
+        "default dict",
+        "collections.defaultdict(None, k=v)",
+        "()",
+        SHORT,
+    ),
+    ("counter", "collections.Counter({'k': v})", "1", SHORT),
+    ("named tuple", "Named(v)", "()", MIDDLE),
     (
         "exception in an attribute",
         "chained('a', v)",
@@ -379,6 +390,7 @@ class Numbered:
     def __init__(self, next): self.next = next
     def __len__(self): return 1
     def __getitem__(self, i): return next(self.next) if i == 0 else [][0]
+Named = collections.namedtuple('Named', 'next')
 class L(list): pass
 class T(tuple): pass
 class D(dict): pass
