@@ -82,6 +82,8 @@ fn nesting(value: &Value) -> Nesting {
             "default dict",
             "counter",
             "named tuple",
+            "condition",
+            "barrier",
             "exception in an attribute",
             "getattr",
             "call of an instance",
@@ -225,6 +227,13 @@ const CHAINS: &[Chain] = &[
     ("counter", "collections.Counter({'k': v})", "1", SHORT),
     ("named tuple", "Named(v)", "()", MIDDLE),
     (
+        "condition",
+        "threading.Condition(v)",
+        "threading.Lock()",
+        MIDDLE,
+    ),
+    ("barrier", "threading.Barrier(1, v)", "plain", MIDDLE),
+    (
         "exception in an attribute",
         "chained('a', v)",
         "None",
@@ -354,7 +363,7 @@ const CHAINS: &[Chain] = &[
 ];
 
 const PRELUDE: &str = r#"
-import copy, json, itertools, functools, collections
+import copy, json, itertools, functools, collections, threading
 class Node:
     def __init__(self, next): self.next = next
     def step(self): return self.next
@@ -513,6 +522,9 @@ const QUESTIONS: &[&str] = &[
     "enter(a)",
     "collections.deque([a]) == collections.deque([b])",
     "'x'.join(a)",
+    "a.acquire()",
+    "a.notify()",
+    "a.wait()",
     "callable(a)",
     "a.throw(ValueError())",
     "a.close()",
