@@ -108,7 +108,7 @@ impl Evaluator<'_> {
     #[inline]
     pub fn next(&self, iterator: &Value) -> R<Option<Value>> {
         match iterator {
-            Value::Iter(iter) => self.next_of(iter),
+            Value::Iter(iter) => self.next_of(iter).or_else(|raised| self.at_end(raised)),
             Value::Generator(generator) => {
                 match self.step_generator(generator, ToGenerator::Send(Value::None)) {
                     Ok(Stepped::Yielded(value)) => Ok(Some(value)),
@@ -117,6 +117,38 @@ impl Evaluator<'_> {
                 }
             }
             _ => self.next_by_method(iterator),
+        }
+    }
+
+    /// The same for an iterator that hands on what its source does, the end as well: a `StopIteration` with its value stays
+    /// an exception.
+    pub fn next_with_end(&self, iterator: &Value) -> R<Option<Value>> {
+        match iterator {
+            Value::Iter(iter) => self.next_of(iter),
+            Value::Generator(generator) => {
+                match self.step_generator(generator, ToGenerator::Send(Value::None)) {
+                    Ok(Stepped::Yielded(value)) => Ok(Some(value)),
+                    Ok(Stepped::Returned(Value::None)) => Ok(None),
+                    Ok(Stepped::Returned(value)) => self.stop_iteration(value).map(Some),
+                    Err(raised) => Err(self.generator_error(raised)),
+                }
+            }
+            _ => match self.core.types.of(iterator).lookup(known::NEXT) {
+                Some(method) => {
+                    let value = self.call_method_value(&method, iterator, &mut [])?;
+                    Ok(Some(value))
+                }
+                None => self.next_by_method(iterator),
+            },
+        }
+    }
+
+    /// A `StopIteration` of script code within an iterator is its end.
+    #[cold]
+    fn at_end<T>(&self, raised: Raised) -> R<Option<T>> {
+        match self.is_kind(&raised, ExceptionKind::StopIteration) {
+            true => Ok(None),
+            false => Err(raised),
         }
     }
 
@@ -259,20 +291,26 @@ impl Evaluator<'_> {
                     (key, value)
                 })))
             }
-            Iter::Enumerate { .. } => self.recurse(|| self.next_pair_lazily(iter)).map(Some),
+            Iter::Enumerate { .. } => self.pair_or_end(iter).map(Some),
             Iter::Zip {
                 sources,
                 strict: false,
-            } if sources.len() == 2 => self.recurse(|| self.next_pair_lazily(iter)).map(Some),
+            } if sources.len() == 2 => self.pair_or_end(iter).map(Some),
             _ => Ok(None),
         }
+    }
+
+    #[inline]
+    fn pair_or_end(&self, iter: &Iter) -> R<Option<(Value, Value)>> {
+        let pair = self.recurse(|| self.next_pair_lazily(iter));
+        pair.or_else(|raised| self.at_end(raised))
     }
 
     /// The pairs of `enumerate` and of `zip` with two sources.
     fn next_pair_lazily(&self, iter: &Iter) -> R<Option<(Value, Value)>> {
         match iter {
             Iter::Enumerate { source, count } => {
-                let Some(value) = self.next(source)? else {
+                let Some(value) = self.next_with_end(source)? else {
                     return Ok(None);
                 };
                 let number = count.get();
@@ -287,10 +325,10 @@ impl Evaluator<'_> {
                 let [first, second] = &sources[..] else {
                     return Ok(None);
                 };
-                let Some(first) = self.next(first)? else {
+                let Some(first) = self.next_with_end(first)? else {
                     return Ok(None);
                 };
-                Ok(self.next(second)?.map(|second| (first, second)))
+                Ok(self.next_with_end(second)?.map(|second| (first, second)))
             }
             _ => Ok(None),
         }
@@ -339,7 +377,14 @@ impl Evaluator<'_> {
                 if done.get() {
                     return Ok(None);
                 }
-                let value = self.call(function, &mut [], &[])?;
+                let value = match self.call(function, &mut [], &[]) {
+                    Err(raised) => {
+                        let ended = self.at_end(raised)?;
+                        done.set(true);
+                        return Ok(ended);
+                    }
+                    Ok(value) => value,
+                };
                 if self.equal(&value, sentinel)? {
                     done.set(true);
                     return Ok(None);
@@ -349,7 +394,7 @@ impl Evaluator<'_> {
             Iter::Map { function, sources } => {
                 let mut args = Vec::with_capacity(sources.len());
                 for source in sources {
-                    match self.next(source)? {
+                    match self.next_with_end(source)? {
                         Some(value) => args.push(value),
                         None => return Ok(None),
                     }
@@ -357,7 +402,7 @@ impl Evaluator<'_> {
                 self.call(function, &mut args, &[]).map(Some)
             }
             Iter::Filter { function, source } => {
-                while let Some(value) = self.next(source)? {
+                while let Some(value) = self.next_with_end(source)? {
                     let keep = if function.is_none() {
                         self.truth(&value)?
                     } else {
@@ -392,7 +437,11 @@ impl Evaluator<'_> {
     fn next_zip(&self, sources: &[Value], strict: bool) -> R<Option<Value>> {
         let mut items = Vec::with_capacity(sources.len());
         for source in sources {
-            match self.next(source)? {
+            let next = match strict {
+                true => self.next(source)?,
+                false => self.next_with_end(source)?,
+            };
+            match next {
                 Some(value) => items.push(value),
                 None if strict => return self.check_zip_lengths(sources, items.len()),
                 None => return Ok(None),
@@ -416,7 +465,7 @@ impl Evaluator<'_> {
             return Err(self.value_error(text));
         }
         for (index, source) in sources.iter().enumerate().skip(1) {
-            if self.next(source)?.is_some() {
+            if self.next_with_end(source)?.is_some() {
                 let text = format!(
                     "zip() argument {} is longer than {}",
                     index + 1,
