@@ -25,6 +25,8 @@ const OF_THE_SURROUNDINGS: &[&str] = &[
     "is given twice",
     "is declared nonlocal, but no function around binds it",
     "'nonlocal' at the top level",
+    "only one target may be starred",
+    "import * only allowed at module level",
 ];
 
 fn our_errors(text: &str) -> Vec<Diagnostic> {

@@ -4,7 +4,7 @@ import pathlib
 import types
 
 MODULES = ("math time random struct json re string datetime threading queue collections itertools functools copy sys os "
-           "os.path signal subprocess socket abc bisect contextlib dataclasses enum heapq io operator statistics "
+           "os.path signal subprocess socket abc bisect collections.abc contextlib dataclasses enum heapq io operator statistics "
            "typing").split()
 
 

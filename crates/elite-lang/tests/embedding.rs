@@ -681,6 +681,55 @@ fn a_stopped_thread_gives_back_its_locks_and_its_place_in_the_queue() {
 }
 
 #[test]
+fn a_stop_ends_every_wait_and_what_the_thread_was_called_for_goes_to_the_next() {
+    let task = Task::new();
+    let mut main = task.spawn(
+        "from threading import *\n\
+         s, b, e, c, r = Semaphore(0), Barrier(3), Event(), Condition(), RLock()\n\
+         def semaphore():\n    with s: print('through')\n\
+         def barrier(): b.wait()\n\
+         def event(): e.wait()\n\
+         def condition():\n    with c: print(c.wait())\n\
+         def timer(): Timer(5, print, ['late']).run()\n\
+         def never():\n    with r:\n        with c: c.wait_for(lambda: False, 100)\n",
+    );
+    assert!(matches!(drive(&mut main, &task.host), Step::Done(_)));
+    let waiting = |name: &str| {
+        let function = task.interpreter.global(name).unwrap();
+        let mut thread = task.interpreter.spawn_call(function, Vec::new()).unwrap();
+        let step = thread.resume(Resume::Continue, 10_000);
+        assert!(matches!(step, Step::Parked { .. }), "{name}");
+        thread
+    };
+    let stopped = |thread: &mut elite_lang::ScriptThread| {
+        let step = thread.resume(Resume::Stop, 1000);
+        assert!(matches!(step, Step::Stopped));
+    };
+    for name in ["event", "timer", "never", "barrier", "condition"] {
+        stopped(&mut waiting(name));
+    }
+    let state =
+        "print(b.n_waiting, b.broken, c._waiters, c.acquire(False), c.release(), r._is_owned())";
+    assert_eq!(task.run(state), "0 False [] True None False\n");
+    // Called, and stopped before it has gone on.
+    for (name, call, said) in [
+        ("semaphore", "s.release()", "through\n"),
+        ("condition", "\nwith c: c.notify()", "True\n"),
+    ] {
+        let (mut first, mut second) = (waiting(name), waiting(name));
+        task.run(call);
+        assert_eq!(task.host.woken.take(), [first.id()], "{name}");
+        stopped(&mut first);
+        assert_eq!(task.host.woken.take(), [second.id()], "{name}");
+        assert!(matches!(
+            second.resume(Resume::Continue, 10_000),
+            Step::Done(_)
+        ));
+        assert_eq!(task.host.output.take(), said);
+    }
+}
+
+#[test]
 fn what_reaches_beyond_the_program_is_refused_unless_it_is_permitted() {
     let refused = |code: &str, what: &str, word: &str| {
         let text = format!(

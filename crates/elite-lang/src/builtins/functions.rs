@@ -127,15 +127,8 @@ fn any(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(Value::Bool(false))
 }
 
-fn callable(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    Ok(Value::Bool(match &args[0] {
-        Value::Function(_)
-        | Value::Builtin(_)
-        | Value::BoundMethod(_)
-        | Value::Class(_)
-        | Value::StaticMethod(_) => true,
-        other => ev.core.types.of(other).lookup(known::CALL).is_some(),
-    }))
+fn callable(_: &Evaluator<'_>, args: &mut [Value]) -> R {
+    Ok(Value::Bool(args[0].is_callable()))
 }
 
 /// The symbol of an attribute name given as a value.
@@ -154,24 +147,17 @@ fn getattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let name = attribute_name(ev, &args[1])?;
     match args[2].given() {
         None => ev.attribute(&args[0], *name),
-        Some(default) => match ev.attribute_or_none(&args[0], *name) {
-            Ok(Some(value)) => Ok(value),
-            Ok(None) => Ok(default.clone()),
-            Err(raised) if ev.is_kind(&raised, ExceptionKind::AttributeError) => {
-                Ok(default.clone())
-            }
-            Err(raised) => Err(raised),
-        },
+        Some(default) => {
+            let found = ev.attribute_or_none(&args[0], *name)?;
+            Ok(found.unwrap_or_else(|| default.clone()))
+        }
     }
 }
 
 fn hasattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let name = attribute_name(ev, &args[1])?;
-    match ev.attribute_or_none(&args[0], *name) {
-        Ok(found) => Ok(Value::Bool(found.is_some())),
-        Err(raised) if ev.is_kind(&raised, ExceptionKind::AttributeError) => Ok(Value::Bool(false)),
-        Err(raised) => Err(raised),
-    }
+    let found = ev.attribute_or_none(&args[0], *name)?;
+    Ok(Value::Bool(found.is_some()))
 }
 
 fn setattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -237,9 +223,22 @@ impl Evaluator<'_> {
             }),
             other => match self.union_types(other) {
                 Some(types) => self.is_instance(value, &types),
-                None => Err(self
-                    .type_error("isinstance() arg 2 must be a type, a tuple of types, or a union")),
+                None => match self.answer_of(other, "__instancecheck__", value)? {
+                    Some(answer) => Ok(answer),
+                    None => Err(self.type_error(
+                        "isinstance() arg 2 must be a type, a tuple of types, or a union",
+                    )),
+                },
             },
+        }
+    }
+
+    /// What an object that stands for a class says of a value; None if it has no such method.
+    fn answer_of(&self, judge: &Value, method: &str, value: &Value) -> R<Option<bool>> {
+        let name = self.core.symbols.intern(method);
+        match self.special(judge, name, &mut [value.clone()])? {
+            Some(answer) => self.truth(&answer).map(Some),
+            None => Ok(None),
         }
     }
 
@@ -266,9 +265,15 @@ impl Evaluator<'_> {
             }),
             other => match self.union_types(other) {
                 Some(types) => self.is_subclass(class, &types),
-                None => Err(self.type_error(
-                    "issubclass() arg 2 must be a class, a tuple of classes, or a union",
-                )),
+                None => {
+                    let class = Value::Class(class.clone());
+                    match self.answer_of(other, "__subclasscheck__", &class)? {
+                        Some(answer) => Ok(answer),
+                        None => Err(self.type_error(
+                            "issubclass() arg 2 must be a class, a tuple of classes, or a union",
+                        )),
+                    }
+                }
             },
         }
     }
@@ -315,24 +320,24 @@ fn next(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 Err(raised) => return Err(ev.generator_error(raised)),
             }
         }
-        Value::Instance(_) => {
-            // The exception of the script's own `__next__` is kept, with its value.
-            let class = ev.core.types.of(&args[0]);
-            if let Some(method) = class.lookup(known::NEXT) {
-                return match ev.call_method_value(&method, &args[0], &mut []) {
-                    Err(raised) if ev.is_kind(&raised, ExceptionKind::StopIteration) => {
-                        match args[1].given() {
-                            Some(default) => Ok(default.clone()),
-                            None => Err(raised),
-                        }
-                    }
-                    other => other,
-                };
+        other => {
+            let is_iterator = matches!(other, Value::Iter(_))
+                || matches!(other, Value::Instance(_))
+                    && ev.core.types.of(other).lookup(known::NEXT).is_some();
+            if !is_iterator {
+                return Err(not_an_iterator(ev, other));
             }
-            return Err(not_an_iterator(ev, &args[0]));
+            // The exception of the script's own `__next__`, or of what an iterator calls, is kept with its value.
+            match (ev.next_with_end(other), args[1].given()) {
+                (Ok(value), _) => value.ok_or(Value::None),
+                (Err(raised), Some(default))
+                    if ev.is_kind(&raised, ExceptionKind::StopIteration) =>
+                {
+                    return Ok(default.clone());
+                }
+                (Err(raised), _) => return Err(raised),
+            }
         }
-        Value::Iter(_) => ev.next(&args[0])?.ok_or(Value::None),
-        other => return Err(not_an_iterator(ev, other)),
     };
     match (result, args[1].given()) {
         (Ok(value), _) => Ok(value),

@@ -13,17 +13,25 @@ pub fn push_repr(value: f64, out: &mut String) {
     if let Some(text) = not_finite(value) {
         return out.push_str(text);
     }
-    // Rust finds the same shortest digits; only the layout differs. The bounds are floats themselves, so the digits
+    // Rust finds the same shortest digits; only the layout differs, and the last one where two are as near. The bounds are floats themselves, so the digits
     // of what lies between them have exponents from -4 to 15. Writing to a string cannot fail.
     let start = out.len();
     if value == 0.0 || (1e-4..1e16).contains(&value.abs()) {
         let _ = write!(out, "{value}");
-        if !out[start..].contains('.') {
-            out.push_str(".0");
+        match out[start..].find('.') {
+            None => out.push_str(".0"),
+            Some(at) => {
+                let decimals = out.len() - start - at - 1;
+                nearest_even(value, start, out, |out| write!(out, "{value:.decimals$}"));
+            }
         }
         return;
     }
     let _ = write!(out, "{value:e}");
+    if let Some(at) = out[start..].find('e') {
+        let decimals = at.saturating_sub(1 + out[start..].find('.').unwrap_or(at));
+        nearest_even(value, start, out, |out| write!(out, "{value:.decimals$e}"));
+    }
     let Some(at) = out[start..].find('e') else {
         return;
     };
@@ -31,6 +39,28 @@ pub fn push_repr(value: f64, out: &mut String) {
     out.truncate(start + at);
     let sign = if exponent < 0 { '-' } else { '+' };
     let _ = write!(out, "e{sign}{:02}", exponent.abs());
+}
+
+/// Fewer digits than this are those of no two floats.
+const DIGITS_OF_ONE: usize = 15;
+
+/// Of the texts with as many digits as the one from `start` on takes the one nearest to the value, the even one of two that
+/// are as near, if it reads back as the same float.
+fn nearest_even(
+    value: f64,
+    start: usize,
+    out: &mut String,
+    write: impl FnOnce(&mut String) -> std::fmt::Result,
+) {
+    let end = out.len();
+    if end - start <= DIGITS_OF_ONE {
+        return;
+    }
+    if write(out).is_ok() && out[end..].parse() == Ok(value) {
+        out.replace_range(start..end, "");
+    } else {
+        out.truncate(end);
+    }
 }
 
 fn not_finite(value: f64) -> Option<&'static str> {
@@ -71,11 +101,21 @@ pub fn push_fixed(value: f64, precision: usize, alternate: bool, out: &mut Strin
     }
     if !push_fixed_by_integers(value, precision, out) {
         // Writing to a string cannot fail.
-        let _ = write!(out, "{value:.precision$}");
+        let _ = write!(out, "{value:.*}", precision.min(EXACT));
+        push_zeros(precision, out);
     }
     if alternate && precision == 0 {
         out.push('.');
     }
+}
+
+/// A double has no more decimals than this that are not zero, in either layout; the formatting of Rust takes few more.
+const EXACT: usize = 1100;
+
+/// The decimals of a `precision` behind the exact ones.
+fn push_zeros(precision: usize, out: &mut String) {
+    let zeros = precision.saturating_sub(EXACT);
+    out.extend(std::iter::repeat_n('0', zeros));
 }
 
 /// Most decimals that `push_fixed_by_integers` gives: with them a mantissa times their power of ten fits 128 bits.
@@ -120,15 +160,14 @@ pub fn exponent(value: f64, precision: usize, alternate: bool) -> String {
     if let Some(text) = not_finite(value) {
         return text.to_owned();
     }
-    let text = format!("{value:.precision$e}");
+    let text = format!("{value:.*e}", precision.min(EXACT));
     let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     let point = if alternate && precision == 0 { "." } else { "" };
-    format!(
-        "{digits}{point}e{}{:02}",
-        if exponent < 0 { '-' } else { '+' },
-        exponent.abs()
-    )
+    let mut out = format!("{digits}{point}");
+    push_zeros(precision, &mut out);
+    let sign = if exponent < 0 { '-' } else { '+' };
+    out + &format!("e{sign}{:02}", exponent.abs())
 }
 
 /// `g` format of a non-negative number with `precision` significant digits. With `with_point` (no type given) the
@@ -138,11 +177,12 @@ pub fn general(value: f64, precision: usize, alternate: bool, with_point: bool) 
         return text.to_owned();
     }
     // The exponent after rounding to the precision decides between the layouts.
-    let rounded = format!("{value:.*e}", precision - 1);
+    let rounded = format!("{value:.*e}", (precision - 1).min(EXACT));
     let (_, exponent_text) = rounded.split_once('e').unwrap_or((&rounded, "0"));
     let size: i32 = exponent_text.parse().unwrap_or(0);
-    let limit = precision as i32 - i32::from(with_point);
-    if size < -4 || size >= limit {
+    let precision = precision.min(if alternate { usize::MAX } else { EXACT });
+    let limit = precision as i64 - i64::from(with_point);
+    if size < -4 || i64::from(size) >= limit {
         let text = exponent(value, precision - 1, alternate);
         if alternate {
             return text;
@@ -152,7 +192,7 @@ pub fn general(value: f64, precision: usize, alternate: bool, with_point: bool) 
     }
     let text = fixed(
         value,
-        (precision as i32 - 1 - size).max(0) as usize,
+        (precision as i64 - 1 - i64::from(size)).max(0) as usize,
         alternate,
     );
     if alternate {

@@ -1,5 +1,7 @@
 //! The `%` operator of strings and bytes.
 
+use std::borrow::Cow;
+
 use super::{Spec, integer, real, text};
 use crate::eval::Evaluator;
 use crate::eval::bulk::{EACH, pieces};
@@ -65,10 +67,19 @@ impl<'v> Source<'v> {
 }
 
 impl Evaluator<'_> {
+    /// The tuple that an instance of a class derived from it is; anything else as it is.
+    fn arguments<'v>(&self, args: &'v Value) -> Cow<'v, Value> {
+        match self.plain(args) {
+            tuple @ Value::Tuple(_) => Cow::Owned(tuple),
+            _ => Cow::Borrowed(args),
+        }
+    }
+
     /// `format % args`
     pub fn percent_format(&self, format: &str, args: &Value) -> R<String> {
         let mut out = String::with_capacity(format.len() + 16);
-        self.percent(format, Source::of(args, "string"), &mut out)?;
+        let args = self.arguments(args);
+        self.percent(format, Source::of(&args, "string"), &mut out)?;
         Ok(out)
     }
 
@@ -84,7 +95,8 @@ impl Evaluator<'_> {
         let data = self.bytes_like(format).unwrap_or_default();
         let text = self.of_latin1(&data)?;
         let mut out = String::new();
-        self.percent(&text, Source::of(args, "bytes"), &mut out)?;
+        let args = self.arguments(args);
+        self.percent(&text, Source::of(&args, "bytes"), &mut out)?;
         let mut data = Vec::new();
         self.grow(&mut data, out.len())?;
         for piece in pieces(&out) {

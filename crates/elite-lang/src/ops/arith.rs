@@ -283,7 +283,7 @@ impl Evaluator<'_> {
 
     /// `base ** exponent` of floats; a negative base with a fractional exponent gives a complex number.
     pub fn float_pow(&self, base: f64, exponent: f64) -> R {
-        if base == 0.0 && exponent < 0.0 {
+        if base == 0.0 && exponent < 0.0 && exponent.is_finite() {
             return Err(self.zero_division("0.0 cannot be raised to a negative power"));
         }
         if base < 0.0 && base.is_finite() && exponent.is_finite() && exponent.fract() != 0.0 {

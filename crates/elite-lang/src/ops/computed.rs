@@ -290,7 +290,7 @@ impl Evaluator<'_> {
                 Value::BoundMethod(method),
                 known::NAME | known::QUALNAME | known::DOC | known::MODULE,
             ) => {
-                return self.recurse(|| self.attribute_or_none(&method.function, name));
+                return self.recurse(|| self.find_attribute(&method.function, name));
             }
             (Value::Builtin(builtin), known::NAME) => Value::str(builtin.name),
             (Value::Builtin(builtin), known::QUALNAME) => Value::str(&*builtin.label()),
@@ -309,7 +309,7 @@ impl Evaluator<'_> {
             (
                 Value::StaticMethod(function) | Value::ClassMethod(function),
                 known::NAME | known::QUALNAME | known::DOC | known::MODULE,
-            ) => return self.recurse(|| self.attribute_or_none(function, name)),
+            ) => return self.recurse(|| self.find_attribute(function, name)),
             (
                 Value::StaticMethod(function) | Value::ClassMethod(function),
                 known::FUNC | known::WRAPPED,

@@ -197,7 +197,7 @@ impl Evaluator<'_> {
             let args = self.repr(&state.args())?;
             let single = matches!(&state.args(), Value::Tuple(tuple) if tuple.items().len() == 1);
             let args = if single {
-                format!("{})", args.trim_end_matches(",)"))
+                format!("{})", args.strip_suffix(",)").unwrap_or(&args))
             } else {
                 args
             };

@@ -1,6 +1,7 @@
 //! `str`, `ascii` and `format` of values, and how strings and bytes are quoted.
 
 use std::fmt::Write as _;
+use std::sync::LazyLock;
 
 use crate::ast::Conversion;
 use crate::eval::Evaluator;
@@ -331,29 +332,33 @@ fn escape(text: &str, quote: char, out: &mut String) {
     }
 }
 
-/// Python's `str.isprintable` of one character, closely: no controls, separators other than the blank, private or
-/// unassigned characters of the common ranges.
+/// Python's `str.isprintable` of one character: no controls, no separators other than the blank, nothing private or
+/// unassigned.
 pub fn is_printable(c: char) -> bool {
-    let hidden = matches!(
-        c as u32,
-        0..0x20
-            | 0x7f..0xa1
-            | 0xad
-            | 0x1680
-            | 0x180e
-            | 0x2000..=0x200f
-            | 0x2028..=0x202f
-            | 0x205f..=0x206f
-            | 0x3000
-            | 0xe000..=0xf8ff
-            | 0xfeff
-            | 0xfff0..=0xfffb
-            | 0xfffe..=0xffff
-            | 0xe0000..=0xe0fff
-            | 0xf0000..
-    );
-    !hidden
+    match c {
+        ' '..='~' => true,
+        '\0'..='\u{a0}' => false,
+        // Most texts beyond ASCII are of these.
+        '\u{4e00}'..='\u{9fff}' => true,
+        _ => {
+            let code = c as u32;
+            let after = HIDDEN.partition_point(|(first, _)| *first <= code);
+            HIDDEN[..after].last().is_none_or(|(_, last)| code > *last)
+        }
+    }
 }
+
+/// Ranges of characters that are not printable, in order, from CPython 3.11 (`str.isprintable`): first and last code point,
+/// a line each.
+static HIDDEN: LazyLock<Vec<(u32, u32)>> = LazyLock::new(|| {
+    let number = |text: &str| u32::from_str_radix(text, 16).ok();
+    let range = |line: &str| {
+        let (first, last) = line.split_once(' ')?;
+        Some((number(first)?, number(last)?))
+    };
+    let lines = include_str!("hidden_characters.txt").lines();
+    lines.filter_map(range).collect()
+});
 
 fn escape_bytes(data: &[u8], quote: char, out: &mut String) {
     for byte in data {

@@ -266,6 +266,12 @@ impl Scopes<'_> {
             }
             StmtKind::ImportFrom { names, star, .. } => {
                 self.star_import |= star;
+                if *star && self.current != ScopeId(0) {
+                    // Names that are only known at run time have no place in a function.
+                    let message = "import * only allowed at module level";
+                    let found = Diagnostic::error("syntax", statement.span, message);
+                    self.diagnostics.push(found);
+                }
                 for alias in names {
                     let bound = alias.alias.as_ref().unwrap_or(&alias.name);
                     self.bind(&bound.name, bound.span);

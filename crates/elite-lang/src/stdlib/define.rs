@@ -82,6 +82,41 @@ impl<'b, 'y> Builder<'b, 'y> {
         class
     }
 
+    /// A class as a `class` statement makes it, extending a builtin type, with methods in Rust: its instances take
+    /// attributes and scripts derive from it as from one of their own.
+    pub fn derived(&self, name: &'static str, base: &Rc<Class>, methods: &[Entry]) -> R<Rc<Class>> {
+        let home = self.module.name.trim_start_matches('_');
+        let attrs = vec![(known::MODULE, Value::str(home))];
+        let class = self
+            .ev
+            .make_class(name, &[Value::Class(base.clone())], attrs)?;
+        for (method, signature, body) in methods {
+            let builtin = self.builtin(name, method, &format!("self {signature}"), *body);
+            class.set(self.core().symbols.intern(method), builtin);
+        }
+        if methods.iter().any(|(name, ..)| *name == "__eq__") {
+            class.set(known::HASH, Value::None);
+        }
+        self.value(name, Value::Class(class.clone()));
+        Ok(class)
+    }
+
+    /// A method that takes its arguments as they come; the receiver is the first one.
+    pub fn raw_method(&self, class: &Class, owner: &'static str, name: &'static str, body: RawFn) {
+        let builtin = Builtin {
+            name,
+            owner: Some(owner),
+            module: None,
+            signature: Signature::default(),
+            body: BuiltinBody::Raw(body),
+            fills: true,
+        };
+        class.set(
+            self.core().symbols.intern(name),
+            Value::Builtin(Rc::new(builtin)),
+        );
+    }
+
     fn new_class(&self, name: &'static str, base: Base) -> Rc<Class> {
         let core = self.core();
         let object = core.types.object.clone();

@@ -6,8 +6,8 @@
 
 mod binary;
 mod bisect;
+mod collections;
 mod define;
-mod deque;
 mod files;
 mod functools;
 mod itertools;
@@ -49,7 +49,7 @@ use Content::{Native, Script};
 
 /// All modules, by name.
 const MODULES: &[(&str, Content)] = &[
-    ("_collections", Native(deque::fill)),
+    ("_collections", Native(collections::fill)),
     ("_files", Native(files::fill)),
     ("_functools", Native(functools::fill)),
     ("_json", Native(json::fill)),
@@ -64,6 +64,10 @@ const MODULES: &[(&str, Content)] = &[
     ("abc", Script(include_str!("lib/abc.py"))),
     ("bisect", Native(bisect::fill)),
     ("collections", Script(include_str!("lib/collections.py"))),
+    (
+        "collections.abc",
+        Script(include_str!("lib/collections_abc.py")),
+    ),
     ("contextlib", Script(include_str!("lib/contextlib.py"))),
     ("copy", Script(include_str!("lib/copy.py"))),
     ("dataclasses", Script(include_str!("lib/dataclasses.py"))),
@@ -96,11 +100,6 @@ const MODULES: &[(&str, Content)] = &[
 
 /// Classes of embedded scripts that CPython has in C, in which module there: its messages name them with it.
 const IN_C: &[(&str, &str, &[&str])] = &[
-    (
-        "collections",
-        "collections",
-        &["OrderedDict", "defaultdict"],
-    ),
     (
         "datetime",
         "datetime",

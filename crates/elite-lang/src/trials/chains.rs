@@ -79,6 +79,11 @@ fn nesting(value: &Value) -> Nesting {
             "deque",
             "partial",
             "ordered dict",
+            "default dict",
+            "counter",
+            "named tuple",
+            "condition",
+            "barrier",
             "exception in an attribute",
             "getattr",
             "call of an instance",
@@ -214,6 +219,21 @@ const CHAINS: &[Chain] = &[
     ("partial", "functools.partial(v)", "plain", SHORT),
     ("ordered dict", "collections.OrderedDict(k=v)", "()", SHORT),
     (
+        "default dict",
+        "collections.defaultdict(None, k=v)",
+        "()",
+        SHORT,
+    ),
+    ("counter", "collections.Counter({'k': v})", "1", SHORT),
+    ("named tuple", "Named(v)", "()", MIDDLE),
+    (
+        "condition",
+        "threading.Condition(v)",
+        "threading.Lock()",
+        MIDDLE,
+    ),
+    ("barrier", "threading.Barrier(1, v)", "plain", MIDDLE),
+    (
         "exception in an attribute",
         "chained('a', v)",
         "None",
@@ -343,7 +363,7 @@ const CHAINS: &[Chain] = &[
 ];
 
 const PRELUDE: &str = r#"
-import copy, json, itertools, functools, collections
+import copy, json, itertools, functools, collections, threading
 class Node:
     def __init__(self, next): self.next = next
     def step(self): return self.next
@@ -379,6 +399,7 @@ class Numbered:
     def __init__(self, next): self.next = next
     def __len__(self): return 1
     def __getitem__(self, i): return next(self.next) if i == 0 else [][0]
+Named = collections.namedtuple('Named', 'next')
 class L(list): pass
 class T(tuple): pass
 class D(dict): pass
@@ -501,6 +522,9 @@ const QUESTIONS: &[&str] = &[
     "enter(a)",
     "collections.deque([a]) == collections.deque([b])",
     "'x'.join(a)",
+    "a.acquire()",
+    "a.notify()",
+    "a.wait()",
     "callable(a)",
     "a.throw(ValueError())",
     "a.close()",

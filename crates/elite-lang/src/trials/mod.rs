@@ -1,9 +1,11 @@
 //! Trials by hostile programs, generated from the enum of values and the tables of builtin types: what can hold a value
 //! is nested very deep (`chains`), what can be changed is changed by the script code that runs meanwhile (`mutation`).
 //! A new kind of value does not compile here until it has a trial; a new method has its trials the day it is added.
+//! Beside them stands what holds of the text of the source: `shape` and `likeness`.
 #![allow(clippy::unwrap_used)] // tests: a broken program should stop them
 
 mod chains;
+mod likeness;
 mod mutation;
 mod shape;
 mod threads;

@@ -77,16 +77,20 @@ impl Value {
         number.is_finite().then(|| super::int::from_f64(number))
     }
 
-    /// Whether it can be called: a function, a method, a class. An instance may turn out not to be callable.
+    /// Whether it can be called: a function, a method, a class, an instance of a class with `__call__`.
     pub fn is_callable(&self) -> bool {
-        matches!(
-            self,
+        match self {
+            Value::Instance(instance) => {
+                let call = super::symbol::known::CALL;
+                instance.class.lookup(call).is_some()
+            }
             Value::Function(_)
-                | Value::BoundMethod(_)
-                | Value::Builtin(_)
-                | Value::Class(_)
-                | Value::Instance(_)
-        )
+            | Value::BoundMethod(_)
+            | Value::Builtin(_)
+            | Value::StaticMethod(_)
+            | Value::Class(_) => true,
+            _ => false,
+        }
     }
 
     /// The name of the value's type, as scripts see it.

@@ -221,11 +221,14 @@ const CONTAINER: List = &[
 
 const GETITEM: List = &[("__getitem__", "index /", |ev, args| {
     let container = ev.plain(&args[0]);
-    if let (Value::Dict(dict), Value::Instance(instance)) = (&container, &args[0])
-        && ev.dict_find(dict, &args[1])?.is_none()
-        && let Some(missing) = instance.class.lookup(known::MISSING)
-    {
-        return ev.call_method_value(&missing, &args[0], &mut [args[1].clone()]);
+    if let (Value::Dict(dict), Value::Instance(instance)) = (&container, &args[0]) {
+        if let Some(at) = ev.dict_find(dict, &args[1])? {
+            return Ok(dict.value_at(at));
+        }
+        return match instance.class.lookup(known::MISSING) {
+            Some(missing) => ev.call_method_value(&missing, &args[0], &mut [args[1].clone()]),
+            None => Err(ev.key_error(&args[1])),
+        };
     }
     ev.item(&container, &args[1])
 })];
@@ -262,6 +265,7 @@ const ALGEBRA: List = binary_methods! {
     "__sub__" = Sub, "__rsub__";
 };
 
+const DICT_IN_PLACE: List = in_place_methods! { "__ior__" = BitOr; };
 const LIST_IN_PLACE: List = in_place_methods! { "__iadd__" = Add; "__imul__" = Mul; };
 const SET_IN_PLACE: List = in_place_methods! {
     "__iand__" = BitAnd; "__ior__" = BitOr; "__ixor__" = BitXor; "__isub__" = Sub;
@@ -361,14 +365,26 @@ pub(super) fn install(core: &Rc<Core>) {
     );
     give(
         &types.dict,
-        &[COMPARISONS, TEXT, CONTAINER, GETITEM, SETITEM],
+        &[
+            COMPARISONS,
+            TEXT,
+            CONTAINER,
+            GETITEM,
+            SETITEM,
+            DICT_IN_PLACE,
+        ],
     );
     methods(
         core,
         &types.dict,
-        &[("__or__", "other /", |ev, args| {
-            binary(ev, BinaryOp::BitOr, &args[0], &args[1])
-        })],
+        &[
+            ("__or__", "other /", |ev, args| {
+                binary(ev, BinaryOp::BitOr, &args[0], &args[1])
+            }),
+            ("__ror__", "other /", |ev, args| {
+                binary(ev, BinaryOp::BitOr, &args[1], &args[0])
+            }),
+        ],
     );
     give(
         &types.set,
@@ -390,7 +406,14 @@ pub(super) fn install(core: &Rc<Core>) {
     for iterator in types.iterators().into_iter().chain([&types.generator]) {
         give(iterator, &[NEXT]);
     }
-    for class in [&types.list, &types.dict, &types.set, &types.bytearray] {
+    for class in [
+        &types.list,
+        &types.dict,
+        &types.set,
+        &types.bytearray,
+        &types.dict_keys,
+        &types.dict_items,
+    ] {
         class.set(known::HASH, Value::None);
     }
 }

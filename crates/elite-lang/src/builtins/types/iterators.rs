@@ -175,6 +175,9 @@ fn reversed(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             backwards(ev, value)?
         }
         Value::Instance(instance) => {
+            if let Some(Value::None) = instance.class.lookup(known::REVERSED) {
+                return Err(not_reversible(ev, value));
+            }
             if let Some(result) = ev.special(value, known::REVERSED, &mut [])? {
                 return Ok(result);
             }

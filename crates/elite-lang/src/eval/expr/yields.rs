@@ -68,10 +68,11 @@ impl Evaluator<'_> {
         }
         if sent.is_none() {
             if let Value::Iter(_) = iterator {
-                return Ok(match self.next(iterator)? {
-                    Some(value) => Stepped::Yielded(value),
-                    None => Stepped::Returned(Value::None),
-                });
+                return match self.next_with_end(iterator) {
+                    Ok(Some(value)) => Ok(Stepped::Yielded(value)),
+                    Ok(None) => Ok(Stepped::Returned(Value::None)),
+                    Err(raised) => self.returned(raised).map(Stepped::Returned),
+                };
             }
             let next = self.attribute(iterator, known::NEXT)?;
             return self.stepped(self.call(&next, &mut [], &[]));

@@ -11,6 +11,7 @@ use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
 use crate::resolve::Place;
 use crate::source::Span;
+use crate::value::class::Base;
 use crate::value::symbol::known;
 use crate::value::{Class, Function, R, Raised, Symbol, Value};
 
@@ -204,6 +205,24 @@ impl DefineClass {
     }
 }
 
+/// Whether `__slots__` says which attributes the instances have.
+fn takes_slots(base: Base) -> bool {
+    let is_container = matches!(base, Base::List | Base::Dict | Base::Set | Base::FrozenSet);
+    is_container
+        || matches!(base, Base::Object | Base::Str | Base::Float)
+        || without_room(base).is_some()
+}
+
+/// The builtin type of this layout, if CPython's has no room for slots behind its items.
+fn without_room(base: Base) -> Option<&'static str> {
+    match base {
+        Base::Int => Some("int"),
+        Base::Tuple => Some("tuple"),
+        Base::Bytes => Some("bytes"),
+        _ => None,
+    }
+}
+
 impl Evaluator<'_> {
     /// A class as the `class` statement and `type(name, bases, dict)` make it.
     pub fn make_class(
@@ -243,7 +262,7 @@ impl Evaluator<'_> {
         for (name, value) in attrs {
             has_eq |= name == known::EQ;
             has_hash |= name == known::HASH;
-            if name == known::SLOTS && base == crate::value::class::Base::Object {
+            if name == known::SLOTS && takes_slots(base) {
                 let names = match &value {
                     Value::Str(_) => vec![value.clone()],
                     other => self.collect(other)?,
@@ -256,6 +275,11 @@ impl Evaluator<'_> {
                             .type_error(format!("__slots__ items must be strings, not '{name}'")));
                     };
                     slots.push(self.core.symbols.take(text.as_str()));
+                }
+                if let (false, Some(extended)) = (slots.is_empty(), without_room(base)) {
+                    let text =
+                        format!("nonempty __slots__ not supported for subtype of '{extended}'");
+                    return Err(self.type_error(text));
                 }
                 if !slots.contains(&known::DICT) {
                     class.set_slots(slots.into());
@@ -390,11 +414,6 @@ fn is_final(name: &str) -> bool {
             | "dict_items"
             | "iterator"
             | "module"
-            | "map"
-            | "filter"
-            | "zip"
-            | "enumerate"
-            | "reversed"
             | "property"
             | "staticmethod"
             | "classmethod"

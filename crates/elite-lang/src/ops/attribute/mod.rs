@@ -12,14 +12,23 @@ use crate::value::{BoundMethod, Class, Instance, R, Raised, Symbol, Value};
 impl Evaluator<'_> {
     /// `value.name`
     pub fn attribute(&self, value: &Value, name: Symbol) -> R {
-        match self.attribute_or_none(value, name)? {
+        match self.find_attribute(value, name)? {
             Some(found) => Ok(found),
             None => Err(self.attribute_error(value, name)),
         }
     }
 
-    /// Like `attribute`; None if there is no such attribute.
+    /// Like `attribute`, for what an object may have or not: None if there is no such attribute, also if a `__getattr__` of a
+    /// script says so.
     pub fn attribute_or_none(&self, value: &Value, name: Symbol) -> R<Option<Value>> {
+        match self.find_attribute(value, name) {
+            Err(raised) if self.is_kind(&raised, ExceptionKind::AttributeError) => Ok(None),
+            found => found,
+        }
+    }
+
+    /// The attribute, None where nothing has it; what script code raises that is asked for it comes out as it is.
+    pub fn find_attribute(&self, value: &Value, name: Symbol) -> R<Option<Value>> {
         match value {
             Value::Instance(instance) => self.instance_attribute(value, instance, name),
             Value::Class(class) => self.class_attribute(value, class, name),
@@ -69,7 +78,7 @@ impl Evaluator<'_> {
             (Some(found), _) => self.bind_attribute(&found, value, class).map(Some),
             // What a method does not have itself is looked up in its function.
             (None, Value::BoundMethod(method)) if name != known::CLASS => {
-                self.recurse(|| self.attribute_or_none(&method.function, name))
+                self.recurse(|| self.find_attribute(&method.function, name))
             }
             (None, _) => self.object_attribute(value, class, name),
         }

@@ -43,6 +43,10 @@ class ABCMeta(type):
     def __subclasscheck__(cls, subclass):
         if not isinstance(subclass, type):
             raise TypeError("issubclass() arg 1 must be a class")
+        hook = getattr(cls, "__subclasshook__", None)
+        answer = NotImplemented if hook is None else hook(subclass)
+        if answer is not NotImplemented:
+            return bool(answer)
         if cls in subclass.__mro__:
             return True
         return any(issubclass(subclass, other) for sub in (cls, *cls.__subclasses__())

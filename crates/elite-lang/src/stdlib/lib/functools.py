@@ -1,6 +1,6 @@
 """Functions on functions."""
 from _functools import cmp_to_key, reduce
-from collections import namedtuple as _namedtuple
+from _collections import namedtuple as _namedtuple
 
 WRAPPER_ASSIGNMENTS = ("__module__", "__name__", "__qualname__", "__doc__", "__annotations__")
 WRAPPER_UPDATES = ("__dict__",)

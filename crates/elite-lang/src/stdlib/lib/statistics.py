@@ -197,5 +197,5 @@ def _linear_regression(x, y, proportional):
 
 
 def linear_regression(x, y, /, *, proportional=False):
-    from collections import namedtuple
+    from _collections import namedtuple
     return namedtuple("LinearRegression", ("slope", "intercept"))(*_linear_regression(x, y, proportional))

@@ -1,5 +1,5 @@
 """Names for annotations, which mean nothing when a program runs."""
-from collections import namedtuple as _namedtuple
+from _collections import namedtuple as _namedtuple
 
 
 class _Name:

@@ -1,7 +1,8 @@
 //! The kinds of values that can be changed, how each is made and what is done to it meanwhile.
 
 use super::uses::{
-    OF_CLASSES, OF_EXCEPTIONS, OF_FILES, OF_FUNCTIONS, OF_INSTANCES, OF_MAPS, OF_SEQUENCES, OF_SETS,
+    OF_CLASSES, OF_COUNTERS, OF_EXCEPTIONS, OF_FILES, OF_FUNCTIONS, OF_INSTANCES, OF_MAPS,
+    OF_SEQUENCES, OF_SETS,
 };
 
 /// A kind of container: how it is made of the items `i`, and what is done to it meanwhile.
@@ -80,6 +81,36 @@ pub const KINDS: &[Kind] = &[
         make: "D((x, x) for x in i)",
         effects: &["c.clear()", "c.update({7: 1, 8: 2, 9: 3})"],
         uses: OF_MAPS,
+        has_items: true,
+    },
+    Kind {
+        name: "ordered dict",
+        make: "collections.OrderedDict((x, x) for x in i)",
+        effects: &[
+            "c.clear()",
+            "c.update({7: 1, 8: 2, 9: 3})",
+            "c.popitem(last=False)",
+            "c.move_to_end(1)",
+        ],
+        uses: OF_MAPS,
+        has_items: true,
+    },
+    Kind {
+        name: "dict with defaults",
+        make: "collections.defaultdict(H.none, ((x, x) for x in i))",
+        effects: &["c.clear()", "c.update({7: 1, 8: 2, 9: 3})", "c[77]"],
+        uses: OF_MAPS,
+        has_items: true,
+    },
+    Kind {
+        name: "counter",
+        make: "collections.Counter({x: number(x) for x in i})",
+        effects: &[
+            "c.clear()",
+            "c.update({7: 1, 8: 2, 9: 3})",
+            "c.subtract([1, 2])",
+        ],
+        uses: OF_COUNTERS,
         has_items: true,
     },
     Kind {

@@ -244,6 +244,37 @@ pub const OF_MAPS: &[&str] = &[
     "type('X', (), c)",
 ];
 
+pub const OF_COUNTERS: &[&str] = &[
+    "c[H(1)]",
+    "c[H(9)]",
+    "put(c, H(1), 5)",
+    "put(c, H(9), H(5))",
+    "cut(c, H(1))",
+    "c + collections.Counter({H(1): 2, H(8): 3})",
+    "c - collections.Counter({H(1): 2, H(8): 3})",
+    "c & collections.Counter({H(1): 2, H(8): 3})",
+    "c | collections.Counter({H(1): 2, H(8): 3})",
+    "c == collections.Counter(c)",
+    "c <= collections.Counter({H(1): 2})",
+    "c > collections.Counter({H(1): 2})",
+    "+c",
+    "-c",
+    "add(c, collections.Counter({H(1): 2, H(8): 3}))",
+    "less(c, collections.Counter({H(1): 2, H(8): 3}))",
+    "meet(c, collections.Counter({H(1): 2, H(8): 3}))",
+    "join(c, collections.Counter({H(1): 2, H(8): 3}))",
+    "less(c, c)",
+    "c.most_common()",
+    "c.most_common(H(2))",
+    "list(c.elements())",
+    "loop(c.elements())",
+    "c.total()",
+    "c.update(stepping([H(1), 2, H(9)]))",
+    "c.update({H(1): H(2)})",
+    "c.subtract(stepping([H(1), 2, H(9)]))",
+    "collections.Counter(stepping([H(1), 1, 1]))",
+];
+
 pub const OF_SETS: &[&str] = &[
     "c | {H(1), H(8)}",
     "{H(1), H(8)} | c",

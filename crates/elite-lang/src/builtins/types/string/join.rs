@@ -56,14 +56,15 @@ pub(super) fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     }
     let collected = match &args[1] {
         sequence @ (Value::List(_) | Value::Tuple(_)) => sequence.clone(),
-        iterable => Value::tuple(ev.collect(iterable).map_err(|raised| {
-            if ev.is_kind(&raised, ExceptionKind::TypeError)
-                && !matches!(iterable, Value::Instance(_) | Value::Generator(_))
-            {
-                return ev.type_error("can only join an iterable");
-            }
-            raised
-        })?),
+        iterable => {
+            let iterator = ev.iter(iterable).map_err(|raised| {
+                match ev.is_kind(&raised, ExceptionKind::TypeError) {
+                    true => ev.type_error("can only join an iterable"),
+                    false => raised,
+                }
+            })?;
+            Value::tuple(ev.drain(&iterator)?)
+        }
     };
     join_many(ev, &collected, &separator)
 }

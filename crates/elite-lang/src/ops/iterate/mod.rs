@@ -1,5 +1,7 @@
 //! The iterator protocol.
 
+mod lazy;
+
 use std::cell::Cell;
 use std::rc::Rc;
 
@@ -108,7 +110,7 @@ impl Evaluator<'_> {
     #[inline]
     pub fn next(&self, iterator: &Value) -> R<Option<Value>> {
         match iterator {
-            Value::Iter(iter) => self.next_of(iter),
+            Value::Iter(iter) => self.next_of(iter).or_else(|raised| self.at_end(raised)),
             Value::Generator(generator) => {
                 match self.step_generator(generator, ToGenerator::Send(Value::None)) {
                     Ok(Stepped::Yielded(value)) => Ok(Some(value)),
@@ -117,6 +119,38 @@ impl Evaluator<'_> {
                 }
             }
             _ => self.next_by_method(iterator),
+        }
+    }
+
+    /// The same for an iterator that hands on what its source does, the end as well: a `StopIteration` with its value stays
+    /// an exception.
+    pub fn next_with_end(&self, iterator: &Value) -> R<Option<Value>> {
+        match iterator {
+            Value::Iter(iter) => self.next_of(iter),
+            Value::Generator(generator) => {
+                match self.step_generator(generator, ToGenerator::Send(Value::None)) {
+                    Ok(Stepped::Yielded(value)) => Ok(Some(value)),
+                    Ok(Stepped::Returned(Value::None)) => Ok(None),
+                    Ok(Stepped::Returned(value)) => self.stop_iteration(value).map(Some),
+                    Err(raised) => Err(self.generator_error(raised)),
+                }
+            }
+            _ => match self.core.types.of(iterator).lookup(known::NEXT) {
+                Some(method) => {
+                    let value = self.call_method_value(&method, iterator, &mut [])?;
+                    Ok(Some(value))
+                }
+                None => self.next_by_method(iterator),
+            },
+        }
+    }
+
+    /// A `StopIteration` of script code within an iterator is its end.
+    #[cold]
+    pub(super) fn at_end<T>(&self, raised: Raised) -> R<Option<T>> {
+        match self.is_kind(&raised, ExceptionKind::StopIteration) {
+            true => Ok(None),
+            false => Err(raised),
         }
     }
 
@@ -259,173 +293,13 @@ impl Evaluator<'_> {
                     (key, value)
                 })))
             }
-            Iter::Enumerate { .. } => self.recurse(|| self.next_pair_lazily(iter)).map(Some),
+            Iter::Enumerate { .. } => self.pair_or_end(iter).map(Some),
             Iter::Zip {
                 sources,
                 strict: false,
-            } if sources.len() == 2 => self.recurse(|| self.next_pair_lazily(iter)).map(Some),
+            } if sources.len() == 2 => self.pair_or_end(iter).map(Some),
             _ => Ok(None),
         }
-    }
-
-    /// The pairs of `enumerate` and of `zip` with two sources.
-    fn next_pair_lazily(&self, iter: &Iter) -> R<Option<(Value, Value)>> {
-        match iter {
-            Iter::Enumerate { source, count } => {
-                let Some(value) = self.next(source)? else {
-                    return Ok(None);
-                };
-                let number = count.get();
-                let following = match number {
-                    Value::Int(number) if number < i64::MAX => Value::Int(number + 1),
-                    _ => self.binary(crate::ast::BinaryOp::Add, &number, &Value::Int(1))?,
-                };
-                count.put(following);
-                Ok(Some((number, value)))
-            }
-            Iter::Zip { sources, .. } => {
-                let [first, second] = &sources[..] else {
-                    return Ok(None);
-                };
-                let Some(first) = self.next(first)? else {
-                    return Ok(None);
-                };
-                Ok(self.next(second)?.map(|second| (first, second)))
-            }
-            _ => Ok(None),
-        }
-    }
-
-    /// Iterators that may run script code.
-    fn next_lazy(&self, iter: &Iter) -> R<Option<Value>> {
-        match iter {
-            Iter::ListReversed { list, index } => {
-                let at = index.get();
-                if at == 0 {
-                    return Ok(None);
-                }
-                let item = list.get(at - 1);
-                index.set(if item.is_some() { at - 1 } else { 0 });
-                Ok(item)
-            }
-            Iter::Sequence {
-                object,
-                index,
-                reversed,
-                done,
-            } => {
-                let at = index.get();
-                if done.get() || (*reversed && at < 0) {
-                    return Ok(None);
-                }
-                match self.item(object, &Value::Int(at)) {
-                    Ok(value) => {
-                        index.set(if *reversed { at - 1 } else { at + 1 });
-                        Ok(Some(value))
-                    }
-                    Err(raised) => {
-                        done.set(true);
-                        let ends = self.is_kind(&raised, ExceptionKind::IndexError)
-                            || self.is_kind(&raised, ExceptionKind::StopIteration);
-                        if ends { Ok(None) } else { Err(raised) }
-                    }
-                }
-            }
-            Iter::Callable {
-                function,
-                sentinel,
-                done,
-            } => {
-                if done.get() {
-                    return Ok(None);
-                }
-                let value = self.call(function, &mut [], &[])?;
-                if self.equal(&value, sentinel)? {
-                    done.set(true);
-                    return Ok(None);
-                }
-                Ok(Some(value))
-            }
-            Iter::Map { function, sources } => {
-                let mut args = Vec::with_capacity(sources.len());
-                for source in sources {
-                    match self.next(source)? {
-                        Some(value) => args.push(value),
-                        None => return Ok(None),
-                    }
-                }
-                self.call(function, &mut args, &[]).map(Some)
-            }
-            Iter::Filter { function, source } => {
-                while let Some(value) = self.next(source)? {
-                    let keep = if function.is_none() {
-                        self.truth(&value)?
-                    } else {
-                        let verdict = self.call1(function, value.clone())?;
-                        self.truth(&verdict)?
-                    };
-                    if keep {
-                        return Ok(Some(value));
-                    }
-                    self.safepoint()?;
-                }
-                Ok(None)
-            }
-            Iter::Zip {
-                sources,
-                strict: false,
-            } if sources.len() == 2 => {
-                let pair = self.next_pair_lazily(iter)?;
-                Ok(pair.map(|(first, second)| Value::pair(first, second)))
-            }
-            Iter::Zip { sources, strict } => self.next_zip(sources, *strict),
-            Iter::Enumerate { .. } => {
-                let pair = self.next_pair_lazily(iter)?;
-                Ok(pair.map(|(number, value)| Value::pair(number, value)))
-            }
-            Iter::Native(native) => native.steps.next(self),
-            // The others are stepped by `next_of`.
-            _ => Ok(None),
-        }
-    }
-
-    fn next_zip(&self, sources: &[Value], strict: bool) -> R<Option<Value>> {
-        let mut items = Vec::with_capacity(sources.len());
-        for source in sources {
-            match self.next(source)? {
-                Some(value) => items.push(value),
-                None if strict => return self.check_zip_lengths(sources, items.len()),
-                None => return Ok(None),
-            }
-        }
-        Ok((!sources.is_empty()).then(|| Value::tuple(items)))
-    }
-
-    /// `zip(strict=True)`: argument `ended` has ended; if it is the first, all others must have ended too.
-    fn check_zip_lengths(&self, sources: &[Value], ended: usize) -> R<Option<Value>> {
-        let before = |index: usize| match index {
-            1 => "argument 1".to_owned(),
-            _ => format!("arguments 1-{index}"),
-        };
-        if ended > 0 {
-            let text = format!(
-                "zip() argument {} is shorter than {}",
-                ended + 1,
-                before(ended)
-            );
-            return Err(self.value_error(text));
-        }
-        for (index, source) in sources.iter().enumerate().skip(1) {
-            if self.next(source)?.is_some() {
-                let text = format!(
-                    "zip() argument {} is longer than {}",
-                    index + 1,
-                    before(index)
-                );
-                return Err(self.value_error(text));
-            }
-        }
-        Ok(None)
     }
 
     /// All items of an iterable.

@@ -1,15 +1,15 @@
-//! `_collections`: the double-ended queue.
+//! The double-ended queue.
 
 use std::cell::Cell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use super::define::{Builder, Entry, holding, native_class, with_data};
 use crate::ast::CompareOp;
 use crate::builtins::types::insertion_place;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
+use crate::stdlib::define::{Builder, Entry, holding, native_class, with_data};
 use crate::value::instance::Holds;
 use crate::value::int::Int;
 use crate::value::iter::NativeIter;
@@ -35,17 +35,6 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         Value::str("collections"),
     );
     class.set(crate::value::symbol::known::HASH, Value::None);
-    module.functions(&[("_move_to_front", "dict key /", |ev, args| {
-        let Value::Dict(dict) = ev.plain(&args[0]) else {
-            return Err(ev.type_error("a dictionary is required"));
-        };
-        let Some(index) = ev.dict_find(&dict, &args[1])? else {
-            return Err(ev.key_error(&args[1]));
-        };
-        ev.check_allocation(dict.bytes())?;
-        dict.move_to_front(index);
-        Ok(Value::None)
-    })]);
     for name in ["_deque_iterator", "_deque_reverse_iterator"] {
         module.iterator_class(name, None);
     }

@@ -1,0 +1,406 @@
+//! `Counter`: a dictionary of how often things were counted.
+
+use std::rc::Rc;
+
+use super::{Own, around, is_a, is_builtin, made};
+use crate::ast::{BinaryOp, CompareOp};
+use crate::builtins::{Args, Builtin, RawFn};
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::eval::pace::VALUE;
+use crate::stdlib::define::{Builder, Entry, native_class};
+use crate::value::symbol::known;
+use crate::value::{Class, Dict, R, Value};
+
+pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+    let dict = &module.core().types.dict.clone();
+    let class = module.derived("Counter", dict, METHODS)?;
+    let raw: [(&'static str, RawFn); 3] = [
+        ("__init__", |ev, args| {
+            let (receiver, source) = arguments(ev, "__init__", args)?;
+            // By the `update` of its class, which may be one of a script.
+            let update = ev.attribute(&receiver, ev.core.symbols.intern("update"))?;
+            let mut given: Vec<Value> = source.into_iter().collect();
+            ev.call(&update, &mut given, args.keywords)?;
+            Ok(Value::None)
+        }),
+        ("update", |ev, args| {
+            change(ev, "update", BinaryOp::Add, args)
+        }),
+        ("subtract", |ev, args| {
+            change(ev, "subtract", BinaryOp::Sub, args)
+        }),
+    ];
+    for (name, body) in raw {
+        module.raw_method(&class, "Counter", name, body);
+    }
+    module.class_method(&class, "fromkeys", "iterable v?", |ev, _| {
+        let text = "Counter.fromkeys() is undefined.  Use Counter(iterable) instead.";
+        Err(ev.raise(ExceptionKind::NotImplementedError, text))
+    });
+    Ok(())
+}
+
+/// The receiver and the only positional argument of `Counter.function`; None is the same as nothing.
+fn arguments(ev: &Evaluator<'_>, function: &str, args: &mut Args<'_>) -> R<(Value, Option<Value>)> {
+    match &*args.positional {
+        [receiver] => Ok((receiver.clone(), None)),
+        [receiver, source] => {
+            let source = (!source.is_none()).then(|| source.clone());
+            Ok((receiver.clone(), source))
+        }
+        [] => Err(ev.type_error(format!(
+            "Counter.{function}() missing 1 required positional argument: 'self'"
+        ))),
+        more => Err(ev.type_error(format!(
+            "Counter.{function}() takes from 1 to 2 positional arguments but {} were given",
+            more.len()
+        ))),
+    }
+}
+
+/// `update` and `subtract`: counts of a mapping, or one for each item; then those given by name.
+fn change(ev: &Evaluator<'_>, function: &'static str, op: BinaryOp, args: &mut Args<'_>) -> R {
+    let (receiver, source) = arguments(ev, function, args)?;
+    let own = Own::of(ev, &receiver)?;
+    let direct = own.plain && is_builtin(&own.class, ev.core.symbols.intern("get"));
+    let add = |key: Value, count: &Value| {
+        if direct {
+            return add_direct(ev, &own, op, key, count);
+        }
+        let get = ev.attribute(&receiver, ev.core.symbols.intern("get"))?;
+        let before = ev.call(&get, &mut [key.clone(), Value::Int(0)], &[])?;
+        own.set(ev, key, changed(ev, op, &before, count)?)
+    };
+    let add_all = |counts: Rc<Dict>| {
+        if op == BinaryOp::Add && own.dict.is_empty() {
+            // The counts as they are, whatever they are.
+            return own.update(ev, &Value::Dict(counts));
+        }
+        for (_, key, count) in ev.entries(&counts)? {
+            ev.worked(VALUE)?;
+            add(key, &count)?;
+        }
+        Ok(())
+    };
+    ev.core.note(&receiver);
+    if let Some(source) = source {
+        match mapping(ev, &source)? {
+            Some(counts) => add_all(counts)?,
+            None => {
+                let items = ev.iter(&source)?;
+                while let Some(item) = ev.step(&items)? {
+                    add(item, &Value::Int(1))?;
+                }
+            }
+        }
+    }
+    if !args.keywords.is_empty() {
+        let named = Dict::new();
+        for (name, count) in args.keywords {
+            ev.dict_set(&named, ev.core.symbols.value(*name), count.clone())?;
+        }
+        add_all(Rc::new(named))?;
+    }
+    Ok(Value::None)
+}
+
+/// A count with another one added to it or taken away.
+fn changed(ev: &Evaluator<'_>, op: BinaryOp, before: &Value, by: &Value) -> R {
+    match op {
+        BinaryOp::Add => ev.binary(op, by, before),
+        _ => ev.binary(op, before, by),
+    }
+}
+
+fn add_direct(ev: &Evaluator<'_>, own: &Own<'_>, op: BinaryOp, key: Value, count: &Value) -> R<()> {
+    let hash = ev.hash(&key)?;
+    let before = match ev.dict_find_hashed(&own.dict, hash, &key)? {
+        Some(at) => own.dict.value_at(at),
+        None => Value::Int(0),
+    };
+    let after = changed(ev, op, &before, count)?;
+    ev.dict_set_hashed(&own.dict, hash, key, after)
+}
+
+/// The entries of an object that says it is a mapping.
+fn mapping(ev: &Evaluator<'_>, source: &Value) -> R<Option<Rc<Dict>>> {
+    if let Value::Dict(dict) = ev.plain(source) {
+        return Ok(Some(dict));
+    }
+    if !matches!(source, Value::Instance(_)) {
+        return Ok(None);
+    }
+    let module = ev.import("collections.abc")?;
+    let class = ev.attribute(&module, ev.core.symbols.intern("Mapping"))?;
+    if !ev.is_instance(source, &class)? {
+        return Ok(None);
+    }
+    let taken = Dict::new();
+    ev.dict_update_from(&taken, source)?;
+    Ok(Some(Rc::new(taken)))
+}
+
+/// The class itself.
+fn counter(ev: &Evaluator<'_>) -> R<Rc<Class>> {
+    native_class(ev, "_collections.Counter")
+}
+
+/// How often `key` was counted.
+fn count_of(ev: &Evaluator<'_>, own: &Own<'_>, hash: u64, key: &Value) -> R {
+    match ev.dict_find_hashed(&own.dict, hash, key)? {
+        Some(at) => Ok(own.dict.value_at(at)),
+        None if is_builtin(&own.class, known::MISSING) => Ok(Value::Int(0)),
+        None => ev.item(own.receiver, key),
+    }
+}
+
+/// Whether `op` holds between the counts of all things either has counted; None beside what is no counter.
+fn all_counts(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R<Option<bool>> {
+    if !is_a(&args[1], &*counter(ev)?) {
+        return Ok(None);
+    }
+    let (one, two) = (Own::of(ev, &args[0])?, Own::of(ev, &args[1])?);
+    for side in [&one, &two] {
+        for (hash, key, _) in ev.entries(&side.dict)? {
+            ev.worked(2 * VALUE)?;
+            let (a, b) = (
+                count_of(ev, &one, hash, &key)?,
+                count_of(ev, &two, hash, &key)?,
+            );
+            if !ev.compare_truth(op, &a, &b)? {
+                return Ok(Some(false));
+            }
+        }
+    }
+    Ok(Some(true))
+}
+
+fn compared(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R {
+    Ok(all_counts(ev, args, op)?.map_or(Value::NotImplemented, Value::Bool))
+}
+
+/// As `compared`, for an order that equal ones do not have.
+fn strictly(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R {
+    Ok(match all_counts(ev, args, op)? {
+        None => Value::NotImplemented,
+        Some(false) => Value::Bool(false),
+        Some(true) => Value::Bool(all_counts(ev, args, CompareOp::Eq)? == Some(false)),
+    })
+}
+
+/// How two counts become one.
+#[derive(Clone, Copy, PartialEq)]
+enum Meeting {
+    Sum,
+    Difference,
+    Most,
+    Least,
+}
+
+impl Meeting {
+    fn of(self, ev: &Evaluator<'_>, a: &Value, b: &Value) -> R {
+        match self {
+            Meeting::Sum => ev.binary(BinaryOp::Add, a, b),
+            Meeting::Difference => ev.binary(BinaryOp::Sub, a, b),
+            Meeting::Most => Ok(if ev.less(a, b)? { b } else { a }.clone()),
+            Meeting::Least => Ok(if ev.less(a, b)? { a } else { b }.clone()),
+        }
+    }
+}
+
+fn is_positive(ev: &Evaluator<'_>, count: &Value) -> R<bool> {
+    ev.compare_truth(CompareOp::Gt, count, &Value::Int(0))
+}
+
+/// A new counter of the positive counts.
+fn met(ev: &Evaluator<'_>, args: &[Value], how: Meeting) -> R {
+    let class = counter(ev)?;
+    if !is_a(&args[1], &class) {
+        return Ok(Value::NotImplemented);
+    }
+    let (one, two) = (Own::of(ev, &args[0])?, Own::of(ev, &args[1])?);
+    let result = Dict::new();
+    for (hash, key, count) in ev.entries(&one.dict)? {
+        ev.worked(2 * VALUE)?;
+        let count = how.of(ev, &count, &count_of(ev, &two, hash, &key)?)?;
+        if is_positive(ev, &count)? {
+            ev.dict_set_hashed(&result, hash, key, count)?;
+        }
+    }
+    if how != Meeting::Least {
+        for (hash, key, count) in ev.entries(&two.dict)? {
+            ev.worked(2 * VALUE)?;
+            if ev.dict_find_hashed(&one.dict, hash, &key)?.is_some() {
+                continue;
+            }
+            let count = match how {
+                Meeting::Difference => ev.binary(BinaryOp::Sub, &Value::Int(0), &count)?,
+                _ => count,
+            };
+            if is_positive(ev, &count)? {
+                ev.dict_set_hashed(&result, hash, key, count)?;
+            }
+        }
+    }
+    Ok(noted(ev, around(&class, result)))
+}
+
+fn noted(ev: &Evaluator<'_>, made: Value) -> Value {
+    ev.core.note(&made);
+    made
+}
+
+/// The same into the receiver. What has counts is walked through as it stands: `c -= c` empties it.
+fn meet(ev: &Evaluator<'_>, args: &[Value], how: Meeting) -> R {
+    let own = Own::of(ev, &args[0])?;
+    let Value::Dict(others) = ev.plain(&args[1]) else {
+        let name = ev.core.types.name_of(&args[1]);
+        return Err(ev.raise(
+            ExceptionKind::AttributeError,
+            format!("'{name}' object has no attribute 'items'"),
+        ));
+    };
+    let walked = if how == Meeting::Least {
+        &own.dict
+    } else {
+        &others
+    };
+    for (hash, key, _) in ev.entries(walked)? {
+        ev.worked(2 * VALUE)?;
+        let mine = count_of(ev, &own, hash, &key)?;
+        let theirs = match ev.dict_find_hashed(&others, hash, &key)? {
+            Some(at) => others.value_at(at),
+            None => ev.item(&args[1], &key)?,
+        };
+        let count = how.of(ev, &mine, &theirs)?;
+        own.set(ev, key, count)?;
+    }
+    for (_, key, count) in ev.entries(&own.dict)? {
+        if !is_positive(ev, &count)? {
+            ev.delete_item(&args[0], &key)?;
+        }
+    }
+    Ok(args[0].clone())
+}
+
+/// Keys with their counts, the highest first; equal ones as they came.
+fn most_common(ev: &Evaluator<'_>, own: &Own<'_>) -> R<Vec<Value>> {
+    let mut pairs = ev.room_for(own.dict.len())?;
+    for (_, key, count) in ev.entries(&own.dict)? {
+        pairs.push(Value::pair(key, count));
+    }
+    let count = Builtin::raw("count", |ev, args| match args.positional {
+        [pair] => ev.item(pair, &Value::Int(1)),
+        _ => Ok(Value::None),
+    });
+    ev.sort(&mut pairs, Some(&count), true)?;
+    Ok(pairs)
+}
+
+const METHODS: &[Entry] = &[
+    ("__missing__", "key /", |_, _| Ok(Value::Int(0))),
+    ("most_common", "n?", |ev, args| {
+        let mut pairs = most_common(ev, &Own::of(ev, &args[0])?)?;
+        if let Some(n) = args[1].given().filter(|n| !n.is_none()) {
+            let all = Value::Int(pairs.len() as i64);
+            if !ev.compare_truth(CompareOp::Ge, n, &all)? {
+                pairs.truncate(usize::try_from(ev.index(n)?).unwrap_or(0));
+            }
+        }
+        Ok(Value::list(pairs))
+    }),
+    ("elements", "", |ev, args| {
+        let module = ev.import("itertools")?;
+        let of = |name| ev.attribute(&module, ev.core.symbols.intern(name));
+        let items = ev.attribute(&args[0], ev.core.symbols.intern("items"))?;
+        let items = ev.call(&items, &mut [], &[])?;
+        let rows = ev.call(&of("starmap")?, &mut [of("repeat")?, items], &[])?;
+        let chained = ev.attribute(&of("chain")?, ev.core.symbols.intern("from_iterable"))?;
+        ev.call1(&chained, rows)
+    }),
+    ("total", "", |ev, args| {
+        let own = Own::of(ev, &args[0])?;
+        let mut sum = Value::Int(0);
+        for (_, _, count) in ev.entries(&own.dict)? {
+            ev.worked(VALUE)?;
+            sum = ev.binary(BinaryOp::Add, &sum, &count)?;
+        }
+        Ok(sum)
+    }),
+    ("copy", "", copy),
+    ("__copy__", "", copy),
+    ("__delitem__", "elem", |ev, args| {
+        let own = Own::of(ev, &args[0])?;
+        ev.dict_remove(&own.dict, &args[1]).map(|_| Value::None)
+    }),
+    ("__repr__", "", |ev, args| {
+        let own = Own::of(ev, &args[0])?;
+        let name = own.name();
+        if own.dict.is_empty() {
+            return Ok(Value::str(format!("{name}()")));
+        }
+        let shown = match most_common(ev, &own) {
+            Ok(pairs) => {
+                let shown = Dict::new();
+                ev.dict_update_from(&shown, &Value::list(pairs))?;
+                Value::Dict(Rc::new(shown))
+            }
+            // Counts without an order stand as they came.
+            Err(raised) if ev.is_kind(&raised, ExceptionKind::TypeError) => {
+                Value::Dict(own.dict.clone())
+            }
+            Err(raised) => return Err(raised),
+        };
+        Ok(Value::str(format!("{name}({})", ev.repr(&shown)?)))
+    }),
+    ("__eq__", "other", |ev, args| {
+        compared(ev, args, CompareOp::Eq)
+    }),
+    ("__ne__", "other", |ev, args| {
+        let equal = all_counts(ev, args, CompareOp::Eq)?;
+        Ok(equal.map_or(Value::NotImplemented, |equal| Value::Bool(!equal)))
+    }),
+    ("__le__", "other", |ev, args| {
+        compared(ev, args, CompareOp::Le)
+    }),
+    ("__ge__", "other", |ev, args| {
+        compared(ev, args, CompareOp::Ge)
+    }),
+    ("__lt__", "other", |ev, args| {
+        strictly(ev, args, CompareOp::Le)
+    }),
+    ("__gt__", "other", |ev, args| {
+        strictly(ev, args, CompareOp::Ge)
+    }),
+    ("__add__", "other", |ev, args| met(ev, args, Meeting::Sum)),
+    ("__sub__", "other", |ev, args| {
+        met(ev, args, Meeting::Difference)
+    }),
+    ("__or__", "other", |ev, args| met(ev, args, Meeting::Most)),
+    ("__and__", "other", |ev, args| met(ev, args, Meeting::Least)),
+    ("__iadd__", "other", |ev, args| meet(ev, args, Meeting::Sum)),
+    ("__isub__", "other", |ev, args| {
+        meet(ev, args, Meeting::Difference)
+    }),
+    ("__ior__", "other", |ev, args| meet(ev, args, Meeting::Most)),
+    ("__iand__", "other", |ev, args| {
+        meet(ev, args, Meeting::Least)
+    }),
+    ("__pos__", "", |ev, args| signed(ev, args, false)),
+    ("__neg__", "", |ev, args| signed(ev, args, true)),
+];
+
+fn copy(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let class = Own::of(ev, &args[0])?.class;
+    made(ev, &class, &mut [args[0].clone()])
+}
+
+/// The positive counts, or the negative ones turned round.
+fn signed(ev: &Evaluator<'_>, args: &[Value], turned: bool) -> R {
+    let nothing = around(&counter(ev)?, Dict::new());
+    match turned {
+        false => met(ev, &[args[0].clone(), nothing], Meeting::Sum),
+        true => met(ev, &[nothing, args[0].clone()], Meeting::Difference),
+    }
+}

@@ -1,0 +1,307 @@
+//! `OrderedDict` and `defaultdict`.
+
+use std::rc::Rc;
+
+use super::{Own, around, is_a, made};
+use crate::ast::CompareOp;
+use crate::builtins::Args;
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::eval::pace::VALUE;
+use crate::stdlib::define::{Builder, Entry, native_class};
+use crate::value::{Class, Dict, R, Value};
+
+pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+    let dict = &module.core().types.dict.clone();
+    let ordered = module.derived("OrderedDict", dict, ORDERED)?;
+    for (name, body) in [
+        ("__init__", ordered_init as crate::builtins::RawFn),
+        ("update", ordered_update),
+    ] {
+        module.raw_method(&ordered, "OrderedDict", name, body);
+    }
+    module.class_method(&ordered, "fromkeys", "iterable value?", from_keys);
+    let defaulting = module.derived("defaultdict", dict, DEFAULTING)?;
+    let symbols = &module.core().symbols;
+    let slot = symbols.intern("default_factory");
+    symbols.settle(slot);
+    let names = Value::tuple(vec![symbols.value(slot)]);
+    defaulting.set(symbols.intern("__slots__"), names);
+    defaulting.set_slots(Box::new([slot]));
+    for class in [&ordered, &defaulting] {
+        class.in_c.set(true);
+    }
+    module.raw_method(&defaulting, "defaultdict", "__init__", default_init);
+    Ok(())
+}
+
+// The ordered dictionary.
+
+const ORDERED: &[Entry] = &[
+    ("popitem", "last?", |ev, args| {
+        let own = Own::of(ev, &args[0])?;
+        let last = args[1].given().map_or(Ok(true), |last| ev.truth(last))?;
+        let found = match last {
+            true => own.dict.previous_entry(usize::MAX).map(|(at, ..)| at),
+            false => first(&own.dict),
+        };
+        let Some(at) = found else {
+            let text = vec![Value::str("dictionary is empty")];
+            return Err(ev.raise_args(ExceptionKind::KeyError, text));
+        };
+        let (key, value) = own.dict.delete_at(at);
+        Ok(Value::pair(key, value))
+    }),
+    ("move_to_end", "key last?", |ev, args| {
+        let own = Own::of(ev, &args[0])?;
+        let last = args[2].given().map_or(Ok(true), |last| ev.truth(last))?;
+        let hash = ev.hash(&args[1])?;
+        let Some(at) = ev.dict_find_hashed(&own.dict, hash, &args[1])? else {
+            return Err(ev.key_error(&args[1]));
+        };
+        if last {
+            let (key, value) = own.dict.delete_at(at);
+            ev.dict_set_hashed(&own.dict, hash, key, value)?;
+        } else {
+            ev.check_allocation(own.dict.bytes())?;
+            own.dict.move_to_front(at);
+        }
+        Ok(Value::None)
+    }),
+    ("copy", "", copy_ordered),
+    ("__copy__", "", copy_ordered),
+    ("__eq__", "other /", |ev, args| {
+        Ok(same(ev, &args[0], &args[1])?.map_or(Value::NotImplemented, Value::Bool))
+    }),
+    ("__ne__", "other /", |ev, args| {
+        let same = same(ev, &args[0], &args[1])?;
+        Ok(same.map_or(Value::NotImplemented, |same| Value::Bool(!same)))
+    }),
+    ("__or__", "other /", |ev, args| {
+        let (class, first, second) = (class_of(&args[0]), args[0].clone(), args[1].clone());
+        joined(ev, class, first, second)
+    }),
+    ("__ror__", "other /", |ev, args| {
+        let (class, first, second) = (class_of(&args[0]), args[1].clone(), args[0].clone());
+        joined(ev, class, first, second)
+    }),
+    ("__ior__", "other /", |ev, args| {
+        Own::of(ev, &args[0])?.update(ev, &args[1])?;
+        Ok(args[0].clone())
+    }),
+    ("__repr__", "", |ev, args| {
+        let own = Own::of(ev, &args[0])?;
+        let name = own.name();
+        if own.dict.is_empty() {
+            return Ok(Value::str(format!("{name}()")));
+        }
+        let mut items = ev.room_for(own.dict.len())?;
+        for (_, key, value) in ev.entries(&own.dict)? {
+            items.push(Value::pair(key, value));
+        }
+        let items = ev.repr(&Value::list(items))?;
+        Ok(Value::str(format!("{name}({items})")))
+    }),
+];
+
+/// Where the oldest entry is.
+fn first(dict: &Dict) -> Option<usize> {
+    dict.next_entry(0).map(|(after, ..)| after - 1)
+}
+
+fn ordered_init(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
+    take_in(ev, args, |count| {
+        format!("expected at most 1 arguments, got {count}")
+    })
+}
+
+fn ordered_update(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
+    take_in(ev, args, |count| {
+        format!("update() takes at most 1 positional argument ({count} given)")
+    })
+}
+
+fn take_in(ev: &Evaluator<'_>, args: &mut Args<'_>, refusal: fn(usize) -> String) -> R {
+    let Some((receiver, rest)) = args.positional.split_first() else {
+        return Err(ev.type_error("a method of 'OrderedDict' needs an argument"));
+    };
+    let own = Own::of(ev, receiver)?;
+    if rest.len() > 1 {
+        return Err(ev.type_error(refusal(rest.len())));
+    }
+    if let Some(source) = rest.first() {
+        own.update(ev, source)?;
+    }
+    own.update_named(ev, args.keywords)?;
+    Ok(Value::None)
+}
+
+fn from_keys(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let filled = ev.call(&args[0], &mut [], &[])?;
+    let value = args[2].given().cloned().unwrap_or(Value::None);
+    let keys = ev.iter(&args[1])?;
+    while let Some(key) = ev.step(&keys)? {
+        ev.set_item(&filled, &key, value.clone())?;
+    }
+    Ok(filled)
+}
+
+/// A new one of the same class, made without arguments and filled entry by entry.
+fn copy_ordered(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let own = Own::of(ev, &args[0])?;
+    let copy = made(ev, &own.class, &mut [])?;
+    if let Ok(copied) = Own::of(ev, &copy) {
+        copied.update(ev, &Value::Dict(own.dict))?;
+        return Ok(copy);
+    }
+    for (_, key, value) in ev.entries(&own.dict)? {
+        ev.set_item(&copy, &key, value)?;
+    }
+    Ok(copy)
+}
+
+/// Whether two dictionaries are equal, between two ordered ones also in their order; None if one is no dictionary.
+fn same(ev: &Evaluator<'_>, receiver: &Value, other: &Value) -> R<Option<bool>> {
+    let own = Own::of(ev, receiver)?;
+    let Value::Dict(others) = ev.plain(other) else {
+        return Ok(None);
+    };
+    let (one, two) = (Value::Dict(own.dict.clone()), Value::Dict(others.clone()));
+    if !ev.compare_truth(CompareOp::Eq, &one, &two)? {
+        return Ok(Some(false));
+    }
+    if !is_a(other, &*native_class(ev, "_collections.OrderedDict")?) {
+        return Ok(Some(true));
+    }
+    let (one, two) = (ev.entries(&own.dict)?, ev.entries(&others)?);
+    for ((_, one, _), (_, two, _)) in one.iter().zip(&two) {
+        ev.worked(VALUE)?;
+        if !ev.equal(one, two)? {
+            return Ok(Some(false));
+        }
+    }
+    Ok(Some(true))
+}
+
+fn class_of(receiver: &Value) -> Option<Rc<Class>> {
+    match receiver {
+        Value::Instance(instance) => Some(instance.class.clone()),
+        _ => None,
+    }
+}
+
+/// `first | second` as a `class`.
+fn joined(ev: &Evaluator<'_>, class: Option<Rc<Class>>, first: Value, second: Value) -> R {
+    let are_dicts = [&first, &second]
+        .iter()
+        .all(|value| matches!(ev.plain(value), Value::Dict(_)));
+    let (Some(class), true) = (class, are_dicts) else {
+        return Ok(Value::NotImplemented);
+    };
+    let joined = made(ev, &class, &mut [first])?;
+    Own::of(ev, &joined)?.update(ev, &second)?;
+    Ok(joined)
+}
+
+// The dictionary that makes what is missing.
+
+const DEFAULTING: &[Entry] = &[
+    ("__missing__", "key /", |ev, args| {
+        let own = Own::of(ev, &args[0])?;
+        let factory = factory(ev, &args[0]);
+        if factory.is_none() {
+            return Err(ev.key_error(&args[1]));
+        }
+        let value = ev.call(&factory, &mut [], &[])?;
+        own.set(ev, args[1].clone(), value.clone())?;
+        Ok(value)
+    }),
+    ("copy", "", copy_defaulting),
+    ("__copy__", "", copy_defaulting),
+    ("__or__", "other /", |ev, args| {
+        let Value::Dict(_) = ev.plain(&args[1]) else {
+            return Ok(Value::NotImplemented);
+        };
+        let other = args[1].clone();
+        let copy = copy_defaulting(ev, args)?;
+        Own::of(ev, &copy)?.update(ev, &other)?;
+        Ok(copy)
+    }),
+    ("__ror__", "other /", |ev, args| {
+        let own = Own::of(ev, &args[0])?;
+        let Value::Dict(other) = ev.plain(&args[1]) else {
+            return Ok(Value::NotImplemented);
+        };
+        let joined = ev.copied_dict(&other)?;
+        ev.dict_update(&joined, &own.dict)?;
+        made(
+            ev,
+            &own.class,
+            &mut [factory(ev, &args[0]), Value::Dict(Rc::new(joined))],
+        )
+    }),
+    ("__repr__", "", |ev, args| {
+        let own = Own::of(ev, &args[0])?;
+        let factory = ev.repr(&factory(ev, &args[0]))?;
+        let items = ev.repr(&Value::Dict(own.dict.clone()))?;
+        Ok(Value::str(format!("{}({factory}, {items})", own.name())))
+    }),
+];
+
+/// What makes a missing value.
+fn factory(ev: &Evaluator<'_>, receiver: &Value) -> Value {
+    let name = ev.core.symbols.intern("default_factory");
+    match receiver {
+        Value::Instance(instance) => instance.get(name, &ev.core.symbols),
+        _ => None,
+    }
+    .unwrap_or(Value::None)
+}
+
+fn default_init(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
+    let [receiver, rest @ ..] = &*args.positional else {
+        return Err(ev.type_error("a method of 'defaultdict' needs an argument"));
+    };
+    let own = Own::of(ev, receiver)?;
+    let (factory, rest) = match rest {
+        [] => (Value::None, rest),
+        [factory, rest @ ..] => (factory.clone(), rest),
+    };
+    if !factory.is_none() && !factory.is_callable() {
+        return Err(ev.type_error("first argument must be callable or None"));
+    }
+    if rest.len() > 1 {
+        let count = rest.len();
+        return Err(ev.type_error(format!("dict expected at most 1 argument, got {count}")));
+    }
+    if let Value::Instance(instance) = receiver {
+        ev.core.note(receiver);
+        let name = ev.core.symbols.intern("default_factory");
+        instance.set(name, factory, &ev.core.symbols);
+    }
+    if let Some(source) = rest.first() {
+        ev.core.note(receiver);
+        ev.dict_update_from(&own.dict, source)?;
+    }
+    for (name, value) in args.keywords {
+        ev.core.note(receiver);
+        ev.dict_set(&own.dict, ev.core.symbols.value(*name), value.clone())?;
+    }
+    Ok(Value::None)
+}
+
+fn copy_defaulting(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let own = Own::of(ev, &args[0])?;
+    let factory = factory(ev, &args[0]);
+    let class = native_class(ev, "_collections.defaultdict")?;
+    if Rc::ptr_eq(&class, &own.class) {
+        let copy = around(&class, ev.copied_dict(&own.dict)?);
+        if let Value::Instance(instance) = &copy {
+            ev.core.note(&copy);
+            let name = ev.core.symbols.intern("default_factory");
+            instance.set(name, factory, &ev.core.symbols);
+        }
+        return Ok(copy);
+    }
+    made(ev, &own.class, &mut [factory, args[0].clone()])
+}

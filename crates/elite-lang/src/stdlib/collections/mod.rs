@@ -1,0 +1,130 @@
+//! `_collections`: the containers of `collections` that programs use by the thousand.
+//!
+//! Owns the double-ended queue, the dictionaries with a manner of their own (ordered, with defaults, counting) and tuples
+//! with names. The wrappers and the views over several mappings are scripts (`lib/collections.py`).
+
+mod counter;
+mod deque;
+mod maps;
+mod named;
+
+use std::rc::Rc;
+
+use super::define::Builder;
+use crate::builtins::{Builtin, BuiltinBody};
+use crate::eval::Evaluator;
+use crate::value::instance::Payload;
+use crate::value::symbol::known;
+use crate::value::{Class, Dict, Held, Instance, R, Symbol, Value};
+
+pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+    deque::fill(module)?;
+    maps::fill(module)?;
+    counter::fill(module)?;
+    named::fill(module)
+}
+
+/// A dictionary of one of these classes, as its methods see it.
+struct Own<'v> {
+    receiver: &'v Value,
+    class: Rc<Class>,
+    dict: Rc<Dict>,
+    /// Values are put in by the builtin dictionary's own `__setitem__`; otherwise by that of a script.
+    plain: bool,
+}
+
+impl<'v> Own<'v> {
+    fn of(ev: &Evaluator<'_>, receiver: &'v Value) -> R<Self> {
+        let (Value::Instance(instance), Value::Dict(dict)) = (receiver, ev.plain(receiver)) else {
+            let name = ev.core.types.name_of(receiver);
+            return Err(ev.type_error(format!(
+                "descriptor requires a 'dict' subclass but received a '{name}'"
+            )));
+        };
+        Ok(Own {
+            receiver,
+            class: instance.class.clone(),
+            dict,
+            plain: is_builtin(&instance.class, known::SETITEM),
+        })
+    }
+
+    /// `self[key] = value`
+    fn set(&self, ev: &Evaluator<'_>, key: Value, value: Value) -> R<()> {
+        if self.plain {
+            if key.holds_values() || value.holds_values() {
+                ev.core.note(self.receiver);
+            }
+            return ev.dict_set(&self.dict, key, value);
+        }
+        ev.set_item(self.receiver, &key, value)
+    }
+
+    /// What `update` takes: a mapping or pairs.
+    fn update(&self, ev: &Evaluator<'_>, source: &Value) -> R<()> {
+        ev.core.note(self.receiver);
+        if self.plain {
+            return ev.dict_update_from(&self.dict, source);
+        }
+        let taken = Dict::new();
+        ev.dict_update_from(&taken, source)?;
+        for (_, key, value) in ev.entries(&taken)? {
+            self.set(ev, key, value)?;
+        }
+        Ok(())
+    }
+
+    /// Named values.
+    fn update_named(&self, ev: &Evaluator<'_>, keywords: &[(Symbol, Value)]) -> R<()> {
+        for (name, value) in keywords {
+            self.set(ev, ev.core.symbols.value(*name), value.clone())?;
+        }
+        Ok(())
+    }
+
+    /// `type(self).__name__`
+    fn name(&self) -> Rc<str> {
+        self.class.name()
+    }
+}
+
+/// Whether instances of the class do `name` as the interpreter does.
+fn is_builtin(class: &Class, name: Symbol) -> bool {
+    matches!(class.lookup(name), Some(Value::Builtin(_)))
+}
+
+/// An instance of `class` around a dictionary.
+fn around(class: &Rc<Class>, dict: Dict) -> Value {
+    let payload = Payload::Value(Held::new(Value::Dict(Rc::new(dict))));
+    Value::Instance(Instance::new(class.clone(), payload))
+}
+
+/// Whether a value is an instance of `class` or of one derived from it.
+fn is_a(value: &Value, class: &Class) -> bool {
+    matches!(value, Value::Instance(instance) if instance.class.is_subclass_of(class))
+}
+
+/// Calls a class of a script or of this module.
+fn made(ev: &Evaluator<'_>, class: &Rc<Class>, args: &mut [Value]) -> R {
+    ev.call(&Value::Class(class.clone()), args, &[])
+}
+
+/// A method with values of its own.
+fn method_with(
+    owner: &'static str,
+    name: &'static str,
+    held: Vec<Value>,
+    body: impl Fn(&Evaluator<'_>, &[Value], &mut crate::builtins::Args<'_>) -> R + 'static,
+) -> Value {
+    Value::Builtin(Rc::new(Builtin {
+        name,
+        owner: Some(owner),
+        module: None,
+        signature: crate::builtins::Signature::default(),
+        body: BuiltinBody::Closure {
+            held,
+            body: Box::new(body),
+        },
+        fills: false,
+    }))
+}

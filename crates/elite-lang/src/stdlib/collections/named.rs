@@ -1,0 +1,350 @@
+//! `namedtuple`: classes of tuples whose items have names.
+//!
+//! A class is made of closures that know its names; its instances are plain tuples of that class.
+
+use std::rc::Rc;
+
+use super::method_with;
+use crate::builtins::Args;
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::lexer::TokenKind;
+use crate::stdlib::define::Builder;
+use crate::value::function::Property;
+use crate::value::instance::Payload;
+use crate::value::symbol::known;
+use crate::value::{Class, Dict, Held, Instance, R, Symbol, Value};
+
+pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+    module.functions(&[(
+        "namedtuple",
+        "typename field_names * rename? defaults? module?",
+        |ev, args| {
+            let (shape, defaults) = Shape::read(ev, args)?;
+            let module = args[4].given().filter(|module| !module.is_none());
+            Rc::new(shape).class(ev, defaults, module)
+        },
+    )]);
+    Ok(())
+}
+
+/// What the instances of one class have in common. It holds no values: defaults are held by the methods.
+struct Shape {
+    name: String,
+    fields: Vec<String>,
+    symbols: Vec<Symbol>,
+    /// Fields before the first one with a default.
+    required: usize,
+}
+
+impl Shape {
+    /// The shape that is asked for, and the defaults of its last fields.
+    fn read(ev: &Evaluator<'_>, args: &[Value]) -> R<(Self, Vec<Value>)> {
+        let mut fields = Vec::new();
+        if let Value::Str(text) = ev.plain(&args[1]) {
+            let names = text.as_str().replace(',', " ");
+            fields.extend(names.split_whitespace().map(str::to_owned));
+        } else {
+            for name in ev.collect(&args[1])? {
+                fields.push(ev.str(&name)?);
+            }
+        }
+        let name = ev.str(&args[0])?;
+        let renames = args[2].given().map_or(Ok(false), |flag| ev.truth(flag))?;
+        for index in 0..if renames { fields.len() } else { 0 } {
+            let field = &fields[index];
+            let is_good = is_identifier(field)
+                && !is_keyword(field)
+                && !field.starts_with('_')
+                && !fields[..index].contains(field);
+            if !is_good {
+                fields[index] = format!("_{index}");
+            }
+        }
+        for word in [&name].into_iter().chain(&fields) {
+            let problem = match () {
+                () if !is_identifier(word) => "must be valid identifiers",
+                () if is_keyword(word) => "cannot be a keyword",
+                () => continue,
+            };
+            let word = ev.repr(&Value::str(&**word))?;
+            let text = format!("Type names and field names {problem}: {word}");
+            return Err(ev.value_error(text));
+        }
+        for (index, field) in fields.iter().enumerate() {
+            let problem = match () {
+                () if field.starts_with('_') && !renames => {
+                    "Field names cannot start with an underscore"
+                }
+                () if fields[..index].contains(field) => "Encountered duplicate field name",
+                () => continue,
+            };
+            let field = ev.repr(&Value::str(&**field))?;
+            return Err(ev.value_error(format!("{problem}: {field}")));
+        }
+        let defaults = match args[3].given().filter(|given| !given.is_none()) {
+            Some(given) => ev.collect(given)?,
+            None => Vec::new(),
+        };
+        let Some(required) = fields.len().checked_sub(defaults.len()) else {
+            return Err(ev.type_error("Got more default values than field names"));
+        };
+        let symbols = &ev.core.symbols;
+        let shape = Shape {
+            symbols: fields.iter().map(|field| symbols.intern(field)).collect(),
+            name,
+            fields,
+            required,
+        };
+        Ok((shape, defaults))
+    }
+
+    /// The class.
+    fn class(self: Rc<Self>, ev: &Evaluator<'_>, last: Vec<Value>, module: Option<&Value>) -> R {
+        let symbols = &ev.core.symbols;
+        let texts: Vec<Value> = self.fields.iter().map(|name| Value::str(&**name)).collect();
+        let fields = Value::tuple(texts.clone());
+        let defaults = Dict::new();
+        for (name, value) in texts[self.required..].iter().zip(&last) {
+            ev.dict_set(&defaults, name.clone(), value.clone())?;
+        }
+        let doc = format!("{}({})", self.name, self.fields.join(", "));
+        let mut attrs = vec![
+            (known::DOC, Value::str(doc)),
+            (symbols.intern("__slots__"), ev.core.empty_tuple.clone()),
+            (symbols.intern("_fields"), fields.clone()),
+            (
+                symbols.intern("_field_defaults"),
+                Value::Dict(Rc::new(defaults)),
+            ),
+            (symbols.intern("__match_args__"), fields),
+            (known::NEW, Value::StaticMethod(Rc::new(self.making(last)))),
+            (
+                symbols.intern("_make"),
+                Value::ClassMethod(Rc::new(self.making_of_items())),
+            ),
+            (symbols.intern("_replace"), self.replacing()),
+            (symbols.intern("_asdict"), self.as_dict()),
+            (known::REPR, self.showing()),
+            (
+                symbols.intern("__getnewargs__"),
+                method_with("namedtuple", "__getnewargs__", Vec::new(), |ev, _, args| {
+                    Ok(ev.plain(receiver(ev, args)?))
+                }),
+            ),
+        ];
+        if let Some(module) = module {
+            attrs.push((known::MODULE, module.clone()));
+        }
+        let refuse = method_with("namedtuple", "__set__", Vec::new(), |ev, _, _| {
+            Err(ev.raise(ExceptionKind::AttributeError, "can't set attribute"))
+        });
+        for (index, symbol) in self.symbols.iter().enumerate() {
+            symbols.settle(*symbol);
+            let get = method_with("namedtuple", "__get__", Vec::new(), move |ev, _, args| {
+                ev.item(receiver(ev, args)?, &Value::Int(index as i64))
+            });
+            let property = Property {
+                get,
+                set: refuse.clone(),
+                delete: refuse.clone(),
+                doc: Value::str(format!("Alias for field number {index}")),
+            };
+            attrs.push((*symbol, Value::Property(Rc::new(property))));
+        }
+        let tuple = Value::Class(ev.core.types.tuple.clone());
+        let class = ev.make_class(&self.name, &[tuple], attrs)?;
+        class.set_slots(Box::default());
+        Ok(Value::Class(class))
+    }
+
+    /// `__new__`
+    fn making(self: &Rc<Self>, defaults: Vec<Value>) -> Value {
+        let shape = self.clone();
+        method_with(
+            "namedtuple",
+            "__new__",
+            defaults,
+            move |ev, defaults, args| {
+                let (class, given) = class_and_rest(ev, args)?;
+                let mut values: Vec<Value> = ev.room_for(shape.fields.len())?;
+                values.extend(given.iter().cloned());
+                if !args.keywords.is_empty() || values.len() != shape.fields.len() {
+                    shape.complete(ev, &mut values, args.keywords, defaults)?;
+                }
+                Ok(instance(&class, values))
+            },
+        )
+    }
+
+    /// Adds what is given by name or has a default to what is given by position.
+    fn complete(
+        &self,
+        ev: &Evaluator<'_>,
+        values: &mut Vec<Value>,
+        keywords: &[(Symbol, Value)],
+        defaults: &[Value],
+    ) -> R<()> {
+        let refuse = |text: String| ev.type_error(format!("{}.__new__() {text}", self.name));
+        let given = values.len();
+        if given > self.fields.len() {
+            // The class counts as an argument.
+            let most = self.fields.len() + 1;
+            let takes = match defaults.len() {
+                0 => format!("{most}"),
+                _ => format!("from {} to {most}", self.required + 1),
+            };
+            let (plural, given) = (if most == 1 { "" } else { "s" }, given + 1);
+            return Err(refuse(format!(
+                "takes {takes} positional argument{plural} but {given} were given"
+            )));
+        }
+        for (name, _) in keywords {
+            let (found, text) = (
+                self.symbols.iter().position(|field| field == name),
+                ev.core.symbols.name(*name),
+            );
+            match found {
+                Some(index) if index < given => {
+                    return Err(refuse(format!("got multiple values for argument '{text}'")));
+                }
+                Some(_) => {}
+                None => {
+                    let text = format!("got an unexpected keyword argument '{text}'");
+                    return Err(refuse(text));
+                }
+            }
+        }
+        let mut missing = Vec::new();
+        for index in given..self.fields.len() {
+            let named = { keywords }
+                .iter()
+                .find(|(name, _)| *name == self.symbols[index]);
+            let default = index
+                .checked_sub(self.required)
+                .and_then(|at| defaults.get(at));
+            match named.map(|(_, value)| value).or(default) {
+                Some(value) => values.push(value.clone()),
+                None => missing.push(format!("'{}'", self.fields[index])),
+            }
+        }
+        let listed = match &missing[..] {
+            [] => return Ok(()),
+            [one] => one.clone(),
+            [one, two] => format!("{one} and {two}"),
+            [more @ .., last] => format!("{}, and {last}", more.join(", ")),
+        };
+        let plural = if missing.len() == 1 { "" } else { "s" };
+        Err(refuse(format!(
+            "missing {} required positional argument{plural}: {listed}",
+            missing.len()
+        )))
+    }
+
+    /// `_make`
+    fn making_of_items(self: &Rc<Self>) -> Value {
+        let count = self.fields.len();
+        method_with("namedtuple", "_make", Vec::new(), move |ev, _, args| {
+            let (class, given) = class_and_rest(ev, args)?;
+            let ([items], []) = (given, args.keywords) else {
+                return Err(ev.type_error("_make() takes one iterable"));
+            };
+            let values = ev.collect(items)?;
+            if values.len() != count {
+                let got = values.len();
+                return Err(ev.type_error(format!("Expected {count} arguments, got {got}")));
+            }
+            Ok(instance(&class, values))
+        })
+    }
+
+    /// `_replace`
+    fn replacing(self: &Rc<Self>) -> Value {
+        let shape = self.clone();
+        method_with("namedtuple", "_replace", Vec::new(), move |ev, _, args| {
+            let receiver = receiver(ev, args)?.clone();
+            if args.positional.len() > 1 {
+                let text = "_replace() takes 1 positional argument; give the fields by name";
+                return Err(ev.type_error(text));
+            }
+            let mut values = ev.collect(&ev.plain(&receiver))?;
+            let mut unknown = Vec::new();
+            for (name, value) in args.keywords {
+                let index = shape.symbols.iter().position(|field| field == name);
+                match index.and_then(|index| values.get_mut(index)) {
+                    Some(place) => *place = value.clone(),
+                    None => unknown.push(ev.core.symbols.value(*name)),
+                }
+            }
+            if !unknown.is_empty() {
+                let names = ev.repr(&Value::list(unknown))?;
+                return Err(ev.value_error(format!("Got unexpected field names: {names}")));
+            }
+            let make = ev.attribute(&receiver, ev.core.symbols.intern("_make"))?;
+            ev.call1(&make, Value::list(values))
+        })
+    }
+
+    /// `_asdict`
+    fn as_dict(self: &Rc<Self>) -> Value {
+        let shape = self.clone();
+        method_with("namedtuple", "_asdict", Vec::new(), move |ev, _, args| {
+            let values = ev.collect(&ev.plain(receiver(ev, args)?))?;
+            let dict = Dict::new();
+            for (name, value) in shape.symbols.iter().zip(values) {
+                ev.dict_set(&dict, ev.core.symbols.value(*name), value)?;
+            }
+            let dict = Value::Dict(Rc::new(dict));
+            ev.core.note(&dict);
+            Ok(dict)
+        })
+    }
+
+    /// `__repr__`
+    fn showing(self: &Rc<Self>) -> Value {
+        let shape = self.clone();
+        method_with("namedtuple", "__repr__", Vec::new(), move |ev, _, args| {
+            let receiver = receiver(ev, args)?;
+            let mut text = format!("{}(", ev.core.types.of(receiver).name());
+            let values = ev.collect(&ev.plain(receiver))?;
+            for (index, (name, value)) in shape.fields.iter().zip(values).enumerate() {
+                let before = if index > 0 { ", " } else { "" };
+                text += &format!("{before}{name}={}", ev.repr(&value)?);
+                ev.check_allocation(text.len())?;
+            }
+            Ok(Value::str(text + ")"))
+        })
+    }
+}
+
+/// A tuple of the class.
+fn instance(class: &Rc<Class>, values: Vec<Value>) -> Value {
+    let payload = Payload::Value(Held::new(Value::tuple(values)));
+    Value::Instance(Instance::new(class.clone(), payload))
+}
+
+fn receiver<'a>(ev: &Evaluator<'_>, args: &'a Args<'_>) -> R<&'a Value> {
+    match args.positional.first() {
+        Some(receiver) if matches!(ev.plain(receiver), Value::Tuple(_)) => Ok(receiver),
+        _ => Err(ev.type_error("a method of a named tuple needs one as its first argument")),
+    }
+}
+
+fn class_and_rest<'a>(ev: &Evaluator<'_>, args: &'a Args<'_>) -> R<(Rc<Class>, &'a [Value])> {
+    let tuple = &ev.core.types.tuple;
+    match args.positional.split_first() {
+        Some((Value::Class(class), rest)) if class.is_subclass_of(tuple) && class.is_script => {
+            Ok((class.clone(), rest))
+        }
+        _ => Err(ev.type_error("a class of named tuples is needed as the first argument")),
+    }
+}
+
+fn is_identifier(text: &str) -> bool {
+    let begins = |c: char| c == '_' || c.is_alphabetic();
+    text.starts_with(begins) && text.chars().all(|c| c == '_' || c.is_alphanumeric())
+}
+
+fn is_keyword(text: &str) -> bool {
+    TokenKind::keyword(text).is_some()
+}

@@ -1,0 +1,201 @@
+//! `Barrier`: lets threads go on together, always so many at once.
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+use super::line::Line;
+use super::{deadline, is_given};
+use crate::builtins::BoundFn;
+use crate::eval::Evaluator;
+use crate::stdlib::define::{Builder, Entry, holding, with_data};
+use crate::value::instance::Holds;
+use crate::value::{Held, R, Raised, Value, trash};
+
+pub(super) fn fill(module: &Builder<'_, '_>) {
+    let make: BoundFn = |ev, args| {
+        let made = holding(ev, "_thread.Barrier", Rc::new(Barrier::default()), &HOLDS)?;
+        // A subclass is made without arguments; its `__init__` gives them.
+        if args[0].given().is_some() {
+            begin(ev, &made, args)?;
+        }
+        Ok(made)
+    };
+    let class = module.class(
+        "Barrier",
+        Some(("parties? action? timeout?", make)),
+        METHODS,
+    );
+    module.property(&class, "parties", |ev, args| {
+        Ok(Value::Int(data(ev, &args[0])?.parties.get()))
+    });
+    module.property(&class, "n_waiting", |ev, args| {
+        let barrier = data(ev, &args[0])?;
+        Ok(Value::Int(barrier.round().count.get()))
+    });
+    module.property(&class, "broken", |ev, args| {
+        Ok(Value::Bool(data(ev, &args[0])?.is_broken.get()))
+    });
+}
+
+#[derive(Default)]
+struct Barrier {
+    parties: Cell<i64>,
+    /// What the last thread of a round does before all go on, and how long they wait unless they say so.
+    action: Held<Value>,
+    timeout: Held<Value>,
+    is_broken: Cell<bool>,
+    round: RefCell<Rc<Round>>,
+}
+
+/// Threads that go on together.
+#[derive(Default)]
+struct Round {
+    count: Cell<i64>,
+    end: Cell<Option<End>>,
+    line: Line,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum End {
+    Full,
+    Broken,
+}
+
+impl Round {
+    fn end(&self, ev: &Evaluator<'_>, how: End) {
+        if self.end.get().is_none() {
+            self.end.set(Some(how));
+        }
+        self.line.wake_some(ev, usize::MAX);
+    }
+}
+
+impl Barrier {
+    fn round(&self) -> Rc<Round> {
+        self.round.borrow().clone()
+    }
+
+    /// The round that fills, which makes place for the next one.
+    fn take_round(&self) -> Rc<Round> {
+        self.round.take()
+    }
+
+    fn break_up(&self, ev: &Evaluator<'_>) {
+        self.is_broken.set(true);
+        self.take_round().end(ev, End::Broken);
+    }
+}
+
+impl Drop for Barrier {
+    fn drop(&mut self) {
+        trash::hand_over([self.action.get_mut(), self.timeout.get_mut()]);
+    }
+}
+
+/// How the search for cycles reaches the action.
+static HOLDS: Holds = Holds {
+    visit: |data, each| {
+        if let Some(barrier) = data.downcast_ref::<Rc<Barrier>>() {
+            for held in [&barrier.action, &barrier.timeout] {
+                if let Some(value) = held.try_borrow() {
+                    each(&value);
+                }
+            }
+        }
+    },
+    clear: |data| {
+        if let Some(barrier) = data.downcast_ref::<Rc<Barrier>>() {
+            drop(barrier.action.take());
+        }
+    },
+};
+
+fn data(ev: &Evaluator<'_>, receiver: &Value) -> R<Rc<Barrier>> {
+    with_data(ev, receiver, |barrier: &Rc<Barrier>| Ok(barrier.clone()))
+}
+
+fn begin(ev: &Evaluator<'_>, receiver: &Value, args: &[Value]) -> R<()> {
+    let barrier = data(ev, receiver)?;
+    barrier.parties.set(ev.index(&args[0])?);
+    ev.core.note(receiver);
+    let given = |value: &Value| value.given().cloned().unwrap_or(Value::None);
+    barrier.action.put(given(&args[1]));
+    barrier.timeout.put(given(&args[2]));
+    Ok(())
+}
+
+/// `threading.BrokenBarrierError`
+fn broken(ev: &Evaluator<'_>) -> Raised {
+    let made = || {
+        let module = ev.import("threading")?;
+        let class = ev.attribute(&module, ev.core.symbols.intern("BrokenBarrierError"))?;
+        ev.call(&class, &mut [], &[])
+    };
+    match made() {
+        Ok(Value::Instance(error)) => Raised::Exception(error),
+        Ok(_) => ev.type_error("threading.BrokenBarrierError is no exception"),
+        Err(raised) => raised,
+    }
+}
+
+fn wait(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let barrier = data(ev, &args[0])?;
+    let timeout = match is_given(&args[1]) {
+        true => args[1].clone(),
+        false => barrier.timeout.get(),
+    };
+    let until = deadline(ev, &timeout)?;
+    if barrier.is_broken.get() {
+        return Err(broken(ev));
+    }
+    let round = barrier.round();
+    let index = round.count.get();
+    round.count.set(index + 1);
+    if index + 1 >= barrier.parties.get() {
+        // Who comes while the action is done belongs to the next round.
+        barrier.take_round();
+        let action = barrier.action.get();
+        if !action.is_none()
+            && let Err(raised) = ev.call(&action, &mut [], &[])
+        {
+            round.end(ev, End::Broken);
+            barrier.break_up(ev);
+            return Err(raised);
+        }
+        round.end(ev, End::Full);
+        return Ok(Value::Int(index));
+    }
+    let called = match round.line.wait(ev, until, || {}) {
+        Ok(called) => called,
+        Err(raised) => {
+            round.count.set(round.count.get() - 1);
+            return Err(raised);
+        }
+    };
+    match round.end.get() {
+        Some(End::Full) => Ok(Value::Int(index)),
+        Some(End::Broken) => Err(broken(ev)),
+        None => {
+            debug_assert!(!called, "a thread is called at the end of its round");
+            barrier.break_up(ev);
+            Err(broken(ev))
+        }
+    }
+}
+
+const METHODS: &[Entry] = &[
+    ("__init__", "parties action? timeout?", |ev, args| {
+        begin(ev, &args[0], &args[1..]).map(|()| Value::None)
+    }),
+    ("wait", "timeout?", wait),
+    ("reset", "", |ev, args| {
+        let barrier = data(ev, &args[0])?;
+        barrier.is_broken.set(false);
+        barrier.take_round().end(ev, End::Broken);
+        Ok(Value::None)
+    }),
+    ("abort", "", |ev, args| {
+        data(ev, &args[0])?.break_up(ev);
+        Ok(Value::None)
+    }),
+];
