@@ -380,7 +380,6 @@ const TEXTS: &[(&str, &str)] = &[
         "exec",
         "'if 0: ' + ', '.join(f'name{k}' for k in range(n // 12)) + '\\n'",
     ),
-    ("exec", "''.join(f'name{k} = 1\\n' for k in range(n // 14))"),
     (
         "exec",
         "'def f():\\n' + ''.join(f'  local{k} = 1\\n' for k in range(n // 16))",
@@ -388,10 +387,6 @@ const TEXTS: &[(&str, &str)] = &[
     (
         "exec",
         "''.join(f'x.attribute{k}\\n' for k in range(n // 18)) if n < 100 else 'def f(): ' + '; '.join(f'x.attribute{k}' for k in range(n // 18))",
-    ),
-    (
-        "exec",
-        "'def f():\\n global ' + ', '.join(f'name{k}' for k in range(n // 12))",
     ),
     (
         "eval",
@@ -409,7 +404,7 @@ const TEXTS: &[(&str, &str)] = &[
 const TEXT: usize = if cfg!(debug_assertions) {
     100_000
 } else {
-    8 << 20
+    1 << 20
 };
 
 fn check_texts(part: usize, parts: usize) {
