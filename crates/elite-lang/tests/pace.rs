@@ -269,7 +269,7 @@ fn check_functions(part: usize, parts: usize) {
     let n = if cfg!(debug_assertions) {
         PARTS / 5
     } else {
-        PARTS / 2
+        PARTS / 10
     };
     let program = format!(
         "{BEGIN}
@@ -290,8 +290,6 @@ for name, function in functions:
             for _ in zip(range(20_000), result): pass
         return result
     for index, args in enumerate(arguments):
-        # To make an expression of a long pattern is one piece.
-        if name.startswith('re.') and len(str(args(60)[0])) > 40: continue
         attempt(f'{{name}} {{index}}', call, lambda: args(n), lambda: args(60))
 "
     )
@@ -358,15 +356,15 @@ const TEXTS: &[(&str, &str)] = &[
     ),
     ("exec", "'$ LINE: (1, \"a\")\\nx = 1\\n' * (n // 24)"),
     ("exec", "'pass ' * (n // 5)"),
-    ("exec", "'x = \\\\\\n' + '\\\\\\n' * (n // 2) + '1'"),
+    ("exec", "'x = \\\\n' + '\\\\n' * (n // 2) + '1'"),
     ("eval", "'[' + '1,' * (n // 2) + ']'"),
     ("eval", "'[' + 'n,' * (n // 2) + ']'"),
     ("eval", "'{' + '1: n,' * (n // 5) + '}'"),
     ("eval", "'(' + '\"a\",' * (n // 4) + ')'"),
     ("eval", "'\"' + 'a' * n + '\"'"),
     ("eval", "'\"' + '位' * (n // 3) + '\"'"),
-    ("eval", "'\"' + '\\\\n' * (n // 2) + '\"'"),
-    ("eval", "'b\"' + '\\\\n' * (n // 2) + '\"'"),
+    ("eval", "'\"' + '\\n' * (n // 2) + '\"'"),
+    ("eval", "'b\"' + '\\n' * (n // 2) + '\"'"),
     ("eval", "'\"a\" ' * (n // 4)"),
     ("eval", "'f\"' + '{n}' * (n // 3) + '\"'"),
     ("eval", "'f\"' + '{{' * (n // 2) + '\"'"),
@@ -378,6 +376,26 @@ const TEXTS: &[(&str, &str)] = &[
     ("eval", "'0x' + '0' * n"),
     ("eval", "'(' * n"),
     ("eval", "b'[' + b'1,' * (n // 2) + b']'"),
+    (
+        "exec",
+        "'if 0: ' + ', '.join(f'name{k}' for k in range(n // 12)) + '\\n'",
+    ),
+    (
+        "exec",
+        "'def f():\\n' + ''.join(f'  local{k} = 1\\n' for k in range(n // 16))",
+    ),
+    (
+        "exec",
+        "''.join(f'x.attribute{k}\\n' for k in range(n // 18)) if n < 100 else 'def f(): ' + '; '.join(f'x.attribute{k}' for k in range(n // 18))",
+    ),
+    (
+        "eval",
+        "'lambda ' + ', '.join(f'name{k}' for k in range(n // 12)) + ': 0'",
+    ),
+    (
+        "exec",
+        "'lambda: f(' + ', '.join(f'name{k}=0' for k in range(n // 12)) + ')'",
+    ),
     ("compile", "'x = 1\\n' * (n // 6)"),
     ("compile", "'x = [' + '1, ' * (n // 3) + ']'"),
 ];
@@ -386,7 +404,7 @@ const TEXTS: &[(&str, &str)] = &[
 const TEXT: usize = if cfg!(debug_assertions) {
     100_000
 } else {
-    8 << 20
+    1 << 20
 };
 
 fn check_texts(part: usize, parts: usize) {
@@ -425,4 +443,103 @@ fn reading_texts_gives_way_2() {
 #[test]
 fn reading_texts_gives_way_3() {
     check_texts(2, 3);
+}
+
+/// Patterns that are long in every way one can be, and texts that they are looked for in.
+const PATTERNS: &[(&str, &str)] = &[
+    ("'a' * n", "'a' * m"),
+    ("'é' * (n // 2)", "'é' * m"),
+    ("'(?i)' + 'aß' * (n // 3)", "'aß' * m"),
+    ("'\\w' * (n // 2)", "'a' * m"),
+    ("'[a-z]' * (n // 5)", "'a' * m"),
+    ("'(?i)' + '[^a-zß]' * (n // 9)", "'0' * m"),
+    (
+        "'[' + ''.join(chr(0x4e00 + 7 * k % 90_000) for k in range(n // 4)) + ']'",
+        "'a' * m",
+    ),
+    ("'a|' * (n // 2)", "'b' * 20"),
+    ("'(a)' * (n // 3)", "'a' * m"),
+    ("'(?:a?)' * (n // 6)", "'a' * 2000"),
+    ("'(?:a*)*' * (n // 7)", "'a' * 2000"),
+    ("'(?:aa|b){2,5}' * (n // 13)", "'aa' * m"),
+    ("'(' * 90 + 'a' * n + ')*' * 90", "'a' * m"),
+    ("'(?:' * 90 + 'a|' * (n // 2) + ')+' * 90", "'b' * 20"),
+    ("''.join(f'(?P<n{k}>x)' for k in range(n // 14))", "'x' * m"),
+    ("'(a)' + '\\1' * (n // 2)", "'a' * m"),
+    ("'(a)' + '(?(1)a|b)' * (n // 9)", "'a' * m"),
+    ("'(?=a)' * (n // 5)", "'a' * m"),
+    ("'(?<=' + 'a' * n + ')b'", "'a' * m"),
+    ("'(?>a)' * (n // 5)", "'a' * m"),
+    ("'(?x)' + '# a' * (n // 3)", "'a' * m"),
+    ("'(?#' + 'a' * n + ')'", "'a' * m"),
+    ("'a{' + '1' * n", "'a' * m"),
+    ("'[' * n", "''"),
+    ("'(?P<' + 'a' * n", "''"),
+    // Short ones, and texts on which they take long.
+    ("'(?=(a+)+$)(\\w+)\\1b'", "'a' * 40 + '!'"),
+    ("'(?s)(?=.*b)x'", "'a' * m"),
+    ("'(?=.*b)'", "'a' * 4000"),
+    ("'(a*)\\1b'", "'a' * 4000"),
+    ("'(?>a*)b'", "'a' * 4000"),
+    ("'(?i)(é*)\\1b'", "'éÉ' * 1000"),
+    ("'(?<=a{1000})b'", "'a' * 4000"),
+    ("'(a+)+b'", "'a' * m"),
+    ("'(a|b|ab)*c'", "'ab' * m"),
+    ("'a{1,1000}b'", "'a' * m"),
+    ("'(?:a{1,10}){3}b'", "'a' * m"),
+    ("'(?:(?:a|b){0,3}?)*$'", "'ab' * m"),
+    ("'x*'", "'位' * m"),
+    ("'位'", "'a' * m"),
+];
+
+fn check_expressions(part: usize, parts: usize) {
+    // What is tried at every place of a text takes time that grows with the product of both.
+    let (n, m) = if cfg!(debug_assertions) {
+        (40_000, 500)
+    } else {
+        (1_000_000, 20_000)
+    };
+    let given: Vec<_> = PATTERNS.iter().skip(part).step_by(parts).collect();
+    let calls: String = given
+        .iter()
+        .enumerate()
+        .map(|(index, (pattern, text))| {
+            format!(
+                "attempt('{index}', use, lambda: ({pattern}, {text}), lambda: ('a', 'a'))\n\
+                 attempt('{index}', use, lambda: (({pattern}).encode(), ({text}).encode()), lambda: ('a', 'a'))\n"
+            )
+        })
+        .collect();
+    let program = format!(
+        "{BEGIN}
+n = {n}
+m = {m}
+def use(pattern, text):
+    made = re.compile(pattern)
+    make = (made.search, made.fullmatch, made.split, lambda text: made.groupindex)
+    for act in make:
+        try: found = act(text)
+        except RuntimeError: continue
+    found = made.match(text)
+    if found: return found.regs, found.groups(), found.groupdict()
+{calls}"
+    );
+    let trouble: Vec<String> = too_long(&program)
+        .iter()
+        .map(|(index, stretch)| {
+            let (pattern, text) = given[index.parse::<usize>().unwrap_or(0)];
+            format!("{pattern} in {text}: {stretch:?}")
+        })
+        .collect();
+    assert!(trouble.is_empty(), "\n{}", trouble.join("\n"));
+}
+
+#[test]
+fn regular_expressions_give_way_1() {
+    check_expressions(0, 2);
+}
+
+#[test]
+fn regular_expressions_give_way_2() {
+    check_expressions(1, 2);
 }

@@ -22,7 +22,7 @@ pub struct Ident {
 }
 
 /// Number of a scope in a program, in source order; the module is 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ScopeId(pub u32);
 
 /// A literal.

@@ -22,7 +22,7 @@ use crate::value::module::Namespace;
 use crate::value::{Dict, Function, Instance, R, Raised, Value};
 
 /// Longest text that is evaluated, in bytes.
-const TEXT_MAX: usize = 8 << 20;
+const TEXT_MAX: usize = 1 << 20;
 /// Work for a variable that is handed in or back.
 const VARIABLE: usize = 128;
 

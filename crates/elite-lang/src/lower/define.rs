@@ -12,6 +12,9 @@ use crate::eval::stmt::define::{DefineClass, DefineFunction};
 use crate::resolve::{FrameLayout, Place};
 use crate::source::Span;
 
+/// Work for the name of a parameter.
+const PARAMETER: usize = 200;
+
 /// What a code object is made of.
 struct Parts<'p> {
     name: &'p str,
@@ -66,7 +69,10 @@ impl Lower<'_> {
             .chain(&parameters.positional)
             .chain(&parameters.keyword_only);
         let names: Box<[_]> = by_name
-            .map(|parameter| self.symbol(&parameter.name.name))
+            .map(|parameter| {
+                self.budget.worked(PARAMETER);
+                self.symbol(&parameter.name.name)
+            })
             .collect();
         let star = parameters.star.as_ref().map(|_| names.len());
         let double_star = parameters

@@ -1,6 +1,6 @@
 //! Atoms and what can follow them: calls, items, attributes, displays and comprehensions.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use super::{Parse, Parser};
 use crate::ast::{
@@ -17,7 +17,7 @@ struct Earlier {
     any: bool,
     /// There is a `**` among them.
     mapping: bool,
-    keywords: HashSet<Box<str>>,
+    keywords: BTreeSet<Box<str>>,
 }
 
 impl Earlier {

@@ -1,12 +1,15 @@
 //! Parameter lists of `def` and `lambda`.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use super::{Parse, Parser};
 use crate::ast::{Parameter, Parameters};
 use crate::diagnostic::Diagnostic;
 use crate::findings::quoted;
 use crate::lexer::TokenKind as T;
+
+/// Work to look for another parameter of the same name.
+const PARAMETER: usize = 200;
 
 impl Parser<'_> {
     /// Parameters up to `closer` (`)` of a `def`, `:` of a `lambda`), which is not taken.
@@ -116,8 +119,9 @@ impl Parser<'_> {
     }
 
     fn check_duplicates(&mut self, parameters: &Parameters) {
-        let mut seen: HashSet<&str> = HashSet::new();
+        let mut seen: BTreeSet<&str> = BTreeSet::new();
         for parameter in parameters.iter() {
+            self.budget.worked(PARAMETER);
             if !seen.insert(&parameter.name.name) {
                 let name = quoted(&parameter.name.name);
                 let message = format!("parameter '{name}' appears twice");

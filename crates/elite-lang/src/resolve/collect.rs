@@ -1,6 +1,6 @@
 //! First pass: what each scope binds, uses and declares.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::{DROP, NAME};
 use crate::ast::{
@@ -55,14 +55,14 @@ pub(super) struct Scope {
     pub(super) parent: Option<ScopeId>,
     pub(super) names: Vec<NameInfo>,
     /// Index into `names`.
-    index: HashMap<Box<str>, usize>,
+    index: BTreeMap<Box<str>, usize>,
     pub(super) uses: Vec<(Box<str>, Span)>,
     pub(super) is_generator: bool,
 }
 
 impl Scope {
     fn new(kind: ScopeKind, parent: Option<ScopeId>) -> Self {
-        let (names, index, uses) = (Vec::new(), HashMap::new(), Vec::new());
+        let (names, index, uses) = (Vec::new(), BTreeMap::new(), Vec::new());
         Scope {
             kind,
             parent,
@@ -103,7 +103,7 @@ pub(super) struct Scopes<'p> {
     current: ScopeId,
     globals: Vec<Box<str>>,
     /// The same, to look one up.
-    global_set: HashSet<Box<str>>,
+    global_set: BTreeSet<Box<str>>,
 }
 
 pub(super) fn collect<'p>(module: &Module, budget: &'p Budget<'p>) -> Scopes<'p> {
@@ -114,7 +114,7 @@ pub(super) fn collect<'p>(module: &Module, budget: &'p Budget<'p>) -> Scopes<'p>
         diagnostics: Findings::default(),
         current: ScopeId(0),
         globals: Vec::new(),
-        global_set: HashSet::new(),
+        global_set: BTreeSet::new(),
     };
     scopes.open(ScopeId(0), ScopeKind::Module, None);
     scopes.block(&module.body);
@@ -149,7 +149,11 @@ impl Scopes<'_> {
         let own = names
             .iter()
             .filter(|info| info.bound && info.global.is_none());
-        own.map(|info| info.name.clone()).collect()
+        let name = |info: &NameInfo| {
+            self.budget.worked(NAME / 4);
+            info.name.clone()
+        };
+        own.map(name).collect()
     }
 
     fn open(&mut self, id: ScopeId, kind: ScopeKind, parent: Option<ScopeId>) {

@@ -80,7 +80,13 @@ pub(super) fn report_undefined(
             .names
             .iter()
             .filter(|info| info.bound && (is_module || info.global.is_some()));
-        globals.extend(global.map(|info| &*info.name));
+        for info in global {
+            scopes.budget.worked(NAME);
+            if scopes.budget.is_given_up() {
+                return;
+            }
+            globals.insert(&info.name);
+        }
     }
     for (index, scope) in scopes.scopes.iter().enumerate() {
         let Some(scope) = scope else { continue };

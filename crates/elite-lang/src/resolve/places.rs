@@ -1,10 +1,10 @@
 //! Second pass: which variables are shared, and a slot for each.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::collect::{NameInfo, Scope, ScopeKind, Scopes};
-use super::{FrameLayout, NAME, Place, ScopePlaces};
+use super::{DROP, FrameLayout, NAME, Place, ScopePlaces};
 use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
 use crate::findings::{Findings, quoted};
@@ -19,7 +19,7 @@ struct Assigner<'s, 'p> {
     scopes: &'s mut Scopes<'p>,
     diagnostics: &'s mut Findings,
     /// By scope: names of it that inner frames share.
-    captured: Vec<HashSet<Box<str>>>,
+    captured: Vec<BTreeSet<Box<str>>>,
     /// By frame: the closure, in the order of first need, with the owner of each name.
     free: Vec<Closure>,
     /// By frame: the comprehensions that run in it.
@@ -29,16 +29,16 @@ struct Assigner<'s, 'p> {
 #[derive(Clone, Default)]
 struct Closure {
     names: Vec<(Box<str>, ScopeId)>,
-    index: HashMap<Box<str>, u32>,
+    index: BTreeMap<Box<str>, u32>,
 }
 
 /// The slots of one frame.
 #[derive(Default)]
 struct Slots {
     names: Vec<(ScopeId, Box<str>)>,
-    index: HashMap<(ScopeId, Box<str>), u32>,
+    index: BTreeMap<(ScopeId, Box<str>), u32>,
     /// By scope: its slots, which lie side by side.
-    ranges: HashMap<ScopeId, Range<u32>>,
+    ranges: BTreeMap<ScopeId, Range<u32>>,
 }
 
 impl Slots {
@@ -59,7 +59,10 @@ pub(super) fn assign(
     diagnostics: &mut Findings,
 ) -> Vec<Option<ScopePlaces>> {
     let count = scopes.scopes.len();
-    let (captured, free) = (vec![HashSet::new(); count], vec![Closure::default(); count]);
+    let (captured, free) = (
+        vec![BTreeSet::new(); count],
+        vec![Closure::default(); count],
+    );
     let mut assigner = Assigner {
         scopes,
         diagnostics,
@@ -78,9 +81,18 @@ pub(super) fn assign(
         assigner.find_shared(*id);
     }
     let slots: Vec<Slots> = ids.iter().map(|id| assigner.slots_of_frame(*id)).collect();
-    ids.iter()
-        .map(|id| assigner.places_of(*id, &slots))
-        .collect()
+    let places = ids.iter().map(|id| assigner.places_of(*id, &slots));
+    let places = places.collect();
+    // Many names take long to drop.
+    let budget = assigner.scopes.budget;
+    for frame in slots {
+        let names = frame.names.into_iter().map(|(_, name)| name);
+        for name in names.chain(frame.index.into_keys().map(|(_, name)| name)) {
+            budget.worked(DROP);
+            drop(name);
+        }
+    }
+    places
 }
 
 impl Assigner<'_, '_> {
@@ -207,14 +219,13 @@ impl Assigner<'_, '_> {
                 let local = |info: &&NameInfo| {
                     info.bound && info.global.is_none() && info.nonlocal.is_none()
                 };
-                let (parameters, others): (Vec<_>, Vec<_>) = scope
-                    .names
-                    .iter()
-                    .filter(local)
-                    .partition(|info| info.parameter);
-                for info in parameters.into_iter().chain(others) {
-                    if self.goes_on() {
-                        slots.push(id, &info.name);
+                // Parameters come first.
+                for parameter in [true, false] {
+                    let those = |info: &&NameInfo| info.parameter == parameter;
+                    for info in scope.names.iter().filter(local).filter(those) {
+                        if self.goes_on() {
+                            slots.push(id, &info.name);
+                        }
                     }
                 }
             }
@@ -226,7 +237,7 @@ impl Assigner<'_, '_> {
             let names = self.scope(*inner).map_or(&[][..], |scope| &scope.names);
             names
                 .iter()
-                .filter(|info| info.bound)
+                .filter(|info| info.bound && self.goes_on())
                 .for_each(|info| slots.push(*inner, &info.name));
         }
         slots

@@ -1,4 +1,4 @@
-"""Regular expressions. Searches that would step back without end raise RuntimeError."""
+"""Regular expressions. Searches that would step back for ever raise RuntimeError."""
 from _re import _compile, Pattern, Match
 
 

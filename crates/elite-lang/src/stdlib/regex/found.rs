@@ -4,7 +4,7 @@
 
 use std::rc::Rc;
 
-use super::{Pattern, Spans, Text};
+use super::{GROUP, Pattern, Spans, Text};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::stdlib::define::{Entry, instance, with_data};
@@ -20,30 +20,9 @@ pub(super) struct Match {
 }
 
 impl Match {
-    pub(super) fn last_index(&self) -> Option<usize> {
-        // The group that ended last; of those that ended together the outermost, which is the first.
-        let closed = self.spans.iter().enumerate().skip(1);
-        let closed = closed.filter_map(|(index, span)| span.map(|(_, end)| (end, index)));
-        closed
-            .fold(
-                None,
-                |last: Option<(usize, usize)>, (end, index)| match last {
-                    Some((most, _)) if end <= most => last,
-                    _ => Some((end, index)),
-                },
-            )
-            .map(|(_, index)| index)
-    }
-
     pub(super) fn group(&self, ev: &Evaluator<'_>, key: &Value) -> R<usize> {
         let index = match ev.plain(key) {
-            Value::Str(name) => {
-                let names = &self.compiled.parsed.names;
-                names
-                    .iter()
-                    .find(|(known, _)| known == name.as_str())
-                    .map(|(_, index)| *index)
-            }
+            Value::Str(name) => self.compiled.parsed.by_name.get(name.as_str()).copied(),
             other => usize::try_from(ev.index(&other)?)
                 .ok()
                 .filter(|index| *index < self.spans.len()),
@@ -52,6 +31,7 @@ impl Match {
     }
 
     pub(super) fn text_of(&self, ev: &Evaluator<'_>, group: usize, default: &Value) -> R {
+        ev.worked(GROUP)?;
         match self.spans.get(group).copied().flatten() {
             Some(span) => self.text.slice(ev, span),
             None => Ok(default.clone()),
