@@ -87,6 +87,9 @@ trait Rest {
     fn drop_some(&mut self) -> bool;
 }
 
+/// Bytes that were taken up by parts that are gone, and go back at once.
+const ROOM: usize = 4 << 20;
+
 struct Parts<T> {
     parts: Vec<T>,
     portion: usize,
@@ -96,6 +99,10 @@ impl<T> Rest for Parts<T> {
     fn drop_some(&mut self) -> bool {
         let left = self.parts.len().saturating_sub(self.portion);
         self.parts.truncate(left);
+        // Their room goes back bit by bit, too: the system takes many milliseconds for hundreds of megabytes at once.
+        if (self.parts.capacity() - left) * size_of::<T>() > ROOM {
+            self.parts.shrink_to(left);
+        }
         !self.parts.is_empty()
     }
 }
