@@ -71,6 +71,18 @@ impl Terminal {
         }
     }
 
+    /// Types, waits for what is shown then, and for the next prompt: keys that come before it are not the editor's.
+    fn dialogue(&mut self, dialogue: &[(&str, &str)]) {
+        for (keys, shown) in dialogue {
+            self.types(keys);
+            self.wait_for(shown);
+            let is_done = keys.ends_with(['\r', '\x03']);
+            if is_done && !shown.ends_with("> ") && !shown.ends_with("... ") {
+                self.wait_for("> ");
+            }
+        }
+    }
+
     fn status(mut self) -> Option<i32> {
         self.child.wait().unwrap().code()
     }
@@ -85,7 +97,7 @@ fn a_shell_edits_completes_remembers_and_begins_anew_after_an_error() {
     let mut terminal = Terminal::start(shell);
     terminal.wait_for("interpreter mode of the robot");
     terminal.wait_for("> ");
-    for (keys, shown) in [
+    terminal.dialogue(&[
         ("x = 1\r", "ack 1\r\n"),
         // The rest of the name comes by itself; Ctrl-U wipes the line.
         ("get_target_tcp_po\t", "get_target_tcp_pose"),
@@ -94,13 +106,10 @@ fn a_shell_edits_completes_remembers_and_begins_anew_after_an_error() {
         ("end\r", "ack 2\r\n"),
         ("y = f(\r", "discarded: Compile error:"),
         ("raise ValueError('boo')\r", "ValueError: boo"),
-    ] {
-        terminal.types(keys);
-        terminal.wait_for(shown);
-    }
+    ]);
     // The state that shows the end of the program comes a tenth of a second later.
     std::thread::sleep(Duration::from_millis(900));
-    for (keys, shown) in [
+    terminal.dialogue(&[
         ("x = 2\r", "a new one begins"),
         (":state\r", "program running"),
         // Ctrl-C stops the arm, and throws away an open block.
@@ -111,10 +120,7 @@ fn a_shell_edits_completes_remembers_and_begins_anew_after_an_error() {
         ("\x1b[A\x1b[A\x1b[A\r", "ack "),
         (":log 3\r", "ValueError: boo"),
         (":help\r", ":skip"),
-    ] {
-        terminal.types(keys);
-        terminal.wait_for(shown);
-    }
+    ]);
     terminal.types(":quit\r");
     // What was discarded counts in a pipe only.
     assert_eq!(terminal.status(), Some(0));
