@@ -118,6 +118,9 @@ const OF_FUNCTIONS: &[&str] = &[
     "('%db' % (n // 10), b'\\0' * (n // 10))",
     "(3, list(range(n // 10)))",
     "(n // 20, list(range(n // 10)))",
+    "(1, str(n * 10))",
+    "(5, '0' + str(n) + ',')",
+    "('x', str(n * 10))",
 ];
 
 fn processor_time() -> Duration {

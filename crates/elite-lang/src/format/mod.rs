@@ -7,7 +7,6 @@ pub mod float;
 mod number;
 mod percent;
 
-use std::fmt::Write as _;
 
 use crate::eval::Evaluator;
 use crate::value::int::Int;
@@ -193,26 +192,34 @@ fn text(text: &str, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> 
         Some('=') | None => '<',
         Some(align) => align,
     };
-    pad("", shown, align, spec, out);
-    Ok(())
+    pad("", shown, align, spec, ev, out)
 }
 
 /// Appends `sign` and `body`, filled up to the width.
-fn pad(sign: &str, body: &str, align: char, spec: &Spec, out: &mut String) {
+fn pad(
+    sign: &str,
+    body: &str,
+    align: char,
+    spec: &Spec,
+    ev: &Evaluator<'_>,
+    out: &mut String,
+) -> R<()> {
     let missing = match spec.width {
         0 => 0,
         width => width.saturating_sub(sign.chars().count() + body.chars().count()),
     };
-    let fill = |count: usize, out: &mut String| out.extend(std::iter::repeat_n(spec.fill, count));
+    let mut buffer = [0; 4];
+    let filling = &*spec.fill.encode_utf8(&mut buffer);
+    let fill = |count: usize, out: &mut String| ev.push_repeated(out, filling, count);
     let (before, inside, after) = match align {
         '<' => (0, 0, missing),
         '=' => (0, missing, 0),
         '^' => (missing / 2, 0, missing - missing / 2),
         _ => (missing, 0, 0),
     };
-    fill(before, out);
-    let _ = out.write_str(sign);
-    fill(inside, out);
-    out.push_str(body);
-    fill(after, out);
+    fill(before, out)?;
+    out.push_str(sign);
+    fill(inside, out)?;
+    ev.push_text(out, body)?;
+    fill(after, out)
 }

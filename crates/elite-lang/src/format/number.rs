@@ -4,6 +4,7 @@ use num_bigint::BigInt;
 
 use super::{Spec, float, pad, unknown_kind};
 use crate::eval::Evaluator;
+use crate::eval::bulk::EACH;
 use crate::value::R;
 use crate::value::int::Int;
 
@@ -20,8 +21,7 @@ pub(super) fn integer(
         let sign = sign_of(*small < 0, spec);
         out.push_str(sign);
         push_digits(small.unsigned_abs(), 1, out);
-        fill_up(start, sign.len(), spec, out);
-        return Ok(());
+        return fill_up(start, sign.len(), spec, ev, out);
     }
     if "eEfFgG%".contains(kind) {
         return real(ev.int_to_f64(int)?, spec, "int", ev, out);
@@ -48,8 +48,7 @@ pub(super) fn integer(
     let sign = sign_of(int.is_negative(), spec);
     let prefix = if spec.alternate { prefix } else { "" };
     let sign = format!("{sign}{prefix}");
-    grouped_number(&sign, &digits, "", every, spec, out);
-    Ok(())
+    grouped_number(&sign, (&digits, ""), every, spec, ev, out)
 }
 
 fn character(int: &Int, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> {
@@ -73,8 +72,7 @@ fn character(int: &Int, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<
             "%c arg not in range(0x110000)",
         ));
     };
-    pad("", &c.to_string(), spec.align.unwrap_or('>'), spec, out);
-    Ok(())
+    pad("", &c.to_string(), spec.align.unwrap_or('>'), spec, ev, out)
 }
 
 /// The digits of the magnitude in decimal.
@@ -136,8 +134,7 @@ pub(super) fn real(
                 out.push_str(tail);
             }
         }
-        fill_up(start, sign.len(), spec, out);
-        return Ok(());
+        return fill_up(start, sign.len(), spec, ev, out);
     }
     let (body, tail) = real_body(value.abs(), spec, type_name, ev)?;
     let mut negative = value.is_sign_negative() && !value.is_nan();
@@ -157,13 +154,12 @@ pub(super) fn real(
     let spec = if finite { spec } else { &spec_without_grouping };
     grouped_number(
         sign_of(negative, spec),
-        digits,
-        &format!("{fraction}{tail}"),
+        (digits, &format!("{fraction}{tail}")),
         3,
         spec,
+        ev,
         out,
-    );
-    Ok(())
+    )
 }
 
 /// The digits of a non-negative float as the specification wants them, and what follows them.
@@ -247,37 +243,40 @@ pub(super) fn complex(
     } else {
         format!("{}{}j", part(re, spec.sign)?, part(im, '+')?)
     };
-    pad("", &text, spec.align.unwrap_or('>'), spec, out);
-    Ok(())
+    pad("", &text, spec.align.unwrap_or('>'), spec, ev, out)
 }
 
 /// Appends sign, digits (grouped) and the rest, padded to the width.
 fn grouped_number(
     sign: &str,
-    digits: &str,
-    rest: &str,
+    (digits, rest): (&str, &str),
     every: usize,
     spec: &Spec,
+    ev: &Evaluator<'_>,
     out: &mut String,
-) {
+) -> R<()> {
     let start = out.len();
     out.push_str(sign);
     match spec.grouping {
         None => out.push_str(digits),
         Some(separator) => {
-            let mut digits = digits.to_owned();
+            let mut count = digits.len();
             if spec.align.unwrap_or('>') == '=' && spec.fill == '0' {
                 // Zeros that fill the width are grouped, too.
                 let wanted = spec.width.saturating_sub(sign.len() + rest.len());
-                while grouped_length(digits.len(), every) < wanted {
-                    digits.insert(0, '0');
+                count = count.max(wanted / (every + 1) * every);
+                while grouped_length(count, every) < wanted {
+                    count += 1;
                 }
             }
-            out.push_str(&grouped(&digits, separator, every));
+            let mut zeros = String::new();
+            ev.push_repeated(&mut zeros, "0", count - digits.len())?;
+            let all = zeros.chars().chain(digits.chars());
+            push_grouped(all, count, (separator, every), ev, out)?;
         }
     }
     out.push_str(rest);
-    fill_up(start, sign.len(), spec, out);
+    fill_up(start, sign.len(), spec, ev, out)
 }
 
 /// Appends a number in decimal, with at least so many digits.
@@ -295,46 +294,47 @@ pub fn push_digits(number: u64, least: usize, out: &mut String) {
 }
 
 /// Fills a number that was appended at byte `start`, with a sign of `sign` bytes, up to the width.
-fn fill_up(start: usize, sign: usize, spec: &Spec, out: &mut String) {
+fn fill_up(start: usize, sign: usize, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> {
     if spec.width == 0 {
-        return;
+        return Ok(());
     }
     let missing = spec.width.saturating_sub(out[start..].chars().count());
     if missing == 0 {
-        return;
+        return Ok(());
     }
-    let mut fill = |at: usize, count: usize| {
-        if at > out.len() {
-            out.extend(std::iter::repeat_n(spec.fill, count));
-        } else {
-            out.insert_str(
-                at,
-                &std::iter::repeat_n(spec.fill, count).collect::<String>(),
-            );
-        }
+    let mut buffer = [0; 4];
+    let fill = &*spec.fill.encode_utf8(&mut buffer);
+    let (at, before, after) = match spec.align.unwrap_or('>') {
+        '<' => (out.len(), 0, missing),
+        '=' => (start + sign, missing, 0),
+        '^' => (start, missing / 2, missing - missing / 2),
+        _ => (start, missing, 0),
     };
-    match spec.align.unwrap_or('>') {
-        '<' => fill(usize::MAX, missing),
-        '=' => fill(start + sign, missing),
-        '^' => {
-            fill(start, missing / 2);
-            fill(usize::MAX, missing - missing / 2);
-        }
-        _ => fill(start, missing),
-    }
+    let number = out.split_off(at);
+    ev.push_repeated(out, fill, before)?;
+    ev.push_text(out, &number)?;
+    ev.push_repeated(out, fill, after)
 }
 
 fn grouped_length(digits: usize, every: usize) -> usize {
     digits + digits.saturating_sub(1) / every
 }
 
-fn grouped(digits: &str, separator: char, every: usize) -> String {
-    let mut out = String::with_capacity(digits.len() * 4 / 3);
-    for (index, c) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(every) {
+/// Appends so many digits with a separator between groups of so many.
+fn push_grouped(
+    digits: impl Iterator<Item = char>,
+    count: usize,
+    (separator, every): (char, usize),
+    ev: &Evaluator<'_>,
+    out: &mut String,
+) -> R<()> {
+    ev.grow(out, grouped_length(count, every))?;
+    for (index, c) in digits.enumerate() {
+        if index > 0 && (count - index).is_multiple_of(every) {
             out.push(separator);
         }
         out.push(c);
+        ev.worked(EACH)?;
     }
-    out
+    Ok(())
 }

@@ -434,16 +434,11 @@ impl Evaluator<'_> {
         };
         integer(&int, &bare, "int", self, &mut digits)?;
         let magnitude = digits.trim_start_matches('-');
-        let zeros = "0".repeat(precision.saturating_sub(magnitude.len()));
+        let mut filled = String::new();
+        self.push_repeated(&mut filled, "0", precision.saturating_sub(magnitude.len()))?;
+        self.push_text(&mut filled, magnitude)?;
         let sign = super::sign_of(int.is_negative(), &spec);
-        super::pad(
-            sign,
-            &format!("{zeros}{magnitude}"),
-            spec.align.unwrap_or('>'),
-            &spec,
-            out,
-        );
-        Ok(())
+        super::pad(sign, &filled, spec.align.unwrap_or('>'), &spec, self, out)
     }
 }
 

@@ -246,7 +246,9 @@ impl Evaluator<'_> {
             | Value::Complex(_)
             | Value::Str(_) => {
                 let spec = Spec::parse(spec, &name).map_err(error)?;
-                self.check_allocation(spec.width.max(spec.precision.unwrap_or(0)))?;
+                let precision = spec.precision.unwrap_or(0);
+                self.check_allocation(spec.width.max(precision))?;
+                self.worked(precision)?;
                 crate::format::value(value, &spec, self, out)
             }
             _ => Err(self.type_error(format!(
