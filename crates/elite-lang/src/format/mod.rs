@@ -7,7 +7,6 @@ pub mod float;
 mod number;
 mod percent;
 
-
 use crate::eval::Evaluator;
 use crate::value::int::Int;
 use crate::value::{R, Value};
