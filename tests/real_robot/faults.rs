@@ -324,6 +324,22 @@ fn older_controllers_are_recorded_and_calibrated_as_far_as_they_tell() {
     assert_eq!(status, Some(0), "{log}");
     assert!(log.contains("warm!"), "{log}");
 
+    // One that takes no long list is asked for what a cycle has a place for.
+    let no_long_list: fn(&[u8]) -> Vec<u8> = |request| match request[2] {
+        b'O' if request.len() > 2000 => vec![0, 4, b'O', 0],
+        _ => older_answer(request),
+    };
+    let rtsi = peer(Framing::Rtsi, Vec::new(), no_long_list, older_data);
+    let short = folder.path().join("short.mcap");
+    let mut record = eliteserver();
+    record.arg("record").arg(&ports[0]);
+    record.arg(format!("--rtsi-port={rtsi}"));
+    record.args(["--duration", "1", "--out"]).arg(&short);
+    let (text, status) = ended(record, "");
+    assert_eq!(status, Some(0), "{text}");
+    assert!(text.contains("48 of output_int_register"), "{text}");
+    assert!(cycles_of(&short) > 50, "{text}");
+
     let arm = folder.path().join("arm.toml");
     let mut calibrate = eliteserver();
     calibrate

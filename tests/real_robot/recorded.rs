@@ -18,7 +18,7 @@ fn a_robot_is_recorded_with_its_errors_and_its_recording_reads_like_our_own() {
         .stderr(Stdio::piped());
     let recording = command.spawn().unwrap();
     std::thread::sleep(Duration::from_millis(800));
-    let moves = "movej([0.3, -1.4, 1.5, -1.6, -1.5, 0.2], a=3, v=1.5)\nset_standard_digital_out(3, True)\nraise ValueError('seen from outside')\n";
+    let moves = "movej([0.3, -1.4, 1.5, -1.6, -1.5, 0.2], a=3, v=1.5)\nset_standard_digital_out(3, True)\nwrite_output_integer_register(5, 42)\nset_tool_voltage(24)\nsleep(0.2)\nraise ValueError('seen from outside')\n";
     let (_, status) = send(&server, folder.path(), moves, &[]);
     assert_eq!(status, Some(1));
     let (text, status) = said(recording.wait_with_output().unwrap());
@@ -61,6 +61,32 @@ fn a_robot_is_recorded_with_its_errors_and_its_recording_reads_like_our_own() {
     assert_eq!(replay(&["--csv", "/cycle"]).1, Some(0));
     assert_eq!(replay(&["--find", "safety_mode != normal"]).1, Some(0));
     assert_eq!(replay(&["--script"]).1, Some(0));
+    // Nothing the controller offers is left out: what a cycle has no place for is in topics of its own.
+    assert!(text.contains(": 377 of 377 variables at 250 Hz"), "{text}");
+    let (changes, _) = replay(&["--csv", "/io"]);
+    assert!(
+        changes.contains("output_integer_register[5],42"),
+        "{changes}"
+    );
+    let column = |topic: &str, name: &str| -> Vec<f64> {
+        let (table, status) = replay(&["--csv", topic]);
+        assert_eq!(status, Some(0), "{table}");
+        let mut lines = table.lines();
+        let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+        let place = names.iter().position(|found| *found == name);
+        let place = place.unwrap_or_else(|| panic!("{topic} has no {name}: {names:?}"));
+        let cells = lines.map(|line| line.split(',').nth(place).unwrap().parse().unwrap());
+        cells.collect()
+    };
+    let states = column("/rtsi", "runtime_state");
+    assert_eq!(states.len(), read.cycles.len());
+    assert!(states.contains(&1.0) && states.last() == Some(&3.0));
+    let current = column("/rtsi", "actual_joint_current_1");
+    assert!(current.iter().any(|amperes| amperes.abs() > 0.1));
+    let volts = column("/robot_state", "tool.output_voltage");
+    assert!(volts.len() > 20 && volts.last() == Some(&24.0), "{volts:?}");
+    let kinds = column("/robot_state", "configuration.robot_type");
+    assert!(kinds.iter().all(|kind| *kind == 6206.0));
     // Through the ports it is a robot again.
     let ready = folder.path().join("again.json");
     let played = eliteserver()

@@ -110,6 +110,7 @@ fn recorded() -> Option<Vec<u8>> {
         },
         model: RobotModel::built_in("cs66").ok()?,
         obstacles: Vec::new(),
+        extra: Vec::new(),
         rotation: Rotation::default(),
         notes_wait: true,
         patience: std::time::Duration::from_secs(60),

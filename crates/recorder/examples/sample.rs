@@ -42,6 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         setup,
         model: arm.model.clone(),
         obstacles: Vec::new(),
+        extra: Vec::new(),
         rotation: recorder::Rotation::default(),
         notes_wait: true,
         patience: std::time::Duration::from_secs(60),

@@ -11,6 +11,7 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use serde::Serialize;
 
+use crate::extra::{ExtraNumber, ExtraTopic};
 use crate::setup::{METADATA_NAME, Setup};
 use crate::topics::Topic;
 
@@ -24,14 +25,20 @@ const MESSAGE_OVERHEAD: usize = 1 + 8 + 22;
 /// A file that is being written.
 pub(crate) struct ChunkedFile<W: Write> {
     mcap: mcap::Writer<NoSeek<W>>,
-    channels: [u16; Topic::ALL.len()],
-    sequences: [u32; Topic::ALL.len()],
+    /// Our topics, then the others.
+    channels: Vec<OpenChannel>,
     epoch_ns: u64,
     chunk: Option<OpenChunk>,
     /// Chunks begun so far, in all parts of the recording.
     chunks: u64,
     /// Encoded message, reused.
     buffer: Vec<u8>,
+}
+
+/// A channel of the file and the number of its next message.
+struct OpenChannel {
+    id: u16,
+    sequence: u32,
 }
 
 struct OpenChunk {
@@ -43,7 +50,12 @@ struct OpenChunk {
 
 impl<W: Write> ChunkedFile<W> {
     /// Writes the beginning: set-up and schemas. `chunks` is how many chunks earlier parts had.
-    pub(crate) fn begin(out: W, setup: &Setup, chunks: u64) -> Result<Self, McapError> {
+    pub(crate) fn begin(
+        out: W,
+        setup: &Setup,
+        extra: &[ExtraTopic],
+        chunks: u64,
+    ) -> Result<Self, McapError> {
         let mut mcap = mcap::WriteOptions::new()
             .library(concat!("eliteserver ", env!("CARGO_PKG_VERSION")))
             .compression(Some(mcap::Compression::Zstd))
@@ -59,18 +71,24 @@ impl<W: Write> ChunkedFile<W> {
             name: METADATA_NAME.to_owned(),
             metadata: setup.to_map(),
         })?;
-        let mut channels = [0; Topic::ALL.len()];
+        let none = BTreeMap::new();
+        let mut channels = Vec::with_capacity(Topic::ALL.len() + extra.len());
+        // In the order of their indices.
         for topic in Topic::ALL {
             let schema = topic.schema();
-            let id = mcap.add_schema(&schema.name, schema.encoding, &schema.data)?;
-            let none = BTreeMap::new();
-            channels[topic.index()] =
-                mcap.add_channel(id, topic.name(), topic.message_encoding(), &none)?;
+            let schema = mcap.add_schema(&schema.name, schema.encoding, &schema.data)?;
+            let id = mcap.add_channel(schema, topic.name(), topic.message_encoding(), &none)?;
+            channels.push(OpenChannel { id, sequence: 0 });
+        }
+        for topic in extra {
+            let schema = topic.schema.as_bytes();
+            let schema = mcap.add_schema(&topic.schema_name, "jsonschema", schema)?;
+            let id = mcap.add_channel(schema, &topic.name, "json", &none)?;
+            channels.push(OpenChannel { id, sequence: 0 });
         }
         Ok(Self {
             mcap,
             channels,
-            sequences: [0; Topic::ALL.len()],
             epoch_ns: setup.epoch_ns,
             chunk: None,
             chunks,
@@ -137,6 +155,25 @@ impl<W: Write> ChunkedFile<W> {
 
     /// Writes an encoded message at a simulated time, s.
     pub(crate) fn put(&mut self, topic: Topic, time: f64, data: &[u8]) -> Result<(), McapError> {
+        self.write(topic.index(), time, data)
+    }
+
+    /// The same for a topic that is not ours; nothing for one that the file does not have.
+    pub(crate) fn put_extra(
+        &mut self,
+        topic: ExtraNumber,
+        time: f64,
+        data: &[u8],
+    ) -> Result<(), McapError> {
+        self.write(Topic::ALL.len().saturating_add(topic.0), time, data)
+    }
+
+    fn write(&mut self, channel: usize, time: f64, data: &[u8]) -> Result<(), McapError> {
+        let Some(OpenChannel { id, sequence }) = self.channels.get_mut(channel) else {
+            return Ok(());
+        };
+        let (channel_id, number) = (*id, *sequence);
+        *sequence = number.wrapping_add(1);
         let size = data.len() + MESSAGE_OVERHEAD;
         if self.chunk.as_ref().is_some_and(|chunk| {
             chunk.bytes + size > CHUNK_BYTES || time - chunk.since >= CHUNK_SECS
@@ -155,14 +192,12 @@ impl<W: Write> ChunkedFile<W> {
         chunk.bytes += size;
         // NaN and negative times count as the start; `as` saturates.
         let log_time = self.epoch_ns.saturating_add((time * 1e9).round() as u64);
-        let sequence = &mut self.sequences[topic.index()];
         let header = MessageHeader {
-            channel_id: self.channels[topic.index()],
-            sequence: *sequence,
+            channel_id,
+            sequence: number,
             log_time,
             publish_time: log_time,
         };
-        *sequence = sequence.wrapping_add(1);
         self.mcap.write_to_known_channel(&header, data)
     }
 }

@@ -5,7 +5,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use motion_api::{ProgramId, ThreadNumber};
 
-use crate::lengths::{MESSAGE_BYTES, NAME_BYTES, PROGRAM_TEXT_BYTES, VALUE_BYTES, cut};
+use crate::extra::ExtraNumber;
+use crate::lengths::{
+    EXTRA_BYTES, MESSAGE_BYTES, NAME_BYTES, PROGRAM_TEXT_BYTES, VALUE_BYTES, cut,
+};
 use crate::notes::{Note, Notes, Place};
 use crate::topics::{IoValue, LogLevel};
 
@@ -109,6 +112,20 @@ impl RecorderHandle {
             time,
             name: self.short(name, NAME_BYTES),
             value,
+        });
+    }
+
+    /// A message of a topic that is not ours, encoded as the topic says. One for a topic that the recording was not begun
+    /// with, or of more than [`EXTRA_BYTES`](crate::lengths::EXTRA_BYTES), is left out and counted.
+    pub fn extra(&self, time: f64, topic: ExtraNumber, message: Vec<u8>) {
+        if message.len() > EXTRA_BYTES {
+            self.shared.notes_dropped.fetch_add(1, Ordering::Relaxed);
+            return;
+        }
+        self.send(|| Note::Extra {
+            time,
+            topic,
+            message: message.into(),
         });
     }
 

@@ -9,6 +9,8 @@ pub const PROGRAM_TEXT_BYTES: usize = 8 << 20;
 pub const SHORT_TEXT_BYTES: usize = 4 << 10;
 /// A message of `/log`.
 pub const MESSAGE_BYTES: usize = 64 << 10;
+/// A message of a topic that is not ours; longer ones are left out, as half a message is none.
+pub const EXTRA_BYTES: usize = 64 << 10;
 /// The value of a variable.
 pub const VALUE_BYTES: usize = 4 << 10;
 /// Names: of programs, of variables and their types, of points, of the sources of messages.

@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use motion_api::{ProgramId, ThreadNumber};
 
+use crate::extra::ExtraNumber;
 use crate::topics::{IoValue, LogLevel};
 
 /// What all notes on their way may have together. With the ring of records (about 6 MiB), the texts that are kept for
@@ -50,6 +51,11 @@ pub(crate) enum Note {
         name: Box<str>,
         value: IoValue,
     },
+    Extra {
+        time: f64,
+        topic: ExtraNumber,
+        message: Box<[u8]>,
+    },
 }
 
 /// Where a script thread stands.
@@ -67,7 +73,8 @@ impl Note {
             | Self::ScriptLine { time, .. }
             | Self::Variable { time, .. }
             | Self::Log { time, .. }
-            | Self::Io { time, .. } => *time,
+            | Self::Io { time, .. }
+            | Self::Extra { time, .. } => *time,
         }
     }
 
@@ -88,6 +95,7 @@ impl Note {
                 source, message, ..
             } => source.len() + message.len(),
             Self::Io { name, .. } => name.len(),
+            Self::Extra { message, .. } => message.len(),
         };
         NOTE_BYTES + texts
     }

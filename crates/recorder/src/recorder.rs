@@ -22,6 +22,7 @@ use motion_api::RecordReader;
 use supervision::{Ended, Fault, Faults, Handle, Kind, catch};
 use thiserror::Error;
 
+use crate::extra::ExtraTopic;
 use crate::handle::{RecorderHandle, RecorderMeter, Shared};
 use crate::notes::Notes;
 use crate::rotation::Rotation;
@@ -41,6 +42,8 @@ pub struct RecorderConfig {
     pub model: RobotModel,
     /// What else is drawn.
     pub obstacles: Vec<Obstacle>,
+    /// Topics beside our own.
+    pub extra: Vec<ExtraTopic>,
     /// When the next file begins, and how much may be kept.
     pub rotation: Rotation,
     /// What a script does that outruns the recorder: wait (virtual clock) or go on, the note being dropped and counted

@@ -99,6 +99,7 @@ impl Worker {
             setup,
             model,
             obstacles,
+            extra,
             rotation,
             notes_wait: _,
             patience: _,
@@ -106,11 +107,12 @@ impl Worker {
         } = config;
         let (out, bytes) = Counted::new(out, Arc::clone(&shared));
         let viewer = Viewer::new(model, obstacles, setup.epoch_ns);
-        let writer =
-            RecordWriter::start(out, &setup, viewer).map_err(|source| RecordError::Write {
+        let writer = RecordWriter::start(out, &setup, viewer, extra).map_err(|source| {
+            RecordError::Write {
                 path: path.clone(),
                 source: Arc::new(source),
-            })?;
+            }
+        })?;
         Ok(Self {
             writer: Ok(writer),
             records,

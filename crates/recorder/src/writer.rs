@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use crate::chunks::ChunkedFile;
 use crate::cycle::Cycle;
+use crate::extra::ExtraTopic;
 use crate::io_changes;
 use crate::lengths::{SHORT_TEXT_BYTES, cut};
 use crate::losses::{self, SOURCE};
@@ -39,6 +40,7 @@ pub struct Totals {
 
 pub(crate) struct RecordWriter<W: Write> {
     file: ChunkedFile<W>,
+    extra: Vec<ExtraTopic>,
     step_time: f64,
     viewer: Viewer,
     /// The message of the current cycle, reused.
@@ -59,9 +61,15 @@ pub(crate) struct RecordWriter<W: Write> {
 impl<W: Write> RecordWriter<W> {
     /// Writes the start of the file: setup, schemas, the arm. All of it has reached `out` when this returns, so an
     /// output that cannot be written is found here.
-    pub(crate) fn start(out: W, setup: &Setup, viewer: Viewer) -> Result<Self, McapError> {
+    pub(crate) fn start(
+        out: W,
+        setup: &Setup,
+        viewer: Viewer,
+        extra: Vec<ExtraTopic>,
+    ) -> Result<Self, McapError> {
         let mut writer = Self {
-            file: ChunkedFile::begin(out, setup, 0)?,
+            file: ChunkedFile::begin(out, setup, &extra, 0)?,
+            extra,
             step_time: setup.step_time,
             viewer,
             cycle: Cycle::default(),
@@ -81,7 +89,7 @@ impl<W: Write> RecordWriter<W> {
     /// Ends this file and goes on in `out`, which is the part that `setup` says. What was going on is told again: the
     /// arm, the latest programs, the line of every thread. The old output comes back complete.
     pub(crate) fn go_on_in(mut self, out: W, setup: &Setup) -> Result<(Self, W), McapError> {
-        let next = ChunkedFile::begin(out, setup, self.file.chunks())?;
+        let next = ChunkedFile::begin(out, setup, &self.extra, self.file.chunks())?;
         let before = std::mem::replace(&mut self.file, next);
         let time = self.time();
         self.scene(time)?;
@@ -314,6 +322,11 @@ impl<W: Write> RecordWriter<W> {
                 self.file
                     .json(Topic::Io, time, &IoMessage { cycle, name, value })
             }
+            Note::Extra {
+                time,
+                topic,
+                message,
+            } => self.file.put_extra(topic, time, &message),
         }
     }
 

@@ -1,54 +1,98 @@
-//! The state of a robot somewhere else, put together from what its controller sends over RTSI.
+//! What a robot somewhere else is doing, put together from what its controller sends over RTSI and port 30001.
 //!
-//! Numbers that it does not send are not numbers here (NaN): a recording of it says what is known and no more.
+//! A variable that the state of our own robot has is taken over into it, a register into the registers, and every other
+//! one goes into a message of its own, so that nothing the controller offers is left out. Numbers that it does not send
+//! are not numbers here (NaN): a recording of it says what is known and no more.
+
+mod messages;
+mod variables;
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, RpyPose};
-use motion_api::{MotionMode, RobotMode, RobotState, SafetyMode};
+use motion_api::{
+    AnalogDomain, IoConfig, MotionMode, RegisterImages, Registers, RobotMode, RobotState,
+    SafetyMode,
+};
+use wire::primary::state::State;
 use wire::rtsi::{Kind, Value};
 
-/// What is asked for, in the order in which it is asked for.
-pub const WANTED: &[&str] = &[
-    "timestamp",
-    "target_joint_positions",
-    "target_joint_speeds",
-    "actual_joint_positions",
-    "actual_joint_speeds",
-    "actual_joint_torques",
-    "target_TCP_pose",
-    "target_TCP_speed",
-    "actual_TCP_pose",
-    "actual_TCP_speed",
-    "actual_TCP_force",
-    "ft_raw_wrench",
-    "actual_digital_input_bits",
-    "actual_digital_output_bits",
-    "standard_analog_input0",
-    "standard_analog_input1",
-    "tool_analog_input",
-    "standard_analog_output0",
-    "standard_analog_output1",
-    "tool_analog_output",
-    "joint_temperatures",
-    "robot_mode",
-    "safety_status",
-    "speed_scaling",
-    "target_speed_fraction",
-    "elbow_position",
-    "payload_mass",
-    "payload_cog",
-    "script_control_line",
-    "runtime_state",
-];
+pub use messages::{outputs_message, outputs_schema, state_message, state_schema};
+pub use variables::{EVERY, IN_A_CYCLE};
+use variables::{Place, place_of};
 
-/// What comes beside the state.
+/// Takes the values of a recipe where they belong.
+#[derive(Debug)]
+pub struct Observer {
+    places: Vec<Place>,
+    registers: Registers,
+    /// As they were told of last.
+    told: RegisterImages,
+}
+
+/// What is new with a packet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Beside {
     /// Time since the controller started, s.
     pub timestamp: Option<f64>,
-    /// Line of the program that runs.
-    pub line: Option<u32>,
-    /// 1 playing, 2 paused, 3 stopped.
-    pub runtime_state: Option<u32>,
+    /// The registers, if one has another value than before.
+    pub registers: Option<RegisterImages>,
+}
+
+impl Observer {
+    /// For packets with these variables, in this order.
+    pub fn of(offered: &[(String, Kind)]) -> Self {
+        Self {
+            places: offered.iter().map(|(name, _)| place_of(name)).collect(),
+            registers: Registers::default(),
+            told: RegisterImages::default(),
+        }
+    }
+
+    /// Takes values over into a state and the registers. One whose type is not that of the protocol is not known.
+    pub fn observe(&mut self, state: &mut RobotState, values: &[Value]) -> Beside {
+        let mut timestamp = None;
+        for (place, value) in self.places.iter().zip(values) {
+            match (place, *value) {
+                (Place::State(take) | Place::StateToo(take), value) => take(state, value),
+                (Place::Timestamp, Value::F64(time)) => timestamp = Some(time),
+                (Place::Register(register), value) => register.set(&self.registers, value),
+                (Place::Timestamp | Place::Message, _) => {}
+            }
+        }
+        let images = self.registers.images();
+        let registers = (images != self.told).then_some(images);
+        self.told = images;
+        Beside {
+            timestamp,
+            registers,
+        }
+    }
+
+    /// Whether the variable at this place of the recipe goes into messages of its own.
+    fn is_told_apart(&self, index: usize) -> bool {
+        matches!(
+            self.places.get(index),
+            Some(Place::Message | Place::StateToo(_) | Place::Timestamp)
+        )
+    }
+}
+
+/// Takes over what states of port 30001 have and RTSI does not.
+pub fn observe_state(state: &mut RobotState, told: &State) {
+    if let Some(cartesian) = &told.cartesian {
+        state.tcp_offset = RpyPose::from_array(cartesian.tcp_offset);
+    }
+    if let Some(board) = &told.masterboard {
+        state.controller_temperature = f64::from(board.temperature);
+        state.io_config = IoConfig {
+            analog_in: board.analog_in_domains.map(AnalogDomain::from_number),
+            analog_out: board.analog_out_domains.map(AnalogDomain::from_number),
+            ..state.io_config
+        };
+    }
+    if let Some(additional) = &told.additional {
+        state.collision_detection = additional.collision_detection;
+        state.io_config.freedrive_by_input = additional.freedrive_by_input;
+    }
 }
 
 /// A state of which nothing is known.
@@ -90,52 +134,143 @@ pub fn unknown_state(step_time: f64) -> RobotState {
     }
 }
 
-/// Takes values over into a state; what came beside it.
-pub fn observe(
-    state: &mut RobotState,
-    offered: &[(&'static str, Kind)],
-    values: &[Value],
-) -> Beside {
-    let mut beside = Beside::default();
-    for ((name, _), value) in offered.iter().zip(values) {
-        match (*name, *value) {
-            ("timestamp", Value::F64(x)) => beside.timestamp = Some(x),
-            ("script_control_line", Value::U32(x)) => beside.line = Some(x),
-            ("runtime_state", Value::U32(x)) => beside.runtime_state = Some(x),
-            ("target_joint_positions", Value::Vector6(x)) => state.target_q = JointPositions(x),
-            ("target_joint_speeds", Value::Vector6(x)) => state.target_qd = JointSpeeds(x),
-            ("actual_joint_positions", Value::Vector6(x)) => state.actual_q = JointPositions(x),
-            ("actual_joint_speeds", Value::Vector6(x)) => state.actual_qd = JointSpeeds(x),
-            ("actual_joint_torques", Value::Vector6(x)) => state.actual_torque = JointTorques(x),
-            ("target_TCP_pose", Value::Vector6(x)) => {
-                state.target_tcp_pose = RpyPose::from_array(x);
-            }
-            ("target_TCP_speed", Value::Vector6(x)) => state.target_tcp_speed = x,
-            ("actual_TCP_pose", Value::Vector6(x)) => {
-                state.actual_tcp_pose = RpyPose::from_array(x);
-            }
-            ("actual_TCP_speed", Value::Vector6(x)) => state.actual_tcp_speed = x,
-            ("actual_TCP_force", Value::Vector6(x)) => state.tcp_force = x,
-            ("ft_raw_wrench", Value::Vector6(x)) => state.raw_wrench = x,
-            ("actual_digital_input_bits", Value::U32(x)) => state.digital_in = u64::from(x),
-            ("actual_digital_output_bits", Value::U32(x)) => state.digital_out = u64::from(x),
-            ("standard_analog_input0", Value::F64(x)) => state.analog_in[0] = x,
-            ("standard_analog_input1", Value::F64(x)) => state.analog_in[1] = x,
-            ("tool_analog_input", Value::F64(x)) => state.analog_in[2] = x,
-            ("standard_analog_output0", Value::F64(x)) => state.analog_out[0] = x,
-            ("standard_analog_output1", Value::F64(x)) => state.analog_out[1] = x,
-            ("tool_analog_output", Value::F64(x)) => state.analog_out[2] = x,
-            ("joint_temperatures", Value::Vector6(x)) => state.joint_temperatures = x,
-            ("robot_mode", Value::I32(x)) => state.robot_mode = RobotMode::from_number(x),
-            ("safety_status", Value::I32(x)) => state.safety_mode = SafetyMode::from_number(x),
-            ("speed_scaling", Value::F64(x)) => state.speed_scaling = x,
-            ("target_speed_fraction", Value::F64(x)) => state.target_speed_fraction = x,
-            ("elbow_position", Value::Vector3(x)) => state.elbow_position = x,
-            ("payload_mass", Value::F64(x)) => state.payload.mass = x,
-            ("payload_cog", Value::Vector3(x)) => state.payload.cog = x.into(),
-            // A type that is not the one of the protocol: the value is not known.
-            _ => {}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wire::primary::state::{AdditionalInfo, Cartesian, Masterboard};
+
+    fn offered(names: &[(&str, Kind)]) -> Vec<(String, Kind)> {
+        let owned = names.iter().map(|(name, kind)| ((*name).to_owned(), *kind));
+        owned.collect()
+    }
+
+    #[test]
+    fn every_variable_goes_to_one_place_and_none_is_left_out() {
+        let offered = offered(&[
+            ("timestamp", Kind::F64),
+            ("actual_joint_positions", Kind::Vector6),
+            ("output_int_register7", Kind::I32),
+            ("input_bit_registers32_to_63", Kind::U32),
+            ("output_bit_register64", Kind::Bool),
+            ("actual_current", Kind::Vector6),
+            ("joint_mode", Kind::Vector6I32),
+            ("tool_output_voltage", Kind::F64),
+            ("a_variable_of_tomorrow", Kind::U8),
+        ]);
+        let values = [
+            Value::F64(12.5),
+            Value::Vector6([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]),
+            Value::I32(-3),
+            Value::U32(2),
+            Value::Bool(true),
+            Value::Vector6([0.5; 6]),
+            Value::Vector6I32([253; 6]),
+            Value::F64(24.0),
+            Value::U8(9),
+        ];
+        let mut observer = Observer::of(&offered);
+        let mut state = unknown_state(0.004);
+        let beside = observer.observe(&mut state, &values);
+        assert_eq!(beside.timestamp, Some(12.5));
+        let registers = beside.registers.unwrap();
+        assert_eq!(registers.output.integer(7), -3);
+        assert!(registers.input.boolean(33) && !registers.input.boolean(32));
+        assert!(registers.output.boolean(64));
+        assert_eq!(state.actual_q[5], 6.0);
+        assert_eq!(state.io_config.tool_voltage, 24);
+        let message = outputs_message(&observer, &offered, &values);
+        assert_eq!(
+            String::from_utf8(message).unwrap(),
+            r#"{"timestamp":12.5,"actual_current":[0.5,0.5,0.5,0.5,0.5,0.5],"joint_mode":[253,253,253,253,253,253],"tool_output_voltage":24.0,"a_variable_of_tomorrow":9}"#
+        );
+        // The same again is nothing new.
+        assert_eq!(observer.observe(&mut state, &values).registers, None);
+        let schema: serde_json::Value =
+            serde_json::from_str(&outputs_schema(&observer, &offered)).unwrap();
+        let properties = schema["properties"].as_object().unwrap();
+        assert_eq!(properties.len(), 5);
+        assert_eq!(properties["actual_current"]["type"], "array");
+        assert_eq!(properties["timestamp"]["type"], "number");
+    }
+
+    #[test]
+    fn a_variable_of_another_type_is_not_known() {
+        for name in EVERY.iter() {
+            let offered = [(name.clone(), Kind::U16)];
+            let mut observer = Observer::of(&offered);
+            let mut state = unknown_state(0.004);
+            let beside = observer.observe(&mut state, &[Value::U16(7)]);
+            assert_eq!(beside, Beside::default(), "{name}");
+            assert_eq!(
+                format!("{state:?}"),
+                format!("{:?}", unknown_state(0.004)),
+                "{name}"
+            );
         }
     }
-    beside
+
+    #[test]
+    fn what_fits_into_a_cycle_is_asked_for_before_everything_else() {
+        assert_eq!(EVERY[..IN_A_CYCLE.len()], *IN_A_CYCLE);
+        let mut names = EVERY.clone();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), EVERY.len(), "a name stands twice");
+        for name in IN_A_CYCLE {
+            assert!(
+                !matches!(place_of(name), Place::Message | Place::Register(_)),
+                "{name}"
+            );
+        }
+    }
+
+    #[test]
+    fn states_of_30001_add_tool_domains_and_temperature() {
+        let told = State {
+            cartesian: Some(Cartesian {
+                tcp_offset: [0.0, 0.0, 0.12, 0.0, 0.0, 0.5],
+                ..Cartesian::default()
+            }),
+            masterboard: Some(Masterboard {
+                analog_in_domains: [0, 1, 0],
+                temperature: 41.5,
+                ..Masterboard::default()
+            }),
+            additional: Some(AdditionalInfo {
+                collision_detection: true,
+                ..AdditionalInfo::default()
+            }),
+            ..State::default()
+        };
+        let mut state = unknown_state(0.004);
+        observe_state(&mut state, &told);
+        assert_eq!(state.tcp_offset.to_array()[2], 0.12);
+        assert_eq!(state.controller_temperature, 41.5);
+        assert!(state.collision_detection);
+        assert_eq!(state.io_config.analog_in[0], AnalogDomain::Current);
+        assert_eq!(state.io_config.analog_in[1], AnalogDomain::Voltage);
+        // What is not told stays as it was.
+        observe_state(&mut state, &State::default());
+        assert_eq!(state.controller_temperature, 41.5);
+    }
+
+    #[test]
+    fn messages_of_states_have_the_parts_that_came_and_fit_their_schema() {
+        let told = State {
+            masterboard: Some(Masterboard::default()),
+            ..State::default()
+        };
+        let message: serde_json::Value = serde_json::from_slice(&state_message(&told)).unwrap();
+        let parts: Vec<&String> = message.as_object().unwrap().keys().collect();
+        assert_eq!(parts, ["masterboard"]);
+        let schema: serde_json::Value = serde_json::from_str(&state_schema()).unwrap();
+        let parts = schema["properties"].as_object().unwrap();
+        assert_eq!(parts.len(), 9, "{parts:?}");
+        let fields = &parts["masterboard"]["properties"];
+        assert_eq!(fields["analog_in"]["items"]["type"], "number");
+        assert_eq!(fields["is_reduced"]["type"], "boolean");
+        for name in message["masterboard"].as_object().unwrap().keys() {
+            assert!(fields.get(name).is_some(), "{name}");
+        }
+    }
 }

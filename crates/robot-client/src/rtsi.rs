@@ -96,7 +96,7 @@ pub struct Rtsi {
     /// When it was heard, or asked, last: whoever waits may begin anew as often as it likes.
     heard: Instant,
     recipe: u8,
-    offered: Vec<(&'static str, Kind)>,
+    offered: Vec<(String, Kind)>,
     version: [u32; 4],
 }
 
@@ -109,9 +109,9 @@ impl Rtsi {
     pub async fn connect(
         address: &RobotAddress,
         frequency: f64,
-        wanted: &[&'static str],
+        wanted: &[&str],
     ) -> Result<Self, RtsiError> {
-        let mut names: Vec<&'static str> = wanted.to_vec();
+        let mut names = wanted.to_vec();
         // A recipe with a name that is not known does not count: it is asked for again without.
         loop {
             let mut this = Self {
@@ -137,7 +137,7 @@ impl Rtsi {
     }
 
     /// Names and types of the values that come.
-    pub fn offered(&self) -> &[(&'static str, Kind)] {
+    pub fn offered(&self) -> &[(String, Kind)] {
         &self.offered
     }
 
@@ -205,11 +205,11 @@ impl Rtsi {
     }
 
     /// Asks for variables; those that it does not have.
-    async fn ask_for(
+    async fn ask_for<'a>(
         &mut self,
         frequency: f64,
-        names: &[&'static str],
-    ) -> Result<Vec<&'static str>, RtsiError> {
+        names: &[&'a str],
+    ) -> Result<Vec<&'a str>, RtsiError> {
         let mut request = Vec::new();
         append_outputs_request(&mut request, frequency, names);
         self.send(&request).await?;
@@ -223,7 +223,7 @@ impl Rtsi {
         let mut unknown = Vec::new();
         for (name, kind) in names.iter().zip(reply.kinds) {
             match kind {
-                Ok(kind) => self.offered.push((name, kind)),
+                Ok(kind) => self.offered.push(((*name).to_owned(), kind)),
                 Err(_) => unknown.push(*name),
             }
         }

@@ -157,6 +157,7 @@ impl Controller {
                     setup,
                     model: loaded.model.clone(),
                     obstacles,
+                    extra: Vec::new(),
                     rotation: recording_files::rotation(config),
                     notes_wait: config.clock == ClockChoice::Virtual,
                     patience: match console {

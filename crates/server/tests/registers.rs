@@ -47,6 +47,7 @@ fn record(name: &str, mut act: impl FnMut(u64, &ScriptEnd)) -> Recording {
         setup,
         model,
         obstacles: Vec::new(),
+        extra: Vec::new(),
         rotation: recorder::Rotation::default(),
         notes_wait: true,
         patience: std::time::Duration::from_secs(60),

@@ -36,6 +36,7 @@ fn record_with(name: &str, setup: Setup, config: CycleConfig) -> PathBuf {
         setup,
         model,
         obstacles: Vec::new(),
+        extra: Vec::new(),
         rotation: recorder::Rotation::default(),
         notes_wait: true,
         patience: std::time::Duration::from_secs(60),

@@ -116,6 +116,7 @@ pub fn config() -> RecorderConfig {
         setup: Setup::default(),
         model: model(),
         obstacles: Vec::new(),
+        extra: Vec::new(),
         rotation: recorder::Rotation::default(),
         notes_wait: true,
         patience: std::time::Duration::from_secs(60),

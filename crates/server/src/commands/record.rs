@@ -3,34 +3,50 @@
 //! Owns the loop between the robot's ports and the recorder: gaps, reconnects, what was left out, and the summary. What
 //! the packets mean is `robot-client`'s business, how they are written the recorder's.
 
+mod clock;
+mod reports;
+mod robot;
+
 use std::process::ExitCode;
 use std::time::{Duration, SystemTime};
 
 use kinematics::{CalibrationError, JointPositions};
-use motion_api::{BorderSizes, Record, RobotState, border};
-use recorder::{LogLevel, RecordError, Recorder, RecorderConfig, RecorderHandle, Rotation, Setup};
+use motion_api::{BorderSizes, MotionEnd, Record, RobotState, border};
+use recorder::{
+    ExtraNumber, ExtraTopic, LogLevel, RecordError, Recorder, RecorderConfig, RecorderHandle,
+    Rotation, Setup,
+};
 use robot_client::calibrate::{self, CalibrateError};
-use robot_client::observed::{Beside, WANTED, observe, unknown_state};
-use robot_client::{Arrival, Primary, RobotAddress, Rtsi, RtsiError};
+use robot_client::observed::{
+    Beside, EVERY, Observer, observe_state, outputs_message, outputs_schema, state_message,
+    state_schema, unknown_state,
+};
+use robot_client::{Arrival, RobotAddress, Rtsi, RtsiError};
 use thiserror::Error;
 use tokio::sync::mpsc;
-use tokio::time::{Instant, sleep, sleep_until};
-use wire::primary::{Exception, Level, Message, Numbered, RobotException, Source};
-use wire::rtsi::TextLevel;
+use tokio::time::{Instant, sleep_until};
+use wire::primary::Message;
+use wire::rtsi::{Kind, Value};
 
 use crate::cli::RecordArgs;
 use crate::logging;
 use crate::shutdown::Shutdown;
 use crate::start_configuration::ROBOT;
 
+use clock::Clock;
+use reports::{level_of, tell};
+use robot::News;
+
 /// Exit status without a recording.
 const NO_RECORDING: u8 = 2;
-/// Between two attempts to reach a robot that is gone.
-const RETRY: Duration = Duration::from_secs(1);
 /// A disk that takes nothing for so long is given up.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Messages of port 30001 that wait.
 const WAITING: usize = 256;
+/// Variables of RTSI that have no place in a cycle.
+const OUTPUTS: ExtraNumber = ExtraNumber(0);
+/// States of port 30001.
+const STATES: ExtraNumber = ExtraNumber(1);
 
 /// Why there is no recording; each is a sentence.
 #[derive(Debug, Error)]
@@ -90,18 +106,18 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     let data = primary.with_port(args.robot.rtsi_port);
     let reading = calibrate::read(&primary, &args.out).await?;
     let model = reading.calibration.open()?;
-    let mut rtsi = Rtsi::connect(&data, args.rate, WANTED).await?;
-    let offered = rtsi.offered().len();
+    let mut rtsi = robot::connect(&data, args.rate).await?;
+    let mut observer = Observer::of(rtsi.offered());
     let step_time = 1.0 / args.rate;
 
     // The first values say where the arm is and what its clock shows.
     let mut state = unknown_state(step_time);
-    let first = loop {
+    state.tcp_offset = reading.tcp.unwrap_or_default();
+    let (first, values) = loop {
         if let Arrival::Data(values) = rtsi.next().await? {
-            break observe(&mut state, rtsi.offered(), &values);
+            break (observer.observe(&mut state, &values), values);
         }
     };
-    let begin = first.timestamp.unwrap_or(0.0);
     let since = SystemTime::now()
         .duration_since(SystemTime::UNIX_EPOCH)
         .unwrap_or_default();
@@ -109,7 +125,7 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
         frames: 0,
         ..BorderSizes::default()
     };
-    let (mut into, from) = border(sizes, &state);
+    let (into, from) = border(sizes, &state);
     let setup = Setup {
         model: reading.calibration.model().to_owned(),
         calibration: Some(reading.calibration.to_toml()),
@@ -128,6 +144,7 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
         setup,
         model,
         obstacles: Vec::new(),
+        extra: extra_topics(&observer, &rtsi),
         rotation: Rotation::default(),
         notes_wait: false,
         patience: PATIENCE,
@@ -139,15 +156,35 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     let (recorder, handle) = Recorder::start(config, records)?;
     shutdown.close_in_any_case(recorder.closer());
     let [major, minor, fix, _] = rtsi.version();
+    let offered = rtsi.offered().len();
     logging::say(&format!(
         "recording the {} at {primary}, controller {major}.{minor}.{fix}: {offered} of {} variables at {} Hz into {path}",
         reading.calibration.model(),
-        WANTED.len(),
+        EVERY.len(),
         args.rate,
     ));
 
+    let clock = Clock::new(first.timestamp.unwrap_or(0.0), step_time);
+    let mut recording = Recording {
+        state,
+        offered: rtsi.offered().to_vec(),
+        observer,
+        clock,
+        tally: Tally::default(),
+        into,
+        handle,
+    };
+    recording.take(first, &values);
+    if let Some(missing) = robot::not_offered(&rtsi) {
+        let text = format!("the controller does not offer {missing}");
+        recording.log(LogLevel::Info, "record", &text);
+        logging::say(&text);
+    }
+
     let (sender, mut messages) = mpsc::channel(WAITING);
-    tokio::pin! { let listening = listened(primary, sender); }
+    tokio::pin! { let listening = robot::listen(primary, sender); }
+    let (sender, mut news) = mpsc::channel(WAITING);
+    tokio::pin! { let following = robot::follow(rtsi, data, args.rate, sender); }
     let until = args
         .duration
         .map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
@@ -158,49 +195,21 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
         }
     };
     tokio::pin!(end);
-    let mut clock = Clock::new(begin, step_time);
-    let mut tally = Tally::default();
-    take(&mut state, first, &mut clock, &mut tally, &mut into);
-    let not_offered = not_offered(&rtsi);
-    if !not_offered.is_empty() {
-        let text = format!("the controller does not offer {not_offered}");
-        handle.log(clock.now, LogLevel::Info, "record", &text);
-        logging::say(&text);
-    }
-    let mut stream = Some(rtsi);
     loop {
         tokio::select! {
             () = shutdown.token().cancelled() => break,
             () = &mut end => break,
+            // Both go on for as long as their receivers are here.
             () = &mut listening => {}
-            Some(told) = messages.recv() => tell(&handle, clock.now, &told),
-            arrival = next(&mut stream, &data, args.rate) => match arrival {
-                Ok(Some(Arrival::Data(values))) => {
-                    let Some(rtsi) = &stream else { continue };
-                    let beside = observe(&mut state, rtsi.offered(), &values);
-                    take(&mut state, beside, &mut clock, &mut tally, &mut into);
-                }
-                Ok(Some(Arrival::Text(level, text))) => {
-                    handle.log(clock.now, level_of(level), "RTSI", &text);
-                }
-                Ok(None) => {
-                    tally.reconnects += 1;
-                    clock.begin_anew();
-                    handle.log(clock.now, LogLevel::Info, "record", "connected again");
-                    tracing::info!("connected again");
-                }
-                Err(error) => {
-                    let text = error.to_string();
-                    handle.log(clock.now, LogLevel::Warning, "record", &text);
-                    tracing::warn!("{text}; trying again");
-                    stream = None;
-                }
-            },
+            () = &mut following => {}
+            Some(told) = messages.recv() => recording.hear(&told),
+            Some(news) = news.recv() => recording.follow(news),
         }
         if recorder.has_failed() {
             return Err(RecordingError::Failed(path));
         }
     }
+    let left_out = recording.handle.notes_dropped();
     recorder.finish()?;
     let Tally {
         cycles,
@@ -208,167 +217,109 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
         out_of_order,
         lost,
         reconnects,
-    } = tally;
+    } = recording.tally;
+    let left_out = match left_out {
+        0 => String::new(),
+        count => format!(", {count} messages left out"),
+    };
     Ok(format!(
-        "{path}: {cycles} cycles, {missing} missing, {out_of_order} out of order left out, {lost} lost here, {reconnects} reconnects"
+        "{path}: {cycles} cycles, {missing} missing, {out_of_order} out of order left out, {lost} lost here, {reconnects} reconnects{left_out}"
     ))
 }
 
-/// Variables that a recording would hold and the controller does not have.
-fn not_offered(rtsi: &Rtsi) -> String {
-    let has = |wanted: &str| rtsi.offered().iter().any(|(name, _)| *name == wanted);
-    let missing = WANTED.iter().copied().filter(|name| !has(name));
-    missing.collect::<Vec<_>>().join(", ")
-}
-
-/// The next arrival; without a stream, a new one: `None`. Never returns while there is none.
-async fn next(
-    stream: &mut Option<Rtsi>,
-    address: &RobotAddress,
-    rate: f64,
-) -> Result<Option<Arrival>, RtsiError> {
-    if let Some(rtsi) = stream {
-        return rtsi.next().await.map(Some);
-    }
-    loop {
-        sleep(RETRY).await;
-        if let Ok(rtsi) = Rtsi::connect(address, rate, WANTED).await {
-            *stream = Some(rtsi);
-            return Ok(None);
-        }
-    }
-}
-
-/// Times of the robot's clock as times that only grow, counted from the first.
-struct Clock {
-    begin: f64,
-    step_time: f64,
-    now: f64,
-    cycle: u64,
-    /// When the last cycle came, to go on from if the robot's clock begins anew.
-    came: Instant,
-    is_anew: bool,
-}
-
-impl Clock {
-    fn new(begin: f64, step_time: f64) -> Self {
-        Self {
-            begin,
-            step_time,
-            now: 0.0,
-            cycle: 0,
-            came: Instant::now(),
-            is_anew: false,
-        }
-    }
-
-    /// The connection was gone: the controller may have been, too.
-    fn begin_anew(&mut self) {
-        self.is_anew = true;
-    }
-
-    /// Time and number of the cycle with this time stamp, and how many are missing before it; `None` if it is not after
-    /// the last.
-    fn cycle_at(&mut self, timestamp: f64) -> Option<u64> {
-        if !timestamp.is_finite() {
-            return None;
-        }
-        let gone = self.came.elapsed().as_secs_f64();
-        if self.is_anew && (timestamp - self.begin - self.now - gone).abs() > 1.0 {
-            // Another clock: the time that has passed here stands for it.
-            self.begin = timestamp - self.now - gone;
-        }
-        self.is_anew = false;
-        let now = timestamp - self.begin + self.step_time;
-        let steps = ((now - self.now) / self.step_time).round();
-        if steps < 1.0 {
-            return None;
-        }
-        self.came = Instant::now();
-        self.now = now;
-        self.cycle += steps as u64;
-        Some(steps as u64 - 1)
-    }
-}
-
-fn take(
-    state: &mut RobotState,
-    beside: Beside,
-    clock: &mut Clock,
-    tally: &mut Tally,
-    into: &mut motion_api::MotionEnd,
-) {
-    let timestamp = beside.timestamp.unwrap_or(clock.begin + clock.now);
-    let Some(missing) = clock.cycle_at(timestamp) else {
-        tally.out_of_order += 1;
-        return;
+/// In the order of [`OUTPUTS`] and [`STATES`].
+fn extra_topics(observer: &Observer, rtsi: &Rtsi) -> Vec<ExtraTopic> {
+    let topic = |name: &str, schema_name: &str, schema: String| ExtraTopic {
+        name: name.to_owned(),
+        schema_name: schema_name.to_owned(),
+        schema,
     };
-    (state.cycle, state.time) = (clock.cycle, clock.now);
-    tally.missing += missing;
-    tally.cycles += 1;
-    let ring = into.records.as_mut();
-    if ring.is_none_or(|ring| ring.push(Record::Cycle(*state)).is_err()) {
-        tally.lost += 1;
-        state.records_lost += 1;
-    }
+    let outputs = outputs_schema(observer, rtsi.offered());
+    vec![
+        topic("/rtsi", "elite.RtsiOutputs", outputs),
+        topic("/robot_state", "elite.RobotState", state_schema()),
+    ]
 }
 
-/// Listens to port 30001 for as long as there is somebody who takes it; comes back to a robot that was gone.
-async fn listened(address: RobotAddress, sender: mpsc::Sender<RobotException>) {
-    loop {
-        if let Ok(mut robot) = Primary::connect(&address).await {
-            while let Ok(message) = robot.next().await {
-                if let Message::Exception(exception) = message {
-                    // Of more than there is room for, the rest is left out: the robot sends few.
-                    let _ = sender.try_send(exception);
-                }
+/// What is known of the robot, on its way into the file.
+struct Recording {
+    state: RobotState,
+    /// The variables of the connection.
+    offered: Vec<(String, Kind)>,
+    observer: Observer,
+    clock: Clock,
+    tally: Tally,
+    into: MotionEnd,
+    handle: RecorderHandle,
+}
+
+impl Recording {
+    fn follow(&mut self, news: News) {
+        match news {
+            News::Arrival(Arrival::Data(values)) => {
+                let beside = self.observer.observe(&mut self.state, &values);
+                self.take(beside, &values);
+            }
+            News::Arrival(Arrival::Text(level, text)) => self.log(level_of(level), "RTSI", &text),
+            News::Gone(why) => {
+                let text = why.to_string();
+                self.log(LogLevel::Warning, "record", &text);
+                tracing::warn!("{text}; trying again");
+            }
+            News::Again(offered) => {
+                // Perhaps another controller, with other variables.
+                self.observer = Observer::of(&offered);
+                self.offered = offered;
+                self.tally.reconnects += 1;
+                self.clock.begin_anew();
+                self.log(LogLevel::Info, "record", "connected again");
+                tracing::info!("connected again");
             }
         }
-        sleep(RETRY).await;
     }
-}
 
-fn tell(handle: &RecorderHandle, time: f64, told: &RobotException) {
-    let (level, text) = match &told.exception {
-        Exception::Script { line, column, text } => {
-            // What happened stands in the last line of a report; whoever reads one line reads that.
-            let what = text.lines().rfind(|line| !line.trim().is_empty());
-            let report = match text.lines().count() {
-                0 | 1 => String::new(),
-                _ => format!("\n{text}"),
-            };
-            let what = what.unwrap_or_default();
-            let text = format!("line {line}, column {column}: {what}{report}");
-            (LogLevel::Error, text)
+    /// A packet of RTSI has been taken over into the state.
+    fn take(&mut self, beside: Beside, values: &[Value]) {
+        let here = self.clock.begin + self.clock.now;
+        let Some(missing) = self.clock.cycle_at(beside.timestamp.unwrap_or(here)) else {
+            self.tally.out_of_order += 1;
+            return;
+        };
+        let (cycle, time) = (self.clock.cycle, self.clock.now);
+        (self.state.cycle, self.state.time) = (cycle, time);
+        self.tally.missing += missing;
+        self.tally.cycles += 1;
+        let message = outputs_message(&self.observer, &self.offered, values);
+        self.handle.extra(time, OUTPUTS, message);
+        if let Some(images) = beside.registers {
+            self.put(Record::Registers { cycle, images });
         }
-        Exception::Robot {
-            code,
-            sub_code,
-            level,
-            data,
-        } => {
-            let level = match level {
-                Level::Info => LogLevel::Info,
-                Level::Warning => LogLevel::Warning,
-                Level::Error | Level::Fatal => LogLevel::Error,
-            };
-            let (code, sub_code) = (*code, *sub_code);
-            let numbered = Numbered {
-                code,
-                sub_code,
-                data,
-            };
-            (level, numbered.to_string())
-        }
-    };
-    handle.log(time, level, Source::name(told.source), &text);
-}
+        self.put(Record::Cycle(self.state));
+    }
 
-fn level_of(level: TextLevel) -> LogLevel {
-    match level {
-        TextLevel::Exception | TextLevel::Error => LogLevel::Error,
-        TextLevel::Warning => LogLevel::Warning,
-        TextLevel::Info => LogLevel::Info,
+    fn put(&mut self, record: Record) {
+        let ring = self.into.records.as_mut();
+        if ring.is_none_or(|ring| ring.push(record).is_err()) {
+            self.tally.lost += 1;
+            self.state.records_lost += 1;
+        }
+    }
+
+    /// Port 30001 says something.
+    fn hear(&mut self, told: &Message) {
+        match told {
+            Message::Exception(exception) => tell(&self.handle, self.clock.now, exception),
+            Message::State(told) => {
+                observe_state(&mut self.state, told);
+                let message = state_message(told);
+                self.handle.extra(self.clock.now, STATES, message);
+            }
+            Message::Unknown(_) => {}
+        }
+    }
+
+    fn log(&self, level: LogLevel, source: &str, text: &str) {
+        self.handle.log(self.clock.now, level, source, text);
     }
 }
 

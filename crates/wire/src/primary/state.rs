@@ -3,6 +3,8 @@
 //!
 //! Layout: official SDK, include/Primary; public clients agree.
 
+use serde::Serialize;
+
 use super::fields::{Fields, Reader, Writer, counted};
 use super::{DecodeError, ROBOT_STATE};
 
@@ -16,7 +18,7 @@ macro_rules! part {
         $name:ident { $( $(#[$doc:meta])* $field:ident: $type:ty => $visit:ident, )* }
     ) => {
         $(#[$about])*
-        #[derive(Clone, Debug, Default, PartialEq)]
+        #[derive(Clone, Debug, Default, PartialEq, Serialize)]
         pub struct $name {
             $( $(#[$doc])* pub $field: $type, )*
         }
@@ -253,7 +255,7 @@ part! {
 }
 
 /// Part 1: every joint, base first.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Joints(pub [Joint; 6]);
 
 impl Joints {
@@ -266,10 +268,11 @@ impl Joints {
 macro_rules! parts {
     ($( $(#[$doc:meta])* $kind:literal $field:ident: $part:ident, $what:literal; )*) => {
         /// A state message. What a controller leaves out is absent.
-        #[derive(Clone, Debug, Default, PartialEq)]
+        #[derive(Clone, Debug, Default, PartialEq, Serialize)]
         pub struct State {
-            $( $(#[$doc])* pub $field: Option<$part>, )*
+            $( $(#[$doc])* #[serde(skip_serializing_if = "Option::is_none")] pub $field: Option<$part>, )*
             /// Types of parts that are not known here, or shorter than known.
+            #[serde(skip_serializing_if = "Vec::is_empty")]
             pub unknown: Vec<u8>,
         }
 

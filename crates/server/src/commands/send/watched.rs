@@ -32,7 +32,10 @@ pub(super) async fn listen(address: RobotAddress, told: watch::Sender<Told>) {
             while let Ok(arrival) = rtsi.next().await {
                 if let Arrival::Data(values) = arrival {
                     // Whoever looks at it lives as long as this.
-                    let _ = told.send(of(rtsi.offered().iter().map(|(name, _)| *name), &values));
+                    let _ = told.send(of(
+                        rtsi.offered().iter().map(|(name, _)| name.as_str()),
+                        &values,
+                    ));
                 }
             }
         }
