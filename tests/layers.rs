@@ -38,8 +38,23 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "controller",
+        &[
+            "elite-lang",
+            "elite-runtime",
+            "force",
+            "io-bus",
+            "kinematics",
+            "motion",
+            "motion-api",
+            "recorder",
+            "supervision",
+        ],
+    ),
+    (
         "server",
         &[
+            "controller",
             "elite-lang",
             "elite-runtime",
             "force",
@@ -58,6 +73,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     (
         "dev",
         &[
+            "controller",
             "elite-lang",
             "elite-runtime",
             "io-bus",
@@ -84,6 +100,7 @@ const KEPT_IN: &[(&str, &[&str])] = &[
         "tokio",
         &[
             "io-bus",
+            "controller",
             "elite-runtime",
             "robot-client",
             "server",

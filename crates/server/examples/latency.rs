@@ -24,7 +24,7 @@ use server::announce::Console;
 use server::backend::{Backend, Lifetime, forward_messages};
 use server::cli::{Cli, Command};
 use server::config::ServeConfig;
-use server::controller::Controller;
+use server::host::Host;
 use server::ports::listen::PortMeter;
 use server::ports::{interpreter, primary};
 use tokio::net::TcpListener;
@@ -48,7 +48,7 @@ const SITUATIONS: [(&str, &str); 6] = [
 ];
 
 struct Bench {
-    controller: Controller,
+    host: Host,
     primary: TcpStream,
     interpreter_port: u16,
     messages: broadcast::Receiver<Message>,
@@ -96,14 +96,14 @@ impl Bench {
             unreachable!("the words say serve");
         };
         let config = ServeConfig::load(*args).unwrap();
-        let controller = Controller::start(&config.robot, Console::Log, false).unwrap();
+        let host = Host::start(&config.robot, None, Console::Log, false).unwrap();
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
             .enable_all()
             .build()
             .unwrap();
         let hub = primary::Hub::default();
-        let backend = Backend::new(&controller, &config, hub.clone(), Lifetime::default());
+        let backend = Backend::new(&host, &config, hub.clone(), Lifetime::default());
         let backend = Arc::new(backend);
         let token = CancellationToken::new();
         let (first, second) = runtime.block_on(async {
@@ -113,9 +113,9 @@ impl Bench {
         });
         let primary_port = first.local_addr().unwrap().port();
         let interpreter_port = second.local_addr().unwrap().port();
-        let messages = controller.announcer().subscribe();
+        let messages = host.announcer().subscribe();
         runtime.spawn(forward_messages(
-            controller.announcer().subscribe(),
+            host.announcer().subscribe(),
             backend.clone(),
             token.clone(),
         ));
@@ -136,7 +136,7 @@ impl Bench {
         let primary = TcpStream::connect(("127.0.0.1", primary_port)).unwrap();
         primary.set_nodelay(true).unwrap();
         Self {
-            controller,
+            host,
             primary,
             interpreter_port,
             messages,
@@ -163,7 +163,7 @@ impl Bench {
     }
 
     fn wait_until_stopped(&mut self) {
-        let supervisor = self.controller.supervisor();
+        let supervisor = self.host.controller().supervisor();
         self.runtime.block_on(supervisor.ended());
     }
 
@@ -195,7 +195,7 @@ impl Bench {
 
     fn pause_reaches(&mut self, program: &str) -> Duration {
         self.begin(program);
-        let mut status = self.controller.supervisor().watch();
+        let mut status = self.host.controller().supervisor().watch();
         let started = Instant::now();
         self.send("pause task\n");
         self.runtime
@@ -236,7 +236,7 @@ impl Bench {
     }
 
     fn speed(&self) -> f64 {
-        self.controller.robot().state().target_qd.max_abs()
+        self.host.controller().robot().state().target_qd.max_abs()
     }
 
     /// Statements a second, from the first byte sent to the last acknowledgement and to the last execution; and the
@@ -246,7 +246,13 @@ impl Bench {
         let mut replies = BufReader::new(client.try_clone().unwrap());
         self.send("def bench():\n  n = 0\n  print('ready')\n  interpreter_mode()\n  print('executed ' + str(n))\nend\n");
         self.wait_for_print("ready");
-        while !self.controller.supervisor().interpreter().is_active() {
+        while !self
+            .host
+            .controller()
+            .supervisor()
+            .interpreter()
+            .is_active()
+        {
             std::thread::sleep(Duration::from_millis(1));
         }
         let text = "n = n + 1\n".repeat(STATEMENTS) + "end_interpreter()\n";

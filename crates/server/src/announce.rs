@@ -1,4 +1,5 @@
-//! Carries what happens to everybody who wants to know: the log on stderr, standard output, the ports, the recording.
+//! Carries what happens to everybody who wants to know: the log on stderr, standard output, the ports. The recording has
+//! it from the controller itself.
 //!
 //! Called on the task's thread and on the pump thread; nothing here waits. A port that is too slow misses messages.
 
@@ -13,17 +14,14 @@ use elite_runtime::message::{
     RECORDING_ALARM_CODE, Severity,
 };
 use elite_runtime::panel::VariableValue;
-use motion_api::{Frame, Origin, ProgramId, SnapshotCell, ThreadNumber};
-use recorder::lengths::{NAME_BYTES, SHORT_TEXT_BYTES, cut};
-use recorder::{LogLevel, RecorderHandle};
+use motion_api::{Frame, Origin, ProgramId, ThreadNumber};
+use recorder::lengths::cut;
 use tokio::sync::broadcast;
 use tracing::Span;
 
 use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
 use crate::logging;
-use crate::ports::foxglove::{LOG_BYTES_MAX, LogLine};
-use crate::replay::script;
 use wire::primary::exception::TEXT_BYTES_MAX;
 
 /// How many messages a port may be behind before it misses some.
@@ -48,18 +46,13 @@ pub enum Console {
 
 /// A program that was started.
 struct KnownProgram {
-    name: String,
     span: Span,
-    /// The beginning of its text, until it is known whether it runs: the recording has the whole text of those that do.
-    beginning: Option<String>,
+    has_run: bool,
 }
 
 /// Tells everybody.
 pub struct Announcer {
     ports: broadcast::Sender<Message>,
-    log_lines: broadcast::Sender<LogLine>,
-    recording: RecorderHandle,
-    snapshot: Arc<SnapshotCell>,
     console: Console,
     feed: Arc<Feed>,
     programs: Mutex<BTreeMap<ProgramId, KnownProgram>>,
@@ -68,19 +61,10 @@ pub struct Announcer {
 }
 
 impl Announcer {
-    /// Messages get the simulated time of `snapshot`.
-    pub fn new(
-        recording: RecorderHandle,
-        snapshot: Arc<SnapshotCell>,
-        console: Console,
-        interpreter_log: InterpreterLog,
-        feed: Arc<Feed>,
-    ) -> Self {
+    /// Nobody follows yet.
+    pub fn new(console: Console, interpreter_log: InterpreterLog, feed: Arc<Feed>) -> Self {
         Self {
             ports: broadcast::channel(BACKLOG).0,
-            log_lines: broadcast::channel(BACKLOG).0,
-            recording,
-            snapshot,
             console,
             feed,
             programs: Mutex::default(),
@@ -116,21 +100,6 @@ impl Announcer {
         self.errors[kind].fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Follows what `/log` of the recording gets, from now on.
-    pub fn subscribe_log(&self) -> broadcast::Receiver<LogLine> {
-        self.log_lines.subscribe()
-    }
-
-    fn time(&self) -> f64 {
-        self.snapshot.read().time
-    }
-
-    fn name_of(&self, program: ProgramId) -> String {
-        let programs = self.programs();
-        let known = programs.get(&program);
-        known.map_or_else(|| "controller".to_owned(), |known| known.name.clone())
-    }
-
     /// What the log says of where a message comes from; nothing of the controller's own.
     fn span_of(&self, origin: Origin) -> Span {
         let programs = self.programs();
@@ -154,32 +123,12 @@ impl Announcer {
         self.programs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn record(&self, severity: Severity, source: &str, text: &str) {
-        let level = match severity {
-            Severity::Info => LogLevel::Info,
-            Severity::Warning => LogLevel::Warning,
-            Severity::Error => LogLevel::Error,
-        };
-        let time = self.time();
-        self.recording.log(time, level, source, text);
-        if self.log_lines.receiver_count() > 0 {
-            // That the last listener has gone in between is fine.
-            let _ = self.log_lines.send(LogLine {
-                time,
-                level,
-                source: short(source, NAME_BYTES),
-                text: short(text, LOG_BYTES_MAX),
-            });
-        }
-    }
-
     fn log(&self, severity: Severity, origin: Origin, text: &str) {
         self.span_of(origin).in_scope(|| match severity {
             Severity::Info => tracing::info!(target: "script", "{text}"),
             Severity::Warning => tracing::warn!(target: "script", "{text}"),
             Severity::Error => tracing::error!(target: "script", "{text}"),
         });
-        self.record(severity, &self.name_of(origin.program), text);
     }
 }
 
@@ -187,14 +136,9 @@ impl Observer for Announcer {
     fn message(&self, message: &Message) {
         self.count(message);
         match message {
-            Message::Print { origin, text } if self.console == Console::Stdout => {
+            Message::Print { text, .. } if self.console == Console::Stdout => {
                 // Nothing sensible is left to do when standard output is gone.
                 let _ = std::io::stdout().write_all(text.as_bytes());
-                self.record(
-                    Severity::Info,
-                    &self.name_of(origin.program),
-                    text.trim_end_matches('\n'),
-                );
             }
             Message::Print { origin, text } => {
                 self.log(Severity::Info, *origin, text.trim_end_matches('\n'));
@@ -218,7 +162,6 @@ impl Observer for Announcer {
                     self.span_of(origin)
                         .in_scope(|| tracing::error!(target: "script", "\n{}", report.trim_end()));
                 }
-                self.record(Severity::Error, &self.name_of(*program), report);
             }
             Message::Robot { severity, text, .. } => self.log(*severity, Origin::default(), text),
         }
@@ -228,7 +171,7 @@ impl Observer for Announcer {
         }
     }
 
-    fn program_started(&self, program: ProgramId, name: &str, text: &str) {
+    fn program_started(&self, program: ProgramId, name: &str, _: &str) {
         let mut programs = self.programs();
         // Only the newest programs can still say something.
         while programs.len() >= 64 {
@@ -236,59 +179,37 @@ impl Observer for Announcer {
         }
         // Of the highest level: who it is about is told with every message that is shown.
         let span = tracing::error_span!(target: "script", parent: None, "program", called = name, id = program.0);
-        let beginning = cut(text, SHORT_TEXT_BYTES).unwrap_or_else(|| text.to_owned());
         let known = KnownProgram {
-            name: name.to_owned(),
             span,
-            beginning: Some(beginning),
+            has_run: false,
         };
         programs.insert(program, known);
     }
 
-    fn program_runs(&self, program: ProgramId, text: &str) {
+    fn program_runs(&self, program: ProgramId, _: &str) {
         if let Some(known) = self.programs().get_mut(&program) {
-            known.beginning = None;
+            known.has_run = true;
         }
-        self.recording
-            .program_started(self.time(), program, &self.name_of(program), text);
     }
 
-    fn line_changed(
-        &self,
-        program: ProgramId,
-        thread: ThreadNumber,
-        line: u32,
-        node: Option<&TaskNode>,
-    ) {
-        let named = node.map(|node| (node.number, &*node.label));
-        self.recording
-            .script_place(self.time(), (program, thread), line, named);
+    fn line_changed(&self, _: ProgramId, thread: ThreadNumber, line: u32, node: Option<&TaskNode>) {
         self.feed.line_changed(thread, line, node);
     }
 
-    fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
-        let VariableValue { type_name, value } = value;
-        self.recording
-            .variable(self.time(), program, name, type_name, value);
-    }
+    /// Clients ask for values; nobody is told of them.
+    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
 
     fn interpreter(&self, event: &InterpreterEvent<'_>) {
         self.interpreter_log.executing(event);
     }
 
     fn program_ended(&self, program: ProgramId) {
-        let name = self.name_of(program);
-        let beginning = {
-            let mut programs = self.programs();
-            let known = programs.get_mut(&program);
-            known.and_then(|known| known.beginning.take())
-        };
-        // It did not compile: why is in the log, the whole text is with whoever sent it.
-        if let Some(beginning) = beginning {
-            self.recording
-                .program_started(self.time(), program, &name, &beginning);
-        } else {
-            // One that never ran has no line, and another may be running.
+        // One that never ran has no line, and another may be running.
+        let has_run = self
+            .programs()
+            .get(&program)
+            .is_none_or(|known| known.has_run);
+        if has_run {
             self.feed.program_ended();
         }
         let origin = Origin {
@@ -297,7 +218,6 @@ impl Observer for Announcer {
         };
         self.span_of(origin)
             .in_scope(|| tracing::debug!(target: "script", "ended"));
-        self.record(Severity::Info, &name, script::ENDED);
         let _ = std::io::stdout().flush();
     }
 
@@ -305,10 +225,8 @@ impl Observer for Announcer {
         self.feed.cycle_ended(frame);
     }
 
-    /// Under the virtual clock a program waits for the recording; not when it is to end.
-    fn hurry(&self) {
-        self.recording.hurry();
-    }
+    /// Nothing here holds a program up.
+    fn hurry(&self) {}
 }
 
 /// What clients of port 30001 are told; the rest is for the log alone.

@@ -10,11 +10,13 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::config::PRIMARY_PORT;
-use crate::options::{
-    ByteSize, ClockChoice, Home, LogFormat, ModelChoice, PayloadChoice, Permission, PlantChoice,
-    PortSetting, RecordTarget, RotateAt, StepMillis, Tcp, TrustedHost,
+use controller::options::{
+    ByteSize, ClockChoice, Home, ModelChoice, PayloadChoice, Permission, PlantChoice, RecordTarget,
+    RotateAt, StepMillis, Tcp,
 };
+
+use crate::config::PRIMARY_PORT;
+use crate::options::{LogFormat, PortSetting, TrustedHost};
 
 pub use robot::{
     CalibrateArgs, CompareArgs, CompareFormat, RecordArgs, RobotArgs, SendArgs, ShellArgs,

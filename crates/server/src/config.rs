@@ -8,15 +8,17 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use kinematics::{Calibration, CalibrationError, JointPositions, Payload, RpyPose};
-
+use kinematics::{Calibration, CalibrationError};
 use thiserror::Error;
 
-use crate::cli::{RunArgs, ServeArgs, SharedArgs};
-use crate::options::{
-    ByteSize, ClockChoice, LogFormat, ModelChoice, Permission, PlantChoice, PortSetting,
-    RecordTarget, RotateAt, StepMillis, TrustedHost,
+use controller::RobotConfig;
+use controller::cell::line_of;
+use controller::options::{
+    ClockChoice, ModelChoice, Permission, PlantChoice, RecordTarget, StepMillis,
 };
+
+use crate::cli::{RunArgs, ServeArgs, SharedArgs};
+use crate::options::{LogFormat, PortSetting, TrustedHost};
 
 /// The default of `--primary-port`.
 pub const PRIMARY_PORT: u16 = 30001;
@@ -100,45 +102,6 @@ impl From<CalibrationError> for ConfigError {
     }
 }
 
-/// Settings of `serve` and `run`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RobotConfig {
-    /// Which arm.
-    pub model: ModelChoice,
-    /// What was measured of it.
-    pub calibration: Option<Calibration>,
-    /// The cell file.
-    pub cell: Option<PathBuf>,
-    /// What a second is.
-    pub clock: ClockChoice,
-    /// Length of a control cycle.
-    pub step: StepMillis,
-    /// How the arm is simulated.
-    pub plant: PlantChoice,
-    /// Folder of the task files.
-    pub task_dir: PathBuf,
-    /// Where the recording goes.
-    pub record: RecordTarget,
-    /// When its next file begins.
-    pub record_rotate: Option<RotateAt>,
-    /// How much of it is kept.
-    pub record_budget: Option<ByteSize>,
-    /// TCP relative to the flange.
-    pub tcp: RpyPose,
-    /// What hangs on the flange.
-    pub payload: Payload,
-    /// Joint positions at start.
-    pub home: JointPositions,
-    /// Seed of everything random.
-    pub seed: u64,
-    /// What scripts may reach beyond the robot.
-    pub allow: BTreeSet<Permission>,
-    /// Folder of the vendor's log files.
-    pub log_dir: Option<PathBuf>,
-    /// How log lines look.
-    pub log_format: LogFormat,
-}
-
 /// One setting a service, in the order in which ports are opened and listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PortSettings {
@@ -189,11 +152,31 @@ impl PortSettings {
     }
 }
 
+/// Settings of what is logged.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LogConfig {
+    /// Folder of the vendor's log files.
+    pub dir: Option<PathBuf>,
+    /// How log lines look.
+    pub format: LogFormat,
+}
+
+impl LogConfig {
+    fn taken(args: &mut SharedArgs) -> Self {
+        Self {
+            dir: args.log_dir.take(),
+            format: args.log.log_format.take().unwrap_or_default(),
+        }
+    }
+}
+
 /// Settings of `serve`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServeConfig {
     /// The robot.
     pub robot: RobotConfig,
+    /// Where logs go.
+    pub log: LogConfig,
     /// Address that every port listens on.
     pub bind: IpAddr,
     /// Which services listen where.
@@ -213,6 +196,8 @@ pub struct ServeConfig {
 pub struct RunConfig {
     /// The robot.
     pub robot: RobotConfig,
+    /// Where logs go.
+    pub log: LogConfig,
     /// The script, `-` for stdin.
     pub file: PathBuf,
 }
@@ -220,7 +205,8 @@ pub struct RunConfig {
 impl ServeConfig {
     /// From what was typed and, if named there, the configuration file.
     pub fn load(args: ServeArgs) -> Result<Self, ConfigError> {
-        let args = with_file(args)?;
+        let mut args = with_file(args)?;
+        let log = LogConfig::taken(&mut args.shared);
         let fixed =
             |setting: Option<PortSetting>, number| setting.unwrap_or(PortSetting::Number(number));
         let ports = PortSettings {
@@ -239,6 +225,7 @@ impl ServeConfig {
                 ClockChoice::Realtime,
                 RecordTarget::NewFileIn("recordings".into()),
             )?,
+            log,
             bind: args.bind.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST)),
             ports,
             trusted_hosts: trusted_hosts(args.trust_host),
@@ -253,12 +240,13 @@ impl RunConfig {
     /// From what was typed and, if named there, the configuration file. Keys of `serve` may stand in the file: one file
     /// can serve both; `run` opens no port and ignores them.
     pub fn load(args: RunArgs) -> Result<Self, ConfigError> {
-        let shared = with_file(ServeArgs {
+        let mut shared = with_file(ServeArgs {
             shared: args.shared,
             ..ServeArgs::default()
         })?
         .shared;
         Ok(Self {
+            log: LogConfig::taken(&mut shared),
             robot: robot(shared, ClockChoice::Virtual, RecordTarget::Off)?,
             file: args.file,
         })
@@ -294,8 +282,6 @@ fn robot(
         allow: args
             .allow
             .map_or(BTreeSet::from([Permission::Net]), BTreeSet::from_iter),
-        log_dir: args.log_dir,
-        log_format: args.log.log_format.unwrap_or_default(),
     })
 }
 
@@ -512,11 +498,6 @@ fn text_of(value: &toml::Value) -> Option<String> {
         }
         _ => None,
     }
-}
-
-/// The line, from 1, in which a byte stands.
-pub(crate) fn line_of(text: &str, byte: usize) -> usize {
-    1 + text.bytes().take(byte).filter(|b| *b == b'\n').count()
 }
 
 #[cfg(test)]

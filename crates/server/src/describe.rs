@@ -59,12 +59,12 @@ mod tests {
     use kinematics::RobotModel;
 
     use super::*;
-    use crate::cell::Cell;
-    use crate::start_configuration::cycle_config;
+    use controller::cell::Cell;
+    use controller::start_configuration::cycle_config;
 
     fn described(model: &str, cell: &str) -> RobotDescription {
         let setup = recorder::Setup {
-            plant: crate::start_configuration::IDEAL.to_owned(),
+            plant: controller::start_configuration::IDEAL.to_owned(),
             home: JointPositions([0.0, -1.5, 1.5, -1.5, -1.5, 0.0]),
             step_time: 0.004,
             ..recorder::Setup::default()

@@ -11,13 +11,12 @@
 
 pub mod announce;
 pub mod backend;
-pub mod cell;
 pub mod cli;
 pub mod commands;
 pub mod config;
-pub mod controller;
 pub mod describe;
 pub mod feed;
+pub mod host;
 pub mod log_dir;
 mod log_limit;
 pub mod logging;
@@ -25,8 +24,6 @@ pub mod options;
 pub mod plot;
 pub mod ports;
 pub mod ready_file;
-mod recording_files;
 pub mod replay;
 pub mod shutdown;
-pub mod start_configuration;
 pub mod wait;

@@ -61,14 +61,14 @@ fn execute(command: Command) -> Result<ExitCode, String> {
     match command {
         Command::Serve(args) => {
             let config = ServeConfig::load(*args).map_err(|e| e.to_string())?;
-            start_log(config.robot.log_format)?;
+            start_log(config.log.format)?;
             commands::serve::serve(&config)
                 .map(ExitCode::from)
                 .map_err(|e| e.to_string())
         }
         Command::Run(args) => {
             let config = RunConfig::load(*args).map_err(|e| e.to_string())?;
-            start_log(config.robot.log_format)?;
+            start_log(config.log.format)?;
             commands::run::run(&config)
                 .map(ExitCode::from)
                 .map_err(|e| e.to_string())

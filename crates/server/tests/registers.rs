@@ -4,14 +4,14 @@
 use std::path::Path;
 
 use clap::Parser;
+use controller::cell::Cell;
+use controller::start_configuration::cycle_config;
 use motion::{Cycle, Timing};
 use motion_api::io::{InputAction, IoChange};
 use motion_api::{BorderSizes, CommandKind, Origin, Registers, ScriptEnd, border};
 use recorder::{Entry, IoMessage, IoValue, Recorder, RecorderConfig, Recording, Setup, Topic};
-use server::cell::Cell;
 use server::cli::{Cli, Command};
 use server::replay::answer;
-use server::start_configuration::cycle_config;
 
 /// A register that leads to an input, and a hand that pushes.
 const CELL: &str = r#"

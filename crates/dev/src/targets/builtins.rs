@@ -7,6 +7,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use controller::options::PlantChoice;
 use elite_runtime::builtins::all;
 use elite_runtime::builtins::declare::{Builtin, Default as Omitted, Kind, Range};
 use elite_runtime::message::Message;
@@ -14,8 +15,7 @@ use elite_runtime::{ProgramText, TaskEnd};
 use server::announce::Console;
 use server::cli::{RunArgs, SharedArgs};
 use server::config::RunConfig;
-use server::controller::Controller;
-use server::options::PlantChoice;
+use server::host::Host;
 
 use super::Target;
 use crate::material::Material;
@@ -240,8 +240,9 @@ fn judge(data: &[u8]) {
     };
     let file = PathBuf::from("case.script");
     let config = RunConfig::load(RunArgs { file, shared }).expect("the defaults are right");
-    let controller = Controller::start(&config.robot, Console::Log, false).expect("it starts");
-    let mut messages = controller.announcer().subscribe();
+    let host = Host::start(&config.robot, None, Console::Log, false).expect("it starts");
+    let controller = host.controller();
+    let mut messages = host.announcer().subscribe();
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
@@ -294,5 +295,5 @@ fn judge(data: &[u8]) {
         "{:?}",
         state.actual_q
     );
-    controller.shut_down();
+    host.shut_down();
 }

@@ -3,11 +3,11 @@
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
+use controller::cell::Cell;
 use elite_runtime::micro_line::{MicroLine, Space, Units};
 use elite_runtime::task_folder::TaskFolder;
 use kinematics::{Calibration, RobotModel};
 use recorder::{Recording, Summary, Table, Topic};
-use server::cell::Cell;
 use server::cli::{ServeArgs, SharedArgs};
 use server::config::ServeConfig;
 use server::replay::rerun::rerun;

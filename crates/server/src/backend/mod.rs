@@ -28,8 +28,8 @@ use tokio_util::sync::CancellationToken;
 
 use crate::announce::Announcer;
 use crate::config::ServeConfig;
-use crate::controller::Controller;
 use crate::feed::Feed;
+use crate::host::Host;
 use crate::log_dir::InterpreterLog;
 use crate::logging;
 use crate::ports::ClientId;
@@ -85,18 +85,13 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Backend {
-    /// The ports' view of `controller`, set up as `config` says. Clients can end the `lifetime`.
-    pub fn new(
-        controller: &Controller,
-        config: &ServeConfig,
-        hub: Hub,
-        lifetime: Lifetime,
-    ) -> Self {
-        let robot = &config.robot;
+    /// The ports' view of `host`, set up as `config` says. Clients can end the `lifetime`.
+    pub fn new(host: &Host, config: &ServeConfig, hub: Hub, lifetime: Lifetime) -> Self {
+        let (robot, controller) = (&config.robot, host.controller());
         let cog = robot.payload.cog;
         Self {
-            feed: controller.feed().clone(),
-            announcer: controller.announcer().clone(),
+            feed: host.feed().clone(),
+            announcer: host.announcer().clone(),
             task_folder: TaskFolder::new(&robot.task_dir),
             start_configuration: Configuration {
                 tcp: Some(robot.tcp.to_array()),
@@ -110,13 +105,13 @@ impl Backend {
             robot: controller.robot().clone(),
             fieldbus: controller.fieldbus().clone(),
             supervisor: controller.supervisor().clone(),
-            description: controller.description().clone(),
+            description: host.description().clone(),
             hub,
             remote: AtomicBool::new(!config.local),
             clock: controller.clock_meter(),
             recording: controller.recorder_meter(),
             known: Arc::new(KnownNames::new(elite_runtime::builtins::names())),
-            log: controller.interpreter_log().clone(),
+            log: host.interpreter_log().clone(),
             faults: controller.faults().clone(),
         }
     }

@@ -31,7 +31,7 @@ use wire::rtsi::{Kind, Value};
 use crate::cli::RecordArgs;
 use crate::logging;
 use crate::shutdown::Shutdown;
-use crate::start_configuration::ROBOT;
+use controller::start_configuration::ROBOT;
 
 use clock::Clock;
 use reports::{level_of, tell};

@@ -7,18 +7,21 @@ use elite_runtime::TaskEnd;
 use crate::announce::Console;
 use crate::commands::check::read_script;
 use crate::config::RunConfig;
-use crate::controller::{Controller, StartError};
+use crate::host::{Host, HostError};
 use crate::logging;
 use crate::shutdown::{FAULT_EXIT, Shutdown};
 
 /// Largest script.
 pub const SCRIPT_BYTES_MAX: usize = 8 << 20;
 
+/// Who sends the program, for messages about it.
+pub(crate) const SENDER: &str = "the command line";
+
 /// Exit status: 0 ended, 1 failed, 2 does not compile or cannot be read, 3 the control cycle met a fault of ours.
 ///
 /// # Errors
 /// What kept the controller from starting.
-pub fn run(config: &RunConfig) -> Result<u8, StartError> {
+pub fn run(config: &RunConfig) -> Result<u8, HostError> {
     // A program that a signal cuts off has not ended well.
     let shutdown = Shutdown::start(1)?;
     let program = match read_script(&config.file) {
@@ -28,10 +31,16 @@ pub fn run(config: &RunConfig) -> Result<u8, StartError> {
             return Ok(2);
         }
     };
-    let controller = Controller::start(&config.robot, Console::Stdout, false)?;
+    let host = Host::start(
+        &config.robot,
+        config.log.dir.as_ref(),
+        Console::Stdout,
+        false,
+    )?;
+    let controller = host.controller();
     shutdown.close_in_any_case(controller.closer());
     let started = Instant::now();
-    let end = controller.run_to_end(program, &shutdown)?;
+    let end = controller.run_to_end(program, SENDER, shutdown.token().cancelled())?;
     let simulated = controller.robot().state().time;
     let wall = started.elapsed().as_secs_f64();
     // Not after an error: the last line on stderr is then the exception.
@@ -47,7 +56,7 @@ pub fn run(config: &RunConfig) -> Result<u8, StartError> {
         shutdown.begin(FAULT_EXIT);
     }
     // A recording that was cut short has been reported; the status is the script's.
-    controller.shut_down();
+    host.shut_down();
     if fault.is_some() {
         return Ok(FAULT_EXIT);
     }

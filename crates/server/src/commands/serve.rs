@@ -8,13 +8,14 @@ use std::time::Duration;
 use crate::announce::Console;
 use crate::backend::{Backend, Lifetime, forward_messages};
 use crate::config::{PortSettings, ServeConfig};
-use crate::controller::{Controller, StartError};
-use crate::options::{PortSetting, RecordTarget};
+use crate::host::{Host, HostError};
+use crate::options::PortSetting;
 use crate::ports::callers::{Callers, machine_name};
 use crate::ports::listen::{BindError, PortMeter, bind, start_port};
 use crate::ports::{dashboard, foxglove, http, interpreter, modbus, primary, rtsi};
 use crate::ready_file;
 use crate::shutdown::{FAULT_EXIT, Shutdown};
+use controller::options::RecordTarget;
 use supervision::Kind;
 use thiserror::Error;
 use tokio::net::TcpListener;
@@ -27,7 +28,7 @@ use tokio::time::timeout;
 pub enum ServeError {
     /// The controller.
     #[error(transparent)]
-    Start(#[from] StartError),
+    Start(#[from] HostError),
     /// A port.
     #[error(transparent)]
     Bind(#[from] BindError),
@@ -111,9 +112,11 @@ fn live(
 ) -> Result<Life, ServeError> {
     // Ports first: a port in use must not leave an empty recording behind.
     let listeners = runtime.block_on(open_ports(config.bind, &mut config.ports))?;
-    let controller = Controller::start(&config.robot, Console::Log, config.powered_off)?;
+    let log_dir = config.log.dir.as_ref();
+    let host = Host::start(&config.robot, log_dir, Console::Log, config.powered_off)?;
+    let controller = host.controller();
     shutdown.close_in_any_case(controller.closer());
-    let served = runtime.block_on(serve_ports(config, &controller, listeners, shutdown));
+    let served = runtime.block_on(serve_ports(config, &host, listeners, shutdown));
     // Whoever starts something when the file is there must not find a server that is gone.
     if let Some(path) = &config.ready_file
         && let Err(error) = ready_file::remove(path)
@@ -128,7 +131,7 @@ fn live(
         shutdown.begin(1);
     }
     let fault = controller.faults().fatal().is_some();
-    let flushed = controller.shut_down();
+    let flushed = host.shut_down();
     shutdown.close_in_any_case(None);
     let reboots = served?;
     if let RecordTarget::File(path) = &config.robot.record {
@@ -186,26 +189,19 @@ pub(crate) fn bound_ports(
 
 async fn serve_ports(
     config: &ServeConfig,
-    controller: &Controller,
+    host: &Host,
     listeners: Listeners,
     shutdown: &Shutdown,
 ) -> Result<bool, ServeError> {
+    let controller = host.controller();
     let lifetime = Lifetime::default();
     let token = lifetime.token().clone();
     let hub = primary::Hub::default();
-    let backend = Arc::new(Backend::new(
-        controller,
-        config,
-        hub.clone(),
-        lifetime.clone(),
-    ));
+    let backend = Arc::new(Backend::new(host, config, hub.clone(), lifetime.clone()));
     let faults = controller.faults();
     let forwarding = {
-        let (announcer, backend, token) = (
-            controller.announcer().clone(),
-            backend.clone(),
-            token.clone(),
-        );
+        let (announcer, backend, token) =
+            (host.announcer().clone(), backend.clone(), token.clone());
         let watch = faults.clone();
         faults.spawn(Kind::Service, "messages", async move {
             let begin = || forward_messages(announcer.subscribe(), backend.clone(), token.clone());
@@ -266,13 +262,13 @@ async fn serve_ports(
                 rtsi::serve(listener, backend.clone(), one.clone(), token.clone())
             })?,
             "foxglove" => {
-                let (viewer, feed) = (controller.viewer(), controller.feed().clone());
-                let announcer = controller.announcer().clone();
+                let (viewer, feed) = (controller.viewer(), host.feed().clone());
+                let log = controller.log_lines();
                 start_port(&mut services, listener, &meter, move |listener| {
                     let view = foxglove::View {
                         viewer: viewer.clone(),
                         samples: feed.subscribe(),
-                        log: announcer.subscribe_log(),
+                        log: log.subscribe(),
                     };
                     foxglove::serve(listener, view, one.clone(), callers.clone(), token.clone())
                 })?;

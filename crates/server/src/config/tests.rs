@@ -3,6 +3,7 @@
 #![allow(clippy::approx_constant, reason = "figures as documented")]
 
 use super::*;
+use controller::options::{ByteSize, RotateAt};
 use recorder::PartEnd;
 
 use crate::cli::{Cli, Command};
@@ -140,8 +141,8 @@ fn every_key_is_read() {
     assert_eq!(config.robot.home.0[0], -1.0);
     assert_eq!(config.robot.seed, 7);
     assert_eq!(config.robot.allow.len(), 2);
-    assert_eq!(config.robot.log_dir, Some("logs".into()));
-    assert_eq!(config.robot.log_format, LogFormat::Json);
+    assert_eq!(config.log.dir, Some("logs".into()));
+    assert_eq!(config.log.format, LogFormat::Json);
     assert_eq!(config.bind.to_string(), "0.0.0.0");
     assert_eq!(config.ports.primary, PortSetting::Any);
     assert_eq!(config.ports.interpreter, PortSetting::Off);

@@ -4,9 +4,8 @@ use std::io::{self, Write};
 use std::sync::{Arc, Mutex};
 
 use elite_runtime::message::{Message, Observer, Severity};
-use kinematics::{JointPositions, RobotModel};
-use motion_api::{BorderSizes, Origin, ProgramId, RobotState, ThreadNumber, border};
-use recorder::RecorderHandle;
+use kinematics::RobotModel;
+use motion_api::{Origin, ProgramId, ThreadNumber};
 use tokio::io::AsyncReadExt as _;
 use tokio::net::{TcpListener, TcpStream};
 use tokio_util::sync::CancellationToken;
@@ -31,11 +30,7 @@ impl Write for Lines {
 }
 
 fn announcer() -> Announcer {
-    let first = RobotState::at_start(JointPositions::ZERO, 0.004);
-    let (_motion, script) = border(BorderSizes::default(), &first);
     Announcer::new(
-        RecorderHandle::off(),
-        script.snapshot,
         Console::Log,
         InterpreterLog::default(),
         Arc::new(Feed::new(Arc::new(RobotModel::built_in("cs66").unwrap()))),

@@ -3,7 +3,7 @@
 use motion_api::{IoPoint, Registers};
 use recorder::{IoMessage, IoValue};
 
-use crate::cell::point::{Direction, Point};
+use controller::cell::point::{Direction, Point};
 
 /// A register that has another value from a cycle on. Also those that the cycle itself writes are recorded; writing
 /// them again changes nothing.

@@ -17,8 +17,8 @@ use thiserror::Error;
 
 use super::model_of;
 use super::register_write::RegisterWrite;
-use crate::cell::{Cell, CellError};
-use crate::start_configuration::{ROBOT, SetupError, cycle_config};
+use controller::cell::{Cell, CellError};
+use controller::start_configuration::{ROBOT, SetupError, cycle_config};
 
 /// More missing cycles are not worth waiting for.
 const MAX_MISSING: u64 = 200_000;

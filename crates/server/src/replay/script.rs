@@ -7,13 +7,11 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
+use controller::chronicle::PROGRAM_ENDED;
 use recorder::{Entry, LogLevel, Recording, Topic};
 
 use super::ReplayError;
 use crate::ports::shown::Shown;
-
-/// The message of `/log` that ends a program.
-pub(crate) const ENDED: &str = "program ended";
 
 /// Programs that are followed at once; a controller runs fewer.
 const MAX_RUNNING: usize = 64;
@@ -75,7 +73,7 @@ pub(super) fn print(recording: &Recording, out: &mut impl Write) -> Result<(), R
                     program.enter_node(thread, script.node.map(|node| (node, label)), time);
                 }
             }
-            Entry::Log(log) if log.level == LogLevel::Info && log.message == ENDED => {
+            Entry::Log(log) if log.level == LogLevel::Info && log.message == PROGRAM_ENDED => {
                 running.end(&log.source, time, out)?;
             }
             Entry::Command(command) => {

@@ -19,7 +19,6 @@ use tokio::time::{Instant, sleep_until};
 use tokio_util::sync::CancellationToken;
 
 use super::{model_of, rerun::RerunError};
-use crate::cell::{Cell, CellError};
 use crate::cli::ReplayPortArgs;
 use crate::commands::serve::{Listeners, ServeError, bound_ports, open_ports};
 use crate::config::{ConfigError, PRIMARY_PORT, PortSettings};
@@ -31,7 +30,8 @@ use crate::ports::listen::{PortMeter, start_port};
 use crate::ports::{foxglove, http, primary, rtsi};
 use crate::ready_file;
 use crate::shutdown::Shutdown;
-use crate::start_configuration::cycle_config;
+use controller::cell::{Cell, CellError};
+use controller::start_configuration::cycle_config;
 use playback::Playback;
 
 /// Messages read ahead from the file.

@@ -8,7 +8,7 @@ use recorder::summary::{LimitKind, Summary};
 use recorder::{Ending, Recording};
 
 use crate::ports::shown::Shown;
-use crate::start_configuration::ROBOT;
+use controller::start_configuration::ROBOT;
 
 /// Events printed one by one; of more, the rest is counted.
 const MAX_PRINTED: usize = 10;

@@ -14,14 +14,15 @@ use thiserror::Error;
 
 use crate::announce::Console;
 use crate::commands::check::read_script;
-use crate::config::RobotConfig;
-use crate::controller::{Controller, StartError};
+use crate::commands::run::SENDER;
+use crate::host::{Host, HostError};
 use crate::logging;
-use crate::options::{
-    ClockChoice, LogFormat, ModelChoice, Permission, PlantChoice, RecordTarget, StepMillis,
-};
 use crate::shutdown::Shutdown;
-use crate::start_configuration::{IDEAL, RAPIER};
+use controller::RobotConfig;
+use controller::options::{
+    ClockChoice, ModelChoice, Permission, PlantChoice, RecordTarget, StepMillis,
+};
+use controller::start_configuration::{IDEAL, RAPIER};
 
 /// Why there is no run; each is a sentence.
 #[derive(Debug, Error)]
@@ -41,11 +42,11 @@ pub(super) enum RunHereError {
     #[error("cannot write the run beside the comparison: {0}")]
     Folder(#[from] io::Error),
     #[error(transparent)]
-    Start(Box<StartError>),
+    Start(Box<HostError>),
 }
 
-impl From<StartError> for RunHereError {
-    fn from(error: StartError) -> Self {
+impl From<HostError> for RunHereError {
+    fn from(error: HostError) -> Self {
         Self::Start(Box::new(error))
     }
 }
@@ -70,10 +71,11 @@ pub(super) fn run_here(
     let path = keep.map_or_else(|| folder.path().join("run.mcap"), Path::to_owned);
     let config = config_of(setup, folder.path(), &path)?;
     let shutdown = Shutdown::start(2)?;
-    let controller = Controller::start(&config, Console::Stderr, false)?;
+    let host = Host::start(&config, None, Console::Stderr, false)?;
+    let controller = host.controller();
     shutdown.close_in_any_case(controller.closer());
-    let end = controller.run_to_end(program, &shutdown)?;
-    controller.shut_down();
+    let end = controller.run_to_end(program, SENDER, shutdown.token().cancelled())?;
+    host.shut_down();
     if shutdown.token().is_cancelled() {
         return Err(RunHereError::BrokenOff);
     }
@@ -136,7 +138,5 @@ fn config_of(setup: &Setup, folder: &Path, record: &Path) -> Result<RobotConfig,
         home: setup.home,
         seed: setup.seed,
         allow: BTreeSet::from([Permission::Net]),
-        log_dir: None,
-        log_format: LogFormat::default(),
     })
 }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use prost::Message as _;
-use recorder::{LogLevel, Topic, Viewer};
+use recorder::{Topic, Viewer};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpListener;
 use tokio::sync::broadcast;
@@ -35,21 +35,8 @@ const TOPICS: [Topic; 6] = [
 /// Messages that wait for clients that are behind; one more pushes the oldest out. All clients share them.
 const BACKLOG: usize = 1024;
 
-/// Longest text of a message for people, bytes; the rest is cut off with a mark.
-pub const LOG_BYTES_MAX: usize = 16 * 1024;
-
-/// A message for people with its time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LogLine {
-    /// Simulated time, s.
-    pub time: f64,
-    /// How much it matters.
-    pub level: LogLevel,
-    /// Who says it.
-    pub source: String,
-    /// What.
-    pub text: String,
-}
+pub use controller::LogLine;
+pub use controller::chronicle::LOG_BYTES_MAX;
 
 /// What is shown.
 pub struct View {

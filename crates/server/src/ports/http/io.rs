@@ -7,7 +7,7 @@ use motion_api::{IoChange, IoConfig, IoPoint, RegisterBank, RegisterImages, Robo
 use serde_json::{Map, Value, json};
 use thiserror::Error;
 
-use crate::cell::point::{Direction, Group, Point};
+use controller::cell::point::{Direction, Group, Point};
 
 /// What a request wants to be changed.
 #[derive(Clone, Debug, Default, PartialEq)]

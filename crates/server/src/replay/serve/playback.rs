@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use controller::chronicle::PROGRAM_ENDED;
 use kinematics::RobotModel;
 use motion::histogram::Histogram;
 use motion_api::{RegisterImages, Registers, RingFull, RobotState};
@@ -25,7 +26,6 @@ use crate::ports::rtsi;
 use crate::ports::rtsi::inputs::{Change, Input};
 use crate::ports::sample::{Beats, Sample};
 use crate::replay::register_write::RegisterWrite;
-use crate::replay::script;
 use wire::primary::{ErrorData, Exception, Level, Source};
 
 /// How many samples and messages a listener may be behind before it loses some.
@@ -192,7 +192,7 @@ impl Playback {
         } = message;
         let line = {
             let mut now = self.now();
-            if text == script::ENDED && source == now.program {
+            if text == PROGRAM_ENDED && source == now.program {
                 now.task = TaskStatus::Stopped;
                 now.line = 0;
                 now.node = None;
@@ -441,7 +441,7 @@ mod tests {
             Entry::Log(LogMessage {
                 level: LogLevel::Info,
                 source: "p".to_owned(),
-                message: script::ENDED.to_owned(),
+                message: PROGRAM_ENDED.to_owned(),
             }),
         );
         assert_eq!(status(), TaskStatus::Stopped);

@@ -28,7 +28,6 @@ use supervision::Faults;
 use thiserror::Error;
 use toml::de::{DeTable, DeValue};
 
-use crate::config::line_of;
 use schema::{ActiveLevel, PointValue, SafetyFunction, SerialPort, Tables};
 
 /// Why there is no cell. Each is one sentence and ends the program with exit status 2.
@@ -91,6 +90,11 @@ pub struct Cell {
     tables: Tables,
     safety: SafetyBounds,
     text: String,
+}
+
+/// The line, from 1, in which a byte of a text stands.
+pub fn line_of(text: &str, byte: usize) -> usize {
+    1 + text.bytes().take(byte).filter(|b| *b == b'\n').count()
 }
 
 /// The limits of a table; both tables have the same keys.

@@ -14,23 +14,22 @@ use motion::virtual_time::{IdlePacer, VirtualTimeline};
 use motion_api::Timeline;
 use supervision::{Faults, Handle, injection};
 
-use super::StartError;
-use crate::announce::Console;
 use crate::options::ClockChoice;
+use crate::start::StartError;
 
 /// How often the pump looks for events when no motion thread wakes it (virtual clock, nothing running).
 const IDLE_PUMP: Duration = Duration::from_millis(2);
 
 /// What moves time.
-pub(super) enum Clock {
+pub(crate) enum Clock {
     Real(MotionThread),
     Virtual(Option<IdlePacer>),
 }
 
 /// Starts the clock; under the real one the `pump` is woken after each cycle.
-pub(super) fn start_clock(
+pub(crate) fn start_clock(
     choice: ClockChoice,
-    console: Console,
+    passes_alone: bool,
     cycle: Cycle,
     pump: Thread,
     faults: &Faults,
@@ -52,10 +51,9 @@ pub(super) fn start_clock(
         ClockChoice::Virtual => {
             let timeline = VirtualTimeline::new(cycle, Vec::new())?;
             let timeline = Arc::new(timeline.told_to(faults.clone()));
-            // `run` has exactly one task; before and after it nothing needs time to pass.
-            let pacer = match console {
-                Console::Log => Some(IdlePacer::start(timeline.clone())?),
-                Console::Stdout | Console::Stderr => None,
+            let pacer = match passes_alone {
+                true => Some(IdlePacer::start(timeline.clone())?),
+                false => None,
             };
             Ok((Clock::Virtual(pacer), timeline))
         }
@@ -63,14 +61,14 @@ pub(super) fn start_clock(
 }
 
 /// The thread that carries events from the motion thread to whoever waits for them.
-pub(super) struct Pump {
+pub(crate) struct Pump {
     thread: Handle<()>,
     ending: Arc<AtomicBool>,
 }
 
 impl Pump {
     /// Starts the thread; it begins once it is given the robot.
-    pub(super) fn start(faults: &Faults) -> io::Result<(Self, mpsc::Sender<Arc<Robot>>)> {
+    pub(crate) fn start(faults: &Faults) -> io::Result<(Self, mpsc::Sender<Arc<Robot>>)> {
         let ending = Arc::new(AtomicBool::new(false));
         let (sender, receiver) = mpsc::channel::<Arc<Robot>>();
         let told = ending.clone();
@@ -94,11 +92,11 @@ impl Pump {
         Ok((Self { thread, ending }, sender))
     }
 
-    pub(super) fn thread(&self) -> Thread {
+    pub(crate) fn thread(&self) -> Thread {
         self.thread.thread().clone()
     }
 
-    pub(super) fn stop(self) {
+    pub(crate) fn stop(self) {
         self.ending.store(true, Ordering::Release);
         self.thread.thread().unpark();
         // It is begun again after a fault, so it ends by itself.

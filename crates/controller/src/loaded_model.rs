@@ -3,24 +3,24 @@
 use kinematics::{Calibration, RobotModel};
 use recorder::Setup;
 
-use super::StartError;
 use crate::cell::Cell;
 use crate::config::RobotConfig;
 use crate::options::{ClockChoice, ModelChoice, PlantChoice};
+use crate::start::StartError;
 use crate::start_configuration;
 
 /// Simulated time zero of the virtual clock, ns since 1970: 2026-01-01T00:00:00Z.
 const VIRTUAL_EPOCH_NS: u64 = 1_767_225_600_000_000_000;
 
 /// A model with what the recording needs to build it again.
-pub(super) struct LoadedModel {
-    pub(super) model: RobotModel,
+pub(crate) struct LoadedModel {
+    pub(crate) model: RobotModel,
     given: String,
     urdf: Option<String>,
 }
 
 impl LoadedModel {
-    pub(super) fn open(
+    pub(crate) fn open(
         choice: &ModelChoice,
         calibration: Option<&Calibration>,
     ) -> Result<Self, StartError> {
@@ -56,7 +56,7 @@ impl LoadedModel {
 }
 
 /// How the controller is started, for the recording.
-pub(super) fn setup(
+pub(crate) fn setup(
     config: &RobotConfig,
     loaded: &LoadedModel,
     cell: Option<&Cell>,

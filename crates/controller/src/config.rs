@@ -1,0 +1,69 @@
+//! The settings of a robot, whoever starts it. Reads no file but the calibration that it is given read.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use kinematics::{Calibration, JointPositions, Payload, RpyPose};
+
+use crate::options::{
+    ByteSize, ClockChoice, Home, ModelChoice, Permission, PlantChoice, RecordTarget, RotateAt,
+    StepMillis,
+};
+
+/// Settings of a robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotConfig {
+    /// Which arm.
+    pub model: ModelChoice,
+    /// What was measured of it.
+    pub calibration: Option<Calibration>,
+    /// The cell file.
+    pub cell: Option<PathBuf>,
+    /// What a second is.
+    pub clock: ClockChoice,
+    /// Length of a control cycle.
+    pub step: StepMillis,
+    /// How the arm is simulated.
+    pub plant: PlantChoice,
+    /// Folder of the task files.
+    pub task_dir: PathBuf,
+    /// Where the recording goes.
+    pub record: RecordTarget,
+    /// When its next file begins.
+    pub record_rotate: Option<RotateAt>,
+    /// How much of it is kept.
+    pub record_budget: Option<ByteSize>,
+    /// TCP relative to the flange.
+    pub tcp: RpyPose,
+    /// What hangs on the flange.
+    pub payload: Payload,
+    /// Joint positions at start.
+    pub home: JointPositions,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// What scripts may reach beyond the robot.
+    pub allow: BTreeSet<Permission>,
+}
+
+impl Default for RobotConfig {
+    /// A CS66 under the virtual clock with nothing around it and no recording.
+    fn default() -> Self {
+        Self {
+            model: ModelChoice::BuiltIn("cs66"),
+            calibration: None,
+            cell: None,
+            clock: ClockChoice::Virtual,
+            step: StepMillis::DEFAULT,
+            plant: PlantChoice::Rigid,
+            task_dir: "tasks".into(),
+            record: RecordTarget::Off,
+            record_rotate: None,
+            record_budget: None,
+            tcp: RpyPose::default(),
+            payload: Payload::default(),
+            home: Home::default().0,
+            seed: 0,
+            allow: BTreeSet::from([Permission::Net]),
+        }
+    }
+}

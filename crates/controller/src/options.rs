@@ -1,0 +1,357 @@
+//! The values that options of the robot take: one text form each, the same on the command line, in configuration files and
+//! wherever else a controller is started.
+//!
+//! Every type parses itself and says in one sentence what was wrong and what is allowed. Nothing here opens a file or
+//! a socket, and nothing knows which option a value belongs to.
+
+use core::fmt;
+use core::str::FromStr;
+use std::path::PathBuf;
+
+use kinematics::{JointPositions, Payload, RpyPose};
+use recorder::PartEnd;
+
+/// Names of the built-in models.
+pub const MODEL_NAMES: [&str; 6] = ["cs63", "cs66", "cs612", "cs616", "cs620", "cs625"];
+
+/// Which arm.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ModelChoice {
+    /// One of [`MODEL_NAMES`].
+    BuiltIn(&'static str),
+    /// A URDF file.
+    Urdf(PathBuf),
+}
+
+impl FromStr for ModelChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if let Some(name) = MODEL_NAMES.iter().find(|n| n.eq_ignore_ascii_case(text)) {
+            return Ok(Self::BuiltIn(name));
+        }
+        let looks_like_a_path = text.contains(['/', '\\']) || text.ends_with(".urdf");
+        if looks_like_a_path {
+            return Ok(Self::Urdf(PathBuf::from(text)));
+        }
+        Err(format!(
+            "allowed are {} or the path of a URDF file (with a `/` in it, or ending in .urdf)",
+            MODEL_NAMES.join(", ")
+        ))
+    }
+}
+
+impl fmt::Display for ModelChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BuiltIn(name) => f.write_str(name),
+            Self::Urdf(path) => write!(f, "{}", path.display()),
+        }
+    }
+}
+
+/// What a second of the controller is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockChoice {
+    /// A second of the machine.
+    Realtime,
+    /// Simulated: as fast as the machine can.
+    Virtual,
+}
+
+impl FromStr for ClockChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "realtime" => Ok(Self::Realtime),
+            "virtual" => Ok(Self::Virtual),
+            _ => Err("allowed are realtime and virtual".to_owned()),
+        }
+    }
+}
+
+/// How the arm is simulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlantChoice {
+    /// Rigid bodies with contact.
+    Rigid,
+    /// The same bodies in the rapier engine.
+    Rapier,
+    /// The arm is always where it is told to be.
+    Ideal,
+}
+
+impl FromStr for PlantChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "rigid" => Ok(Self::Rigid),
+            "rapier" => Ok(Self::Rapier),
+            "ideal" => Ok(Self::Ideal),
+            _ => Err("allowed are rigid, rapier and ideal".to_owned()),
+        }
+    }
+}
+
+/// Length of the control cycle in whole milliseconds, 1 to 8.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StepMillis(u8);
+
+impl StepMillis {
+    /// The default: 4 ms, RTSI's 250 Hz.
+    pub const DEFAULT: Self = Self(4);
+
+    /// In seconds.
+    pub fn as_secs(self) -> f64 {
+        f64::from(self.0) / 1000.0
+    }
+}
+
+impl FromStr for StepMillis {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            Ok(millis @ 1..=8) => Ok(Self(millis)),
+            _ => Err("allowed are whole milliseconds from 1 to 8".to_owned()),
+        }
+    }
+}
+
+/// Where the recording goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RecordTarget {
+    /// Nowhere.
+    Off,
+    /// A new file in this folder.
+    NewFileIn(PathBuf),
+    /// This file.
+    File(PathBuf),
+}
+
+impl FromStr for RecordTarget {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "" => Err("allowed are off and the path of a file to write".to_owned()),
+            "off" => Ok(Self::Off),
+            path => Ok(Self::File(PathBuf::from(path))),
+        }
+    }
+}
+
+/// How long one file of the recording becomes: a size or a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RotateAt(pub PartEnd);
+
+impl FromStr for RotateAt {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if let Ok(size) = text.parse::<ByteSize>() {
+            return Ok(Self(PartEnd::Bytes(size.0)));
+        }
+        let units = [("min", 60.0), ("h", 3600.0), ("s", 1.0)];
+        let secs = with_unit(text, &units).filter(|secs| (1.0..=31_536_000.0).contains(secs));
+        match secs {
+            Some(secs) => Ok(Self(PartEnd::Secs(secs))),
+            None => Err("allowed are sizes from 1 MB and times from 1 s to a year, as in 500MB, 2GB, 90s, 30min or 8h".to_owned()),
+        }
+    }
+}
+
+/// A number of bytes, at least a million.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ByteSize(pub u64);
+
+impl FromStr for ByteSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let units = [
+            ("MiB", 1024.0 * 1024.0),
+            ("GiB", 1024.0 * 1024.0 * 1024.0),
+            ("MB", 1e6),
+            ("GB", 1e9),
+            ("TB", 1e12),
+        ];
+        match with_unit(text, &units).filter(|bytes| (1e6..=1e18).contains(bytes)) {
+            Some(bytes) => Ok(Self(bytes as u64)),
+            None => Err("allowed are sizes from 1 MB, as in 500MB, 20GB or 4GiB".to_owned()),
+        }
+    }
+}
+
+/// A number followed by one of the units, in the unit's base.
+fn with_unit(text: &str, units: &[(&str, f64)]) -> Option<f64> {
+    units.iter().find_map(|(unit, factor)| {
+        let number = text.strip_suffix(unit)?.trim_end();
+        number.parse::<f64>().ok().map(|number| number * factor)
+    })
+}
+
+/// What scripts may reach beyond the robot.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Permission {
+    /// Every file that the controller itself may reach.
+    Fs,
+    /// The files beneath a folder.
+    FsIn(PathBuf),
+    /// Other processes, signals.
+    Process,
+    /// Environment variables.
+    Env,
+    /// The network.
+    Net,
+}
+
+impl FromStr for Permission {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "fs" => Ok(Self::Fs),
+            "process" => Ok(Self::Process),
+            "env" => Ok(Self::Env),
+            "net" => Ok(Self::Net),
+            _ => match text.strip_prefix("fs=") {
+                Some("") => Err("fs= needs a folder, fs=/data for instance".to_owned()),
+                Some(folder) => Ok(Self::FsIn(folder.into())),
+                None => Err("allowed are fs, fs=DIR, process, env and net".to_owned()),
+            },
+        }
+    }
+}
+
+/// The joint positions at start, rad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Home(pub JointPositions);
+
+#[allow(
+    clippy::approx_constant,
+    reason = "the figures as documented, not the constant"
+)]
+impl Default for Home {
+    fn default() -> Self {
+        Self(JointPositions([
+            0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0,
+        ]))
+    }
+}
+
+impl FromStr for Home {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        six_numbers(text)
+            .map(|q| Self(JointPositions(q)))
+            .ok_or_else(|| {
+                "six joint positions in rad are needed, separated by commas, as in 0,-1.57,1.57,-1.57,-1.57,0".to_owned()
+            })
+    }
+}
+
+/// The tool centre point at start, relative to the flange.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tcp(pub RpyPose);
+
+impl FromStr for Tcp {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        six_numbers(text).map(|p| Self(RpyPose::from_array(p))).ok_or_else(|| {
+            "x, y, z in m and Rx, Ry, Rz in rad are needed, separated by commas, as in 0,0,0.1,0,0,0".to_owned()
+        })
+    }
+}
+
+/// The payload at start: mass, then centre of gravity. Its inertia is zero: the option cannot say it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PayloadChoice(pub Payload);
+
+impl FromStr for PayloadChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let payload = match numbers(text).as_deref() {
+            Some(&[mass]) => Some((mass, [0.0; 3])),
+            Some(&[mass, x, y, z]) => Some((mass, [x, y, z])),
+            _ => None,
+        };
+        match payload {
+            Some((mass, cog)) if mass >= 0.0 => Ok(Self(Payload { mass, cog: cog.into(), ..Payload::default() })),
+            _ => Err("a mass in kg of at least 0 is needed, then perhaps the centre of gravity in m, as in 2.5 or 2.5,0,0,0.08".to_owned()),
+        }
+    }
+}
+
+/// Finite numbers separated by commas.
+fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split(',')
+        .map(|part| part.trim().parse().ok().filter(|x: &f64| x.is_finite()))
+        .collect()
+}
+
+fn six_numbers(text: &str) -> Option<[f64; 6]> {
+    numbers(text)?.try_into().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn model_names_are_found_in_any_case_and_paths_are_kept() {
+        assert_eq!("CS66".parse(), Ok(ModelChoice::BuiltIn("cs66")));
+        assert_eq!(
+            "./my.urdf".parse(),
+            Ok(ModelChoice::Urdf("./my.urdf".into()))
+        );
+        let error = "cs99".parse::<ModelChoice>().unwrap_err();
+        assert!(error.contains("cs612") && error.contains("URDF"), "{error}");
+    }
+
+    #[test]
+    fn the_step_is_one_to_eight_whole_milliseconds() {
+        assert_eq!(
+            "8".parse::<StepMillis>().map(StepMillis::as_secs),
+            Ok(0.008)
+        );
+        for wrong in ["0", "9", "2.5", "-4", "four", ""] {
+            assert!(wrong.parse::<StepMillis>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_payload_is_a_mass_with_or_without_its_centre_of_gravity() {
+        let payload: PayloadChoice = "2.5, 0, -0.01, 0.08".parse().unwrap();
+        assert_eq!(payload.0.mass, 2.5);
+        assert_eq!(payload.0.cog.as_slice(), [0.0, -0.01, 0.08]);
+        assert_eq!("1".parse::<PayloadChoice>().unwrap().0.mass, 1.0);
+        for wrong in ["-1", "1,2", "1,2,3", "nan", "inf", "1,0,0,0,0", ""] {
+            assert!(wrong.parse::<PayloadChoice>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn home_needs_six_finite_numbers() {
+        let home: Home = "-0.3,0,1e-1,+2, 3 ,4".parse().unwrap();
+        assert_eq!(home.0.0, [-0.3, 0.0, 0.1, 2.0, 3.0, 4.0]);
+        for wrong in ["0,0,0,0,0", "0,0,0,0,0,0,0", "0,0,0,0,0,nan", "a", "--tcp"] {
+            assert!(wrong.parse::<Home>().is_err(), "{wrong}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+        #[test]
+        fn six_written_numbers_are_read_back(q in proptest::array::uniform6(-1e3f64..1e3)) {
+            let text = q.map(|x| x.to_string()).join(",");
+            prop_assert_eq!(text.parse::<Home>().unwrap().0.0, q);
+        }
+    }
+}

@@ -1,0 +1,358 @@
+//! From settings to a running controller: model, cell, recording, clock, the machinery for programs.
+//!
+//! In two steps, because who is told of everything wants to know the arm before the first cycle.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock, Weak};
+use std::time::Duration;
+
+use elite_runtime::message::{Message, Observer, RECORDING_ALARM_CODE, Severity};
+use elite_runtime::panel::Operator;
+use elite_runtime::{
+    FileAccess, FolderAccessError, Folders, Panel, Permissions, Robot, Supervisor, TaskSettings,
+};
+use io_bus::Fieldbus;
+use io_bus::serial::SerialLine;
+use kinematics::{CalibrationError, ModelError, RobotModel};
+use motion::{Cycle, CycleConfig};
+use motion_api::{BorderSizes, ScriptEnd, SnapshotCell, border};
+use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Viewer};
+use supervision::Faults;
+use thiserror::Error;
+
+use crate::cell::{Cell, CellError};
+use crate::chronicle::Chronicle;
+use crate::clock::{Pump, start_clock};
+use crate::config::RobotConfig;
+use crate::loaded_model::{LoadedModel, setup};
+use crate::options::{ClockChoice, Permission};
+use crate::recording_files;
+use crate::running::Controller;
+use crate::start_configuration::{SetupError, cycle_config};
+
+/// What kept the controller from starting; each is a sentence for the person who typed the command.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum StartError {
+    /// A folder of `--allow fs=DIR` is not there.
+    #[error(transparent)]
+    Folder(#[from] FolderAccessError),
+    /// The arm's description is not usable.
+    #[error("cannot use the model {model}: {source}")]
+    Model {
+        /// As given.
+        model: String,
+        /// Why.
+        source: ModelError,
+    },
+    /// The URDF file cannot be read.
+    #[error("cannot read the model {}: {source}", path.display())]
+    ModelFile {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The calibration does not fit the arm.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+    /// The cell file is not usable.
+    #[error(transparent)]
+    Cell(#[from] CellError),
+    /// A setting does not fit the arm.
+    #[error(transparent)]
+    Settings(#[from] motion::ConfigError),
+    /// A setting that no arm or not this one can start with.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// No recording.
+    #[error(transparent)]
+    Recording(#[from] RecordError),
+    /// The operating system gave no thread.
+    #[error("cannot start a thread: {0}")]
+    Thread(#[from] io::Error),
+}
+
+/// How a controller is looked after while it runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Manner {
+    /// Whether somebody is there whom a program can ask.
+    pub operator: Operator,
+    /// Whether the arm starts without power.
+    pub powered_off: bool,
+    /// Whether the time of the virtual clock passes while no program runs.
+    pub passes_alone: bool,
+    /// A disk that takes nothing while the robot waits for it is given up after this.
+    pub patience: Duration,
+}
+
+impl Manner {
+    /// Others talk to it, now and then: nobody waits long for a disk.
+    pub const fn served(powered_off: bool) -> Self {
+        Self {
+            operator: Operator::Present,
+            powered_off,
+            passes_alone: true,
+            patience: Duration::from_secs(2),
+        }
+    }
+
+    /// One program after the other, and nobody there but who started it: before and after a program nothing needs time to
+    /// pass, and the whole recording counts more than its time.
+    pub const fn alone() -> Self {
+        Self {
+            operator: Operator::Absent,
+            powered_off: false,
+            passes_alone: false,
+            patience: Duration::from_secs(60),
+        }
+    }
+}
+
+/// A controller that is set up and recorded, and whose time does not pass yet.
+pub struct Prepared {
+    clock: ClockChoice,
+    manner: Manner,
+    permissions: Permissions,
+    task_folder: Arc<Path>,
+    seed: u64,
+    cell: Option<Cell>,
+    cycle_config: CycleConfig,
+    cycle: Cycle,
+    script_end: ScriptEnd,
+    model: Arc<RobotModel>,
+    viewer: Viewer,
+    recorder: Option<Recorder>,
+    handle: RecorderHandle,
+    recording_path: Option<PathBuf>,
+    alarm: RecordingAlarm,
+    faults: Faults,
+}
+
+impl Prepared {
+    /// Reads model and cell, checks that everything fits, and begins the recording.
+    ///
+    /// # Errors
+    /// [`StartError`], in a sentence.
+    pub fn new(config: &RobotConfig, manner: Manner) -> Result<Self, StartError> {
+        let permissions = permissions(config)?;
+        let loaded = LoadedModel::open(&config.model, config.calibration.as_ref())?;
+        let cell = config.cell.as_deref().map(Cell::load).transpose()?;
+        let setup = setup(config, &loaded, cell.as_ref(), manner.powered_off);
+        let cycle_config = cycle_config(&setup, loaded.model.clone(), cell.as_ref())?;
+        warn_of_overlaps(&cycle_config);
+        let first = cycle_config.first_state();
+        let path = recording_files::path(&config.record);
+        let sizes = BorderSizes {
+            records: path.as_ref().and(BorderSizes::default().records),
+            ..BorderSizes::default()
+        };
+        let (motion_end, mut script_end) = border(sizes, &first);
+        let model = Arc::new(cycle_config.limited_model()?);
+        let cycle = Cycle::new(cycle_config.clone(), motion_end)?;
+
+        let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
+        let viewer = Viewer::new(loaded.model.clone(), obstacles.clone(), setup.epoch_ns);
+        let faults = Faults::default();
+        let alarm = RecordingAlarm::new(faults.clone());
+        let (recorder, handle) = match (&path, script_end.records.take()) {
+            (Some(path), Some(records)) => {
+                let recorder_config = RecorderConfig {
+                    path: path.clone(),
+                    setup,
+                    model: loaded.model.clone(),
+                    obstacles,
+                    extra: Vec::new(),
+                    rotation: recording_files::rotation(config),
+                    notes_wait: config.clock == ClockChoice::Virtual,
+                    patience: manner.patience,
+                    on_failure: alarm.clone().into_callback(),
+                };
+                match Recorder::start(recorder_config, records) {
+                    Ok((recorder, handle)) => (Some(recorder), handle),
+                    // A full disk is no reason to stand still, now as little as later.
+                    Err(error @ RecordError::Write { .. }) => {
+                        tracing::error!("recording stopped, the robot goes on: {error}");
+                        (None, RecorderHandle::off())
+                    }
+                    Err(error) => return Err(error.into()),
+                }
+            }
+            _ => (None, RecorderHandle::off()),
+        };
+        Ok(Self {
+            clock: config.clock,
+            manner,
+            permissions,
+            task_folder: absolute(&config.task_dir),
+            seed: config.seed,
+            cell,
+            cycle_config,
+            cycle,
+            script_end,
+            model,
+            viewer,
+            recorder,
+            handle,
+            recording_path: path,
+            alarm,
+            faults,
+        })
+    }
+
+    /// The arm with the limits in force.
+    pub const fn model(&self) -> &Arc<RobotModel> {
+        &self.model
+    }
+
+    /// The latest state, once time passes.
+    pub const fn snapshot(&self) -> &Arc<SnapshotCell> {
+        &self.script_end.snapshot
+    }
+
+    /// Where faults of its threads are told.
+    pub const fn faults(&self) -> &Faults {
+        &self.faults
+    }
+
+    /// Lets time begin. `observer` is told of everything that happens, after the recording.
+    ///
+    /// # Errors
+    /// [`StartError`], in a sentence.
+    pub fn start(self, observer: Arc<dyn Observer>) -> Result<Controller, StartError> {
+        let Self {
+            clock,
+            manner,
+            permissions,
+            task_folder,
+            seed,
+            cell,
+            cycle_config,
+            cycle,
+            script_end,
+            model,
+            viewer,
+            recorder,
+            handle,
+            recording_path,
+            alarm,
+            faults,
+        } = self;
+        let safety = cycle_config.safety;
+        let snapshot = script_end.snapshot.clone();
+        let chronicle = Arc::new(Chronicle::new(handle, snapshot, observer));
+        alarm.connect(&chronicle);
+        let (pump, robot_for_pump) = Pump::start(&faults)?;
+        let thread = pump.thread();
+        let (clock, timeline) = start_clock(clock, manner.passes_alone, cycle, thread, &faults)?;
+        let robot = Robot::new(model, script_end.into(), timeline, chronicle.clone());
+        let robot = Arc::new(robot.with_safety_bounds(safety));
+        // The pump waits for exactly this; it cannot have ended before.
+        let _ = robot_for_pump.send(Arc::clone(&robot));
+        let fieldbus = match &cell {
+            Some(cell) => cell.fieldbus(&faults)?,
+            None => Fieldbus::new(SerialLine::default(), SerialLine::default(), &faults),
+        };
+        let fieldbus = Arc::new(fieldbus);
+        let settings = TaskSettings {
+            robot: robot.clone(),
+            observer: chronicle.clone(),
+            seed,
+            fieldbus: fieldbus.clone(),
+            panel: Arc::new(Panel::new(manner.operator)),
+            permissions,
+            task_folder,
+            faults: faults.clone(),
+        };
+        Ok(Controller {
+            robot,
+            fieldbus,
+            supervisor: Supervisor::new(settings),
+            chronicle,
+            clock,
+            pump,
+            recorder,
+            recording_path,
+            viewer,
+            settings: cycle_config,
+            faults,
+        })
+    }
+}
+
+/// Links that stand in an obstacle at the start never touch it: better said than wondered about.
+fn warn_of_overlaps(config: &CycleConfig) {
+    let around = &config.surroundings;
+    for (link, obstacle) in around.standing_in(&config.model, &config.home) {
+        let name = &around.obstacles[obstacle].name;
+        tracing::warn!(
+            "link {link} of the arm stands in obstacle {name:?} at the start; the two never touch"
+        );
+    }
+}
+
+/// Says once, to everybody, that the recording has stopped.
+#[derive(Clone)]
+struct RecordingAlarm(Arc<OnceLock<Weak<Chronicle>>>, Faults);
+
+impl RecordingAlarm {
+    fn new(faults: Faults) -> Self {
+        Self(Arc::default(), faults)
+    }
+
+    fn connect(&self, chronicle: &Arc<Chronicle>) {
+        // Connected once, right after the chronicle exists.
+        let _ = self.0.set(Arc::downgrade(chronicle));
+    }
+
+    fn into_callback(self) -> Box<dyn FnOnce(&RecordError) + Send> {
+        Box::new(move |error| {
+            if let RecordError::Fault(fault) = error {
+                self.1.tell(fault);
+            }
+            let text = format!("recording stopped, the robot goes on: {error}");
+            match self.0.get().and_then(Weak::upgrade) {
+                Some(chronicle) => {
+                    chronicle.message(&Message::Robot {
+                        code: RECORDING_ALARM_CODE,
+                        sub_code: 0,
+                        severity: Severity::Error,
+                        text,
+                    });
+                }
+                None => tracing::error!("{text}"),
+            }
+        })
+    }
+}
+
+/// Programs are told a path that means the same wherever it is used. A current folder that is gone leaves it as given.
+fn absolute(path: &Path) -> Arc<Path> {
+    std::path::absolute(path)
+        .unwrap_or_else(|_| path.to_owned())
+        .into()
+}
+
+/// What `--allow` lets programs reach.
+fn permissions(config: &RobotConfig) -> Result<Permissions, FolderAccessError> {
+    let allows = |permission| config.allow.contains(&permission);
+    let folders: Vec<PathBuf> = config
+        .allow
+        .iter()
+        .filter_map(|permission| match permission {
+            Permission::FsIn(folder) => Some(folder.clone()),
+            _ => None,
+        })
+        .collect();
+    Ok(Permissions {
+        files: match folders.is_empty() {
+            _ if allows(Permission::Fs) => FileAccess::Everything,
+            true => FileAccess::Nothing,
+            false => FileAccess::Beneath(Folders::open(&folders)?),
+        },
+        processes: allows(Permission::Process),
+        environment: allows(Permission::Env),
+        network: allows(Permission::Net),
+    })
+}
