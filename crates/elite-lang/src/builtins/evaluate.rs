@@ -52,6 +52,7 @@ pub(super) fn eval(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
             },
         ] = &module.body[..]
         else {
+            release(module, resolution, budget);
             return Err(ev.raise(ExceptionKind::SyntaxError, "invalid syntax"));
         };
         let (core, namespace) = (&ev.core, &scope.namespace);
@@ -59,7 +60,7 @@ pub(super) fn eval(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         release(module, resolution, budget);
         Ok(code)
     })?;
-    scope.check(&code);
+    scope.check(ev, &code)?;
     scope.run(ev, code)
 }
 
@@ -69,6 +70,7 @@ pub(super) fn exec(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         let Tree { module, resolution } = tree(ev, &file, false, budget)?;
         for name in &resolution.bindings {
             if scope.is_separate {
+                budget.worked(VARIABLE);
                 scope.namespace.own_cell(ev.core.symbols.take(name));
             }
         }
@@ -77,7 +79,7 @@ pub(super) fn exec(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         release(module, resolution, budget);
         Ok(code)
     })?;
-    scope.check(&code);
+    scope.check(ev, &code)?;
     scope.run(ev, code).map(|_| Value::None)
 }
 
@@ -132,13 +134,19 @@ fn tree(
         false => parse_within(file, budget),
     };
     if let Some(raised) = refusal(ev, file, &parsed.diagnostics) {
+        parsed.module.release(budget);
         return Err(raised);
     }
     let resolution = resolve_within(&parsed.module, &KnownNames::default(), budget);
-    if let Some(raised) = refusal(ev, file, &resolution.diagnostics) {
+    let refused = refusal(ev, file, &resolution.diagnostics);
+    let refused = match refused {
+        Some(raised) => Err(raised),
+        None => ev.check_allocation(parsed.bytes),
+    };
+    if let Err(raised) = refused {
+        release(parsed.module, resolution, budget);
         return Err(raised);
     }
-    ev.check_allocation(parsed.bytes)?;
     Ok(Tree {
         module: parsed.module,
         resolution,
@@ -235,15 +243,17 @@ struct TextScope {
 
 impl TextScope {
     /// What the code refers to is listed exactly, or not at all.
-    fn check(&self, code: &Code) {
+    fn check(&self, ev: &Evaluator<'_>, code: &Code) -> R<()> {
+        let mut worked = || ev.worked(VARIABLE);
         match self.is_separate {
-            true => code.refers.check(self.namespace.own_cells()),
+            true => code.refers.check(self.namespace.own_cells(), &mut worked)?,
             // The variables are those of the text around.
-            false => code.refers.forget(),
+            false => code.refers.forget(&mut worked)?,
         }
         if let Some(home) = &self.home {
-            code.refers.set_home(home);
+            code.refers.set_home(home, &mut worked)?;
         }
+        Ok(())
     }
 
     fn run(&self, ev: &Evaluator<'_>, code: Rc<Code>) -> R {

@@ -65,6 +65,16 @@ impl Evaluator<'_> {
         self.worked(NAME)
     }
 
+    fn forget_unused(&self, namespace: &Namespace) -> R<()> {
+        let mut next = Some(0);
+        while let Some(from) = next {
+            next = namespace.forget_some_unused(from, PIECE);
+            self.worked(PIECE * NAME)?;
+        }
+        namespace.end_forgetting();
+        Ok(())
+    }
+
     fn swept(&self) -> R<()> {
         let core = &self.core;
         let mut used = SymbolSet::default();
@@ -75,10 +85,10 @@ impl Evaluator<'_> {
             .chain([core.globals.clone()])
             .collect();
         let builtins = &core.builtins;
-        builtins.forget_unused();
+        self.forget_unused(builtins)?;
         self.by_pieces(|from| builtins.add_some_names_to(&mut used, from, PIECE))?;
         for namespace in namespaces {
-            namespace.forget_unused();
+            self.forget_unused(&namespace)?;
             self.by_pieces(|from| namespace.add_some_names_to(&mut used, from, PIECE))?;
         }
         let texts: Vec<Rc<TextNames>> = core.text_names.alive().into_iter().collect();

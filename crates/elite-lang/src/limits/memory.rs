@@ -42,16 +42,22 @@ thread_local! {
     };
 }
 
-/// From this size on the system maps pages of their own (`settle`): such a block grows without being copied, and what is
-/// freed of it is the system's again at once.
+/// From this size on a block has pages of its own (`pages`): it grows without being copied, and what is freed of it is the
+/// system's again at once.
 const MAPPED: usize = 1 << 20;
 const PAGE: usize = 4096;
+
+/// Whether a request is met with pages of its own.
+#[inline(always)]
+fn is_mapped(size: usize, align: usize) -> bool {
+    cfg!(target_os = "linux") && size >= MAPPED && align <= PAGE
+}
 
 /// What a request costs: the size the system rounds it up to, its own header included.
 #[inline(always)]
 fn cost(size: usize, align: usize) -> isize {
     let size = if size >= MAPPED {
-        size.saturating_add(16 + PAGE - 1) & !(PAGE - 1)
+        size.saturating_add(PAGE - 1) & !(PAGE - 1)
     } else if size <= 24 {
         32
     } else {
@@ -87,14 +93,18 @@ fn count(bytes: isize) {
     let _ = ACCOUNT.try_with(|account| account.add(bytes));
 }
 
-// SAFETY: every call is handed to the system's allocator as it came, and its answer is returned as it is; counting
-// touches a cell of the thread only, which allocates nothing and cannot unwind.
+// SAFETY: every call is handed to the system's allocator as it came, or, as its layout says, to `pages`; the answer is returned
+// as it is. Counting touches a cell of the thread only, which allocates nothing and cannot unwind.
 #[allow(unsafe_code)]
 unsafe impl GlobalAlloc for CountingAllocator {
     #[inline]
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller's promises are those that the system asks for.
-        let block = unsafe { System.alloc(layout) };
+        let block = if is_mapped(layout.size(), layout.align()) {
+            pages::map(layout.size())
+        } else {
+            // SAFETY: the caller's promises are those that the system asks for.
+            unsafe { System.alloc(layout) }
+        };
         if !block.is_null() {
             count(cost(layout.size(), layout.align()));
         }
@@ -103,8 +113,13 @@ unsafe impl GlobalAlloc for CountingAllocator {
 
     #[inline]
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: as in `alloc`.
-        let block = unsafe { System.alloc_zeroed(layout) };
+        let block = if is_mapped(layout.size(), layout.align()) {
+            // Fresh pages are zero.
+            pages::map(layout.size())
+        } else {
+            // SAFETY: as in `alloc`.
+            unsafe { System.alloc_zeroed(layout) }
+        };
         if !block.is_null() {
             count(cost(layout.size(), layout.align()));
         }
@@ -113,20 +128,125 @@ unsafe impl GlobalAlloc for CountingAllocator {
 
     #[inline]
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        // SAFETY: as in `alloc`.
-        unsafe { System.dealloc(block, layout) };
+        if is_mapped(layout.size(), layout.align()) {
+            // SAFETY: a block of this layout was made by `pages`, and its owner gives it back.
+            unsafe { pages::unmap(block, layout.size()) };
+        } else {
+            // SAFETY: as in `alloc`.
+            unsafe { System.dealloc(block, layout) };
+        }
         count(-cost(layout.size(), layout.align()));
     }
 
     #[inline]
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // SAFETY: as in `alloc`.
-        let moved = unsafe { System.realloc(block, layout, size) };
+        let was = is_mapped(layout.size(), layout.align());
+        let moved = if was || is_mapped(size, layout.align()) {
+            // SAFETY: as in `alloc`.
+            unsafe { self.resize(block, layout, size) }
+        } else {
+            // SAFETY: as in `alloc`.
+            unsafe { System.realloc(block, layout, size) }
+        };
         if !moved.is_null() {
             count(cost(size, layout.align()) - cost(layout.size(), layout.align()));
         }
         moved
     }
+}
+
+impl CountingAllocator {
+    /// `realloc` where the old block or the new one has pages of its own; not counted.
+    ///
+    /// # Safety
+    /// As `GlobalAlloc::realloc`.
+    #[cold]
+    #[inline(never)]
+    #[allow(unsafe_code)]
+    unsafe fn resize(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        let align = layout.align();
+        let was = is_mapped(layout.size(), align);
+        if was && is_mapped(size, align) {
+            // SAFETY: a block of this layout was made by `pages`, and its owner gives it up for the new one.
+            return unsafe { pages::remap(block, layout.size(), size) };
+        }
+        let moved = if was {
+            // SAFETY: the size is not zero, and the caller has promised that it fits the alignment.
+            unsafe { System.alloc(Layout::from_size_align_unchecked(size, align)) }
+        } else {
+            pages::map(size)
+        };
+        if moved.is_null() {
+            return moved;
+        }
+        // SAFETY: both blocks have that many bytes and are apart; the old one is given back as it was made.
+        unsafe {
+            std::ptr::copy_nonoverlapping(block, moved, layout.size().min(size));
+            if was {
+                pages::unmap(block, layout.size());
+            } else {
+                System.dealloc(block, layout);
+            }
+        }
+        moved
+    }
+}
+
+/// Blocks with pages of their own. The system's allocator makes such ones, too, but takes a big block from what was freed
+/// before if it can, and copies it when it grows: tens of megabytes at once.
+#[cfg(target_os = "linux")]
+mod pages {
+    /// Fresh pages, all zero; null if there are none to be had.
+    pub(super) fn map(size: usize) -> *mut u8 {
+        let access = libc::PROT_READ | libc::PROT_WRITE;
+        let kind = libc::MAP_PRIVATE | libc::MAP_ANONYMOUS;
+        // SAFETY: a new mapping without an address or a file touches nothing that is there.
+        #[allow(unsafe_code)]
+        let block = unsafe { libc::mmap(std::ptr::null_mut(), size, access, kind, -1, 0) };
+        checked(block)
+    }
+
+    /// Another size, with the contents.
+    ///
+    /// # Safety
+    /// `block` is of this module with `size` bytes; if the answer is not null, it is gone.
+    #[allow(unsafe_code)]
+    pub(super) unsafe fn remap(block: *mut u8, size: usize, wanted: usize) -> *mut u8 {
+        // SAFETY: the caller's promise.
+        checked(unsafe { libc::mremap(block.cast(), size, wanted, libc::MREMAP_MAYMOVE) })
+    }
+
+    /// Gives a block back.
+    ///
+    /// # Safety
+    /// `block` is of this module with `size` bytes, and nobody uses it any more.
+    #[allow(unsafe_code)]
+    pub(super) unsafe fn unmap(block: *mut u8, size: usize) {
+        // SAFETY: the caller's promise.
+        unsafe { libc::munmap(block.cast(), size) };
+    }
+
+    fn checked(block: *mut libc::c_void) -> *mut u8 {
+        match block {
+            libc::MAP_FAILED => std::ptr::null_mut(),
+            block => block.cast(),
+        }
+    }
+}
+
+/// Elsewhere no block has pages of its own (`is_mapped`).
+#[cfg(not(target_os = "linux"))]
+#[allow(unsafe_code, clippy::missing_safety_doc)]
+mod pages {
+    pub(super) fn map(_: usize) -> *mut u8 {
+        std::ptr::null_mut()
+    }
+
+    pub(super) unsafe fn remap(_: *mut u8, _: usize, _: usize) -> *mut u8 {
+        std::ptr::null_mut()
+    }
+
+    pub(super) unsafe fn unmap(_: *mut u8, _: usize) {}
 }
 
 /// Bytes the allocations of this thread come to.
@@ -188,6 +308,8 @@ pub(crate) struct Budget<'p> {
     given_up: Cell<bool>,
 }
 
+/// Work to drop something small, in units of `eval::pace`.
+pub(crate) const DROP: usize = 64;
 /// Work after which a pause is asked for.
 const PAUSE_AFTER: usize = 1 << 13;
 
@@ -218,6 +340,14 @@ impl<'p> Budget<'p> {
         self.work.set(work);
         if work >= PAUSE_AFTER {
             self.rest();
+        }
+    }
+
+    /// Drops many parts of something, with pauses.
+    pub(crate) fn drop_each<T>(&self, parts: impl IntoIterator<Item = T>) {
+        for part in parts {
+            self.worked(DROP);
+            drop(part);
         }
     }
 
@@ -298,8 +428,9 @@ pub(crate) fn set_fuel(fuel: u32) {
     });
 }
 
-/// Tells the system's allocator once and for all from which size on it maps pages of their own. By itself it would raise that
-/// to 32 MiB as soon as one such block is freed; then a growing text is copied, and twice its size stays resident.
+/// Tells the system's allocator once and for all to give freed memory back early, and to join freed blocks with their
+/// neighbours at once. By itself it keeps small ones aside and joins all of them when some big one is freed: milliseconds for the
+/// tree of a long text, at a moment nobody can choose.
 pub(crate) fn settle() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
@@ -309,6 +440,7 @@ pub(crate) fn settle() {
             #[allow(unsafe_code)]
             unsafe {
                 libc::mallopt(libc::M_MMAP_THRESHOLD, MAPPED as libc::c_int);
+                libc::mallopt(libc::M_MXFAST, 0);
                 libc::mallopt(libc::M_TRIM_THRESHOLD, 2 * MAPPED as libc::c_int);
             }
         });
@@ -341,6 +473,26 @@ mod tests {
         let small: Vec<Box<u8>> = (0..100).map(Box::new).collect();
         assert!(held() - before >= (1 << 20) + 3200);
         drop((buffer, small));
+        assert_eq!(held() - before, 0);
+    }
+
+    #[test]
+    fn blocks_keep_their_contents_from_one_way_of_being_kept_to_the_other() {
+        let before = held();
+        let mut block: Vec<u32> = (0..1000).collect();
+        for words in [MAPPED / 4, MAPPED, 4 * MAPPED, MAPPED / 2, MAPPED / 4 + 1, 2000, 1000] {
+            if words > block.capacity() {
+                block.reserve_exact(words - block.len());
+            } else {
+                block.shrink_to(words);
+            }
+            assert!(block.capacity() >= words);
+            assert!(block.iter().copied().eq(0..1000), "{words}");
+        }
+        drop(block);
+        let zeroed = vec![0_u8; 3 * MAPPED + 5];
+        assert!(zeroed.iter().all(|byte| *byte == 0));
+        drop(zeroed);
         assert_eq!(held() - before, 0);
     }
 

@@ -1,5 +1,6 @@
 //! Targets.
 
+use crate::value::trash::Nodes;
 use super::Lower;
 use super::expr::keeps_locals;
 use crate::ast::{self, ExprKind};
@@ -37,7 +38,7 @@ impl Lower<'_> {
             }
             // The parser accepts no other targets.
             _ => Box::new(Unpack {
-                targets: Box::default(),
+                targets: Nodes::default(),
                 star: None,
                 span,
             }),
@@ -57,7 +58,7 @@ impl Lower<'_> {
             && !matches!(second.kind, ExprKind::Starred(_))
         {
             return LoopTarget::Pair(Unpack {
-                targets: Box::new([self.target(first), self.target(second)]),
+                targets: [self.target(first), self.target(second)].into_iter().collect(),
                 star: None,
                 span: target.span,
             });
@@ -65,7 +66,7 @@ impl Lower<'_> {
         LoopTarget::Other(self.target(target))
     }
 
-    pub(super) fn targets(&mut self, targets: &[ast::Expr]) -> Box<[Box<dyn Target>]> {
+    pub(super) fn targets(&mut self, targets: &[ast::Expr]) -> Nodes<Box<dyn Target>> {
         targets.iter().map(|target| self.target(target)).collect()
     }
 

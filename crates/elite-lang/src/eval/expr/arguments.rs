@@ -3,6 +3,7 @@
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
+use crate::value::trash::Nodes;
 use crate::value::symbol::{Passing, known};
 use crate::value::{Dict, R, Symbol, Value};
 
@@ -23,7 +24,7 @@ pub struct CallWith {
     /// What is called.
     pub function: Expr,
     /// With what, in the order of the text.
-    pub args: Box<[CallArg]>,
+    pub args: Nodes<CallArg>,
     /// Where it is written.
     pub span: Span,
 }

@@ -11,6 +11,7 @@ use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
 use crate::resolve::Place;
 use crate::source::Span;
+use crate::value::trash::Nodes;
 use crate::value::class::Base;
 use crate::value::symbol::known;
 use crate::value::{Class, Function, R, Raised, Symbol, Value};
@@ -20,7 +21,7 @@ pub struct DefineFunction {
     /// The function.
     pub function: MakeFunction,
     /// Its decorators, outermost first, with their places.
-    pub decorators: Box<[(Expr, Span)]>,
+    pub decorators: Nodes<(Expr, Span)>,
     /// The name it is bound to.
     pub target: Box<dyn Target>,
 }
@@ -54,13 +55,13 @@ pub struct DefineClass {
     /// Where its closure comes from.
     pub closure: Box<[Place]>,
     /// Base classes and keywords.
-    pub args: Box<[CallArg]>,
+    pub args: Nodes<CallArg>,
     /// How many of the leading slots of the body are attributes.
     pub names: usize,
     /// The slot with the cell of `__class__`.
     pub class_cell: Option<u32>,
     /// Its decorators, outermost first, with their places.
-    pub decorators: Box<[(Expr, Span)]>,
+    pub decorators: Nodes<(Expr, Span)>,
     /// The name it is bound to.
     pub target: Box<dyn Target>,
     /// `__module__`.
