@@ -12,6 +12,7 @@ use crate::ast::{Module, Stmt, StmtKind};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::eval::bulk::EACH;
 use crate::eval::code::Code;
 use crate::limits::memory::Budget;
 use crate::parser::{Parsed, TREE_MAX, parse_expression, parse_within};
@@ -371,7 +372,11 @@ fn text_scope(
 fn fill(ev: &Evaluator<'_>, namespace: &Namespace, dict: &Dict) -> R<()> {
     for (_, key, value) in dict.entries() {
         ev.worked(VARIABLE)?;
-        if let Value::Str(name) = key {
+        // No text could speak of a longer one.
+        if let Value::Str(name) = key
+            && name.as_str().len() <= TEXT_MAX
+        {
+            ev.worked(name.as_str().len() * EACH)?;
             let name = ev.core.symbols.take(name.as_str());
             drop(namespace.own_cell(name).value.replace(value));
         }

@@ -16,15 +16,15 @@ pub fn install(core: &Rc<Core>) {
     let bound: &[(&'static str, &str, super::BoundFn)] = &[
         ("abs", "x /", abs),
         ("bin", "number /", |ev, args| {
-            Ok(Value::str(prefixed(&ev.to_int(&args[0])?, 2, "0b")))
+            ev.string(prefixed(&ev.to_int(&args[0])?, 'b', "0b", ev)?)
         }),
         ("chr", "i /", chr),
         ("divmod", "x y /", divmod),
         ("hex", "number /", |ev, args| {
-            Ok(Value::str(prefixed(&ev.to_int(&args[0])?, 16, "0x")))
+            ev.string(prefixed(&ev.to_int(&args[0])?, 'x', "0x", ev)?)
         }),
         ("oct", "number /", |ev, args| {
-            Ok(Value::str(prefixed(&ev.to_int(&args[0])?, 8, "0o")))
+            ev.string(prefixed(&ev.to_int(&args[0])?, 'o', "0o", ev)?)
         }),
         ("ord", "c /", ord),
         ("pow", "base exp mod?", pow),

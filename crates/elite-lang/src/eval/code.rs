@@ -6,7 +6,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use super::steps::Step;
-use super::{Evaluator, Expr, Flow, Frame, Statement};
+use super::{Evaluator, Expr, Flow, Frame, Statement, attempt};
 use crate::source::{SourceFile, Span};
 use crate::value::symbol::SymbolSet;
 use crate::value::trash::{self, Nodes};
@@ -124,7 +124,9 @@ impl Refers {
         for cell in &*self.cells.borrow() {
             each(cell)?;
         }
-        self.codes.iter().try_for_each(|code| code.refers.each_cell(each))
+        self.codes
+            .iter()
+            .try_for_each(|code| code.refers.each_cell(each))
     }
 
     /// Empties the list, that of all code within included.
@@ -258,6 +260,11 @@ impl Body {
     }
 }
 
+/// Statements of a block from which on each counts as work: there may be no loop and no call among them, so no safepoint.
+const LONG: usize = 256;
+/// What one of them counts.
+const STATEMENT: usize = 128;
+
 /// Statements one after the other, with their lines.
 #[derive(Default)]
 pub struct Block {
@@ -285,9 +292,26 @@ impl Block {
         self.statements.is_empty()
     }
 
+    #[cold]
+    #[inline(never)]
+    fn exec_long(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        for line in &self.statements {
+            ev.core.line.set(line.number);
+            attempt!(ev.worked(STATEMENT));
+            match line.statement.exec(ev, f) {
+                Flow::Next => {}
+                other => return other,
+            }
+        }
+        Flow::Next
+    }
+
     /// Executes the statements up to one that leaves the block.
     #[inline]
     pub fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        if self.statements.len() > LONG {
+            return self.exec_long(ev, f);
+        }
         for line in &*self.statements {
             ev.core.line.set(line.number);
             match line.statement.exec(ev, f) {

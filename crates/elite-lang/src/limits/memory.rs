@@ -29,6 +29,10 @@ struct Account {
     fuel: Cell<u32>,
     /// What was taken from `fuel` by the alarm, until somebody has looked.
     withheld: Cell<Option<u32>>,
+    /// Big blocks are left to `tidy`.
+    puts_off: Cell<bool>,
+    /// Pages that are to be given back.
+    left: Cell<pages::Left>,
 }
 
 thread_local! {
@@ -38,6 +42,8 @@ thread_local! {
             alarm: Cell::new(isize::MAX),
             fuel: Cell::new(0),
             withheld: Cell::new(None),
+            puts_off: Cell::new(false),
+            left: Cell::new(pages::Left::NONE),
         }
     };
 }
@@ -130,7 +136,7 @@ unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
         if is_mapped(layout.size(), layout.align()) {
             // SAFETY: a block of this layout was made by `pages`, and its owner gives it back.
-            unsafe { pages::unmap(block, layout.size()) };
+            unsafe { give_back(block, layout.size()) };
         } else {
             // SAFETY: as in `alloc`.
             unsafe { System.dealloc(block, layout) };
@@ -152,6 +158,36 @@ unsafe impl GlobalAlloc for CountingAllocator {
             count(cost(size, layout.align()) - cost(layout.size(), layout.align()));
         }
         moved
+    }
+}
+
+/// Bytes of pages that are given back at once: the system takes some milliseconds for ten times as many.
+const AT_ONCE: usize = 4 << 20;
+
+/// From now on (or no longer, `false`) big blocks are given back bit by bit, by `tidy`.
+pub(crate) fn put_off(on: bool) {
+    let _ = ACCOUNT.try_with(|account| account.puts_off.set(on));
+}
+
+/// Gives back a block of `pages`, or the most of it later.
+///
+/// # Safety
+/// As `pages::unmap`.
+#[allow(unsafe_code)]
+unsafe fn give_back(block: *mut u8, size: usize) {
+    let later = |account: &Account| {
+        let is_put_off = size > AT_ONCE && account.puts_off.get();
+        if is_put_off {
+            // SAFETY: the caller's promise.
+            account
+                .left
+                .set(unsafe { account.left.get().with(block, size) });
+        }
+        is_put_off
+    };
+    if !ACCOUNT.try_with(later).unwrap_or(false) {
+        // SAFETY: the caller's promise.
+        unsafe { pages::unmap(block, size) };
     }
 }
 
@@ -226,6 +262,59 @@ mod pages {
         unsafe { libc::munmap(block.cast(), size) };
     }
 
+    /// Blocks that are given back bit by bit. Each has the next one, and its own size, written into its first bytes.
+    #[derive(Clone, Copy)]
+    pub(super) struct Left(*mut Block);
+
+    struct Block {
+        next: Left,
+        size: usize,
+    }
+
+    impl Left {
+        pub(super) const NONE: Self = Left(std::ptr::null_mut());
+
+        /// With one more.
+        ///
+        /// # Safety
+        /// As `unmap`.
+        #[allow(unsafe_code)]
+        pub(super) unsafe fn with(self, block: *mut u8, size: usize) -> Self {
+            let block: *mut Block = block.cast();
+            // SAFETY: the block is at the start of a page, bigger than that, and nobody else's any more.
+            unsafe { block.write(Block { next: self, size }) };
+            Left(block)
+        }
+
+        /// Without up to `bytes` of them, a whole number of pages.
+        #[allow(unsafe_code)]
+        pub(super) fn without(self, bytes: usize) -> Self {
+            if self.0.is_null() {
+                return self;
+            }
+            // SAFETY: `with` has written it, and only this list has it.
+            let Block { next, size } = unsafe { self.0.read() };
+            if size <= bytes {
+                // SAFETY: as above.
+                unsafe { unmap(self.0.cast(), size) };
+                return next;
+            }
+            // From its end, so that its beginning stays what it is; the end is that of its last page.
+            let end = size.next_multiple_of(super::PAGE);
+            let size = end - bytes;
+            // SAFETY: as above; these pages are the last ones of the block, which then ends before them.
+            unsafe {
+                unmap(self.0.cast::<u8>().add(size), bytes);
+                self.0.write(Block { next, size });
+            }
+            self
+        }
+
+        pub(super) fn is_empty(self) -> bool {
+            self.0.is_null()
+        }
+    }
+
     fn checked(block: *mut libc::c_void) -> *mut u8 {
         match block {
             libc::MAP_FAILED => std::ptr::null_mut(),
@@ -247,6 +336,25 @@ mod pages {
     }
 
     pub(super) unsafe fn unmap(_: *mut u8, _: usize) {}
+
+    #[derive(Clone, Copy)]
+    pub(super) struct Left;
+
+    impl Left {
+        pub(super) const NONE: Self = Left;
+
+        pub(super) unsafe fn with(self, _: *mut u8, _: usize) -> Self {
+            self
+        }
+
+        pub(super) fn without(self, _: usize) -> Self {
+            self
+        }
+
+        pub(super) fn is_empty(self) -> bool {
+            true
+        }
+    }
 }
 
 /// Bytes the allocations of this thread come to.
@@ -309,7 +417,7 @@ pub(crate) struct Budget<'p> {
 }
 
 /// Work to drop something small, in units of `eval::pace`.
-pub(crate) const DROP: usize = 64;
+pub(crate) const DROP: usize = 96;
 /// Work after which a pause is asked for.
 const PAUSE_AFTER: usize = 1 << 13;
 
@@ -428,9 +536,10 @@ pub(crate) fn set_fuel(fuel: u32) {
     });
 }
 
-/// Tells the system's allocator once and for all to give freed memory back early, and to join freed blocks with their
-/// neighbours at once. By itself it keeps small ones aside and joins all of them when some big one is freed: milliseconds for the
-/// tree of a long text, at a moment nobody can choose.
+/// Tells the system's allocator once and for all to join freed blocks with their neighbours at once, and to give nothing back
+/// to the system before it is told to (`trim`). By itself it keeps small ones aside and joins all of them when some big one is
+/// freed, and gives back whatever is free at the end of its heap then: milliseconds for the tree of a long text, at a moment
+/// nobody can choose.
 pub(crate) fn settle() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
@@ -441,10 +550,33 @@ pub(crate) fn settle() {
             unsafe {
                 libc::mallopt(libc::M_MMAP_THRESHOLD, MAPPED as libc::c_int);
                 libc::mallopt(libc::M_MXFAST, 0);
-                libc::mallopt(libc::M_TRIM_THRESHOLD, 2 * MAPPED as libc::c_int);
+                libc::mallopt(libc::M_TRIM_THRESHOLD, libc::c_int::MAX);
             }
         });
     }
+}
+
+/// Has the system's allocator sort what has been freed since the last call. It leaves that to the next request that is not
+/// quite small otherwise, which then takes milliseconds for tens of thousands of blocks. Gives back some of what `put_off` has
+/// left; whether there is more.
+pub(crate) fn tidy() -> bool {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        // More than what is kept aside for each thread, less than what makes it look further.
+        const SIZE: usize = 4 << 10;
+        // SAFETY: a block of the system is given back as it was made; the call takes null, too.
+        #[allow(unsafe_code)]
+        unsafe {
+            let block = libc::malloc(SIZE);
+            libc::free(std::hint::black_box(block));
+        }
+    }
+    let given_back = |account: &Account| {
+        let left = account.left.get().without(AT_ONCE);
+        account.left.set(left);
+        !left.is_empty()
+    };
+    ACCOUNT.try_with(given_back).unwrap_or(false)
 }
 
 /// Gives memory that was freed back to the system. Takes some milliseconds for every hundred megabytes.
@@ -480,7 +612,15 @@ mod tests {
     fn blocks_keep_their_contents_from_one_way_of_being_kept_to_the_other() {
         let before = held();
         let mut block: Vec<u32> = (0..1000).collect();
-        for words in [MAPPED / 4, MAPPED, 4 * MAPPED, MAPPED / 2, MAPPED / 4 + 1, 2000, 1000] {
+        for words in [
+            MAPPED / 4,
+            MAPPED,
+            4 * MAPPED,
+            MAPPED / 2,
+            MAPPED / 4 + 1,
+            2000,
+            1000,
+        ] {
             if words > block.capacity() {
                 block.reserve_exact(words - block.len());
             } else {
@@ -494,6 +634,22 @@ mod tests {
         assert!(zeroed.iter().all(|byte| *byte == 0));
         drop(zeroed);
         assert_eq!(held() - before, 0);
+    }
+
+    #[test]
+    fn big_blocks_go_back_bit_by_bit() {
+        let before = held();
+        let blocks = [
+            vec![1_u8; 9 << 20],
+            vec![2_u8; (5 << 20) + 1],
+            vec![3_u8; 1 << 20],
+        ];
+        put_off(true);
+        drop(blocks);
+        put_off(false);
+        assert_eq!(held() - before, 0);
+        // Two of them, in pieces of at most four megabytes, the last piece of each smaller.
+        assert!(tidy() && tidy() && tidy() && tidy() && !tidy());
     }
 
     #[test]

@@ -12,7 +12,6 @@ use crate::eval::expr::arguments::{CallArg, CallWith};
 use crate::eval::expr::attribute::{Attribute, Cache};
 use crate::eval::expr::binary::{Unary, binary};
 use crate::eval::expr::boolean::{And, IfElse, Not, Or};
-use crate::eval::expr::whole::Whole;
 use crate::eval::expr::call::{Call, CallMethod, SuperCall};
 use crate::eval::expr::compare::{Chain, compare};
 use crate::eval::expr::comprehension::{
@@ -28,6 +27,7 @@ use crate::eval::expr::keywords::CallKeywords;
 use crate::eval::expr::names::{ClassName, Const, Free, Global, Local, LocalCell, Named};
 use crate::eval::expr::operand::Operand;
 use crate::eval::expr::percent::PercentFormat;
+use crate::eval::expr::whole::Whole;
 use crate::eval::expr::yields::{Yield, YieldFrom};
 use crate::resolve::Place;
 use crate::source::Span;

@@ -101,11 +101,7 @@ struct Extent {
 type Line = (u32, Box<dyn Statement>);
 
 /// The nodes of a text in the table of the interpreter.
-fn passes(
-    core: &Core,
-    nodes: &[NodeMark],
-    budget: &Budget<'_>,
-) -> BTreeMap<NodePlace, Vec<Pass>> {
+fn passes(core: &Core, nodes: &[NodeMark], budget: &Budget<'_>) -> BTreeMap<NodePlace, Vec<Pass>> {
     let mut passes: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for mark in nodes {
         budget.worked(2 * NAME);
@@ -169,6 +165,7 @@ impl<'l> Lower<'l> {
     }
 
     fn place(&self, name: &str) -> Place {
+        self.budget.worked(NAME);
         self.places(self.scope)
             .names
             .get(name)

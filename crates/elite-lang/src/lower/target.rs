@@ -1,6 +1,5 @@
 //! Targets.
 
-use crate::value::trash::Nodes;
 use super::Lower;
 use super::expr::keeps_locals;
 use crate::ast::{self, ExprKind};
@@ -11,6 +10,7 @@ use crate::eval::stmt::target::{
 };
 use crate::resolve::Place;
 use crate::source::Span;
+use crate::value::trash::Nodes;
 
 impl Lower<'_> {
     pub(super) fn target(&mut self, target: &ast::Expr) -> Box<dyn Target> {
@@ -58,7 +58,9 @@ impl Lower<'_> {
             && !matches!(second.kind, ExprKind::Starred(_))
         {
             return LoopTarget::Pair(Unpack {
-                targets: [self.target(first), self.target(second)].into_iter().collect(),
+                targets: [self.target(first), self.target(second)]
+                    .into_iter()
+                    .collect(),
                 star: None,
                 span: target.span,
             });

@@ -117,7 +117,7 @@ impl Resolution {
 }
 
 /// Work for one mention of a name.
-const NAME: usize = 200;
+const NAME: usize = 600;
 
 /// Resolves all names of a program. `known` are the names the embedder provides beside Python's builtins.
 pub fn resolve(module: &Module, known: &KnownNames) -> Resolution {

@@ -308,6 +308,7 @@ impl Assigner<'_, '_> {
         let scope = self.scope(id)?;
         let mut places = ScopePlaces::default();
         for info in &scope.names {
+            self.scopes.budget.worked(NAME);
             if !self.goes_on() {
                 return None;
             }
@@ -334,12 +335,9 @@ impl Assigner<'_, '_> {
 
     fn layout(&self, id: ScopeId, scope: &Scope, own: &Slots, slots: &[Slots]) -> FrameLayout {
         let own = &own.names;
-        let cells = own
-            .iter()
-            .enumerate()
-            .filter(|(_, (owner, name))| {
-                self.goes_on() && *owner == id && self.is_captured(id, name)
-            });
+        let cells = own.iter().enumerate().filter(|(_, (owner, name))| {
+            self.goes_on() && *owner == id && self.is_captured(id, name)
+        });
         let is_class = scope.kind == ScopeKind::Class;
         let class_cell = own
             .iter()

@@ -108,9 +108,9 @@ impl Namespace {
         let mut kept = from;
         for at in from..end {
             let name = order[at];
-            let is_unused = cells.get(&name).is_none_or(|cell| {
-                Rc::strong_count(cell) == 1 && cell.value.borrow().is_unbound()
-            });
+            let is_unused = cells
+                .get(&name)
+                .is_none_or(|cell| Rc::strong_count(cell) == 1 && cell.value.borrow().is_unbound());
             if is_unused {
                 // It is unbound, so no code runs.
                 cells.remove(&name);

@@ -115,6 +115,7 @@ impl<T> Rest for Parts<T> {
 /// From now on (or no longer, `false`) the parts of big containers are dropped bit by bit, by `drop_some`. A container of
 /// millions of values takes many milliseconds otherwise, in which nobody else has a turn.
 pub fn put_off(on: bool) -> bool {
+    memory::put_off(on);
     PUTS_OFF.with(|puts_off| puts_off.replace(on))
 }
 
@@ -257,6 +258,12 @@ pub fn tells(value: &Value) -> bool {
 
 /// Drops some of what has been left; whether there is more.
 pub fn drop_some() -> bool {
+    let more = drop_portion();
+    // Both are to be done.
+    memory::tidy() | more
+}
+
+fn drop_portion() -> bool {
     let _ = GIVEN_BACK.try_with(|given_back| given_back.set(0));
     loop {
         let taken = PUT_OFF.try_with(|put_off| put_off.borrow_mut().pop());

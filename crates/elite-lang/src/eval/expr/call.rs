@@ -10,9 +10,9 @@ use crate::errors::ExceptionKind;
 use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
-use crate::value::trash::Nodes;
 use crate::value::class::Making;
 use crate::value::instance::Payload;
+use crate::value::trash::Nodes;
 use crate::value::{Class, Function, Instance, R, Symbol, Value};
 
 /// `function(a, b)` without stars and keywords.

@@ -3,8 +3,8 @@
 use crate::eval::code::Block;
 use crate::eval::expr::operand::Operand;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Statement, attempt};
-use crate::value::trash::Nodes;
 use crate::value::Value;
+use crate::value::trash::Nodes;
 
 /// `if test: … elif test: … else: …`
 pub struct If {

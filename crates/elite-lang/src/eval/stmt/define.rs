@@ -11,9 +11,9 @@ use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
 use crate::resolve::Place;
 use crate::source::Span;
-use crate::value::trash::Nodes;
 use crate::value::class::Base;
 use crate::value::symbol::known;
+use crate::value::trash::Nodes;
 use crate::value::{Class, Function, R, Raised, Symbol, Value};
 
 /// `def`
@@ -117,7 +117,7 @@ impl DefineClass {
         if let (Some(metaclass), Value::Instance(_)) = (&metaclass, &prepared) {
             return self.build_in(ev, f, function, metaclass, prepared, bases, keywords);
         }
-        let prepared = ev.prepared_names(&prepared);
+        let prepared = ev.prepared_names(&prepared).at(ev, f, self.span)?;
         with_slots(self.code.slots + 1, |slots| {
             for (name, value) in &prepared {
                 let names = &self.code.slot_names[..self.names];
@@ -224,6 +224,9 @@ fn without_room(base: Base) -> Option<&'static str> {
     }
 }
 
+/// Work for an attribute of a new class.
+const ATTRIBUTE: usize = 256;
+
 impl Evaluator<'_> {
     /// A class as the `class` statement and `type(name, bases, dict)` make it.
     pub fn make_class(
@@ -232,6 +235,7 @@ impl Evaluator<'_> {
         bases: &[Value],
         attrs: Vec<(Symbol, Value)>,
     ) -> R<Rc<Class>> {
+        self.check_name(name)?;
         let mut parents: Vec<Rc<Class>> = Vec::new();
         for base in bases {
             let Value::Class(class) = base else {
@@ -275,7 +279,7 @@ impl Evaluator<'_> {
                         return Err(self
                             .type_error(format!("__slots__ items must be strings, not '{name}'")));
                     };
-                    slots.push(self.core.symbols.take(text.as_str()));
+                    slots.push(self.take_name(text.as_str())?);
                 }
                 if let (false, Some(extended)) = (slots.is_empty(), without_room(base)) {
                     let text =
@@ -295,6 +299,7 @@ impl Evaluator<'_> {
                 _ => value,
             };
             class.set(name, value);
+            self.worked(ATTRIBUTE)?;
         }
         if has_eq && !has_hash {
             class.set(known::HASH, Value::None);

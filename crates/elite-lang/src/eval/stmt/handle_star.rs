@@ -6,8 +6,8 @@ use super::handle::Handler;
 use crate::builtins::types::group::{Matcher, Parts, is_group};
 use crate::eval::code::Block;
 use crate::eval::{Evaluator, Flow, Frame, Located, Statement};
-use crate::value::trash::Nodes;
 use crate::value::exception::ExceptionState;
+use crate::value::trash::Nodes;
 use crate::value::{Instance, R, Raised, Value};
 
 /// `try: … except* …: … else: …`
