@@ -23,7 +23,8 @@ def _bytes_of(data):
 
 def _check_room(buffer):
     if not isinstance(buffer, bytearray):
-        raise TypeError(f"readinto() argument must be read-write bytes-like object, not {type(buffer).__name__}")
+        given = "None" if buffer is None else type(buffer).__name__
+        raise TypeError(f"readinto() argument must be read-write bytes-like object, not {given}")
 
 
 class IOBase:
