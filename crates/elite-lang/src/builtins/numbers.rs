@@ -217,10 +217,16 @@ fn round_int(ev: &Evaluator<'_>, int: Int, digits: i64) -> R {
     if digits.unsigned_abs() > int.bits() {
         return Ok(Value::Int(0));
     }
-    let unit = num_bigint::BigInt::from(10).pow(digits.unsigned_abs() as u32);
-    let (quotient, remainder) = crate::value::int::big_floor_divmod(&int.to_big(), &unit);
+    // A power of ten with one digit more than the integer is more than twice as big (0.302 > log10 2).
+    if digits.unsigned_abs() > int.bits() * 302 / 1000 + 2 {
+        return Ok(Value::Int(0));
+    }
+    let unit = ev.big_power(&num_bigint::BigInt::from(10), digits.unsigned_abs())?;
+    let (quotient, remainder) = ev.big_divmod(&int.to_big(), &unit)?;
     let twice: num_bigint::BigInt = remainder * 2;
     let up = twice > unit || (twice == unit && quotient.bit(0));
     ev.check_bits(int.bits() + 4)?;
-    Ok(Value::bigint((quotient + u8::from(up)) * unit))
+    Ok(Value::bigint(
+        ev.big_product(&(quotient + u8::from(up)), &unit)?,
+    ))
 }

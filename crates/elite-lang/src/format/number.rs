@@ -166,7 +166,7 @@ pub(super) fn real(
         negative = false;
     }
     let head = &body.head;
-    let (digits, fraction) = head.split_at(head.find('.').unwrap_or(head.len()));
+    let (digits, fraction) = head.split_at(head.find(['.', 'e', 'E']).unwrap_or(head.len()));
     let finite = value.is_finite();
     let spec_without_grouping = Spec {
         grouping: None,

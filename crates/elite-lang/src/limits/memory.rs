@@ -582,10 +582,19 @@ pub(crate) fn tidy() -> bool {
 /// Gives memory that was freed back to the system. Takes some milliseconds for every hundred megabytes.
 pub(crate) fn trim() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    // SAFETY: the call takes no pointers and may be made at any time, from any thread.
-    #[allow(unsafe_code)]
-    unsafe {
-        libc::malloc_trim(0);
+    {
+        // So much that the system's allocator looks, when it is freed, at what is free at the end of the heap of this thread.
+        const LOOKED_AT: usize = 128 << 10;
+        // SAFETY: a block of the system is given back as it was made; the other calls take numbers only and may be made at
+        // any time, from any thread.
+        #[allow(unsafe_code)]
+        unsafe {
+            libc::mallopt(libc::M_TRIM_THRESHOLD, MAPPED as libc::c_int);
+            let block = libc::malloc(LOOKED_AT);
+            libc::free(std::hint::black_box(block));
+            libc::malloc_trim(0);
+            libc::mallopt(libc::M_TRIM_THRESHOLD, libc::c_int::MAX);
+        }
     }
 }
 
