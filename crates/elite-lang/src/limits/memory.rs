@@ -64,13 +64,25 @@ fn is_mapped(size: usize, align: usize) -> bool {
 fn cost(size: usize, align: usize) -> isize {
     let size = if size >= MAPPED {
         size.saturating_add(PAGE - 1) & !(PAGE - 1)
-    } else if size <= 24 {
-        32
     } else {
-        (size + 8 + 15) & !15
+        cost_of_small(size) as usize
     };
-    let padding = if align > 16 { align } else { 0 };
+    let padding = if align > ALIGN { align } else { 0 };
     size.saturating_add(padding) as isize
+}
+
+/// How the system aligns what it is asked for without more words.
+const ALIGN: usize = 16;
+
+/// Whether a request is one of nearly all: neither big nor aligned in any way of its own.
+#[inline(always)]
+fn is_small(layout: Layout) -> bool {
+    layout.size() < MAPPED && layout.align() <= ALIGN
+}
+
+#[inline(always)]
+fn cost_of_small(size: usize) -> isize {
+    ((size + 8 + 15) & !15).max(32) as isize
 }
 
 impl Account {
@@ -99,12 +111,26 @@ fn count(bytes: isize) {
     let _ = ACCOUNT.try_with(|account| account.add(bytes));
 }
 
+/// Counts what is given back, which raises no alarm.
+#[inline(always)]
+fn count_off(bytes: isize) {
+    let _ = ACCOUNT.try_with(|account| account.held.set(account.held.get() - bytes));
+}
+
 // SAFETY: every call is handed to the system's allocator as it came, or, as its layout says, to `pages`; the answer is returned
 // as it is. Counting touches a cell of the thread only, which allocates nothing and cannot unwind.
 #[allow(unsafe_code)]
 unsafe impl GlobalAlloc for CountingAllocator {
     #[inline]
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        if is_small(layout) {
+            // SAFETY: as below.
+            let block = unsafe { System.alloc(layout) };
+            if !block.is_null() {
+                count(cost_of_small(layout.size()));
+            }
+            return block;
+        }
         let block = if is_mapped(layout.size(), layout.align()) {
             pages::map(layout.size())
         } else {
@@ -134,6 +160,11 @@ unsafe impl GlobalAlloc for CountingAllocator {
 
     #[inline]
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
+        if is_small(layout) {
+            // SAFETY: as in `alloc`.
+            unsafe { System.dealloc(block, layout) };
+            return count_off(cost_of_small(layout.size()));
+        }
         if is_mapped(layout.size(), layout.align()) {
             // SAFETY: a block of this layout was made by `pages`, and its owner gives it back.
             unsafe { give_back(block, layout.size()) };
