@@ -6,7 +6,7 @@ use std::thread::ThreadId;
 use crate::ast::{Expr, ExprKind, FunctionDef, Module, Stmt, StmtKind};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::findings::{in_nodes, in_order};
-use crate::limits::memory::Budget;
+use crate::limits::memory::{self, Budget};
 use crate::parser::parse;
 use crate::resolve::{KnownNames, Resolution, resolve};
 use crate::source::{SourceFile, Span};
@@ -14,6 +14,9 @@ use crate::stack::with_deep_stack;
 
 /// Longest text that is compiled, in bytes.
 const TEXT_MAX: usize = 64 << 20;
+
+/// From this length on, in bytes, reading a text takes so much that what is over is worth giving back: some 100 MiB.
+const LONG_TEXT: usize = 1 << 20;
 
 /// What a program is to the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,7 +86,17 @@ impl Program {
 /// # Errors
 /// The syntax and scope errors of the text, at most [`FINDINGS_MAX`](crate::FINDINGS_MAX).
 pub fn compile(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Vec<Diagnostic>> {
-    with_deep_stack(|| compile_here(file, known))
+    let bytes = file.text().len();
+    let result = with_deep_stack(|| compile_here(file, known));
+    give_back_after(bytes);
+    result
+}
+
+/// What was taken to read a long text goes back to the system: the allocator keeps it otherwise (`limits::memory`).
+fn give_back_after(bytes: usize) {
+    if bytes > LONG_TEXT {
+        memory::trim();
+    }
 }
 
 fn compile_here(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Vec<Diagnostic>> {
@@ -118,14 +131,17 @@ fn compile_here(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Ve
 /// `undefined-name`, `unused-variable`, `unused-import`, `unreachable`, `busy-loop`, and those of the embedder's hook.
 /// Not more than [`FINDINGS_MAX`](crate::FINDINGS_MAX); where there are so many there may be further ones.
 pub fn check(file: Arc<SourceFile>, known: &KnownNames) -> Vec<Diagnostic> {
-    with_deep_stack(|| match compile_here(file.clone(), known) {
+    let bytes = file.text().len();
+    let found = with_deep_stack(|| match compile_here(file.clone(), known) {
         Ok(program) => {
             let mut found = program.warnings.to_vec();
             found.extend(crate::lint::lint(&program.module, &file, known));
             in_nodes(in_order(found), &program.module.nodes)
         }
         Err(diagnostics) => diagnostics,
-    })
+    });
+    give_back_after(bytes);
+    found
 }
 
 /// What a text is as a whole.

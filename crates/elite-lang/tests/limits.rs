@@ -161,3 +161,26 @@ fn texts_nest_two_hundred_deep_and_no_deeper() {
         );
     }
 }
+
+#[test]
+fn names_made_up_at_run_time_are_bounded() {
+    let program = "
+class C: pass
+o = C()
+long, fits = 'a' * 65537, 'a' * 65536
+acts = [lambda: hasattr(o, long), lambda: getattr(o, long, 0), lambda: setattr(o, long, 1), lambda: delattr(o, long),
+        lambda: type(long, (), {}), lambda: type('A', (), {long: 1}), lambda: dict(**{long: 1}),
+        lambda: setattr(C, '__name__', long), lambda: ('{' + long + '}').format(1), lambda: format(1, '0' * 4097)]
+for act in acts:
+    try: print('taken', act())
+    except ValueError as error: print(error)
+setattr(o, fits, 5)
+print(getattr(o, fits), hasattr(o, fits), dict(**{fits: 1}) == {fits: 1}, eval('a', {long * 20: 1, 'a': 2}))
+";
+    let expected = format!(
+        "{}{}5 True True 2\n",
+        "a name of 65537 bytes, 65536 are allowed\n".repeat(9),
+        "a format specification of 4097 bytes, 4096 are allowed\n"
+    );
+    assert_eq!(run(program), expected);
+}

@@ -165,6 +165,10 @@ import collections, json, re, struct, math, random, itertools, functools, operat
 modules = [collections, json, re, struct, math, random, itertools, functools, operator, bisect, string, io]
 def give_way():
     for _ in range(3): pass
+def tree(leaf, n):
+    # An expression that is as broad as it is deep, without a list in it.
+    while 2 * len(leaf) + 3 <= n: leaf = f'({leaf}+{leaf})'
+    return leaf
 def attempt(label, function, given, small):
     try: result = function(*small())
     except Exception: return
@@ -401,6 +405,87 @@ const TEXTS: &[(&str, &str)] = &[
     ),
     ("compile", "'x = 1\\n' * (n // 6)"),
     ("compile", "'x = [' + '1, ' * (n // 3) + ']'"),
+    // What is long in the parts of a statement, not in their number; in a function, so that it is read and not run.
+    (
+        "exec",
+        "'global ' + ', '.join(f'name{k}' for k in range(n // 12))",
+    ),
+    (
+        "exec",
+        "'def f(): global ' + ', '.join(f'name{k}' for k in range(n // 12))",
+    ),
+    (
+        "exec",
+        "'def f(): del ' + ', '.join(f'name{k}' for k in range(n // 12))",
+    ),
+    (
+        "exec",
+        "'def f(): import ' + ', '.join(f'name{k}' for k in range(n // 12))",
+    ),
+    (
+        "exec",
+        "'def f(): from os import ' + ', '.join(f'name{k}' for k in range(n // 12))",
+    ),
+    (
+        "exec",
+        "'def f():\\n' + ''.join(f' x{k} = 1\\n' for k in range(n // 20)) + ' def g(): nonlocal ' + ', '.join(f'x{k}' for k in range(n // 20))",
+    ),
+    (
+        "exec",
+        "'def f():\\n' + ''.join(f' x{k} = 1\\n' for k in range(n // 20)) + ' def g(): return [' + ', '.join(f'x{k}' for k in range(n // 20)) + ']'",
+    ),
+    (
+        "exec",
+        "''.join(f'def f{k}(): pass\\n' for k in range(n // 18))",
+    ),
+    (
+        "exec",
+        "''.join(f'class f{k}: pass\\n' for k in range(n // 18))",
+    ),
+    (
+        "exec",
+        "'class A:\\n' + ''.join(f'  x{k}: int = 1\\n' for k in range(n // 18))",
+    ),
+    (
+        "exec",
+        "'def f():\\n' + '  return lambda x: x + y\\n' * (n // 26)",
+    ),
+    ("exec", "'def f():\\n' + '  yield x\\n' * (n // 11)"),
+    (
+        "exec",
+        "'def f():\\n' + ''.join(f'  yield x{k}\\n' for k in range(n // 13))",
+    ),
+    (
+        "exec",
+        "'def f():\\n if x: y\\n' + ' elif x: y\\n' * (n // 12)",
+    ),
+    (
+        "exec",
+        "'def f():\\n try: x\\n' + ' except x: y\\n' * (n // 14)",
+    ),
+    (
+        "exec",
+        "'def f():\\n' + '  try: x\\n  except A: pass\\n' * (n // 30)",
+    ),
+    ("exec", "'def f():\\n' + '  for x in y: x\\n' * (n // 16)"),
+    ("exec", "'def f(): ' + 'x = ' * (n // 4) + 'y'"),
+    ("exec", "'def f(): x[' + ':1,' * (n // 3) + ']'"),
+    (
+        "exec",
+        "'def f(): x = [x for x in x' + ' if x' * (n // 5) + ']'",
+    ),
+    (
+        "exec",
+        "'def f(): (' + '(x for x in y), ' * (n // 16) + ')'",
+    ),
+    (
+        "exec",
+        "'def f():\\n' + ' $ LINE: (1, \"a\")\\n x = 1\\n' * (n // 26)",
+    ),
+    ("exec", "'def f(): x = ' + tree('x', n)"),
+    ("eval", "'lambda: ' + tree('x + 1', n)"),
+    ("eval", "'[' + '1,' * (n // 2)"),
+    ("eval", "'f(' + 'x=[1],' * (n // 6) + ')'"),
 ];
 
 /// Characters of those texts: as many as are allowed.
@@ -435,17 +520,138 @@ fn check_texts(part: usize, parts: usize) {
 
 #[test]
 fn reading_texts_gives_way_1() {
-    check_texts(0, 3);
+    check_texts(0, 4);
 }
 
 #[test]
 fn reading_texts_gives_way_2() {
-    check_texts(1, 3);
+    check_texts(1, 4);
 }
 
 #[test]
 fn reading_texts_gives_way_3() {
-    check_texts(2, 3);
+    check_texts(2, 4);
+}
+
+#[test]
+fn reading_texts_gives_way_4() {
+    check_texts(3, 4);
+}
+
+/// What is done with names, formats and numbers of any length: an expression of `n`.
+const ACTS: &[&str] = &[
+    "hasattr(o, 'a' * n)",
+    "getattr(o, 'a' * n, 0)",
+    "setattr(o, 'a' * n, 1)",
+    "delattr(o, 'a' * n)",
+    "setattr(C, 'a' * n, 1)",
+    "setattr(C, '__name__', 'a' * n)",
+    "getattr(math, 'a' * n)",
+    "getattr(o, 'a' * min(n, 60_000))",
+    "setattr(o, 'a' * min(n, 60_000), 1)",
+    "o.__getattribute__('a' * n)",
+    "type('a' * n, (), {})",
+    "type('A', (), {'a' * n: 1})",
+    "type('A', (), {'__slots__': ('a' * n,)})",
+    "dict(**{'a' * n: 1})",
+    "dict(**{'a' * min(n, 60_000) + str(k): 1 for k in range(200)})",
+    "f(**{'a' * n: 1})",
+    "eval('1', {'a' * n: 1})",
+    "exec('b = 1', {}, {'a' * n: 1})",
+    "'{' + 'a' * n + '}'",
+    "('{' + 'a' * n + '}').format(a=1)",
+    "('{' + '0' * n + '}').format(1)",
+    "('{0.' + 'a' * n + '}').format(1)",
+    "('{0[' + 'a' * n + ']}').format({})",
+    "('{0!' + 'a' * n + '}').format(1)",
+    "('{0:' + 'a' * n + '}').format(1)",
+    "('{0:' + '0' * n + '}').format(1)",
+    "('{:' + '{}' * (n // 2) + '}').format(1)",
+    "('{' + 'a' * n).format(1)",
+    "('{' + 'a' * n + '}').format_map({'a': 1})",
+    "('%(' + 'a' * n + ')s') % {}",
+    "('%(' + 'a' * n + ')s') % {'a' * n: 1}",
+    "(b'%(' + b'a' * n + b')s') % {}",
+    "('%' + '0' * n + 'd') % 1",
+    "('%' + '-' * n + 'd') % 1",
+    "('%' + '1' * n + 'd') % 1",
+    "('%' + 'l' * n + 'd') % 1",
+    "('位' * (n // 3) + '%q') % 1",
+    "'%.*f' % (n, 1.5)",
+    "'%.*e' % (n, 1.5)",
+    "'%#.*g' % (n, 1.5)",
+    "'%0*.*f' % (2 * n, n, 1.5)",
+    "'%-*.*F' % (2 * n, n, 1.5)",
+    "'%*d' % (n, 1)",
+    "'%.*d' % (n, 1)",
+    "'%*s' % (n, 'a')",
+    "'%.*s' % (n, '位' * (n // 2))",
+    "'%.*s' % (n // 4, '位' * (n // 2))",
+    "'%s' % ('位' * (n // 3))",
+    "b'%.*f' % (n, 1.5)",
+    "format(1.5, f'.{n}f')",
+    "format(1.5, f'.{n}%')",
+    "format(1.5, f'#.{n}G')",
+    "format(1.5, f',.{n}f')",
+    "format(1.5, f'0{n},.{n // 2}f')",
+    "format(1.5, f'^{2 * n}.{n}f')",
+    "format(1e300, f'z.{n}e')",
+    "format(1.5 + 2j, f'.{n}f')",
+    "format(1.5 + 2j, f'>{2 * n}.{n}f')",
+    "f'{1.5:.{n}f}'",
+    "'{:.{}f}'.format(1.5, n)",
+    "f'{7:{n}}{7:<{n}}{7:^{n}}'",
+    "f'{7:0{n},}'",
+    "f'{text}{text!r}{text!s:>{n + 9}}'",
+    "'{}{}'.format(text, text)",
+    "'{:.5}{:位<{}}'.format(text, text, n + 9)",
+    "bin(big), oct(big), hex(big)",
+    "f'{big:b}', f'{big:_X}', f'{big:#o}', '%x' % big, '%X' % big",
+    "round(1.5, n), round(1.5, -n), round(big, -n)",
+];
+
+#[test]
+fn names_and_formats_give_way() {
+    let acts: Vec<String> = ACTS
+        .iter()
+        .enumerate()
+        .map(|(index, act)| {
+            format!("attempt('{index}', lambda: ({act}), lambda: (), lambda: ())\n")
+        })
+        .collect();
+    let n = if cfg!(debug_assertions) {
+        PARTS
+    } else {
+        PARTS / 2
+    };
+    let program = format!(
+        "{BEGIN}
+class C: pass
+def f(**given): pass
+def attempt(label, act, given, small):
+    global n, text, big
+    n, text, big = many
+    print(label)
+    give_way()
+    try: result = act()
+    except Exception: result = None
+    give_way()
+    del result
+    give_way()
+    print('-')
+    give_way()
+o = C()
+many = {n}, 'a位' * ({n} // 4), (1 << min({n}, 4_000_000)) - 1
+{}",
+        acts.concat()
+    );
+    let trouble: Vec<String> = too_long(&program)
+        .iter()
+        .map(|(index, stretch)| {
+            format!("{}: {stretch:?}", ACTS[index.parse::<usize>().unwrap_or(0)])
+        })
+        .collect();
+    assert!(trouble.is_empty(), "\n{}", trouble.join("\n"));
 }
 
 /// Patterns that are long in every way one can be, and texts that they are looked for in.

@@ -395,7 +395,7 @@ pub struct NodeMark {
 }
 
 /// When a thread passes a directive. Statements are known by where they start.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum NodePlace {
     /// Before the statement, or the condition of an `elif`, that starts at this byte.
     Before(u32),

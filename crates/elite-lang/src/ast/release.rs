@@ -1,8 +1,11 @@
 //! The end of a tree: taken apart with pauses, because dropping one of millions of parts takes long.
 //!
-//! Owns nothing. Follows the lists that a text can make long; what is small by the grammar is dropped as it is.
+//! Owns nothing. Every kind of statement and expression is named, without a wildcard, so that a new one cannot be forgotten.
 
-use super::{Arg, DictItem, Expr, ExprKind, Module, Stmt, StmtKind};
+use super::{
+    Arg, Comprehension, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart, Ident,
+    ImportAlias, Lambda, Module, Parameter, Parameters, Stmt, StmtKind,
+};
 use crate::limits::memory::Budget;
 
 /// Work for one part.
@@ -12,6 +15,7 @@ impl Module {
     /// Drops the tree, with pauses.
     pub(crate) fn release(self, budget: &Budget<'_>) {
         statements(self.body, budget);
+        budget.drop_each(self.nodes);
     }
 }
 
@@ -20,13 +24,43 @@ fn statements(body: Vec<Stmt>, budget: &Budget<'_>) {
         budget.worked(PART);
         match statement.kind {
             StmtKind::Expr(value) => expression(value, budget),
-            StmtKind::Print { values, .. } => expressions(values, budget),
+            StmtKind::Print {
+                values,
+                trailing_comma: _,
+            } => expressions(values, budget),
             StmtKind::Assign { targets, value } => {
                 expressions(targets, budget);
                 expression(value, budget);
             }
+            StmtKind::AugAssign {
+                target,
+                op: _,
+                value,
+            } => expressions([target, value], budget),
+            StmtKind::AnnAssign {
+                target,
+                annotation,
+                value,
+            } => expressions([target, annotation].into_iter().chain(value), budget),
             StmtKind::Delete(targets) => expressions(targets, budget),
-            StmtKind::Return(Some(value)) => expression(value, budget),
+            StmtKind::Pass | StmtKind::Break | StmtKind::Continue => {}
+            StmtKind::Return(value) => expressions(value, budget),
+            StmtKind::Raise { exception, cause } => {
+                expressions(exception.into_iter().chain(cause), budget);
+            }
+            StmtKind::Global(names) | StmtKind::Nonlocal(names) => idents(names, budget),
+            StmtKind::Assert { test, message } => {
+                expressions([test].into_iter().chain(message), budget);
+            }
+            StmtKind::Import(names) => imports(names, budget),
+            StmtKind::ImportFrom {
+                module,
+                names,
+                star: _,
+            } => {
+                drop(module);
+                imports(names, budget);
+            }
             StmtKind::If { branches, orelse } => {
                 for (test, body) in branches {
                     expression(test, budget);
@@ -34,11 +68,27 @@ fn statements(body: Vec<Stmt>, budget: &Budget<'_>) {
                 }
                 statements(orelse, budget);
             }
-            StmtKind::While { body, orelse, .. } | StmtKind::For { body, orelse, .. } => {
+            StmtKind::While { test, body, orelse } => {
+                expression(test, budget);
                 statements(body, budget);
                 statements(orelse, budget);
             }
-            StmtKind::With { body, .. } => statements(body, budget),
+            StmtKind::For {
+                target,
+                iterable,
+                body,
+                orelse,
+            } => {
+                expressions([target, iterable], budget);
+                statements(body, budget);
+                statements(orelse, budget);
+            }
+            StmtKind::With { items, body } => {
+                for item in items {
+                    expressions([item.context].into_iter().chain(item.target), budget);
+                }
+                statements(body, budget);
+            }
             StmtKind::Try {
                 body,
                 handlers,
@@ -46,26 +96,98 @@ fn statements(body: Vec<Stmt>, budget: &Budget<'_>) {
                 finally,
             } => {
                 for handler in handlers {
+                    expressions(handler.exception, budget);
                     statements(handler.body, budget);
                 }
                 for body in [body, orelse, finally] {
                     statements(body, budget);
                 }
             }
-            StmtKind::Function(def) => statements(def.body, budget),
-            StmtKind::Class(def) => statements(def.body, budget),
-            _ => {}
+            StmtKind::Function(def) => {
+                parameters(def.parameters, budget);
+                expressions(def.decorators.into_iter().chain(def.returns), budget);
+                statements(def.body, budget);
+            }
+            StmtKind::Class(def) => {
+                arguments(def.args, budget);
+                expressions(def.decorators, budget);
+                statements(def.body, budget);
+            }
         }
     }
 }
 
-fn expressions(all: Vec<Expr>, budget: &Budget<'_>) {
+fn idents(names: Vec<Ident>, budget: &Budget<'_>) {
+    budget.drop_each(names);
+}
+
+fn imports(names: Vec<ImportAlias>, budget: &Budget<'_>) {
+    budget.drop_each(names);
+}
+
+fn parameters(all: Parameters, budget: &Budget<'_>) {
+    let by_name = all.positional_only.into_iter().chain(all.positional);
+    let by_name = by_name.chain(all.keyword_only);
+    for parameter in by_name.chain(all.star).chain(all.double_star) {
+        budget.worked(PART);
+        let Parameter {
+            name: _,
+            annotation,
+            default,
+        } = parameter;
+        expressions(annotation.into_iter().chain(default), budget);
+    }
+}
+
+fn arguments(args: Vec<Arg>, budget: &Budget<'_>) {
+    for arg in args {
+        match arg {
+            Arg::Positional(value)
+            | Arg::Star(value)
+            | Arg::Keyword(_, value)
+            | Arg::DoubleStar(value) => expression(value, budget),
+        }
+    }
+}
+
+fn expressions(all: impl IntoIterator<Item = Expr>, budget: &Budget<'_>) {
     all.into_iter().for_each(|expr| expression(expr, budget));
+}
+
+fn format_parts(parts: Vec<FStringPart>, budget: &Budget<'_>) {
+    for part in parts {
+        budget.worked(PART);
+        if let FStringPart::Value {
+            value,
+            conversion: _,
+            format,
+        } = part
+        {
+            expression(value, budget);
+            format
+                .into_iter()
+                .for_each(|format| format_parts(format, budget));
+        }
+    }
+}
+
+fn comprehension(comprehension: Comprehension, budget: &Budget<'_>) {
+    match comprehension.kind {
+        ComprehensionKind::List(element)
+        | ComprehensionKind::Set(element)
+        | ComprehensionKind::Generator(element) => expression(element, budget),
+        ComprehensionKind::Dict(key, value) => expressions([key, value], budget),
+    }
+    for clause in comprehension.clauses {
+        expressions([clause.target, clause.iterable], budget);
+        expressions(clause.conditions, budget);
+    }
 }
 
 fn expression(expr: Expr, budget: &Budget<'_>) {
     budget.worked(PART);
     match expr.kind {
+        ExprKind::Constant(_) | ExprKind::Name(_) => {}
         ExprKind::And(items)
         | ExprKind::Or(items)
         | ExprKind::List(items)
@@ -74,40 +196,57 @@ fn expression(expr: Expr, budget: &Budget<'_>) {
         ExprKind::Dict(items) => {
             for item in items {
                 match item {
-                    DictItem::Pair(key, value) => {
-                        expression(key, budget);
-                        expression(value, budget);
-                    }
+                    DictItem::Pair(key, value) => expressions([key, value], budget),
                     DictItem::Unpack(mapping) => expression(mapping, budget),
                 }
             }
         }
         ExprKind::Call { function, args } => {
             expression(*function, budget);
-            for arg in args {
-                match arg {
-                    Arg::Positional(value)
-                    | Arg::Star(value)
-                    | Arg::Keyword(_, value)
-                    | Arg::DoubleStar(value) => expression(value, budget),
-                }
-            }
+            arguments(args, budget);
         }
-        ExprKind::Binary { left, right, .. } => {
+        ExprKind::Binary { op: _, left, right } => {
             expression(*left, budget);
             expression(*right, budget);
         }
+        ExprKind::Unary { op: _, operand } => expression(*operand, budget),
         ExprKind::Compare { left, rest } => {
             expression(*left, budget);
-            rest.into_iter()
-                .for_each(|(_, right)| expression(right, budget));
+            expressions(rest.into_iter().map(|(_, right)| right), budget);
         }
-        ExprKind::FString(parts) => {
-            for part in parts {
-                budget.worked(PART);
-                drop(part);
+        ExprKind::Attribute { value, name: _ }
+        | ExprKind::Starred(value)
+        | ExprKind::YieldFrom(value)
+        | ExprKind::Named { target: _, value } => expression(*value, budget),
+        ExprKind::Subscript { value, index } => {
+            expression(*value, budget);
+            expression(*index, budget);
+        }
+        ExprKind::Slice { lower, upper, step } => {
+            for bound in [lower, upper, step].into_iter().flatten() {
+                expression(*bound, budget);
             }
         }
-        _ => {}
+        ExprKind::Comprehension(inner) => comprehension(*inner, budget),
+        ExprKind::Lambda(lambda) => {
+            let Lambda {
+                parameters: all,
+                body,
+                scope: _,
+            } = *lambda;
+            parameters(all, budget);
+            expression(body, budget);
+        }
+        ExprKind::IfElse { test, body, orelse } => {
+            for part in [test, body, orelse] {
+                expression(*part, budget);
+            }
+        }
+        ExprKind::Yield(value) => {
+            if let Some(value) = value {
+                expression(*value, budget);
+            }
+        }
+        ExprKind::FString(parts) => format_parts(parts, budget),
     }
 }

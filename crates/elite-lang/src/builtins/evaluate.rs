@@ -12,6 +12,7 @@ use crate::ast::{Module, Stmt, StmtKind};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::eval::bulk::EACH;
 use crate::eval::code::Code;
 use crate::limits::memory::Budget;
 use crate::parser::{Parsed, TREE_MAX, parse_expression, parse_within};
@@ -52,6 +53,7 @@ pub(super) fn eval(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
             },
         ] = &module.body[..]
         else {
+            release(module, resolution, budget);
             return Err(ev.raise(ExceptionKind::SyntaxError, "invalid syntax"));
         };
         let (core, namespace) = (&ev.core, &scope.namespace);
@@ -59,7 +61,7 @@ pub(super) fn eval(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         release(module, resolution, budget);
         Ok(code)
     })?;
-    scope.check(&code);
+    scope.check(ev, &code)?;
     scope.run(ev, code)
 }
 
@@ -69,6 +71,7 @@ pub(super) fn exec(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         let Tree { module, resolution } = tree(ev, &file, false, budget)?;
         for name in &resolution.bindings {
             if scope.is_separate {
+                budget.worked(VARIABLE);
                 scope.namespace.own_cell(ev.core.symbols.take(name));
             }
         }
@@ -77,7 +80,7 @@ pub(super) fn exec(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         release(module, resolution, budget);
         Ok(code)
     })?;
-    scope.check(&code);
+    scope.check(ev, &code)?;
     scope.run(ev, code).map(|_| Value::None)
 }
 
@@ -132,13 +135,19 @@ fn tree(
         false => parse_within(file, budget),
     };
     if let Some(raised) = refusal(ev, file, &parsed.diagnostics) {
+        parsed.module.release(budget);
         return Err(raised);
     }
     let resolution = resolve_within(&parsed.module, &KnownNames::default(), budget);
-    if let Some(raised) = refusal(ev, file, &resolution.diagnostics) {
+    let refused = refusal(ev, file, &resolution.diagnostics);
+    let refused = match refused {
+        Some(raised) => Err(raised),
+        None => ev.check_allocation(parsed.bytes),
+    };
+    if let Err(raised) = refused {
+        release(parsed.module, resolution, budget);
         return Err(raised);
     }
-    ev.check_allocation(parsed.bytes)?;
     Ok(Tree {
         module: parsed.module,
         resolution,
@@ -235,15 +244,17 @@ struct TextScope {
 
 impl TextScope {
     /// What the code refers to is listed exactly, or not at all.
-    fn check(&self, code: &Code) {
+    fn check(&self, ev: &Evaluator<'_>, code: &Code) -> R<()> {
+        let mut worked = || ev.worked(VARIABLE);
         match self.is_separate {
-            true => code.refers.check(self.namespace.own_cells()),
+            true => code.refers.check(self.namespace.own_cells(), &mut worked)?,
             // The variables are those of the text around.
-            false => code.refers.forget(),
+            false => code.refers.forget(&mut worked)?,
         }
         if let Some(home) = &self.home {
-            code.refers.set_home(home);
+            code.refers.set_home(home, &mut worked)?;
         }
+        Ok(())
     }
 
     fn run(&self, ev: &Evaluator<'_>, code: Rc<Code>) -> R {
@@ -361,7 +372,11 @@ fn text_scope(
 fn fill(ev: &Evaluator<'_>, namespace: &Namespace, dict: &Dict) -> R<()> {
     for (_, key, value) in dict.entries() {
         ev.worked(VARIABLE)?;
-        if let Value::Str(name) = key {
+        // No text could speak of a longer one.
+        if let Value::Str(name) = key
+            && name.as_str().len() <= TEXT_MAX
+        {
+            ev.worked(name.as_str().len() * EACH)?;
             let name = ev.core.symbols.take(name.as_str());
             drop(namespace.own_cell(name).value.replace(value));
         }

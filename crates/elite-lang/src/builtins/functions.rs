@@ -134,7 +134,7 @@ fn callable(_: &Evaluator<'_>, args: &mut [Value]) -> R {
 /// The symbol of an attribute name given as a value.
 fn attribute_name<'e>(ev: &'e Evaluator<'_>, name: &Value) -> R<Passing<'e>> {
     match ev.plain(name) {
-        Value::Str(text) => Ok(ev.core.symbols.ask(text.as_str())),
+        Value::Str(text) => ev.ask_name(text.as_str()),
         other => {
             let type_name = ev.core.types.name_of(&other);
             let text = format!("attribute name must be string, not '{type_name}'");

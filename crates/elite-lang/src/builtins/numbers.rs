@@ -16,15 +16,15 @@ pub fn install(core: &Rc<Core>) {
     let bound: &[(&'static str, &str, super::BoundFn)] = &[
         ("abs", "x /", abs),
         ("bin", "number /", |ev, args| {
-            Ok(Value::str(prefixed(&ev.to_int(&args[0])?, 2, "0b")))
+            ev.string(prefixed(&ev.to_int(&args[0])?, 'b', "0b", ev)?)
         }),
         ("chr", "i /", chr),
         ("divmod", "x y /", divmod),
         ("hex", "number /", |ev, args| {
-            Ok(Value::str(prefixed(&ev.to_int(&args[0])?, 16, "0x")))
+            ev.string(prefixed(&ev.to_int(&args[0])?, 'x', "0x", ev)?)
         }),
         ("oct", "number /", |ev, args| {
-            Ok(Value::str(prefixed(&ev.to_int(&args[0])?, 8, "0o")))
+            ev.string(prefixed(&ev.to_int(&args[0])?, 'o', "0o", ev)?)
         }),
         ("ord", "c /", ord),
         ("pow", "base exp mod?", pow),
@@ -217,10 +217,16 @@ fn round_int(ev: &Evaluator<'_>, int: Int, digits: i64) -> R {
     if digits.unsigned_abs() > int.bits() {
         return Ok(Value::Int(0));
     }
-    let unit = num_bigint::BigInt::from(10).pow(digits.unsigned_abs() as u32);
-    let (quotient, remainder) = crate::value::int::big_floor_divmod(&int.to_big(), &unit);
+    // A power of ten with one digit more than the integer is more than twice as big (0.302 > log10 2).
+    if digits.unsigned_abs() > int.bits() * 302 / 1000 + 2 {
+        return Ok(Value::Int(0));
+    }
+    let unit = ev.big_power(&num_bigint::BigInt::from(10), digits.unsigned_abs())?;
+    let (quotient, remainder) = ev.big_divmod(&int.to_big(), &unit)?;
     let twice: num_bigint::BigInt = remainder * 2;
     let up = twice > unit || (twice == unit && quotient.bit(0));
     ev.check_bits(int.bits() + 4)?;
-    Ok(Value::bigint((quotient + u8::from(up)) * unit))
+    Ok(Value::bigint(
+        ev.big_product(&(quotient + u8::from(up)), &unit)?,
+    ))
 }

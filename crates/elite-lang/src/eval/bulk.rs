@@ -87,6 +87,35 @@ impl Evaluator<'_> {
         Ok(true)
     }
 
+    /// The first byte that passes a test, which is asked of each in turn.
+    pub fn position(&self, data: &[u8], mut test: impl FnMut(u8) -> bool) -> R<Option<usize>> {
+        for (piece, start) in data.chunks(PIECE).zip((0..).step_by(PIECE)) {
+            if let Some(at) = piece.iter().position(|byte| test(*byte)) {
+                return Ok(Some(start + at));
+            }
+            self.worked(piece.len() * EACH)?;
+        }
+        Ok(None)
+    }
+
+    /// The first `count` characters of a text, or all if it has fewer.
+    pub fn first_chars<'t>(&self, text: &'t str, count: usize) -> R<&'t str> {
+        if text.len() <= count {
+            return Ok(text);
+        }
+        let (mut at, mut left) = (0, count);
+        for piece in pieces(text) {
+            let chars = piece.chars().count();
+            if chars > left {
+                let end = piece.char_indices().nth(left).map_or(0, |(end, _)| end);
+                return Ok(&text[..at + end]);
+            }
+            (at, left) = (at + piece.len(), left - chars);
+            self.worked(piece.len() * EACH)?;
+        }
+        Ok(text)
+    }
+
     /// Bytes at the beginning of a text whose characters all pass a test.
     pub fn leading(&self, text: &str, test: impl Fn(char) -> bool) -> R<usize> {
         let mut length = 0;

@@ -1,15 +1,15 @@
 //! Executable code of one function, class body, generator or module.
 
 use std::cell::{Cell, RefCell};
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
 use super::steps::Step;
-use super::{Evaluator, Expr, Flow, Frame, Statement};
+use super::{Evaluator, Expr, Flow, Frame, Statement, attempt};
 use crate::source::{SourceFile, Span};
 use crate::value::symbol::SymbolSet;
-use crate::value::trash::Nodes;
+use crate::value::trash::{self, Nodes};
 use crate::value::{CellVar, Dict, Held, R, Symbol, Value};
 
 /// How calling a function with this code goes.
@@ -82,44 +82,60 @@ impl Refers {
     }
 
     /// Compares the list with what a new text really refers to; `own` are the variables of its new namespace. If parts of the
-    /// body were made in vain, the list is no good, and the search for cycles leaves such variables alone.
-    pub fn check(&self, own: Vec<Rc<CellVar>>) {
-        let mut listed = HashMap::new();
-        self.each_cell(&mut |cell| *listed.entry(Rc::as_ptr(cell)).or_insert(0) += 1);
+    /// body were made in vain, the list is no good, and the search for cycles leaves such variables alone. `worked` is
+    /// called for each piece of work.
+    pub fn check(&self, own: Vec<Rc<CellVar>>, worked: &mut dyn FnMut() -> R<()>) -> R<()> {
+        let mut listed = BTreeMap::new();
+        self.each_cell(&mut |cell| {
+            *listed.entry(Rc::as_ptr(cell)).or_insert(0) += 1;
+            worked()
+        })?;
         // The namespace has one reference, `own` another one.
-        let is_right = |cell: &Rc<CellVar>| {
+        let mut is_right = true;
+        for cell in &own {
+            worked()?;
             let entries = listed.get(&Rc::as_ptr(cell)).copied().unwrap_or(0);
-            Rc::strong_count(cell) == 2 + 2 * entries
-        };
-        match own.iter().all(is_right) && self.codes_are_right() {
-            true => self.trust(),
-            false => self.forget(),
+            is_right &= Rc::strong_count(cell) == 2 + 2 * entries;
+        }
+        match is_right && self.codes_are_right(worked)? {
+            true => self.trust(worked),
+            false => self.forget(worked),
         }
     }
 
-    fn codes_are_right(&self) -> bool {
-        let is_right = |code: &Rc<Code>| Rc::strong_count(code) == 2;
-        let mut codes = self.codes.iter();
-        codes.all(|code| is_right(code) && code.refers.codes_are_right())
-    }
-
-    fn trust(&self) {
-        self.is_exact.set(true);
-        self.codes.iter().for_each(|code| code.refers.trust());
-    }
-
-    fn each_cell(&self, each: &mut dyn FnMut(&Rc<CellVar>)) {
-        self.cells.borrow().iter().for_each(&mut *each);
+    fn codes_are_right(&self, worked: &mut dyn FnMut() -> R<()>) -> R<bool> {
         for code in &self.codes {
-            code.refers.each_cell(each);
+            worked()?;
+            if Rc::strong_count(code) != 2 || !code.refers.codes_are_right(worked)? {
+                return Ok(false);
+            }
         }
+        Ok(true)
+    }
+
+    fn trust(&self, worked: &mut dyn FnMut() -> R<()>) -> R<()> {
+        self.is_exact.set(true);
+        worked()?;
+        let mut codes = self.codes.iter();
+        codes.try_for_each(|code| code.refers.trust(worked))
+    }
+
+    fn each_cell(&self, each: &mut dyn FnMut(&Rc<CellVar>) -> R<()>) -> R<()> {
+        for cell in &*self.cells.borrow() {
+            each(cell)?;
+        }
+        self.codes
+            .iter()
+            .try_for_each(|code| code.refers.each_cell(each))
     }
 
     /// Empties the list, that of all code within included.
-    pub fn forget(&self) {
+    pub fn forget(&self, worked: &mut dyn FnMut() -> R<()>) -> R<()> {
         self.is_exact.set(false);
         self.cells.take();
-        self.codes.iter().for_each(|code| code.refers.forget());
+        worked()?;
+        let mut codes = self.codes.iter();
+        codes.try_for_each(|code| code.refers.forget(worked))
     }
 
     /// The dictionary that the text had its global variables from.
@@ -128,11 +144,17 @@ impl Refers {
     }
 
     /// Notes it, for all code within, too.
-    pub fn set_home(&self, home: &Rc<Dict>) {
+    pub fn set_home(&self, home: &Rc<Dict>, worked: &mut dyn FnMut() -> R<()>) -> R<()> {
         self.home.put(Some(home.clone()));
-        self.codes
-            .iter()
-            .for_each(|code| code.refers.set_home(home));
+        worked()?;
+        let mut codes = self.codes.iter();
+        codes.try_for_each(|code| code.refers.set_home(home, worked))
+    }
+}
+
+impl Drop for Refers {
+    fn drop(&mut self) {
+        trash::leave_nodes(&mut self.codes);
     }
 }
 
@@ -208,7 +230,7 @@ pub enum Body {
     /// A single expression (lambdas).
     Expression(Expr),
     /// The steps of a generator.
-    Steps(Box<[Step]>),
+    Steps(Nodes<Step>),
 }
 
 impl Body {
@@ -238,6 +260,11 @@ impl Body {
     }
 }
 
+/// Statements of a block from which on each counts as work: there may be no loop and no call among them, so no safepoint.
+const LONG: usize = 256;
+/// What one of them counts.
+const STATEMENT: usize = 128;
+
 /// Statements one after the other, with their lines.
 #[derive(Default)]
 pub struct Block {
@@ -265,9 +292,26 @@ impl Block {
         self.statements.is_empty()
     }
 
+    #[cold]
+    #[inline(never)]
+    fn exec_long(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        for line in &self.statements {
+            ev.core.line.set(line.number);
+            attempt!(ev.worked(STATEMENT));
+            match line.statement.exec(ev, f) {
+                Flow::Next => {}
+                other => return other,
+            }
+        }
+        Flow::Next
+    }
+
     /// Executes the statements up to one that leaves the block.
     #[inline]
     pub fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        if self.statements.len() > LONG {
+            return self.exec_long(ev, f);
+        }
         for line in &*self.statements {
             ev.core.line.set(line.number);
             match line.statement.exec(ev, f) {

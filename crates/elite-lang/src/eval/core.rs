@@ -21,7 +21,7 @@ use crate::value::{Dict, Function, Module, R, Value};
 /// Safepoints between two looks at the memory in use.
 pub(super) const SLICE: u32 = 4096;
 /// From this size on a task's memory is given back to the system when it ends.
-const LARGE: usize = 8 << 20;
+const LARGE: usize = 1 << 20;
 /// Containers of one script's data that may be nested in a native operation (comparison, `repr`) at once.
 pub const NATIVE_DEPTH_MAX: u32 = 500;
 
@@ -270,6 +270,11 @@ impl Core {
         } else if used > peak {
             self.memory_peak.set(used);
         }
+    }
+
+    /// The task has asked for more than it may hold.
+    pub fn memory_was_refused(&self) {
+        self.memory_was_large.set(true);
     }
 
     /// Whether the task has held so much that what it leaves is worth giving back.

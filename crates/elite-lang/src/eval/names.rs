@@ -6,15 +6,20 @@
 
 use std::rc::Rc;
 
+use super::bulk::EACH;
 use super::code::TextNames;
 use super::{Core, Evaluator};
 use crate::value::module::Namespace;
-use crate::value::symbol::SymbolSet;
-use crate::value::{Function, R};
+use crate::value::symbol::{Passing, SymbolSet};
+use crate::value::{Function, R, Symbol};
 
 /// Names that are looked at at once, and the work for one.
 const PIECE: usize = 1024;
 const NAME: usize = 48;
+/// Longest name of an attribute, a keyword argument or a class that is made up at run time, in bytes.
+pub const LENGTH_MAX: usize = 64 << 10;
+/// Names up to this length, in bytes, are not counted as work of their own.
+const SHORT: usize = 256;
 /// Work for a class.
 const CLASS: usize = 512;
 
@@ -28,6 +33,32 @@ impl Core {
 }
 
 impl Evaluator<'_> {
+    /// The symbol for a name that a program has made up, to look for what is called by it.
+    pub fn ask_name(&self, name: &str) -> R<Passing<'_>> {
+        self.check_name(name)?;
+        Ok(self.core.symbols.ask(name))
+    }
+
+    /// The symbol for a name that a program has made up, to call something by it.
+    pub fn take_name(&self, name: &str) -> R<Symbol> {
+        self.check_name(name)?;
+        Ok(self.core.symbols.take(name))
+    }
+
+    /// Refuses a name that is too long to be one: names are looked up, kept and repeated in messages without a pause.
+    pub fn check_name(&self, name: &str) -> R<()> {
+        if name.len() > LENGTH_MAX {
+            return Err(self.value_error(format!(
+                "a name of {} bytes, {LENGTH_MAX} are allowed",
+                name.len()
+            )));
+        }
+        match name.len() {
+            0..SHORT => Ok(()),
+            long => self.worked(long * EACH),
+        }
+    }
+
     /// Gives up the names that nothing is called by, if there may be many. Not while something is borrowed: others have their
     /// turn meanwhile. What comes into use then has been settled, which the last step of the sweep respects.
     #[inline]
@@ -65,6 +96,16 @@ impl Evaluator<'_> {
         self.worked(NAME)
     }
 
+    fn forget_unused(&self, namespace: &Namespace) -> R<()> {
+        let mut next = Some(0);
+        while let Some(from) = next {
+            next = namespace.forget_some_unused(from, PIECE);
+            self.worked(PIECE * NAME)?;
+        }
+        namespace.end_forgetting();
+        Ok(())
+    }
+
     fn swept(&self) -> R<()> {
         let core = &self.core;
         let mut used = SymbolSet::default();
@@ -75,10 +116,10 @@ impl Evaluator<'_> {
             .chain([core.globals.clone()])
             .collect();
         let builtins = &core.builtins;
-        builtins.forget_unused();
+        self.forget_unused(builtins)?;
         self.by_pieces(|from| builtins.add_some_names_to(&mut used, from, PIECE))?;
         for namespace in namespaces {
-            namespace.forget_unused();
+            self.forget_unused(&namespace)?;
             self.by_pieces(|from| namespace.add_some_names_to(&mut used, from, PIECE))?;
         }
         let texts: Vec<Rc<TextNames>> = core.text_names.alive().into_iter().collect();

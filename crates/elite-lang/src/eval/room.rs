@@ -228,6 +228,7 @@ impl Evaluator<'_> {
     #[cold]
     #[inline(never)]
     fn free_circles_for(&self, bytes: usize) -> R<()> {
+        self.core.memory_was_refused();
         while !self.core.memory_allows(bytes) && trash::drop_some() {}
         if self.core.memory_allows(bytes) {
             return Ok(());

@@ -31,9 +31,13 @@ pub fn field_names<'f>(ev: &Evaluator<'_>, format: &'f str) -> impl Iterator<Ite
                 rest = after;
                 continue;
             }
-            let end = rest
-                .find(['.', '[', '!', ':', '}', '{'])
-                .unwrap_or(rest.len());
+            let end = match ev.position(rest.as_bytes(), |byte| b".[!:}{".contains(&byte)) {
+                Ok(end) => end.unwrap_or(rest.len()),
+                Err(raised) => return Some(Err(raised)),
+            };
+            if let Err(raised) = ev.check_name(&rest[..end]) {
+                return Some(Err(raised));
+            }
             let (name, after) = rest.split_at(end);
             rest = after;
             if !name.is_empty() && !name.bytes().all(|byte| byte.is_ascii_digit()) {
@@ -79,11 +83,11 @@ impl Evaluator<'_> {
             } else if here.starts_with('}') {
                 return Err(self.value_error("Single '}' encountered in format string"));
             } else {
-                let Some(end) = field_end(&here[1..]) else {
+                let Some(end) = field_end(self, &here[1..])? else {
                     let single = here.len() == 1;
                     let text = if single {
                         "Single '{' encountered in format string"
-                    } else if here[1 + name_end(&here[1..])..].starts_with(':') {
+                    } else if here[1 + name_end(self, &here[1..])?..].starts_with(':') {
                         "unmatched '{' in format spec"
                     } else {
                         "expected '}' before end of string"
@@ -106,7 +110,7 @@ impl Evaluator<'_> {
         depth: u32,
         out: &mut String,
     ) -> R<()> {
-        let split = name_end(field);
+        let split = name_end(self, field)?;
         let (name, tail) = field.split_at(split);
         let (conversion, tail) = match tail.strip_prefix('!') {
             None => (Conversion::None, tail),
@@ -143,6 +147,7 @@ impl Evaluator<'_> {
     }
 
     fn field_value(&self, name: &str, args: &Args<'_>, numbering: &mut Numbering) -> R {
+        self.check_name(name)?;
         let first_end = name.find(['.', '[']).unwrap_or(name.len());
         let (first, mut path) = name.split_at(first_end);
         let mut value = self.first_value(first, args, numbering)?;
@@ -152,7 +157,7 @@ impl Evaluator<'_> {
                 if end == 0 {
                     return Err(self.value_error("Empty attribute in format string"));
                 }
-                value = self.attribute(&value, *self.core.symbols.ask(&after[..end]))?;
+                value = self.attribute(&value, *self.ask_name(&after[..end])?)?;
                 path = &after[end..];
             } else if let Some(after) = path.strip_prefix('[') {
                 let end = after
@@ -220,31 +225,32 @@ impl Evaluator<'_> {
 
 /// Index of the `}` that ends the field whose text starts at `text`; braces in the specification nest, brackets of
 /// items hide braces.
-fn field_end(text: &str) -> Option<usize> {
+fn field_end(ev: &Evaluator<'_>, text: &str) -> R<Option<usize>> {
     let mut depth = 0;
     let mut in_item = false;
-    for (index, byte) in text.bytes().enumerate() {
+    ev.position(text.as_bytes(), |byte| {
         match byte {
             b'[' if depth == 0 => in_item = true,
             b']' => in_item = false,
             b'{' if !in_item => depth += 1,
-            b'}' if !in_item && depth == 0 => return Some(index),
+            b'}' if !in_item && depth == 0 => return true,
             b'}' if !in_item => depth -= 1,
             _ => {}
         }
-    }
-    None
+        false
+    })
 }
 
-fn name_end(field: &str) -> usize {
+fn name_end(ev: &Evaluator<'_>, field: &str) -> R<usize> {
     let mut in_item = false;
-    for (index, byte) in field.bytes().enumerate() {
+    let end = ev.position(field.as_bytes(), |byte| {
         match byte {
             b'[' => in_item = true,
             b']' => in_item = false,
-            b'!' | b':' if !in_item => return index,
+            b'!' | b':' if !in_item => return true,
             _ => {}
         }
-    }
-    field.len()
+        false
+    })?;
+    Ok(end.unwrap_or(field.len()))
 }

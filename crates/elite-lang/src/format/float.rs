@@ -86,36 +86,72 @@ pub fn complex_repr(re: f64, im: f64) -> String {
     format!("({}{plus}{imaginary}j)", short(re))
 }
 
-/// `f` format of a non-negative number.
-pub fn fixed(value: f64, precision: usize, alternate: bool) -> String {
-    let mut text = String::new();
-    push_fixed(value, precision, alternate, &mut text);
-    text
+/// A number in a format: what a double has of digits, then so many zeros, then what follows them.
+#[derive(Debug, Default, PartialEq)]
+pub struct Digits {
+    /// Up to the last exact digit.
+    pub head: String,
+    /// Further decimals, which are zero; there may be any number of them.
+    pub zeros: usize,
+    /// The exponent.
+    pub tail: String,
 }
 
-/// Appends the `f` format of a non-negative number.
-pub fn push_fixed(value: f64, precision: usize, alternate: bool, out: &mut String) {
+impl Digits {
+    fn plain(head: impl Into<String>) -> Self {
+        Digits {
+            head: head.into(),
+            ..Digits::default()
+        }
+    }
+
+    /// With big letters.
+    pub fn to_uppercase(&self) -> Self {
+        Digits {
+            head: self.head.to_uppercase(),
+            zeros: self.zeros,
+            tail: self.tail.to_uppercase(),
+        }
+    }
+}
+
+/// `f` format of a non-negative number.
+pub fn fixed(value: f64, precision: usize, alternate: bool) -> Digits {
+    let mut head = String::new();
+    let zeros = push_fixed(value, precision, alternate, &mut head);
+    Digits {
+        head,
+        zeros,
+        tail: String::new(),
+    }
+}
+
+/// Appends the `f` format of a non-negative number; the zeros that are still to follow.
+#[must_use]
+pub fn push_fixed(value: f64, precision: usize, alternate: bool, out: &mut String) -> usize {
     use std::fmt::Write as _;
     if let Some(text) = not_finite(value) {
-        return out.push_str(text);
+        out.push_str(text);
+        return 0;
     }
+    let mut zeros = 0;
     if !push_fixed_by_integers(value, precision, out) {
         // Writing to a string cannot fail.
         let _ = write!(out, "{value:.*}", precision.min(EXACT));
-        push_zeros(precision, out);
+        zeros = zeros_beyond(precision);
     }
     if alternate && precision == 0 {
         out.push('.');
     }
+    zeros
 }
 
 /// A double has no more decimals than this that are not zero, in either layout; the formatting of Rust takes few more.
 const EXACT: usize = 1100;
 
-/// The decimals of a `precision` behind the exact ones.
-fn push_zeros(precision: usize, out: &mut String) {
-    let zeros = precision.saturating_sub(EXACT);
-    out.extend(std::iter::repeat_n('0', zeros));
+/// How many decimals of a `precision` are behind the exact ones.
+fn zeros_beyond(precision: usize) -> usize {
+    precision.saturating_sub(EXACT)
 }
 
 /// Most decimals that `push_fixed_by_integers` gives: with them a mantissa times their power of ten fits 128 bits.
@@ -156,25 +192,27 @@ fn push_fixed_by_integers(value: f64, precision: usize, out: &mut String) -> boo
 }
 
 /// `e` format of a non-negative number.
-pub fn exponent(value: f64, precision: usize, alternate: bool) -> String {
+pub fn exponent(value: f64, precision: usize, alternate: bool) -> Digits {
     if let Some(text) = not_finite(value) {
-        return text.to_owned();
+        return Digits::plain(text);
     }
     let text = format!("{value:.*e}", precision.min(EXACT));
     let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     let point = if alternate && precision == 0 { "." } else { "" };
-    let mut out = format!("{digits}{point}");
-    push_zeros(precision, &mut out);
     let sign = if exponent < 0 { '-' } else { '+' };
-    out + &format!("e{sign}{:02}", exponent.abs())
+    Digits {
+        head: format!("{digits}{point}"),
+        zeros: zeros_beyond(precision),
+        tail: format!("e{sign}{:02}", exponent.abs()),
+    }
 }
 
 /// `g` format of a non-negative number with `precision` significant digits. With `with_point` (no type given) the
 /// result always looks like a float.
-pub fn general(value: f64, precision: usize, alternate: bool, with_point: bool) -> String {
+pub fn general(value: f64, precision: usize, alternate: bool, with_point: bool) -> Digits {
     if let Some(text) = not_finite(value) {
-        return text.to_owned();
+        return Digits::plain(text);
     }
     // The exponent after rounding to the precision decides between the layouts.
     let rounded = format!("{value:.*e}", (precision - 1).min(EXACT));
@@ -183,27 +221,30 @@ pub fn general(value: f64, precision: usize, alternate: bool, with_point: bool) 
     let precision = precision.min(if alternate { usize::MAX } else { EXACT });
     let limit = precision as i64 - i64::from(with_point);
     if size < -4 || i64::from(size) >= limit {
-        let text = exponent(value, precision - 1, alternate);
+        let digits = exponent(value, precision - 1, alternate);
         if alternate {
-            return text;
+            return digits;
         }
-        let (digits, tail) = text.split_once('e').unwrap_or((&text, ""));
-        return format!("{}e{tail}", trim_zeros(digits));
+        // Without the alternate form there are no more digits than exact ones.
+        return Digits {
+            head: trim_zeros(&digits.head).to_owned(),
+            ..digits
+        };
     }
-    let text = fixed(
+    let digits = fixed(
         value,
         (precision as i64 - 1 - i64::from(size)).max(0) as usize,
         alternate,
     );
     if alternate {
-        return text;
+        return digits;
     }
-    let text = trim_zeros(&text).to_owned();
-    if with_point && !text.contains('.') {
+    let text = trim_zeros(&digits.head).to_owned();
+    Digits::plain(if with_point && !text.contains('.') {
         text + ".0"
     } else {
         text
-    }
+    })
 }
 
 fn trim_zeros(digits: &str) -> &str {
@@ -311,7 +352,7 @@ mod tests {
                 let general = format!("{value:.precision$}");
                 assert_eq!(
                     fixed(value, precision, false),
-                    general,
+                    Digits::plain(general),
                     "{value:e} {precision}"
                 );
             }

@@ -176,16 +176,11 @@ fn text(text: &str, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> 
         return Err(ev.value_error(message));
     }
     if spec.width == 0 && spec.precision.is_none() {
-        out.push_str(text);
-        return Ok(());
+        return ev.push_text(out, text);
     }
-    let cut: String;
     let shown = match spec.precision {
-        Some(precision) if precision < text.chars().count() => {
-            cut = text.chars().take(precision).collect();
-            &cut
-        }
-        _ => text,
+        Some(precision) => ev.first_chars(text, precision)?,
+        None => text,
     };
     let align = match spec.align {
         Some('=') | None => '<',
@@ -205,7 +200,7 @@ fn pad(
 ) -> R<()> {
     let missing = match spec.width {
         0 => 0,
-        width => width.saturating_sub(sign.chars().count() + body.chars().count()),
+        width => width.saturating_sub(sign.chars().count() + ev.count_chars(body)?),
     };
     let mut buffer = [0; 4];
     let filling = &*spec.fill.encode_utf8(&mut buffer);

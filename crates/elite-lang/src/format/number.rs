@@ -1,7 +1,6 @@
 //! Numbers by a specification: they are written where they go and filled up to the width there.
 
-use num_bigint::BigInt;
-
+use super::float::Digits;
 use super::{Spec, float, pad, unknown_kind};
 use crate::eval::Evaluator;
 use crate::eval::bulk::EACH;
@@ -34,10 +33,10 @@ pub(super) fn integer(
     }
     let (prefix, digits) = match kind {
         'd' | 'n' => ("", decimal_digits(int, ev)?),
-        'b' => ("0b", radix_digits(int, 2)),
-        'o' => ("0o", radix_digits(int, 8)),
-        'x' => ("0x", radix_digits(int, 16)),
-        'X' => ("0X", radix_digits(int, 16).to_uppercase()),
+        'b' => ("0b", radix_digits(int, 'b', ev)?),
+        'o' => ("0o", radix_digits(int, 'o', ev)?),
+        'x' => ("0x", radix_digits(int, 'x', ev)?),
+        'X' => ("0X", radix_digits(int, 'X', ev)?),
         'c' => return character(int, spec, ev, out),
         other => return Err(unknown_kind(ev, other, type_name)),
     };
@@ -48,7 +47,7 @@ pub(super) fn integer(
     let sign = sign_of(int.is_negative(), spec);
     let prefix = if spec.alternate { prefix } else { "" };
     let sign = format!("{sign}{prefix}");
-    grouped_number(&sign, (&digits, ""), every, spec, ev, out)
+    grouped_number(&sign, (&digits, &Digits::default()), every, spec, ev, out)
 }
 
 fn character(int: &Int, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> {
@@ -83,24 +82,46 @@ fn decimal_digits(int: &Int, ev: &Evaluator<'_>) -> R<String> {
     })
 }
 
-fn radix_digits(int: &Int, radix: u32) -> String {
-    match int {
-        Int::Small(small) => match radix {
-            2 => format!("{:b}", small.unsigned_abs()),
-            8 => format!("{:o}", small.unsigned_abs()),
-            _ => format!("{:x}", small.unsigned_abs()),
-        },
-        Int::Big(big) => BigInt::from(big.magnitude().clone()).to_str_radix(radix),
+/// The digits of the magnitude in the radix of `b`, `o`, `x` or `X`.
+fn radix_digits(int: &Int, kind: char, ev: &Evaluator<'_>) -> R<String> {
+    let big = match (int, kind) {
+        (Int::Small(small), 'b') => return Ok(format!("{:b}", small.unsigned_abs())),
+        (Int::Small(small), 'o') => return Ok(format!("{:o}", small.unsigned_abs())),
+        (Int::Small(small), 'x') => return Ok(format!("{:x}", small.unsigned_abs())),
+        (Int::Small(small), _) => return Ok(format!("{:X}", small.unsigned_abs())),
+        (Int::Big(big), _) => big,
+    };
+    let (bits, digits) = match kind {
+        'b' => (1, b"01".as_slice()),
+        'o' => (3, b"01234567".as_slice()),
+        'x' => (4, b"0123456789abcdef".as_slice()),
+        _ => (4, b"0123456789ABCDEF".as_slice()),
+    };
+    let words = big.magnitude().to_u64_digits();
+    let count = big.magnitude().bits().div_ceil(bits);
+    let mut out = String::new();
+    ev.grow(&mut out, count as usize)?;
+    for index in (0..count).rev() {
+        let (word, shift) = ((index * bits / 64) as usize, index * bits % 64);
+        let low = words.get(word).map_or(0, |word| word >> shift);
+        // A digit of three bits may lie in two words.
+        let high = match shift + bits > 64 {
+            true => words.get(word + 1).map_or(0, |word| word << (64 - shift)),
+            false => 0,
+        };
+        let digit = (low | high) & ((1 << bits) - 1);
+        out.push(char::from(digits[digit as usize]));
+        ev.worked(EACH)?;
     }
+    Ok(out)
 }
 
-/// An integer in a radix with sign and prefix, for `bin`, `oct`, `hex`.
-pub fn prefixed(int: &Int, radix: u32, prefix: &str) -> String {
-    format!(
-        "{}{prefix}{}",
-        if int.is_negative() { "-" } else { "" },
-        radix_digits(int, radix)
-    )
+/// An integer in the radix of `b`, `o` or `x` with sign and prefix, for `bin`, `oct`, `hex`.
+pub fn prefixed(int: &Int, kind: char, prefix: &str, ev: &Evaluator<'_>) -> R<String> {
+    let sign = if int.is_negative() { "-" } else { "" };
+    let mut out = format!("{sign}{prefix}");
+    ev.push_text(&mut out, &radix_digits(int, kind, ev)?)?;
+    Ok(out)
 }
 
 pub(super) fn sign_of(negative: bool, spec: &Spec) -> &'static str {
@@ -125,27 +146,27 @@ pub(super) fn real(
         out.push_str(sign);
         match (spec.kind, spec.precision) {
             (Some('f'), precision) => {
-                float::push_fixed(value.abs(), precision.unwrap_or(6), spec.alternate, out);
+                let precision = precision.unwrap_or(6);
+                let zeros = float::push_fixed(value.abs(), precision, spec.alternate, out);
+                ev.push_repeated(out, "0", zeros)?;
             }
             (None, None) => float::push_repr(value.abs(), out),
             _ => {
-                let (body, tail) = real_body(value.abs(), spec, type_name, ev)?;
-                out.push_str(&body);
-                out.push_str(tail);
+                push_digits_of(&real_body(value.abs(), spec, type_name, ev)?, ev, out)?;
             }
         }
         return fill_up(start, sign.len(), spec, ev, out);
     }
-    let (body, tail) = real_body(value.abs(), spec, type_name, ev)?;
+    let body = real_body(value.abs(), spec, type_name, ev)?;
     let mut negative = value.is_sign_negative() && !value.is_nan();
     if spec.no_negative_zero
         && value.is_finite()
-        && !body.contains(|c: char| ('1'..='9').contains(&c))
+        && !body.head.contains(|c: char| ('1'..='9').contains(&c))
     {
         negative = false;
     }
-    let split = body.find(['.', 'e', 'E', '%']).unwrap_or(body.len());
-    let (digits, fraction) = body.split_at(split);
+    let head = &body.head;
+    let (digits, fraction) = head.split_at(head.find(['.', 'e', 'E']).unwrap_or(head.len()));
     let finite = value.is_finite();
     let spec_without_grouping = Spec {
         grouping: None,
@@ -154,7 +175,14 @@ pub(super) fn real(
     let spec = if finite { spec } else { &spec_without_grouping };
     grouped_number(
         sign_of(negative, spec),
-        (digits, &format!("{fraction}{tail}")),
+        (
+            digits,
+            &Digits {
+                head: fraction.to_owned(),
+                zeros: body.zeros,
+                tail: body.tail.clone(),
+            },
+        ),
         3,
         spec,
         ev,
@@ -162,41 +190,35 @@ pub(super) fn real(
     )
 }
 
-/// The digits of a non-negative float as the specification wants them, and what follows them.
-fn real_body(
-    value: f64,
-    spec: &Spec,
-    type_name: &str,
-    ev: &Evaluator<'_>,
-) -> R<(String, &'static str)> {
+fn push_digits_of(digits: &Digits, ev: &Evaluator<'_>, out: &mut String) -> R<()> {
+    out.push_str(&digits.head);
+    ev.push_repeated(out, "0", digits.zeros)?;
+    out.push_str(&digits.tail);
+    Ok(())
+}
+
+/// The digits of a non-negative float as the specification wants them.
+fn real_body(value: f64, spec: &Spec, type_name: &str, ev: &Evaluator<'_>) -> R<Digits> {
     let precision = spec.precision.unwrap_or(6);
+    let alternate = spec.alternate;
     Ok(match spec.kind {
         None => match spec.precision {
-            None => (float::repr(value), ""),
-            Some(precision) => (
-                float::general(value, precision.max(1), spec.alternate, true),
-                "",
-            ),
+            None => Digits {
+                head: float::repr(value),
+                ..Digits::default()
+            },
+            Some(precision) => float::general(value, precision.max(1), alternate, true),
         },
-        Some('f') => (float::fixed(value, precision, spec.alternate), ""),
-        Some('F') => (
-            float::fixed(value, precision, spec.alternate).to_uppercase(),
-            "",
-        ),
-        Some('e') => (float::exponent(value, precision, spec.alternate), ""),
-        Some('E') => (
-            float::exponent(value, precision, spec.alternate).to_uppercase(),
-            "",
-        ),
-        Some('g' | 'n') => (
-            float::general(value, precision.max(1), spec.alternate, false),
-            "",
-        ),
-        Some('G') => (
-            float::general(value, precision.max(1), spec.alternate, false).to_uppercase(),
-            "",
-        ),
-        Some('%') => (float::fixed(value * 100.0, precision, spec.alternate), "%"),
+        Some('f') => float::fixed(value, precision, alternate),
+        Some('F') => float::fixed(value, precision, alternate).to_uppercase(),
+        Some('e') => float::exponent(value, precision, alternate),
+        Some('E') => float::exponent(value, precision, alternate).to_uppercase(),
+        Some('g' | 'n') => float::general(value, precision.max(1), alternate, false),
+        Some('G') => float::general(value, precision.max(1), alternate, false).to_uppercase(),
+        Some('%') => Digits {
+            tail: "%".to_owned(),
+            ..float::fixed(value * 100.0, precision, alternate)
+        },
         Some(kind) => return Err(unknown_kind(ev, kind, type_name)),
     })
 }
@@ -234,22 +256,23 @@ pub(super) fn complex(
         }
         Ok(text)
     };
-    let text = if spec.kind.is_none() {
-        if re == 0.0 && re.is_sign_positive() {
-            format!("{}j", part(im, spec.sign)?)
-        } else {
-            format!("({}{}j)", part(re, spec.sign)?, part(im, '+')?)
-        }
+    let only_imaginary = spec.kind.is_none() && re == 0.0 && re.is_sign_positive();
+    let in_parentheses = spec.kind.is_none() && !only_imaginary;
+    let mut text = String::from(if in_parentheses { "(" } else { "" });
+    if only_imaginary {
+        ev.push_text(&mut text, &part(im, spec.sign)?)?;
     } else {
-        format!("{}{}j", part(re, spec.sign)?, part(im, '+')?)
-    };
+        ev.push_text(&mut text, &part(re, spec.sign)?)?;
+        ev.push_text(&mut text, &part(im, '+')?)?;
+    }
+    text.push_str(if in_parentheses { "j)" } else { "j" });
     pad("", &text, spec.align.unwrap_or('>'), spec, ev, out)
 }
 
 /// Appends sign, digits (grouped) and the rest, padded to the width.
 fn grouped_number(
     sign: &str,
-    (digits, rest): (&str, &str),
+    (digits, rest): (&str, &Digits),
     every: usize,
     spec: &Spec,
     ev: &Evaluator<'_>,
@@ -258,12 +281,13 @@ fn grouped_number(
     let start = out.len();
     out.push_str(sign);
     match spec.grouping {
-        None => out.push_str(digits),
+        None => ev.push_text(out, digits)?,
         Some(separator) => {
             let mut count = digits.len();
             if spec.align.unwrap_or('>') == '=' && spec.fill == '0' {
                 // Zeros that fill the width are grouped, too.
-                let wanted = spec.width.saturating_sub(sign.len() + rest.len());
+                let behind = rest.head.len() + rest.zeros + rest.tail.len();
+                let wanted = spec.width.saturating_sub(sign.len() + behind);
                 count = count.max(wanted / (every + 1) * every);
                 while grouped_length(count, every) < wanted {
                     count += 1;
@@ -275,7 +299,7 @@ fn grouped_number(
             push_grouped(all, count, (separator, every), ev, out)?;
         }
     }
-    out.push_str(rest);
+    push_digits_of(rest, ev, out)?;
     fill_up(start, sign.len(), spec, ev, out)
 }
 
@@ -298,7 +322,7 @@ fn fill_up(start: usize, sign: usize, spec: &Spec, ev: &Evaluator<'_>, out: &mut
     if spec.width == 0 {
         return Ok(());
     }
-    let missing = spec.width.saturating_sub(out[start..].chars().count());
+    let missing = spec.width.saturating_sub(ev.count_chars(&out[start..])?);
     if missing == 0 {
         return Ok(());
     }
@@ -310,7 +334,9 @@ fn fill_up(start: usize, sign: usize, spec: &Spec, ev: &Evaluator<'_>, out: &mut
         '^' => (start, missing / 2, missing - missing / 2),
         _ => (start, missing, 0),
     };
-    let number = out.split_off(at);
+    let mut number = String::new();
+    ev.push_text(&mut number, &out[at..])?;
+    out.truncate(at);
     ev.push_repeated(out, fill, before)?;
     ev.push_text(out, &number)?;
     ev.push_repeated(out, fill, after)

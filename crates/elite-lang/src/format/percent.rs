@@ -156,23 +156,24 @@ impl Evaluator<'_> {
         let incomplete = || self.value_error("incomplete format");
         let mut keyed = None;
         if let Some(after) = rest.strip_prefix('(') {
-            let end = matching_parenthesis(after)
+            let end = matching_parenthesis(self, after)?
                 .ok_or_else(|| self.value_error("incomplete format key"))?;
             let Some(mapping) = source.mapping else {
                 return Err(self.type_error("format requires a mapping"));
             };
             source.keyed = true;
             let key = if source.of_bytes() {
-                let bytes = after[..end].chars().map(|c| c as u8).collect();
+                let bytes = self.to_latin1(&after[..end])?;
                 Value::Bytes(std::rc::Rc::new(Bytes::new(bytes)))
             } else {
-                Value::str(&after[..end])
+                self.string_of(&after[..end])?
             };
             keyed = Some(self.item(mapping, &key)?);
             rest = &after[end + 1..];
         }
         let mut conversion = Conversion::default();
         while let Some(flag) = rest.chars().next() {
+            self.worked(EACH)?;
             match flag {
                 '-' => conversion.left = true,
                 '+' => conversion.plus = true,
@@ -197,7 +198,7 @@ impl Evaluator<'_> {
             conversion.precision = Some(precision.max(0) as usize);
         }
         self.check_allocation(conversion.width.max(conversion.precision.unwrap_or(0)))?;
-        rest = rest.trim_start_matches(['l', 'h', 'L']);
+        rest = &rest[self.leading(rest, |c| matches!(c, 'l' | 'h' | 'L'))?..];
         let kind = rest.chars().next().ok_or_else(incomplete)?;
         rest = &rest[kind.len_utf8()..];
         if kind == '%' && keyed.is_none() && text_after.starts_with('%') {
@@ -205,8 +206,9 @@ impl Evaluator<'_> {
             return Ok(rest);
         }
         if !"sradiuoxXeEfFgGcb".contains(kind) || (kind == 'b' && !source.of_bytes()) {
+            let end = format.len() - rest.len();
             let index =
-                format[..at].chars().count() + text_after.chars().count() - rest.chars().count();
+                self.count_chars(&format[..at])? + self.count_chars(&format[at + 1..end])?;
             let code = kind as u32;
             let text =
                 format!("unsupported format character '{kind}' ({code:#x}) at index {index}");
@@ -257,12 +259,11 @@ impl Evaluator<'_> {
                 _ => Err(self.type_error("* wants int")),
             };
         }
-        let length = rest
-            .find(|c: char| !c.is_ascii_digit())
-            .unwrap_or(rest.len());
+        let length = self.leading(rest, |c| c.is_ascii_digit())?;
         let (digits, after) = rest.split_at(length);
         *rest = after;
-        match digits.parse::<i32>() {
+        let zeros = self.leading(digits, |c| c == '0')?;
+        match digits[zeros.min(length.saturating_sub(1))..].parse::<i32>() {
             Ok(size) => Ok(i64::from(size)),
             Err(_) if digits.is_empty() => Ok(0),
             Err(_) => Err(self.value_error("width too big")),
@@ -443,17 +444,14 @@ impl Evaluator<'_> {
 }
 
 /// Index of the parenthesis that closes the one before `text`.
-fn matching_parenthesis(text: &str) -> Option<usize> {
+fn matching_parenthesis(ev: &Evaluator<'_>, text: &str) -> R<Option<usize>> {
     let mut depth = 1;
-    for (index, byte) in text.bytes().enumerate() {
+    ev.position(text.as_bytes(), |byte| {
         match byte {
             b'(' => depth += 1,
             b')' => depth -= 1,
             _ => {}
         }
-        if depth == 0 {
-            return Some(index);
-        }
-    }
-    None
+        depth == 0
+    })
 }

@@ -74,11 +74,37 @@ impl Lexer<'_> {
             return;
         }
         self.settle_directives();
-        let column = self.column_after(&self.text[start..self.at], start);
+        let mut column = self.column_after(&self.text[start..self.at], start);
         self.layout.one_line = OneLine::scan(self.text, (self.at, self.end), column, self.budget);
+        if column == 0 {
+            column = self.column_behind_backslashes();
+        }
         self.indent_to(column);
         self.layout.inside_line = true;
         self.terminator();
+    }
+
+    /// The column of what a line at column 0 that holds only a backslash goes on with, which is taken for its indentation (as
+    /// in Python).
+    fn column_behind_backslashes(&mut self) -> u32 {
+        let rest = self.rest();
+        let after = rest
+            .strip_prefix("\\\r\n")
+            .or_else(|| rest.strip_prefix("\\\n"));
+        let Some(after) = after else {
+            return 0;
+        };
+        let blanks = self.leading(after, |c| matches!(c, ' ' | '\t' | '\u{c}'));
+        if matches!(
+            after[blanks..].chars().next(),
+            None | Some('\n' | '\r' | '#' | '\\')
+        ) {
+            return 0;
+        }
+        self.at = self.end - after.len();
+        let start = self.at;
+        self.at += blanks;
+        self.column_after(&self.text[start..self.at], start)
     }
 
     fn line_end_length(&self) -> Option<usize> {

@@ -29,6 +29,10 @@ struct Account {
     fuel: Cell<u32>,
     /// What was taken from `fuel` by the alarm, until somebody has looked.
     withheld: Cell<Option<u32>>,
+    /// Big blocks are left to `tidy`.
+    puts_off: Cell<bool>,
+    /// Pages that are to be given back.
+    left: Cell<pages::Left>,
 }
 
 thread_local! {
@@ -38,27 +42,47 @@ thread_local! {
             alarm: Cell::new(isize::MAX),
             fuel: Cell::new(0),
             withheld: Cell::new(None),
+            puts_off: Cell::new(false),
+            left: Cell::new(pages::Left::NONE),
         }
     };
 }
 
-/// From this size on the system maps pages of their own (`settle`): such a block grows without being copied, and what is
-/// freed of it is the system's again at once.
+/// From this size on a block has pages of its own (`pages`): it grows without being copied, and what is freed of it is the
+/// system's again at once.
 const MAPPED: usize = 1 << 20;
 const PAGE: usize = 4096;
+
+/// Whether a request is met with pages of its own.
+#[inline(always)]
+fn is_mapped(size: usize, align: usize) -> bool {
+    cfg!(target_os = "linux") && size >= MAPPED && align <= PAGE
+}
 
 /// What a request costs: the size the system rounds it up to, its own header included.
 #[inline(always)]
 fn cost(size: usize, align: usize) -> isize {
     let size = if size >= MAPPED {
-        size.saturating_add(16 + PAGE - 1) & !(PAGE - 1)
-    } else if size <= 24 {
-        32
+        size.saturating_add(PAGE - 1) & !(PAGE - 1)
     } else {
-        (size + 8 + 15) & !15
+        cost_of_small(size) as usize
     };
-    let padding = if align > 16 { align } else { 0 };
+    let padding = if align > ALIGN { align } else { 0 };
     size.saturating_add(padding) as isize
+}
+
+/// How the system aligns what it is asked for without more words.
+const ALIGN: usize = 16;
+
+/// Whether a request is one of nearly all: neither big nor aligned in any way of its own.
+#[inline(always)]
+fn is_small(layout: Layout) -> bool {
+    layout.size() < MAPPED && layout.align() <= ALIGN
+}
+
+#[inline(always)]
+fn cost_of_small(size: usize) -> isize {
+    ((size + 8 + 15) & !15).max(32) as isize
 }
 
 impl Account {
@@ -87,14 +111,32 @@ fn count(bytes: isize) {
     let _ = ACCOUNT.try_with(|account| account.add(bytes));
 }
 
-// SAFETY: every call is handed to the system's allocator as it came, and its answer is returned as it is; counting
-// touches a cell of the thread only, which allocates nothing and cannot unwind.
+/// Counts what is given back, which raises no alarm.
+#[inline(always)]
+fn count_off(bytes: isize) {
+    let _ = ACCOUNT.try_with(|account| account.held.set(account.held.get() - bytes));
+}
+
+// SAFETY: every call is handed to the system's allocator as it came, or, as its layout says, to `pages`; the answer is returned
+// as it is. Counting touches a cell of the thread only, which allocates nothing and cannot unwind.
 #[allow(unsafe_code)]
 unsafe impl GlobalAlloc for CountingAllocator {
     #[inline]
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller's promises are those that the system asks for.
-        let block = unsafe { System.alloc(layout) };
+        if is_small(layout) {
+            // SAFETY: as below.
+            let block = unsafe { System.alloc(layout) };
+            if !block.is_null() {
+                count(cost_of_small(layout.size()));
+            }
+            return block;
+        }
+        let block = if is_mapped(layout.size(), layout.align()) {
+            pages::map(layout.size())
+        } else {
+            // SAFETY: the caller's promises are those that the system asks for.
+            unsafe { System.alloc(layout) }
+        };
         if !block.is_null() {
             count(cost(layout.size(), layout.align()));
         }
@@ -103,8 +145,13 @@ unsafe impl GlobalAlloc for CountingAllocator {
 
     #[inline]
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: as in `alloc`.
-        let block = unsafe { System.alloc_zeroed(layout) };
+        let block = if is_mapped(layout.size(), layout.align()) {
+            // Fresh pages are zero.
+            pages::map(layout.size())
+        } else {
+            // SAFETY: as in `alloc`.
+            unsafe { System.alloc_zeroed(layout) }
+        };
         if !block.is_null() {
             count(cost(layout.size(), layout.align()));
         }
@@ -113,19 +160,231 @@ unsafe impl GlobalAlloc for CountingAllocator {
 
     #[inline]
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        // SAFETY: as in `alloc`.
-        unsafe { System.dealloc(block, layout) };
+        if is_small(layout) {
+            // SAFETY: as in `alloc`.
+            unsafe { System.dealloc(block, layout) };
+            return count_off(cost_of_small(layout.size()));
+        }
+        if is_mapped(layout.size(), layout.align()) {
+            // SAFETY: a block of this layout was made by `pages`, and its owner gives it back.
+            unsafe { give_back(block, layout.size()) };
+        } else {
+            // SAFETY: as in `alloc`.
+            unsafe { System.dealloc(block, layout) };
+        }
         count(-cost(layout.size(), layout.align()));
     }
 
     #[inline]
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // SAFETY: as in `alloc`.
-        let moved = unsafe { System.realloc(block, layout, size) };
+        let was = is_mapped(layout.size(), layout.align());
+        let moved = if was || is_mapped(size, layout.align()) {
+            // SAFETY: as in `alloc`.
+            unsafe { self.resize(block, layout, size) }
+        } else {
+            // SAFETY: as in `alloc`.
+            unsafe { System.realloc(block, layout, size) }
+        };
         if !moved.is_null() {
             count(cost(size, layout.align()) - cost(layout.size(), layout.align()));
         }
         moved
+    }
+}
+
+/// Bytes of pages that are given back at once: the system takes some milliseconds for ten times as many.
+const AT_ONCE: usize = 4 << 20;
+
+/// From now on (or no longer, `false`) big blocks are given back bit by bit, by `tidy`.
+pub(crate) fn put_off(on: bool) {
+    let _ = ACCOUNT.try_with(|account| account.puts_off.set(on));
+}
+
+/// Gives back a block of `pages`, or the most of it later.
+///
+/// # Safety
+/// As `pages::unmap`.
+#[allow(unsafe_code)]
+unsafe fn give_back(block: *mut u8, size: usize) {
+    let later = |account: &Account| {
+        let is_put_off = size > AT_ONCE && account.puts_off.get();
+        if is_put_off {
+            // SAFETY: the caller's promise.
+            account
+                .left
+                .set(unsafe { account.left.get().with(block, size) });
+        }
+        is_put_off
+    };
+    if !ACCOUNT.try_with(later).unwrap_or(false) {
+        // SAFETY: the caller's promise.
+        unsafe { pages::unmap(block, size) };
+    }
+}
+
+impl CountingAllocator {
+    /// `realloc` where the old block or the new one has pages of its own; not counted.
+    ///
+    /// # Safety
+    /// As `GlobalAlloc::realloc`.
+    #[cold]
+    #[inline(never)]
+    #[allow(unsafe_code)]
+    unsafe fn resize(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        let align = layout.align();
+        let was = is_mapped(layout.size(), align);
+        if was && is_mapped(size, align) {
+            // SAFETY: a block of this layout was made by `pages`, and its owner gives it up for the new one.
+            return unsafe { pages::remap(block, layout.size(), size) };
+        }
+        let moved = if was {
+            // SAFETY: the size is not zero, and the caller has promised that it fits the alignment.
+            unsafe { System.alloc(Layout::from_size_align_unchecked(size, align)) }
+        } else {
+            pages::map(size)
+        };
+        if moved.is_null() {
+            return moved;
+        }
+        // SAFETY: both blocks have that many bytes and are apart; the old one is given back as it was made.
+        unsafe {
+            std::ptr::copy_nonoverlapping(block, moved, layout.size().min(size));
+            if was {
+                pages::unmap(block, layout.size());
+            } else {
+                System.dealloc(block, layout);
+            }
+        }
+        moved
+    }
+}
+
+/// Blocks with pages of their own. The system's allocator makes such ones, too, but takes a big block from what was freed
+/// before if it can, and copies it when it grows: tens of megabytes at once.
+#[cfg(target_os = "linux")]
+mod pages {
+    /// Fresh pages, all zero; null if there are none to be had.
+    pub(super) fn map(size: usize) -> *mut u8 {
+        let access = libc::PROT_READ | libc::PROT_WRITE;
+        let kind = libc::MAP_PRIVATE | libc::MAP_ANONYMOUS;
+        // SAFETY: a new mapping without an address or a file touches nothing that is there.
+        #[allow(unsafe_code)]
+        let block = unsafe { libc::mmap(std::ptr::null_mut(), size, access, kind, -1, 0) };
+        checked(block)
+    }
+
+    /// Another size, with the contents.
+    ///
+    /// # Safety
+    /// `block` is of this module with `size` bytes; if the answer is not null, it is gone.
+    #[allow(unsafe_code)]
+    pub(super) unsafe fn remap(block: *mut u8, size: usize, wanted: usize) -> *mut u8 {
+        // SAFETY: the caller's promise.
+        checked(unsafe { libc::mremap(block.cast(), size, wanted, libc::MREMAP_MAYMOVE) })
+    }
+
+    /// Gives a block back.
+    ///
+    /// # Safety
+    /// `block` is of this module with `size` bytes, and nobody uses it any more.
+    #[allow(unsafe_code)]
+    pub(super) unsafe fn unmap(block: *mut u8, size: usize) {
+        // SAFETY: the caller's promise.
+        unsafe { libc::munmap(block.cast(), size) };
+    }
+
+    /// Blocks that are given back bit by bit. Each has the next one, and its own size, written into its first bytes.
+    #[derive(Clone, Copy)]
+    pub(super) struct Left(*mut Block);
+
+    struct Block {
+        next: Left,
+        size: usize,
+    }
+
+    impl Left {
+        pub(super) const NONE: Self = Left(std::ptr::null_mut());
+
+        /// With one more.
+        ///
+        /// # Safety
+        /// As `unmap`.
+        #[allow(unsafe_code)]
+        pub(super) unsafe fn with(self, block: *mut u8, size: usize) -> Self {
+            let block: *mut Block = block.cast();
+            // SAFETY: the block is at the start of a page, bigger than that, and nobody else's any more.
+            unsafe { block.write(Block { next: self, size }) };
+            Left(block)
+        }
+
+        /// Without up to `bytes` of them, a whole number of pages.
+        #[allow(unsafe_code)]
+        pub(super) fn without(self, bytes: usize) -> Self {
+            if self.0.is_null() {
+                return self;
+            }
+            // SAFETY: `with` has written it, and only this list has it.
+            let Block { next, size } = unsafe { self.0.read() };
+            if size <= bytes {
+                // SAFETY: as above.
+                unsafe { unmap(self.0.cast(), size) };
+                return next;
+            }
+            // From its end, so that its beginning stays what it is; the end is that of its last page.
+            let end = size.next_multiple_of(super::PAGE);
+            let size = end - bytes;
+            // SAFETY: as above; these pages are the last ones of the block, which then ends before them.
+            unsafe {
+                unmap(self.0.cast::<u8>().add(size), bytes);
+                self.0.write(Block { next, size });
+            }
+            self
+        }
+
+        pub(super) fn is_empty(self) -> bool {
+            self.0.is_null()
+        }
+    }
+
+    fn checked(block: *mut libc::c_void) -> *mut u8 {
+        match block {
+            libc::MAP_FAILED => std::ptr::null_mut(),
+            block => block.cast(),
+        }
+    }
+}
+
+/// Elsewhere no block has pages of its own (`is_mapped`).
+#[cfg(not(target_os = "linux"))]
+#[allow(unsafe_code, clippy::missing_safety_doc)]
+mod pages {
+    pub(super) fn map(_: usize) -> *mut u8 {
+        std::ptr::null_mut()
+    }
+
+    pub(super) unsafe fn remap(_: *mut u8, _: usize, _: usize) -> *mut u8 {
+        std::ptr::null_mut()
+    }
+
+    pub(super) unsafe fn unmap(_: *mut u8, _: usize) {}
+
+    #[derive(Clone, Copy)]
+    pub(super) struct Left;
+
+    impl Left {
+        pub(super) const NONE: Self = Left;
+
+        pub(super) unsafe fn with(self, _: *mut u8, _: usize) -> Self {
+            self
+        }
+
+        pub(super) fn without(self, _: usize) -> Self {
+            self
+        }
+
+        pub(super) fn is_empty(self) -> bool {
+            true
+        }
     }
 }
 
@@ -188,6 +447,8 @@ pub(crate) struct Budget<'p> {
     given_up: Cell<bool>,
 }
 
+/// Work to drop something small, in units of `eval::pace`.
+pub(crate) const DROP: usize = 96;
 /// Work after which a pause is asked for.
 const PAUSE_AFTER: usize = 1 << 13;
 
@@ -218,6 +479,14 @@ impl<'p> Budget<'p> {
         self.work.set(work);
         if work >= PAUSE_AFTER {
             self.rest();
+        }
+    }
+
+    /// Drops many parts of something, with pauses.
+    pub(crate) fn drop_each<T>(&self, parts: impl IntoIterator<Item = T>) {
+        for part in parts {
+            self.worked(DROP);
+            drop(part);
         }
     }
 
@@ -298,8 +567,10 @@ pub(crate) fn set_fuel(fuel: u32) {
     });
 }
 
-/// Tells the system's allocator once and for all from which size on it maps pages of their own. By itself it would raise that
-/// to 32 MiB as soon as one such block is freed; then a growing text is copied, and twice its size stays resident.
+/// Tells the system's allocator once and for all to join freed blocks with their neighbours at once, and to give nothing back
+/// to the system before it is told to (`trim`). By itself it keeps small ones aside and joins all of them when some big one is
+/// freed, and gives back whatever is free at the end of its heap then: milliseconds for the tree of a long text, at a moment
+/// nobody can choose.
 pub(crate) fn settle() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
@@ -309,19 +580,52 @@ pub(crate) fn settle() {
             #[allow(unsafe_code)]
             unsafe {
                 libc::mallopt(libc::M_MMAP_THRESHOLD, MAPPED as libc::c_int);
-                libc::mallopt(libc::M_TRIM_THRESHOLD, 2 * MAPPED as libc::c_int);
+                libc::mallopt(libc::M_MXFAST, 0);
+                libc::mallopt(libc::M_TRIM_THRESHOLD, libc::c_int::MAX);
             }
         });
     }
 }
 
+/// Has the system's allocator sort what has been freed since the last call. It leaves that to the next request that is not
+/// quite small otherwise, which then takes milliseconds for tens of thousands of blocks. Gives back some of what `put_off` has
+/// left; whether there is more.
+pub(crate) fn tidy() -> bool {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        // More than what is kept aside for each thread, less than what makes it look further.
+        const SIZE: usize = 4 << 10;
+        // SAFETY: a block of the system is given back as it was made; the call takes null, too.
+        #[allow(unsafe_code)]
+        unsafe {
+            let block = libc::malloc(SIZE);
+            libc::free(std::hint::black_box(block));
+        }
+    }
+    let given_back = |account: &Account| {
+        let left = account.left.get().without(AT_ONCE);
+        account.left.set(left);
+        !left.is_empty()
+    };
+    ACCOUNT.try_with(given_back).unwrap_or(false)
+}
+
 /// Gives memory that was freed back to the system. Takes some milliseconds for every hundred megabytes.
 pub(crate) fn trim() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    // SAFETY: the call takes no pointers and may be made at any time, from any thread.
-    #[allow(unsafe_code)]
-    unsafe {
-        libc::malloc_trim(0);
+    {
+        // So much that the system's allocator looks, when it is freed, at what is free at the end of the heap of this thread.
+        const LOOKED_AT: usize = 128 << 10;
+        // SAFETY: a block of the system is given back as it was made; the other calls take numbers only and may be made at
+        // any time, from any thread.
+        #[allow(unsafe_code)]
+        unsafe {
+            libc::mallopt(libc::M_TRIM_THRESHOLD, MAPPED as libc::c_int);
+            let block = libc::malloc(LOOKED_AT);
+            libc::free(std::hint::black_box(block));
+            libc::malloc_trim(0);
+            libc::mallopt(libc::M_TRIM_THRESHOLD, libc::c_int::MAX);
+        }
     }
 }
 
@@ -342,6 +646,50 @@ mod tests {
         assert!(held() - before >= (1 << 20) + 3200);
         drop((buffer, small));
         assert_eq!(held() - before, 0);
+    }
+
+    #[test]
+    fn blocks_keep_their_contents_from_one_way_of_being_kept_to_the_other() {
+        let before = held();
+        let mut block: Vec<u32> = (0..1000).collect();
+        for words in [
+            MAPPED / 4,
+            MAPPED,
+            4 * MAPPED,
+            MAPPED / 2,
+            MAPPED / 4 + 1,
+            2000,
+            1000,
+        ] {
+            if words > block.capacity() {
+                block.reserve_exact(words - block.len());
+            } else {
+                block.shrink_to(words);
+            }
+            assert!(block.capacity() >= words);
+            assert!(block.iter().copied().eq(0..1000), "{words}");
+        }
+        drop(block);
+        let zeroed = vec![0_u8; 3 * MAPPED + 5];
+        assert!(zeroed.iter().all(|byte| *byte == 0));
+        drop(zeroed);
+        assert_eq!(held() - before, 0);
+    }
+
+    #[test]
+    fn big_blocks_go_back_bit_by_bit() {
+        let before = held();
+        let blocks = [
+            vec![1_u8; 9 << 20],
+            vec![2_u8; (5 << 20) + 1],
+            vec![3_u8; 1 << 20],
+        ];
+        put_off(true);
+        drop(blocks);
+        put_off(false);
+        assert_eq!(held() - before, 0);
+        // Two of them, in pieces of at most four megabytes, the last piece of each smaller.
+        assert!(tidy() && tidy() && tidy() && tidy() && !tidy());
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Functions, lambdas, generator expressions and classes: code objects of their own.
 
+use crate::value::trash::Nodes;
 use std::rc::Rc;
 
 use super::{Extent, Lower};
@@ -20,17 +21,13 @@ struct Parts<'p> {
     name: &'p str,
     doc: Option<Rc<str>>,
     params: Params,
-    layout: FrameLayout,
+    layout: &'p FrameLayout,
     body: Body,
     extent: Extent,
     span: Span,
 }
 
 impl Lower<'_> {
-    fn layout(&self, scope: ast::ScopeId) -> FrameLayout {
-        self.places(scope).frame.clone().unwrap_or_default()
-    }
-
     fn code(&self, parts: Parts<'_>) -> Rc<Code> {
         let layout = parts.layout;
         let code = Rc::new(Code {
@@ -41,13 +38,13 @@ impl Lower<'_> {
             span: parts.span,
             params: parts.params,
             slots: layout.slot_names.len(),
-            slot_names: self.symbols(&layout),
+            slot_names: self.symbols(layout),
             free_names: layout
                 .closure
                 .iter()
                 .map(|(name, _)| self.symbol(name))
                 .collect(),
-            cells: layout.cells.into(),
+            cells: layout.cells.clone().into(),
             kind: if layout.is_generator {
                 CodeKind::Generator
             } else {
@@ -129,12 +126,12 @@ impl Lower<'_> {
             name: &def.name.name,
             doc: docstring(&def.body),
             params: self.params(&def.parameters),
-            layout: layout.clone(),
+            layout,
             body,
             extent,
             span,
         });
-        let function = self.make_function(&def.parameters, code, &layout);
+        let function = self.make_function(&def.parameters, code, layout);
         DefineFunction {
             function,
             decorators,
@@ -142,7 +139,7 @@ impl Lower<'_> {
         }
     }
 
-    fn decorators(&mut self, decorators: &[ast::Expr]) -> Box<[(Expr, Span)]> {
+    fn decorators(&mut self, decorators: &[ast::Expr]) -> Nodes<(Expr, Span)> {
         decorators
             .iter()
             .map(|decorator| (self.expr(decorator), decorator.span))
@@ -157,12 +154,12 @@ impl Lower<'_> {
             name: "<lambda>",
             doc: None,
             params: self.params(&lambda.parameters),
-            layout: layout.clone(),
+            layout,
             body: Body::Expression(body),
             extent,
             span,
         });
-        self.make_function(&lambda.parameters, code, &layout)
+        self.make_function(&lambda.parameters, code, layout)
     }
 
     pub(super) fn generator_expression(
@@ -187,16 +184,16 @@ impl Lower<'_> {
             name: "<genexpr>",
             doc: None,
             params,
-            layout: layout.clone(),
+            layout,
             body,
             extent,
             span,
         });
         MakeFunction {
             code,
-            defaults: Box::default(),
-            keyword_defaults: Box::default(),
-            closure: closure(&layout),
+            defaults: Nodes::default(),
+            keyword_defaults: Nodes::default(),
+            closure: closure(layout),
         }
     }
 
@@ -210,14 +207,14 @@ impl Lower<'_> {
             name: &def.name.name,
             doc: docstring(&def.body),
             params: Params::default(),
-            layout: layout.clone(),
+            layout,
             body: Body::Block(body),
             extent,
             span,
         });
         DefineClass {
             code,
-            closure: closure(&layout),
+            closure: closure(layout),
             args,
             names: layout.class_names as usize,
             class_cell: layout.class_cell,

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::{Lower, NODE};
+use super::{Lower, NODE, WHOLE};
 use crate::ast::{
     self, Arg, BinaryOp, ComprehensionKind, Constant, Conversion, DictItem, ExprKind, FStringPart,
     UnaryOp,
@@ -27,6 +27,7 @@ use crate::eval::expr::keywords::CallKeywords;
 use crate::eval::expr::names::{ClassName, Const, Free, Global, Local, LocalCell, Named};
 use crate::eval::expr::operand::Operand;
 use crate::eval::expr::percent::PercentFormat;
+use crate::eval::expr::whole::Whole;
 use crate::eval::expr::yields::{Yield, YieldFrom};
 use crate::resolve::Place;
 use crate::source::Span;
@@ -38,14 +39,23 @@ impl Lower<'_> {
         if self.is_given_up_after(NODE) {
             return Box::new(Const(Value::None));
         }
-        self.deeper(|lower| lower.expr_here(expr))
+        let before = self.made;
+        let node = self.deeper(|lower| lower.expr_here(expr));
+        self.made += 1;
+        // A list that was made meanwhile can be dropped bit by bit, what is around it cannot.
+        if self.made.saturating_sub(before) < WHOLE {
+            return node;
+        }
+        self.made = before;
+        self.deepest += 1;
+        Box::new(Whole([node].into_iter().collect()))
     }
 
     fn boxed(&mut self, expr: &Option<Box<ast::Expr>>) -> Option<Expr> {
         expr.as_ref().map(|expr| self.expr(expr))
     }
 
-    pub(super) fn exprs(&mut self, exprs: &[ast::Expr]) -> Box<[Expr]> {
+    pub(super) fn exprs(&mut self, exprs: &[ast::Expr]) -> Nodes<Expr> {
         exprs.iter().map(|expr| self.expr(expr)).collect()
     }
 
@@ -313,7 +323,7 @@ impl Lower<'_> {
         })
     }
 
-    pub(super) fn call_args(&mut self, args: &[Arg]) -> Box<[CallArg]> {
+    pub(super) fn call_args(&mut self, args: &[Arg]) -> Nodes<CallArg> {
         let arg = |arg: &Arg| match arg {
             Arg::Positional(expr) => CallArg::Positional(self.expr(expr)),
             Arg::Star(expr) => CallArg::Star(self.expr(expr)),
@@ -329,7 +339,7 @@ impl Lower<'_> {
         if !in_class {
             return Box::new(Call {
                 function: Operand::Expr(callee),
-                args: Box::default(),
+                args: Nodes::default(),
                 span,
             });
         }
@@ -388,7 +398,7 @@ impl Lower<'_> {
         items.iter().map(element).collect()
     }
 
-    fn parts(&mut self, parts: &[FStringPart]) -> Box<[Part]> {
+    fn parts(&mut self, parts: &[FStringPart]) -> Nodes<Part> {
         let part = |part: &FStringPart| match part {
             FStringPart::Text(text) => Part::Text(text.clone()),
             FStringPart::Value {
@@ -420,7 +430,7 @@ impl Lower<'_> {
         &mut self,
         comprehension: &ast::Comprehension,
         first: Expr,
-    ) -> Box<[Clause]> {
+    ) -> Nodes<Clause> {
         let mut first = Some(first);
         let clause = |clause: &ast::ComprehensionClause| {
             let iterable = match first.take() {

@@ -7,6 +7,7 @@ use crate::eval::expr::operand::Operand;
 use crate::eval::steps::{Place, Step};
 use crate::eval::stmt::target::Target;
 use crate::eval::{Expr, Statement};
+use crate::limits::memory::Budget;
 use crate::lint::visit;
 use crate::source::Span;
 use crate::value::Value;
@@ -76,7 +77,10 @@ impl Made {
 impl Lower<'_> {
     /// The body of a generator function.
     pub(super) fn generator_body(&mut self, body: &[Stmt]) -> Body {
-        if !body.iter().all(can_stop) {
+        if !body
+            .iter()
+            .all(|statement| can_stop(statement, self.budget))
+        {
             return Body::Block(self.block(body));
         }
         let mut made = Made::default();
@@ -160,7 +164,7 @@ impl Lower<'_> {
                 };
                 made.add(Step::Return { line, value });
             }
-            _ if !yields(statement) => self.plain_step(statement, line, made),
+            _ if !yields(statement, self.budget) => self.plain_step(statement, line, made),
             StmtKind::Expr(value) => self.stop(value, None, line, made),
             StmtKind::Assign { targets, value } => {
                 let target = targets.first().map(|target| self.target(target));
@@ -314,9 +318,14 @@ impl Lower<'_> {
     }
 }
 
+/// Work to look at a statement or an expression.
+const LOOK: usize = 32;
+
 /// Whether a statement can be taken apart into steps: no `yield` in it, or only where a step can stop.
-fn can_stop(statement: &Stmt) -> bool {
-    if !yields(statement) {
+fn can_stop(statement: &Stmt, budget: &Budget<'_>) -> bool {
+    let has_yield = |expr: &ast::Expr| has_yield(expr, budget);
+    let can_stop = |statement: &Stmt| can_stop(statement, budget);
+    if !yields(statement, budget) {
         return true;
     }
     let stops = |value: &ast::Expr| match &value.kind {
@@ -352,19 +361,27 @@ fn can_stop(statement: &Stmt) -> bool {
 }
 
 /// Whether there is a `yield` of the function itself in a statement.
-fn yields(statement: &Stmt) -> bool {
+fn yields(statement: &Stmt, budget: &Budget<'_>) -> bool {
+    budget.worked(LOOK);
     let mut found = false;
-    visit::own_expressions(statement, &mut |expr| found = found || has_yield(expr));
+    visit::own_expressions(statement, &mut |expr| {
+        found = found || has_yield(expr, budget)
+    });
     let own = match &statement.kind {
         StmtKind::Function(_) | StmtKind::Class(_) => Vec::new(),
         _ => visit::blocks(statement),
     };
-    found || own.into_iter().flatten().any(yields)
+    found
+        || own
+            .into_iter()
+            .flatten()
+            .any(|statement| yields(statement, budget))
 }
 
 /// Whether there is a `yield` in an expression; those of lambdas in it count too.
-fn has_yield(expr: &ast::Expr) -> bool {
+fn has_yield(expr: &ast::Expr, budget: &Budget<'_>) -> bool {
+    budget.worked(LOOK);
     let mut found = matches!(expr.kind, ExprKind::Yield(_) | ExprKind::YieldFrom(_));
-    visit::parts(expr, &mut |part| found = found || has_yield(part));
+    visit::parts(expr, &mut |part| found = found || has_yield(part, budget));
     found
 }

@@ -8,7 +8,7 @@ mod stmt;
 mod target;
 
 use std::cell::RefCell;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -25,8 +25,11 @@ use crate::value::module::Namespace;
 use crate::value::symbol::known;
 use crate::value::{Bytes, CellVar, Symbol, Value};
 
-/// Work for one node.
+/// Work for one node, and for a name in one.
 const NODE: usize = 128;
+const NAME: usize = 256;
+/// Nodes of an expression that may be dropped at once.
+const WHOLE: usize = 2048;
 
 /// Makes the code of a whole module, which means nothing if the work is given up in a pause.
 pub fn module(
@@ -38,13 +41,14 @@ pub fn module(
     budget: &Budget<'_>,
 ) -> Rc<Code> {
     let mut lower = Lower::new(core, namespace, file, resolution, budget);
-    lower.passes = passes(core, &module.nodes);
+    lower.passes = passes(core, &module.nodes, budget);
     let body = lower.deeper(|lower| {
         let mut lines = lower.lines(&module.body);
         let line = lines.last().map_or(1, |(line, _)| *line);
         lower.pass(NodePlace::AtEnd, line, &mut lines);
         Block::new(lines)
     });
+    budget.drop_each(std::mem::take(&mut lower.passes));
     lower.module_code(Body::Block(body), module.span)
 }
 
@@ -76,9 +80,10 @@ struct Lower<'l> {
     /// Nesting of the node being made, and the deepest of this frame.
     depth: usize,
     deepest: usize,
-    no_places: ScopePlaces,
+    /// Nodes made since the last list of nodes that can be dropped bit by bit.
+    made: usize,
     /// The directives by when they are passed.
-    passes: HashMap<NodePlace, Vec<Pass>>,
+    passes: BTreeMap<NodePlace, Vec<Pass>>,
     /// The symbols it has used.
     names: Rc<TextNames>,
     /// What the frame refers to beyond itself.
@@ -96,9 +101,10 @@ struct Extent {
 type Line = (u32, Box<dyn Statement>);
 
 /// The nodes of a text in the table of the interpreter.
-fn passes(core: &Core, nodes: &[NodeMark]) -> HashMap<NodePlace, Vec<Pass>> {
-    let mut passes: HashMap<_, Vec<_>> = HashMap::new();
+fn passes(core: &Core, nodes: &[NodeMark], budget: &Budget<'_>) -> BTreeMap<NodePlace, Vec<Pass>> {
+    let mut passes: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for mark in nodes {
+        budget.worked(2 * NAME);
         let node = core.nodes.intern(mark.number, &mark.label);
         let after = mark.after;
         passes
@@ -128,8 +134,8 @@ impl<'l> Lower<'l> {
             prefix: String::new(),
             depth: 0,
             deepest: 0,
-            no_places: ScopePlaces::default(),
-            passes: HashMap::new(),
+            made: 0,
+            passes: BTreeMap::new(),
             names: core.names_of_text(),
             refers: RefCell::default(),
         }
@@ -147,12 +153,19 @@ impl<'l> Lower<'l> {
         own.unwrap_or_else(|| self.core.symbols.value(known::MAIN))
     }
 
-    fn places(&self, scope: ScopeId) -> &ScopePlaces {
+    fn places(&self, scope: ScopeId) -> &'l ScopePlaces {
+        static NONE: ScopePlaces = ScopePlaces::NONE;
         let places = self.resolution.scopes.get(scope.0 as usize);
-        places.and_then(Option::as_ref).unwrap_or(&self.no_places)
+        places.and_then(Option::as_ref).unwrap_or(&NONE)
+    }
+
+    fn layout(&self, scope: ScopeId) -> &'l FrameLayout {
+        static NONE: FrameLayout = FrameLayout::NONE;
+        self.places(scope).frame.as_ref().unwrap_or(&NONE)
     }
 
     fn place(&self, name: &str) -> Place {
+        self.budget.worked(NAME);
         self.places(self.scope)
             .names
             .get(name)
@@ -161,6 +174,7 @@ impl<'l> Lower<'l> {
     }
 
     fn symbol(&self, name: &str) -> Symbol {
+        self.budget.worked(NAME);
         let symbol = self.core.symbols.take(name);
         self.names.note(symbol);
         symbol
@@ -216,7 +230,7 @@ impl<'l> Lower<'l> {
     }
 
     fn module_code(&self, body: Body, span: Span) -> Rc<Code> {
-        let layout = self.places(ScopeId(0)).frame.clone().unwrap_or_default();
+        let layout = self.layout(ScopeId(0));
         Rc::new(Code {
             name: "<module>".into(),
             qualname: "<module>".into(),
@@ -225,9 +239,9 @@ impl<'l> Lower<'l> {
             span,
             params: Params::default(),
             slots: layout.slot_names.len(),
-            slot_names: self.symbols(&layout),
+            slot_names: self.symbols(layout),
             free_names: Box::default(),
-            cells: layout.cells.into(),
+            cells: layout.cells.clone().into(),
             kind: CodeKind::Plain,
             body,
             names: self.names.clone(),

@@ -350,7 +350,7 @@ impl Lower<'_> {
         let line = self.line(span);
         let block = Block::new(nodes.into_iter().map(|node| (line, node)).collect());
         Box::new(If {
-            branches: Box::default(),
+            branches: Default::default(),
             orelse: block,
         })
     }

@@ -10,6 +10,7 @@ use crate::eval::stmt::target::{
 };
 use crate::resolve::Place;
 use crate::source::Span;
+use crate::value::trash::Nodes;
 
 impl Lower<'_> {
     pub(super) fn target(&mut self, target: &ast::Expr) -> Box<dyn Target> {
@@ -37,7 +38,7 @@ impl Lower<'_> {
             }
             // The parser accepts no other targets.
             _ => Box::new(Unpack {
-                targets: Box::default(),
+                targets: Nodes::default(),
                 star: None,
                 span,
             }),
@@ -57,7 +58,9 @@ impl Lower<'_> {
             && !matches!(second.kind, ExprKind::Starred(_))
         {
             return LoopTarget::Pair(Unpack {
-                targets: Box::new([self.target(first), self.target(second)]),
+                targets: [self.target(first), self.target(second)]
+                    .into_iter()
+                    .collect(),
                 star: None,
                 span: target.span,
             });
@@ -65,7 +68,7 @@ impl Lower<'_> {
         LoopTarget::Other(self.target(target))
     }
 
-    pub(super) fn targets(&mut self, targets: &[ast::Expr]) -> Box<[Box<dyn Target>]> {
+    pub(super) fn targets(&mut self, targets: &[ast::Expr]) -> Nodes<Box<dyn Target>> {
         targets.iter().map(|target| self.target(target)).collect()
     }
 

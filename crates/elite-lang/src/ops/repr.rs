@@ -66,12 +66,12 @@ impl Evaluator<'_> {
             | Value::Slice(_) => return self.recurse(|| self.container_repr(value, out, inside)),
             Value::Instance(instance) => {
                 let text = self.recurse(|| self.instance_repr(value, instance))?;
-                out.push_str(&text);
+                self.push_text(out, &text)?;
             }
             Value::Class(class) if class.meta_method(known::REPR).is_some() => {
                 let text = self.recurse(|| self.special(value, known::REPR, &mut []))?;
                 if let Some(text) = text {
-                    out.push_str(&self.expect_text(&text, "__repr__")?);
+                    self.push_text(out, &self.expect_text(&text, "__repr__")?)?;
                 }
             }
             // Methods show their receiver, which may be a method, and iterators of the library what they hold.
@@ -196,12 +196,15 @@ impl Evaluator<'_> {
         if let Some(state) = instance.exception() {
             let args = self.repr(&state.args())?;
             let single = matches!(&state.args(), Value::Tuple(tuple) if tuple.items().len() == 1);
-            let args = if single {
-                format!("{})", args.strip_suffix(",)").unwrap_or(&args))
-            } else {
-                args
-            };
-            return Ok(format!("{}{args}", instance.class.name()));
+            let mut text = instance.class.name().to_string();
+            match args.strip_suffix(",)") {
+                Some(args) if single => {
+                    self.push_text(&mut text, args)?;
+                    text.push(')');
+                }
+                _ => self.push_text(&mut text, &args)?,
+            }
+            return Ok(text);
         }
         match instance.extended() {
             Some(extended) => {

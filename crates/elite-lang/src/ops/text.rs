@@ -10,6 +10,9 @@ use crate::format::Spec;
 use crate::value::symbol::known;
 use crate::value::{Instance, R, Value};
 
+/// Longest specification of a format, in bytes.
+const SPEC_MAX: usize = 4096;
+
 impl Evaluator<'_> {
     /// Python's `str(value)`.
     pub fn str(&self, value: &Value) -> R<String> {
@@ -219,8 +222,7 @@ impl Evaluator<'_> {
                         self.type_error(format!("__format__ must return a str, not {name}"))
                     );
                 };
-                out.push_str(text.as_str());
-                return Ok(());
+                return self.push_text(out, text.as_str());
             }
             let overrides = instance.class.lookup(known::STR).is_some();
             if let (Some(extended), false) = (instance.extended(), overrides) {
@@ -229,12 +231,18 @@ impl Evaluator<'_> {
         }
         if spec.is_empty() {
             match value {
-                Value::Str(text) => out.push_str(text.as_str()),
+                Value::Str(text) => self.push_text(out, text.as_str())?,
                 Value::Int(int) => push_int(*int, out),
                 Value::Float(float) => crate::format::float::push_repr(*float, out),
-                other => out.push_str(&self.str(other)?),
+                other => self.push_text(out, &self.str(other)?)?,
             }
             return self.check_allocation(out.len());
+        }
+        if spec.len() > SPEC_MAX {
+            return Err(self.value_error(format!(
+                "a format specification of {} bytes, {SPEC_MAX} are allowed",
+                spec.len()
+            )));
         }
         let name = self.core.types.name_of(value);
         let error = |message: String| self.value_error(message);
@@ -248,7 +256,6 @@ impl Evaluator<'_> {
                 let spec = Spec::parse(spec, &name).map_err(error)?;
                 let precision = spec.precision.unwrap_or(0);
                 self.check_allocation(spec.width.max(precision))?;
-                self.worked(precision)?;
                 crate::format::value(value, &spec, self, out)
             }
             _ => Err(self.type_error(format!(

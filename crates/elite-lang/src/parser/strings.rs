@@ -4,8 +4,11 @@ use super::{Parse, Parser};
 use crate::ast::{Constant, Expr, ExprKind, FStringPart};
 use crate::diagnostic::Diagnostic;
 use crate::lexer::{Token, TokenKind as T};
+use crate::limits::memory::Budget;
 use crate::source::Span;
 
+/// Work for a part of a literal that is put together from several.
+const PART: usize = 64;
 /// Work for an escape.
 const ESCAPE: usize = 64;
 
@@ -62,18 +65,15 @@ impl Parser<'_> {
         let kind = if any_bytes {
             ExprKind::Constant(Constant::Bytes(bytes.into()))
         } else if any_format {
-            ExprKind::FString(joined(parts))
+            ExprKind::FString(joined(parts, self.budget))
         } else {
-            let text: String = parts
-                .iter()
-                .map(|part| {
-                    if let FStringPart::Text(text) = part {
-                        text
-                    } else {
-                        ""
-                    }
-                })
-                .collect();
+            let mut text = String::new();
+            for part in parts {
+                self.budget.worked(PART);
+                if let FStringPart::Text(piece) = part {
+                    text.push_str(&piece);
+                }
+            }
             ExprKind::Constant(Constant::Str(text.into()))
         };
         Ok(Expr::new(kind, span))
@@ -293,10 +293,11 @@ fn normalized(text: &str) -> std::borrow::Cow<'_, str> {
 }
 
 /// Neighbouring texts of an f-string become one.
-fn joined(parts: Vec<FStringPart>) -> Vec<FStringPart> {
+fn joined(parts: Vec<FStringPart>, budget: &Budget<'_>) -> Vec<FStringPart> {
     let mut out: Vec<FStringPart> = Vec::new();
     let mut text = String::new();
     for part in parts {
+        budget.worked(PART);
         match part {
             FStringPart::Text(more) => text.push_str(&more),
             value @ FStringPart::Value { .. } => {

@@ -2,14 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{DROP, NAME};
+use super::NAME;
 use crate::ast::{
     Arg, ClassDef, Comprehension, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart,
     FunctionDef, Ident, Module, Parameters, ScopeId, Stmt, StmtKind,
 };
 use crate::diagnostic::Diagnostic;
 use crate::findings::{Findings, quoted};
-use crate::limits::memory::Budget;
+use crate::limits::memory::{Budget, DROP};
 use crate::source::Span;
 
 /// Work for one statement or expression, beside the names in it.
@@ -109,7 +109,13 @@ pub(super) struct Scopes<'p> {
 pub(super) fn collect<'p>(module: &Module, budget: &'p Budget<'p>) -> Scopes<'p> {
     let mut scopes = Scopes {
         budget,
-        scopes: vec![None; module.scope_count as usize],
+        // Each takes a place of some size.
+        scopes: (0..module.scope_count)
+            .map(|_| {
+                budget.worked(DROP);
+                None
+            })
+            .collect(),
         star_import: false,
         diagnostics: Findings::default(),
         current: ScopeId(0),
@@ -126,21 +132,21 @@ impl Scopes<'_> {
     pub(super) fn release(self) {
         let budget = self.budget;
         for scope in self.scopes.into_iter().flatten() {
+            budget.worked(DROP);
             let texts = scope.uses.into_iter().map(|(name, _)| name);
             let texts = texts.chain(scope.names.into_iter().map(|info| info.name));
-            for text in texts.chain(scope.index.into_keys()) {
-                budget.worked(DROP);
-                drop(text);
-            }
+            budget.drop_each(texts.chain(scope.index.into_keys()));
         }
+        budget.drop_each(self.globals);
+        budget.drop_each(self.global_set);
     }
 
     pub(super) fn get(&self, id: ScopeId) -> Option<&Scope> {
         self.scopes.get(id.0 as usize)?.as_ref()
     }
 
-    pub(super) fn declared_globals(&self) -> Vec<Box<str>> {
-        self.globals.clone()
+    pub(super) fn declared_globals(&mut self) -> Vec<Box<str>> {
+        std::mem::take(&mut self.globals)
     }
 
     /// Names the top level binds without declaring them global.
@@ -162,6 +168,7 @@ impl Scopes<'_> {
 
     /// Runs `inner` in the new scope `id`.
     fn within(&mut self, id: ScopeId, kind: ScopeKind, inner: impl FnOnce(&mut Self)) {
+        self.budget.worked(NAME);
         let outer = self.current;
         self.open(id, kind, Some(outer));
         self.current = id;
@@ -190,6 +197,7 @@ impl Scopes<'_> {
     }
 
     fn note(&mut self, name: &str, span: Span, binding: Binding) {
+        self.budget.worked(NAME / 2);
         let info = self.scope().name_mut(name);
         info.binding.get_or_insert((span, binding));
     }
@@ -346,6 +354,7 @@ impl Scopes<'_> {
     }
 
     fn declare_global(&mut self, ident: &Ident) {
+        self.budget.worked(NAME);
         if self.global_set.insert(ident.name.clone()) {
             self.globals.push(ident.name.clone());
         }
@@ -374,6 +383,7 @@ impl Scopes<'_> {
         lenient: bool,
         set: impl FnOnce(&mut NameInfo, Span),
     ) {
+        self.budget.worked(NAME);
         let info = self.scope().name_mut(&ident.name);
         let name = quoted(&ident.name);
         let trouble = if info.parameter {

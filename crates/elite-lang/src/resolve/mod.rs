@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use crate::ast::Module;
 use crate::diagnostic::Diagnostic;
 use crate::findings::Findings;
-use crate::limits::memory::Budget;
+use crate::limits::memory::{Budget, DROP};
 
 pub use names::KnownNames;
 pub use unused::unused_names;
@@ -65,6 +65,28 @@ pub struct ScopePlaces {
     pub slots: Vec<u32>,
 }
 
+impl FrameLayout {
+    /// A frame of nothing.
+    pub(crate) const NONE: Self = FrameLayout {
+        slot_names: Vec::new(),
+        cells: Vec::new(),
+        closure: Vec::new(),
+        is_generator: false,
+        class_cell: None,
+        class_names: 0,
+    };
+}
+
+impl ScopePlaces {
+    /// A scope without names.
+    pub(crate) const NONE: Self = ScopePlaces {
+        names: BTreeMap::new(),
+        frame: None,
+        fresh_cells: Vec::new(),
+        slots: Vec::new(),
+    };
+}
+
 /// The result for a whole program.
 #[derive(Debug)]
 pub struct Resolution {
@@ -83,22 +105,19 @@ impl Resolution {
     pub(crate) fn release(self, budget: &Budget<'_>) {
         for scope in self.scopes.into_iter().flatten() {
             budget.worked(DROP);
-            for name in scope.names {
-                budget.worked(DROP);
-                drop(name);
-            }
-            for name in scope.frame.into_iter().flat_map(|frame| frame.slot_names) {
-                budget.worked(DROP);
-                drop(name);
+            budget.drop_each(scope.names);
+            if let Some(frame) = scope.frame {
+                budget.drop_each(frame.slot_names);
+                budget.drop_each(frame.closure);
             }
         }
+        budget.drop_each(self.declared_globals);
+        budget.drop_each(self.bindings);
     }
 }
 
-/// Work to drop one name.
-const DROP: usize = 48;
 /// Work for one mention of a name.
-const NAME: usize = 200;
+const NAME: usize = 600;
 
 /// Resolves all names of a program. `known` are the names the embedder provides beside Python's builtins.
 pub fn resolve(module: &Module, known: &KnownNames) -> Resolution {

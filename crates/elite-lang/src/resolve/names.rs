@@ -75,6 +75,7 @@ pub(super) fn report_undefined(
     }
     let mut globals: BTreeSet<&str> = BTreeSet::new();
     for scope in scopes.scopes.iter().flatten() {
+        scopes.budget.worked(NAME / 8);
         let is_module = scope.parent.is_none();
         let global = scope
             .names

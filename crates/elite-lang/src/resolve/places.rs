@@ -4,10 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::collect::{NameInfo, Scope, ScopeKind, Scopes};
-use super::{DROP, FrameLayout, NAME, Place, ScopePlaces};
+use super::{FrameLayout, NAME, Place, ScopePlaces};
 use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
 use crate::findings::{Findings, quoted};
+use crate::limits::memory::{Budget, DROP};
 
 /// The scope a name belongs to; None is the module, so a global or builtin.
 type Owner = Option<ScopeId>;
@@ -59,19 +60,17 @@ pub(super) fn assign(
     diagnostics: &mut Findings,
 ) -> Vec<Option<ScopePlaces>> {
     let count = scopes.scopes.len();
-    let (captured, free) = (
-        vec![BTreeSet::new(); count],
-        vec![Closure::default(); count],
-    );
+    let budget = scopes.budget;
     let mut assigner = Assigner {
         scopes,
         diagnostics,
-        captured,
-        free,
-        inlined: vec![Vec::new(); count],
+        captured: table(count, budget),
+        free: table(count, budget),
+        inlined: table(count, budget),
     };
     let ids: Vec<ScopeId> = (0..count as u32).map(ScopeId).collect();
     for id in &ids {
+        assigner.goes_on();
         let frame = assigner.frame_of(*id);
         if frame != *id {
             assigner.inlined[frame.0 as usize].push(*id);
@@ -83,19 +82,40 @@ pub(super) fn assign(
     let slots: Vec<Slots> = ids.iter().map(|id| assigner.slots_of_frame(*id)).collect();
     let places = ids.iter().map(|id| assigner.places_of(*id, &slots));
     let places = places.collect();
-    // Many names take long to drop.
-    let budget = assigner.scopes.budget;
-    for frame in slots {
-        let names = frame.names.into_iter().map(|(_, name)| name);
-        for name in names.chain(frame.index.into_keys().map(|(_, name)| name)) {
-            budget.worked(DROP);
-            drop(name);
-        }
-    }
+    assigner.release(slots);
     places
 }
 
+/// A table with an empty entry for each scope.
+fn table<T: Default>(count: usize, budget: &Budget<'_>) -> Vec<T> {
+    let entry = |_| {
+        budget.worked(size_of::<T>());
+        T::default()
+    };
+    (0..count).map(entry).collect()
+}
+
 impl Assigner<'_, '_> {
+    /// Drops the tables, with pauses: many names take long.
+    fn release(self, slots: Vec<Slots>) {
+        let budget = self.scopes.budget;
+        for frame in slots {
+            budget.drop_each(frame.names);
+            budget.drop_each(frame.index);
+            budget.drop_each(frame.ranges);
+        }
+        for names in self.captured {
+            budget.worked(DROP);
+            budget.drop_each(names);
+        }
+        for closure in self.free {
+            budget.worked(DROP);
+            budget.drop_each(closure.names);
+            budget.drop_each(closure.index);
+        }
+        budget.drop_each(self.inlined);
+    }
+
     /// Counts the work for a name; whether to go on.
     fn goes_on(&self) -> bool {
         self.scopes.budget.worked(NAME);
@@ -160,12 +180,15 @@ impl Assigner<'_, '_> {
 
     /// Notes, for every name of scope `id`, whether it crosses frames.
     fn find_shared(&mut self, id: ScopeId) {
-        let Some(scope) = self.scope(id) else { return };
-        let names: Vec<NameInfo> = scope.names.clone();
-        for info in names {
+        let count = self.scope(id).map_or(0, |scope| scope.names.len());
+        for index in 0..count {
             if !self.goes_on() {
                 return;
             }
+            let Some(info) = self.scope(id).and_then(|scope| scope.names.get(index)) else {
+                return;
+            };
+            let info = info.clone();
             let owner = self.owner(id, &info.name);
             if let (Some(span), None) = (info.nonlocal, owner) {
                 let message = format!(
@@ -209,6 +232,7 @@ impl Assigner<'_, '_> {
     /// The slots of the frame of `id`, as (scope, name); empty if `id` has no frame.
     fn slots_of_frame(&self, id: ScopeId) -> Slots {
         let mut slots = Slots::default();
+        self.goes_on();
         let Some(scope) = self.scope(id) else {
             return slots;
         };
@@ -278,9 +302,13 @@ impl Assigner<'_, '_> {
     }
 
     fn places_of(&self, id: ScopeId, slots: &[Slots]) -> Option<ScopePlaces> {
+        if !self.goes_on() {
+            return None;
+        }
         let scope = self.scope(id)?;
         let mut places = ScopePlaces::default();
         for info in &scope.names {
+            self.scopes.budget.worked(NAME);
             if !self.goes_on() {
                 return None;
             }
@@ -292,6 +320,7 @@ impl Assigner<'_, '_> {
         if scope.kind == ScopeKind::Comprehension {
             let frame_slots = &slots[self.frame_of(id).0 as usize];
             for slot in frame_slots.ranges.get(&id).cloned().unwrap_or_default() {
+                self.goes_on();
                 places.slots.push(slot);
                 let (_, name) = &frame_slots.names[slot as usize];
                 if self.is_captured(id, name) {
@@ -306,10 +335,9 @@ impl Assigner<'_, '_> {
 
     fn layout(&self, id: ScopeId, scope: &Scope, own: &Slots, slots: &[Slots]) -> FrameLayout {
         let own = &own.names;
-        let cells = own
-            .iter()
-            .enumerate()
-            .filter(|(_, (owner, name))| *owner == id && self.is_captured(id, name));
+        let cells = own.iter().enumerate().filter(|(_, (owner, name))| {
+            self.goes_on() && *owner == id && self.is_captured(id, name)
+        });
         let is_class = scope.kind == ScopeKind::Class;
         let class_cell = own
             .iter()
@@ -319,12 +347,16 @@ impl Assigner<'_, '_> {
             .filter(|(owner, name)| *owner == id && &**name != CLASS_CELL)
             .count();
         let parent = scope.parent.unwrap_or(id);
-        let closure = self.free[id.0 as usize]
-            .names
-            .iter()
-            .map(|(name, owner)| (name.clone(), self.place(parent, Some(*owner), name, slots)));
+        let closure = self.free[id.0 as usize].names.iter().map(|(name, owner)| {
+            self.goes_on();
+            (name.clone(), self.place(parent, Some(*owner), name, slots))
+        });
+        let slot_name = |(_, name): &(ScopeId, Box<str>)| {
+            self.scopes.budget.worked(NAME / 4);
+            name.clone()
+        };
         FrameLayout {
-            slot_names: own.iter().map(|(_, name)| name.clone()).collect(),
+            slot_names: own.iter().map(slot_name).collect(),
             cells: cells.map(|(slot, _)| slot as u32).collect(),
             closure: closure.collect(),
             is_generator: scope.is_generator,

@@ -8,6 +8,8 @@ use super::{CellVar, Symbol, Value};
 
 /// Names up to which a namespace is not searched for unused ones.
 const NAMES_MIN: usize = 1024;
+/// So many are looked through at once.
+const NAMES_AT_ONCE: usize = 16 << 10;
 
 /// An imported module.
 pub struct Module {
@@ -87,20 +89,43 @@ impl Namespace {
     }
 
     /// Names that are unbound, and that no code refers to, leave whenever their number has doubled: a program that evaluates
-    /// ever new texts which bind and delete ever new names does not grow.
+    /// ever new texts which bind and delete ever new names does not grow. Where there are very many, a sweep finds them.
     fn forget_unused_if_many(&self) {
-        if self.cells.borrow().len() >= self.limit.get().max(NAMES_MIN) {
-            self.forget_unused();
+        let many = self.limit.get().max(NAMES_MIN);
+        if (many..NAMES_AT_ONCE).contains(&self.cells.borrow().len()) {
+            self.forget_some_unused(0, NAMES_AT_ONCE);
+            self.end_forgetting();
         }
     }
 
-    /// Names that are unbound, and that no code refers to, leave.
-    pub fn forget_unused(&self) {
+    /// Of up to `count` names from number `from` on, those leave that are unbound and that no code refers to. The number of the
+    /// name to go on with; None at the end.
+    pub fn forget_some_unused(&self, from: usize, count: usize) -> Option<usize> {
         let mut cells = self.cells.borrow_mut();
-        // Only unbound ones are dropped, so no code runs.
-        cells.retain(|_, cell| Rc::strong_count(cell) > 1 || !cell.value.borrow().is_unbound());
         let mut order = self.order.borrow_mut();
-        order.retain(|name| cells.contains_key(name));
+        let end = order.len().min(from.saturating_add(count));
+        let from = from.min(end);
+        let mut kept = from;
+        for at in from..end {
+            let name = order[at];
+            let is_unused = cells
+                .get(&name)
+                .is_none_or(|cell| Rc::strong_count(cell) == 1 && cell.value.borrow().is_unbound());
+            if is_unused {
+                // It is unbound, so no code runs.
+                cells.remove(&name);
+            } else {
+                order[kept] = name;
+                kept += 1;
+            }
+        }
+        order.drain(kept..end);
+        (kept < order.len()).then_some(kept)
+    }
+
+    /// After all of them: when to look again.
+    pub fn end_forgetting(&self) {
+        let mut cells = self.cells.borrow_mut();
         self.limit.set(cells.len() * 2);
         cells.shrink_to(self.limit.get());
     }

@@ -137,6 +137,7 @@ impl Default for Inner {
 
 struct Name {
     text: Rc<str>,
+    hash: u64,
     value: Rc<Str>,
     /// How many ask for it right now.
     asked: u32,
@@ -312,23 +313,26 @@ impl Symbols {
 impl Inner {
     fn give_up(&mut self, symbol: Symbol) {
         let name = &mut self.names[symbol.0 as usize];
-        let text = std::mem::replace(&mut name.text, self.nothing.clone());
+        name.text = self.nothing.clone();
         name.value = self.nothing_value.clone();
         name.stay = Stay::Asked;
-        self.numbers.remove(&text, symbol);
+        self.numbers.remove(name.hash, symbol);
         self.free.push(symbol);
     }
 
     fn find(&self, text: &str) -> Option<Symbol> {
-        self.numbers.find(text, &self.names)
+        self.numbers
+            .find(self.numbers.hash(text), text, &self.names)
     }
 
     fn number(&mut self, text: &str) -> Symbol {
-        if let Some(symbol) = self.find(text) {
+        let hash = self.numbers.hash(text);
+        if let Some(symbol) = self.numbers.find(hash, text, &self.names) {
             return symbol;
         }
         let name = Name {
             text: text.into(),
+            hash,
             value: Rc::new(Str::new(text)),
             asked: 0,
             stay: Stay::Asked,
@@ -343,7 +347,7 @@ impl Inner {
                 Symbol(self.names.len() as u32 - 1)
             }
         };
-        self.numbers.insert(text, symbol);
+        self.numbers.insert(hash, symbol);
         symbol
     }
 }
@@ -368,29 +372,30 @@ impl Default for Numbers {
 }
 
 impl Numbers {
-    fn place(&self, text: &str) -> (usize, u64) {
-        let hash = self.state.hash_one(text);
-        // The tables themselves go by the lowest and the highest bits.
-        (hash as usize >> 32 & (TABLES - 1), hash)
+    fn hash(&self, text: &str) -> u64 {
+        self.state.hash_one(text)
     }
 
-    fn find(&self, text: &str, names: &[Name]) -> Option<Symbol> {
-        let (table, hash) = self.place(text);
+    /// The table for a hash; the tables themselves go by the lowest and the highest bits.
+    fn table(hash: u64) -> usize {
+        hash as usize >> 32 & (TABLES - 1)
+    }
+
+    fn find(&self, hash: u64, text: &str, names: &[Name]) -> Option<Symbol> {
         let is_it = |(_, symbol): &(u64, Symbol)| *names[symbol.0 as usize].text == *text;
-        self.tables[table]
+        self.tables[Self::table(hash)]
             .find(hash, is_it)
             .map(|(_, symbol)| *symbol)
     }
 
-    fn insert(&mut self, text: &str, symbol: Symbol) {
-        let (table, hash) = self.place(text);
-        self.tables[table].insert_unique(hash, (hash, symbol), |(hash, _)| *hash);
+    fn insert(&mut self, hash: u64, symbol: Symbol) {
+        self.tables[Self::table(hash)].insert_unique(hash, (hash, symbol), |(hash, _)| *hash);
         self.count += 1;
     }
 
-    fn remove(&mut self, text: &str, symbol: Symbol) {
-        let (table, hash) = self.place(text);
-        if let Ok(entry) = self.tables[table].find_entry(hash, |(_, other)| *other == symbol) {
+    fn remove(&mut self, hash: u64, symbol: Symbol) {
+        let table = &mut self.tables[Self::table(hash)];
+        if let Ok(entry) = table.find_entry(hash, |(_, other)| *other == symbol) {
             entry.remove();
             self.count -= 1;
         }

@@ -8,6 +8,7 @@
 use std::cell::{Cell, RefCell};
 
 use super::Value;
+use crate::limits::memory;
 
 /// Levels that are dropped by plain recursion; deeper ones are put aside and dropped one after the other. So few that
 /// they fit what a native keeps free of its stack.
@@ -85,31 +86,36 @@ thread_local! {
 trait Rest {
     /// Drops some of them; whether there are more.
     fn drop_some(&mut self) -> bool;
+
+    /// Whether this may have been so little that another one can follow at once.
+    fn may_be_little(&self) -> bool;
 }
 
 /// Bytes that were taken up by parts that are gone, and go back at once.
 const ROOM: usize = 4 << 20;
 
-struct Parts<T> {
-    parts: Vec<T>,
-    portion: usize,
-}
+struct Parts<T>(Vec<T>);
 
 impl<T> Rest for Parts<T> {
     fn drop_some(&mut self) -> bool {
-        let left = self.parts.len().saturating_sub(self.portion);
-        self.parts.truncate(left);
+        let left = self.0.len().saturating_sub(PORTION);
+        self.0.truncate(left);
         // Their room goes back bit by bit, too: the system takes many milliseconds for hundreds of megabytes at once.
-        if (self.parts.capacity() - left) * size_of::<T>() > ROOM {
-            self.parts.shrink_to(left);
+        if (self.0.capacity() - left) * size_of::<T>() > ROOM {
+            self.0.shrink_to(left);
         }
-        !self.parts.is_empty()
+        !self.0.is_empty()
+    }
+
+    fn may_be_little(&self) -> bool {
+        false
     }
 }
 
 /// From now on (or no longer, `false`) the parts of big containers are dropped bit by bit, by `drop_some`. A container of
 /// millions of values takes many milliseconds otherwise, in which nobody else has a turn.
 pub fn put_off(on: bool) -> bool {
+    memory::put_off(on);
     PUTS_OFF.with(|puts_off| puts_off.replace(on))
 }
 
@@ -122,12 +128,10 @@ pub fn leave<T: 'static>(parts: &mut Vec<T>, tells: impl Fn(&T) -> bool) {
     {
         return;
     }
-    put_aside(parts, PORTION);
+    put_aside(Parts(std::mem::take(parts)));
 }
 
-fn put_aside<T: 'static>(parts: &mut Vec<T>, portion: usize) {
-    let parts = std::mem::take(parts);
-    let rest = Parts { parts, portion };
+fn put_aside(rest: impl Rest + 'static) {
     // At the very end of an OS thread the store may be gone already; then they are dropped here.
     let _ = PUT_OFF.try_with(|put_off| put_off.borrow_mut().push(Box::new(rest)));
 }
@@ -135,12 +139,71 @@ fn put_aside<T: 'static>(parts: &mut Vec<T>, portion: usize) {
 /// Nodes of code, many of which are dropped bit by bit. They hold constants only, so nobody can tell the difference.
 pub struct Nodes<T: 'static>(Box<[T]>);
 
-/// Nodes that are dropped at once; each may have others below it.
-const NODES: usize = PORTION / 16;
+/// Bytes of nodes that are dropped at once. Each node may have others below it, in lists of their own, so that their number says
+/// nothing; their bytes say how many blocks are given back.
+const NODES: isize = if cfg!(debug_assertions) {
+    16 << 10
+} else {
+    256 << 10
+};
+
+thread_local! {
+    /// What nodes have given back since the last portion.
+    static GIVEN_BACK: Cell<isize> = const { Cell::new(0) };
+}
+
+/// Drops nodes, last ones first, while the portion lasts.
+fn drop_nodes<T>(nodes: &mut Vec<T>) {
+    let mut held = memory::held();
+    let mut given_back = GIVEN_BACK.with(Cell::get);
+    while given_back < NODES
+        && let Some(node) = nodes.pop()
+    {
+        drop(node);
+        let now = memory::held();
+        given_back += NODE + (held - now).max(0);
+        held = now;
+        // Nodes below this one have noted a part of that.
+        GIVEN_BACK.with(|cell| cell.set(given_back));
+    }
+}
+
+/// What a node counts that gives nothing back.
+const NODE: isize = 16;
+
+struct Row<T>(Vec<T>);
+
+impl<T> Rest for Row<T> {
+    fn drop_some(&mut self) -> bool {
+        drop_nodes(&mut self.0);
+        !self.0.is_empty()
+    }
+
+    fn may_be_little(&self) -> bool {
+        true
+    }
+}
+
+/// Drops nodes, or leaves those that are too many to be dropped bit by bit.
+pub fn leave_nodes<T: 'static>(nodes: &mut Vec<T>) {
+    if nodes.is_empty() || !PUTS_OFF.with(Cell::get) {
+        return;
+    }
+    drop_nodes(nodes);
+    if !nodes.is_empty() {
+        put_aside(Row(std::mem::take(nodes)));
+    }
+}
 
 impl<T: 'static> FromIterator<T> for Nodes<T> {
     fn from_iter<I: IntoIterator<Item = T>>(nodes: I) -> Self {
         Nodes(nodes.into_iter().collect())
+    }
+}
+
+impl<T: 'static> From<Vec<T>> for Nodes<T> {
+    fn from(nodes: Vec<T>) -> Self {
+        Nodes(nodes.into())
     }
 }
 
@@ -159,11 +222,21 @@ impl<T: 'static> std::ops::Deref for Nodes<T> {
     }
 }
 
+impl<'n, T: 'static> IntoIterator for &'n Nodes<T> {
+    type Item = &'n T;
+    type IntoIter = std::slice::Iter<'n, T>;
+
+    #[inline(always)]
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.iter()
+    }
+}
+
 impl<T: 'static> Drop for Nodes<T> {
     #[inline]
     fn drop(&mut self) {
-        if self.0.len() > NODES && PUTS_OFF.with(Cell::get) {
-            put_aside(&mut std::mem::take(&mut self.0).into_vec(), NODES);
+        if !self.0.is_empty() {
+            leave_nodes(&mut std::mem::take(&mut self.0).into_vec());
         }
     }
 }
@@ -185,18 +258,27 @@ pub fn tells(value: &Value) -> bool {
 
 /// Drops some of what has been left; whether there is more.
 pub fn drop_some() -> bool {
-    let taken = PUT_OFF.try_with(|put_off| put_off.borrow_mut().pop());
-    let Ok(Some(mut rest)) = taken else {
-        return false;
-    };
-    let more = rest.drop_some();
-    PUT_OFF.with(|put_off| {
-        let mut put_off = put_off.borrow_mut();
+    let more = drop_portion();
+    // Both are to be done.
+    memory::tidy() | more
+}
+
+fn drop_portion() -> bool {
+    let _ = GIVEN_BACK.try_with(|given_back| given_back.set(0));
+    loop {
+        let taken = PUT_OFF.try_with(|put_off| put_off.borrow_mut().pop());
+        let Ok(Some(mut rest)) = taken else {
+            return false;
+        };
+        let more = rest.drop_some();
+        let goes_on = rest.may_be_little() && GIVEN_BACK.with(Cell::get) < NODES;
         if more {
-            put_off.push(rest);
+            PUT_OFF.with(|put_off| put_off.borrow_mut().push(rest));
         }
-        !put_off.is_empty()
-    })
+        if !goes_on {
+            return PUT_OFF.with(|put_off| !put_off.borrow().is_empty());
+        }
+    }
 }
 
 /// Drops several single values a struct held, one after the other.

@@ -158,7 +158,9 @@ fn fill(
         ev.dict_update_from(dict, source)?;
     }
     for (name, value) in args.keywords {
-        dict.set_interned(ev.core.symbols.value(*name), value.clone());
+        let name = ev.core.symbols.value(*name);
+        ev.check_name(name.as_str().unwrap_or_default())?;
+        dict.set_interned(name, value.clone());
     }
     Ok(())
 }

@@ -205,7 +205,7 @@ fn identity(a: &Value, b: &Value, equal: bool) -> Value {
 
 fn name_of<'e>(ev: &'e Evaluator<'_>, name: &Value) -> R<Passing<'e>> {
     match name {
-        Value::Str(text) => Ok(ev.core.symbols.ask(text.as_str())),
+        Value::Str(text) => ev.ask_name(text.as_str()),
         other => {
             let name = ev.core.types.name_of(other);
             Err(ev.type_error(format!("attribute name must be string, not '{name}'")))

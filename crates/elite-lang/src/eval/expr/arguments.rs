@@ -4,6 +4,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
 use crate::value::symbol::{Passing, known};
+use crate::value::trash::Nodes;
 use crate::value::{Dict, R, Symbol, Value};
 
 /// An argument of a call with stars or keywords.
@@ -23,7 +24,7 @@ pub struct CallWith {
     /// What is called.
     pub function: Expr,
     /// With what, in the order of the text.
-    pub args: Box<[CallArg]>,
+    pub args: Nodes<CallArg>,
     /// Where it is written.
     pub span: Span,
 }
@@ -125,7 +126,7 @@ fn gather_mapping<'e>(
         let Value::Str(text) = ev.plain(&key) else {
             return Err(ev.type_error("keywords must be strings"));
         };
-        let name = ev.core.symbols.ask(text.as_str());
+        let name = ev.ask_name(text.as_str())?;
         add_keyword(*name, value, callee, ev, keywords)?;
         names.push(name);
     }

@@ -1,10 +1,11 @@
 //! `and`, `or`, `not`, and the conditional expression.
 
 use crate::eval::{Evaluator, Expr, Expression, Frame};
+use crate::value::trash::Nodes;
 use crate::value::{R, Value};
 
 /// `a and b and c`
-pub struct And(pub Box<[Expr]>);
+pub struct And(pub Nodes<Expr>);
 
 impl Expression for And {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
@@ -31,7 +32,7 @@ impl Expression for And {
 }
 
 /// `a or b or c`
-pub struct Or(pub Box<[Expr]>);
+pub struct Or(pub Nodes<Expr>);
 
 impl Expression for Or {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {

@@ -12,6 +12,7 @@ use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
 use crate::value::class::Making;
 use crate::value::instance::Payload;
+use crate::value::trash::Nodes;
 use crate::value::{Class, Function, Instance, R, Symbol, Value};
 
 /// `function(a, b)` without stars and keywords.
@@ -19,7 +20,7 @@ pub struct Call {
     /// What is called.
     pub function: Operand,
     /// With what.
-    pub args: Box<[Operand]>,
+    pub args: Nodes<Operand>,
     /// Where it is written.
     pub span: Span,
 }
@@ -205,7 +206,7 @@ pub struct CallMethod {
     /// The method.
     pub name: Symbol,
     /// With what.
-    pub args: Box<[Operand]>,
+    pub args: Nodes<Operand>,
     /// Where the attribute is written.
     pub attribute_span: Span,
     /// Where the call is written.

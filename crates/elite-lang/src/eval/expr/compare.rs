@@ -8,6 +8,7 @@ use crate::ast::CompareOp;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::ops::compare::fast;
 use crate::source::Span;
+use crate::value::trash::Nodes;
 use crate::value::{R, Value};
 
 /// An ordering operator as a type.
@@ -167,7 +168,7 @@ pub struct Chain {
     /// The first operand.
     pub first: Expr,
     /// The comparisons after it.
-    pub rest: Box<[(CompareOp, Expr)]>,
+    pub rest: Nodes<(CompareOp, Expr)>,
     /// Where it is written.
     pub span: Span,
 }

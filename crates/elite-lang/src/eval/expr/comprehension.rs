@@ -6,6 +6,7 @@ use crate::eval::stmt::loops::LoopTarget;
 use crate::eval::walk::Walk;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
+use crate::value::trash::Nodes;
 use crate::value::{CellVar, Dict, R, Set, Value};
 
 /// One `for target in iterable if …`.
@@ -15,7 +16,7 @@ pub struct Clause {
     /// What is walked through.
     pub iterable: Expr,
     /// What must hold.
-    pub conditions: Box<[Expr]>,
+    pub conditions: Nodes<Expr>,
     /// Where the iterable is written.
     pub span: Span,
 }
@@ -23,7 +24,7 @@ pub struct Clause {
 /// What all comprehensions share.
 pub struct Clauses {
     /// At least one.
-    pub clauses: Box<[Clause]>,
+    pub clauses: Nodes<Clause>,
     /// Slots of its variables, cleared at its end.
     pub slots: Box<[u32]>,
     /// Slots that get a new cell each time it runs.

@@ -3,6 +3,7 @@
 use crate::ast::Conversion;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
+use crate::value::trash::Nodes;
 use crate::value::{R, Value};
 
 /// A part of an f-string.
@@ -18,14 +19,14 @@ pub enum Part {
         /// The format specification, if it is plain text.
         spec: Box<str>,
         /// The format specification, if it has fields of its own.
-        nested: Option<Box<[Part]>>,
+        nested: Option<Nodes<Part>>,
         /// Where the value is written.
         span: Span,
     },
 }
 
 /// An f-string.
-pub struct FString(pub Box<[Part]>);
+pub struct FString(pub Nodes<Part>);
 
 impl Expression for FString {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {

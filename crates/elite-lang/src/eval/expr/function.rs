@@ -5,6 +5,7 @@ use std::rc::Rc;
 use crate::eval::code::Code;
 use crate::eval::{Evaluator, Expr, Expression, Frame};
 use crate::resolve::Place;
+use crate::value::trash::Nodes;
 use crate::value::{CellVar, Function, R, Value};
 
 /// Makes a function with the variables of this frame.
@@ -12,9 +13,9 @@ pub struct MakeFunction {
     /// Its code.
     pub code: Rc<Code>,
     /// Defaults of the last positional parameters.
-    pub defaults: Box<[Expr]>,
+    pub defaults: Nodes<Expr>,
     /// Defaults of the keyword-only parameters.
-    pub keyword_defaults: Box<[Option<Expr>]>,
+    pub keyword_defaults: Nodes<Option<Expr>>,
     /// Where its closure comes from.
     pub closure: Box<[Place]>,
 }

@@ -8,6 +8,7 @@ use crate::eval::code::Params;
 use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
+use crate::value::trash::Nodes;
 use crate::value::{Dict, Function, R, Symbol, Value};
 
 /// `function(a, b, name=c)` without stars.
@@ -15,9 +16,9 @@ pub struct CallKeywords {
     /// What is called.
     pub function: Expr,
     /// What is given by position.
-    pub args: Box<[Operand]>,
+    pub args: Nodes<Operand>,
     /// What is given by name.
-    pub keywords: Box<[(Symbol, Operand)]>,
+    pub keywords: Nodes<(Symbol, Operand)>,
     /// Where it is written.
     pub span: Span,
 }

@@ -16,4 +16,5 @@ pub mod keywords;
 pub mod names;
 pub mod operand;
 pub mod percent;
+pub mod whole;
 pub mod yields;

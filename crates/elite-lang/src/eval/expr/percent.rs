@@ -6,6 +6,7 @@ use super::operand::Operand;
 use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Expression, Frame, Located};
 use crate::source::Span;
+use crate::value::trash::Nodes;
 use crate::value::{R, Str, Value};
 
 /// `format % (a, b)`
@@ -13,7 +14,7 @@ pub struct PercentFormat {
     /// The format.
     pub format: Rc<Str>,
     /// The items of the tuple.
-    pub items: Box<[Operand]>,
+    pub items: Nodes<Operand>,
     /// Where it is written.
     pub span: Span,
 }

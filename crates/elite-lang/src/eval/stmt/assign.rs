@@ -11,6 +11,7 @@ use crate::eval::expr::operand::Operand;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
 use crate::ops::arith::fast;
 use crate::source::Span;
+use crate::value::trash::Nodes;
 use crate::value::{R, Value};
 
 /// `name = value` for a local name.
@@ -32,7 +33,7 @@ impl Statement for AssignLocal {
 /// `a = b = value`
 pub struct Assign {
     /// The targets, left to right.
-    pub targets: Box<[Box<dyn Target>]>,
+    pub targets: Nodes<Box<dyn Target>>,
     /// The value.
     pub value: Operand,
 }

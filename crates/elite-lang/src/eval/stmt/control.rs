@@ -4,11 +4,12 @@ use crate::eval::code::Block;
 use crate::eval::expr::operand::Operand;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Statement, attempt};
 use crate::value::Value;
+use crate::value::trash::Nodes;
 
 /// `if test: … elif test: … else: …`
 pub struct If {
     /// Each condition with its line and its block.
-    pub branches: Box<[(u32, Expr, Block)]>,
+    pub branches: Nodes<(u32, Expr, Block)>,
     /// What runs if none holds.
     pub orelse: Block,
 }

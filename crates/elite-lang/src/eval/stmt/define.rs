@@ -13,6 +13,7 @@ use crate::resolve::Place;
 use crate::source::Span;
 use crate::value::class::Base;
 use crate::value::symbol::known;
+use crate::value::trash::Nodes;
 use crate::value::{Class, Function, R, Raised, Symbol, Value};
 
 /// `def`
@@ -20,7 +21,7 @@ pub struct DefineFunction {
     /// The function.
     pub function: MakeFunction,
     /// Its decorators, outermost first, with their places.
-    pub decorators: Box<[(Expr, Span)]>,
+    pub decorators: Nodes<(Expr, Span)>,
     /// The name it is bound to.
     pub target: Box<dyn Target>,
 }
@@ -54,13 +55,13 @@ pub struct DefineClass {
     /// Where its closure comes from.
     pub closure: Box<[Place]>,
     /// Base classes and keywords.
-    pub args: Box<[CallArg]>,
+    pub args: Nodes<CallArg>,
     /// How many of the leading slots of the body are attributes.
     pub names: usize,
     /// The slot with the cell of `__class__`.
     pub class_cell: Option<u32>,
     /// Its decorators, outermost first, with their places.
-    pub decorators: Box<[(Expr, Span)]>,
+    pub decorators: Nodes<(Expr, Span)>,
     /// The name it is bound to.
     pub target: Box<dyn Target>,
     /// `__module__`.
@@ -116,7 +117,7 @@ impl DefineClass {
         if let (Some(metaclass), Value::Instance(_)) = (&metaclass, &prepared) {
             return self.build_in(ev, f, function, metaclass, prepared, bases, keywords);
         }
-        let prepared = ev.prepared_names(&prepared);
+        let prepared = ev.prepared_names(&prepared).at(ev, f, self.span)?;
         with_slots(self.code.slots + 1, |slots| {
             for (name, value) in &prepared {
                 let names = &self.code.slot_names[..self.names];
@@ -223,6 +224,9 @@ fn without_room(base: Base) -> Option<&'static str> {
     }
 }
 
+/// Work for an attribute of a new class.
+const ATTRIBUTE: usize = 256;
+
 impl Evaluator<'_> {
     /// A class as the `class` statement and `type(name, bases, dict)` make it.
     pub fn make_class(
@@ -231,6 +235,7 @@ impl Evaluator<'_> {
         bases: &[Value],
         attrs: Vec<(Symbol, Value)>,
     ) -> R<Rc<Class>> {
+        self.check_name(name)?;
         let mut parents: Vec<Rc<Class>> = Vec::new();
         for base in bases {
             let Value::Class(class) = base else {
@@ -274,7 +279,7 @@ impl Evaluator<'_> {
                         return Err(self
                             .type_error(format!("__slots__ items must be strings, not '{name}'")));
                     };
-                    slots.push(self.core.symbols.take(text.as_str()));
+                    slots.push(self.take_name(text.as_str())?);
                 }
                 if let (false, Some(extended)) = (slots.is_empty(), without_room(base)) {
                     let text =
@@ -294,6 +299,7 @@ impl Evaluator<'_> {
                 _ => value,
             };
             class.set(name, value);
+            self.worked(ATTRIBUTE)?;
         }
         if has_eq && !has_hash {
             class.set(known::HASH, Value::None);

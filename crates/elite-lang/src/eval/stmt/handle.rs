@@ -8,6 +8,7 @@ use crate::eval::code::Block;
 use crate::eval::coroutine::Stopping;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement};
 use crate::source::Span;
+use crate::value::trash::Nodes;
 use crate::value::{Instance, R, Raised, Value};
 
 /// An `except` clause.
@@ -27,7 +28,7 @@ pub struct Try {
     /// What may raise.
     pub body: Block,
     /// The clauses in order.
-    pub handlers: Box<[Handler]>,
+    pub handlers: Nodes<Handler>,
     /// What runs if nothing was raised.
     pub orelse: Block,
 }

@@ -7,6 +7,7 @@ use crate::builtins::types::group::{Matcher, Parts, is_group};
 use crate::eval::code::Block;
 use crate::eval::{Evaluator, Flow, Frame, Located, Statement};
 use crate::value::exception::ExceptionState;
+use crate::value::trash::Nodes;
 use crate::value::{Instance, R, Raised, Value};
 
 /// `try: … except* …: … else: …`
@@ -14,7 +15,7 @@ pub struct TryStar {
     /// What may raise.
     pub body: Block,
     /// The clauses in order; all have types.
-    pub handlers: Box<[Handler]>,
+    pub handlers: Nodes<Handler>,
     /// What runs if nothing was raised.
     pub orelse: Block,
 }

@@ -6,6 +6,7 @@ use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Flow, Frame, Located, Statement, attempt};
 use crate::source::Span;
+use crate::value::trash::Nodes;
 use crate::value::{CellVar, R, Raised, Symbol, Value};
 
 /// `import name as target`
@@ -39,7 +40,7 @@ pub struct ImportFrom {
     /// The module.
     pub module: Box<str>,
     /// The names with their targets.
-    pub names: Box<[ImportedName]>,
+    pub names: Nodes<ImportedName>,
     /// Where it is written.
     pub span: Span,
 }

@@ -68,10 +68,10 @@ impl Evaluator<'_> {
     }
 
     /// The names a prepared dictionary puts into the body before it runs.
-    pub fn prepared_names(&self, prepared: &Value) -> Vec<(Symbol, Value)> {
+    pub fn prepared_names(&self, prepared: &Value) -> R<Vec<(Symbol, Value)>> {
         match prepared {
             Value::Dict(dict) => self.named(dict),
-            _ => Vec::new(),
+            _ => Ok(Vec::new()),
         }
     }
 
@@ -82,10 +82,10 @@ impl Evaluator<'_> {
         }
     }
 
-    fn named(&self, dict: &Dict) -> Vec<(Symbol, Value)> {
+    fn named(&self, dict: &Dict) -> R<Vec<(Symbol, Value)>> {
         let entries = dict.entries().into_iter();
         let named = entries.filter_map(|(_, key, value)| match self.plain(&key) {
-            Value::Str(text) => Some((self.core.symbols.take(text.as_str()), value)),
+            Value::Str(text) => Some(self.take_name(text.as_str()).map(|name| (name, value))),
             _ => None,
         });
         named.collect()
@@ -152,7 +152,7 @@ impl Evaluator<'_> {
             all.extend_from_slice(args);
             return self.call(&new, &mut all, keywords);
         }
-        let mut attrs = self.named(&dict);
+        let mut attrs = self.named(&dict)?;
         let cell = attrs.iter().position(|(name, _)| *name == known::CLASSCELL);
         let cell = cell.map(|index| attrs.remove(index).1);
         if !attrs.iter().any(|(name, _)| *name == known::DOC) {

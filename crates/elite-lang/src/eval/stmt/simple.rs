@@ -7,6 +7,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
 use crate::limits::memory;
 use crate::source::Span;
+use crate::value::trash::Nodes;
 use crate::value::{Instance, R, Raised, Value};
 
 /// An expression whose value is not used.
@@ -24,7 +25,7 @@ impl Statement for ExprStatement {
 /// `print x, y`
 pub struct Print {
     /// What is printed.
-    pub values: Box<[Expr]>,
+    pub values: Nodes<Expr>,
     /// After the last value: a line end, or a blank if the statement ends with a comma.
     pub end: &'static str,
     /// Where it is written.
@@ -46,7 +47,7 @@ impl Statement for Print {
 }
 
 /// `del a, b[0]`
-pub struct Delete(pub Box<[Box<dyn Target>]>);
+pub struct Delete(pub Nodes<Box<dyn Target>>);
 
 impl Statement for Delete {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {

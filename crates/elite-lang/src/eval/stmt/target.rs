@@ -8,6 +8,7 @@ use crate::eval::expr::names::Peek;
 use crate::eval::expr::operand::Operand;
 use crate::eval::{Evaluator, Frame, Located};
 use crate::source::Span;
+use crate::value::trash::Nodes;
 use crate::value::{CellVar, R, Raised, Symbol, Value};
 
 /// A place a value can be put.
@@ -248,7 +249,7 @@ impl Target for ItemTarget {
 /// `a, *b, c`
 pub struct Unpack {
     /// The targets.
-    pub targets: Box<[Box<dyn Target>]>,
+    pub targets: Nodes<Box<dyn Target>>,
     /// Which of them takes the rest.
     pub star: Option<usize>,
     /// Where it is written.

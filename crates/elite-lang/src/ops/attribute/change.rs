@@ -66,6 +66,7 @@ impl Evaluator<'_> {
         if name == known::NAME
             && let Value::Str(text) = &new
         {
+            self.check_name(text.as_str())?;
             class.set_name(text.as_str());
             return Ok(());
         }

@@ -14,6 +14,19 @@ class UnsupportedOperation(OSError, ValueError):
     __module__ = "io"
 
 
+def _bytes_of(data):
+    """The bytes that something is; what could only be made into bytes is refused."""
+    if not isinstance(data, (bytes, bytearray)):
+        raise TypeError(f"a bytes-like object is required, not {type(data).__name__!r}")
+    return bytes(data)
+
+
+def _check_room(buffer):
+    if not isinstance(buffer, bytearray):
+        given = "None" if buffer is None else type(buffer).__name__
+        raise TypeError(f"readinto() argument must be read-write bytes-like object, not {given}")
+
+
 class IOBase:
     """What all files have in common. `closed` is theirs to tell."""
 
@@ -172,6 +185,7 @@ class _BinaryFile(_SystemFile, BufferedIOBase):
         return self._file.read_text(size, False, "\n", True, False)
 
     def readinto(self, buffer, /):
+        _check_room(buffer)
         data = self.read(len(buffer))
         buffer[:len(data)] = data
         return len(data)
@@ -494,7 +508,7 @@ class BytesIO(_MemoryFile, BufferedIOBase):
     __module__ = "_io"
 
     def __init__(self, initial_bytes=b""):
-        self._start(bytes(initial_bytes or b""), b"")
+        self._start(b"" if initial_bytes is None else _bytes_of(initial_bytes), b"")
 
     read1 = _MemoryFile.read
     getbuffer = _MemoryFile.getvalue
@@ -503,15 +517,14 @@ class BytesIO(_MemoryFile, BufferedIOBase):
         return self._line(size, b"\n")
 
     def readinto(self, buffer, /):
+        _check_room(buffer)
         data = self.read(len(buffer))
         buffer[:len(data)] = data
         return len(data)
 
     def write(self, data, /):
-        if isinstance(data, str):
-            raise TypeError("a bytes-like object is required, not 'str'")
         self._check()
-        return self._put(bytes(data), b"\0")
+        return self._put(_bytes_of(data), b"\0")
 
     def seek(self, pos, whence=SEEK_SET, /):
         self._check()

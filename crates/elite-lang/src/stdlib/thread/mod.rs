@@ -47,7 +47,7 @@ fn start(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     }
     let function = args[0].clone();
     let positional = ev.collect(&args[1])?;
-    let keywords = match args[2].given() {
+    let keywords_given = match args[2].given() {
         None => crate::value::Dict::new(),
         Some(value) => {
             let dict = crate::value::Dict::new();
@@ -56,15 +56,14 @@ fn start(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         }
     };
     let thread = ScriptThread::new(&ev.core, move |ev| {
-        let named = keywords.entries().into_iter();
-        let (names, values): (Vec<_>, Vec<_>) = named
-            .filter_map(|(_, key, value)| match key {
-                Value::Str(name) => Some((ev.core.symbols.ask(name.as_str()), value)),
-                _ => None,
-            })
-            .unzip();
-        let symbols = names.iter().map(|name| **name);
-        let keywords: Vec<_> = symbols.zip(values).collect();
+        let (mut names, mut keywords) = (Vec::new(), Vec::new());
+        for (_, key, value) in keywords_given.entries() {
+            if let Value::Str(name) = key {
+                let name = ev.ask_name(name.as_str())?;
+                keywords.push((*name, value));
+                names.push(name);
+            }
+        }
         ev.call(&function, &mut { positional }, &keywords)
     });
     let id = thread.id();

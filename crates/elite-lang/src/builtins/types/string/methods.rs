@@ -151,7 +151,7 @@ pub(super) fn install(core: &Rc<Core>) {
                 let mut names = Vec::new();
                 for name in crate::format::field_names(ev, text.as_str()) {
                     let name = name?;
-                    let symbol = ev.core.symbols.ask(name);
+                    let symbol = ev.ask_name(name)?;
                     if !keywords.iter().any(|(known, _)| *known == *symbol) {
                         let value = ev.item(&args[1], &Value::str(name))?;
                         keywords.push((*symbol, value));
