@@ -2,12 +2,13 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
-use std::rc::Rc;
+use std::rc::{Rc, Weak};
 use std::sync::Arc;
 
 use super::steps::Step;
 use super::{Evaluator, Expr, Flow, Frame, Statement};
 use crate::source::{SourceFile, Span};
+use crate::value::module::Namespace;
 use crate::value::symbol::SymbolSet;
 use crate::value::trash::Nodes;
 use crate::value::{CellVar, Dict, Held, R, Symbol, Value};
@@ -83,13 +84,24 @@ impl Refers {
 
     /// Compares the list with what a new text really refers to; `own` are the variables of its new namespace. If parts of the
     /// body were made in vain, the list is no good, and the search for cycles leaves such variables alone.
-    pub fn check(&self, own: Vec<Rc<CellVar>>) {
+    /// `before` are the references there were to each of them already, `is_shown` says that new ones are in a
+    /// dictionary, too.
+    pub fn check(
+        &self,
+        own: Vec<Rc<CellVar>>,
+        before: &HashMap<*const CellVar, usize>,
+        is_shown: bool,
+    ) {
         let mut listed = HashMap::new();
         self.each_cell(&mut |cell| *listed.entry(Rc::as_ptr(cell)).or_insert(0) += 1);
         // The namespace has one reference, `own` another one.
         let is_right = |cell: &Rc<CellVar>| {
             let entries = listed.get(&Rc::as_ptr(cell)).copied().unwrap_or(0);
-            Rc::strong_count(cell) == 2 + 2 * entries
+            let others = before
+                .get(&Rc::as_ptr(cell))
+                .copied()
+                .unwrap_or(usize::from(is_shown));
+            Rc::strong_count(cell) == others + 2 + 2 * entries
         };
         match own.iter().all(is_right) && self.codes_are_right() {
             true => self.trust(),
@@ -166,6 +178,8 @@ pub struct Code {
     pub refers: Refers,
     /// The names in it and in the rest of the text.
     pub names: Rc<TextNames>,
+    /// The global variables it refers to.
+    pub module: Option<Weak<Namespace>>,
     /// Native stack that evaluating the body may take between two checks.
     pub stack_bytes: usize,
 }

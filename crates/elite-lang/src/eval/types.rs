@@ -92,6 +92,7 @@ builtin_types! {
     super_ = "super", Super;
     cell = "cell", Native;
     traceback = "traceback", Native;
+    frame = "frame", Native;
     code = "code", Native;
     union = "UnionType", Native;
     bool = "bool", Bool;

@@ -6,11 +6,12 @@ use super::{Extent, Lower};
 use crate::ast::{self, Constant, ExprKind, Stmt, StmtKind};
 use crate::eval::Expr;
 use crate::eval::code::{Body, Code, CodeKind, Params};
-use crate::eval::expr::function::MakeFunction;
+use crate::eval::expr::function::{Annotations, MakeFunction};
 use crate::eval::expr::names::Local;
 use crate::eval::stmt::define::{DefineClass, DefineFunction};
 use crate::resolve::{FrameLayout, Place};
 use crate::source::Span;
+use crate::value::Value;
 
 /// Work for the name of a parameter.
 const PARAMETER: usize = 200;
@@ -55,6 +56,7 @@ impl Lower<'_> {
             },
             body: parts.body,
             names: self.names.clone(),
+            module: Some(Rc::downgrade(self.namespace)),
             stack_bytes: parts.extent.stack_bytes,
             refers: parts.extent.refers,
         });
@@ -88,6 +90,33 @@ impl Lower<'_> {
         }
     }
 
+    fn annotations(
+        &mut self,
+        parameters: &ast::Parameters,
+        returns: Option<&ast::Expr>,
+    ) -> Option<Box<Annotations>> {
+        // In the order of CPython: `*args` and `**kwargs` where they are written.
+        let by_place = parameters
+            .positional_only
+            .iter()
+            .chain(&parameters.positional)
+            .chain(&parameters.star)
+            .chain(&parameters.keyword_only)
+            .chain(&parameters.double_star);
+        let named = by_place
+            .filter_map(|parameter| Some((&*parameter.name.name, parameter.annotation.as_ref()?)));
+        let result = returns.map(|returns| ("return", returns));
+        let all: Vec<_> = named
+            .chain(result)
+            .map(|(name, annotation)| {
+                let text = self.file.slice(annotation.span);
+                let name = self.core.symbols.value(self.symbol(name));
+                (name, self.expr(annotation), Value::str(text))
+            })
+            .collect();
+        (!all.is_empty()).then(|| Box::new(Annotations(all)))
+    }
+
     fn make_function(
         &mut self,
         parameters: &ast::Parameters,
@@ -114,6 +143,7 @@ impl Lower<'_> {
             defaults,
             keyword_defaults,
             closure: closure(layout),
+            annotations: None,
         }
     }
 
@@ -134,7 +164,8 @@ impl Lower<'_> {
             extent,
             span,
         });
-        let function = self.make_function(&def.parameters, code, &layout);
+        let mut function = self.make_function(&def.parameters, code, &layout);
+        function.annotations = self.annotations(&def.parameters, def.returns.as_ref());
         DefineFunction {
             function,
             decorators,
@@ -197,6 +228,7 @@ impl Lower<'_> {
             defaults: Box::default(),
             keyword_defaults: Box::default(),
             closure: closure(&layout),
+            annotations: None,
         }
     }
 

@@ -24,7 +24,9 @@ use crate::eval::expr::display::{
 use crate::eval::expr::fstring::{FString, Part};
 use crate::eval::expr::item::{Item, SliceExpr};
 use crate::eval::expr::keywords::CallKeywords;
-use crate::eval::expr::names::{ClassName, Const, Free, Global, Local, LocalCell, Named};
+use crate::eval::expr::names::{
+    ClassName, Const, Free, Global, Local, LocalCell, MappedName, Named,
+};
 use crate::eval::expr::operand::Operand;
 use crate::eval::expr::percent::PercentFormat;
 use crate::eval::expr::yields::{Yield, YieldFrom};
@@ -125,6 +127,13 @@ impl Lower<'_> {
 
     /// A node that reads a name.
     pub(super) fn name(&mut self, name: &str, span: Span) -> Expr {
+        if let Some(slot) = self.mapping(name, false) {
+            return Box::new(MappedName {
+                slot,
+                key: Value::str(name),
+                global: self.global(name, span),
+            });
+        }
         match self.place(name) {
             Place::Local(slot) => Box::new(Local { slot, span }),
             Place::Cell(slot) => Box::new(LocalCell { slot, span }),
@@ -150,9 +159,10 @@ impl Lower<'_> {
     /// What a name means while its variable is not bound: the builtin or, in texts with variables of their own, what
     /// the namespace behind has.
     fn behind(&self, name: Symbol) -> Rc<CellVar> {
+        let builtins = self.namespace.builtins().unwrap_or(&self.core.builtins);
         match self.namespace.behind(name) {
-            Some(cell) if self.core.builtins.get(name).is_none() => cell,
-            _ => self.core.builtins.cell(name),
+            Some(cell) if builtins.get(name).is_none() => cell,
+            _ => builtins.cell(name),
         }
     }
 
@@ -172,6 +182,9 @@ impl Lower<'_> {
                     index,
                     span: expr.span,
                 }),
+                Place::Global if self.mapping(name, false).is_some() => {
+                    Operand::Expr(self.expr(expr))
+                }
                 Place::Global => Operand::Global(self.global(name, expr.span)),
                 Place::Cell(_) | Place::Class(_) => Operand::Expr(self.expr(expr)),
             },
