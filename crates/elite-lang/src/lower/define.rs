@@ -203,7 +203,7 @@ impl Lower<'_> {
         span: Span,
     ) -> MakeFunction {
         let layout = self.layout(comprehension.scope);
-        let prefix = format!("{}<genexpr>.<locals>.", self.prefix);
+        let prefix = format!("{}<genexpr>.", self.prefix);
         let (body, extent) = self.frame(comprehension.scope, prefix, |lower| {
             let first: Expr = Box::new(Local { slot: 0, span });
             lower.generator_expression_body(comprehension, first, element)

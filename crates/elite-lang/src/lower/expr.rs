@@ -471,6 +471,14 @@ impl Lower<'_> {
             places.fresh_cells.clone().into(),
         );
         let outer = std::mem::replace(&mut self.scope, comprehension.scope);
+        // Functions within are named as if it were a function, which it is in CPython 3.11.
+        let kind = match &comprehension.kind {
+            ComprehensionKind::Set(_) => "<setcomp>",
+            ComprehensionKind::Dict(..) => "<dictcomp>",
+            ComprehensionKind::List(_) | ComprehensionKind::Generator(_) => "<listcomp>",
+        };
+        let prefix = format!("{}{kind}.", self.prefix);
+        let outer_prefix = std::mem::replace(&mut self.prefix, prefix);
         let clauses = Clauses {
             clauses: self.clauses(comprehension, iterable),
             slots,
@@ -495,6 +503,7 @@ impl Lower<'_> {
             ComprehensionKind::Generator(_) => Box::new(Const(Value::None)),
         };
         self.scope = outer;
+        self.prefix = outer_prefix;
         node
     }
 }

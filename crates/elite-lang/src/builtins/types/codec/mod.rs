@@ -152,6 +152,7 @@ impl Codec {
                 None => return false,
             },
             Codec::Chinese(_) if c.is_ascii() => out.push(c as u8),
+            Codec::Chinese(_) if is_surrogate(c) => return false,
             Codec::Chinese(chinese) => return chinese.encode(c, out),
             Codec::Escapes { raw } => escape::encode(c, raw, out),
         }
