@@ -262,20 +262,6 @@ impl Evaluator<'_> {
             }
             let overrides = instance.class.lookup(known::STR).is_some();
             if let (Some(extended), false) = (instance.extended(), overrides) {
-                let takes_spec = matches!(
-                    extended,
-                    Value::Int(_)
-                        | Value::BigInt(_)
-                        | Value::Float(_)
-                        | Value::Complex(_)
-                        | Value::Str(_)
-                );
-                if !takes_spec && !spec.is_empty() {
-                    let name = instance.class.name();
-                    return Err(self.type_error(format!(
-                        "unsupported format string passed to {name}.__format__"
-                    )));
-                }
                 return self.format_into(&extended, spec, out);
             }
         }

@@ -412,6 +412,10 @@ impl Dict {
             if let (true, Value::Cell(variable)) = (table.of_variables, &entry.value) {
                 let removed = (entry.key.clone(), variable.value.take());
                 table.generation += 1;
+                // One that no code refers to goes as a whole; it holds nothing any more.
+                if Rc::strong_count(variable) == 1 {
+                    drop(table.delete(index));
+                }
                 return removed;
             }
             table.delete(index)
