@@ -131,7 +131,7 @@ impl Evaluator<'_> {
             Value::Class(class) => class,
             other => self.core.types.of(other),
         };
-        for class in std::iter::once(class).chain(class.ancestors()) {
+        for class in class.line() {
             let attrs = class.own_attrs();
             names.extend(attrs.iter().map(|(name, _)| symbols.name(name)));
         }

@@ -165,7 +165,7 @@ impl NativeCall<'_> {
                 &Budget::of(usize::MAX),
             )
         });
-        let result = ev.run_text(&code, &scope.namespace);
+        let result = ev.run_text(&code, &scope.namespace, None);
         if let Some(frame) = &mut self.caller {
             scope.write_back(frame);
         }

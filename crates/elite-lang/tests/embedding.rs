@@ -600,10 +600,10 @@ fn spawn_call_refuses_what_cannot_be_called() {
 }
 
 #[test]
-fn unknown_modules_and_names_come_with_a_suggestion() {
+fn unknown_modules_and_names_have_the_words_of_cpython() {
     assert_eq!(
         last_line("import maths"),
-        "ModuleNotFoundError: No module named 'maths'; did you mean 'math'?"
+        "ModuleNotFoundError: No module named 'maths'"
     );
     assert_eq!(
         last_line("import elephant"),
@@ -611,7 +611,7 @@ fn unknown_modules_and_names_come_with_a_suggestion() {
     );
     assert_eq!(
         last_line("from math import sqrtt"),
-        "ImportError: cannot import name 'sqrtt' from 'math' (unknown location); did you mean 'sqrt'?"
+        "ImportError: cannot import name 'sqrtt' from 'math' (unknown location)"
     );
     assert_eq!(
         last_line("import math.deep"),

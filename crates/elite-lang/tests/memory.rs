@@ -211,7 +211,7 @@ fn names_that_a_program_makes_up_are_given_up() {
         "'{x}'.format_map({'x': 1, n: 2}); ('{' + n + '}').format_map({n: 2})",
         "f(**{n: i})",
         "t = threading.Thread(target=f, kwargs={n: i}); t.start(); t.join()",
-        "globals()[n] = i; locals()[n] = i; vars()[n] = i",
+        "globals()[n] = i; del locals()[n]; vars(math)[n] = i; vars(math).pop(n)",
     ] {
         let text = format!(
             "import math, threading\nclass O: pass\ndef f(**k): return len(k)\n\

@@ -1,9 +1,12 @@
 //! `eval` and `exec`: program text made at run time.
 //!
 //! A text sees the variables of its caller. At the top level these are the globals themselves; in a function they are
-//! a copy, as in Python: what the text assigns there is lost when it ends.
+//! a copy, as in Python: what the text assigns there is lost when it ends. A dictionary given as globals becomes the
+//! namespace of the text, and stays it (`Dict::hold_variables`); names at the top level of the text go through any
+//! mapping that is given as locals.
 
 use std::cell::RefCell;
+use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -12,7 +15,6 @@ use crate::ast::{Module, Stmt, StmtKind};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::EACH;
 use crate::eval::code::Code;
 use crate::limits::memory::Budget;
 use crate::parser::{Parsed, TREE_MAX, parse_expression, parse_within};
@@ -20,7 +22,8 @@ use crate::resolve::{KnownNames, Resolution, resolve_within};
 use crate::source::SourceFile;
 use crate::value::instance::Payload;
 use crate::value::module::Namespace;
-use crate::value::{Dict, Function, Instance, R, Raised, Value};
+use crate::value::symbol::known;
+use crate::value::{CellVar, Dict, Function, Instance, R, Raised, Value};
 
 /// Longest text that is evaluated, in bytes.
 const TEXT_MAX: usize = 1 << 20;
@@ -70,7 +73,7 @@ pub(super) fn exec(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     let code = reading(ev, |budget| {
         let Tree { module, resolution } = tree(ev, &file, false, budget)?;
         for name in &resolution.bindings {
-            if scope.is_separate {
+            if scope.is_separate && scope.mapping.is_none() {
                 budget.worked(VARIABLE);
                 scope.namespace.own_cell(ev.core.symbols.take(name));
             }
@@ -236,10 +239,12 @@ struct TextScope {
     namespace: Rc<Namespace>,
     /// The namespace is not that of the globals.
     is_separate: bool,
-    /// Dictionaries that get the variables afterwards, with the namespace they stand for.
-    written_back: Vec<(Rc<Dict>, Rc<Namespace>)>,
-    /// The one that the global variables are from.
+    /// The mapping that names at the top level go through.
+    mapping: Option<Value>,
+    /// The dictionary that the global variables are in.
     home: Option<Rc<Dict>>,
+    /// How many references there were to each of its variables before the text was read.
+    before: HashMap<*const CellVar, usize>,
 }
 
 impl TextScope {
@@ -247,7 +252,12 @@ impl TextScope {
     fn check(&self, ev: &Evaluator<'_>, code: &Code) -> R<()> {
         let mut worked = || ev.worked(VARIABLE);
         match self.is_separate {
-            true => code.refers.check(self.namespace.own_cells(), &mut worked)?,
+            true => code.refers.check(
+                self.namespace.own_cells(),
+                &self.before,
+                self.namespace.shown().is_some(),
+                &mut worked,
+            )?,
             // The variables are those of the text around.
             false => code.refers.forget(&mut worked)?,
         }
@@ -259,7 +269,7 @@ impl TextScope {
 
     fn run(&self, ev: &Evaluator<'_>, code: Rc<Code>) -> R {
         let result = if self.is_separate {
-            ev.run_text(&code, &self.namespace)
+            ev.run_text(&code, &self.namespace, self.mapping.as_ref())
         } else {
             ev.call_function(&Function::plain(code, Box::default()), &mut [], &[])
         };
@@ -267,13 +277,8 @@ impl TextScope {
             // Functions of the text refer to its variables, which may refer to them.
             ev.core.note_namespace(&self.namespace);
         }
-        for (dict, namespace) in &self.written_back {
-            ev.core.note_namespace(namespace);
-            ev.core.note(&Value::Dict(dict.clone()));
-            for (name, value) in namespace.entries() {
-                ev.worked(VARIABLE)?;
-                dict.set_interned(ev.core.symbols.value(name), value);
-            }
+        if let Some(home) = &self.home {
+            ev.core.note(&Value::Dict(home.clone()));
         }
         result
     }
@@ -296,58 +301,93 @@ fn prepare(ev: &Evaluator<'_>, args: &Args<'_>, function: &str) -> R<(Arc<Source
         }
         None => source_text(ev, source, function)?,
     };
-    let dict = |index: usize, what: &str| match args.positional.get(index) {
-        None | Some(Value::None) => Ok(None),
-        Some(value) => match ev.plain(value) {
-            Value::Dict(dict) => Ok(Some(dict)),
-            other => {
-                let name = ev.core.types.name_of(&other);
-                Err(ev.type_error(match (function, what) {
-                    ("eval", "locals") => "locals must be a mapping".to_owned(),
-                    ("eval", _) => "globals must be a dict".to_owned(),
-                    ("exec", "locals") => {
-                        format!("locals must be a mapping or None, not {name}")
-                    }
-                    _ => format!("exec() globals must be a dict, not {name}"),
-                }))
-            }
-        },
+    let given = |index: usize| {
+        let value = args.positional.get(index);
+        value.filter(|value| !value.is_none())
     };
-    let (globals, locals) = (dict(1, "globals")?, dict(2, "locals")?);
+    let globals = match given(1).map(|value| (ev.plain(value), value)) {
+        None => None,
+        Some((Value::Dict(dict), _)) => Some(dict),
+        Some((_, value)) => {
+            let name = ev.core.types.name_of(value);
+            return Err(ev.type_error(match function {
+                "eval" if is_mapping(ev, value) => {
+                    "globals must be a real dict; try eval(code, {}, mapping)".to_owned()
+                }
+                "eval" => "globals must be a dict".to_owned(),
+                _ => format!("exec() globals must be a dict, not {name}"),
+            }));
+        }
+    };
+    let locals = given(2).cloned();
+    if let Some(value) = &locals
+        && !is_mapping(ev, value)
+    {
+        let name = ev.core.types.name_of(value);
+        return Err(ev.type_error(match function {
+            "eval" => "locals must be a mapping".to_owned(),
+            _ => format!("locals must be a mapping or None, not {name}"),
+        }));
+    }
     Ok((
         source_file(ev, text)?,
         text_scope(ev, args, globals, locals)?,
     ))
 }
 
+/// Whether a value can be asked for the values of names.
+fn is_mapping(ev: &Evaluator<'_>, value: &Value) -> bool {
+    matches!(
+        ev.plain(value),
+        Value::Dict(_) | Value::List(_) | Value::Tuple(_) | Value::Str(_)
+    ) || ev.core.types.of(value).lookup(known::GETITEM).is_some()
+}
+
 fn text_scope(
     ev: &Evaluator<'_>,
     args: &Args<'_>,
     globals: Option<Rc<Dict>>,
-    locals: Option<Rc<Dict>>,
+    locals: Option<Value>,
 ) -> R<TextScope> {
     let core = &ev.core;
-    let mut written_back = Vec::new();
     let given_globals = globals.is_some();
     let caller = args.caller.as_ref();
     let running = caller.and_then(|frame| ev.text_namespace(frame));
-    // A function of a text that has ended sees the variables where the text has left them.
+    // A text sees what the code that evaluates it sees: in a text or a function of one its variables.
     let home = globals.or_else(|| caller.and_then(|frame| frame.function.code.refers.home()));
+    let mut before = HashMap::new();
     let mut namespace = match (&home, running) {
-        (_, Some(running)) if !given_globals => running,
         (Some(dict), _) => {
             let namespace = core.new_namespace(None);
-            fill(ev, &namespace, dict)?;
-            written_back.push((dict.clone(), namespace.clone()));
+            namespace.show_in(dict.clone(), &core.symbols);
+            choose_builtins(ev, &namespace, dict);
+            for variable in dict.variables() {
+                ev.worked(VARIABLE)?;
+                before.insert(Rc::as_ptr(&variable), Rc::strong_count(&variable) - 1);
+            }
             namespace
         }
-        (None, _) => core.globals.clone(),
+        (None, Some(running)) => running,
+        (None, None) => {
+            match caller.and_then(|frame| frame.function.code.module.as_ref()?.upgrade()) {
+                Some(module) => module,
+                None => core.globals.clone(),
+            }
+        }
     };
-    let mut is_separate = !written_back.is_empty();
-    if let Some(dict) = locals {
+    let mut is_separate = home.is_some();
+    // At the top level of a text in a mapping, a text within goes through the same one.
+    let mapping = locals.or_else(|| match given_globals {
+        true => None,
+        false => ev.mapping_of(caller?),
+    });
+    let mapping = mapping.filter(|mapping| match (mapping, &home) {
+        (Value::Dict(dict), Some(home)) => !Rc::ptr_eq(dict, home),
+        _ => true,
+    });
+    if mapping.is_some() {
         namespace = core.new_namespace(Some(namespace));
-        fill(ev, &namespace, &dict)?;
-        written_back.push((dict, namespace.clone()));
+        namespace.set_by_mapping();
         is_separate = true;
     } else if let (false, Some(frame)) = (given_globals, &args.caller)
         && !ev.is_module(frame)
@@ -364,24 +404,31 @@ fn text_scope(
     Ok(TextScope {
         namespace,
         is_separate,
-        written_back,
+        mapping,
         home,
+        before,
     })
 }
 
-fn fill(ev: &Evaluator<'_>, namespace: &Namespace, dict: &Dict) -> R<()> {
-    for (_, key, value) in dict.entries() {
-        ev.worked(VARIABLE)?;
-        // No text could speak of a longer one.
-        if let Value::Str(name) = key
-            && name.as_str().len() <= TEXT_MAX
-        {
-            ev.worked(name.as_str().len() * EACH)?;
-            let name = ev.core.symbols.take(name.as_str());
-            drop(namespace.own_cell(name).value.replace(value));
+/// Unbound names of a text mean what `__builtins__` in its globals has, a dictionary or a module; the interpreter's own
+/// builtins are put there if there is nothing.
+fn choose_builtins(ev: &Evaluator<'_>, namespace: &Rc<Namespace>, globals: &Rc<Dict>) {
+    let own = match globals.get_str("__builtins__") {
+        None => {
+            let own = Value::Dict(ev.builtins_dict());
+            return globals.set_str("__builtins__", own);
         }
+        Some(Value::Module(module)) => ev.shown(&module.namespace),
+        Some(other) => match ev.plain(&other) {
+            Value::Dict(dict) => dict,
+            _ => return,
+        },
+    };
+    if !Rc::ptr_eq(&own, &ev.builtins_dict()) {
+        let builtins = ev.core.new_namespace(None);
+        builtins.show_in(own, &ev.core.symbols);
+        namespace.set_builtins(builtins);
     }
-    Ok(())
 }
 
 /// The first error of a text as a `SyntaxError`.

@@ -75,6 +75,13 @@ fn print(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         }
     }
     let (sep, end) = (option(known::SEP, " ")?, option(known::END, "\n")?);
+    let file = match args.keyword(known::FILE) {
+        None | Some(Value::None) => redirected(ev),
+        Some(file) => Some(file.clone()),
+    };
+    if let Some(file) = file {
+        return print_into(ev, &file, args, Value::str(sep), Value::str(end));
+    }
     let mut text = String::new();
     for (index, value) in args.positional.iter().enumerate() {
         text.push_str(if index > 0 { &sep } else { "" });
@@ -84,16 +91,31 @@ fn print(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         }
     }
     text.push_str(&end);
-    let file = match args.keyword(known::FILE) {
-        None | Some(Value::None) => redirected(ev),
-        Some(file) => Some(file.clone()),
+    ev.print(&text)?;
+    Ok(Value::None)
+}
+
+/// `print` into an object of a script: it gets every piece by itself, as from CPython.
+fn print_into(ev: &Evaluator<'_>, file: &Value, args: &Args<'_>, sep: Value, end: Value) -> R {
+    let put = |piece: Value| -> R {
+        let write = ev.attribute(file, ev.core.symbols.intern("write"))?;
+        ev.call1(&write, piece)
     };
-    match file {
-        None => ev.print(&text)?,
-        Some(file) => {
-            let write = ev.attribute(&file, ev.core.symbols.intern("write"))?;
-            ev.call1(&write, Value::str(text))?;
+    for (index, value) in args.positional.iter().enumerate() {
+        if index > 0 {
+            put(sep.clone())?;
         }
+        put(match value {
+            Value::Str(_) => value.clone(),
+            other => ev.str_value(other)?,
+        })?;
+    }
+    put(end)?;
+    if let Some(flag) = args.keyword(known::FLUSH)
+        && ev.truth(flag)?
+    {
+        let flush = ev.attribute(file, known::FLUSH)?;
+        ev.call(&flush, &mut [], &[])?;
     }
     Ok(Value::None)
 }

@@ -8,6 +8,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
 use crate::format::{float, prefixed};
 use crate::value::int::Int;
+use crate::value::surrogate::{char_of, code_of};
 use crate::value::symbol::known;
 use crate::value::{R, Value};
 
@@ -67,10 +68,10 @@ fn chr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let Some(code) = c else {
         return Err(ev.value_error("chr() arg not in range(0x110000)"));
     };
-    match char::from_u32(code) {
+    match char_of(code) {
         Some(c) => Ok(ev.core.char_value(c)),
         None => Err(ev.value_error(format!(
-            "chr({code:#x}): a surrogate is no character of its own here"
+            "chr({code:#x}): the private characters U+10E000 to U+10E7FF are used for surrogates here"
         ))),
     }
 }
@@ -79,7 +80,7 @@ fn ord(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let length = match ev.plain(&args[0]) {
         Value::Str(text) if text.len() == 1 => {
             let c = text.as_str().chars().next().unwrap_or('\0');
-            return Ok(Value::Int(i64::from(c as u32)));
+            return Ok(Value::Int(i64::from(code_of(c))));
         }
         Value::Str(text) => text.len(),
         other => match ev.bytes_like(&other) {

@@ -5,16 +5,21 @@ use std::rc::Rc;
 use super::{Args, Builtin};
 use crate::errors::ExceptionKind;
 use crate::eval::code::Code;
+use crate::eval::run::with_slots;
 use crate::eval::{Core, Evaluator, Frame};
 use crate::value::module::Namespace;
 use crate::value::symbol::known;
-use crate::value::{Dict, Function, R, Symbol, Value};
+use crate::value::{Dict, Function, Module, R, Symbol, Value};
 
 /// Puts them in place.
 pub fn install(core: &Rc<Core>) {
     let raw: &[(&'static str, super::RawFn)] = &[
-        ("globals", |ev, _| {
-            Ok(Value::Dict(Rc::new(ev.globals_dict())))
+        ("globals", |ev, args| {
+            takes_none(ev, args, "globals")?;
+            Ok(Value::Dict(match &args.caller {
+                Some(frame) => ev.globals_of(&frame.function.code),
+                None => ev.globals_dict(),
+            }))
         }),
         ("locals", locals),
         ("vars", vars),
@@ -36,10 +41,7 @@ pub fn install(core: &Rc<Core>) {
         ("compile", super::evaluate::compile),
         ("exit", exit),
         ("quit", exit),
-        ("__import__", |ev, args| match args.positional.first() {
-            Some(Value::Str(name)) => ev.import(name.as_str()),
-            _ => Err(ev.type_error("__import__() argument 1 must be str")),
-        }),
+        ("__import__", import),
     ];
     for (name, body) in raw {
         core.builtins
@@ -47,6 +49,55 @@ pub fn install(core: &Rc<Core>) {
     }
     core.builtins
         .set(known::NAME, core.symbols.value(known::MAIN));
+    core.builtins.set(known::DOC, Value::None);
+    for (name, namespace) in [("__main__", &core.globals), ("builtins", &core.builtins)] {
+        let module = Rc::new(Module {
+            name: name.into(),
+            namespace: namespace.clone(),
+        });
+        if name == "builtins" {
+            let name = core.symbols.intern("__builtins__");
+            core.builtins.set(name, Value::Module(module.clone()));
+        }
+        core.module_table.set_str(name, Value::Module(module));
+    }
+}
+
+/// `__import__(name, globals, locals, fromlist, level)`: of a dotted name the first part, unless something is asked from it.
+fn import(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
+    let named = |wanted: &str| {
+        let mut keywords = args.keywords.iter();
+        keywords.find(|(name, _)| &*ev.core.symbols.name(*name) == wanted)
+    };
+    let argument = |place: usize, name: &str| match args.positional.get(place) {
+        Some(value) => Some(value.clone()),
+        None => named(name).map(|(_, value)| value.clone()),
+    };
+    let Some(name) = argument(0, "name") else {
+        return Err(ev.type_error("__import__() missing required argument 'name' (pos 1)"));
+    };
+    let Value::Str(name) = ev.plain(&name) else {
+        return Err(ev.type_error("module name must be a string"));
+    };
+    let level = match argument(4, "level") {
+        Some(level) => ev.index(&level)?,
+        None => 0,
+    };
+    if level < 0 {
+        return Err(ev.value_error("level must be >= 0"));
+    }
+    if level > 0 {
+        return ev.import(".");
+    }
+    let from_list = match argument(3, "fromlist") {
+        Some(list) => ev.truth(&list)?,
+        None => false,
+    };
+    let module = ev.import(name.as_str())?;
+    match name.as_str().split_once('.') {
+        Some((first, _)) if !from_list => ev.import(first),
+        _ => Ok(module),
+    }
 }
 
 fn exit(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
@@ -54,23 +105,73 @@ fn exit(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
 }
 
 impl Evaluator<'_> {
-    /// The global variables as a dictionary; changes to it do not reach the program.
-    pub fn globals_dict(&self) -> Dict {
-        let dict = Dict::new();
-        for (name, value) in self.core.globals.entries() {
-            dict.set_interned(self.core.symbols.value(name), value);
+    /// The global variables as the dictionary that scripts have of them: both are the same variables.
+    pub fn globals_dict(&self) -> Rc<Dict> {
+        let globals = &self.core.globals;
+        if globals.shown().is_none() {
+            let dict = Rc::new(Dict::new());
+            dict.set_str("__name__", self.core.symbols.value(known::MAIN));
+            dict.set_str("__doc__", Value::None);
+            dict.set_str("__builtins__", self.builtins_module());
+            globals.show_in(dict, &self.core.symbols);
         }
-        dict
+        self.shown(globals)
+    }
+
+    /// The builtins as the dictionary that scripts have of them.
+    pub fn builtins_dict(&self) -> Rc<Dict> {
+        self.shown(&self.core.builtins)
+    }
+
+    /// The module `builtins`.
+    pub fn builtins_module(&self) -> Value {
+        let name = self.core.symbols.intern("__builtins__");
+        self.core.builtins.get(name).unwrap_or_default()
+    }
+
+    /// The dictionary of a namespace.
+    pub fn shown(&self, namespace: &Namespace) -> Rc<Dict> {
+        match namespace.shown() {
+            Some(dict) => dict,
+            None => {
+                let dict = Rc::new(Dict::new());
+                namespace.show_in(dict.clone(), &self.core.symbols);
+                dict
+            }
+        }
+    }
+
+    /// The global variables of some code: those of its text, of its module, or of the program.
+    pub fn globals_of(&self, code: &Code) -> Rc<Dict> {
+        if let Some(home) = code.refers.home() {
+            return home;
+        }
+        match code.module.as_ref().and_then(std::rc::Weak::upgrade) {
+            Some(namespace) if !Rc::ptr_eq(&namespace, &self.core.globals) => {
+                self.shown(&namespace)
+            }
+            _ => self.globals_dict(),
+        }
     }
 
     /// Runs the code of a text whose variables are not the globals.
-    pub fn run_text(&self, code: &Rc<Code>, namespace: &Rc<Namespace>) -> R {
+    pub fn run_text(
+        &self,
+        code: &Rc<Code>,
+        namespace: &Rc<Namespace>,
+        mapping: Option<&Value>,
+    ) -> R {
         self.core
             .texts
             .borrow_mut()
             .push((code.clone(), namespace.clone()));
         let function = Function::plain(code.clone(), Box::default());
-        let result = self.call_function(&function, &mut [], &[]);
+        let result = with_slots(code.slots, |slots| {
+            if let (Some(slot), Some(mapping)) = (slots.last_mut(), mapping) {
+                *slot = mapping.clone();
+            }
+            self.run(&function, slots)
+        });
         // Not simply the last one: another thread may be evaluating a text, too.
         let mut texts = self.core.texts.borrow_mut();
         let place = texts.iter().rposition(|(other, _)| Rc::ptr_eq(other, code));
@@ -88,16 +189,6 @@ impl Evaluator<'_> {
         let mut running = texts.iter().rev();
         let (_, namespace) = running.find(|(code, _)| Rc::ptr_eq(&code.names, names))?;
         Some(namespace.clone())
-    }
-
-    /// The variables of the evaluated text that `frame` runs, if they are not the globals.
-    fn text_variables(&self, frame: &Frame<'_>) -> Option<Dict> {
-        let namespace = self.text_namespace(frame)?;
-        let dict = Dict::new();
-        for (name, value) in namespace.entries() {
-            dict.set_interned(self.core.symbols.value(name), value);
-        }
-        Some(dict)
     }
 
     /// The bound local variables of a frame, cells and closure included.
@@ -122,20 +213,43 @@ impl Evaluator<'_> {
     }
 }
 
+fn takes_none(ev: &Evaluator<'_>, args: &Args<'_>, name: &str) -> R<()> {
+    match args.positional.len() + args.keywords.len() {
+        0 => Ok(()),
+        given => Err(ev.type_error(format!("{name}() takes no arguments ({given} given)"))),
+    }
+}
+
 fn locals(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
-    let dict = match &args.caller {
-        Some(frame) if !ev.is_module(frame) => {
-            let dict = Dict::new();
-            for (name, value) in ev.frame_variables(frame) {
-                dict.set_interned(ev.core.symbols.value(name), value);
-            }
-            dict
-        }
-        Some(frame) => ev
-            .text_variables(frame)
-            .unwrap_or_else(|| ev.globals_dict()),
-        None => ev.globals_dict(),
+    takes_none(ev, args, "locals")?;
+    locals_here(ev, args)
+}
+
+/// The local variables of the caller: at the top level those of the module or text, live; in a function a copy.
+fn locals_here(ev: &Evaluator<'_>, args: &Args<'_>) -> R {
+    let Some(frame) = &args.caller else {
+        return Ok(Value::Dict(ev.globals_dict()));
     };
+    if let Some(mapping) = ev.mapping_of(frame) {
+        return Ok(mapping);
+    }
+    let code = &frame.function.code;
+    if ev.is_module(frame) {
+        return Ok(Value::Dict(match ev.text_namespace(frame) {
+            Some(namespace) if namespace.shown().is_none() => {
+                let dict = Dict::new();
+                for (name, value) in namespace.entries() {
+                    dict.set_interned(ev.core.symbols.value(name), value);
+                }
+                Rc::new(dict)
+            }
+            _ => ev.globals_of(code),
+        }));
+    }
+    let dict = Dict::new();
+    for (name, value) in ev.frame_variables(frame) {
+        dict.set_interned(ev.core.symbols.value(name), value);
+    }
     Ok(Value::Dict(Rc::new(dict)))
 }
 
@@ -144,24 +258,57 @@ impl Evaluator<'_> {
     pub fn is_module(&self, frame: &Frame<'_>) -> bool {
         &*frame.function.code.name == "<module>"
     }
+
+    /// The mapping of a script that a text runs in.
+    pub fn mapping_of(&self, frame: &Frame<'_>) -> Option<Value> {
+        let code = &frame.function.code;
+        let has_one = self.is_module(frame) && code.slots > code.slot_names.len();
+        has_one.then(|| frame.slots.last().cloned()).flatten()
+    }
 }
 
 fn vars(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
+    if args.positional.len() > 1 {
+        let given = args.positional.len();
+        return Err(ev.type_error(format!("vars expected at most 1 argument, got {given}")));
+    }
     let Some(object) = args.positional.first() else {
-        return locals(ev, args);
+        return locals_here(ev, args);
     };
+    match ev.attribute_or_none(object, known::DICT)? {
+        Some(dict) => Ok(dict),
+        None => Err(ev.type_error("vars() argument must have __dict__ attribute")),
+    }
+}
+
+/// Names of attributes that are computed when they are asked for.
+fn by_nature(object: &Value) -> &'static [&'static str] {
     match object {
-        Value::Module(module) => {
-            let dict = Dict::new();
-            for (name, value) in module.namespace.entries() {
-                dict.set_interned(ev.core.symbols.value(name), value);
-            }
-            Ok(Value::Dict(Rc::new(dict)))
-        }
-        other => match ev.attribute_or_none(other, known::DICT)? {
-            Some(dict) => Ok(dict),
-            None => Err(ev.type_error("vars() argument must have __dict__ attribute")),
-        },
+        Value::Function(_) => &[
+            "__annotations__",
+            "__builtins__",
+            "__closure__",
+            "__code__",
+            "__defaults__",
+            "__dict__",
+            "__doc__",
+            "__globals__",
+            "__kwdefaults__",
+            "__module__",
+            "__name__",
+            "__qualname__",
+        ],
+        Value::Generator(_) => &[
+            "__name__",
+            "__qualname__",
+            "gi_code",
+            "gi_frame",
+            "gi_running",
+            "gi_suspended",
+            "gi_yieldfrom",
+        ],
+        Value::Property(_) => &["__doc__", "__isabstractmethod__", "fdel", "fget", "fset"],
+        _ => &[],
     }
 }
 
@@ -169,9 +316,8 @@ fn dir(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     let mut names: Vec<Value> = Vec::new();
     match args.positional.first() {
         None => {
-            if let Value::Dict(dict) = locals(ev, args)? {
-                names = dict.keys();
-            }
+            let here = locals_here(ev, args)?;
+            names = ev.collect(&here)?;
         }
         Some(object) => {
             if let Some(list) = ev.special(object, known::DIR, &mut [])? {
@@ -197,11 +343,12 @@ fn dir(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
                     }
                     _ => {}
                 }
+                names.extend(by_nature(object).iter().copied().map(Value::str));
                 let class = match object {
                     Value::Class(class) => class,
                     other => ev.core.types.of(other),
                 };
-                for class in std::iter::once(class).chain(class.ancestors()) {
+                for class in class.line() {
                     names.extend(
                         class
                             .own_attrs()

@@ -9,6 +9,7 @@ use crate::eval::Evaluator;
 use crate::eval::bulk::{STRIDE, many};
 use crate::eval::pace::{VALUE, WORK_MAX};
 use crate::value::instance::Payload;
+use crate::value::surrogate::may_have_surrogates;
 use crate::value::symbol::known;
 use crate::value::{Instance, R, Symbol, Value};
 
@@ -138,8 +139,13 @@ impl Evaluator<'_> {
     /// Ranks of all values, if no comparison of two of them needs script code, fails or takes long; and whether the ranks
     /// alone are their order.
     fn ranked(&self, values: &[Value]) -> R<Option<(Vec<Ranked>, bool)>> {
-        let is_short_text =
-            |value: &Value| matches!(value, Value::Str(text) if text.as_str().len() <= TEXT_MAX);
+        let is_short_text = |value: &Value| match value {
+            Value::Str(text) if text.as_str().len() <= TEXT_MAX => {
+                // Surrogates lie elsewhere than where they are in the order.
+                text.is_ascii() || !may_have_surrogates(text.as_str())
+            }
+            _ => false,
+        };
         let exact = match values.first() {
             Some(Value::Int(_)) if self.all_values(values, |v| matches!(v, Value::Int(_)))? => true,
             Some(Value::Float(_)) if self.all_values(values, is_simple_float)? => true,
@@ -199,14 +205,17 @@ impl Evaluator<'_> {
         merge_sort(places, &mut |a, b| {
             let (a, b) = (&by[*a as usize], &by[*b as usize]);
             self.worked(2 * VALUE)?;
-            if let (Value::Str(a), Value::Str(b)) = (a, b) {
+            if let (Value::Str(a), Value::Str(b)) = (a, b)
+                && !may_have_surrogates(a.as_str())
+                && !may_have_surrogates(b.as_str())
+            {
                 let (a, b) = (a.as_str().as_bytes(), b.as_str().as_bytes());
                 self.worked(many(a.len().min(b.len()).min(STRIDE)))?;
                 return Ok(self.order_of_bytes(a, b)?.is_lt());
             }
             match quick_order(a, b, 0) {
-                Some(order) => Ok(order == Ordering::Less),
-                None => {
+                Some(order) if !matches!(a, Value::Str(_)) => Ok(order == Ordering::Less),
+                _ => {
                     self.safepoint()?;
                     self.less(a, b)
                 }

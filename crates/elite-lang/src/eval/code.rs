@@ -1,13 +1,14 @@
 //! Executable code of one function, class body, generator or module.
 
 use std::cell::{Cell, RefCell};
-use std::collections::BTreeMap;
-use std::rc::Rc;
+use std::collections::{BTreeMap, HashMap};
+use std::rc::{Rc, Weak};
 use std::sync::Arc;
 
 use super::steps::Step;
 use super::{Evaluator, Expr, Flow, Frame, Statement, attempt};
 use crate::source::{SourceFile, Span};
+use crate::value::module::Namespace;
 use crate::value::symbol::SymbolSet;
 use crate::value::trash::{self, Nodes};
 use crate::value::{CellVar, Dict, Held, R, Symbol, Value};
@@ -82,9 +83,16 @@ impl Refers {
     }
 
     /// Compares the list with what a new text really refers to; `own` are the variables of its new namespace. If parts of the
-    /// body were made in vain, the list is no good, and the search for cycles leaves such variables alone. `worked` is
-    /// called for each piece of work.
-    pub fn check(&self, own: Vec<Rc<CellVar>>, worked: &mut dyn FnMut() -> R<()>) -> R<()> {
+    /// body were made in vain, the list is no good, and the search for cycles leaves such variables alone.
+    /// `before` are the references there were to each of them already, `is_shown` says that new ones are in a
+    /// dictionary, too. `worked` is called for each piece of work.
+    pub fn check(
+        &self,
+        own: Vec<Rc<CellVar>>,
+        before: &HashMap<*const CellVar, usize>,
+        is_shown: bool,
+        worked: &mut dyn FnMut() -> R<()>,
+    ) -> R<()> {
         let mut listed = BTreeMap::new();
         self.each_cell(&mut |cell| {
             *listed.entry(Rc::as_ptr(cell)).or_insert(0) += 1;
@@ -95,7 +103,11 @@ impl Refers {
         for cell in &own {
             worked()?;
             let entries = listed.get(&Rc::as_ptr(cell)).copied().unwrap_or(0);
-            is_right &= Rc::strong_count(cell) == 2 + 2 * entries;
+            let others = before
+                .get(&Rc::as_ptr(cell))
+                .copied()
+                .unwrap_or(usize::from(is_shown));
+            is_right &= Rc::strong_count(cell) == others + 2 + 2 * entries;
         }
         match is_right && self.codes_are_right(worked)? {
             true => self.trust(worked),
@@ -188,6 +200,8 @@ pub struct Code {
     pub refers: Refers,
     /// The names in it and in the rest of the text.
     pub names: Rc<TextNames>,
+    /// The global variables it refers to.
+    pub module: Option<Weak<Namespace>>,
     /// Native stack that evaluating the body may take between two checks.
     pub stack_bytes: usize,
 }

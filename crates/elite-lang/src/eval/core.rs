@@ -32,11 +32,11 @@ pub struct Core {
     /// Limits of the task.
     pub limits: Limits,
     /// Names.
-    pub symbols: Symbols,
+    pub symbols: Rc<Symbols>,
     /// Builtin types and exceptions.
     pub types: Types,
     /// Builtin functions, types and natives of the embedder.
-    pub builtins: Namespace,
+    pub builtins: Rc<Namespace>,
     /// Global variables of the task.
     pub globals: Rc<Namespace>,
     /// Imported modules.
@@ -106,7 +106,7 @@ impl Core {
     pub fn new(host: Rc<dyn Host>, limits: Limits) -> Rc<Self> {
         memory::settle();
         let memory_base = memory::held();
-        let symbols = Symbols::default();
+        let symbols = Rc::new(Symbols::default());
         let types = Types::new(&symbols);
         let ascii = (0..128u8)
             .map(|byte| Value::str(char::from(byte).to_string()))
@@ -115,7 +115,7 @@ impl Core {
             host,
             limits,
             types,
-            builtins: Namespace::default(),
+            builtins: Rc::default(),
             globals: Rc::default(),
             modules: RefCell::default(),
             module_table: Rc::new(Dict::new()),

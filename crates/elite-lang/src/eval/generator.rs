@@ -13,6 +13,7 @@ use super::{Core, Evaluator, Frame};
 use crate::errors::ExceptionKind;
 use crate::limits::memory;
 use crate::value::held::nothing_is_open;
+use crate::value::symbol::known;
 use crate::value::{Function, Held, R, Raised, Value, trash};
 
 /// What a generator is resumed with.
@@ -27,10 +28,20 @@ pub enum ToGenerator {
 
 /// What a generator suspends with.
 pub enum FromGenerator {
-    /// The next value, and the variables that hold others, for the search for cycles.
-    Yield(Value, Vec<Value>),
+    /// The next value, and what is to be seen of the generator until it goes on.
+    Yield(Value, Seen),
     /// A request for the script thread.
     Request(Request),
+}
+
+/// What is to be seen of a suspended generator that has a stack of its own.
+#[derive(Default)]
+pub struct Seen {
+    /// Its variables, once more.
+    slots: Vec<Value>,
+    /// What it delegates to by `yield from`, once more; `Unbound` if to nothing.
+    delegate: Value,
+    line: u32,
 }
 
 type GeneratorCoroutine = Coroutine<ToGenerator, FromGenerator, R, DefaultStack>;
@@ -43,8 +54,10 @@ pub struct Generator {
     state: Held<State>,
     /// Where it stands, if it has no stack of its own.
     standing: Held<Option<Standing>>,
-    /// While it is suspended with a stack of its own: the values of its variables that hold others, once more.
-    seen: Held<Vec<Value>>,
+    /// While it is suspended with a stack of its own.
+    seen: Held<Seen>,
+    /// `__name__` and `__qualname__`, if a script has changed them.
+    names: Held<Option<Box<[Option<Value>; 2]>>>,
     /// A search for cycles has found it in use.
     pub old: Cell<bool>,
 }
@@ -89,6 +102,7 @@ impl Generator {
             state: Held::new(state),
             standing: Held::new(standing),
             seen: Held::default(),
+            names: Held::default(),
             old: Cell::new(false),
         }
     }
@@ -113,10 +127,11 @@ impl Generator {
         }
         if let Some(seen) = self.seen.try_borrow() {
             // Each is referred to by its variable and by this list.
-            seen.iter().for_each(|value| {
+            seen.slots.iter().for_each(|value| {
                 each(value);
                 each(value);
             });
+            each(&seen.delegate);
         }
     }
 
@@ -152,6 +167,83 @@ impl Generator {
             State::Suspended(_) => true,
             State::Standing => self.standing.borrow().as_ref().is_some_and(Standing::waits),
             State::Fresh(_) | State::Running | State::Finished => false,
+        }
+    }
+
+    /// `__name__`, of the function unless a script has changed it.
+    pub fn name(&self) -> Value {
+        let own = self
+            .names
+            .borrow()
+            .as_ref()
+            .and_then(|names| names[0].clone());
+        own.unwrap_or_else(|| match &*self.function.attrs.borrow() {
+            Some(attrs) if attrs.get(known::NAME).is_some() => {
+                attrs.get(known::NAME).cloned().unwrap_or_default()
+            }
+            _ => Value::str(&*self.function.code.name),
+        })
+    }
+
+    /// `__qualname__`, of the function unless a script has changed it.
+    pub fn qualname(&self) -> Value {
+        let own = self
+            .names
+            .borrow()
+            .as_ref()
+            .and_then(|names| names[1].clone());
+        own.unwrap_or_else(|| Value::str(&*self.function.qualname()))
+    }
+
+    /// Changes `__name__` or `__qualname__`.
+    pub fn rename(&self, name: Option<Value>, qualname: Option<Value>) {
+        let mut names = match self.names.take() {
+            Some(names) => *names,
+            None => [None, None],
+        };
+        names[0] = name.or(names[0].take());
+        names[1] = qualname.or(names[1].take());
+        self.names.put(Some(Box::new(names)));
+    }
+
+    /// The values of its slots, as far as they are to be seen: not while it runs.
+    pub fn variables(&self) -> Vec<Value> {
+        if let State::Fresh(slots) = &*self.state.borrow() {
+            return slots.0.clone();
+        }
+        match &*self.standing.borrow() {
+            Some(standing) => standing.slots().to_vec(),
+            None => self.seen.borrow().slots.clone(),
+        }
+    }
+
+    /// What it delegates to by `yield from`, or None.
+    pub fn delegate(&self) -> Value {
+        if self.is_running() || self.is_finished() {
+            return Value::None;
+        }
+        let delegate = match &*self.standing.borrow() {
+            Some(standing) => self
+                .function
+                .code
+                .body
+                .steps()
+                .and_then(|steps| standing.delegate(steps)),
+            None => Some(self.seen.borrow().delegate.clone()),
+        };
+        delegate
+            .filter(|value| !value.is_unbound())
+            .unwrap_or(Value::None)
+    }
+
+    /// The line it stands in; 0 if it has not started.
+    pub fn line(&self) -> u32 {
+        match &*self.standing.borrow() {
+            Some(standing) => {
+                let steps = self.function.code.body.steps();
+                steps.map_or(0, |steps| standing.line(steps))
+            }
+            None => self.seen.borrow().line,
         }
     }
 
@@ -303,13 +395,17 @@ impl Evaluator<'_> {
 
     /// `yield`: hands a value to whoever steps this generator; the value sent back is the result. `slots` are the
     /// variables of the generator.
-    pub fn yield_value(&self, slots: &[Value], value: Value) -> R {
+    pub fn yield_value(&self, slots: &[Value], value: Value, delegate: Option<&Value>) -> R {
         let Outlet::Generator(yielder) = &self.outlet else {
             // The parser lets `yield` stand in functions only, and those with one run as generators.
             return Err(self.raise(ExceptionKind::SystemError, "yield outside a generator"));
         };
-        let holding = slots.iter().filter(|value| value.holds_values());
-        match yielder.suspend(FromGenerator::Yield(value, holding.cloned().collect())) {
+        let seen = Seen {
+            slots: slots.to_vec(),
+            delegate: delegate.cloned().unwrap_or_default(),
+            line: self.core.line.get(),
+        };
+        match yielder.suspend(FromGenerator::Yield(value, seen)) {
             ToGenerator::Send(value) => Ok(value),
             ToGenerator::Throw(raised) => Err(raised),
             ToGenerator::Resumed(_) => Err(Raised::Stop),

@@ -162,11 +162,11 @@ impl Evaluator<'_> {
         let mut is_complete = true;
         {
             let defaults = function.defaults.borrow();
-            let first = params.positional - defaults.len().min(params.positional);
+            // There may be more than parameters, since scripts can set them: the last ones count.
             for (index, slot) in slots[..params.positional].iter_mut().enumerate() {
                 if slot.is_unbound() {
-                    match index
-                        .checked_sub(first)
+                    match (index + defaults.len())
+                        .checked_sub(params.positional)
                         .and_then(|index| defaults.get(index))
                     {
                         Some(default) => slot.put(default.clone()),
@@ -182,7 +182,18 @@ impl Evaluator<'_> {
         if params.names.len() == params.positional {
             return Ok(());
         }
+        if let Some(Value::Dict(dict)) = &*function.keyword_defaults_dict.borrow() {
+            let names = &params.names[params.positional..];
+            for (slot, name) in slots[params.positional..].iter_mut().zip(names) {
+                if slot.is_unbound() {
+                    let default = dict.get_str(&self.core.symbols.name(*name));
+                    *slot = default.unwrap_or_default();
+                }
+            }
+        }
+        let is_set = function.keyword_defaults_dict.borrow().is_some();
         let keyword_only = slots[params.positional..params.names.len()].iter_mut();
+        let keyword_only = keyword_only.filter(|_| !is_set);
         for (slot, default) in keyword_only.zip(&function.keyword_defaults) {
             if slot.is_unbound() {
                 *slot = default.clone();
@@ -247,7 +258,7 @@ impl Evaluator<'_> {
         slots: &[Value],
     ) -> crate::value::Raised {
         let params = &function.code.params;
-        let defaults = function.defaults.borrow().len();
+        let defaults = function.defaults.borrow().len().min(params.positional);
         let takes = match defaults {
             0 => params.positional.to_string(),
             _ => format!(
@@ -285,7 +296,8 @@ impl Evaluator<'_> {
     #[cold]
     fn missing_arguments(&self, function: &Function, slots: &[Value]) -> crate::value::Raised {
         let params = &function.code.params;
-        let without_default = params.positional - function.defaults.borrow().len();
+        let defaults = function.defaults.borrow().len();
+        let without_default = params.positional.saturating_sub(defaults);
         let missing = (0..without_default).filter(|index| slots[*index].is_unbound());
         let names = missing.map(|index| params.names[index]).collect();
         self.missing(function, "positional", names)

@@ -103,6 +103,28 @@ impl Standing {
     pub fn waits(&self) -> bool {
         self.waits
     }
+
+    /// The variables.
+    pub fn slots(&self) -> &[Value] {
+        &self.slots
+    }
+
+    /// What it delegates to, if it stands at a `yield from`.
+    pub fn delegate(&self, steps: &[Step]) -> Option<Value> {
+        let at = steps.get(self.at).filter(|_| self.waits);
+        match (at, self.walks.last()) {
+            (Some(Step::Delegate { .. }), Some(Walk::Iterator(iterator))) => Some(iterator.clone()),
+            _ => None,
+        }
+    }
+
+    /// The line of the `yield` it stands at; 0 at the beginning.
+    pub fn line(&self, steps: &[Step]) -> u32 {
+        match steps.get(self.at).filter(|_| self.waits) {
+            Some(Step::Yield { line, .. } | Step::Delegate { line, .. }) => *line,
+            _ => 0,
+        }
+    }
 }
 
 impl Drop for Standing {

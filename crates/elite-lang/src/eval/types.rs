@@ -92,6 +92,7 @@ builtin_types! {
     super_ = "super", Super;
     cell = "cell", Native;
     traceback = "traceback", Native;
+    frame = "frame", Native;
     code = "code", Native;
     union = "UnionType", Native;
     bool = "bool", Bool;
@@ -173,6 +174,9 @@ impl Types {
             Value::Range(_) | Value::LongRange(_) => &self.range,
             Value::Slice(_) => &self.slice,
             Value::Function(_) => &self.function,
+            Value::BoundMethod(method) if matches!(method.function, Value::Builtin(_)) => {
+                &self.builtin
+            }
             Value::BoundMethod(_) => &self.method,
             Value::Builtin(_) => &self.builtin,
             Value::Class(class) => class.metaclass().unwrap_or(&self.type_),

@@ -65,7 +65,11 @@ impl Spec {
         } else if first.is_some_and(is_align) {
             (spec.align, rest) = (first, &text[1..]);
         }
-        spec.sign = flag(&mut rest, |c| matches!(c, '+' | '-' | ' ')).unwrap_or('-');
+        spec.sign = match flag(&mut rest, |c| matches!(c, '+' | '-' | ' ')) {
+            // A sign that is given counts for texts, which take none, even if it is the usual one.
+            Some('-') if !numeric => '+',
+            given => given.unwrap_or('-'),
+        };
         spec.no_negative_zero = flag(&mut rest, |c| c == 'z').is_some();
         spec.alternate = flag(&mut rest, |c| c == '#').is_some();
         if !filled && flag(&mut rest, |c| c == '0').is_some() {

@@ -62,7 +62,9 @@ fn character(int: &Int, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<
         return Err(ev.value_error(format!("Cannot specify '{grouping}' with 'c'.")));
     }
     let code = match int {
-        Int::Small(code) => u32::try_from(*code).ok().and_then(char::from_u32),
+        Int::Small(code) => u32::try_from(*code)
+            .ok()
+            .and_then(crate::value::surrogate::char_of),
         Int::Big(_) => None,
     };
     let Some(c) = code else {

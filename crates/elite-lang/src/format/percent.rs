@@ -318,7 +318,10 @@ impl Evaluator<'_> {
                         let kind = crate::errors::ExceptionKind::OverflowError;
                         return Err(self.raise(kind, "%c arg not in range(0x110000)"));
                     }
-                    Value::Int(code) => match u32::try_from(code).ok().and_then(char::from_u32) {
+                    Value::Int(code) => match u32::try_from(code)
+                        .ok()
+                        .and_then(crate::value::surrogate::char_of)
+                    {
                         Some(c) => c.to_string(),
                         None => {
                             let kind = crate::errors::ExceptionKind::OverflowError;

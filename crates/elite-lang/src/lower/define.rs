@@ -7,11 +7,12 @@ use super::{Extent, Lower};
 use crate::ast::{self, Constant, ExprKind, Stmt, StmtKind};
 use crate::eval::Expr;
 use crate::eval::code::{Body, Code, CodeKind, Params};
-use crate::eval::expr::function::MakeFunction;
+use crate::eval::expr::function::{Annotations, MakeFunction};
 use crate::eval::expr::names::Local;
 use crate::eval::stmt::define::{DefineClass, DefineFunction};
 use crate::resolve::{FrameLayout, Place};
 use crate::source::Span;
+use crate::value::Value;
 
 /// Work for the name of a parameter.
 const PARAMETER: usize = 200;
@@ -52,6 +53,7 @@ impl Lower<'_> {
             },
             body: parts.body,
             names: self.names.clone(),
+            module: Some(Rc::downgrade(self.namespace)),
             stack_bytes: parts.extent.stack_bytes,
             refers: parts.extent.refers,
         });
@@ -85,6 +87,33 @@ impl Lower<'_> {
         }
     }
 
+    fn annotations(
+        &mut self,
+        parameters: &ast::Parameters,
+        returns: Option<&ast::Expr>,
+    ) -> Option<Box<Annotations>> {
+        // In the order of CPython: `*args` and `**kwargs` where they are written.
+        let by_place = parameters
+            .positional_only
+            .iter()
+            .chain(&parameters.positional)
+            .chain(&parameters.star)
+            .chain(&parameters.keyword_only)
+            .chain(&parameters.double_star);
+        let named = by_place
+            .filter_map(|parameter| Some((&*parameter.name.name, parameter.annotation.as_ref()?)));
+        let result = returns.map(|returns| ("return", returns));
+        let all: Vec<_> = named
+            .chain(result)
+            .map(|(name, annotation)| {
+                let text = self.file.slice(annotation.span);
+                let name = self.core.symbols.value(self.symbol(name));
+                (name, self.expr(annotation), Value::str(text))
+            })
+            .collect();
+        (!all.is_empty()).then(|| Box::new(Annotations(all)))
+    }
+
     fn make_function(
         &mut self,
         parameters: &ast::Parameters,
@@ -111,6 +140,7 @@ impl Lower<'_> {
             defaults,
             keyword_defaults,
             closure: closure(layout),
+            annotations: None,
         }
     }
 
@@ -131,7 +161,8 @@ impl Lower<'_> {
             extent,
             span,
         });
-        let function = self.make_function(&def.parameters, code, layout);
+        let mut function = self.make_function(&def.parameters, code, layout);
+        function.annotations = self.annotations(&def.parameters, def.returns.as_ref());
         DefineFunction {
             function,
             decorators,
@@ -169,7 +200,7 @@ impl Lower<'_> {
         span: Span,
     ) -> MakeFunction {
         let layout = self.layout(comprehension.scope);
-        let prefix = format!("{}<genexpr>.<locals>.", self.prefix);
+        let prefix = format!("{}<genexpr>.", self.prefix);
         let (body, extent) = self.frame(comprehension.scope, prefix, |lower| {
             let first: Expr = Box::new(Local { slot: 0, span });
             lower.generator_expression_body(comprehension, first, element)
@@ -194,6 +225,7 @@ impl Lower<'_> {
             defaults: Nodes::default(),
             keyword_defaults: Nodes::default(),
             closure: closure(layout),
+            annotations: None,
         }
     }
 

@@ -24,7 +24,9 @@ use crate::eval::expr::display::{
 use crate::eval::expr::fstring::{FString, Part};
 use crate::eval::expr::item::{Item, SliceExpr};
 use crate::eval::expr::keywords::CallKeywords;
-use crate::eval::expr::names::{ClassName, Const, Free, Global, Local, LocalCell, Named};
+use crate::eval::expr::names::{
+    ClassName, Const, Free, Global, Local, LocalCell, MappedName, Named,
+};
 use crate::eval::expr::operand::Operand;
 use crate::eval::expr::percent::PercentFormat;
 use crate::eval::expr::whole::Whole;
@@ -135,6 +137,13 @@ impl Lower<'_> {
 
     /// A node that reads a name.
     pub(super) fn name(&mut self, name: &str, span: Span) -> Expr {
+        if let Some(slot) = self.mapping(name, false) {
+            return Box::new(MappedName {
+                slot,
+                key: Value::str(name),
+                global: self.global(name, span),
+            });
+        }
         match self.place(name) {
             Place::Local(slot) => Box::new(Local { slot, span }),
             Place::Cell(slot) => Box::new(LocalCell { slot, span }),
@@ -160,9 +169,10 @@ impl Lower<'_> {
     /// What a name means while its variable is not bound: the builtin or, in texts with variables of their own, what
     /// the namespace behind has.
     fn behind(&self, name: Symbol) -> Rc<CellVar> {
+        let builtins = self.namespace.builtins().unwrap_or(&self.core.builtins);
         match self.namespace.behind(name) {
-            Some(cell) if self.core.builtins.get(name).is_none() => cell,
-            _ => self.core.builtins.cell(name),
+            Some(cell) if builtins.get(name).is_none() => cell,
+            _ => builtins.cell(name),
         }
     }
 
@@ -182,6 +192,9 @@ impl Lower<'_> {
                     index,
                     span: expr.span,
                 }),
+                Place::Global if self.mapping(name, false).is_some() => {
+                    Operand::Expr(self.expr(expr))
+                }
                 Place::Global => Operand::Global(self.global(name, expr.span)),
                 Place::Cell(_) | Place::Class(_) => Operand::Expr(self.expr(expr)),
             },
@@ -468,6 +481,14 @@ impl Lower<'_> {
             places.fresh_cells.clone().into(),
         );
         let outer = std::mem::replace(&mut self.scope, comprehension.scope);
+        // Functions within are named as if it were a function, which it is in CPython 3.11.
+        let kind = match &comprehension.kind {
+            ComprehensionKind::Set(_) => "<setcomp>",
+            ComprehensionKind::Dict(..) => "<dictcomp>",
+            ComprehensionKind::List(_) | ComprehensionKind::Generator(_) => "<listcomp>",
+        };
+        let prefix = format!("{}{kind}.", self.prefix);
+        let outer_prefix = std::mem::replace(&mut self.prefix, prefix);
         let clauses = Clauses {
             clauses: self.clauses(comprehension, iterable),
             slots,
@@ -492,6 +513,7 @@ impl Lower<'_> {
             ComprehensionKind::Generator(_) => Box::new(Const(Value::None)),
         };
         self.scope = outer;
+        self.prefix = outer_prefix;
         node
     }
 }

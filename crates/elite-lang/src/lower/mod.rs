@@ -180,6 +180,25 @@ impl<'l> Lower<'l> {
         symbol
     }
 
+    /// The slot with the mapping that a name is looked up in first, at the top level of a text that has one; `binds` says
+    /// that the name is bound.
+    fn mapping(&self, name: &str, binds: bool) -> Option<u32> {
+        if !self.namespace.is_by_mapping() || self.scope != ScopeId(0) {
+            return None;
+        }
+        let is_bound = || {
+            self.resolution
+                .bindings
+                .iter()
+                .any(|other| **other == *name)
+        };
+        let mut declared = self.resolution.declared_globals.iter();
+        let is_global = (binds || declared.any(|other| **other == *name)) && !is_bound();
+        let layout = self.places(ScopeId(0)).frame.as_ref();
+        let slots = layout.map_or(0, |layout| layout.slot_names.len());
+        (!is_global).then_some(slots as u32)
+    }
+
     /// The variable of a name of the namespace.
     fn variable(&self, name: Symbol) -> Rc<CellVar> {
         let cell = self.namespace.cell(name);
@@ -238,13 +257,14 @@ impl<'l> Lower<'l> {
             file: self.file.clone(),
             span,
             params: Params::default(),
-            slots: layout.slot_names.len(),
+            slots: layout.slot_names.len() + usize::from(self.namespace.is_by_mapping()),
             slot_names: self.symbols(layout),
             free_names: Box::default(),
             cells: layout.cells.clone().into(),
             kind: CodeKind::Plain,
             body,
             names: self.names.clone(),
+            module: Some(Rc::downgrade(self.namespace)),
             stack_bytes: stack_bytes(self.deepest),
             refers: self.refers.take(),
         })

@@ -6,10 +6,11 @@ use crate::ast::{self, ExprKind};
 use crate::eval::stmt::class_body::ClassSlot;
 use crate::eval::stmt::loops::LoopTarget;
 use crate::eval::stmt::target::{
-    AttributeTarget, ItemTarget, Shared, SharedTarget, Slot, Target, Unpack,
+    AttributeTarget, ItemTarget, MappedTarget, Shared, SharedTarget, Slot, Target, Unpack,
 };
 use crate::resolve::Place;
 use crate::source::Span;
+use crate::value::Value;
 use crate::value::trash::Nodes;
 
 impl Lower<'_> {
@@ -95,6 +96,10 @@ impl Lower<'_> {
     }
 
     pub(super) fn name_target(&mut self, name: &str, span: Span) -> Box<dyn Target> {
+        if let Some(slot) = self.mapping(name, true) {
+            let key = Value::str(name);
+            return Box::new(MappedTarget { slot, key, span });
+        }
         let place = match self.place(name) {
             Place::Local(slot) => return Box::new(Slot { slot, span }),
             Place::Class(slot) => return Box::new(ClassSlot { slot, span }),

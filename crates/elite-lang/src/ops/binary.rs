@@ -198,6 +198,14 @@ impl Evaluator<'_> {
     #[cold]
     fn unsupported(&self, op: BinaryOp, a: &Value, b: &Value, text: &str) -> Raised {
         let (name_a, name_b) = (self.core.types.name_of(a), self.core.types.name_of(b));
+        let plain = self.plain(a);
+        let is_extended = matches!((op, a), (BinaryOp::Add, Value::Instance(_)));
+        let (name_a, a) = match plain {
+            Value::Str(_) | Value::List(_) | Value::Tuple(_) | Value::Bytes(_) if is_extended => {
+                (self.core.types.name_of(&plain), &plain)
+            }
+            _ => (name_a, a),
+        };
         let concatenation = match (op, a) {
             (BinaryOp::Add, Value::Str(_) | Value::List(_) | Value::Tuple(_)) => true,
             (BinaryOp::Add, Value::Bytes(_) | Value::ByteArray(_)) => {

@@ -9,6 +9,7 @@ use crate::eval::Evaluator;
 use crate::eval::bulk::STRIDE;
 use crate::eval::pace::VALUE;
 use crate::value::int::Int;
+use crate::value::surrogate::{code_of, may_have_surrogates};
 use crate::value::symbol::known;
 use crate::value::{LongRange, R, Str, Symbol, Value};
 
@@ -198,6 +199,12 @@ impl Evaluator<'_> {
     pub fn builtin_compare(&self, op: CompareOp, a: &Value, b: &Value) -> R<Option<bool>> {
         Ok(match (a, b) {
             (Value::Str(a), Value::Str(b)) => {
+                let is_order = !matches!(op, CompareOp::Eq | CompareOp::Ne);
+                if is_order && !a.is_ascii() && !b.is_ascii() && has_surrogates(a, b) {
+                    let (a, b) = (a.as_str().chars(), b.as_str().chars());
+                    let order = a.map(code_of).cmp(b.map(code_of));
+                    return Ok(Some(by_order(op, Some(order))));
+                }
                 let (a, b) = (a.as_str().as_bytes(), b.as_str().as_bytes());
                 Some(self.compare_bytes(op, a, b)?)
             }
@@ -479,4 +486,9 @@ fn number_order(op: CompareOp, a: &Value, b: &Value) -> Option<bool> {
         },
     };
     Some(by_order(op, order))
+}
+
+/// Whether one of two texts has surrogates, which lie elsewhere than where they are in the order of texts.
+fn has_surrogates(a: &Str, b: &Str) -> bool {
+    may_have_surrogates(a.as_str()) || may_have_surrogates(b.as_str())
 }

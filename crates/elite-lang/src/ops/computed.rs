@@ -186,7 +186,7 @@ impl Evaluator<'_> {
             known::NAME => Value::str(&*function.code.name),
             known::QUALNAME => Value::str(&*function.code.qualname),
             known::DOC => function.code.doc.as_deref().map_or(Value::None, Value::str),
-            known::MODULE => Value::str("__main__"),
+            known::MODULE => self.module_of(&function.code),
             known::DEFAULTS => {
                 let defaults = function.defaults.borrow();
                 if defaults.is_empty() {
@@ -195,33 +195,25 @@ impl Evaluator<'_> {
                     Value::tuple(defaults.to_vec())
                 }
             }
-            known::KWDEFAULTS => {
-                let defaults = &function.keyword_defaults;
-                if defaults.iter().all(Value::is_unbound) {
-                    return Some(Value::None);
-                }
-                let dict = crate::value::Dict::new();
-                let params = &function.code.params;
-                let names = &params.names[params.positional..];
-                for (name, value) in names.iter().zip(defaults.iter()) {
-                    if !value.is_unbound() {
-                        dict.set_interned(self.core.symbols.value(*name), value.clone());
-                    }
-                }
-                Value::Dict(Rc::new(dict))
+            known::KWDEFAULTS => self.keyword_defaults_dict(function),
+            known::ANNOTATIONS => {
+                let known = function.annotations.get();
+                known.unwrap_or_else(|| {
+                    let dict = Value::Dict(Rc::new(crate::value::Dict::new()));
+                    function.annotations.put(Some(dict.clone()));
+                    dict
+                })
             }
-            known::DICT | known::ANNOTATIONS => {
+            known::DICT => {
                 let dict = crate::value::Dict::new();
-                if name == known::DICT
-                    && let Some(attrs) = &*function.attrs.borrow()
-                {
-                    for (name, value) in attrs.iter() {
+                if let Some(attrs) = &*function.attrs.borrow() {
+                    for (name, value) in attrs.iter().filter(|(name, _)| !is_by_nature(*name)) {
                         dict.set_interned(self.core.symbols.value(name), value.clone());
                     }
                 }
                 Value::Dict(Rc::new(dict))
             }
-            _ => return None,
+            _ => return self.made_of(function, &self.core.symbols.name(name)),
         })
     }
 
@@ -246,6 +238,42 @@ impl Evaluator<'_> {
             function.defaults.put(defaults.into());
             return Ok(());
         }
+        match name {
+            known::KWDEFAULTS => {
+                let defaults = match &new {
+                    Value::None | Value::Dict(_) => new,
+                    _ => return Err(self.type_error("__kwdefaults__ must be set to a dict object")),
+                };
+                self.core.note_function(function);
+                function.keyword_defaults_dict.put(Some(defaults));
+                return Ok(());
+            }
+            known::ANNOTATIONS => {
+                let annotations = match &new {
+                    Value::None => None,
+                    Value::Dict(_) => Some(new),
+                    _ => {
+                        let text = "__annotations__ must be set to a dict object";
+                        return Err(self.type_error(text));
+                    }
+                };
+                self.core.note_function(function);
+                function.annotations.put(annotations);
+                return Ok(());
+            }
+            known::DICT => return self.set_function_dict(function, &new),
+            _ => {}
+        }
+        let text = self.core.symbols.name(name);
+        if &*text == "__code__" {
+            return Err(self.raise(
+                ExceptionKind::AttributeError,
+                "__code__ of a function cannot be replaced",
+            ));
+        }
+        if self.made_of(function, &text).is_some() {
+            return Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"));
+        }
         if new.holds_values() {
             self.core.note_function(function);
         }
@@ -260,6 +288,57 @@ impl Evaluator<'_> {
         drop(old);
         self.sweep_names_if_due()?;
         Ok(())
+    }
+
+    /// `function.__dict__ = new`: its own attributes are those of the dictionary.
+    fn set_function_dict(&self, function: &Rc<Function>, new: &Value) -> R<()> {
+        let Value::Dict(dict) = new else {
+            let name = self.core.types.name_of(new);
+            return Err(self.type_error(format!(
+                "__dict__ must be set to a dictionary, not a '{name}'"
+            )));
+        };
+        let own: Vec<Symbol> = match &*function.attrs.borrow() {
+            Some(attrs) => attrs.names().filter(|name| !is_by_nature(*name)).collect(),
+            None => Vec::new(),
+        };
+        for name in own {
+            drop(function.attrs.change(|attrs| attrs.as_mut()?.remove(name)));
+        }
+        for (_, key, value) in self.entries(dict)? {
+            if let Value::Str(text) = &key {
+                let name = self.core.symbols.take(text.as_str());
+                self.set_function_attribute(function, name, value)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// `del function.name` for what it has by nature; false if `name` is none of it.
+    pub fn delete_function_attribute(&self, function: &Rc<Function>, name: Symbol) -> R<bool> {
+        match name {
+            known::DEFAULTS => function.defaults.put(Vec::new().into()),
+            known::KWDEFAULTS => {
+                function.keyword_defaults_dict.put(Some(Value::None));
+            }
+            known::ANNOTATIONS => function.annotations.put(None),
+            known::NAME | known::QUALNAME => {
+                let name = self.core.symbols.name(name);
+                return Err(self.type_error(format!("{name} must be set to a string object")));
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// `__module__` of what some code defines.
+    fn module_of(&self, code: &crate::eval::code::Code) -> Value {
+        let own = match code.refers.home() {
+            Some(home) => return home.get_str("__name__").unwrap_or(Value::None),
+            None => code.module.as_ref().and_then(std::rc::Weak::upgrade),
+        };
+        let name = own.and_then(|namespace| namespace.get(known::NAME));
+        name.unwrap_or_else(|| self.core.symbols.value(known::MAIN))
     }
 
     /// Attributes of builtin values that are computed when asked for.
@@ -294,16 +373,12 @@ impl Evaluator<'_> {
             }
             (Value::Builtin(builtin), known::NAME) => Value::str(builtin.name),
             (Value::Builtin(builtin), known::QUALNAME) => Value::str(&*builtin.label()),
-            (Value::Generator(generator), known::NAME) => {
-                Value::str(&*generator.function.code.name)
-            }
-            (Value::Generator(generator), known::QUALNAME) => {
-                Value::str(&*generator.function.code.qualname)
-            }
+            (Value::Generator(generator), known::NAME) => generator.name(),
+            (Value::Generator(generator), known::QUALNAME) => generator.qualname(),
             (Value::Property(property), known::FGET) => property.get.clone(),
             (Value::Property(property), known::FSET) => property.set.clone(),
             (Value::Property(property), known::FDEL) => property.delete.clone(),
-            (Value::Property(property), known::DOC) => property.doc.clone(),
+            (Value::Property(property), known::DOC) => property.doc.get(),
             (Value::Super(sup), known::THISCLASS) => Value::Class(sup.class.clone()),
             (Value::Super(sup), known::SELF) => sup.receiver.clone(),
             (
@@ -314,9 +389,26 @@ impl Evaluator<'_> {
                 Value::StaticMethod(function) | Value::ClassMethod(function),
                 known::FUNC | known::WRAPPED,
             ) => (**function).clone(),
+            (
+                Value::Generator(_)
+                | Value::Code(_)
+                | Value::Cell(_)
+                | Value::Property(_)
+                | Value::StaticMethod(_)
+                | Value::ClassMethod(_),
+                _,
+            ) => return self.inner_attribute(value, name),
             _ => return Ok(None),
         }))
     }
+}
+
+/// Names of attributes that every function has, beside those in its `__dict__`.
+fn is_by_nature(name: Symbol) -> bool {
+    matches!(
+        name,
+        known::NAME | known::QUALNAME | known::DOC | known::MODULE
+    )
 }
 
 fn first_argument(state: &ExceptionState) -> Value {

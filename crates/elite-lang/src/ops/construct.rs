@@ -8,7 +8,7 @@ use crate::value::class::Base;
 use crate::value::exception::ExceptionState;
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
-use crate::value::{Class, Instance, R, Symbol, Value};
+use crate::value::{BoundMethod, Class, Instance, R, Symbol, Value};
 
 impl Evaluator<'_> {
     /// Calls a class.
@@ -93,6 +93,94 @@ impl Evaluator<'_> {
         self.type_error(format!("__init__() should return None, not '{name}'"))
     }
 
+    /// `__new__` of a builtin type, as an attribute of it and of the classes derived from it.
+    pub fn new_of(&self, class: &Rc<Class>) -> Value {
+        let line = class.line();
+        let owner = line.iter().find(|class| !class.is_script).unwrap_or(class);
+        if owner.base == Base::Object {
+            return match self.core.types.natural.lookup(known::NEW) {
+                Some(Value::StaticMethod(function)) => (*function).clone(),
+                found => found.unwrap_or_default(),
+            };
+        }
+        let function = crate::builtins::Builtin::raw("__new__", |ev, args| {
+            match args.positional.split_first() {
+                Some((Value::Class(owner), rest)) => ev.new_by(owner, rest, args.keywords),
+                _ => Err(ev.type_error("__new__() needs a class")),
+            }
+        });
+        let receiver = Value::Class(owner.clone());
+        Value::BoundMethod(Rc::new(BoundMethod { receiver, function }))
+    }
+
+    /// `owner.__new__(class, …)` for a builtin type `owner`.
+    pub fn new_by(&self, owner: &Rc<Class>, args: &[Value], keywords: &[(Symbol, Value)]) -> R {
+        let name = owner.name();
+        let (class, rest) = match args.split_first() {
+            Some((Value::Class(class), rest)) => (class, rest),
+            Some((other, _)) => {
+                let found = self.core.types.name_of(other);
+                return Err(self.type_error(format!(
+                    "{name}.__new__(X): X is not a type object ({found})"
+                )));
+            }
+            None => return Err(self.type_error(format!("{name}.__new__(): not enough arguments"))),
+        };
+        let wanted = class.name();
+        if !class.is_subclass_of(owner) {
+            return Err(self.type_error(format!(
+                "{name}.__new__({wanted}): {wanted} is not a subtype of {name}"
+            )));
+        }
+        let line = class.line();
+        let builtin = line.iter().find(|class| !class.is_script).unwrap_or(owner);
+        let is_same = builtin.base == owner.base || builtin.base == Base::Native;
+        if !is_same {
+            // CPython names the first class of the line whose `__new__` is not a script's.
+            let own = match class.is_script && class.lookup(known::NEW).is_some() {
+                true => builtin.name(),
+                false => wanted.clone(),
+            };
+            return Err(self.type_error(format!(
+                "{name}.__new__({wanted}) is not safe, use {own}.__new__()"
+            )));
+        }
+        if owner.base == Base::Object && (!rest.is_empty() || !keywords.is_empty()) {
+            if class.is_script && class.lookup(known::NEW).is_some() {
+                return Err(self.type_error(
+                    "object.__new__() takes exactly one argument (the type to instantiate)",
+                ));
+            }
+            if class.lookup(known::INIT).is_none() && class.base == Base::Object {
+                return Err(self.type_error(format!("{wanted}() takes no arguments")));
+            }
+        }
+        // What fills these is `__init__`.
+        match class.base {
+            Base::List | Base::Dict | Base::Set | Base::ByteArray if !class.is_script => {
+                self.new_object(class, &[], &[])
+            }
+            _ => self.new_object(class, rest, keywords),
+        }
+    }
+
+    /// `object.__init__` with arguments: an error unless `__new__` of a script may have taken them.
+    pub fn check_no_arguments(&self, class: &Rc<Class>) -> R<()> {
+        let is_plain = matches!(
+            class.base,
+            Base::Object | Base::Int | Base::Float | Base::Str | Base::Tuple | Base::Complex
+        );
+        if is_plain && class.lookup(known::INIT).is_some() {
+            let text = "object.__init__() takes exactly one argument (the instance to initialize)";
+            return Err(self.type_error(text));
+        }
+        if class.base == Base::Object && class.lookup(known::NEW).is_none() {
+            let name = class.name();
+            return Err(self.type_error(format!("{name}() takes no arguments")));
+        }
+        Ok(())
+    }
+
     /// `object.__new__(class, …)`: for builtin types and their subclasses, what the builtin's own `__new__` does.
     pub fn new_object(&self, class: &Rc<Class>, args: &[Value], keywords: &[(Symbol, Value)]) -> R {
         if !class.is_script && class.base != Base::Object {
@@ -128,7 +216,8 @@ impl Evaluator<'_> {
         args: &[Value],
         keywords: &[(Symbol, Value)],
     ) -> R {
-        let Some(builtin) = class.ancestors().iter().find(|class| !class.is_script) else {
+        let line = class.line();
+        let Some(builtin) = line.iter().find(|class| !class.is_script) else {
             let name = class.name();
             return Err(self.type_error(format!("cannot create '{name}' instances")));
         };
@@ -136,7 +225,7 @@ impl Evaluator<'_> {
         // Mutable containers are filled by `__init__`; immutable values take the arguments now.
         let is_mutable = matches!(
             class.base,
-            Base::List | Base::Dict | Base::Set | Base::ByteArray | Base::Native
+            Base::List | Base::Dict | Base::Set | Base::ByteArray | Base::Native | Base::Property
         );
         let made = if is_mutable && class.lookup(known::INIT).is_some() {
             self.call(&constructor, &mut [], &[])?

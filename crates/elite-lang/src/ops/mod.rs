@@ -13,6 +13,7 @@ pub mod construct;
 pub mod convert;
 pub mod dict;
 pub mod hash;
+pub mod inspect;
 pub mod item;
 pub mod iterate;
 pub mod repr;

@@ -284,11 +284,14 @@ impl Evaluator<'_> {
                 let module = self.module_prefix(class);
                 format!("<class '{module}{}'>", self.qualname_of(class))
             }
-            Value::Module(module) => format!("<module '{}' (built-in)>", module.name),
+            Value::Module(module) => match crate::stdlib::is_own(&module.name) {
+                true => format!("<module '{}' (built-in)>", module.name),
+                false => format!("<module '{}'>", module.name),
+            },
             Value::Generator(generator) => {
                 format!(
                     "<generator object {} at {address:#x}>",
-                    generator.function.code.qualname
+                    generator.qualname().as_str().unwrap_or_default()
                 )
             }
             Value::Super(sup) => {

@@ -7,8 +7,9 @@ use crate::ast::Conversion;
 use crate::eval::Evaluator;
 use crate::eval::bulk::{EACH, PIECE, pieces};
 use crate::format::Spec;
+use crate::value::surrogate::code_of;
 use crate::value::symbol::known;
-use crate::value::{Instance, R, Value};
+use crate::value::{Instance, R, Str, Value};
 
 /// Longest specification of a format, in bytes.
 const SPEC_MAX: usize = 4096;
@@ -94,6 +95,26 @@ impl Evaluator<'_> {
             {
                 self.unicode_error_text(encoding, object, (*start, *end), reason)
             }
+            [Value::Str(text), Value::Int(start), Value::Int(end), reason]
+                if is(ExceptionKind::UnicodeTranslateError) =>
+            {
+                self.translate_error_text(text, (*start, *end), reason)
+            }
+            [message, Value::Tuple(place)]
+                if is(ExceptionKind::SyntaxError) && place.items().len() >= 4 =>
+            {
+                let message = self.str(message)?;
+                let place = place.items();
+                Ok(match (&place[0], &place[1]) {
+                    (Value::Str(file), Value::Int(line)) => {
+                        let name = file.as_str().rsplit('/').next().unwrap_or_default();
+                        format!("{message} ({name}, line {line})")
+                    }
+                    (Value::Str(file), _) => format!("{message} ({})", file.as_str()),
+                    (_, Value::Int(line)) => format!("{message} (line {line})"),
+                    _ => message,
+                })
+            }
             // The key is shown as it would be written.
             [key] if is(ExceptionKind::KeyError) => self.repr(key),
             [single] => self.str(single),
@@ -115,6 +136,27 @@ impl Evaluator<'_> {
         }
     }
 
+    /// How errors of `str.translate` read.
+    fn translate_error_text(
+        &self,
+        text: &Str,
+        (start, end): (i64, i64),
+        reason: &Value,
+    ) -> R<String> {
+        let reason = self.str(reason)?;
+        let at = usize::try_from(start).ok();
+        Ok(match at.and_then(|at| text.char_at(at)) {
+            Some(c) if end == start + 1 => {
+                let shown = escaped(code_of(c));
+                format!("can't translate character '{shown}' in position {start}: {reason}")
+            }
+            _ => format!(
+                "can't translate characters in position {start}-{}: {reason}",
+                end - 1
+            ),
+        })
+    }
+
     /// How errors of codecs read: the byte or character if it is one, else where they are.
     fn unicode_error_text(
         &self,
@@ -128,11 +170,7 @@ impl Evaluator<'_> {
         let (verb, many, single) = match object {
             Value::Str(text) => {
                 let c = text.char_at(at);
-                let shown = c.map(|c| match u32::from(c) {
-                    code @ 0..0x100 => format!("character '\\x{code:02x}'"),
-                    code @ 0x100..0x1_0000 => format!("character '\\u{code:04x}'"),
-                    code => format!("character '\\U{code:08x}'"),
-                });
+                let shown = c.map(|c| format!("character '{}'", escaped(code_of(c))));
                 ("encode", "characters", shown)
             }
             other => {
@@ -185,7 +223,7 @@ impl Evaluator<'_> {
         let text = self.repr(value)?;
         let mut out = String::with_capacity(text.len());
         for c in text.chars() {
-            match c as u32 {
+            match code_of(c) {
                 0..128 => out.push(c),
                 code @ ..0x100 => {
                     let _ = write!(out, "\\x{code:02x}");
@@ -330,7 +368,7 @@ fn escape(text: &str, quote: char, out: &mut String) {
             ' '..='~' => out.push(c),
             _ if is_printable(c) => out.push(c),
             _ => {
-                let code = c as u32;
+                let code = code_of(c);
                 let _ = match code {
                     0..0x100 => write!(out, "\\x{code:02x}"),
                     0x100..0x1_0000 => write!(out, "\\u{code:04x}"),
@@ -394,4 +432,13 @@ fn push_int(int: i64, out: &mut String) {
         out.push('-');
     }
     crate::format::push_digits(int.unsigned_abs(), 1, out);
+}
+
+/// A character as an escape in messages of codecs.
+fn escaped(code: u32) -> String {
+    match code {
+        0..0x100 => format!("\\x{code:02x}"),
+        0x100..0x1_0000 => format!("\\u{code:04x}"),
+        _ => format!("\\U{code:08x}"),
+    }
 }

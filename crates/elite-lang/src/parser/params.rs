@@ -124,7 +124,7 @@ impl Parser<'_> {
             self.budget.worked(PARAMETER);
             if !seen.insert(&parameter.name.name) {
                 let name = quoted(&parameter.name.name);
-                let message = format!("parameter '{name}' appears twice");
+                let message = format!("duplicate argument '{name}' in function definition");
                 self.report(Diagnostic::error("syntax", parameter.name.span, message));
             }
         }

@@ -294,10 +294,7 @@ impl Parser<'_> {
 
     fn import_from(&mut self) -> Parse<StmtKind> {
         let start = self.bump().span;
-        if matches!(self.kind(), T::Dot | T::Ellipsis) {
-            return self.not_supported(start, "a relative import");
-        }
-        let module = self.dotted_name()?;
+        let module = self.module_name(start)?;
         self.expect(T::Import)?;
         if self.eat(T::Star).is_some() {
             return Ok(StmtKind::ImportFrom {
@@ -324,6 +321,29 @@ impl Parser<'_> {
             module,
             names,
             star: false,
+        })
+    }
+
+    /// The module after `from`: a dotted name, with dots before it, or dots alone, if it is relative.
+    fn module_name(&mut self, start: Span) -> Parse<Ident> {
+        let mut dots = String::new();
+        loop {
+            match self.kind() {
+                T::Dot => dots.push('.'),
+                T::Ellipsis => dots.push_str("..."),
+                _ => break,
+            }
+            self.bump();
+        }
+        if dots.is_empty() {
+            return self.dotted_name();
+        }
+        if self.kind() != T::Import {
+            dots.push_str(&self.dotted_name()?.name);
+        }
+        Ok(Ident {
+            name: dots.into(),
+            span: self.span_from(start),
         })
     }
 

@@ -6,6 +6,7 @@ use crate::diagnostic::Diagnostic;
 use crate::lexer::{Token, TokenKind as T};
 use crate::limits::memory::Budget;
 use crate::source::Span;
+use crate::value::surrogate::char_of;
 
 /// Work for a part of a literal that is put together from several.
 const PART: usize = 64;
@@ -207,18 +208,9 @@ impl Parser<'_> {
             return &digits[valid..];
         }
         let code = u32::from_str_radix(&digits[..length], 16).unwrap_or(u32::MAX);
-        match char::from_u32(code) {
+        match char_of(code) {
             Some(c) => out.push(c),
-            None if code > 0x10_ffff => {
-                self.undecodable(at, 2 + length, base, "illegal Unicode character");
-            }
-            None => {
-                let message = format!(
-                    "U+{code:04X} is no character; surrogates cannot stand alone in a string"
-                );
-                let span = Span::new(at, at + 2 + length);
-                self.report(Diagnostic::error("syntax", span, message));
-            }
+            None => self.undecodable(at, 2 + length, base, "illegal Unicode character"),
         }
         &digits[length..]
     }

@@ -35,6 +35,9 @@ pub(super) struct NameInfo {
     pub(super) nonlocal: Option<Span>,
     /// The first place it is used or bound at.
     first_seen: Option<Span>,
+    /// It is read somewhere in the scope; it has an annotation there.
+    read: bool,
+    annotated: bool,
     /// The first plain assignment or import of it.
     pub(super) binding: Option<(Span, Binding)>,
 }
@@ -183,6 +186,12 @@ impl Scopes<'_> {
     }
 
     fn use_name(&mut self, name: &str, span: Span) {
+        self.scope().name_mut(name).read = true;
+        self.mention(name, span);
+    }
+
+    /// A use that does not count as reading the name before its declaration: `x += 1` is an assignment.
+    fn mention(&mut self, name: &str, span: Span) {
         self.budget.worked(NAME);
         let scope = self.scope();
         scope.name_mut(name).first_seen.get_or_insert(span);
@@ -194,6 +203,12 @@ impl Scopes<'_> {
         let info = self.scope().name_mut(name);
         info.bound = true;
         info.first_seen.get_or_insert(span);
+    }
+
+    /// A name may be declared after its import, as in CPython.
+    fn bind_import(&mut self, name: &str) {
+        self.budget.worked(NAME);
+        self.scope().name_mut(name).bound = true;
     }
 
     fn note(&mut self, name: &str, span: Span, binding: Binding) {
@@ -235,7 +250,10 @@ impl Scopes<'_> {
                 }
             }
             StmtKind::AugAssign { target, value, .. } => {
-                self.expr(target);
+                match &target.kind {
+                    ExprKind::Name(name) => self.mention(name, target.span),
+                    _ => self.expr(target),
+                }
                 self.expr(value);
                 self.target(target);
             }
@@ -244,6 +262,9 @@ impl Scopes<'_> {
                 annotation,
                 value,
             } => {
+                if let ExprKind::Name(name) = &target.kind {
+                    self.annotate(name, target.span);
+                }
                 value.iter().for_each(|value| self.expr(value));
                 self.target(target);
                 // Classes keep the annotations of their names.
@@ -272,7 +293,7 @@ impl Scopes<'_> {
                 for alias in names {
                     let first = alias.name.name.split('.').next().unwrap_or("");
                     let bound = alias.alias.as_ref().map_or(first, |alias| &alias.name);
-                    self.bind(bound, alias.name.span);
+                    self.bind_import(bound);
                     self.note(bound, alias.name.span, Binding::Import);
                 }
             }
@@ -286,7 +307,7 @@ impl Scopes<'_> {
                 }
                 for alias in names {
                     let bound = alias.alias.as_ref().unwrap_or(&alias.name);
-                    self.bind(&bound.name, bound.span);
+                    self.bind_import(&bound.name);
                     self.note(&bound.name, bound.span, Binding::Import);
                 }
             }
@@ -366,7 +387,7 @@ impl Scopes<'_> {
 
     fn declare_nonlocal(&mut self, ident: &Ident) {
         if self.current == ScopeId(0) {
-            let message = "'nonlocal' at the top level: there is no function around it";
+            let message = "nonlocal declaration not allowed at module level";
             self.diagnostics
                 .push(Diagnostic::error("syntax", ident.span, message));
             return;
@@ -386,23 +407,25 @@ impl Scopes<'_> {
         self.budget.worked(NAME);
         let info = self.scope().name_mut(&ident.name);
         let name = quoted(&ident.name);
+        let is_first = info.global.is_none() && info.nonlocal.is_none();
+        // The words are CPython's.
         let trouble = if info.parameter {
-            Some(format!(
-                "'{name}' is a parameter and cannot be declared {word}"
-            ))
-        } else if info.first_seen.is_some()
-            && info.global.is_none()
-            && info.nonlocal.is_none()
-            && !lenient
-        {
-            Some(format!("'{name}' is used before its {word} declaration"))
-        } else {
+            Some(format!("name '{name}' is parameter and {word}"))
+        } else if info.first_seen.is_none() || !is_first || lenient {
             None
+        } else if info.read {
+            Some(format!("name '{name}' is used prior to {word} declaration"))
+        } else if info.annotated {
+            Some(format!("annotated name '{name}' can't be {word}"))
+        } else {
+            Some(format!(
+                "name '{name}' is assigned to before {word} declaration"
+            ))
         };
         let first_seen = info.first_seen;
         set(info, ident.span);
         if info.global.is_some() && info.nonlocal.is_some() {
-            let message = format!("'{name}' is declared both global and nonlocal");
+            let message = format!("name '{name}' is nonlocal and global");
             self.diagnostics
                 .push(Diagnostic::error("syntax", ident.span, message));
         } else if let Some(message) = trouble {
@@ -410,6 +433,23 @@ impl Scopes<'_> {
             let first = first_seen.unwrap_or(ident.span);
             self.diagnostics
                 .push(diagnostic.with_label(first, "first used here"));
+        }
+    }
+
+    /// `name: annotation`, which a declared name cannot have but at the top level.
+    fn annotate(&mut self, name: &str, span: Span) {
+        let in_module = self.current == ScopeId(0);
+        let info = self.scope().name_mut(name);
+        info.annotated = true;
+        let word = match (info.global.is_some(), info.nonlocal.is_some()) {
+            (true, _) => "global",
+            (_, true) => "nonlocal",
+            _ => return,
+        };
+        if !in_module {
+            let message = format!("annotated name '{}' can't be {word}", quoted(name));
+            self.diagnostics
+                .push(Diagnostic::error("syntax", span, message));
         }
     }
 
@@ -425,6 +465,10 @@ impl Scopes<'_> {
     fn function(&mut self, def: &FunctionDef) {
         self.exprs(&def.decorators);
         self.parameters_outside(&def.parameters);
+        let annotations = def.parameters.iter().filter_map(|p| p.annotation.as_ref());
+        annotations
+            .chain(&def.returns)
+            .for_each(|annotation| self.annotation(annotation));
         self.bind(&def.name.name, def.name.span);
         self.within(def.scope, ScopeKind::Function, |scopes| {
             def.parameters
@@ -432,6 +476,11 @@ impl Scopes<'_> {
                 .for_each(|parameter| scopes.bind_parameter(&parameter.name));
             scopes.block(&def.body);
         });
+    }
+
+    /// An annotation of a function; it is evaluated where the function is defined.
+    fn annotation(&mut self, annotation: &Expr) {
+        self.expr(annotation);
     }
 
     fn class(&mut self, def: &ClassDef) {

@@ -191,10 +191,7 @@ impl Assigner<'_, '_> {
             let info = info.clone();
             let owner = self.owner(id, &info.name);
             if let (Some(span), None) = (info.nonlocal, owner) {
-                let message = format!(
-                    "'{}' is declared nonlocal, but no function around binds it",
-                    quoted(&info.name)
-                );
+                let message = format!("no binding for nonlocal '{}' found", quoted(&info.name));
                 self.diagnostics
                     .push(Diagnostic::error("syntax", span, message));
             }

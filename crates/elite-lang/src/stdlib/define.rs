@@ -187,12 +187,7 @@ impl<'b, 'y> Builder<'b, 'y> {
     pub fn property(&self, class: &Class, name: &'static str, get: BoundFn) {
         let get = Builtin::bound(self.core(), name, "self", get);
         let none = || Value::None;
-        let property = crate::value::function::Property {
-            get,
-            set: none(),
-            delete: none(),
-            doc: none(),
-        };
+        let property = crate::value::function::Property::of(get, none(), none(), none());
         class.set(
             self.core().symbols.intern(name),
             Value::Property(Rc::new(property)),

@@ -12,6 +12,7 @@ use crate::eval::bulk::{EACH, PIECE, pieces};
 use crate::eval::pace::VALUE;
 use crate::format::float;
 use crate::value::int::Int;
+use crate::value::surrogate::{char_of, code_of, is_surrogate};
 use crate::value::{Dict, R, Raised, Value};
 
 pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
@@ -282,8 +283,7 @@ impl Reader<'_, '_> {
                         self.at = back;
                     }
                 }
-                // A lone surrogate is no character here.
-                out.push(char::from_u32(code).unwrap_or(char::REPLACEMENT_CHARACTER));
+                out.push(char_of(code).unwrap_or(char::REPLACEMENT_CHARACTER));
                 return Ok(());
             }
             Some(b'"') => '"',
@@ -561,6 +561,10 @@ impl Writer<'_, '_> {
                 '\u{8}' => self.out.push_str("\\b"),
                 '\u{c}' => self.out.push_str("\\f"),
                 c if (c as u32) < 0x20 || (self.ascii && !(' '..='~').contains(&c)) => {
+                    if is_surrogate(c) {
+                        self.out.push_str(&format!("\\u{:04x}", code_of(c)));
+                        continue;
+                    }
                     for unit in c.encode_utf16(&mut [0; 2]) {
                         self.out.push_str(&format!("\\u{unit:04x}"));
                     }

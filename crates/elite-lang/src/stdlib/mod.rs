@@ -6,6 +6,7 @@
 
 mod binary;
 mod bisect;
+mod codecs;
 mod collections;
 mod define;
 mod files;
@@ -49,6 +50,7 @@ use Content::{Native, Script};
 
 /// All modules, by name.
 const MODULES: &[(&str, Content)] = &[
+    ("_codecs", Native(codecs::fill)),
     ("_collections", Native(collections::fill)),
     ("_files", Native(files::fill)),
     ("_functools", Native(functools::fill)),
@@ -63,6 +65,7 @@ const MODULES: &[(&str, Content)] = &[
     ("_time", Native(time::fill)),
     ("abc", Script(include_str!("lib/abc.py"))),
     ("bisect", Native(bisect::fill)),
+    ("codecs", Script(include_str!("lib/codecs.py"))),
     ("collections", Script(include_str!("lib/collections.py"))),
     (
         "collections.abc",
@@ -76,6 +79,7 @@ const MODULES: &[(&str, Content)] = &[
     ("enum", Script(include_str!("lib/enum.py"))),
     ("functools", Script(include_str!("lib/functools.py"))),
     ("heapq", Script(include_str!("lib/heapq.py"))),
+    ("importlib", Script(include_str!("lib/importlib.py"))),
     ("io", Script(include_str!("lib/io.py"))),
     ("itertools", Native(itertools::fill)),
     ("json", Script(include_str!("lib/json.py"))),
@@ -145,6 +149,17 @@ pub fn present(ev: &Evaluator<'_>, name: Symbol) -> R<Option<Value>> {
     Ok(Some(module))
 }
 
+/// Whether a module of this name is the interpreter's own.
+pub fn is_own(name: &str) -> bool {
+    name == "builtins" || name == "__main__" || MODULES.iter().any(|(known, _)| *known == name)
+}
+
+/// Whether a module may have others in it.
+pub fn is_package(name: &str) -> bool {
+    // Those that are packages in CPython.
+    matches!(name, "collections" | "importlib" | "json" | "re")
+}
+
 /// The names of all modules that are meant for scripts.
 pub fn module_names() -> impl Iterator<Item = &'static str> {
     let names = MODULES.iter().map(|(name, _)| *name);
@@ -163,6 +178,10 @@ pub fn load(ev: &Evaluator<'_>, name: &str) -> R<Option<Rc<Module>>> {
     });
     module.namespace.set(known::NAME, Value::str(*name));
     core.modules.borrow_mut().push(module.clone());
+    if !name.starts_with('_') {
+        let entry = Value::Module(module.clone());
+        core.module_table.set_str(name, entry);
+    }
     core.loading.set(core.loading.get() + 1);
     let filled = match content {
         Native(fill) => fill(&Builder::new(ev, &module)),
@@ -176,11 +195,8 @@ pub fn load(ev: &Evaluator<'_>, name: &str) -> R<Option<Rc<Module>>> {
         core.modules
             .borrow_mut()
             .retain(|other| !Rc::ptr_eq(other, &module));
+        ev.dict_remove(&core.module_table, &Value::str(*name))?;
         return Err(raised);
-    }
-    if !name.starts_with('_') {
-        let entry = Value::Module(module.clone());
-        core.module_table.set_str(name, entry);
     }
     Ok(Some(module))
 }

@@ -91,9 +91,9 @@ pub struct Class {
     pub in_c: Cell<bool>,
     /// The builtin type its instances extend.
     pub base: Base,
-    bases: Vec<Rc<Class>>,
+    bases: Held<Rc<[Rc<Class>]>>,
     /// The method resolution order without the class itself.
-    ancestors: Vec<Rc<Class>>,
+    ancestors: Held<Rc<[Rc<Class>]>>,
     attrs: Held<AttrMap>,
     version: Cell<u32>,
     subclasses: WeakList<Class>,
@@ -163,8 +163,8 @@ impl Class {
             name: RefCell::new(name.into()),
             in_c: Cell::new(false),
             base,
-            bases,
-            ancestors,
+            bases: Held::new(bases.into()),
+            ancestors: Held::new(ancestors.into()),
             attrs: Held::default(),
             version: Cell::new(fresh_version()),
             subclasses: WeakList::default(),
@@ -176,7 +176,7 @@ impl Class {
             making: Cell::new((0, Making::General)),
             constructor: Held::default(),
         });
-        for parent in &class.bases {
+        for parent in &*class.bases() {
             parent.subclasses.push(&class);
         }
         class
@@ -223,13 +223,37 @@ impl Class {
     }
 
     /// `__bases__`.
-    pub fn bases(&self) -> &[Rc<Class>] {
-        &self.bases
+    pub fn bases(&self) -> Rc<[Rc<Class>]> {
+        self.bases.get()
     }
 
     /// The method resolution order without the class itself.
-    pub fn ancestors(&self) -> &[Rc<Class>] {
-        &self.ancestors
+    pub fn ancestors(&self) -> Rc<[Rc<Class>]> {
+        self.ancestors.get()
+    }
+
+    /// The method resolution order.
+    pub fn line(self: &Rc<Self>) -> Vec<Rc<Class>> {
+        let mut line = vec![self.clone()];
+        line.extend(self.ancestors().iter().cloned());
+        line
+    }
+
+    /// Sets `__bases__`; the resolution order is another matter (`set_ancestors`).
+    pub fn set_bases(self: &Rc<Self>, bases: Vec<Rc<Class>>) {
+        for parent in &bases {
+            let listed = parent.subclasses.alive();
+            if !listed.iter().any(|class| Rc::ptr_eq(class, self)) {
+                parent.subclasses.push(self);
+            }
+        }
+        self.bases.put(bases.into());
+    }
+
+    /// Sets the method resolution order without the class itself.
+    pub fn set_ancestors(&self, ancestors: Vec<Rc<Class>>) {
+        self.ancestors.put(ancestors.into());
+        self.changed();
     }
 
     /// Names the present state of the class; equal versions mean that nothing an inline cache relies on has changed.
@@ -243,13 +267,20 @@ impl Class {
         std::ptr::eq(self, other)
             || self
                 .ancestors
+                .borrow()
                 .iter()
                 .any(|class| std::ptr::eq(&**class, other))
     }
 
     /// Classes derived directly from this one that are still alive.
     pub fn subclasses(&self) -> Vec<Rc<Class>> {
-        self.subclasses.alive()
+        let mut alive = self.subclasses.alive();
+        // Some may have other bases now.
+        alive.retain(|class| {
+            let bases = class.bases.borrow();
+            bases.iter().any(|base| std::ptr::eq(&**base, self))
+        });
+        alive
     }
 
     /// The attributes of the class itself.
@@ -262,9 +293,8 @@ impl Class {
         if let Some(value) = self.attrs.borrow().get(name) {
             return Some(value.clone());
         }
-        self.ancestors
-            .iter()
-            .find_map(|class| class.attrs.borrow().get(name).cloned())
+        let ancestors = self.ancestors.borrow();
+        { ancestors.iter() }.find_map(|class| class.attrs.borrow().get(name).cloned())
     }
 
     /// Like `lookup`, with the place for a cache.
@@ -282,8 +312,8 @@ impl Class {
             ))
         };
         within(self, 0).or_else(|| {
-            self.ancestors
-                .iter()
+            let ancestors = self.ancestors.borrow();
+            { ancestors.iter() }
                 .enumerate()
                 .find_map(|(i, class)| within(class, i + 1))
         })
@@ -292,14 +322,19 @@ impl Class {
     /// The value at a place from `locate`, valid while the version is the same.
     #[inline]
     pub fn at(&self, location: Location) -> Value {
-        let attrs = match location.depth {
-            0 => self.attrs.borrow(),
-            depth => self.ancestors[depth as usize - 1].attrs.borrow(),
+        let index = location.index as usize;
+        let found = match location.depth {
+            0 => self.attrs.borrow().at(index).cloned(),
+            depth => {
+                let ancestors = self.ancestors.borrow();
+                ancestors[depth as usize - 1]
+                    .attrs
+                    .borrow()
+                    .at(index)
+                    .cloned()
+            }
         };
-        attrs
-            .at(location.index as usize)
-            .cloned()
-            .unwrap_or_default()
+        found.unwrap_or_default()
     }
 
     /// How calling the class makes an instance.
@@ -332,15 +367,16 @@ impl Class {
 
     /// Looks an attribute up in the classes after `class` in this one's resolution order, as `super` does.
     pub fn lookup_after(&self, class: &Class, name: Symbol) -> Option<Value> {
+        let ancestors = self.ancestors.borrow();
         let start = if std::ptr::eq(self, class) {
             0
         } else {
-            self.ancestors
+            ancestors
                 .iter()
                 .position(|other| std::ptr::eq(&**other, class))?
                 + 1
         };
-        self.ancestors[start..]
+        ancestors[start..]
             .iter()
             .find_map(|class| class.attrs.borrow().get(name).cloned())
     }
@@ -403,6 +439,7 @@ impl Class {
         self.slots.borrow().is_none()
             || self
                 .ancestors
+                .borrow()
                 .iter()
                 .any(|class| class.is_script && class.slots.borrow().is_none())
     }
@@ -413,7 +450,7 @@ impl Class {
             let slots = class.slots.borrow();
             slots.as_ref().is_some_and(|slots| slots.contains(&name))
         };
-        self.has_dict() || listed(self) || self.ancestors.iter().any(|class| listed(class))
+        self.has_dict() || listed(self) || self.ancestors.borrow().iter().any(|class| listed(class))
     }
 
     /// Adds the names of its attributes and of those of its instances to a set.
@@ -430,10 +467,21 @@ impl Class {
         self.layout.borrow()
     }
 
+    /// Whether instances have the same layout as those of another class: the same slots, and a `__dict__` or none.
+    pub fn is_laid_out_as(&self, other: &Class) -> bool {
+        let slots = |class: &Class| {
+            let own = class.slots.borrow();
+            own.as_ref().map(|slots| slots.to_vec())
+        };
+        self.base == other.base
+            && self.has_dict() == other.has_dict()
+            && (self.has_dict() || slots(self) == slots(other))
+    }
+
     /// Runs `each` on what it refers to, unless that is being changed.
     pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
-        let classes = self.bases.iter().chain(&self.ancestors);
-        for class in classes.chain(self.metaclass.get()) {
+        let (bases, ancestors) = (self.bases(), self.ancestors());
+        for class in bases.iter().chain(&*ancestors).chain(self.metaclass.get()) {
             each(&Value::Class(class.clone()));
         }
         if let Some(attrs) = self.attrs.try_borrow() {

@@ -6,7 +6,7 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use super::{Held, Value, trash};
+use super::{CellVar, Held, Value, trash};
 use crate::ops::hash::{Equal, quick_equal};
 
 const EMPTY: u32 = u32::MAX;
@@ -46,6 +46,20 @@ struct Table {
     tail: Cell<usize>,
     /// Slots that were taken by entries which moved, beyond one for each entry.
     moves: usize,
+    /// The values lie in variables that code refers to (`Dict::hold_variables`); an unbound one is no entry.
+    of_variables: bool,
+}
+
+impl Entry {
+    /// Its value, and whether there is one.
+    fn read(&self, of_variables: bool) -> Option<Value> {
+        match &self.value {
+            Value::Cell(variable) if of_variables => {
+                Some(variable.value.get()).filter(|value| !value.is_unbound())
+            }
+            value => (!self.key.is_unbound()).then(|| value.clone()),
+        }
+    }
 }
 
 /// What a search for a key found.
@@ -121,7 +135,7 @@ impl Table {
             .entries
             .iter()
             .enumerate()
-            .filter(|(_, e)| e.hash == hash && !e.key.is_unbound());
+            .filter(|(_, e)| e.hash == hash && !self.is_absent(e));
         Found::Ask(
             same_hash
                 .map(|(index, entry)| (index, entry.key.clone()))
@@ -130,7 +144,40 @@ impl Table {
         )
     }
 
+    /// Whether an entry has been deleted.
+    #[inline]
+    fn is_absent(&self, entry: &Entry) -> bool {
+        match self.of_variables {
+            true => entry.read(true).is_none(),
+            false => entry.key.is_unbound(),
+        }
+    }
+
+    /// Adds a key of a dictionary of variables; the variable is the one that code refers to already, if there is one.
+    #[cold]
+    #[inline(never)]
+    fn append_variable(&mut self, hash: u64, key: Value, value: Value) {
+        let known = match self.find(hash, &key) {
+            Found::At(index) => self.delete(index).1,
+            Found::Nowhere | Found::Ask(..) => Value::Unbound,
+        };
+        let variable = match known {
+            Value::Cell(variable) => variable,
+            _ => Rc::default(),
+        };
+        // It was unbound.
+        variable.value.put(value);
+        self.push(hash, key, Value::Cell(variable));
+    }
+
     fn append(&mut self, hash: u64, key: Value, value: Value) {
+        match self.of_variables {
+            true => self.append_variable(hash, key, value),
+            false => self.push(hash, key, value),
+        }
+    }
+
+    fn push(&mut self, hash: u64, key: Value, value: Value) {
         let index = self.entries.len();
         if index == self.entries.capacity() && self.live < index / 2 {
             self.compact();
@@ -270,7 +317,11 @@ impl Dict {
     /// Number of keys.
     #[inline]
     pub fn len(&self) -> usize {
-        self.table.borrow().live
+        let table = self.table.borrow();
+        match table.of_variables {
+            true => count_bound(&table),
+            false => table.live,
+        }
     }
 
     /// Whether there are no keys.
@@ -281,7 +332,13 @@ impl Dict {
     /// Searches a key with its hash.
     #[inline]
     pub fn find(&self, hash: u64, key: &Value) -> Found {
-        self.table.borrow().find(hash, key)
+        let table = self.table.borrow();
+        match table.find(hash, key) {
+            Found::At(index) if table.of_variables && table.is_absent(&table.entries[index]) => {
+                Found::Nowhere
+            }
+            found => found,
+        }
     }
 
     /// Changes whenever keys come or go; values may change without.
@@ -301,7 +358,11 @@ impl Dict {
     /// The value of the entry at an index from `find`.
     #[inline]
     pub fn value_at(&self, index: usize) -> Value {
-        self.table.borrow().entries[index].value.clone()
+        let table = self.table.borrow();
+        match &table.entries[index].value {
+            Value::Cell(variable) if table.of_variables => variable.value.get(),
+            value => value.clone(),
+        }
     }
 
     /// Replaces the value of the entry at an index from `find`.
@@ -309,7 +370,10 @@ impl Dict {
     pub fn set_value_at(&self, index: usize, value: Value) {
         let old = self
             .table
-            .change(|table| std::mem::replace(&mut table.entries[index].value, value));
+            .change(|table| match &table.entries[index].value {
+                Value::Cell(variable) if table.of_variables => variable.value.replace(value),
+                _ => std::mem::replace(&mut table.entries[index].value, value),
+            });
         drop(old);
     }
 
@@ -343,7 +407,19 @@ impl Dict {
 
     /// Deletes the entry at an index from `find`; returns key and value.
     pub fn delete_at(&self, index: usize) -> (Value, Value) {
-        self.table.change(|table| table.delete(index))
+        self.table.change(|table| {
+            let entry = &table.entries[index];
+            if let (true, Value::Cell(variable)) = (table.of_variables, &entry.value) {
+                let removed = (entry.key.clone(), variable.value.take());
+                table.generation += 1;
+                // One that no code refers to goes as a whole; it holds nothing any more.
+                if Rc::strong_count(variable) == 1 {
+                    drop(table.delete(index));
+                }
+                return removed;
+            }
+            table.delete(index)
+        })
     }
 
     /// The first entry at position `from` or later, and the position after it. Positions survive changes of values,
@@ -355,11 +431,12 @@ impl Dict {
         loop {
             let entry = table.entries.get(at)?;
             at += 1;
-            if !entry.key.is_unbound() {
-                if from <= head {
+            if let Some(value) = entry.read(table.of_variables) {
+                // A variable before it may be bound again.
+                if from <= head && !table.of_variables {
                     table.head.set(at - 1);
                 }
-                return Some((at, entry.key.clone(), entry.value.clone()));
+                return Some((at, entry.key.clone(), value));
             }
         }
     }
@@ -371,12 +448,12 @@ impl Dict {
         let end = from.min(tail);
         let at = table.entries[..end]
             .iter()
-            .rposition(|entry| !entry.key.is_unbound())?;
-        if end == tail {
+            .rposition(|entry| !table.is_absent(entry))?;
+        if end == tail && !table.of_variables {
             table.tail.set(at + 1);
         }
         let entry = &table.entries[at];
-        Some((at, entry.key.clone(), entry.value.clone()))
+        Some((at, entry.key.clone(), entry.read(table.of_variables)?))
     }
 
     /// All keys with their hashes and values, in order. For dictionaries that are small or nobody else's.
@@ -396,8 +473,10 @@ impl Dict {
         let table = self.table.borrow();
         let end = from.saturating_add(count).min(table.entries.len());
         let live = table.entries.get(from..end)?.iter();
-        let live = live.filter(|entry| !entry.key.is_unbound());
-        out.extend(live.map(|entry| (entry.hash, entry.key.clone(), entry.value.clone())));
+        out.extend(live.filter_map(|entry| {
+            let value = entry.read(table.of_variables)?;
+            Some((entry.hash, entry.key.clone(), value))
+        }));
         (end < table.entries.len()).then_some(end)
     }
 
@@ -420,7 +499,7 @@ impl Dict {
         table
             .entries
             .iter()
-            .filter(|entry| !entry.key.is_unbound())
+            .filter(|entry| !table.is_absent(entry))
             .map(|entry| entry.key.clone())
             .collect()
     }
@@ -431,13 +510,21 @@ impl Dict {
         table
             .entries
             .iter()
-            .filter(|entry| !entry.key.is_unbound())
-            .map(|entry| entry.value.clone())
+            .filter_map(|entry| entry.read(table.of_variables))
             .collect()
     }
 
     /// Removes everything.
     pub fn clear(&self) {
+        let bound = self.variables();
+        if !bound.is_empty() {
+            // Code still refers to them.
+            self.table.change(|table| table.generation += 1);
+            bound
+                .into_iter()
+                .for_each(|variable| drop(variable.value.take()));
+            return;
+        }
         let old = self.table.change(|table| {
             let generation = table.generation + 1;
             let empty = Table {
@@ -461,7 +548,11 @@ impl Dict {
                     let table = self.table.borrow();
                     let end = table.entries.len().min(at + SOME);
                     let some = table.entries.get(at..end).unwrap_or_default();
-                    entries.extend(some.iter().filter(|e| !e.key.is_unbound()).cloned());
+                    entries.extend(some.iter().filter_map(|entry| {
+                        let value = entry.read(table.of_variables)?;
+                        let (hash, key) = (entry.hash, entry.key.clone());
+                        Some(Entry { hash, key, value })
+                    }));
                     end
                 };
                 if end <= at {
@@ -564,6 +655,107 @@ impl Dict {
             Found::Nowhere | Found::Ask(..) => self.append(hash, key, value),
         }
     }
+}
+
+impl Dict {
+    /// Moves its values into variables, for code to refer to: it is the namespace of a text from now on. What such a
+    /// dictionary has, and what the variables hold, is the same then; one that is unbound is not in it.
+    pub fn hold_variables(&self) {
+        self.table.change(|table| {
+            if table.of_variables {
+                return;
+            }
+            for entry in table.entries.iter_mut().filter(|e| !e.key.is_unbound()) {
+                let value = std::mem::take(&mut entry.value);
+                entry.value = Value::Cell(CellVar::new(value));
+            }
+            table.of_variables = true;
+        });
+    }
+
+    /// The variable of a name in a dictionary that holds variables; made, unbound, if there is none.
+    pub fn variable(&self, name: &Value) -> Rc<CellVar> {
+        let Value::Str(text) = name else {
+            return Rc::default();
+        };
+        let hash = text.hash();
+        self.table.change(|table| {
+            if let Found::At(index) = table.find(hash, name)
+                && let Value::Cell(variable) = &table.entries[index].value
+            {
+                return variable.clone();
+            }
+            let variable: Rc<CellVar> = Rc::default();
+            table.push(hash, name.clone(), Value::Cell(variable.clone()));
+            variable
+        })
+    }
+
+    /// Enters a variable that code refers to, in the place of one of the same name.
+    pub fn enter_variable(&self, name: &Value, variable: Rc<CellVar>) {
+        let Value::Str(text) = name else { return };
+        let hash = text.hash();
+        let old = self.table.change(|table| match table.find(hash, name) {
+            Found::At(index) => {
+                std::mem::replace(&mut table.entries[index].value, Value::Cell(variable))
+            }
+            Found::Nowhere | Found::Ask(..) => {
+                table.push(hash, name.clone(), Value::Cell(variable));
+                Value::Unbound
+            }
+        });
+        drop(old);
+    }
+
+    /// All variables of a dictionary that holds them, bound or not.
+    pub fn variables(&self) -> Vec<Rc<CellVar>> {
+        let table = self.table.borrow();
+        let entries = table.entries.iter().filter(|_| table.of_variables);
+        let variable = |entry: &Entry| match &entry.value {
+            Value::Cell(variable) => Some(variable.clone()),
+            _ => None,
+        };
+        entries.filter_map(variable).collect()
+    }
+
+    /// Forgets the variables that are unbound and that nobody else refers to.
+    pub fn forget_unused_variables(&self) {
+        let gone = self.table.change(|table| {
+            let is_unused = |entry: &Entry| match &entry.value {
+                Value::Cell(variable) => {
+                    Rc::strong_count(variable) == 1 && variable.value.borrow().is_unbound()
+                }
+                _ => false,
+            };
+            let unused: Vec<usize> = (0..table.entries.len())
+                .filter(|index| table.of_variables && is_unused(&table.entries[*index]))
+                .collect();
+            let gone: Vec<_> = unused
+                .iter()
+                .map(|index| {
+                    let entry = &mut table.entries[*index];
+                    table.live -= 1;
+                    (
+                        std::mem::take(&mut entry.key),
+                        std::mem::take(&mut entry.value),
+                    )
+                })
+                .collect();
+            if !gone.is_empty() {
+                table.generation += 1;
+                table.compact();
+            }
+            gone
+        });
+        drop(gone);
+    }
+}
+
+/// The entries of a table of variables that are bound.
+#[cold]
+fn count_bound(table: &Table) -> usize {
+    let bound = table.entries.iter().filter(|entry| !table.is_absent(entry));
+    bound.count()
 }
 
 fn empty_slots<E>(size: usize, between: Between<'_, E>) -> Result<Vec<u32>, E> {

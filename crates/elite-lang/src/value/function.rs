@@ -16,6 +16,10 @@ pub struct Function {
     pub defaults: Held<Rc<[Value]>>,
     /// Defaults of the keyword-only parameters, `Unbound` where there is none.
     pub keyword_defaults: Box<[Value]>,
+    /// The same as a dictionary, once a script has asked for it or set it.
+    pub keyword_defaults_dict: Held<Option<Value>>,
+    /// `__annotations__`; None until there are any.
+    pub annotations: Held<Option<Value>>,
     /// Cells of outer functions.
     pub closure: Box<[Rc<CellVar>]>,
     /// Attributes set by scripts, and what `__name__` and the like were changed to.
@@ -34,6 +38,8 @@ impl Function {
             code,
             defaults,
             keyword_defaults: Box::default(),
+            keyword_defaults_dict: Held::default(),
+            annotations: Held::default(),
             closure,
             attrs: Held::default(),
             noted: Cell::new(false),
@@ -65,6 +71,11 @@ impl Drop for Function {
             trash::dismantle_all(defaults);
         }
         trash::dismantle_all(&mut self.keyword_defaults);
+        for held in [&mut self.keyword_defaults_dict, &mut self.annotations] {
+            if let Some(value) = held.get_mut() {
+                trash::dismantle_one(value);
+            }
+        }
     }
 }
 
@@ -83,13 +94,38 @@ impl Drop for BoundMethod {
 }
 
 /// A property; parts that are missing are `None`.
-#[derive(Clone)]
 #[allow(missing_docs)]
 pub struct Property {
     pub get: Value,
     pub set: Value,
     pub delete: Value,
-    pub doc: Value,
+    pub doc: Held<Value>,
+    /// The documentation is the getter's.
+    pub is_getters_doc: bool,
+    /// What it is called in its class, `Unbound` until a class tells it.
+    pub name: Held<Value>,
+}
+
+impl Property {
+    /// A property of the interpreter's own.
+    pub fn of(get: Value, set: Value, delete: Value, doc: Value) -> Self {
+        Property {
+            get,
+            set,
+            delete,
+            doc: Held::new(doc),
+            is_getters_doc: false,
+            name: Held::default(),
+        }
+    }
+
+    /// Its own name, or the one it was asked by.
+    pub fn name_or(&self, asked: &str) -> String {
+        match &*self.name.borrow() {
+            Value::Str(own) => own.as_str().to_owned(),
+            _ => asked.to_owned(),
+        }
+    }
 }
 
 impl Drop for Property {
@@ -98,7 +134,7 @@ impl Drop for Property {
             &mut self.get,
             &mut self.set,
             &mut self.delete,
-            &mut self.doc,
+            self.doc.get_mut(),
         ]);
     }
 }

@@ -19,6 +19,7 @@ pub mod module;
 pub mod range;
 pub mod set;
 pub mod string;
+pub mod surrogate;
 pub mod symbol;
 pub mod trash;
 pub mod weak;

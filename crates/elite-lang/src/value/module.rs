@@ -1,10 +1,10 @@
 //! Modules and the namespaces of globals.
 
-use std::cell::{Cell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::rc::Rc;
 
-use super::symbol::{SymbolMap, SymbolSet};
-use super::{CellVar, Symbol, Value};
+use super::symbol::{SymbolMap, SymbolSet, Symbols};
+use super::{CellVar, Dict, Symbol, Value};
 
 /// Names up to which a namespace is not searched for unused ones.
 const NAMES_MIN: usize = 1024;
@@ -28,8 +28,30 @@ pub struct Namespace {
     limit: Cell<usize>,
     /// It is that of an evaluated text, and of nothing else.
     of_text: Cell<bool>,
+    /// Names at the top level of the text are looked up in a mapping of a script first.
+    by_mapping: Cell<bool>,
     /// Where names are looked up that are not here.
     parent: Option<Rc<Namespace>>,
+    /// The dictionary with the same variables that scripts have of it.
+    shown: OnceCell<Shown>,
+    /// What names mean that are bound nowhere, if that is not the interpreter's own builtins.
+    builtins: OnceCell<Rc<Namespace>>,
+}
+
+/// A namespace as a dictionary of scripts: both have the same variables, each made in whichever is asked first.
+struct Shown {
+    dict: Rc<Dict>,
+    symbols: Rc<Symbols>,
+}
+
+impl Shown {
+    fn variable(&self, name: Symbol) -> Rc<CellVar> {
+        self.dict.variable(&self.symbols.value(name))
+    }
+
+    fn get(&self, name: Symbol) -> Option<Value> {
+        self.dict.get_str(&self.symbols.name(name))
+    }
 }
 
 impl Namespace {
@@ -39,6 +61,44 @@ impl Namespace {
             parent: Some(parent),
             ..Namespace::default()
         }
+    }
+
+    /// The dictionary with its variables, if it has one.
+    pub fn shown(&self) -> Option<Rc<Dict>> {
+        self.shown.get().map(|shown| shown.dict.clone())
+    }
+
+    /// Makes `dict` show its variables from now on; names it has are names of the namespace. Once only.
+    pub fn show_in(&self, dict: Rc<Dict>, symbols: &Rc<Symbols>) {
+        dict.hold_variables();
+        for name in &*self.order.borrow() {
+            if let Some(variable) = self.cells.borrow().get(name) {
+                dict.enter_variable(&symbols.value(*name), variable.clone());
+            }
+        }
+        let symbols = symbols.clone();
+        let _ = self.shown.set(Shown { dict, symbols });
+    }
+
+    /// What unbound names mean, if that is not the interpreter's own builtins.
+    pub fn builtins(&self) -> Option<&Rc<Namespace>> {
+        let outer = || self.parent.as_ref()?.builtins();
+        self.builtins.get().or_else(outer)
+    }
+
+    /// Says that the top level of the text goes through a mapping.
+    pub fn set_by_mapping(&self) {
+        self.by_mapping.set(true);
+    }
+
+    /// Whether the top level of the text goes through a mapping.
+    pub fn is_by_mapping(&self) -> bool {
+        self.by_mapping.get()
+    }
+
+    /// Sets what unbound names mean, once.
+    pub fn set_builtins(&self, builtins: Rc<Namespace>) {
+        let _ = self.builtins.set(builtins);
     }
 
     /// Makes it the namespace of an evaluated text.
@@ -54,7 +114,7 @@ impl Namespace {
     /// The cell of a name; if there is none yet, one is made in the namespace at the back. `Unbound` until assigned.
     pub fn cell(&self, name: Symbol) -> Rc<CellVar> {
         match &self.parent {
-            Some(parent) if !self.cells.borrow().contains_key(&name) => parent.cell(name),
+            Some(parent) if !self.mentions(name) => parent.cell(name),
             _ => self.own_cell(name),
         }
     }
@@ -62,17 +122,24 @@ impl Namespace {
     /// The cell that a name of this very namespace hides in the one behind it; None for other names.
     pub fn behind(&self, name: Symbol) -> Option<Rc<CellVar>> {
         let parent = self.parent.as_ref()?;
-        let hides = self.cells.borrow().contains_key(&name);
-        hides.then(|| parent.cell(name))
+        self.mentions(name).then(|| parent.cell(name))
     }
 
     /// Whether the name has been mentioned as one of this very namespace, bound or not.
     pub fn mentions(&self, name: Symbol) -> bool {
         self.cells.borrow().contains_key(&name)
+            || self
+                .shown
+                .get()
+                .is_some_and(|shown| shown.get(name).is_some())
     }
 
     /// Makes a name stand for an existing variable.
     pub fn share(&self, name: Symbol, cell: Rc<CellVar>) {
+        if let Some(shown) = self.shown.get() {
+            let name = shown.symbols.value(name);
+            shown.dict.enter_variable(&name, cell.clone());
+        }
         if self.cells.borrow_mut().insert(name, cell).is_none() {
             self.order.borrow_mut().push(name);
         }
@@ -84,8 +151,13 @@ impl Namespace {
             return cell.clone();
         }
         self.forget_unused_if_many();
+        let variable = match self.shown.get() {
+            Some(shown) => shown.variable(name),
+            None => Rc::default(),
+        };
         self.order.borrow_mut().push(name);
-        self.cells.borrow_mut().entry(name).or_default().clone()
+        self.cells.borrow_mut().insert(name, variable.clone());
+        variable
     }
 
     /// Names that are unbound, and that no code refers to, leave whenever their number has doubled: a program that evaluates
@@ -102,6 +174,7 @@ impl Namespace {
     /// name to go on with; None at the end.
     pub fn forget_some_unused(&self, from: usize, count: usize) -> Option<usize> {
         let mut cells = self.cells.borrow_mut();
+        let own = 1 + usize::from(self.shown.get().is_some());
         let mut order = self.order.borrow_mut();
         let end = order.len().min(from.saturating_add(count));
         let from = from.min(end);
@@ -110,7 +183,7 @@ impl Namespace {
             let name = order[at];
             let is_unused = cells
                 .get(&name)
-                .is_none_or(|cell| Rc::strong_count(cell) == 1 && cell.value.borrow().is_unbound());
+                .is_none_or(|cell| Rc::strong_count(cell) <= own && cell.value.borrow().is_unbound());
             if is_unused {
                 // It is unbound, so no code runs.
                 cells.remove(&name);
@@ -125,6 +198,9 @@ impl Namespace {
 
     /// After all of them: when to look again.
     pub fn end_forgetting(&self) {
+        if let Some(shown) = self.shown.get() {
+            shown.dict.forget_unused_variables();
+        }
         let mut cells = self.cells.borrow_mut();
         self.limit.set(cells.len() * 2);
         cells.shrink_to(self.limit.get());
@@ -144,7 +220,10 @@ impl Namespace {
 
     /// The value of a name, if it is bound.
     pub fn get(&self, name: Symbol) -> Option<Value> {
-        let value = self.cells.borrow().get(&name)?.value.borrow().clone();
+        let value = match self.cells.borrow().get(&name) {
+            Some(cell) => cell.value.borrow().clone(),
+            None => self.shown.get()?.get(name)?,
+        };
         (!value.is_unbound()).then_some(value)
     }
 
@@ -157,6 +236,14 @@ impl Namespace {
 
     /// All bound names with their values, in the order they first appeared.
     pub fn entries(&self) -> Vec<(Symbol, Value)> {
+        if let Some(shown) = self.shown.get() {
+            let entries = shown.dict.entries().into_iter();
+            let named = entries.filter_map(|(_, key, value)| match key {
+                Value::Str(text) => Some((shown.symbols.take(text.as_str()), value)),
+                _ => None,
+            });
+            return named.collect();
+        }
         self.order
             .borrow()
             .iter()
@@ -175,6 +262,9 @@ impl Namespace {
         for cell in cells {
             let value = cell.value.take();
             drop(value);
+        }
+        if let Some(shown) = self.shown.get() {
+            shown.dict.clear();
         }
     }
 }

@@ -409,6 +409,21 @@ fn by_text(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
         .str
         .lookup(ev.core.symbols.intern(name))
         .unwrap_or_default();
+    let bytes_at: &[usize] = match name {
+        "partition" | "rpartition" | "removeprefix" | "removesuffix" => &[1],
+        "split" | "rsplit" | "strip" | "lstrip" | "rstrip" => &[1],
+        "replace" => &[1, 2],
+        _ => &[],
+    };
+    for arg in bytes_at.iter().filter_map(|place| args.get(*place)) {
+        let may_be_none = name.ends_with("split") || name.ends_with("strip");
+        let is_left_out = arg.is_unbound() || arg.is_none() && may_be_none;
+        if !is_left_out && ev.bytes_like(arg).is_none() {
+            let found = ev.core.types.name_of(arg);
+            let text = format!("a bytes-like object is required, not '{found}'");
+            return Err(ev.type_error(text));
+        }
+    }
     let given = args.iter().take_while(|arg| !arg.is_unbound());
     let texts: R<Vec<Value>> = given.map(|arg| to_text(ev, arg)).collect();
     let result = ev.call(&method, &mut texts?, &[])?;

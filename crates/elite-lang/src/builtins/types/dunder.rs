@@ -128,7 +128,23 @@ const TEXT: List = &[
         if spec.is_empty() {
             return ev.str(&args[0]).map(Value::str);
         }
-        ev.format_into(&ev.plain(&args[0]), &spec, &mut out)?;
+        let plain = ev.plain(&args[0]);
+        let takes_spec = matches!(
+            plain,
+            Value::Bool(_)
+                | Value::Int(_)
+                | Value::BigInt(_)
+                | Value::Float(_)
+                | Value::Complex(_)
+                | Value::Str(_)
+        );
+        if !takes_spec {
+            let name = ev.core.types.name_of(&args[0]);
+            return Err(ev.type_error(format!(
+                "unsupported format string passed to {name}.__format__"
+            )));
+        }
+        ev.format_into(&plain, &spec, &mut out)?;
         Ok(Value::str(out))
     }),
 ];

@@ -21,7 +21,26 @@ pub(super) fn install(core: &Rc<Core>) {
                 }
                 Err(super::wrong_receiver(ev, "BaseException", &args[0]))
             }),
-            ("with_traceback", "tb /", |_, args| Ok(args[0].clone())),
+            ("with_traceback", "tb /", |ev, args| {
+                let is_traceback = match &args[1] {
+                    Value::None => true,
+                    other => Rc::ptr_eq(ev.core.types.of(other), &ev.core.types.traceback),
+                };
+                if !is_traceback {
+                    return Err(ev.type_error("__traceback__ must be a traceback or None"));
+                }
+                Ok(args[0].clone())
+            }),
+            ("__reduce__", "", |ev, args| {
+                let class = Value::Class(ev.core.types.of(&args[0]).clone());
+                let given = ev.attribute(&args[0], known::ARGS)?;
+                match ev.attribute_or_none(&args[0], known::DICT)? {
+                    Some(Value::Dict(dict)) if !dict.is_empty() => {
+                        Ok(Value::triple([class, given, Value::Dict(dict)]))
+                    }
+                    _ => Ok(Value::pair(class, given)),
+                }
+            }),
             ("add_note", "note /", add_note),
         ],
     );

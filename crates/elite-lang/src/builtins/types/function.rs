@@ -3,10 +3,12 @@
 use std::rc::Rc;
 
 use super::{constructor, methods, wrong_receiver};
+use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
 use crate::value::function::Property;
+use crate::value::instance::Payload;
 use crate::value::symbol::known;
-use crate::value::{R, Value};
+use crate::value::{Held, R, Raised, Value};
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
@@ -14,36 +16,63 @@ pub(super) fn install(core: &Rc<Core>) {
         core,
         &types.property,
         "fget? fset? fdel? doc?",
-        |ev, args| {
-            let part = |value: &Value| value.given().cloned().unwrap_or(Value::None);
-            let (get, set, delete) = (part(&args[0]), part(&args[1]), part(&args[2]));
-            let doc = match args[3].given() {
-                Some(doc) => doc.clone(),
-                None if get.is_none() => Value::None,
-                None => ev
-                    .attribute_or_none(&get, known::DOC)?
-                    .unwrap_or(Value::None),
-            };
-            Ok(Value::Property(Rc::new(Property {
-                get,
-                set,
-                delete,
-                doc,
-            })))
-        },
+        |ev, args| made(ev, args).map(|property| Value::Property(Rc::new(property))),
     );
     methods(
         core,
         &types.property,
         &[
+            ("__init__", "fget? fset? fdel? doc?", |ev, args| {
+                let property = made(ev, &args[1..])?;
+                let Value::Instance(instance) = &args[0] else {
+                    return Err(wrong_receiver(ev, "property", &args[0]));
+                };
+                // In classes derived from it the documentation is an attribute like others.
+                let doc = property.doc.get();
+                if let Payload::Value(held) = &instance.payload {
+                    ev.core.note_instance(instance);
+                    held.put(Value::Property(Rc::new(property)));
+                }
+                instance.set(known::DOC, doc, &ev.core.symbols);
+                Ok(Value::None)
+            }),
             ("getter", "function /", |ev, args| {
-                changed(ev, args, |property, function| property.get = function)
+                changed(ev, args, |parts, function| parts[0] = function)
             }),
             ("setter", "function /", |ev, args| {
-                changed(ev, args, |property, function| property.set = function)
+                changed(ev, args, |parts, function| parts[1] = function)
             }),
             ("deleter", "function /", |ev, args| {
-                changed(ev, args, |property, function| property.delete = function)
+                changed(ev, args, |parts, function| parts[2] = function)
+            }),
+            ("__get__", "instance owner? /", |ev, args| {
+                let property = property(ev, &args[0])?;
+                match &args[1] {
+                    Value::None => Ok(args[0].clone()),
+                    _ if property.get.is_none() => Err(lacking(ev, &property, &args[1], "getter")),
+                    instance => ev.call1(&property.get, instance.clone()),
+                }
+            }),
+            ("__set__", "instance value /", |ev, args| {
+                let property = property(ev, &args[0])?;
+                if property.set.is_none() {
+                    return Err(lacking(ev, &property, &args[1], "setter"));
+                }
+                let mut given = [args[1].clone(), args[2].clone()];
+                ev.call(&property.set, &mut given, &[])?;
+                Ok(Value::None)
+            }),
+            ("__delete__", "instance /", |ev, args| {
+                let property = property(ev, &args[0])?;
+                if property.delete.is_none() {
+                    return Err(lacking(ev, &property, &args[1], "deleter"));
+                }
+                ev.call1(&property.delete, args[1].clone())?;
+                Ok(Value::None)
+            }),
+            ("__set_name__", "owner name /", |ev, args| {
+                property(ev, &args[0])?.name.put(args[2].clone());
+                Ok(Value::None)
             }),
         ],
     );
@@ -51,7 +80,7 @@ pub(super) fn install(core: &Rc<Core>) {
         core,
         &types.function,
         &[("__get__", "instance owner? /", |_, args| {
-            if args[0].is_none() || args[1].is_none() {
+            if args[1].is_none() {
                 return Ok(args[0].clone());
             }
             let (function, receiver) = (args[0].clone(), args[1].clone());
@@ -99,12 +128,68 @@ fn unwrapped(function: &Value) -> Rc<Value> {
     }
 }
 
-/// A copy of a property with one part replaced.
-fn changed(ev: &Evaluator<'_>, args: &mut [Value], change: impl FnOnce(&mut Property, Value)) -> R {
-    let Value::Property(property) = &args[0] else {
-        return Err(wrong_receiver(ev, "property", &args[0]));
+/// A property of the arguments `fget`, `fset`, `fdel`, `doc`.
+fn made(ev: &Evaluator<'_>, args: &[Value]) -> R<Property> {
+    let part = |value: &Value| value.given().cloned().unwrap_or(Value::None);
+    let (get, set, delete) = (part(&args[0]), part(&args[1]), part(&args[2]));
+    let given = args[3].given().filter(|doc| !doc.is_none());
+    let doc = match given {
+        Some(doc) => doc.clone(),
+        None if get.is_none() => Value::None,
+        None => ev
+            .attribute_or_none(&get, known::DOC)?
+            .unwrap_or(Value::None),
     };
-    let mut property = (**property).clone();
-    change(&mut property, args[1].clone());
-    Ok(Value::Property(Rc::new(property)))
+    Ok(Property {
+        get,
+        set,
+        delete,
+        is_getters_doc: given.is_none() && !doc.is_none(),
+        doc: Held::new(doc),
+        name: Held::default(),
+    })
+}
+
+fn property(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Property>> {
+    match ev.plain(value) {
+        Value::Property(property) => Ok(property),
+        _ => Err(wrong_receiver(ev, "property", value)),
+    }
+}
+
+/// The error for a property that has no getter, setter or deleter.
+#[cold]
+fn lacking(ev: &Evaluator<'_>, property: &Property, instance: &Value, part: &str) -> Raised {
+    let class = ev.qualname_of(ev.core.types.of(instance));
+    let message = match &*property.name.borrow() {
+        Value::Str(name) => {
+            format!(
+                "property '{}' of '{class}' object has no {part}",
+                name.as_str()
+            )
+        }
+        _ => format!("property of '{class}' object has no {part}"),
+    };
+    ev.raise(ExceptionKind::AttributeError, message)
+}
+
+/// A property like this one with one part replaced, of the same class. Documentation that is the getter's goes with it.
+fn changed(
+    ev: &Evaluator<'_>,
+    args: &mut [Value],
+    change: impl FnOnce(&mut [Value; 4], Value),
+) -> R {
+    let old = property(ev, &args[0])?;
+    let doc = match old.is_getters_doc && !old.get.is_none() {
+        true => Value::None,
+        false => old.doc.get(),
+    };
+    let mut parts = [old.get.clone(), old.set.clone(), old.delete.clone(), doc];
+    change(&mut parts, args[1].clone());
+    let class = Value::Class(ev.core.types.of(&args[0]).clone());
+    let new = ev.call(&class, &mut parts, &[])?;
+    if let Ok(new) = property(ev, &new) {
+        new.name.put(old.name.get());
+    }
+    Ok(new)
 }

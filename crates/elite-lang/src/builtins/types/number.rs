@@ -201,7 +201,10 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     match parse_int(ev, &text, base as u32)? {
         Some(int) => Ok(int),
         None => {
-            let shown = ev.repr(value)?;
+            let shown = match ev.plain(value) {
+                Value::ByteArray(array) => ev.repr(&Value::bytes(array.borrow().to_vec()))?,
+                _ => ev.repr(value)?,
+            };
             Err(ev.value_error(format!(
                 "invalid literal for int() with base {base}: {shown}"
             )))

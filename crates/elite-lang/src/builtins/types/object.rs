@@ -10,17 +10,31 @@ use crate::eval::{Core, Evaluator};
 use crate::ops::hash::address_hash;
 use crate::value::instance::Payload;
 use crate::value::symbol::{Passing, known};
-use crate::value::{Instance, R, Value};
+use crate::value::{Instance, Module, R, Value};
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
-    constructor(core, &types.object, "", |ev, _| {
-        Ok(Value::Instance(Instance::new(
-            ev.core.types.object.clone(),
-            Payload::None,
-        )))
+    raw_constructor(&types.object, |ev, args| {
+        if !args.positional.is_empty() || !args.keywords.is_empty() {
+            return Err(ev.type_error("object() takes no arguments"));
+        }
+        let class = ev.core.types.object.clone();
+        Ok(Value::Instance(Instance::new(class, Payload::None)))
     });
     constructor(core, &types.none, "", |_, _| Ok(Value::None));
+    constructor(core, &types.module, "name doc?", |ev, args| {
+        let Value::Str(name) = ev.plain(&args[0]) else {
+            let found = ev.core.types.name_of(&args[0]);
+            let text = format!("module() argument 'name' must be str, not {found}");
+            return Err(ev.type_error(text));
+        };
+        let namespace = ev.core.new_namespace(None);
+        let doc = args[1].given().cloned().unwrap_or(Value::None);
+        namespace.set(known::NAME, Value::Str(name.clone()));
+        namespace.set(known::DOC, doc);
+        let name = name.as_str().into();
+        Ok(Value::Module(Rc::new(Module { name, namespace })))
+    });
     raw_constructor(&types.type_, type_of);
     methods(
         core,
@@ -34,7 +48,12 @@ pub(super) fn install(core: &Rc<Core>) {
                 Value::Class(class) => Ok(Value::list(
                     class.subclasses().into_iter().map(Value::Class).collect(),
                 )),
-                other => Err(wrong_receiver(ev, "type", other)),
+                other => {
+                    let name = ev.core.types.name_of(other);
+                    Err(ev.type_error(format!(
+                        "descriptor '__subclasses__' for 'type' objects doesn't apply to a '{name}' object"
+                    )))
+                }
             }),
         ],
     );
@@ -86,7 +105,14 @@ pub(super) fn install(core: &Rc<Core>) {
 /// when a script names them: `super().__init__()`, `object.__setattr__(self, name, value)`.
 fn install_natural(core: &Rc<Core>) {
     let natural = &core.types.natural;
-    raw_method(core, natural, "__init__", |_, _| Ok(Value::None));
+    raw_method(core, natural, "__init__", |ev, args| {
+        let excess = args.positional.len() > 1 || !args.keywords.is_empty();
+        match args.positional.first() {
+            Some(Value::Instance(instance)) if excess => ev.check_no_arguments(&instance.class),
+            _ => Ok(()),
+        }?;
+        Ok(Value::None)
+    });
     raw_method(core, natural, "__init_subclass__", |ev, args| {
         if args.keywords.is_empty() {
             return Ok(Value::None);
@@ -98,17 +124,10 @@ fn install_natural(core: &Rc<Core>) {
         let text = format!("{name}.__init_subclass__() takes no keyword arguments");
         Err(ev.type_error(text))
     });
-    let new =
-        crate::builtins::Builtin::raw("__new__", |ev, args| match args.positional.split_first() {
-            Some((Value::Class(class), rest)) => ev.new_object(class, rest, args.keywords),
-            Some((other, _)) => {
-                let name = ev.core.types.name_of(other);
-                Err(ev.type_error(format!(
-                    "object.__new__(X): X is not a type object ({name})"
-                )))
-            }
-            None => Err(ev.type_error("object.__new__(): not enough arguments")),
-        });
+    let new = crate::builtins::Builtin::raw("__new__", |ev, args| {
+        let object = ev.core.types.object.clone();
+        ev.new_by(&object, args.positional, args.keywords)
+    });
     natural.set(known::NEW, Value::StaticMethod(Rc::new(new)));
     methods(
         core,

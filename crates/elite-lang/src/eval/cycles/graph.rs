@@ -120,6 +120,11 @@ fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
                 each(&Value::Cell(cell.clone()));
             }
             function.keyword_defaults.iter().for_each(&mut *each);
+            for held in [&function.keyword_defaults_dict, &function.annotations] {
+                if let Some(held) = held.try_borrow() {
+                    held.iter().for_each(&mut *each);
+                }
+            }
             if function.code.refers.are_followed() {
                 each(&Value::Code(function.code.clone()));
             }
@@ -142,13 +147,11 @@ fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
         Value::Iter(iter) => visit_iterator(iter, each),
         Value::Generator(generator) => generator.visit(each),
         Value::Property(property) => {
-            for part in [
-                &property.get,
-                &property.set,
-                &property.delete,
-                &property.doc,
-            ] {
+            for part in [&property.get, &property.set, &property.delete] {
                 each(part);
+            }
+            if let Some(doc) = property.doc.try_borrow() {
+                each(&doc);
             }
         }
         Value::StaticMethod(function) | Value::ClassMethod(function) => each(function),

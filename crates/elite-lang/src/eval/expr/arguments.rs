@@ -74,7 +74,10 @@ pub fn gather<'e>(
                 let iterable = expr.eval(ev, f)?;
                 let items = ev.collect(&iterable).map_err(|raised| {
                     let raised = ev.not_unpackable(raised, &iterable);
-                    let plain = !matches!(iterable, Value::Instance(_));
+                    let plain = !matches!(
+                        iterable,
+                        Value::Instance(_) | Value::Iter(_) | Value::Generator(_)
+                    );
                     if single && plain && ev.is_kind(&raised, ExceptionKind::TypeError) {
                         let (label, name) =
                             (ev.callee_label(callee), ev.core.types.name_of(&iterable));

@@ -158,7 +158,13 @@ impl Expression for DictDisplay {
 impl Evaluator<'_> {
     /// The error for `*value` of something that is no iterable.
     pub fn not_unpackable(&self, raised: Raised, value: &Value) -> Raised {
-        if !self.is_kind(&raised, ExceptionKind::TypeError) || matches!(value, Value::Instance(_)) {
+        // An iterator has failed on its way; what it says counts.
+        if !self.is_kind(&raised, ExceptionKind::TypeError)
+            || matches!(
+                value,
+                Value::Instance(_) | Value::Iter(_) | Value::Generator(_)
+            )
+        {
             return raised;
         }
         let name = self.core.types.name_of(value);

@@ -6,7 +6,7 @@ use crate::eval::code::Code;
 use crate::eval::{Evaluator, Expr, Expression, Frame};
 use crate::resolve::Place;
 use crate::value::trash::Nodes;
-use crate::value::{CellVar, Function, R, Value};
+use crate::value::{CellVar, Dict, Function, R, Raised, Value};
 
 /// Makes a function with the variables of this frame.
 pub struct MakeFunction {
@@ -18,6 +18,27 @@ pub struct MakeFunction {
     pub keyword_defaults: Nodes<Option<Expr>>,
     /// Where its closure comes from.
     pub closure: Box<[Place]>,
+    /// Its annotations, if it has any.
+    pub annotations: Option<Box<Annotations>>,
+}
+
+/// The annotations of a function: name, expression and how it is written, parameters first and the result last. What
+/// cannot be evaluated is kept as its text, so that an annotation never stops a program.
+pub struct Annotations(pub Vec<(Value, Expr, Value)>);
+
+impl Annotations {
+    fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let dict = Dict::new();
+        for (name, annotation, text) in &self.0 {
+            let value = match annotation.eval(ev, f) {
+                Ok(value) => value,
+                Err(Raised::Exception(_)) => text.clone(),
+                Err(Raised::Stop) => return Err(Raised::Stop),
+            };
+            dict.set_interned(name.clone(), value);
+        }
+        Ok(Value::Dict(Rc::new(dict)))
+    }
 }
 
 impl MakeFunction {
@@ -37,11 +58,17 @@ impl MakeFunction {
                     .map_or(Ok(Value::Unbound), |default| default.eval(ev, f))
             })
             .collect();
+        let annotations = match &self.annotations {
+            Some(annotations) => Some(annotations.evaluate(ev, f)?),
+            None => None,
+        };
         Ok(Rc::new(Function {
             code: self.code.clone(),
             defaults: crate::value::Held::new(defaults?.into()),
             keyword_defaults: keyword_defaults?.into(),
             closure: closure(&self.closure, f),
+            keyword_defaults_dict: Default::default(),
+            annotations: crate::value::Held::new(annotations),
             attrs: Default::default(),
             noted: Default::default(),
             old: Default::default(),

@@ -224,6 +224,41 @@ impl Expression for ClassName {
     }
 }
 
+/// A name at the top level of a text that runs in a mapping of a script: what the mapping has, or the global.
+pub struct MappedName {
+    /// The slot with the mapping.
+    pub slot: u32,
+    /// The name.
+    pub key: Value,
+    /// The global of that name.
+    pub global: Global,
+}
+
+impl Expression for MappedName {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let mapping = f.slots[self.slot as usize].clone();
+        let found = match &mapping {
+            Value::Dict(dict) => ev.dict_get(dict, &self.key),
+            other => ev.item_or_none(other, &self.key),
+        };
+        match found.at(ev, f, self.global.span)? {
+            Some(value) => Ok(value),
+            None => self.global.value(ev, f),
+        }
+    }
+}
+
+impl Evaluator<'_> {
+    /// The item of a mapping; None if it says `KeyError`.
+    fn item_or_none(&self, mapping: &Value, key: &Value) -> R<Option<Value>> {
+        match self.item(mapping, key) {
+            Ok(value) => Ok(Some(value)),
+            Err(raised) if self.is_kind(&raised, ExceptionKind::KeyError) => Ok(None),
+            Err(raised) => Err(raised),
+        }
+    }
+}
+
 /// `name := value`
 pub struct Named {
     /// What is bound.

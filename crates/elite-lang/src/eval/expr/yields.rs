@@ -22,7 +22,7 @@ impl Expression for Yield {
             None => Value::None,
         };
         let line = ev.core.line.get();
-        let sent = ev.yield_value(f.slots, value).at(ev, f, self.span);
+        let sent = ev.yield_value(f.slots, value, None).at(ev, f, self.span);
         ev.core.line.set(line);
         sent
     }
@@ -51,7 +51,7 @@ fn delegate(iterable: &Value, ev: &Evaluator<'_>, f: &Frame<'_>) -> R {
             Stepped::Yielded(value) => value,
             Stepped::Returned(value) => return Ok(value),
         };
-        let input = match ev.yield_value(f.slots, value) {
+        let input = match ev.yield_value(f.slots, value, Some(&iterator)) {
             Ok(sent) => ToGenerator::Send(sent),
             Err(raised) => ToGenerator::Throw(raised),
         };

@@ -244,7 +244,7 @@ impl Evaluator<'_> {
                     "a base of a class must be a class, not '{name}' object"
                 )));
             };
-            if is_final(&class.name()) && !class.is_script {
+            if is_final(class) {
                 let text = format!("type '{}' is not an acceptable base type", class.name());
                 return Err(self.type_error(text));
             }
@@ -308,7 +308,7 @@ impl Evaluator<'_> {
     }
 
     /// The builtin layout that instances of a class with these bases have.
-    fn layout_base(&self, parents: &[Rc<Class>]) -> R<crate::value::class::Base> {
+    pub fn layout_base(&self, parents: &[Rc<Class>]) -> R<crate::value::class::Base> {
         use crate::value::class::Base;
         let mut base = Base::Object;
         for parent in parents {
@@ -330,6 +330,9 @@ impl Evaluator<'_> {
             .map(|(name, value)| (name, value.clone()))
             .collect();
         for (name, value) in attrs {
+            if let Value::Property(property) = &value {
+                property.name.put(self.core.symbols.value(name));
+            }
             if let Value::Instance(descriptor) = &value
                 && let Some(set_name) = descriptor.class.lookup(known::SET_NAME)
             {
@@ -401,41 +404,13 @@ impl Evaluator<'_> {
     }
 }
 
-/// Builtin types nothing can be derived from.
-fn is_final(name: &str) -> bool {
-    matches!(
-        name,
-        "bool"
-            | "NoneType"
-            | "ellipsis"
-            | "NotImplementedType"
-            | "range"
-            | "slice"
-            | "function"
-            | "method"
-            | "builtin_function_or_method"
-            | "generator"
-            | "dict_keys"
-            | "dict_values"
-            | "dict_items"
-            | "iterator"
-            | "module"
-            | "property"
-            | "staticmethod"
-            | "classmethod"
-            | "super"
-    )
-}
-
 /// The C3 linearisation of a class with these parents, the class itself left out. If there is no order: the names of
 /// the classes that stand in each other's way.
-fn linearise(parents: &[Rc<Class>]) -> Result<Vec<Rc<Class>>, Vec<Rc<str>>> {
+pub fn linearise(parents: &[Rc<Class>]) -> Result<Vec<Rc<Class>>, Vec<Rc<str>>> {
     let line = |class: &Rc<Class>| -> Vec<Rc<Class>> {
-        std::iter::once(class)
-            .chain(class.ancestors())
-            .rev()
-            .cloned()
-            .collect()
+        let mut line = class.line();
+        line.reverse();
+        line
     };
     // Reversed, so that heads are popped from the ends.
     let mut lines: Vec<Vec<Rc<Class>>> = parents.iter().map(line).collect();
@@ -478,4 +453,42 @@ fn linearise(parents: &[Rc<Class>]) -> Result<Vec<Rc<Class>>, Vec<Rc<str>>> {
         }
         order.push(next);
     }
+}
+
+/// Whether nothing can be derived from a builtin type.
+pub fn is_final(class: &Class) -> bool {
+    let is_iterator = class.base == Base::Iterator;
+    let name = class.name();
+    if class.is_script {
+        return false;
+    }
+    if is_iterator {
+        // Those of the library are classes to derive from, too.
+        return name.ends_with("iterator");
+    }
+    matches!(
+        &*name,
+        "bool"
+            | "NoneType"
+            | "ellipsis"
+            | "NotImplementedType"
+            | "range"
+            | "slice"
+            | "function"
+            | "method"
+            | "builtin_function_or_method"
+            | "generator"
+            | "dict_keys"
+            | "dict_values"
+            | "dict_items"
+            | "module"
+            | "staticmethod"
+            | "classmethod"
+            | "super"
+            | "code"
+            | "cell"
+            | "frame"
+            | "traceback"
+            | "UnionType"
+    )
 }

@@ -6,6 +6,7 @@ use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Flow, Frame, Located, Statement, attempt};
 use crate::source::Span;
+use crate::value::symbol::known;
 use crate::value::trash::Nodes;
 use crate::value::{CellVar, R, Raised, Symbol, Value};
 
@@ -58,27 +59,33 @@ impl Statement for ImportFrom {
 
 impl ImportFrom {
     fn name(&self, ev: &Evaluator<'_>, module: &Value, name: Symbol) -> R {
-        match ev.attribute_or_none(module, name)? {
-            Some(value) => Ok(value),
-            None => {
-                let value_of_module = match module {
-                    Value::Module(module) => Some(module),
-                    _ => None,
-                };
-                let (name, module) = (ev.core.symbols.name(name), &self.module);
-                let hint = match value_of_module {
-                    Some(module) => {
-                        let entries = module.namespace.entries();
-                        let names = entries.iter().map(|(name, _)| ev.core.symbols.name(*name));
-                        suggestion(&name, names.filter(|name| !name.starts_with('_')))
-                    }
-                    None => String::new(),
-                };
-                let text =
-                    format!("cannot import name '{name}' from '{module}' (unknown location){hint}");
-                Err(ev.raise(ExceptionKind::ImportError, text))
-            }
+        if let Some(value) = ev.attribute_or_none(module, name)? {
+            return Ok(value);
         }
+        let text = ev.core.symbols.name(name);
+        // What is only in the table of modules is part of its package, too.
+        let within = format!("{}.{text}", self.module);
+        if let Some(found) = ev.core.module_table.get_str(&within) {
+            return Ok(found);
+        }
+        let hint = match module {
+            Value::Module(module) => {
+                let entries = module.namespace.entries();
+                let names = entries.iter().map(|(name, _)| ev.core.symbols.name(*name));
+                suggestion(&text, names.filter(|name| !name.starts_with('_')))
+            }
+            _ => None,
+        };
+        let message = format!(
+            "cannot import name '{text}' from '{}' (unknown location)",
+            self.module
+        );
+        Err(ev.import_error(
+            ExceptionKind::ImportError,
+            message,
+            Some(&self.module),
+            hint,
+        ))
     }
 }
 
@@ -95,7 +102,15 @@ pub struct ImportStar {
 impl Statement for ImportStar {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let module = attempt!(ev.import(&self.module).at(ev, f, self.span));
-        if let Value::Module(module) = module {
+        let Value::Module(module) = module else {
+            let names = attempt!(star_names(ev, &module));
+            for name in names {
+                let value = attempt!(ev.attribute(&module, name));
+                drop((self.global)(name).value.replace(value));
+            }
+            return Flow::Next;
+        };
+        {
             let listed = module.namespace.get(ev.core.symbols.intern("__all__"));
             let names = match listed {
                 Some(names) => Some(attempt!(ev.collect(&names))),
@@ -117,17 +132,37 @@ impl Statement for ImportStar {
     }
 }
 
-/// What to add to a message about an unknown name.
-fn suggestion(name: &str, names: impl Iterator<Item = impl AsRef<str>>) -> String {
-    match crate::spelling::nearest(name, names) {
-        Some(near) => format!("; did you mean '{near}'?"),
-        None => String::new(),
-    }
+/// The names that `import *` takes from an object that stands in `sys.modules` for a module.
+fn star_names(ev: &Evaluator<'_>, module: &Value) -> R<Vec<Symbol>> {
+    let all = ev.core.symbols.intern("__all__");
+    let (names, is_listed) = match ev.attribute_or_none(module, all)? {
+        Some(names) => (ev.collect(&names)?, true),
+        None => match ev.attribute_or_none(module, known::DICT)? {
+            Some(names) => (ev.collect(&names)?, false),
+            None => (Vec::new(), false),
+        },
+    };
+    let names = names.iter().filter_map(Value::as_str);
+    let public = names.filter(|name| is_listed || !name.starts_with('_'));
+    Ok(public.map(|name| ev.core.symbols.take(name)).collect())
+}
+
+/// What to say beside a message about an unknown name.
+fn suggestion(name: &str, names: impl Iterator<Item = impl AsRef<str>>) -> Option<String> {
+    let near = crate::spelling::nearest(name, names)?;
+    Some(format!("did you mean '{near}'?"))
 }
 
 impl Evaluator<'_> {
-    /// The module of this name.
+    /// The module of this name; what a script has put into `sys.modules` counts.
     pub fn import(&self, name: &str) -> R {
+        if name.is_empty() {
+            return Err(self.value_error("Empty module name"));
+        }
+        if name.starts_with('.') {
+            let text = "attempted relative import with no known parent package";
+            return Err(self.import_error(ExceptionKind::ImportError, text.into(), None, None));
+        }
         // Of dotted names the part that exists is looked for first, as in Python.
         for (end, _) in name.match_indices('.') {
             self.import_one(&name[..end])?;
@@ -137,38 +172,63 @@ impl Evaluator<'_> {
 
     /// The module of this name, whose packages have been found.
     fn import_one(&self, name: &str) -> R {
-        let known = self
-            .core
-            .modules
-            .borrow()
-            .iter()
-            .find(|module| &*module.name == name)
-            .cloned();
-        if let Some(module) = known {
+        match self.core.module_table.get_str(name) {
+            Some(Value::None) => {
+                let text = format!("import of {name} halted; None in sys.modules");
+                return Err(self.not_found(text, name, None));
+            }
+            Some(module) => return Ok(module),
+            None => {}
+        }
+        if name.starts_with('_')
+            && let Some(module) = self.inner_module(name)
+        {
             return Ok(Value::Module(module));
         }
-        match crate::stdlib::load(self, name)? {
-            Some(module) => Ok(Value::Module(module)),
-            None => {
-                let text = match name.rsplit_once('.') {
-                    Some((package, _)) => {
-                        format!("No module named '{name}'; '{package}' is not a package")
-                    }
-                    None => {
-                        let hint = suggestion(name, crate::stdlib::module_names());
-                        format!("No module named '{name}'{hint}")
-                    }
-                };
-                let raised = self.raise(ExceptionKind::ModuleNotFoundError, text);
-                if let Raised::Exception(exception) = &raised
-                    && let Some(state) = exception.exception()
-                {
-                    let names: Vec<&str> = crate::stdlib::module_names().collect();
-                    let help = format!("there are the modules {}", names.join(", "));
-                    *state.help.borrow_mut() = Some(help.into());
-                }
-                Err(raised)
-            }
+        if let Some(module) = crate::stdlib::load(self, name)? {
+            return Ok(Value::Module(module));
         }
+        let Some((package, _)) = name.rsplit_once('.') else {
+            let hint = suggestion(name, crate::stdlib::module_names());
+            let names: Vec<&str> = crate::stdlib::module_names().collect();
+            let help =
+                hint.unwrap_or_else(|| format!("there are the modules {}", names.join(", ")));
+            return Err(self.not_found(format!("No module named '{name}'"), name, Some(help)));
+        };
+        let text = match crate::stdlib::is_package(package) {
+            true => format!("No module named '{name}'"),
+            false => format!("No module named '{name}'; '{package}' is not a package"),
+        };
+        Err(self.not_found(text, name, None))
+    }
+
+    fn inner_module(&self, name: &str) -> Option<Rc<crate::value::Module>> {
+        let modules = self.core.modules.borrow();
+        modules.iter().find(|module| &*module.name == name).cloned()
+    }
+
+    fn not_found(&self, text: String, name: &str, help: Option<String>) -> Raised {
+        self.import_error(ExceptionKind::ModuleNotFoundError, text, Some(name), help)
+    }
+
+    /// An `ImportError` about the module `name`.
+    fn import_error(
+        &self,
+        kind: ExceptionKind,
+        text: String,
+        name: Option<&str>,
+        help: Option<String>,
+    ) -> Raised {
+        let raised = self.raise(kind, text);
+        if let Raised::Exception(exception) = &raised
+            && let Some(state) = exception.exception()
+        {
+            if let Some(name) = name {
+                let attribute = self.core.symbols.intern("name");
+                exception.set(attribute, Value::str(name), &self.core.symbols);
+            }
+            *state.help.borrow_mut() = help.map(Into::into);
+        }
+        raised
     }
 }

@@ -7,6 +7,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
 use crate::limits::memory;
 use crate::source::Span;
+use crate::value::surrogate::may_have_surrogates;
 use crate::value::trash::Nodes;
 use crate::value::{Instance, R, Raised, Value};
 
@@ -157,6 +158,11 @@ impl Evaluator<'_> {
 
     /// Hands text to the host, which has work with it: it is logged, shown and recorded. Nothing may be borrowed.
     pub fn print(&self, text: &str) -> R<()> {
+        if may_have_surrogates(text) {
+            // There are none in what leaves the program.
+            let text = crate::value::Str::new(text);
+            self.encode(&text, &Value::Unbound, &Value::Unbound)?;
+        }
         let thread = crate::host::ThreadId(self.core.thread.get());
         // What the host keeps of it is the host's.
         memory::outside(|| self.core.host.print(thread, text));

@@ -51,6 +51,40 @@ impl Target for Slot {
     }
 }
 
+/// A name at the top level of a text that runs in a mapping of a script.
+pub struct MappedTarget {
+    /// The slot with the mapping.
+    pub slot: u32,
+    /// The name.
+    pub key: Value,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Target for MappedTarget {
+    fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
+        let mapping = f.slots[self.slot as usize].clone();
+        ev.set_item(&mapping, &self.key, value).at(ev, f, self.span)
+    }
+
+    fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()> {
+        let mapping = f.slots[self.slot as usize].clone();
+        let deleted = ev.delete_item(&mapping, &self.key).map_err(|raised| {
+            match ev.is_kind(&raised, ExceptionKind::KeyError) {
+                true => {
+                    let name = self.key.as_str().unwrap_or_default();
+                    ev.raise(
+                        ExceptionKind::NameError,
+                        format!("name '{name}' is not defined"),
+                    )
+                }
+                false => raised,
+            }
+        });
+        deleted.at(ev, f, self.span)
+    }
+}
+
 /// A variable in a cell: of this frame, of an outer one, or a global.
 pub enum Shared {
     /// The slot that holds the cell.

@@ -43,6 +43,24 @@ impl Evaluator<'_> {
                 Ok(())
             }
             Value::Function(function) => self.set_function_attribute(function, name, new),
+            Value::Generator(generator) => self.set_generator_attribute(generator, name, new),
+            Value::Property(property) if name == known::DOC => {
+                property.doc.put(new);
+                Ok(())
+            }
+            Value::Property(_) if matches!(name, known::FGET | known::FSET | known::FDEL) => {
+                Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"))
+            }
+            Value::Code(_) if self.attribute_or_none(value, name)?.is_some() => {
+                Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"))
+            }
+            Value::Cell(cell) if &*self.core.symbols.name(name) == "cell_contents" => {
+                if new.holds_values() {
+                    self.core.note_cell(cell);
+                }
+                cell.value.put(new);
+                Ok(())
+            }
             _ => Err(self.cannot_set(value, name)),
         }
     }
@@ -63,6 +81,12 @@ impl Evaluator<'_> {
         else {
             return Ok(());
         };
+        if name == known::BASES {
+            return self.set_bases(class, &new);
+        }
+        if name == known::MRO {
+            return Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"));
+        }
         if name == known::NAME
             && let Value::Str(text) = &new
         {
@@ -89,7 +113,7 @@ impl Evaluator<'_> {
         match found {
             Some(Value::Property(property)) => {
                 if property.set.is_none() {
-                    let message = refusal(&self.core.symbols.name(name));
+                    let message = refusal(&property.name_or(&self.core.symbols.name(name)));
                     return Err(self.raise(ExceptionKind::AttributeError, message));
                 }
                 self.call(&property.set, &mut [value.clone(), new], &[])?;
@@ -100,6 +124,9 @@ impl Evaluator<'_> {
                     let descriptor = Value::Instance(descriptor);
                     self.call_method_value(&set, &descriptor, &mut [value.clone(), new])?;
                     Ok(None)
+                }
+                None if descriptor.class.lookup(known::DELETE).is_some() => {
+                    Err(self.raise(ExceptionKind::AttributeError, "__set__"))
                 }
                 None => Ok(Some(new)),
             },
@@ -195,6 +222,11 @@ impl Evaluator<'_> {
                 module.namespace.set(name, Value::Unbound);
                 Ok(())
             }
+            Value::Cell(cell) if &*self.core.symbols.name(name) == "cell_contents" => {
+                drop(cell.value.take());
+                Ok(())
+            }
+            Value::Function(function) if self.delete_function_attribute(function, name)? => Ok(()),
             Value::Function(function) => {
                 let removed = function.attrs.change(|attrs| attrs.as_mut()?.remove(name));
                 if removed.is_some() {

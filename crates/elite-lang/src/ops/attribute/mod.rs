@@ -1,5 +1,6 @@
 //! Attributes: lookup through instances and classes, descriptors.
 
+mod bases;
 mod change;
 
 use std::rc::Rc;
@@ -32,10 +33,29 @@ impl Evaluator<'_> {
         match value {
             Value::Instance(instance) => self.instance_attribute(value, instance, name),
             Value::Class(class) => self.class_attribute(value, class, name),
-            Value::Module(module) => Ok(module.namespace.get(name).or_else(|| match name {
-                known::NAME => Some(Value::str(&*module.name)),
-                _ => None,
-            })),
+            Value::Module(module) => match name {
+                known::NAME if !Rc::ptr_eq(&module.namespace, &self.core.builtins) => {
+                    let own = module.namespace.get(name);
+                    Ok(own.or_else(|| Some(Value::str(&*module.name))))
+                }
+                known::NAME => Ok(Some(Value::str(&*module.name))),
+                known::DICT => Ok(Some(Value::Dict(match &*module.name {
+                    "__main__" => self.globals_dict(),
+                    _ => self.shown(&module.namespace),
+                }))),
+                known::CLASS => Ok(Some(Value::Class(self.core.types.module.clone()))),
+                _ => match module.namespace.get(name) {
+                    Some(found) => Ok(Some(found)),
+                    None if name == known::DOC => Ok(Some(Value::None)),
+                    None => match module.namespace.get(known::GETATTR) {
+                        Some(custom) => {
+                            let text = self.core.symbols.value(name);
+                            self.call1(&custom, text).map(Some)
+                        }
+                        None => Ok(None),
+                    },
+                },
+            },
             Value::Super(sup) => {
                 if matches!(name, known::THISCLASS | known::SELF) {
                     return self.computed_attribute(value, name);
@@ -47,6 +67,7 @@ impl Evaluator<'_> {
                     Some(found) => self
                         .bind_attribute(&found, &sup.receiver, &sup.receiver_class)
                         .map(Some),
+                    None if name == known::NEW => Ok(Some(self.new_of(&sup.class))),
                     None => self.object_attribute(&sup.receiver, &sup.receiver_class, name),
                 }
             }
@@ -95,6 +116,7 @@ impl Evaluator<'_> {
                 }
                 _ => None,
             },
+            known::NEW => Some(self.new_of(class)),
             _ => match self.core.types.natural.lookup(name) {
                 Some(found) => Some(self.bind_attribute(&found, value, class)?),
                 None => None,
@@ -177,7 +199,10 @@ impl Evaluator<'_> {
             if let Value::Property(property) = found
                 && property.get.is_none()
             {
-                let (name, class) = (self.core.symbols.name(name), self.qualname_of(class));
+                let (name, class) = (
+                    property.name_or(&self.core.symbols.name(name)),
+                    self.qualname_of(class),
+                );
                 let message = format!("property '{name}' of '{class}' object has no getter");
                 return Err(self.raise(ExceptionKind::AttributeError, message));
             }
@@ -266,7 +291,7 @@ impl Evaluator<'_> {
                 ));
             }
             known::MRO => {
-                let all = std::iter::once(class).chain(class.ancestors()).cloned();
+                let all = class.line().into_iter();
                 return Ok(Some(Value::tuple(all.map(Value::Class).collect())));
             }
             known::DICT => {
@@ -312,6 +337,7 @@ impl Evaluator<'_> {
                 known::ANNOTATIONS if class.is_script => {
                     Some(Value::Dict(Rc::new(crate::value::Dict::new())))
                 }
+                known::NEW => Some(self.new_of(class)),
                 known::MODULE => Some(Value::str(if class.is_script {
                     "__main__"
                 } else {

@@ -91,9 +91,9 @@ impl Evaluator<'_> {
                 Some(method) => self
                     .call_method_value(&method, value, &mut [index.clone(), item])
                     .map(|_| ()),
-                None => Err(self.no_item_assignment(value, "assignment")),
+                None => Err(self.no_item_assignment(value, None)),
             },
-            _ => Err(self.no_item_assignment(value, "assignment")),
+            _ => Err(self.no_item_assignment(value, None)),
         }
     }
 
@@ -129,29 +129,36 @@ impl Evaluator<'_> {
         Ok(data)
     }
 
+    /// The error for a type whose items cannot be changed; `deleted` is the index of an item that should go.
     #[cold]
-    fn no_item_assignment(&self, value: &Value, what: &str) -> Raised {
+    fn no_item_assignment(&self, value: &Value, deleted: Option<&Value>) -> Raised {
         let name = self.core.types.name_of(value);
-        // CPython has two words for it, one for types with other item methods.
-        let lacking = matches!(
-            value,
-            Value::None
-                | Value::Bool(_)
-                | Value::Int(_)
-                | Value::BigInt(_)
-                | Value::Float(_)
-                | Value::Complex(_)
-                | Value::Function(_)
-                | Value::Builtin(_)
-                | Value::Generator(_)
-                | Value::Iter(_)
-        );
-        let not = if what == "deletion" && !lacking {
-            "doesn't"
-        } else {
-            "does not"
+        let Some(index) = deleted else {
+            return self.type_error(format!("'{name}' object does not support item assignment"));
         };
-        self.type_error(format!("'{name}' object {not} support item {what}"))
+        // CPython has other words where it asks a sequence for an item by a number.
+        let plain = match value {
+            Value::Instance(_) => value.clone(),
+            other => self.plain(other),
+        };
+        let is_sequence = matches!(
+            plain,
+            Value::Instance(_)
+                | Value::Str(_)
+                | Value::Bytes(_)
+                | Value::Tuple(_)
+                | Value::Range(_)
+                | Value::LongRange(_)
+                | Value::Set(_)
+                | Value::FrozenSet(_)
+                | Value::DictView(_)
+        );
+        let is_number = matches!(index, Value::Int(_) | Value::BigInt(_) | Value::Bool(_));
+        let not = match is_sequence && is_number {
+            true => "doesn't",
+            false => "does not",
+        };
+        self.type_error(format!("'{name}' object {not} support item deletion"))
     }
 
     fn set_list_slice(&self, list: &List, slice: &Slice, item: &Value) -> R<()> {
@@ -256,9 +263,9 @@ impl Evaluator<'_> {
                 Some(method) => self
                     .call_method_value(&method, value, &mut [index.clone()])
                     .map(|_| ()),
-                None => Err(self.no_item_assignment(value, "deletion")),
+                None => Err(self.no_item_assignment(value, Some(index))),
             },
-            _ => Err(self.no_item_assignment(value, "deletion")),
+            _ => Err(self.no_item_assignment(value, Some(index))),
         }
     }
 }

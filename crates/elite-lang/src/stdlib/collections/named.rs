@@ -144,12 +144,8 @@ impl Shape {
             let get = method_with("namedtuple", "__get__", Vec::new(), move |ev, _, args| {
                 ev.item(receiver(ev, args)?, &Value::Int(index as i64))
             });
-            let property = Property {
-                get,
-                set: refuse.clone(),
-                delete: refuse.clone(),
-                doc: Value::str(format!("Alias for field number {index}")),
-            };
+            let doc = Value::str(format!("Alias for field number {index}"));
+            let property = Property::of(get, refuse.clone(), refuse.clone(), doc);
             attrs.push((*symbol, Value::Property(Rc::new(property))));
         }
         let tuple = Value::Class(ev.core.types.tuple.clone());

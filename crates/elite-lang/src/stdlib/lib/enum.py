@@ -209,8 +209,8 @@ class _Members:
     def __init__(self, values, data, new, parent, texts):
         self.values, self.data, self.parent, self.texts = values, data, parent, texts
         new = getattr(new, "__func__", new) or getattr(parent, "__new_member__", None)
-        self.takes_value = new is not None or data is not object
         self.new = new or data.__new__
+        self.takes_value = self.new is not object.__new__
 
     def __set_name__(self, cls, place):
         self.cls, self.is_flag = cls, Flag is not None and issubclass(cls, Flag)

@@ -225,6 +225,10 @@ _UTF8 = ("utf8", "u8")
 _BYTES = ("ascii", "usascii", "latin1", "iso88591", "l1", "latin")
 
 
+def _plain(encoding):
+    return encoding.lower().replace("-", "").replace("_", "")
+
+
 class TextIOWrapper(_SystemFile, TextIOBase):
     """Text of a file of the system."""
     __module__ = "_io"
@@ -235,11 +239,7 @@ class TextIOWrapper(_SystemFile, TextIOBase):
         self.errors = errors
         self.newlines = None
         self.line_buffering = by_line
-        plain = encoding.lower().replace("-", "").replace("_", "")
-        if plain not in _UTF8 and plain not in _BYTES:
-            "".encode(encoding)
-            raise LookupError(f"text files in {encoding} are not supported: open the file in binary mode and decode")
-        self._utf8 = plain in _UTF8
+        self._utf8 = _plain(encoding) in _UTF8
         self._ends = "any" if newline in (None, "") else newline
         self._translates = newline is None
         self._written = newline if newline in ("\r", "\r\n") else None
@@ -305,6 +305,88 @@ class TextIOWrapper(_SystemFile, TextIOBase):
             self.line_buffering = line_buffering
 
 
+class _EncodedText(TextIOWrapper):
+    """Text in an encoding whose characters or lines are not to be found in the bytes: it is read as a whole, from where the
+    file stands when it is first read; so places in it are those of the text."""
+
+    def __init__(self, file, name, mode, reads, writes, encoding, errors, newline, by_line):
+        from codecs import lookup
+        found = lookup(encoding)
+        super().__init__(file, name, mode, reads, writes, encoding, errors, newline, by_line)
+        self._encoder, self._decoder = found.incrementalencoder(errors), found.incrementaldecoder(errors)
+        self._keeps = newline
+        self._text, self._at = None, 0
+        if writes and file.tell():
+            self._encoder.setstate(1)
+
+    def _take(self, size, line):
+        if self.closed:
+            raise ValueError("I/O operation on closed file.")
+        if not self._reads:
+            raise UnsupportedOperation("not readable")
+        if self._text is None:
+            text = self._decoder.decode(self._file.read(-1), True)
+            if self._translates:
+                text = text.replace("\r\n", "\n").replace("\r", "\n")
+            self._text = text
+        start, end = self._at, len(self._text)
+        if line:
+            end = self._end_of_line(start)
+        if size is not None and size >= 0:
+            end = min(end, start + size)
+        self._at = end
+        self._at_end = start == end
+        return self._text[start:end]
+
+    def _end_of_line(self, start):
+        text = self._text
+        if self._keeps != "":
+            feed = self._keeps or "\n"
+            at = text.find(feed, start)
+            return len(text) if at < 0 else at + len(feed)
+        ends = [at for at in (text.find("\n", start), text.find("\r", start)) if at >= 0]
+        if not ends:
+            return len(text)
+        at = min(ends)
+        return at + 2 if text[at:at + 2] == "\r\n" else at + 1
+
+    def read(self, size=-1, /):
+        return self._take(size, False)
+
+    def write(self, text, /):
+        if not isinstance(text, str):
+            raise TypeError(f"write() argument must be str, not {type(text).__name__}")
+        if self.closed:
+            raise ValueError("I/O operation on closed file.")
+        if not self._writes:
+            raise UnsupportedOperation("not writable")
+        shown = text if self._written is None else text.replace("\n", self._written)
+        self._file.write(self._encoder.encode(shown))
+        if self.line_buffering and "\n" in text:
+            self._file.flush()
+        return len(text)
+
+    def tell(self):
+        self._check()
+        return self._file.tell() if self._text is None else self._at
+
+    def seek(self, cookie, whence=SEEK_SET, /):
+        self._check()
+        if cookie != 0:
+            raise UnsupportedOperation(f"seeks in text of {self.encoding} go to its ends only")
+        if whence == SEEK_CUR:
+            return self.tell()
+        if self._text is not None:
+            if whence == SEEK_END:
+                self._at = len(self._text)
+                return self._at
+            self._text, self._at = None, 0
+        self._decoder.reset()
+        place = self._file.seek(0, whence)
+        self._encoder.setstate(int(place > 0))
+        return place
+
+
 def open(file, mode="r", buffering=-1, encoding=None, errors=None, newline=None, closefd=True, opener=None):
     if not isinstance(mode, str):
         raise TypeError(f"open() argument 'mode' must be str, not {type(mode).__name__}")
@@ -340,8 +422,9 @@ def open(file, mode="r", buffering=-1, encoding=None, errors=None, newline=None,
     if kind == "a":
         own.seek(0, 2)
     if not binary:
-        return TextIOWrapper(own, file, mode, reads, writes, encoding or "UTF-8", errors or "strict", newline,
-                             buffering == 1)
+        encoding = encoding or "UTF-8"
+        face = TextIOWrapper if _plain(encoding) in _UTF8 + _BYTES else _EncodedText
+        return face(own, file, mode, reads, writes, encoding, errors or "strict", newline, buffering == 1)
     if buffering == 0:
         face = FileIO
     elif "+" in letters:

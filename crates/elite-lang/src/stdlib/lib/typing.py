@@ -1,4 +1,6 @@
 """Names for annotations, which mean nothing when a program runs."""
+import sys as _sys
+
 from _collections import namedtuple as _namedtuple
 
 
@@ -122,8 +124,30 @@ def final(f):
     return f
 
 
-def get_type_hints(obj):
-    return {}
+def get_type_hints(obj, globalns=None, localns=None, include_extras=False):
+    """The annotations of a class (those it inherits included), a module or a function; texts are evaluated."""
+    if isinstance(obj, type):
+        hints = {}
+        for cls in reversed(obj.__mro__):
+            scope = _sys.modules.get(getattr(cls, "__module__", None))
+            own = vars(scope) if globalns is None and scope is not None else globalns
+            for name, hint in cls.__dict__.get("__annotations__", {}).items():
+                hints[name] = _evaluated(hint, own, dict(vars(cls)) if localns is None else localns)
+        return hints
+    hints = getattr(obj, "__annotations__", None)
+    if hints is None:
+        if callable(obj) or isinstance(obj, type(_sys)):
+            return {}
+        raise TypeError(f"{obj!r} is not a module, class, method, or function.")
+    if globalns is None:
+        globalns = vars(obj) if isinstance(obj, type(_sys)) else getattr(obj, "__globals__", {})
+    return {name: _evaluated(hint, globalns, localns) for name, hint in hints.items()}
+
+
+def _evaluated(hint, globalns, localns):
+    if isinstance(hint, str):
+        hint = eval(hint, {} if globalns is None else globalns, localns)
+    return type(None) if hint is None else hint
 
 
 class _NamedTupleMeta(type):

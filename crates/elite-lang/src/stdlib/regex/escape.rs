@@ -171,7 +171,7 @@ impl Parser<'_, '_> {
     /// One member of a class that begins with `c`.
     fn member(&mut self, c: char, here: usize, start: usize) -> Step<Member> {
         if c != '\\' {
-            return Ok(Member::Code(c as u32));
+            return Ok(Member::Code(crate::value::surrogate::code_of(c)));
         }
         let Some(escaped) = self.take() else {
             return Err(self.error("unterminated character set", Some(start)));

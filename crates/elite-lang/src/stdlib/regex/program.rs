@@ -7,6 +7,7 @@
 use super::letters::{Case, Letters, decoded, key};
 use crate::eval::Evaluator;
 use crate::value::R;
+use crate::value::surrogate::{char_of, code_of};
 
 /// No place in a text.
 pub(super) const NOWHERE: usize = usize::MAX;
@@ -124,7 +125,7 @@ impl<'t> Hay<'t> {
         match self {
             Hay::Text(text) if first >= 0x80 => {
                 let c = text.get(place..)?.chars().next()?;
-                Some((c as u32, place + c.len_utf8()))
+                Some((code_of(c), place + c.len_utf8()))
             }
             _ => Some((u32::from(first), place + 1)),
         }
@@ -137,7 +138,7 @@ impl<'t> Hay<'t> {
         match self {
             Hay::Text(text) if last >= 0x80 => {
                 let c = text.get(..place)?.chars().next_back()?;
-                Some((c as u32, place - c.len_utf8()))
+                Some((code_of(c), place - c.len_utf8()))
             }
             _ => Some((u32::from(last), place - 1)),
         }
@@ -261,7 +262,7 @@ impl Program {
 
     fn note_single(&self, op: Op, is_text: bool, first: &mut [bool; 256]) {
         if let (Op::Char(code), true) = (op, is_text) {
-            if let Some(c) = char::from_u32(code) {
+            if let Some(c) = char_of(code) {
                 first[usize::from(c.encode_utf8(&mut [0; 4]).as_bytes()[0])] = true;
             }
             return;

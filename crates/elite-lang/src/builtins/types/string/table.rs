@@ -6,11 +6,12 @@ use super::receiver;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::EACH;
+use crate::value::surrogate::{char_of, code_of};
 use crate::value::{R, Value};
 
 pub(super) fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let table = crate::value::Dict::new();
-    let code = |c: char| Value::Int(i64::from(c as u32));
+    let code = |c: char| Value::Int(i64::from(code_of(c)));
     match (&args[0], args[1].given()) {
         (Value::Dict(dict), None) => {
             for (_, key, value) in ev.entries(dict)? {
@@ -65,7 +66,7 @@ pub(super) fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     ev.grow(&mut out, text.as_str().len())?;
     for c in text.as_str().chars() {
         ev.worked(16 * EACH)?;
-        let found = match ev.item(&args[1], &Value::Int(i64::from(c as u32))) {
+        let found = match ev.item(&args[1], &Value::Int(i64::from(code_of(c)))) {
             Ok(found) => found,
             Err(raised) if ev.is_kind(&raised, ExceptionKind::LookupError) => {
                 // An exception was made and is dropped.
@@ -78,7 +79,7 @@ pub(super) fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         match found {
             Value::None => {}
             Value::Str(text) => ev.push_text(&mut out, text.as_str())?,
-            Value::Int(code) => match u32::try_from(code).ok().and_then(char::from_u32) {
+            Value::Int(code) => match u32::try_from(code).ok().and_then(char_of) {
                 Some(c) => out.push(c),
                 None => return Err(ev.value_error("character mapping must be in range(0x110000)")),
             },
