@@ -23,8 +23,9 @@ pub struct Cell {
     pub pace: f64,
     /// The most it may be done at, whatever was planned.
     pub cap: f64,
-    /// What its neighbours leave of the limits.
+    /// What its neighbours leave of the limits, and of the caps.
     eroded: CellLimits,
+    capped: f64,
     /// Square of the speed at its end, how fast it may fall towards there along the way, and the most it may be.
     end: f64,
     fall: f64,
@@ -180,6 +181,7 @@ impl Track {
             pace,
             cap: f64::INFINITY,
             eroded: limits,
+            capped: f64::INFINITY,
             end: 0.0,
             fall: 0.0,
             most: 0.0,
@@ -284,6 +286,7 @@ impl Track {
             let own = self.own(k);
             if let Some(cell) = self.cells.get_mut(k) {
                 cell.eroded = own;
+                cell.capped = cell.cap;
             }
         }
         self.erode();
@@ -294,11 +297,12 @@ impl Track {
                 return;
             };
             let limits = &cell.eroded;
-            let most = limits.speed * limits.speed;
+            let planned = limits.speed * limits.speed;
+            let most = planned.min(cell.capped * cell.capped);
             cell.end = after.min(next).min(most);
             // With x the square of the speed: x = end + 2 (rest + change x) length, change being 0 or less.
             let [rest, fast] = limits.braking;
-            let change = (fast - rest).min(0.0) / most;
+            let change = (fast - rest).min(0.0) / planned;
             let entry = (cell.end + 2.0 * rest * length) / (1.0 - 2.0 * change * length);
             cell.fall = 2.0 * (rest + change * entry.min(most));
             let is_short = length > 0.0 && length < SHORT_CELL * most.sqrt() * self.window;
@@ -314,13 +318,12 @@ impl Track {
         }
     }
 
-    /// What a cell bears by itself.
+    /// What a cell bears by itself, without its cap: that is no reason to accelerate less in it.
     fn own(&self, k: usize) -> CellLimits {
         let Some(cell) = self.cells.get(k) else {
             return CellLimits::NONE;
         };
         let mut own = cell.limits.paced(cell.pace, self.window);
-        own.speed = own.speed.min(cell.cap);
         if cell.until > self.zone.0 + 1e-12 * (1.0 + cell.until.abs()) {
             own.speed = own.speed.min(self.zone.1);
         }
@@ -339,6 +342,8 @@ impl Track {
     fn erode(&mut self) {
         for k in 0..self.cells.len() {
             let own = self.own(k);
+            let cap = self.cells.get(k).map_or(f64::INFINITY, |cell| cell.cap);
+            // Whoever still slows down for a cap passes as fast as was planned.
             let reach = 0.5 * own.speed * self.window;
             let begin = self.cells.get(k).map_or(0.0, |cell| cell.until) - self.length(k);
             let end = begin + self.length(k);
@@ -346,14 +351,14 @@ impl Track {
                 if cell.until <= begin - reach {
                     break;
                 }
-                cell.eroded.lower(&own);
+                cell.lower(&own, cap);
             }
             let mut from = end;
             for cell in self.cells.get_mut(k + 1..).unwrap_or_default() {
                 if from >= end + reach {
                     break;
                 }
-                cell.eroded.lower(&own);
+                cell.lower(&own, cap);
                 from = cell.until;
             }
         }
@@ -450,6 +455,11 @@ impl Track {
 }
 
 impl Cell {
+    fn lower(&mut self, neighbour: &CellLimits, cap: f64) {
+        self.eroded.lower(neighbour);
+        self.capped = self.capped.min(cap);
+    }
+
     fn square(&self, place: f64) -> f64 {
         (self.end + self.fall * (self.until - place).max(0.0)).min(self.most)
     }
