@@ -195,10 +195,10 @@ fn random_programs_of_everything_are_right() {
 /// places looked at than at any of them; a motion on a turntable that took too long, so that a stop ended tracking with it;
 /// a slow clock that was to go fast again before a slower motion; lines that were planned past a singular position into
 /// another branch of solutions. Among people: joints that braked each for itself led the TCP on a belt faster than it may go in
-/// reduced mode; an arm that slowed down for reduced mode used no more acceleration than is left at full speed; one that counted as slow while its braking joints would lead the TCP on.
+/// reduced mode; an arm that slowed down for reduced mode used no more acceleration than is left at full speed; one that counted as slow while its braking joints would lead the TCP on, one that braked later than planned.
 #[test]
 fn programs_that_were_wrong_once_are_right() {
-    let among_people = [("cs612", 4), ("cs625", 40), ("cs625", 1022)];
+    let among_people = [("cs612", 4), ("cs625", 40), ("cs625", 1022), ("cs63", 1073)];
     let programs = among_people.map(|(model, seed)| {
         let program = Program::draw(model, seed).with_safety_inputs();
         (model, seed, program)
