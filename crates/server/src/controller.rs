@@ -141,7 +141,7 @@ impl Controller {
             ..BorderSizes::default()
         };
         let (motion_end, mut script_end) = border(sizes, &first);
-        let safety = cycle_config.safety;
+        let safety = cycle_config.safety_of_targets()?;
         let description = describe(&cycle_config)?;
         let model = Arc::new(cycle_config.limited_model()?);
         let cycle = Cycle::new(cycle_config, motion_end)?;
