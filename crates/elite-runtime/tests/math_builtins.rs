@@ -302,7 +302,7 @@ fn safety_limits_are_joint_ranges_reach_and_planes() {
 
 #[test]
 fn safety_limits_are_links_that_meet_too() {
-    const FOLDED: [f64; 6] = [0.0, -1.5708, 3.1, 0.0, 0.0, 0.0];
+    const FOLDED: [f64; 6] = [0.0, -1.6, 3.1, 0.0, 0.0, 0.0];
     let watched = Standing {
         safety_bounds: SafetyBounds::default().with_link_overlap(0.015),
         ..Standing::default()
