@@ -239,7 +239,7 @@ impl Prepared {
             alarm,
             faults,
         } = self;
-        let safety = cycle_config.safety;
+        let safety = cycle_config.safety_of_targets()?;
         let snapshot = script_end.snapshot.clone();
         let chronicle = Arc::new(Chronicle::new(handle, snapshot, observer));
         alarm.connect(&chronicle);

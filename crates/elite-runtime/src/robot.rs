@@ -10,8 +10,8 @@ use elite_lang::memory;
 use kinematics::{RobotModel, SafetyBounds};
 use motion_api::{
     Command, CommandId, CommandKind, CommandPort, DigitalBank, Event, EventReader, FrameReader,
-    IoChange, IoImage, Origin, Outcome, Registers, RingFull, RobotState, ScriptEnd, SnapshotCell,
-    StopReason, Timeline,
+    IoChange, IoImage, Origin, Outcome, PointList, Registers, RingFull, RobotState, ScriptEnd,
+    SnapshotCell, StopReason, Timeline,
 };
 use tokio::sync::Notify;
 
@@ -136,6 +136,26 @@ impl Robot {
     /// [`RingFull`] when the motion thread does not keep up.
     pub fn request(&self, origin: Origin, kind: CommandKind) -> Result<CommandId, RingFull> {
         self.enter(origin, kind, true)
+    }
+
+    /// Sends a moveml through points, whose outcome will be asked for with [`take_outcome`](Self::take_outcome).
+    ///
+    /// # Errors
+    /// [`RingFull`] when the motion thread does not keep up.
+    pub fn request_points(
+        &self,
+        origin: Origin,
+        points: &Arc<PointList>,
+        interval: f64,
+    ) -> Result<CommandId, RingFull> {
+        // Lists are freed by whoever hands over the next.
+        memory::outside(|| {
+            self.commands
+                .send_points(origin, points, interval, |id, kind| {
+                    let command = Command { id, origin, kind };
+                    self.awaited().announce(command, true);
+                })
+        })
     }
 
     /// Sends commands nobody waits for, all of them or none.

@@ -301,6 +301,37 @@ fn safety_limits_are_joint_ranges_reach_and_planes() {
 }
 
 #[test]
+fn safety_limits_are_links_that_meet_too() {
+    const FOLDED: [f64; 6] = [0.0, -1.6, 3.1, 0.0, 0.0, 0.0];
+    let watched = Standing {
+        safety_bounds: SafetyBounds::default().with_link_overlap(0.015),
+        ..Standing::default()
+    };
+    holds(
+        &watched,
+        &format!("not is_within_safety_limits(q={FOLDED:?})"),
+    );
+    holds(
+        &watched,
+        &format!("not is_within_safety_limits(get_forward_kin({FOLDED:?}), {FOLDED:?})"),
+    );
+    holds(
+        &watched,
+        "is_within_safety_limits(q=[0, -1.5708, 2.3, 0, 0, 0])",
+    );
+    // An arm that stands in itself may stay there, but not go deeper.
+    let inside = Standing {
+        q: FOLDED,
+        ..watched
+    };
+    holds(&inside, &format!("is_within_safety_limits(q={FOLDED:?})"));
+    holds(
+        &inside,
+        "not is_within_safety_limits(q=[0, -1.5708, 3.14, 0, 0, 0])",
+    );
+}
+
+#[test]
 fn pairs_of_inputs_switch_planes_as_they_are_or_as_the_script_says() {
     let mut arm = Standing {
         safety_bounds: ceiling(Some(1), PlaneMode::Normal),

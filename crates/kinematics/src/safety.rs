@@ -5,6 +5,7 @@
 //! allocation. Speeds and forces are not looked at, they are no property of a position.
 
 use crate::chain::Frames;
+use crate::collision::{LinkIndex, link_name};
 use crate::elementary;
 use crate::joint::JointPositions;
 use crate::model::RobotModel;
@@ -275,6 +276,8 @@ pub enum SafetyViolation {
         part: SafetyPart,
         depth_m: f64,
     },
+    #[error("{} and {} overlap by {depth_m:.4} m", link_name(.links[0]), link_name(.links[1]))]
+    Links { links: [LinkIndex; 2], depth_m: f64 },
 }
 
 /// The safety settings that bound positions. Starts with none; joint ranges are the model's.
@@ -283,7 +286,14 @@ pub struct SafetyBounds {
     planes: [Option<SafetyPlane>; SAFETY_PLANES_MAX],
     tool: Option<SafetyTool>,
     restrict_elbow: bool,
+    /// Smallest and largest joint positions in reduced mode.
+    reduced_range: Option<[JointPositions; 2]>,
+    /// How far links may overlap, m; `None`: as far as they like.
+    link_overlap: Option<f64>,
 }
+
+/// An overlap of links that is there already may be as deep as it is, up to rounding, m.
+pub const OVERLAP_SLACK: f64 = 1e-6;
 
 impl SafetyBounds {
     /// The same bounds and one more plane, which gets the next number from 0.
@@ -305,6 +315,22 @@ impl SafetyBounds {
     pub fn with_restricted_elbow(self, restrict_elbow: bool) -> Self {
         Self {
             restrict_elbow,
+            ..self
+        }
+    }
+
+    /// The same bounds with other joint ranges in reduced mode, rad.
+    pub fn with_reduced_range(self, min: JointPositions, max: JointPositions) -> Self {
+        Self {
+            reduced_range: Some([min, max]),
+            ..self
+        }
+    }
+
+    /// The same bounds where links of the arm may overlap by so much, m; infinite: as far as they like.
+    pub fn with_link_overlap(self, allowed: f64) -> Self {
+        Self {
+            link_overlap: allowed.is_finite().then_some(allowed),
             ..self
         }
     }
@@ -361,20 +387,30 @@ impl SafetyBounds {
         switches: &PlaneSwitches,
     ) -> Option<SafetyViolation> {
         let limits = model.limits();
-        let outside = (0..6).find(|&joint| {
-            let (min, max) = (limits.position_min[joint], limits.position_max[joint]);
-            !(min - POSITION_SLACK..=max + POSITION_SLACK).contains(&q[joint])
-        });
-        if let Some(joint) = outside {
-            let value_rad = q[joint];
-            return Some(SafetyViolation::JointPosition {
-                joint,
-                value_rad,
-                min_rad: limits.position_min[joint],
-                max_rad: limits.position_max[joint],
-            });
-        }
-        self.plane_violation(&model.forward(q), flange_from_tcp, switches)
+        let own = [limits.position_min, limits.position_max];
+        let reduced = self.reduced_range.filter(|_| switches.reduced);
+        let outside = outside_of(&own, POSITION_SLACK, q).or_else(|| outside_of(&reduced?, 0.0, q));
+        outside.or_else(|| self.plane_violation(&model.forward(q), flange_from_tcp, switches))
+    }
+
+    /// Two links that would overlap too much at `q`, for an arm that is at `here`: one that stands in itself may move as long as
+    /// it does not get deeper.
+    pub fn link_violation(
+        &self,
+        model: &RobotModel,
+        q: &JointPositions,
+        here: &JointPositions,
+    ) -> Option<SafetyViolation> {
+        let most = self.link_overlap?;
+        let nearest = |q| model.collision().self_distance(&model.forward(q));
+        let found = nearest(q).filter(|found| -found.distance > most)?;
+        let deep = nearest(here).map_or(0.0, |found| -found.distance);
+        let (a, b) = found.links;
+        let is_deeper = deep <= most || -found.distance > deep + OVERLAP_SLACK;
+        is_deeper.then_some(SafetyViolation::Links {
+            links: [a, b],
+            depth_m: -found.distance,
+        })
     }
 
     /// What keeps the TCP from being at a pose: no solution inside the joint ranges, or the one nearest to `near`
@@ -392,6 +428,22 @@ impl SafetyBounds {
             Some(q) => self.violation_at(model, &q, flange_from_tcp, switches),
         }
     }
+}
+
+/// The first joint that is more than `slack` outside of a range.
+fn outside_of(
+    [min, max]: &[JointPositions; 2],
+    slack: f64,
+    q: &JointPositions,
+) -> Option<SafetyViolation> {
+    let is_inside = |joint: usize| (min[joint] - slack..=max[joint] + slack).contains(&q[joint]);
+    let joint = (0..6).find(|joint| !is_inside(*joint))?;
+    Some(SafetyViolation::JointPosition {
+        joint,
+        value_rad: q[joint],
+        min_rad: min[joint],
+        max_rad: max[joint],
+    })
 }
 
 #[cfg(test)]

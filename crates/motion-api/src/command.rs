@@ -107,27 +107,10 @@ pub enum CommandKind {
         /// Distance from the target at which the arc touches, m; 0 stops at the target.
         radius: f64,
     },
-    /// Some points of a micro line, for the `MoveMl` that follows them. Not a motion; ends at once.
-    MicroPoints {
-        /// They are the first of their line; those before are forgotten.
-        begins: bool,
-        /// How many of them count, 1 to 4.
-        count: u8,
-        /// rad.
-        points: [JointPositions; 4],
-    },
-    /// The same as TCP poses in the base frame, between which the TCP keeps to a smooth way through them.
-    MicroPoses {
-        /// They are the first of their line; those before are forgotten.
-        begins: bool,
-        /// How many of them count, 1 to 4.
-        count: u8,
-        /// x, y, z in m and a quaternion w, x, y, z, which need not be of length 1.
-        poses: [[f64; 7]; 4],
-    },
-    /// Through the points that were given, at even times, from the first on, where the arm stands (manual 3.1.40).
+    /// Through the points that were handed over with it, at even times, from the first on, where the arm stands (manual 3.1.40):
+    /// see [`CommandPort::send_points`](crate::CommandPort::send_points).
     MoveMl {
-        /// How many they are: all must have come, from the thread that moves.
+        /// How many they are.
         count: u32,
         /// Time from point to point, s.
         interval: f64,
@@ -372,8 +355,6 @@ impl CommandKind {
             Self::MoveL { .. } => "movel",
             Self::MoveC { .. } => "movec",
             Self::MoveP { .. } => "movep",
-            Self::MicroPoints { .. } => "micro_points",
-            Self::MicroPoses { .. } => "micro_poses",
             Self::MoveMl { .. } => "moveml",
             Self::Stop { .. } => "stop",
             Self::Pause => "pause",
@@ -426,9 +407,7 @@ impl CommandKind {
         !self.is_motion()
             && !matches!(
                 self,
-                Self::MicroPoints { .. }
-                    | Self::MicroPoses { .. }
-                    | Self::ServoJ { .. }
+                Self::ServoJ { .. }
                     | Self::SpeedJ { .. }
                     | Self::SpeedL { .. }
                     | Self::StopJ { .. }

@@ -1,7 +1,7 @@
 //! The contract between two worlds: scripts and ports on one side, the motion thread on the other.
 //!
-//! Everything that crosses the border is defined here, is `Copy` and has a fixed size: commands in, events and records
-//! out, and the latest state for whoever wants to look. Owns no planner, no physics, no script value, no socket.
+//! Everything that crosses the border is defined here and has a fixed size: commands in, events and records out, and the
+//! latest state for whoever wants to look; the points of a moveml cross it as a handle ([`PointList`]). Owns no planner, no physics, no script value, no socket.
 //!
 //! - [`Command`]s go in through a lock-free ring ([`border`] makes both ends).
 //! - [`Event`]s (completions, refusals, warnings, stops) and [`Record`]s (every cycle, every command taken) come out.
@@ -13,6 +13,7 @@ pub mod form;
 pub mod io;
 pub mod mode;
 pub mod online;
+pub mod points;
 pub mod registers;
 pub mod ring;
 pub mod snapshot;
@@ -28,10 +29,11 @@ pub use io::{
 };
 pub use mode::{MotionMode, RobotMode, SafetyMode};
 pub use online::{EncoderRange, FreedriveFrame, OffsetAxes, PulseDecoding};
+pub use points::PointList;
 pub use registers::{RegisterBank, RegisterImage, RegisterImages, Registers};
 pub use ring::{
-    BorderSizes, CommandPort, EventReader, Frame, FrameReader, MotionEnd, Record, RecordFlow,
-    RecordReader, RingFull, ScriptEnd, border,
+    BorderSizes, CommandPort, EventReader, Frame, FrameReader, HandedPoints, MotionEnd, Record,
+    RecordFlow, RecordReader, RingFull, ScriptEnd, border,
 };
 pub use snapshot::SnapshotCell;
 pub use state::RobotState;

@@ -10,12 +10,12 @@ use rtrb::{Consumer, Producer, RingBuffer};
 use thiserror::Error;
 
 use crate::{
-    Command, CommandId, CommandKind, Event, Origin, RegisterImages, Registers, RobotState,
-    SnapshotCell,
+    Command, CommandId, CommandKind, Event, Origin, PointList, RegisterImages, Registers,
+    RobotState, SnapshotCell,
 };
 
 /// One entry of the recording, in the order in which it happened.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[allow(
     clippy::large_enum_variant,
     reason = "fixed-size ring slots; nearly every record is a cycle"
@@ -29,6 +29,15 @@ pub enum Record {
         cycle: u64,
         /// What was taken.
         command: Command,
+    },
+    /// What was handed over with the moveml that leaves the ring next.
+    Points {
+        /// The cycle that took it.
+        cycle: u64,
+        /// That command.
+        id: CommandId,
+        /// Its points.
+        points: Arc<PointList>,
     },
     /// What the registers held when this cycle began; only where that differs from the cycle before, as far as the
     /// recording took it.
@@ -48,6 +57,18 @@ pub struct Frame {
     /// The registers at the end of the cycle.
     pub registers: RegisterImages,
 }
+
+/// The points of a moveml on their way over the border.
+#[derive(Clone, Debug)]
+pub struct HandedPoints {
+    /// The command that they belong to.
+    pub id: CommandId,
+    /// They.
+    pub points: Arc<PointList>,
+}
+
+/// Lists that wait for the motion thread.
+const LISTS: usize = 8;
 
 /// The ring is full: the motion thread has not taken a command for a while.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -90,6 +111,7 @@ impl Default for BorderSizes {
 /// Makes the border: the motion thread's end and everybody else's.
 pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) {
     let (command_in, command_out) = RingBuffer::new(sizes.commands + sizes.kept);
+    let (lists_in, lists_out) = RingBuffer::new(LISTS);
     let (event_in, event_out) = RingBuffer::new(sizes.events);
     let (record_in, record_out) = match sizes.records {
         Some(n) => {
@@ -104,6 +126,7 @@ pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) 
     let registers = Arc::new(Registers::default());
     let motion = MotionEnd {
         commands: command_out,
+        points: lists_out,
         events: event_in,
         records: record_in,
         record_flow: record_flow.clone(),
@@ -114,6 +137,8 @@ pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) 
     let commands = CommandPort {
         shared: Arc::new(Mutex::new(Sender {
             ring: command_in,
+            lists: lists_in,
+            handed_over: Vec::new(),
             last: 0,
             capacity: sizes.commands,
             kept: sizes.kept,
@@ -137,6 +162,8 @@ pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) 
 pub struct MotionEnd {
     /// Commands to drain at the beginning of a cycle.
     pub commands: Consumer<Command>,
+    /// The points of those that are a moveml, in the same order.
+    pub points: Consumer<HandedPoints>,
     /// Events for the script side. Room for them is checked before commands are drained, so none is ever dropped.
     pub events: Producer<Event>,
     /// Records for the recording, when there is one.
@@ -169,6 +196,9 @@ pub struct ScriptEnd {
 
 struct Sender {
     ring: Producer<Command>,
+    lists: Producer<HandedPoints>,
+    /// Lists that the motion thread or the recorder may still hold: they are freed here.
+    handed_over: Vec<Arc<PointList>>,
     last: u64,
     capacity: usize,
     kept: usize,
@@ -241,6 +271,38 @@ impl CommandPort {
             sender.push(origin, *kind)?;
         }
         Ok(())
+    }
+
+    /// Sends a moveml through points, which are handed over with it; `before` learns its number and itself as with
+    /// [`send_with`](Self::send_with). Lists that nobody needs any more are freed here, by the thread that calls.
+    ///
+    /// # Errors
+    /// [`RingFull`] when the motion thread has not drained the ring; nothing was handed over then.
+    pub fn send_points(
+        &self,
+        origin: Origin,
+        points: &Arc<PointList>,
+        interval: f64,
+        before: impl FnOnce(CommandId, CommandKind),
+    ) -> Result<CommandId, RingFull> {
+        let count = points.count();
+        let kind = CommandKind::MoveMl { count, interval };
+        let mut sender = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
+        // Whoever holds the only handle is the only one who can make another.
+        sender
+            .handed_over
+            .retain(|list| Arc::strong_count(list) > 1);
+        if sender.room_for(&kind) == 0 || sender.lists.is_full() {
+            let capacity = sender.capacity;
+            return Err(RingFull { capacity });
+        }
+        let id = CommandId(sender.last + 1);
+        before(id, kind);
+        sender.handed_over.push(Arc::clone(points));
+        let points = Arc::clone(points);
+        // There is room, and only this side fills the ring.
+        let _ = sender.lists.push(HandedPoints { id, points });
+        sender.push(origin, kind)
     }
 
     /// As [`send`](Self::send); `before` learns the number before the motion thread can see the command, so that a
@@ -436,6 +498,34 @@ mod tests {
         assert!(!script.commands.is_abandoned());
         drop(motion);
         assert!(script.commands.is_abandoned());
+    }
+
+    #[test]
+    fn lists_are_handed_over_with_their_command_and_freed_by_the_sender() {
+        let (mut motion, script) = small();
+        let list = || Arc::new(PointList::of_joints(&[JointPositions::ZERO; 2]).unwrap());
+        let send = |list: &Arc<PointList>| {
+            let port = &script.commands;
+            port.send_points(Origin::default(), list, 0.01, |_, _| ())
+        };
+        let first = list();
+        let watched = Arc::downgrade(&first);
+        assert_eq!(send(&first), Ok(CommandId(1)));
+        drop(first);
+        let handed = motion.points.pop().unwrap();
+        assert_eq!(handed.id, motion.commands.pop().unwrap().id);
+        assert_eq!(handed.points.samples().len(), 2);
+        drop(handed);
+        assert!(
+            watched.upgrade().is_some(),
+            "the motion thread frees nothing"
+        );
+        let second = list();
+        assert_eq!(send(&second), Ok(CommandId(2)));
+        assert!(watched.upgrade().is_none());
+        assert_eq!(send(&second), Ok(CommandId(3)));
+        assert!(send(&second).is_err(), "two commands fit");
+        assert_eq!(motion.points.slots(), 2);
     }
 
     #[test]

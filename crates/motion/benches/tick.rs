@@ -20,6 +20,7 @@ fn main() {
     percentiles();
     online_percentiles();
     force_percentiles();
+    other_percentiles();
     divan::main();
 }
 
@@ -46,7 +47,10 @@ fn controller(plant: PlantKind, step_time: f64) -> (Cycle, ScriptEnd) {
 
 fn go(script: &ScriptEnd, way: f64) {
     let mut target = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0];
-    target.iter_mut().for_each(|q| *q += way);
+    // Not the joints that would fold the arm.
+    [0, 3, 4, 5]
+        .into_iter()
+        .for_each(|joint: usize| target[joint] += way);
     let kind = CommandKind::MoveJ {
         target: JointPositions(target),
         acceleration: 1.396263,
@@ -107,9 +111,9 @@ fn force_percentiles() {
         }
         let mut times: Vec<f64> = (0..5000)
             .map(|_| {
-                let before = std::time::Instant::now();
+                let before = cpu_time_us();
                 cycle.tick(Timing::default());
-                let time = before.elapsed().as_secs_f64() * 1e6;
+                let time = cpu_time_us() - before;
                 while script.events.next_event().is_some() {}
                 time
             })
@@ -120,6 +124,128 @@ fn force_percentiles() {
             times[times.len() / 2],
             times[times.len() * 99 / 100]
         );
+    }
+}
+
+/// p50 and p99 of 4000 ticks in a chain of blends, through points, in reduced mode and among 200 obstacles.
+fn other_percentiles() {
+    for plant in [PlantKind::Ideal, PlantKind::Rigid] {
+        for name in [
+            "a chain of blends",
+            "moveml",
+            "reduced mode",
+            "a cell of 200 obstacles",
+        ] {
+            let mut config = CycleConfig {
+                plant,
+                ..CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm"))
+            };
+            if name == "a cell of 200 obstacles" {
+                config.surroundings.obstacles = (0..200_u16).map(ball).collect();
+            }
+            config.safety_inputs.reduced_mode = Some(motion::InputPair {
+                pair: 2,
+                is_active_low: false,
+            });
+            let sizes = BorderSizes {
+                records: None,
+                ..BorderSizes::default()
+            };
+            let home = config.home;
+            let start = config.model.flange_pose(&home).to_rpy();
+            let (motion, mut script) = border(sizes, &config.first_state());
+            let mut cycle = Cycle::new(config, motion).expect("a controller");
+            if name == "reduced mode" {
+                let level = true;
+                let input = CommandKind::SetDigitalInput { index: 20, level };
+                script
+                    .commands
+                    .send(Origin::default(), input)
+                    .expect("room");
+            }
+            let mut times = Vec::with_capacity(4000);
+            let mut corner = 0_u32;
+            let mut is_free = true;
+            while times.len() < 4000 {
+                if is_free {
+                    is_free = false;
+                    corner += 1;
+                    send_next(name, corner, &home, &start, &script);
+                }
+                let begin = cpu_time_us();
+                cycle.tick(Timing::default());
+                times.push(cpu_time_us() - begin);
+                while let Some(event) = script.events.next_event() {
+                    use motion_api::Event;
+                    is_free |= matches!(event, Event::Queued { .. } | Event::Ended { .. });
+                }
+            }
+            times.sort_by(f64::total_cmp);
+            let at = |share: usize| times[times.len() * share / 1000];
+            println!(
+                "tick in {name}, {plant:?} plant: p50 {:.1} us, p99 {:.1} us",
+                at(500),
+                at(990)
+            );
+        }
+    }
+}
+
+/// A square of lines with blends, or a list of points there and back.
+fn send_next(
+    name: &str,
+    corner: u32,
+    home: &JointPositions,
+    start: &kinematics::RpyPose,
+    script: &ScriptEnd,
+) {
+    let origin = Origin::default();
+    if name == "moveml" {
+        let point = |k: u32| {
+            let turn = f64::from(k) / 2000.0 * core::f64::consts::TAU;
+            let mut q = *home;
+            q[0] += 0.3 * (1.0 - turn.cos());
+            q[3] += 0.2 * (1.0 - turn.cos());
+            q
+        };
+        let points: Vec<JointPositions> = (0..=2000).map(point).collect();
+        let list = motion_api::PointList::of_joints(&points).expect("good points");
+        let sent = script
+            .commands
+            .send_points(origin, &list.into(), 0.004, |_, _| ());
+        sent.expect("room");
+        return;
+    }
+    let mut target = *start;
+    target.xyz[1] += [0.0, 0.1, 0.1, 0.0][corner as usize % 4];
+    target.xyz[2] += [0.0, 0.0, 0.1, 0.1][corner as usize % 4];
+    let kind = CommandKind::MoveL {
+        target,
+        acceleration: 1.2,
+        speed: 0.25,
+        duration: 0.0,
+        radius: 0.01,
+    };
+    script.commands.send(origin, kind).expect("room");
+}
+
+/// One of many balls on a spiral around the arm.
+fn ball(k: u16) -> motion::contact::Obstacle {
+    let turn = 0.3 * f64::from(k);
+    let radius = 0.9 + 0.002 * f64::from(k);
+    motion::contact::Obstacle {
+        name: format!("ball {k}"),
+        solid: motion::contact::Solid {
+            pose: kinematics::Pose::from_translation(
+                radius * turn.cos(),
+                radius * turn.sin(),
+                0.005 * f64::from(k),
+            ),
+            shape: motion::contact::Shape::Sphere { radius: 0.05 },
+        },
+        stiffness: Some(2e4),
+        damping: 0.0,
+        friction: 0.0,
     }
 }
 

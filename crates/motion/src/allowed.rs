@@ -162,9 +162,7 @@ impl Family {
             | CommandKind::MoveL { .. }
             | CommandKind::MoveC { .. }
             | CommandKind::MoveP { .. }
-            | CommandKind::MoveMl { .. }
-            | CommandKind::MicroPoints { .. }
-            | CommandKind::MicroPoses { .. } => Self::Move,
+            | CommandKind::MoveMl { .. } => Self::Move,
             CommandKind::ServoJ { .. }
             | CommandKind::SpeedJ { .. }
             | CommandKind::SpeedL { .. } => Self::Steer,
@@ -203,15 +201,6 @@ impl Cycle {
         let found = columns.find(|(column, _)| *column == doing);
         let rule = found.map_or(Act, |(_, row)| family.rule(row));
         match rule {
-            // Points need no arm that stands.
-            Queue
-                if matches!(
-                    command.kind,
-                    CommandKind::MicroPoints { .. } | CommandKind::MicroPoses { .. }
-                ) =>
-            {
-                Act
-            }
             // Only one waits.
             Queue if self.deferred.is_some() => BUSY,
             rule => rule,

@@ -190,12 +190,12 @@ impl Cycle {
         if let Some(reason) = checked.and_then(|points| points.exceeded(braking)) {
             return Err(reason);
         }
-        let soon = JointSpeeds(core::array::from_fn(|joint| {
-            carried.qd[joint] + AHEAD * carried.qdd[joint]
-        }));
-        let used = points.used(&carried.qd).max(points.used(&soon));
+        let soon = states(carried).map(|state| state.after(AHEAD, 0.0));
+        let used = points.used(&carried.qd);
+        let used = used.max(points.used(&JointSpeeds(soon.map(|state| state.speed))));
         // Joints that brake each for itself may lead the TCP on faster than together.
         let used = used.max(points.share(braking));
+        let used = used.max(points.share(points.while_braking(&soon, &axes, self.step)));
         if let Some(tracking) = &mut self.tracking {
             let change = if used > SLOWING_FROM {
                 -SLOWING_RATE * self.step

@@ -345,6 +345,16 @@ impl CycleConfig {
 }
 
 impl CycleConfig {
+    /// The safety settings with everything that targets are judged by: planes, the ranges of reduced mode, links that meet.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for limits that cannot be used.
+    pub fn safety_of_targets(&self) -> Result<SafetyBounds, ConfigError> {
+        let (limits, reduced) = (self.resolve()?, self.resolve_reduced()?);
+        let bounds = self.safety.with_link_overlap(limits.link_overlap);
+        Ok(bounds.with_reduced_range(reduced.position_min, reduced.position_max))
+    }
+
     /// The limits of reduced mode.
     ///
     /// # Errors

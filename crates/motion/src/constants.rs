@@ -178,12 +178,9 @@ pub const DUE_ATTEMPTS: usize = 12;
 /// See [`DUE_ATTEMPTS`].
 pub const START_OF_MOTION: f64 = 1e-6;
 
-/// Most points of a moveml, and the intervals between them that are looked at in one cycle, each at so many places after
-/// its first.
-pub const MICRO_POINTS_MAX: usize = 100_000;
-/// See [`MICRO_POINTS_MAX`].
+/// Intervals between the points of a moveml that are looked at in one cycle, each at so many places after its first.
 pub const MICRO_INTERVALS_PER_CYCLE: usize = 64;
-/// See [`MICRO_POINTS_MAX`].
+/// See [`MICRO_INTERVALS_PER_CYCLE`].
 pub const MICRO_PLACES_PER_INTERVAL: usize = 2;
 
 /// How far from the first point of a moveml the arm may stand, rad; the difference is taken up on the first interval.

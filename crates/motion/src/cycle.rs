@@ -141,7 +141,7 @@ impl Cycle {
         let limits = config.resolve()?;
         let limit_sets = LimitSets::new(limits, config.resolve_reduced()?);
         let io = Io::new(&config.io, config.step_time, border.registers.clone());
-        let (commands, out) = Outbox::new(border)?;
+        let ((commands, points), out) = Outbox::new(border)?;
         let machine = Machine::new(config.robot_mode());
         let model = config
             .model
@@ -165,7 +165,7 @@ impl Cycle {
         let is_powered = machine.robot_mode() != RobotMode::PowerOff;
         let mut cycle = Self {
             limits_on_belt: limits.shared(SHARE_ON_BELT),
-            micro_points: MicroPoints::new(),
+            micro_points: MicroPoints::new(points),
             deferred: None,
             tracking: None,
             encoders: config.belts.map(Encoder::new),

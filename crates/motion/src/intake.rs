@@ -73,8 +73,6 @@ impl Cycle {
             | CommandKind::MoveL { .. }
             | CommandKind::MoveC { .. }
             | CommandKind::MoveP { .. }
-            | CommandKind::MicroPoints { .. }
-            | CommandKind::MicroPoses { .. }
             | CommandKind::MoveMl { .. } => self.begin_motion(command),
             CommandKind::ServoJ { .. }
             | CommandKind::SpeedJ { .. }
@@ -122,7 +120,7 @@ impl Cycle {
         }
     }
 
-    /// Planned motions, and the points of one.
+    /// Planned motions.
     fn begin_motion(&mut self, command: &Command) -> Answer {
         match command.kind {
             CommandKind::MoveJ {
@@ -217,24 +215,6 @@ impl Cycle {
                 self.begin_to_plan(command, MotionMode::MoveP, planner);
                 Ok(Ending::Later)
             }
-            CommandKind::MicroPoints {
-                begins,
-                count,
-                points,
-            } => {
-                let samples = points.map(|q| [q[0], q[1], q[2], q[3], q[4], q[5], 0.0]);
-                self.micro_points(
-                    command.origin,
-                    (begins, false),
-                    usize::from(count),
-                    &samples,
-                )
-            }
-            CommandKind::MicroPoses {
-                begins,
-                count,
-                poses,
-            } => self.micro_points(command.origin, (begins, true), usize::from(count), &poses),
             CommandKind::MoveMl { count, interval } => self.moveml(command, count, interval),
             _ => Err(Refusal::Planner { code: WRONG_FAMILY }),
         }

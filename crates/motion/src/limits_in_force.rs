@@ -12,6 +12,8 @@ use motion_api::Refusal;
 use crate::config::MotionLimits;
 use crate::constants::{SHARE_ON_BELT, STOP_ACCELERATION};
 use crate::cycle::{Cycle, Generator};
+use crate::modes::points::Points;
+use crate::modes::{online_axes, states};
 use crate::path::Ground;
 use crate::setpoint::elbow_speed;
 
@@ -92,7 +94,9 @@ impl Cycle {
             self.limits_on_belt = self.limits.shared(SHARE_ON_BELT);
             self.queue.forget_caps();
         }
-        let is_slow = self.used() <= 1.0;
+        let is_slow = self.limit_sets.slowing.is_some()
+            && self.used() <= 1.0
+            && self.may_be_braked_on_a_belt();
         if let Some(slowing) = &mut self.limit_sets.slowing {
             slowing.left -= self.step;
             slowing.slow_for = if is_slow {
@@ -104,6 +108,17 @@ impl Cycle {
                 self.limit_sets.slowing = None;
             }
         }
+    }
+
+    /// On a belt TCP and elbow keep to their limits while the joints brake, too: from then on nothing faster passes.
+    fn may_be_braked_on_a_belt(&self) -> bool {
+        if self.tracking.is_none() {
+            return true;
+        }
+        let at = &self.commanded;
+        let points = Points::new(&self.model, &self.flange_from_tcp, &self.limits, &at.q);
+        let axes = online_axes(self.limit_sets.able(), self.step);
+        points.is_none_or(|points| points.is_safe(&states(at), &axes, self.step))
     }
 
     fn slows_softly(&self) -> bool {

@@ -1,109 +1,100 @@
-//! The points of a moveml: taken a few at a time, kept until the next line begins.
+//! The points of a moveml: taken over as a handle when its command leaves the ring, kept until the next line begins.
 //!
-//! Their place is reserved when the controller starts, so that taking them allocates nothing. One script thread at a time
-//! gives a line, and only that thread can run it.
+//! Lists are never changed and never freed here (see `motion_api::points`): where the arm stands takes the place of the first
+//! point in the line, not in the list.
+
+use std::sync::Arc;
 
 use kinematics::Pose;
-use motion_api::{Command, MotionMode, Origin, ProgramId, Refusal, ThreadNumber};
+use motion_api::{Command, CommandId, CommandKind, HandedPoints, MotionMode, PointList, Refusal};
 use nalgebra::UnitQuaternion;
+use rtrb::Consumer;
 
-use crate::constants::{LONGEST, MICRO_POINTS_MAX, MICRO_START, SLOWEST};
+use crate::constants::{LONGEST, MICRO_START, SLOWEST};
 use crate::cycle::Cycle;
 use crate::intake::{Answer, Ending, bad_value};
 use crate::path::{MicroLine, Sample, TcpWay};
 use crate::plan::MicroLinePlanner;
 use crate::upcoming::Planned;
 
-/// The list.
+/// The lists.
 pub(crate) struct MicroPoints {
-    points: Vec<Sample>,
-    /// They are poses of the TCP.
-    are_poses: bool,
-    giver: Option<(ProgramId, ThreadNumber)>,
+    incoming: Consumer<HandedPoints>,
+    /// Those of commands that left the ring: of the one that waits for the arm to come to rest, and of the latest.
+    arrived: [Option<HandedPoints>; 2],
+    /// That of the line under way, or of the last one.
+    current: Option<Arc<PointList>>,
 }
 
 impl MicroPoints {
-    /// Empty, with room for all.
-    pub(crate) fn new() -> Self {
+    /// None yet.
+    pub(crate) fn new(incoming: Consumer<HandedPoints>) -> Self {
         Self {
-            points: Vec::with_capacity(MICRO_POINTS_MAX),
-            are_poses: false,
-            giver: None,
+            incoming,
+            arrived: [None, None],
+            current: None,
         }
     }
 
-    /// The points so far.
+    /// The points of the line under way.
     pub(crate) fn points(&self) -> &[Sample] {
-        &self.points
+        self.current.as_ref().map_or(&[], |list| list.samples())
+    }
+
+    /// The points that were handed over with a command, which is not the one that `waits`.
+    fn receive(&mut self, id: CommandId, waits: CommandId) -> Option<&HandedPoints> {
+        let mut found = None;
+        while let Ok(handed) = self.incoming.pop() {
+            let is_it = handed.id == id;
+            found = Some(handed).filter(|_| is_it);
+            if is_it {
+                break;
+            }
+        }
+        let is_waiting = |slot: &Option<HandedPoints>| slot.as_ref().is_some_and(|s| s.id == waits);
+        let place = self.arrived.iter_mut().find(|slot| !is_waiting(slot))?;
+        *place = found;
+        place.as_ref()
+    }
+
+    fn take(&mut self, id: CommandId) -> Option<Arc<PointList>> {
+        let slot = self.arrived.iter_mut();
+        let mut slot = slot.filter_map(|slot| slot.take_if(|handed| handed.id == id));
+        slot.next().map(|handed| handed.points)
     }
 }
 
 impl Cycle {
-    /// Takes points of a micro line.
-    pub(crate) fn micro_points(
-        &mut self,
-        origin: Origin,
-        (begins, are_poses): (bool, bool),
-        count: usize,
-        points: &[Sample; 4],
-    ) -> Answer {
-        let list = &mut self.micro_points;
-        let given = points.get(..count).filter(|given| !given.is_empty());
-        let given = given.ok_or_else(|| bad_value("count", count as f64, "1 to 4"))?;
-        if begins {
-            list.points.clear();
-            list.are_poses = are_poses;
-            list.giver = Some((origin.program, origin.thread));
-        } else if list.giver != Some((origin.program, origin.thread)) || list.are_poses != are_poses
-        {
-            return Err(self.other_line());
+    /// Takes over the points of a command that has left the ring.
+    pub(crate) fn take_points(&mut self, command: &Command) {
+        if !matches!(command.kind, CommandKind::MoveMl { .. }) {
+            return;
         }
-        for point in given {
-            if let Some(value) = point.iter().find(|x| !x.is_finite()) {
-                return Err(bad_value("a number of a point", *value, "a finite number"));
-            }
-            let [.., w, i, j, k] = *point;
-            let length = [w, i, j, k].iter().map(|x| x * x).sum::<f64>().sqrt();
-            if are_poses && !QUATERNION_LENGTH.contains(&length) {
-                return Err(bad_value("the length of a quaternion", length, "0.5 to 2"));
-            }
-            if list.points.len() >= MICRO_POINTS_MAX {
-                let value = (MICRO_POINTS_MAX + 1) as f64;
-                return Err(bad_value("the number of points", value, "at most 100000"));
-            }
-            list.points.push(*point);
+        let waits = self.deferred.map_or(CommandId::NONE, |waits| waits.id);
+        if let Some(handed) = self.micro_points.receive(command.id, waits) {
+            self.out.points(handed);
         }
-        Ok(Ending::Now)
-    }
-
-    fn other_line(&self) -> Refusal {
-        let value = self.micro_points.points.len() as f64;
-        bad_value(
-            "the number of points given by this thread",
-            value,
-            "that of the line: another thread has begun one of its own",
-        )
     }
 
     /// Begins a moveml.
     pub(crate) fn moveml(&mut self, command: &Command, count: u32, interval: f64) -> Answer {
+        let list = self.micro_points.take(command.id);
         if !(SLOWEST..=LONGEST).contains(&interval) {
             let needed = "0.000001 to 1000000 s";
             return Err(bad_value("the time between points", interval, needed));
         }
-        let giver = Some((command.origin.program, command.origin.thread));
-        if self.micro_points.giver != giver
-            || self.micro_points.points.len() != usize::try_from(count).unwrap_or(usize::MAX)
-        {
-            return Err(self.other_line());
-        }
-        let line = if self.micro_points.are_poses {
-            self.line_of_poses(interval)?
+        let list = list.filter(|list| list.count() == count).ok_or_else(|| {
+            let needed = "that of the points handed over with it";
+            bad_value("the number of points", f64::from(count), needed)
+        })?;
+        let line = if list.are_poses() {
+            self.line_of_poses(list.samples(), interval)?
         } else {
-            self.line_of_joints(interval)?
+            self.line_of_joints(list.samples(), interval)?
         };
         self.cells.clear();
-        let planner = MicroLinePlanner::new(line, self.micro_points.points(), &self.arm())?;
+        let planner = MicroLinePlanner::new(line, list.samples(), &self.arm())?;
+        self.micro_points.current = Some(list);
         self.follow_with(
             (command.id, command.origin),
             MotionMode::MoveMl,
@@ -113,47 +104,38 @@ impl Cycle {
     }
 
     /// The way of the joints through the points, exactly from where the arm is.
-    fn line_of_joints(&mut self, interval: f64) -> Result<MicroLine, Refusal> {
+    fn line_of_joints(&self, points: &[Sample], interval: f64) -> Result<MicroLine, Refusal> {
         let start = self.next_start();
-        if let Some(first) = self.micro_points.points.first_mut() {
-            for joint in 0..6 {
-                check_start((first[joint] - start[joint]).abs())?;
-                first[joint] = start[joint];
-            }
+        let line = MicroLine::of_joints(points, interval).ok_or_else(too_few)?;
+        for joint in 0..6 {
+            check_start((line.start()[joint] - start[joint]).abs())?;
         }
-        let line = MicroLine::of_joints(&self.micro_points.points, interval);
-        let line = line.ok_or_else(|| self.too_few())?;
+        let [.., unused] = line.first();
+        let [a, b, c, d, e, f] = start.0;
+        let line = line.beginning_at([a, b, c, d, e, f, unused], start);
         // The points between are looked at while the motion is planned, a few a cycle.
         self.check_target(&line.end())?;
         Ok(line)
     }
 
     /// The way of the TCP through the points, exactly from where it is.
-    fn line_of_poses(&mut self, interval: f64) -> Result<MicroLine, Refusal> {
+    fn line_of_poses(&self, points: &[Sample], interval: f64) -> Result<MicroLine, Refusal> {
         let start = self.next_start();
-        let here = self.model.tcp_pose(&start, &self.flange_from_tcp);
-        let line =
-            |points: &[Sample]| MicroLine::of_tcp(points, interval, start, self.flange_from_tcp);
-        let given = line(&self.micro_points.points).ok_or_else(|| self.too_few())?;
-        if let Some(way) = given.tcp_way(&self.micro_points.points) {
+        let tool = self.flange_from_tcp;
+        let here = self.model.tcp_pose(&start, &tool);
+        let line = MicroLine::of_tcp(points, interval, start, tool).ok_or_else(too_few)?;
+        if let Some(way) = line.tcp_way(points) {
             let first = way.pose(0.0);
             check_start((first.translation - here.translation).norm())?;
             check_start(first.rotation.angle_to(&here.rotation))?;
         }
-        if let Some(first) = self.micro_points.points.first_mut() {
-            *first = sample_of(&here, first);
-        }
-        Ok(given)
-    }
-
-    fn too_few(&self) -> Refusal {
-        let value = self.micro_points.points.len() as f64;
-        bad_value("the number of points", value, "at least 2")
+        Ok(line.beginning_at(sample_of(&here, &line.first()), start))
     }
 }
 
-/// Lengths of a quaternion that stands for a rotation; what lies between two points is hardly shorter than they are.
-const QUATERNION_LENGTH: core::ops::RangeInclusive<f64> = 0.5..=2.0;
+fn too_few() -> Refusal {
+    bad_value("the number of points", 0.0, "at least 2")
+}
 
 fn check_start(away: f64) -> Result<(), Refusal> {
     if away > MICRO_START {

@@ -33,6 +33,7 @@ impl Cycle {
             self.deferred = Some(deferred);
         }
         let command = self.commands.pop().ok()?;
+        self.take_points(&command);
         self.out.taken(&command);
         if self.rule(&command) != Rule::Queue {
             return Some(command);

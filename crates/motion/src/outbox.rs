@@ -5,14 +5,17 @@
 
 use kinematics::{JointAccelerations, JointSpeeds};
 use motion_api::{
-    Command, CommandId, Event, Frame, MotionEnd, MotionMode, Outcome, Record, RecordFlow,
-    RegisterImages, RobotState, SafetyMode, SnapshotCell, StopReason, Warning,
+    Command, CommandId, Event, Frame, HandedPoints, MotionEnd, MotionMode, Outcome, Record,
+    RecordFlow, RegisterImages, RobotState, SafetyMode, SnapshotCell, StopReason, Warning,
 };
 use rtrb::{Consumer, Producer};
 use std::sync::Arc;
 
 use crate::config::ConfigError;
 use crate::constants::{EVENT_RESERVE, EVENT_RING_MIN, EVENTS_PER_COMMAND};
+
+/// The ways in: commands, and the points of some.
+pub(crate) type Incoming = (Consumer<Command>, Consumer<HandedPoints>);
 
 /// The ways out.
 pub(crate) struct Outbox {
@@ -32,8 +35,8 @@ pub(crate) struct Outbox {
 }
 
 impl Outbox {
-    /// Takes the border apart: the commands, and everything else.
-    pub(crate) fn new(end: MotionEnd) -> Result<(Consumer<Command>, Self), ConfigError> {
+    /// Takes the border apart: what comes in, and everything else.
+    pub(crate) fn new(end: MotionEnd) -> Result<(Incoming, Self), ConfigError> {
         let given = end.events.buffer().capacity();
         if given < EVENT_RING_MIN {
             return Err(ConfigError::RingTooSmall {
@@ -53,7 +56,7 @@ impl Outbox {
             recorded_registers: RegisterImages::default(),
             cycle: 0,
         };
-        Ok((end.commands, outbox))
+        Ok(((end.commands, end.points), outbox))
     }
 
     /// True when one more command may be taken while `under_way` others have not ended yet.
@@ -99,6 +102,13 @@ impl Outbox {
             cycle,
             command: *command,
         });
+    }
+
+    /// The points of the command that is taken next.
+    pub(crate) fn points(&mut self, handed: &HandedPoints) {
+        let (cycle, id) = (self.cycle, handed.id);
+        let points = Arc::clone(&handed.points);
+        self.record(Record::Points { cycle, id, points });
     }
 
     /// What the registers hold at the beginning of this cycle, for the recording.

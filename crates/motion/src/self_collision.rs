@@ -5,6 +5,7 @@
 //! joints turn, so a look says how far they may turn until the next one. An arm that stands in itself already (its watch was
 //! off, or its home is such) may move as long as it does not get deeper.
 
+use kinematics::safety::OVERLAP_SLACK as SLACK;
 use kinematics::{JointPositions, RobotModel};
 use motion_api::{PathFault, StopReason};
 
@@ -16,8 +17,6 @@ use crate::setpoint::Setpoint;
 
 /// Places on the way of braking joints to rest that are looked at.
 const BRAKE_PLACES: u32 = 8;
-/// An overlap that is there already may be as deep as it is, up to rounding, m.
-const SLACK: f64 = 1e-6;
 /// A planned motion was looked at in places; between them links may be nearer by this, m.
 const BETWEEN_PLACES: f64 = 0.003;
 

@@ -69,6 +69,7 @@ fn one_tick_makes_one_cycle_record_and_one_for_each_command() {
                     commands += 1;
                     assert_eq!((cycle, command.id.0), (tick, commands));
                 }
+                Record::Points { .. } => panic!("no moveml was sent"),
                 Record::Registers { .. } => panic!("no register was written"),
             }
         }

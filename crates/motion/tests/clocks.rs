@@ -58,7 +58,8 @@ fn virtual_time_waits_for_the_recorder_and_loses_nothing() {
         while !records.is_finished() {
             match records.next_record() {
                 Some(Record::Cycle(state)) => cycles.push(state.cycle),
-                Some(Record::Command { .. } | Record::Registers { .. }) => {}
+                Some(Record::Command { .. } | Record::Points { .. } | Record::Registers { .. }) => {
+                }
                 None => thread::sleep(Duration::from_micros(200)),
             }
         }

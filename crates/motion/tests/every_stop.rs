@@ -496,22 +496,10 @@ impl Case {
             q
         };
         let end = at(399);
-        let chunks: Vec<[JointPositions; 4]> = (0..100)
-            .map(|chunk| core::array::from_fn(|k| at(4 * chunk + k)))
-            .collect();
-        for (k, points) in chunks.into_iter().enumerate() {
-            let kind = CommandKind::MicroPoints {
-                begins: k == 0,
-                count: 4,
-                points,
-            };
-            assert_eq!(self.bench.do_it(kind), Outcome::Done);
-        }
+        let points: Vec<JointPositions> = (0..400).map(at).collect();
         self.target = Some(self.tcp(&end));
-        self.send(CommandKind::MoveMl {
-            count: 400,
-            interval: 0.005,
-        });
+        let id = self.bench.moveml(&points, 0.005);
+        self.last = Some(id);
     }
 
     fn stop(&mut self, stop: Stop) {

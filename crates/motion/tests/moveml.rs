@@ -11,34 +11,12 @@ use common::{Bench, MODELS, ideal};
 use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation};
 use kinematics::{JointPositions, Pose, RobotModel};
 use motion_api::{
-    CommandId, CommandKind, MotionMode, Origin, Outcome, PathFault, Refusal, ThreadNumber, Warning,
+    CommandId, CommandKind, MotionMode, Outcome, PathFault, PointList, Refusal, Warning,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 
-fn give(bench: &mut Bench, origin: Origin, points: &[JointPositions]) -> Vec<CommandId> {
-    let mut ids = Vec::new();
-    for (number, some) in points.chunks(4).enumerate() {
-        let mut four = [JointPositions::ZERO; 4];
-        four[..some.len()].copy_from_slice(some);
-        let kind = CommandKind::MicroPoints {
-            begins: number == 0,
-            count: some.len() as u8,
-            points: four,
-        };
-        ids.push(bench.script.commands.send(origin, kind).unwrap());
-        if number % 64 == 63 {
-            bench.tick();
-        }
-    }
-    ids
-}
-
 fn moveml(bench: &mut Bench, points: &[JointPositions], interval: f64) -> CommandId {
-    give(bench, Origin::default(), points);
-    bench.send(CommandKind::MoveMl {
-        count: points.len() as u32,
-        interval,
-    })
+    bench.moveml(points, interval)
 }
 
 /// A wave of some joints that begins at `home`.
@@ -182,24 +160,12 @@ fn what_cannot_be_run_is_refused_by_name_and_the_arm_stays() {
         Outcome::Refused(refusal) => refusal.to_string(),
         other => panic!("{other:?}"),
     };
-    // Not all of them.
-    give(&mut bench, Origin::default(), &points[..8]);
+    // No points, and not all of them.
     let id = bench.send(CommandKind::MoveMl {
         count: 20,
         interval: 0.01,
     });
     assert!(refused(&mut bench, id).contains("number of points"));
-    // Another thread's.
-    let other = Origin {
-        thread: ThreadNumber(3),
-        ..Origin::default()
-    };
-    give(&mut bench, other, &points);
-    let id = bench.send(CommandKind::MoveMl {
-        count: 20,
-        interval: 0.01,
-    });
-    assert!(refused(&mut bench, id).contains("another thread"));
     // From somewhere else.
     let id = moveml(&mut bench, &points[10..], 0.01);
     assert!(refused(&mut bench, id).contains("first point"));
@@ -221,10 +187,6 @@ fn what_cannot_be_run_is_refused_by_name_and_the_arm_stays() {
         ),
         "{outcome:?}"
     );
-    let mut bad = points.clone();
-    bad[1][0] = f64::NAN;
-    let ids = give(&mut bench, Origin::default(), &bad);
-    assert!(refused(&mut bench, ids[0]).contains("finite"));
     assert_eq!(bench.now().target_q, home);
     assert!(bench.states.iter().all(|s| s.target_q == home));
 }
@@ -235,36 +197,27 @@ fn points_do_not_change_under_a_motion() {
     let points = wave(&bench.now().target_q, 100, 0.2, 1.0);
     let id = moveml(&mut bench, &points, 0.010);
     bench.run(50);
-    let other = give(&mut bench, Origin::default(), &points[..4]);
+    let other = moveml(&mut bench, &points[..4], 0.010);
     bench.run(2);
     assert!(matches!(
-        bench.outcome(other[0]),
+        bench.outcome(other),
         Some(Outcome::Refused(Refusal::Busy { .. }))
     ));
     assert_eq!(bench.finish(id), Outcome::Done);
     assert_eq!(bench.now().target_q, points[99]);
 }
 
-fn give_poses(bench: &mut Bench, poses: &[Pose]) {
-    for (number, some) in poses.chunks(4).enumerate() {
-        let mut four = [[0.0; 7]; 4];
-        for (place, pose) in four.iter_mut().zip(some) {
-            let turn = UnitQuaternion::from_rotation_matrix(&pose.rotation);
-            // Any sign and length stand for the same rotation, as long as they go on.
-            let size = 1.1 * turn.i.signum();
-            let at = pose.translation;
-            let [w, i, j, k] = [turn.w, turn.i, turn.j, turn.k].map(|x| x * size);
-            *place = [at.x, at.y, at.z, w, i, j, k];
-        }
-        bench.send(CommandKind::MicroPoses {
-            begins: number == 0,
-            count: some.len() as u8,
-            poses: four,
-        });
-        if number % 64 == 63 {
-            bench.tick();
-        }
-    }
+fn moveml_of_poses(bench: &mut Bench, poses: &[Pose], interval: f64) -> CommandId {
+    let sample = |pose: &Pose| {
+        let turn = UnitQuaternion::from_rotation_matrix(&pose.rotation);
+        // Any sign and length stand for the same rotation, as long as they go on.
+        let size = 1.1 * turn.i.signum();
+        let at = pose.translation;
+        let [w, i, j, k] = [turn.w, turn.i, turn.j, turn.k].map(|x| x * size);
+        [at.x, at.y, at.z, w, i, j, k]
+    };
+    let samples = poses.iter().map(sample).collect();
+    bench.send_points(PointList::new(samples, true).unwrap(), interval)
 }
 
 /// Poses on a circle of the TCP beside `start`, which turns the tool to and fro by `turn` rad.
@@ -288,11 +241,7 @@ fn between_poses_the_tcp_keeps_to_a_smooth_way_and_turns_with_it() {
             let arm = RobotModel::built_in(name).unwrap();
             let start = arm.tcp_pose(&bench.now().target_q, &Pose::IDENTITY);
             let poses = circle(&start, count, 0.05, 0.4);
-            give_poses(&mut bench, &poses);
-            let id = bench.send(CommandKind::MoveMl {
-                count: count as u32,
-                interval,
-            });
+            let id = moveml_of_poses(&mut bench, &poses, interval);
             assert_eq!(bench.finish(id), Outcome::Done, "{name}");
             bench.check_limits();
             let end = arm.tcp_pose(&bench.now().target_q, &Pose::IDENTITY);
@@ -338,15 +287,11 @@ fn poses_that_cannot_be_followed_are_refused_and_the_arm_stays() {
     for pose in &mut poses[20..] {
         pose.translation.x += 2.0;
     }
-    give_poses(&mut bench, &poses);
-    let run = |bench: &mut Bench, count| {
-        let id = bench.send(CommandKind::MoveMl {
-            count,
-            interval: 0.1,
-        });
+    let run = |bench: &mut Bench, poses: &[Pose]| {
+        let id = moveml_of_poses(bench, poses, 0.1);
         bench.finish(id)
     };
-    let outcome = run(&mut bench, 40);
+    let outcome = run(&mut bench, &poses);
     assert!(
         matches!(
             outcome,
@@ -358,27 +303,10 @@ fn poses_that_cannot_be_followed_are_refused_and_the_arm_stays() {
         "{outcome:?}"
     );
     // From somewhere else.
-    give_poses(&mut bench, &circle(&start, 40, 0.05, 0.1)[5..]);
-    let outcome = run(&mut bench, 35);
+    let outcome = run(&mut bench, &circle(&start, 40, 0.05, 0.1)[5..]);
     assert!(
         matches!(outcome, Outcome::Refused(Refusal::BadValue { .. })),
         "{outcome:?}"
     );
-    // No rotation at all, and points of the other kind behind poses.
-    for poses in [[[0.0; 7]; 4], [[f64::NAN; 7]; 4]] {
-        let kind = CommandKind::MicroPoses {
-            begins: true,
-            count: 4,
-            poses,
-        };
-        assert!(matches!(bench.do_it(kind), Outcome::Refused(_)));
-    }
-    give_poses(&mut bench, &circle(&start, 4, 0.05, 0.1));
-    let kind = CommandKind::MicroPoints {
-        begins: false,
-        count: 1,
-        points: [home; 4],
-    };
-    assert!(matches!(bench.do_it(kind), Outcome::Refused(_)));
     assert!(bench.states.iter().all(|state| state.target_q == home));
 }

@@ -123,6 +123,45 @@ fn a_way_through_itself_between_two_free_places_is_refused() {
 }
 
 #[test]
+fn a_target_is_judged_as_is_within_safety_limits_judges_it() {
+    let (mut refused, mut allowed) = (0, 0);
+    for name in MODELS {
+        let mut draw = Draw::new(29);
+        let model = RobotModel::built_in(name).unwrap();
+        let bounds = ideal(name).safety_of_targets().unwrap();
+        for _ in 0..60 {
+            let mut any = |bend: f64| {
+                let mut q = core::array::from_fn(|_| draw.between(-2.0, 2.0));
+                q[2] = bend;
+                JointPositions(q)
+            };
+            let (from, to) = (any(1.6), any(2.6));
+            let config = CycleConfig {
+                home: from,
+                ..ideal(name)
+            };
+            let mut bench = Bench::new(config);
+            let id = bench.send(movej(to));
+            bench.run(3);
+            let fault = match bench.outcome(id) {
+                Some(Outcome::Refused(Refusal::Path { fraction, fault })) => {
+                    matches!(fault, PathFault::SelfCollision { .. }).then_some(fraction)
+                }
+                _ => None,
+            };
+            // On the way there it may be too near as well, which the target does not tell.
+            let is_forbidden = bounds.link_violation(&model, &to, &from).is_some();
+            assert!(!is_forbidden || fault.is_some(), "{name} {from:?} {to:?}");
+            let at_the_end = fault.is_some_and(|fraction| fraction >= 1.0);
+            assert!(!at_the_end || is_forbidden, "{name} {from:?} {to:?}");
+            refused += u32::from(is_forbidden);
+            allowed += u32::from(fault.is_none());
+        }
+    }
+    assert!(refused > 20 && allowed > 20, "{refused} {allowed}");
+}
+
+#[test]
 fn a_line_into_itself_is_refused() {
     let mut bench = Bench::new(ideal("cs66"));
     let mut refused = 0;

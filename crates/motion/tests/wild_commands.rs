@@ -17,7 +17,7 @@ use motion::modes::encoder::Belt;
 use motion::{CycleConfig, InputPair, LimitOverrides, SafetyInputs};
 use motion_api::{
     CommandId, CommandKind, DigitalBank, EncoderRange, FreedriveFrame, InputAction, IoChange,
-    OffsetAxes, Origin, ProgramId, PulseDecoding, StopReason, ThreadNumber,
+    OffsetAxes, Origin, PointList, ProgramId, PulseDecoding, StopReason, ThreadNumber,
 };
 
 /// Runs when nothing else is said.
@@ -26,7 +26,7 @@ const CASES: u64 = 40;
 const COMMANDS: usize = 50;
 
 /// Kinds of commands; [`place`] puts each of them somewhere.
-const KINDS: usize = 50;
+const KINDS: usize = 48;
 
 /// The place of a kind among all. There is no wildcard: a new command has no place, and this does not compile until it has
 /// one and is drawn below.
@@ -36,7 +36,7 @@ fn place(kind: &CommandKind) -> usize {
         CommandKind::MoveL { .. } => 1,
         CommandKind::MoveC { .. } => 2,
         CommandKind::MoveP { .. } => 3,
-        CommandKind::MicroPoints { .. } => 4,
+        CommandKind::SetDigitalInput { .. } => 4,
         CommandKind::MoveMl { .. } => 5,
         CommandKind::Stop { .. } => 6,
         CommandKind::Pause => 7,
@@ -80,8 +80,6 @@ fn place(kind: &CommandKind) -> usize {
         CommandKind::PathOffsetSet { .. } => 45,
         CommandKind::PathOffsetFilter(_) => 46,
         CommandKind::PathOffsetMax { .. } => 47,
-        CommandKind::SetDigitalInput { .. } => 48,
-        CommandKind::MicroPoses { .. } => 49,
     }
 }
 
@@ -194,6 +192,24 @@ impl Wild {
         }
     }
 
+    /// Points for a moveml; `None` where they are none.
+    fn points(&mut self, count: u32) -> Option<PointList> {
+        let (are_poses, by, ways) = (
+            self.draw.chance(0.5),
+            self.number(-0.01, 0.01),
+            self.six(0.01),
+        );
+        let [x, y, z] = self.at.xyz;
+        let sample = |k: u32| {
+            let k = f64::from(k);
+            if are_poses {
+                return [x + by * k, y, z, 0.0, 1.0, 0.0, 0.0];
+            }
+            core::array::from_fn(|j| ways.get(j).map_or(0.0, |way| self.q[j] + way * k))
+        };
+        PointList::new((0..count).map(sample).collect(), are_poses).ok()
+    }
+
     /// The command at that place.
     fn command(&mut self, place: usize) -> CommandKind {
         match place {
@@ -225,16 +241,6 @@ impl Wild {
                 speed: self.speed(),
                 radius: self.radius(),
             },
-            4 => {
-                let ways = self.six(0.01);
-                CommandKind::MicroPoints {
-                    begins: self.draw.chance(0.9),
-                    count: self.draw.whole(1, 4) as u8,
-                    points: core::array::from_fn(|k| {
-                        JointPositions(core::array::from_fn(|j| self.q[j] + ways[j] * k as f64))
-                    }),
-                }
-            }
             5 => CommandKind::MoveMl {
                 count: self.draw.whole(1, 4) as u32,
                 interval: self.number(0.002, 0.2),
@@ -358,15 +364,6 @@ impl Wild {
                 translation: self.number(0.05, 0.2),
                 rotation: self.number(0.2, 0.5),
             },
-            49 => {
-                let by = self.number(-0.01, 0.01);
-                let [x, y, z] = self.at.xyz;
-                CommandKind::MicroPoses {
-                    begins: self.draw.chance(0.9),
-                    count: self.draw.whole(1, 4) as u8,
-                    poses: core::array::from_fn(|k| [x + by * k as f64, y, z, 0.0, 1.0, 0.0, 0.0]),
-                }
-            }
             _ => CommandKind::SetDigitalInput {
                 index: *self.draw.pick(&[0, 16, 18, 20, 28]),
                 level: self.draw.chance(0.4),
@@ -431,7 +428,7 @@ fn run(case: u64, is_told: bool) -> (Vec<String>, [bool; KINDS]) {
     };
     // Half of the commands move the arm, or lay something over its motions.
     let lively = [
-        0, 0, 0, 1, 1, 1, 2, 3, 3, 4, 5, 20, 21, 21, 22, 22, 26, 28, 37, 38, 43, 45,
+        0, 0, 0, 1, 1, 1, 2, 3, 3, 5, 5, 20, 21, 21, 22, 22, 26, 28, 37, 38, 43, 45,
     ];
     for _ in 0..COMMANDS {
         (wild.at, wild.q) = (bench.now().target_tcp_pose, bench.now().target_q);
@@ -450,7 +447,17 @@ fn run(case: u64, is_told: bool) -> (Vec<String>, [bool; KINDS]) {
         if is_told {
             println!("cycle {}: {kind:?}", bench.now().cycle);
         }
-        let id = bench.script.commands.send(origin, kind).unwrap();
+        let port = &bench.script.commands;
+        let id = match kind {
+            CommandKind::MoveMl { count, interval } if wild.draw.chance(0.9) => {
+                let Some(points) = wild.points(count) else {
+                    continue;
+                };
+                port.send_points(origin, &points.into(), interval, |_, _| ())
+            }
+            kind => port.send(origin, kind),
+        };
+        let id = id.unwrap();
         ids.push(id);
         let cycles = wild.draw.whole(0, 80);
         bench.run(cycles);

@@ -68,8 +68,6 @@ commands! {
     "movel" => MoveL { target, acceleration, speed, duration, radius };
     "movec" => MoveC { via, target, acceleration, speed, radius, fixed };
     "movep" => MoveP { target, acceleration, speed, radius };
-    "micro_points" => MicroPoints { begins, count, points };
-    "micro_poses" => MicroPoses { begins, count, poses };
     "moveml" => MoveMl { count, interval };
     "stop" => Stop { only };
     "pause" => Pause;

@@ -5,7 +5,8 @@
 use std::borrow::Cow;
 
 use foxglove::Encode;
-use motion_api::{Command, CommandId, Origin, ProgramId, ThreadNumber};
+use motion_api::points::Sample;
+use motion_api::{Command, CommandId, Origin, PointList, ProgramId, ThreadNumber};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
@@ -212,7 +213,12 @@ fn variable_schema() -> Value {
     })
 }
 
-/// `/command`: a command left the ring at the beginning of a cycle.
+/// Name of messages that hold points of a moveml.
+const POINTS: &str = "micro_points";
+/// How many points a message holds.
+const POINTS_A_MESSAGE: usize = 256;
+
+/// `/command`: a command left the ring at the beginning of a cycle, or points of one that does next.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CommandMessage {
     /// Number of the command, from 1.
@@ -250,6 +256,54 @@ impl CommandMessage {
         }
     }
 
+    /// The points that were handed over with a moveml, some a message, before the message of that command.
+    pub(crate) fn points(
+        cycle: u64,
+        id: CommandId,
+        list: &PointList,
+    ) -> impl Iterator<Item = Self> {
+        let are_poses = list.are_poses();
+        list.samples().chunks(POINTS_A_MESSAGE).map(move |points| {
+            let arguments = [
+                ("are_poses", Value::from(are_poses)),
+                ("points", json!(points)),
+            ];
+            let arguments = arguments.map(|(name, value)| (name.to_owned(), value));
+            Self {
+                id: id.0,
+                cycle,
+                name: POINTS.to_owned(),
+                arguments: arguments.into_iter().collect(),
+                program: String::new(),
+                program_id: 0,
+                thread: 0,
+                line: 0,
+            }
+        })
+    }
+
+    /// Points of the moveml with this number, and whether they are poses, where the message holds such.
+    ///
+    /// # Errors
+    /// [`ArgumentError`] when it should, and what it holds are none.
+    pub fn to_points(&self) -> Result<Option<(bool, Vec<Sample>)>, ArgumentError> {
+        if self.name != POINTS {
+            return Ok(None);
+        }
+        let wrong = |argument| ArgumentError::Argument {
+            command: POINTS,
+            argument,
+            found: "not what this version writes".to_owned(),
+        };
+        let argument = |name| self.arguments.get(name).cloned().unwrap_or_default();
+        let are_poses = argument("are_poses").as_bool();
+        let points = serde_json::from_value(argument("points"));
+        Ok(Some((
+            are_poses.ok_or_else(|| wrong("are_poses"))?,
+            points.map_err(|_| wrong("points"))?,
+        )))
+    }
+
     /// The command as it entered the ring.
     ///
     /// # Errors
@@ -275,7 +329,7 @@ fn command_schema() -> Value {
         "properties": {
             "id": {"type": "integer", "description": "number of the command, from 1"},
             "cycle": {"type": "integer", "description": "the cycle that took it"},
-            "name": {"type": "string", "description": "what was asked"},
+            "name": {"type": "string", "description": "what was asked; micro_points: points of the moveml with that number"},
             "arguments": {"type": "object", "description": "arguments by name, SI units"},
             "program": {"type": "string", "description": "the program that asked, empty for a port"},
             "program_id": {"type": "integer", "description": "number of that program, 0 for a port"},

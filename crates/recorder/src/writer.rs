@@ -132,6 +132,14 @@ impl<W: Write> RecordWriter<W> {
                 self.notes_until(begin, waiting)?;
                 self.command(begin, *cycle, command)
             }
+            Record::Points { cycle, id, points } => {
+                let begin = self.begin_of(*cycle);
+                self.notes_until(begin, waiting)?;
+                for message in CommandMessage::points(*cycle, *id, points) {
+                    self.file.json(Topic::Command, begin, &message)?;
+                }
+                Ok(())
+            }
             Record::Registers { cycle, images } => {
                 let begin = self.begin_of(*cycle);
                 self.notes_until(begin, waiting)?;

@@ -6,10 +6,11 @@ mod arguments;
 
 use std::fmt::Display;
 use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Duration;
 
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
-use motion_api::{CommandId, CommandKind, Origin, Outcome, Refusal, RobotState};
+use motion_api::{CommandId, CommandKind, Origin, Outcome, PointList, Refusal, RobotState};
 
 use super::declare::{Builtin, Parameter};
 use crate::message::{Message, SCRIPT_ALARM_CODE, Severity};
@@ -253,7 +254,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// What a refusal is for a script: an exception that it can catch.
-    fn refused(&mut self, refusal: &Refusal) -> Raised {
+    pub(super) fn refused(&mut self, refusal: &Refusal) -> Raised {
         let kind = match refusal {
             Refusal::BadValue { .. } => ExceptionKind::ValueError,
             _ => ExceptionKind::RuntimeError,
@@ -268,6 +269,26 @@ impl<'a, 'n> Call<'a, 'n> {
     pub fn perform(&mut self, kind: CommandKind) -> Result<(), Raised> {
         self.wait_for_rest(&kind)?;
         let id = self.enter(kind, true)?;
+        self.follow(&kind, id)
+    }
+
+    /// Sends a moveml through points and waits for its end, as [`perform`](Self::perform) does.
+    pub fn perform_points(&mut self, points: &Arc<PointList>, interval: f64) -> Result<(), Raised> {
+        let count = points.count();
+        let kind = CommandKind::MoveMl { count, interval };
+        self.wait_for_rest(&kind)?;
+        let (origin, robot) = (self.origin(), self.context.robot());
+        let id = loop {
+            match robot.request_points(origin, points, interval) {
+                Ok(id) => break id,
+                Err(_) => self.wait(Wait::Cycle(robot.state().cycle + 1))?,
+            }
+        };
+        self.follow(&kind, id)
+    }
+
+    /// Waits for the end of a command that was sent, or until the next motion may follow.
+    fn follow(&mut self, kind: &CommandKind, id: CommandId) -> Result<(), Raised> {
         if kind.is_motion() {
             self.wait(Wait::Motion(id))?;
             if !self.context.robot().has_ended(id) {

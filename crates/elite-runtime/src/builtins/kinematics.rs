@@ -204,11 +204,15 @@ fn is_within_safety_limits(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let near = call.joints_or_default(1)?.unwrap_or(state.actual_q);
     let tcp = Pose::from_rpy(&state.tcp_offset);
     let (bounds, model) = (robot.safety_bounds(), robot.model());
-    let violation = if no_pose {
-        bounds.violation_at(model, &call.joints(3)?, &tcp, &switches)
+    let q = if no_pose {
+        Some(call.joints(3)?)
     } else {
-        let target = Pose::from_rpy(&call.pose(0)?);
-        bounds.violation_at_pose(model, &target, &tcp, &near, &switches)
+        model.inverse_nearest(&Pose::from_rpy(&call.pose(0)?), &tcp, &near)
     };
-    Ok(Value::Bool(violation.is_none()))
+    // As motion judges a target.
+    let is_allowed = q.is_some_and(|q| {
+        let violation = bounds.violation_at(model, &q, &tcp, &switches);
+        violation.is_none() && bounds.link_violation(model, &q, &state.target_q).is_none()
+    });
+    Ok(Value::Bool(is_allowed))
 }

@@ -5,9 +5,12 @@
     reason = "the default speed of movej as the manual prints it"
 )]
 
+use std::sync::Arc;
+
+use elite_lang::memory;
 use elite_lang::{ExceptionKind, Raised, Value};
 use kinematics::{JointPositions, Pose, RobotModel};
-use motion_api::CommandKind;
+use motion_api::{CommandKind, PointList};
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Default, Kind, Parameter};
@@ -18,8 +21,6 @@ use crate::task_folder::TaskFolder;
 const AT_FIRST_POINT: f64 = 1e-6;
 /// Acceleration and speed of the way to the first point: a movej's defaults, rad/s² and rad/s.
 const APPROACH: (f64, f64) = (1.396263, 1.047197);
-/// Points in one command.
-const POINTS_A_COMMAND: usize = 4;
 
 /// Longest time between two points, ms.
 const INTERVAL_MAX: i64 = 60_000;
@@ -232,11 +233,14 @@ fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     };
     let (points, space, start) = with_line(call, index, |line, model, flange_from_tcp, start| {
         let first = line.reach((begin, end), model, flange_from_tcp, start);
-        (line.samples((begin, end)), line.space(), first)
+        // The list is for the motion thread, and is freed where the next is handed over.
+        let samples = memory::outside(|| line.samples((begin, end)));
+        (samples, line.space(), first)
     })?;
     let start = match start {
         Ok(start) => start,
         Err(error) => {
+            memory::outside(|| drop(points));
             let text = format!("moveml(): {error}");
             return Err(call.error(ExceptionKind::RuntimeError, text));
         }
@@ -251,35 +255,12 @@ fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
             radius: 0.0,
         })?;
     }
-    for (number, some) in points.chunks(POINTS_A_COMMAND).enumerate() {
-        let mut given = [[0.0; 7]; POINTS_A_COMMAND];
-        for (place, point) in given.iter_mut().zip(some) {
-            *place = *point;
-        }
-        let (begins, count) = (number == 0, some.len() as u8);
-        let command = match space {
-            Space::Joint => CommandKind::MicroPoints {
-                begins,
-                count,
-                points: given.map(|[a, b, c, d, e, f, _]| JointPositions([a, b, c, d, e, f])),
-            },
-            Space::Cartesian => CommandKind::MicroPoses {
-                begins,
-                count,
-                poses: given,
-            },
-        };
-        // The first tells whether there may be a motion at all; the rest need no answer.
-        if number == 0 {
-            call.perform(command)?;
-        } else {
-            call.send(command)?;
-        }
-    }
-    call.perform(CommandKind::MoveMl {
-        count: points.len() as u32,
-        interval,
-    })?;
+    let points =
+        memory::outside(|| PointList::new(points, space == Space::Cartesian).map(Arc::new));
+    let points = points.map_err(|refusal| call.refused(&refusal))?;
+    let done = call.perform_points(&points, interval);
+    memory::outside(|| drop(points));
+    done?;
     Ok(Value::None)
 }
 

@@ -16,8 +16,7 @@ use crate::constants::NO_MOTION;
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
 
-/// One point: joint positions and a number that is not used, or x, y, z and a quaternion w, x, y, z.
-pub type Sample = [f64; 7];
+pub use motion_api::points::Sample;
 
 /// Places in an interval of a way of the TCP at which it is looked at before it is followed.
 const LOOKS_PER_INTERVAL: usize = 4;
@@ -35,6 +34,8 @@ fn beyond(q: &Sample, next: &Sample, third: Option<&Sample>) -> Sample {
 pub struct MicroLine {
     start: JointPositions,
     end: JointPositions,
+    /// Where it begins, in place of the first point of the list.
+    first: Sample,
     /// Number of points, at least 2.
     count: usize,
     /// Time from point to point, s.
@@ -68,10 +69,12 @@ impl MicroLine {
         (start, end): (JointPositions, JointPositions),
         flange_from_tcp: Option<Pose>,
     ) -> Option<Self> {
+        let first = *points.first()?;
         let is_way = points.len() >= 2 && interval > NO_MOTION && interval.is_finite();
         is_way.then_some(Self {
             start,
             end,
+            first,
             count: points.len(),
             interval,
             flange_from_tcp,
@@ -82,6 +85,21 @@ impl MicroLine {
     #[must_use]
     pub fn ending_at(self, end: JointPositions) -> Self {
         Self { end, ..self }
+    }
+
+    /// The way with another first point, at which the joints are at `start`.
+    #[must_use]
+    pub fn beginning_at(self, first: Sample, start: JointPositions) -> Self {
+        Self {
+            first,
+            start,
+            ..self
+        }
+    }
+
+    /// The point where it begins.
+    pub fn first(&self) -> Sample {
+        self.first
     }
 
     /// Number of intervals between points.
@@ -162,14 +180,18 @@ impl MicroLine {
     fn point(&self, points: &[Sample], k: usize) -> Option<QuinticEnd<7>> {
         let h = self.interval;
         let points = points.get(..self.count)?;
-        let q = *points.get(k)?;
-        let before = match k.checked_sub(1) {
-            Some(k) => *points.get(k)?,
-            None => beyond(&q, points.get(1)?, points.get(2)),
+        let sample = |k: usize| match k {
+            0 => Some(&self.first),
+            _ => points.get(k),
         };
-        let after = match points.get(k + 1) {
+        let q = *sample(k)?;
+        let before = match k.checked_sub(1) {
+            Some(k) => *sample(k)?,
+            None => beyond(&q, sample(1)?, sample(2)),
+        };
+        let after = match sample(k + 1) {
             Some(after) => *after,
-            None => beyond(&q, &before, k.checked_sub(2).and_then(|k| points.get(k))),
+            None => beyond(&q, &before, k.checked_sub(2).and_then(sample)),
         };
         Some(QuinticEnd {
             q,

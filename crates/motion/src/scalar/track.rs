@@ -23,8 +23,17 @@ pub struct Cell {
     pub pace: f64,
     /// The most it may be done at, whatever was planned.
     pub cap: f64,
-    /// What its neighbours leave of the limits.
+    /// What its neighbours leave of the limits, and of the caps.
     eroded: CellLimits,
+    capped: f64,
+    speeds: Speeds,
+    /// What they would be without caps: whoever is still too fast for those keeps to these.
+    planned: Speeds,
+}
+
+/// How fast one may be in a cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Speeds {
     /// Square of the speed at its end, how fast it may fall towards there along the way, and the most it may be.
     end: f64,
     fall: f64,
@@ -180,9 +189,9 @@ impl Track {
             pace,
             cap: f64::INFINITY,
             eroded: limits,
-            end: 0.0,
-            fall: 0.0,
-            most: 0.0,
+            capped: f64::INFINITY,
+            speeds: Speeds::default(),
+            planned: Speeds::default(),
         });
         Some(())
     }
@@ -284,43 +293,30 @@ impl Track {
             let own = self.own(k);
             if let Some(cell) = self.cells.get_mut(k) {
                 cell.eroded = own;
+                cell.capped = cell.cap;
             }
         }
         self.erode();
-        let (mut after, mut next) = (0.0_f64, 0.0_f64);
+        let window = self.window;
+        let (mut behind, mut behind_planned) = (Behind::default(), Behind::default());
         for k in (0..self.cells.len()).rev() {
             let length = self.length(k);
             let Some(cell) = self.cells.get_mut(k) else {
                 return;
             };
-            let limits = &cell.eroded;
-            let most = limits.speed * limits.speed;
-            cell.end = after.min(next).min(most);
-            // With x the square of the speed: x = end + 2 (rest + change x) length, change being 0 or less.
-            let [rest, fast] = limits.braking;
-            let change = (fast - rest).min(0.0) / most;
-            let entry = (cell.end + 2.0 * rest * length) / (1.0 - 2.0 * change * length);
-            cell.fall = 2.0 * (rest + change * entry.min(most));
-            let is_short = length > 0.0 && length < SHORT_CELL * most.sqrt() * self.window;
-            let is_gentle =
-                next <= after && (GENTLE_STEP.0..GENTLE_STEP.1).contains(&(next / most));
-            if is_short && is_gentle {
-                // Where the next cell bears a little less, evenly down to that: full braking at every step would shake the
-                // arm.
-                cell.fall = cell.fall.min((most - cell.end) / length);
-            }
-            cell.most = most;
-            (after, next) = ((cell.end + cell.fall * length).min(most), most);
+            let most = cell.eroded.speed * cell.eroded.speed;
+            let capped = most.min(cell.capped * cell.capped);
+            cell.planned = behind_planned.reached_from(&cell.eroded, most, length, window);
+            cell.speeds = behind.reached_from(&cell.eroded, capped, length, window);
         }
     }
 
-    /// What a cell bears by itself.
+    /// What a cell bears by itself, without its cap: that is no reason to accelerate less in it.
     fn own(&self, k: usize) -> CellLimits {
         let Some(cell) = self.cells.get(k) else {
             return CellLimits::NONE;
         };
         let mut own = cell.limits.paced(cell.pace, self.window);
-        own.speed = own.speed.min(cell.cap);
         if cell.until > self.zone.0 + 1e-12 * (1.0 + cell.until.abs()) {
             own.speed = own.speed.min(self.zone.1);
         }
@@ -339,6 +335,8 @@ impl Track {
     fn erode(&mut self) {
         for k in 0..self.cells.len() {
             let own = self.own(k);
+            let cap = self.cells.get(k).map_or(f64::INFINITY, |cell| cell.cap);
+            // Whoever still slows down for a cap passes as fast as was planned.
             let reach = 0.5 * own.speed * self.window;
             let begin = self.cells.get(k).map_or(0.0, |cell| cell.until) - self.length(k);
             let end = begin + self.length(k);
@@ -346,14 +344,14 @@ impl Track {
                 if cell.until <= begin - reach {
                     break;
                 }
-                cell.eroded.lower(&own);
+                cell.lower(&own, cap);
             }
             let mut from = end;
             for cell in self.cells.get_mut(k + 1..).unwrap_or_default() {
                 if from >= end + reach {
                     break;
                 }
-                cell.eroded.lower(&own);
+                cell.lower(&own, cap);
                 from = cell.until;
             }
         }
@@ -371,6 +369,12 @@ impl Track {
         cell.map_or(0.0, |cell| cell.square(place))
     }
 
+    /// The same without caps.
+    pub fn planned_square(&self, place: f64) -> f64 {
+        let cell = self.cells.get(self.index(place));
+        cell.map_or(0.0, |cell| cell.planned.square(cell.until - place))
+    }
+
     /// The least of it between two places.
     pub fn least_square(&self, from: f64, to: f64) -> f64 {
         let (first, last) = (self.index(from), self.index(to));
@@ -379,7 +383,7 @@ impl Track {
         }
         let mut least = self.square(from).min(self.square(to));
         for cell in self.cells.get(first..last).unwrap_or_default() {
-            least = least.min(cell.end);
+            least = least.min(cell.speeds.end);
         }
         least
     }
@@ -405,17 +409,33 @@ impl Track {
 
     /// The speed after `time` when one goes at `speed` at `place` and follows the squares of the speeds down; the place.
     pub fn followed(&self, place: f64, speed: f64, time: f64) -> (f64, f64) {
+        self.follow(place, speed, time, |cell| &cell.speeds)
+    }
+
+    /// The same down the squares without caps.
+    pub fn followed_as_planned(&self, place: f64, speed: f64, time: f64) -> (f64, f64) {
+        self.follow(place, speed, time, |cell| &cell.planned)
+    }
+
+    fn follow(
+        &self,
+        place: f64,
+        speed: f64,
+        time: f64,
+        speeds: impl Fn(&Cell) -> &Speeds,
+    ) -> (f64, f64) {
         let mut k = self.index(place);
         loop {
             let Some(cell) = self.cells.get(k) else {
                 return (self.end(), 0.0);
             };
+            let speeds = speeds(cell);
             // w² = square here - fall (next place - place), next place - place = (speed + w) time / 2.
-            let here = cell.end + cell.fall * (cell.until - place);
-            let quarter = cell.fall * time / 4.0;
+            let here = speeds.end + speeds.fall * (cell.until - place);
+            let quarter = speeds.fall * time / 4.0;
             let under = quarter * quarter + here - 2.0 * quarter * speed;
             let next = if under >= 0.0 {
-                (under.sqrt() - quarter).min(cell.most.sqrt())
+                (under.sqrt() - quarter).min(speeds.most.sqrt())
             } else {
                 -1.0
             };
@@ -437,11 +457,11 @@ impl Track {
         let mut until = place;
         for cell in self.cells.get(self.index(place)..).unwrap_or_default() {
             // Where more is allowed one speeds up.
-            if cell.most < square || cell.most > square * (1.0 + 1e-9) {
+            if cell.speeds.most < square || cell.speeds.most > square * (1.0 + 1e-9) {
                 break;
             }
-            if cell.end < square {
-                return until.max(cell.until - (square - cell.end) / cell.fall);
+            if cell.speeds.end < square {
+                return until.max(cell.until - (square - cell.speeds.end) / cell.speeds.fall);
             }
             until = cell.until;
         }
@@ -449,8 +469,48 @@ impl Track {
     }
 }
 
+/// What a cell has to be left with: the squares of the speed at which the next one may be entered, and the most in it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Behind {
+    entry: f64,
+    most: f64,
+}
+
+impl Behind {
+    /// The speeds in the cell before, where the square is `most` at most; that cell is what is behind afterwards.
+    fn reached_from(&mut self, limits: &CellLimits, most: f64, length: f64, window: f64) -> Speeds {
+        let end = self.entry.min(self.most).min(most);
+        // With x the square of the speed: x = end + 2 (rest + change x) length, change being 0 or less.
+        let [rest, fast] = limits.braking;
+        let change = (fast - rest).min(0.0) / (limits.speed * limits.speed);
+        let entry = (end + 2.0 * rest * length) / (1.0 - 2.0 * change * length);
+        let mut fall = 2.0 * (rest + change * entry.min(most));
+        let is_short = length > 0.0 && length < SHORT_CELL * most.sqrt() * window;
+        let gentle = GENTLE_STEP.0..GENTLE_STEP.1;
+        if is_short && self.most <= self.entry && gentle.contains(&(self.most / most)) {
+            // Where the next cell bears a little less, evenly down to that: full braking at every step would shake the arm.
+            fall = fall.min((most - end) / length);
+        }
+        self.entry = (end + fall * length).min(most);
+        self.most = most;
+        Speeds { end, fall, most }
+    }
+}
+
+impl Speeds {
+    /// Square of the speed so far before the end of the cell.
+    fn square(&self, before: f64) -> f64 {
+        (self.end + self.fall * before.max(0.0)).min(self.most)
+    }
+}
+
 impl Cell {
+    fn lower(&mut self, neighbour: &CellLimits, cap: f64) {
+        self.eroded.lower(neighbour);
+        self.capped = self.capped.min(cap);
+    }
+
     fn square(&self, place: f64) -> f64 {
-        (self.end + self.fall * (self.until - place).max(0.0)).min(self.most)
+        self.speeds.square(self.until - place)
     }
 }

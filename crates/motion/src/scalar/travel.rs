@@ -377,14 +377,20 @@ impl Travel {
         let square = rate * rate;
         let a = (-hard / square).max(largest - change / square).min(0.0);
         let next = (now.speed + a * h).max(goal).max(0.0).min(now.speed);
-        let ahead = track
-            .square(now.place + 0.5 * (now.speed + next) * h)
-            .sqrt()
-            / rate;
+        let there = now.place + 0.5 * (now.speed + next) * h;
+        let ahead = track.square(there).sqrt() / rate;
         // One that is faster than the track allows, because that was lowered, comes down as it can.
         let is_over = now.speed * rate > track.square(now.place).sqrt() * (1.0 + OVER);
         if next > ahead && !is_over {
             let (place, speed) = track.followed(now.place, now.speed * rate, h / rate);
+            return Knot {
+                place,
+                speed: (speed / rate).min(now.speed),
+            };
+        }
+        // But no later than was planned.
+        if is_over && next > track.planned_square(there).sqrt() / rate {
+            let (place, speed) = track.followed_as_planned(now.place, now.speed * rate, h / rate);
             return Knot {
                 place,
                 speed: (speed / rate).min(now.speed),

@@ -12,11 +12,13 @@
 pub mod draw;
 pub mod force;
 
+use std::sync::Arc;
+
 use kinematics::{JointPositions, RobotModel, RpyPose};
 use motion::{Cycle, CycleConfig, MotionLimits, PlantKind, Timing};
 use motion_api::{
-    BorderSizes, CommandId, CommandKind, Event, Origin, Outcome, Record, RobotState, ScriptEnd,
-    StopReason, Warning, border,
+    BorderSizes, CommandId, CommandKind, Event, Origin, Outcome, PointList, Record, RobotState,
+    ScriptEnd, StopReason, Warning, border,
 };
 use nalgebra::Vector3;
 
@@ -72,6 +74,18 @@ impl Bench {
 
     pub fn send(&self, kind: CommandKind) -> CommandId {
         self.script.commands.send(Origin::default(), kind).unwrap()
+    }
+
+    /// A moveml through joint positions.
+    pub fn moveml(&self, points: &[JointPositions], interval: f64) -> CommandId {
+        self.send_points(PointList::of_joints(points).unwrap(), interval)
+    }
+
+    /// A moveml through any points.
+    pub fn send_points(&self, points: PointList, interval: f64) -> CommandId {
+        let (port, points) = (&self.script.commands, Arc::new(points));
+        port.send_points(Origin::default(), &points, interval, |_, _| ())
+            .unwrap()
     }
 
     /// One cycle; its state.

@@ -5,10 +5,12 @@
 
 use std::fmt;
 use std::path::Path;
+use std::sync::Arc;
 
 use kinematics::{CalibrationError, ModelError};
 use motion::{ConfigError, Cycle, CycleConfig, Timing};
-use motion_api::{BorderSizes, ScriptEnd, border};
+use motion_api::points::{POINTS_MAX, Sample};
+use motion_api::{BorderSizes, CommandKind, PointList, Refusal, ScriptEnd, border};
 use recorder::{
     ArgumentError, CommandMessage, Difference, Entry, ReadError, Recording, Setup, Topic,
     difference_but,
@@ -63,6 +65,14 @@ pub enum RerunError {
         id: u64,
         /// Why.
         source: ArgumentError,
+    },
+    /// The points of a moveml are not in the recording, or none that can be.
+    #[error("command {id}, a moveml, cannot be given again: {refusal}")]
+    Points {
+        /// Its number.
+        id: u64,
+        /// Why.
+        refusal: Refusal,
     },
     /// A command is missing in the recording.
     #[error("command {expected} is missing in the recording, command {found} comes in its place")]
@@ -177,6 +187,8 @@ struct Controller {
     latest: u64,
     /// Cycles that ran and are not recorded.
     missing: u64,
+    /// Points of the moveml that comes next, and whether they are poses.
+    points: (bool, Vec<Sample>),
 }
 
 impl Controller {
@@ -192,6 +204,7 @@ impl Controller {
             script,
             latest: 0,
             missing: 0,
+            points: (false, Vec::new()),
         })
     }
 
@@ -228,17 +241,32 @@ impl Controller {
         Ok(())
     }
 
-    fn send(&self, message: &CommandMessage) -> Result<(), RerunError> {
-        let command = message.to_command().map_err(|source| RerunError::Command {
+    fn send(&mut self, message: &CommandMessage) -> Result<(), RerunError> {
+        let wrong = |source| RerunError::Command {
             id: message.id,
             source,
-        })?;
+        };
+        if let Some((are_poses, points)) = message.to_points().map_err(wrong)? {
+            self.points.0 = are_poses;
+            // One more than a list may have is refused with it.
+            let room = (POINTS_MAX + 1).saturating_sub(self.points.1.len());
+            self.points.1.extend(points.into_iter().take(room));
+            return Ok(());
+        }
+        let command = message.to_command().map_err(wrong)?;
         let port = &self.script.commands;
-        let id =
-            port.send(command.origin, command.kind)
-                .map_err(|_| RerunError::TooManyCommands {
-                    cycle: message.cycle,
-                })?;
+        let sent = match command.kind {
+            CommandKind::MoveMl { interval, .. } => {
+                let (are_poses, points) = std::mem::take(&mut self.points);
+                let id = message.id;
+                let list = PointList::new(points, are_poses)
+                    .map_err(|refusal| RerunError::Points { id, refusal })?;
+                port.send_points(command.origin, &Arc::new(list), interval, |_, _| ())
+            }
+            kind => port.send(command.origin, kind),
+        };
+        let cycle = message.cycle;
+        let id = sent.map_err(|_| RerunError::TooManyCommands { cycle })?;
         if id == command.id {
             return Ok(());
         }
