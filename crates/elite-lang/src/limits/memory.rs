@@ -2,7 +2,8 @@
 //!
 //! Owns the global allocator, which hands every request to the system and counts it for the thread that makes it. Linking
 //! this crate installs it, so no interpreter runs unlimited. A task counts what its thread has come to hold since its
-//! interpreter was made: numbers, small objects, tables, compiled text, whatever a library allocates on its behalf.
+//! interpreter was made: numbers, small objects, tables, compiled text, whatever a library allocates on its behalf. Small
+//! blocks that are freed wait on shelves (`shelves`) for the next request of their size.
 //!
 //! Two things are said by hand: memory that does not come from the allocator (`hold`, `let_go`), and memory that changes
 //! its thread. What is made for another thread, or freed on behalf of one, goes through `outside`: otherwise the account
@@ -13,6 +14,8 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+
+use super::shelves::{self, Size};
 
 /// Hands requests to the system and counts them.
 pub struct CountingAllocator;
@@ -87,45 +90,94 @@ fn count(bytes: isize) {
     let _ = ACCOUNT.try_with(|account| account.add(bytes));
 }
 
-// SAFETY: every call is handed to the system's allocator as it came, and its answer is returned as it is; counting
-// touches a cell of the thread only, which allocates nothing and cannot unwind.
+/// A block of the system, counted.
+///
+/// # Safety
+/// As for `GlobalAlloc::alloc`.
+#[cold]
+#[inline(never)]
+#[allow(unsafe_code)]
+unsafe fn alloc_of_system(layout: Layout) -> *mut u8 {
+    let whole = Size::of(layout).map_or(layout, Size::layout);
+    // SAFETY: the caller's promises; a layout of a shelf is not empty.
+    let block = unsafe { System.alloc(whole) };
+    if !block.is_null() {
+        count(cost(layout.size(), layout.align()));
+    }
+    block
+}
+
+// SAFETY: a block comes from the system's allocator, for the layout asked for or, if that is small, for the larger one of
+// its shelf, which depends on the layout alone: whoever frees or enlarges the block finds the same. A block is either in use
+// or on one shelf. Counting touches a cell of the thread only, which allocates nothing and cannot unwind.
 #[allow(unsafe_code)]
 unsafe impl GlobalAlloc for CountingAllocator {
     #[inline]
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller's promises are those that the system asks for.
-        let block = unsafe { System.alloc(layout) };
-        if !block.is_null() {
-            count(cost(layout.size(), layout.align()));
+        if let Some(size) = Size::of(layout) {
+            let block = shelves::take(size);
+            if !block.is_null() {
+                count(size.cost());
+                return block;
+            }
         }
-        block
+        // SAFETY: the caller's promises are those that it asks for.
+        unsafe { alloc_of_system(layout) }
     }
 
     #[inline]
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: as in `alloc`.
-        let block = unsafe { System.alloc_zeroed(layout) };
-        if !block.is_null() {
-            count(cost(layout.size(), layout.align()));
+        if Size::of(layout).is_none() {
+            // SAFETY: as in `alloc`.
+            let block = unsafe { System.alloc_zeroed(layout) };
+            if !block.is_null() {
+                count(cost(layout.size(), layout.align()));
+            }
+            return block;
         }
-        block
+        // SAFETY: as in `alloc`; a block that was made has at least as many bytes.
+        unsafe {
+            let block = self.alloc(layout);
+            if !block.is_null() {
+                block.write_bytes(0, layout.size());
+            }
+            block
+        }
     }
 
     #[inline]
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        // SAFETY: as in `alloc`.
+        if let Some(size) = Size::of(layout) {
+            count(-size.cost());
+            // SAFETY: the block was made for this layout, so for this size, and nobody uses it any more.
+            return unsafe { shelves::put(block, size) };
+        }
+        // SAFETY: as in `alloc`; the layout is none of a shelf.
         unsafe { System.dealloc(block, layout) };
         count(-cost(layout.size(), layout.align()));
     }
 
     #[inline]
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // SAFETY: as in `alloc`.
-        let moved = unsafe { System.realloc(block, layout, size) };
-        if !moved.is_null() {
-            count(cost(size, layout.align()) - cost(layout.size(), layout.align()));
+        // SAFETY: the caller says that the size is one a layout can have with this alignment.
+        let new = unsafe { Layout::from_size_align_unchecked(size, layout.align()) };
+        if Size::of(layout).is_none() && Size::of(new).is_none() {
+            // SAFETY: as in `alloc`.
+            let moved = unsafe { System.realloc(block, layout, size) };
+            if !moved.is_null() {
+                count(cost(size, layout.align()) - cost(layout.size(), layout.align()));
+            }
+            return moved;
         }
-        moved
+        // SAFETY: the caller's promises; the new block is another one with at least `size` bytes.
+        unsafe {
+            let moved = self.alloc(new);
+            if !moved.is_null() {
+                moved.copy_from_nonoverlapping(block, layout.size().min(size));
+                self.dealloc(block, layout);
+            }
+            moved
+        }
     }
 }
 
@@ -317,6 +369,7 @@ pub(crate) fn settle() {
 
 /// Gives memory that was freed back to the system. Takes some milliseconds for every hundred megabytes.
 pub(crate) fn trim() {
+    shelves::clear();
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: the call takes no pointers and may be made at any time, from any thread.
     #[allow(unsafe_code)]
