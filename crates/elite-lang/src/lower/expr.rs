@@ -9,7 +9,7 @@ use crate::ast::{
 };
 use crate::eval::Expr;
 use crate::eval::expr::arguments::{CallArg, CallWith};
-use crate::eval::expr::attribute::{Attribute, Cache};
+use crate::eval::expr::attribute::{Attribute, Cache, Member};
 use crate::eval::expr::binary::{Unary, binary};
 use crate::eval::expr::boolean::{And, IfElse, Not, Or};
 use crate::eval::expr::call::{Call, CallMethod, SuperCall};
@@ -73,6 +73,7 @@ impl Lower<'_> {
                     name,
                     span,
                     cache: Cache::default(),
+                    member: Member::default(),
                 })
             }
             ExprKind::Subscript { value, index } => Box::new(Item {
@@ -304,6 +305,7 @@ impl Lower<'_> {
                 attribute_span,
                 span,
                 cache,
+                member: Member::default(),
             });
         }
         Box::new(Call {

@@ -181,6 +181,14 @@ impl Value {
         }
     }
 
+    /// Puts a value into an empty slot.
+    #[inline(always)]
+    pub fn fill(&mut self, value: Value) {
+        let empty = std::mem::replace(self, value);
+        debug_assert!(empty.is_flat());
+        std::mem::forget(empty);
+    }
+
     /// A new string.
     pub fn str(text: impl Into<CompactString>) -> Value {
         Value::Str(Rc::new(Str::new(text)))

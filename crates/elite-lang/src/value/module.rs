@@ -117,6 +117,13 @@ impl Namespace {
         self.cells.borrow().values().cloned().collect()
     }
 
+    /// The cell of a name of this very namespace, if it is bound.
+    pub fn bound_cell(&self, name: Symbol) -> Option<Rc<CellVar>> {
+        let cell = self.cells.borrow().get(&name)?.clone();
+        let bound = !cell.value.borrow().is_unbound();
+        bound.then_some(cell)
+    }
+
     /// The value of a name, if it is bound.
     pub fn get(&self, name: Symbol) -> Option<Value> {
         let value = self.cells.borrow().get(&name)?.value.borrow().clone();

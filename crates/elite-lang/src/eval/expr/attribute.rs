@@ -1,6 +1,7 @@
 //! `value.name`, with an inline cache.
 
 use std::cell::Cell;
+use std::rc::Rc;
 
 use super::names::Peek;
 use super::operand::Operand;
@@ -8,10 +9,11 @@ use crate::eval::{Evaluator, Expression, Frame, Located};
 use crate::source::Span;
 use crate::value::class::Location;
 use crate::value::symbol::known;
-use crate::value::{Class, R, Symbol, Value};
+use crate::builtins::Quick;
+use crate::value::{CellVar, Class, Held, Module, R, Symbol, Value};
 
 /// What a cache knows about an attribute of instances of one class in one state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy)]
 pub enum Hint {
     /// In the slot of the instance.
     Slot(u32),
@@ -21,6 +23,33 @@ pub enum Hint {
     Property(Location),
     /// A plain value of the class; no instance has an attribute of that name.
     Plain(Location),
+    /// A method of a builtin type that answers some calls at once.
+    Quick(Quick),
+}
+
+/// Where a member of a module was found last. Modules are few and last, so the way there is kept for one.
+#[derive(Default)]
+pub struct Member(Held<Option<(Rc<Module>, Rc<CellVar>)>>);
+
+impl Member {
+    /// The variable of this name; None if the module has none.
+    #[inline]
+    pub fn of(&self, module: &Rc<Module>, name: Symbol) -> Option<Rc<CellVar>> {
+        if let Some((known, cell)) = &*self.0.borrow()
+            && Rc::ptr_eq(known, module)
+            && !cell.value.borrow().is_unbound()
+        {
+            return Some(cell.clone());
+        }
+        self.find(module, name)
+    }
+
+    #[cold]
+    fn find(&self, module: &Rc<Module>, name: Symbol) -> Option<Rc<CellVar>> {
+        let cell = module.namespace.bound_cell(name)?;
+        self.0.put(Some((module.clone(), cell.clone())));
+        Some(cell)
+    }
 }
 
 /// A cache for two classes: methods of a base class see instances of several.
@@ -52,7 +81,7 @@ impl Cache {
         match self.get(instance.class.version())? {
             Hint::Slot(slot) => instance.slot(slot as usize),
             Hint::Plain(location) => Some(instance.class.at(location)),
-            Hint::Method(_) | Hint::Property(_) => None,
+            Hint::Method(_) | Hint::Property(_) | Hint::Quick(_) => None,
         }
     }
 
@@ -74,7 +103,10 @@ impl Cache {
             (Some((_, _)), Some(slot)) => Hint::Slot(slot as u32),
             (Some((location, Value::Function(_))), None) => Hint::Method(location),
             (Some((location, Value::Builtin(builtin))), None) if builtin.owner.is_some() => {
-                Hint::Method(location)
+                match builtin.quick {
+                    Some(quick) if !class.is_script => Hint::Quick(quick),
+                    _ => Hint::Method(location),
+                }
             }
             (Some((_, Value::StaticMethod(_) | Value::ClassMethod(_))), None) => return None,
             (Some((location, _)), None) => Hint::Plain(location),
@@ -95,6 +127,8 @@ pub struct Attribute {
     pub span: Span,
     /// What is known about it.
     pub cache: Cache,
+    /// Where it is in a module.
+    pub member: Member,
 }
 
 impl Expression for Attribute {
@@ -109,12 +143,24 @@ impl Expression for Attribute {
         {
             return Ok(found);
         }
+        if let Some(found) = self.of_module(f) {
+            return Ok(found);
+        }
         let value = self.value.eval(ev, f)?;
         self.of(&value, ev, f)
     }
 }
 
 impl Attribute {
+    /// The member of a module.
+    #[inline]
+    fn of_module(&self, f: &Frame<'_>) -> Option<Value> {
+        self.value.look(f, |value| match value {
+            Value::Module(module) => Some(self.member.of(module, self.name)?.value.get()),
+            _ => None,
+        })?
+    }
+
     #[inline]
     fn of(&self, value: &Value, ev: &Evaluator<'_>, f: &Frame<'_>) -> R {
         if let Some(found) = self.cache.read(value) {

@@ -2,10 +2,11 @@
 
 use std::rc::Rc;
 
-use super::attribute::{Cache, Hint};
+use super::attribute::{Cache, Hint, Member};
 use super::keywords::call_with_keywords;
+use super::names::Peek;
 use super::operand::Operand;
-use crate::builtins::{Builtin, BuiltinBody};
+use crate::builtins::{Builtin, BuiltinBody, Quick};
 use crate::errors::ExceptionKind;
 use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
@@ -24,15 +25,74 @@ pub struct Call {
     pub span: Span,
 }
 
+/// What the callee of a call turns out to be.
+enum Callee {
+    Script(Rc<Function>),
+    Quick(Quick),
+    Other,
+}
+
 impl Expression for Call {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let callee = self.function.look(f, |callee| match callee {
+            Value::Function(function) => Callee::Script(function.clone()),
+            other => Builtin::quick_of(other).map_or(Callee::Other, Callee::Quick),
+        });
+        match callee {
+            Some(Callee::Script(function)) => {
+                return call_script(&function, None, &self.args, ev, f, self.span);
+            }
+            Some(Callee::Quick(quick)) => {
+                if let Some(answer) = answer(quick, None, &self.args, ev, f) {
+                    return Ok(answer);
+                }
+            }
+            Some(Callee::Other) | None => {}
+        }
+        self.call_generally(ev, f)
+    }
+}
+
+impl Call {
+    #[inline(never)]
+    fn call_generally(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let callee = self.function.eval(ev, f)?;
         match &callee {
             Value::Function(function) => call_script(function, None, &self.args, ev, f, self.span),
             Value::Class(class) => make_instance(class, &self.args, ev, f, self.span),
             Value::Builtin(builtin) => call_native(builtin, None, &self.args, ev, f, self.span),
+            Value::BoundMethod(method) => match &method.function {
+                Value::Function(function) => {
+                    let receiver = Some(method.receiver.clone());
+                    call_script(function, receiver, &self.args, ev, f, self.span)
+                }
+                Value::Builtin(builtin) => {
+                    let receiver = Some(method.receiver.clone());
+                    call_native(builtin, receiver, &self.args, ev, f, self.span)
+                }
+                _ => call_other(&callee, &self.args, ev, f, self.span),
+            },
             _ => call_other(&callee, &self.args, ev, f, self.span),
         }
+    }
+}
+
+/// The answer to a call whose arguments are variables of the frame and constants, which are looked at where they lie.
+#[inline(always)]
+fn answer(
+    quick: Quick,
+    receiver: Option<&Value>,
+    args: &[Operand],
+    ev: &Evaluator<'_>,
+    f: &Frame<'_>,
+) -> Option<Value> {
+    match (receiver, args) {
+        (None, [a]) => quick(ev, &[a.bound(f)?]),
+        (None, [a, b]) => quick(ev, &[a.bound(f)?, b.bound(f)?]),
+        (Some(receiver), []) => quick(ev, &[receiver]),
+        (Some(receiver), [a]) => quick(ev, &[receiver, a.bound(f)?]),
+        (Some(receiver), [a, b]) => quick(ev, &[receiver, a.bound(f)?, b.bound(f)?]),
+        _ => None,
     }
 }
 
@@ -61,6 +121,11 @@ fn call_native(
         for (slot, arg) in slots[first..given].iter_mut().zip(args) {
             slot.put(arg.eval(ev, f)?);
         }
+        if let Some(quick) = builtin.quick
+            && let Some(answer) = answer_to(quick, &slots[..given], ev)
+        {
+            return Ok(answer);
+        }
         let result = match bound {
             Some(body) => {
                 ev.note_filled(builtin, slots);
@@ -70,6 +135,17 @@ fn call_native(
         };
         result.at(ev, f, span)
     })
+}
+
+/// The answer to a call with arguments that have been evaluated.
+#[inline(always)]
+fn answer_to(quick: Quick, args: &[Value], ev: &Evaluator<'_>) -> Option<Value> {
+    match args {
+        [a] => quick(ev, &[a]),
+        [a, b] => quick(ev, &[a, b]),
+        [a, b, c] => quick(ev, &[a, b, c]),
+        _ => None,
+    }
 }
 
 /// Calls anything with arguments that are evaluated into a buffer.
@@ -186,10 +262,10 @@ pub(super) fn call_script(
     }
     with_slots(function.code.slots, |slots| {
         if let Some(receiver) = receiver {
-            slots[0].put(receiver);
+            slots[0].fill(receiver);
         }
         for (slot, arg) in slots[first..given].iter_mut().zip(args) {
-            slot.put(arg.eval(ev, f)?);
+            slot.fill(arg.eval(ev, f)?);
         }
         if given < params.positional {
             ev.fill_defaults(function, slots).at(ev, f, span)?;
@@ -212,11 +288,92 @@ pub struct CallMethod {
     pub span: Span,
     /// What is known about the method.
     pub cache: Cache,
+    /// Where it is in a module.
+    pub member: Member,
 }
 
 impl Expression for CallMethod {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        if let Operand::Local(local) = &self.receiver {
+            let receiver = local.peek(f);
+            if let Some(quick) = self.quick(receiver, ev)
+                && let Some(answer) = answer(quick, Some(receiver), &self.args, ev, f)
+            {
+                return Ok(answer);
+            }
+        } else if let Some(answer) = self.answer_of_module(ev, f) {
+            return Ok(answer);
+        }
         let receiver = self.receiver.eval(ev, f)?;
+        if let Value::Instance(instance) = &receiver {
+            let class = &instance.class;
+            let hint = self
+                .cache
+                .get(class.version())
+                .or_else(|| self.cache.learn(class, self.name));
+            if let Some(Hint::Method(location)) = hint
+                && let Some(function) = class.function_at(location)
+            {
+                return call_script(&function, Some(receiver), &self.args, ev, f, self.span);
+            }
+        } else if let Some(quick) = self.quick(&receiver, ev)
+            && let Some(answer) = answer(quick, Some(&receiver), &self.args, ev, f)
+        {
+            return Ok(answer);
+        }
+        self.call_by_class(receiver, ev, f)
+    }
+}
+
+impl CallMethod {
+    /// What a method of a builtin type answers at once.
+    #[inline(always)]
+    fn quick(&self, receiver: &Value, ev: &Evaluator<'_>) -> Option<Quick> {
+        let class = match receiver {
+            Value::List(_) => &ev.core.types.list,
+            Value::Dict(_) => &ev.core.types.dict,
+            _ => return None,
+        };
+        match self.cache.get(class.version()) {
+            Some(Hint::Quick(quick)) => Some(quick),
+            Some(_) => None,
+            None => match self.cache.learn(class, self.name) {
+                Some(Hint::Quick(quick)) => Some(quick),
+                _ => None,
+            },
+        }
+    }
+
+    /// What a function of a module answers at once.
+    #[inline]
+    fn answer_of_module(&self, ev: &Evaluator<'_>, f: &Frame<'_>) -> Option<Value> {
+        let quick = self.receiver.look(f, |receiver| match receiver {
+            Value::Module(module) => {
+                let cell = self.member.of(module, self.name)?;
+                Builtin::quick_of(&cell.value.borrow())
+            }
+            _ => None,
+        });
+        answer(quick??, None, &self.args, ev, f)
+    }
+
+    /// Calls a method of a builtin type.
+    #[inline(never)]
+    fn call_by_class(&self, receiver: Value, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        if let Value::Module(module) = &receiver
+            && let Some(cell) = self.member.of(module, self.name)
+        {
+            let callee = cell.value.get();
+            match &callee {
+                Value::Builtin(builtin) => {
+                    return call_native(builtin, None, &self.args, ev, f, self.span);
+                }
+                Value::Function(function) => {
+                    return call_script(function, None, &self.args, ev, f, self.span);
+                }
+                _ => {}
+            }
+        }
         let by_class = !matches!(
             receiver,
             Value::Class(_) | Value::Module(_) | Value::Super(_) | Value::Function(_)
@@ -227,24 +384,25 @@ impl Expression for CallMethod {
                 .cache
                 .get(class.version())
                 .or_else(|| self.cache.learn(class, self.name));
-            if let Some(Hint::Method(location)) = hint {
-                return match class.at(location) {
-                    Value::Function(function) => {
-                        call_script(&function, Some(receiver), &self.args, ev, f, self.span)
-                    }
-                    Value::Builtin(builtin) => {
-                        call_native(&builtin, Some(receiver), &self.args, ev, f, self.span)
-                    }
-                    // The hint says what it is; anything else goes the general way.
-                    _ => self.call_generally(&receiver, ev, f),
-                };
+            let method = match hint {
+                Some(Hint::Method(location)) => class.at(location),
+                Some(Hint::Quick(_)) => class.lookup(self.name).unwrap_or_default(),
+                _ => Value::Unbound,
+            };
+            match &method {
+                Value::Function(function) => {
+                    return call_script(function, Some(receiver), &self.args, ev, f, self.span);
+                }
+                Value::Builtin(builtin) => {
+                    return call_native(builtin, Some(receiver), &self.args, ev, f, self.span);
+                }
+                // The hint says what it is; anything else goes the general way.
+                _ => {}
             }
         }
         self.call_generally(&receiver, ev, f)
     }
-}
 
-impl CallMethod {
     #[inline(never)]
     fn call_generally(&self, receiver: &Value, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if let Value::Super(sup) = receiver

@@ -60,6 +60,34 @@ impl Operand {
         }
     }
 
+    /// Its value, if it can be looked at without evaluating anything and is bound.
+    #[inline(always)]
+    pub fn bound<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
+        self.peek(f).filter(|value| !value.is_unbound())
+    }
+
+    /// What `look` makes of the value of a variable or constant, which is not copied; None for anything else. No script code
+    /// may run meanwhile.
+    #[inline(always)]
+    pub fn look<T>(&self, f: &Frame<'_>, look: impl FnOnce(&Value) -> T) -> Option<T> {
+        match self {
+            Operand::Local(local) => Some(look(local.peek(f))),
+            Operand::Const(value) => Some(look(value)),
+            Operand::Free(free) => {
+                let cell = &f.function.closure[free.index as usize];
+                Some(look(&cell.value.borrow()))
+            }
+            Operand::Global(global) => {
+                let value = global.cell.value.borrow();
+                Some(match value.is_unbound() {
+                    false => look(&value),
+                    true => look(&global.builtin.value.borrow()),
+                })
+            }
+            Operand::Expr(_) => None,
+        }
+    }
+
     /// The variable of an outer function or of the module that it is; its value may be `Unbound`.
     #[inline(always)]
     pub fn shared<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v CellVar> {
