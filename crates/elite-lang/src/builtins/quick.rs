@@ -11,9 +11,6 @@ use crate::value::{List, Value};
 /// The answer of a builtin to these arguments by position (the receiver is the first one), if it has one at once.
 pub type Quick = fn(&Evaluator<'_>, &[&Value]) -> Option<Value>;
 
-/// Most arguments, with the receiver, of a call that is answered at once.
-pub const ARGS_MAX: usize = 3;
-
 /// Longest list whose items are moved up at once.
 const SHORT: usize = 64;
 
@@ -191,7 +188,11 @@ fn pop(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
 
 fn take(list: &List, index: i64) -> Option<Value> {
     list.change(|items| {
-        let from_start = if index < 0 { index + items.len() as i64 } else { index };
+        let from_start = if index < 0 {
+            index + items.len() as i64
+        } else {
+            index
+        };
         let place = usize::try_from(from_start).ok()?;
         (place < items.len() && items.len() - place <= SHORT).then(|| items.remove(place))
     })

@@ -168,7 +168,10 @@ mod tests {
         for bytes in 1..=16 * SIZES + 8 {
             let layout = Layout::from_size_align(bytes, 16).unwrap();
             let size = Size::of(layout).unwrap();
-            assert!(size.bytes() >= bytes && size.bytes() < bytes.max(24) + 16, "{bytes}");
+            assert!(
+                size.bytes() >= bytes && size.bytes() < bytes.max(24) + 16,
+                "{bytes}"
+            );
         }
         assert!(Size::of(Layout::from_size_align(16 * SIZES + 9, 8).unwrap()).is_none());
         assert!(Size::of(Layout::from_size_align(32, 32).unwrap()).is_none());
@@ -192,7 +195,11 @@ mod tests {
                 data.shrink_to_fit();
             }
         }
-        assert!(data.iter().zip(0..2000_usize).all(|(byte, round)| *byte == round as u8));
+        assert!(
+            data.iter()
+                .zip(0..2000_usize)
+                .all(|(byte, round)| *byte == round as u8)
+        );
         while data.len() > 3 {
             data.truncate(data.len() / 2);
             data.shrink_to_fit();

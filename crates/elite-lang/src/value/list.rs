@@ -98,13 +98,15 @@ impl List {
     #[inline(always)]
     pub fn push_within(&self, value: Value) -> bool {
         self.has_changed();
-        let left = self.items.change(|items| match items.len() < items.capacity() {
-            true => {
-                items.push(value);
-                None
-            }
-            false => Some(value),
-        });
+        let left = self
+            .items
+            .change(|items| match items.len() < items.capacity() {
+                true => {
+                    items.push(value);
+                    None
+                }
+                false => Some(value),
+            });
         left.is_none()
     }
 
