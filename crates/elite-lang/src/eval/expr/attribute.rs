@@ -25,6 +25,8 @@ pub enum Hint {
     Plain(Location),
     /// A method of a builtin type that answers some calls at once.
     Quick(Quick),
+    /// Something that is looked up each time.
+    Other,
 }
 
 /// Where a member of a module was found last. Modules are few and last, so the way there is kept for one.
@@ -108,7 +110,9 @@ impl Cache {
         }
         match self.get(version)? {
             Hint::Plain(location) => Some(instance.class.at(location)),
-            Hint::Slot(_) | Hint::Method(_) | Hint::Property(_) | Hint::Quick(_) => None,
+            Hint::Slot(_) | Hint::Method(_) | Hint::Property(_) | Hint::Quick(_) | Hint::Other => {
+                None
+            }
         }
     }
 
@@ -140,7 +144,7 @@ impl Cache {
                     _ => Hint::Method(location),
                 }
             }
-            (Some((_, Value::StaticMethod(_) | Value::ClassMethod(_))), None) => return None,
+            (Some((_, Value::StaticMethod(_) | Value::ClassMethod(_))), None) => Hint::Other,
             (Some((location, _)), None) => Hint::Plain(location),
             (None, None) => return None,
         };
