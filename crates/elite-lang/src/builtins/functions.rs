@@ -6,9 +6,13 @@ use super::{Args, Builtin};
 use crate::ast::CompareOp;
 use crate::errors::ExceptionKind;
 use crate::eval::generator::{Stepped, ToGenerator};
+use crate::eval::pace::VALUE;
 use crate::eval::{Core, Evaluator};
 use crate::value::symbol::{Passing, known};
 use crate::value::{Class, Iter, R, Symbol, Value};
+
+/// Items that are added up at once.
+const SHORT: usize = 4096;
 
 /// Puts the builtin functions in place.
 pub fn install(core: &Rc<Core>) {
@@ -397,6 +401,9 @@ fn sum(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     if let Some(text) = wrong {
         return Err(ev.type_error(text));
     }
+    if let Some(sum) = sum_of_numbers(ev, &args[0], &total)? {
+        return Ok(sum);
+    }
     while let Some(value) = ev.step(&iterator)? {
         total = match crate::ops::arith::fast(crate::ast::BinaryOp::Add, &total, &value) {
             Some(total) => total,
@@ -404,6 +411,26 @@ fn sum(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         };
     }
     Ok(total)
+}
+
+/// The sum of a short list or tuple of nothing but numbers that fit; None for anything else.
+fn sum_of_numbers(ev: &Evaluator<'_>, items: &Value, start: &Value) -> R<Option<Value>> {
+    let sum = |items: &[Value]| {
+        let mut total = start.clone();
+        for item in items {
+            total = crate::ops::arith::fast(crate::ast::BinaryOp::Add, &total, item)?;
+        }
+        Some(total)
+    };
+    let (sum, length) = match items {
+        Value::List(list) if list.len() <= SHORT => (sum(&list.borrow()), list.len()),
+        Value::Tuple(tuple) if tuple.items().len() <= SHORT => {
+            (sum(tuple.items()), tuple.items().len())
+        }
+        _ => return Ok(None),
+    };
+    ev.worked(length * VALUE)?;
+    Ok(sum)
 }
 
 fn max(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {

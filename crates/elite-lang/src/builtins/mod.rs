@@ -5,6 +5,7 @@ pub use call::with_first;
 mod evaluate;
 mod functions;
 mod numbers;
+pub mod quick;
 mod scope;
 mod signature;
 mod sort;
@@ -12,6 +13,7 @@ pub mod types;
 
 use std::rc::Rc;
 
+pub use quick::Quick;
 pub use signature::Signature;
 
 use crate::eval::{Core, Evaluator, Frame};
@@ -32,6 +34,8 @@ pub struct Builtin {
     pub body: BuiltinBody,
     /// It may put its arguments into its receiver, which then may become part of a cycle.
     pub fills: bool,
+    /// What it answers at once.
+    pub quick: Option<Quick>,
 }
 
 /// A function whose arguments are bound to the signature; omitted ones are `Unbound`.
@@ -90,6 +94,7 @@ impl Builtin {
             signature,
             body: BuiltinBody::Bound(body),
             fills: false,
+            quick: quick::find(None, None, name),
         }))
     }
 
@@ -108,6 +113,7 @@ impl Builtin {
             signature: Signature::parse(signature, &core.symbols),
             body: BuiltinBody::Bound(body),
             fills: false,
+            quick: quick::find(None, Some(module), name),
         }))
     }
 
@@ -121,6 +127,7 @@ impl Builtin {
             signature,
             body: BuiltinBody::Raw(body),
             fills: false,
+            quick: quick::find(None, None, name),
         }))
     }
 
@@ -143,6 +150,7 @@ impl Builtin {
             signature,
             body,
             fills: false,
+            quick: None,
         }))
     }
 
@@ -164,6 +172,7 @@ impl Builtin {
             signature,
             body: BuiltinBody::Native(native),
             fills: false,
+            quick: None,
         }))
     }
 }

@@ -52,8 +52,8 @@ pub struct Generator {
     pub function: Rc<Function>,
     core: Rc<Core>,
     state: Held<State>,
-    /// Where it stands, if it has no stack of its own.
-    standing: Held<Option<Standing>>,
+    /// Where it stands, if it has no stack of its own; taken out while it runs.
+    standing: Held<Option<Box<Standing>>>,
     /// While it is suspended with a stack of its own.
     seen: Held<Seen>,
     /// `__name__` and `__qualname__`, if a script has changed them.
@@ -65,7 +65,7 @@ pub struct Generator {
 enum State {
     /// Not started: its slots, parameters bound.
     Fresh(Slots),
-    /// At the place in `standing`.
+    /// At the place in `standing`, or running from there.
     Standing,
     Suspended(GeneratorCoroutine),
     Running,
@@ -93,7 +93,7 @@ impl Generator {
     /// A generator of `function` that starts with these slots.
     pub fn new(core: Rc<Core>, function: Rc<Function>, slots: Vec<Value>) -> Self {
         let (state, standing) = match function.code.body.steps() {
-            Some(_) => (State::Standing, Some(Standing::new(slots))),
+            Some(_) => (State::Standing, Some(Box::new(Standing::new(slots)))),
             None => (State::Fresh(Slots(slots)), None),
         };
         Generator {
@@ -158,14 +158,21 @@ impl Generator {
 
     /// Whether it is executing right now.
     pub fn is_running(&self) -> bool {
-        matches!(&*self.state.borrow(), State::Running)
+        match &*self.state.borrow() {
+            State::Running => true,
+            State::Standing => self.standing.borrow().is_none(),
+            State::Fresh(_) | State::Suspended(_) | State::Finished => false,
+        }
     }
 
     /// Whether it stands at a `yield`.
     pub fn is_suspended(&self) -> bool {
         match &*self.state.borrow() {
             State::Suspended(_) => true,
-            State::Standing => self.standing.borrow().as_ref().is_some_and(Standing::waits),
+            State::Standing => {
+                let standing = self.standing.borrow();
+                standing.as_ref().is_some_and(|standing| standing.waits())
+            }
             State::Fresh(_) | State::Running | State::Finished => false,
         }
     }
@@ -272,7 +279,10 @@ impl Generator {
     fn finish_fresh(&self) -> bool {
         let fresh = match &*self.state.borrow() {
             State::Fresh(_) => true,
-            State::Standing => !self.is_suspended(),
+            State::Standing => {
+                let standing = self.standing.borrow();
+                standing.as_ref().is_some_and(|standing| !standing.waits())
+            }
             State::Suspended(_) | State::Running | State::Finished => false,
         };
         if fresh {
@@ -367,26 +377,20 @@ impl Evaluator<'_> {
         if generator.is_finished() {
             return step_finished(input);
         }
-        if generator.is_running() {
-            return Err(self.raise(ExceptionKind::ValueError, "generator already executing"));
-        }
-        if depth >= core.limits.call_depth {
+        if depth >= core.limits.call_depth && !generator.is_running() {
             return Err(self.recursion_error());
         }
-        generator.state.put(State::Running);
-        core.depth.set(depth + 1);
         // Taken out, so that nothing is borrowed while it runs.
-        let mut standing = generator.standing.take();
-        let result = match &mut standing {
-            Some(standing) => self.with_stack(generator.function.code.stack_bytes, || {
-                self.go_on(steps, standing, &generator.function, input)
-            }),
-            None => step_finished(input),
+        let Some(mut standing) = generator.standing.take() else {
+            return Err(self.raise(ExceptionKind::ValueError, "generator already executing"));
         };
-        generator.standing.put(standing);
-        match &result {
-            Ok(Stepped::Yielded(_)) => generator.state.put(State::Standing),
-            Ok(Stepped::Returned(_)) | Err(_) => generator.finish(),
+        core.depth.set(depth + 1);
+        let result = self.with_stack(generator.function.code.stack_bytes, || {
+            self.go_on(steps, &mut standing, &generator.function, input)
+        });
+        generator.standing.put(Some(standing));
+        if !matches!(result, Ok(Stepped::Yielded(_))) {
+            generator.finish();
         }
         core.depth.set(depth);
         core.line.set(line);

@@ -9,13 +9,20 @@ use super::{Evaluator, Frame};
 use crate::value::held::nothing_is_open;
 use crate::value::{CellVar, Dict, Function, R, Symbol, Value};
 
-/// Empty slots on the native stack.
-struct Slots<const N: usize>(ManuallyDrop<[Value; N]>);
+/// Slots on the native stack.
+pub struct Slots<const N: usize>(ManuallyDrop<[Value; N]>);
 
 impl<const N: usize> Slots<N> {
+    /// Empty ones.
     #[inline(always)]
-    fn empty() -> Self {
+    pub fn empty() -> Self {
         Slots(ManuallyDrop::new([const { Value::Unbound }; N]))
+    }
+
+    /// The first `count` of them, at most all.
+    #[inline(always)]
+    pub fn first(&mut self, count: usize) -> &mut [Value] {
+        &mut self.0[..count.min(N)]
     }
 }
 
@@ -45,7 +52,7 @@ pub fn with_slots<T>(count: usize, inner: impl FnOnce(&mut [Value]) -> T) -> T {
 
 impl Evaluator<'_> {
     /// Runs a function whose parameters are bound in `slots`; a generator function makes its generator.
-    #[inline]
+    #[inline(always)]
     pub fn run(&self, function: &Rc<Function>, slots: &mut [Value]) -> R {
         let code = &*function.code;
         if code.kind == CodeKind::Generator {
@@ -66,9 +73,7 @@ impl Evaluator<'_> {
         let result = if self.stack_left() >= code.stack_bytes {
             code.body.run(self, &mut Frame { slots, function })
         } else {
-            self.with_stack(code.stack_bytes, || {
-                code.body.run(self, &mut Frame { slots, function })
-            })
+            self.run_deeper(function, slots)
         };
         // The outermost function of a thread leaves the line in which it ended.
         if depth > 0 {
@@ -76,6 +81,16 @@ impl Evaluator<'_> {
         }
         core.depth.set(depth);
         result
+    }
+
+    /// Runs a body on a further segment of stack.
+    #[cold]
+    #[inline(never)]
+    fn run_deeper(&self, function: &Rc<Function>, slots: &mut [Value]) -> R {
+        let code = &*function.code;
+        self.with_stack(code.stack_bytes, || {
+            code.body.run(self, &mut Frame { slots, function })
+        })
     }
 
     #[inline(never)]

@@ -2,7 +2,8 @@
 //!
 //! Owns the global allocator, which hands every request to the system and counts it for the thread that makes it. Linking
 //! this crate installs it, so no interpreter runs unlimited. A task counts what its thread has come to hold since its
-//! interpreter was made: numbers, small objects, tables, compiled text, whatever a library allocates on its behalf.
+//! interpreter was made: numbers, small objects, tables, compiled text, whatever a library allocates on its behalf. Small
+//! blocks that are freed wait on shelves (`shelves`) for the next request of their size.
 //!
 //! Two things are said by hand: memory that does not come from the allocator (`hold`, `let_go`), and memory that changes
 //! its thread. What is made for another thread, or freed on behalf of one, goes through `outside`: otherwise the account
@@ -13,6 +14,8 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+
+use super::shelves::{self, Size};
 
 /// Hands requests to the system and counts them.
 pub struct CountingAllocator;
@@ -74,12 +77,6 @@ fn cost(size: usize, align: usize) -> isize {
 /// How the system aligns what it is asked for without more words.
 const ALIGN: usize = 16;
 
-/// Whether a request is one of nearly all: neither big nor aligned in any way of its own.
-#[inline(always)]
-fn is_small(layout: Layout) -> bool {
-    layout.size() < MAPPED && layout.align() <= ALIGN
-}
-
 #[inline(always)]
 fn cost_of_small(size: usize) -> isize {
     ((size + 8 + 15) & !15).max(32) as isize
@@ -117,59 +114,83 @@ fn count_off(bytes: isize) {
     let _ = ACCOUNT.try_with(|account| account.held.set(account.held.get() - bytes));
 }
 
-// SAFETY: every call is handed to the system's allocator as it came, or, as its layout says, to `pages`; the answer is returned
-// as it is. Counting touches a cell of the thread only, which allocates nothing and cannot unwind.
+/// A block of the system, or with pages of its own, counted.
+///
+/// # Safety
+/// As for `GlobalAlloc::alloc`.
+#[cold]
+#[inline(never)]
+#[allow(unsafe_code)]
+unsafe fn alloc_anew(layout: Layout) -> *mut u8 {
+    let block = if is_mapped(layout.size(), layout.align()) {
+        pages::map(layout.size())
+    } else {
+        let whole = Size::of(layout).map_or(layout, Size::layout);
+        // SAFETY: the caller's promises; a layout of a shelf is not empty.
+        unsafe { System.alloc(whole) }
+    };
+    if !block.is_null() {
+        count(cost(layout.size(), layout.align()));
+    }
+    block
+}
+
+// SAFETY: a block comes from `pages` if its layout is big, else from the system's allocator, for the layout asked for or, if
+// that is small, for the larger one of its shelf. Which of these depends on the layout alone: whoever frees or enlarges the
+// block finds the same. A block is either in use or on one shelf. Counting touches a cell of the thread only, which allocates
+// nothing and cannot unwind.
 #[allow(unsafe_code)]
 unsafe impl GlobalAlloc for CountingAllocator {
     #[inline]
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        if is_small(layout) {
-            // SAFETY: as below.
-            let block = unsafe { System.alloc(layout) };
+        if let Some(size) = Size::of(layout) {
+            let block = shelves::take(size);
             if !block.is_null() {
-                count(cost_of_small(layout.size()));
+                count(size.cost());
+                return block;
             }
-            return block;
         }
-        let block = if is_mapped(layout.size(), layout.align()) {
-            pages::map(layout.size())
-        } else {
-            // SAFETY: the caller's promises are those that the system asks for.
-            unsafe { System.alloc(layout) }
-        };
-        if !block.is_null() {
-            count(cost(layout.size(), layout.align()));
-        }
-        block
+        // SAFETY: the caller's promises are those that it asks for.
+        unsafe { alloc_anew(layout) }
     }
 
     #[inline]
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        let block = if is_mapped(layout.size(), layout.align()) {
-            // Fresh pages are zero.
-            pages::map(layout.size())
-        } else {
-            // SAFETY: as in `alloc`.
-            unsafe { System.alloc_zeroed(layout) }
-        };
-        if !block.is_null() {
-            count(cost(layout.size(), layout.align()));
+        if Size::of(layout).is_none() {
+            let block = if is_mapped(layout.size(), layout.align()) {
+                // Fresh pages are zero.
+                pages::map(layout.size())
+            } else {
+                // SAFETY: as in `alloc`.
+                unsafe { System.alloc_zeroed(layout) }
+            };
+            if !block.is_null() {
+                count(cost(layout.size(), layout.align()));
+            }
+            return block;
         }
-        block
+        // SAFETY: as in `alloc`; a block that was made has at least as many bytes.
+        unsafe {
+            let block = self.alloc(layout);
+            if !block.is_null() {
+                block.write_bytes(0, layout.size());
+            }
+            block
+        }
     }
 
     #[inline]
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        if is_small(layout) {
-            // SAFETY: as in `alloc`.
-            unsafe { System.dealloc(block, layout) };
-            return count_off(cost_of_small(layout.size()));
+        if let Some(size) = Size::of(layout) {
+            count_off(size.cost());
+            // SAFETY: the block was made for this layout, so for this size, and nobody uses it any more.
+            return unsafe { shelves::put(block, size) };
         }
         if is_mapped(layout.size(), layout.align()) {
             // SAFETY: a block of this layout was made by `pages`, and its owner gives it back.
             unsafe { give_back(block, layout.size()) };
         } else {
-            // SAFETY: as in `alloc`.
+            // SAFETY: as in `alloc`; the layout is none of a shelf.
             unsafe { System.dealloc(block, layout) };
         }
         count(-cost(layout.size(), layout.align()));
@@ -177,18 +198,32 @@ unsafe impl GlobalAlloc for CountingAllocator {
 
     #[inline]
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        let was = is_mapped(layout.size(), layout.align());
-        let moved = if was || is_mapped(size, layout.align()) {
-            // SAFETY: as in `alloc`.
-            unsafe { self.resize(block, layout, size) }
-        } else {
-            // SAFETY: as in `alloc`.
-            unsafe { System.realloc(block, layout, size) }
-        };
-        if !moved.is_null() {
-            count(cost(size, layout.align()) - cost(layout.size(), layout.align()));
+        // SAFETY: the caller says that the size is one a layout can have with this alignment.
+        let new = unsafe { Layout::from_size_align_unchecked(size, layout.align()) };
+        if Size::of(layout).is_none() && Size::of(new).is_none() {
+            let is_mapped =
+                is_mapped(layout.size(), layout.align()) || is_mapped(size, layout.align());
+            let moved = if is_mapped {
+                // SAFETY: as in `alloc`.
+                unsafe { self.resize(block, layout, size) }
+            } else {
+                // SAFETY: as in `alloc`.
+                unsafe { System.realloc(block, layout, size) }
+            };
+            if !moved.is_null() {
+                count(cost(size, layout.align()) - cost(layout.size(), layout.align()));
+            }
+            return moved;
         }
-        moved
+        // SAFETY: the caller's promises; the new block is another one with at least `size` bytes.
+        unsafe {
+            let moved = self.alloc(new);
+            if !moved.is_null() {
+                moved.copy_from_nonoverlapping(block, layout.size().min(size));
+                self.dealloc(block, layout);
+            }
+            moved
+        }
     }
 }
 
@@ -612,6 +647,7 @@ pub(crate) fn tidy() -> bool {
 
 /// Gives memory that was freed back to the system. Takes some milliseconds for every hundred megabytes.
 pub(crate) fn trim() {
+    shelves::clear();
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
         // So much that the system's allocator looks, when it is freed, at what is free at the end of the heap of this thread.

@@ -9,10 +9,10 @@ use crate::ast::{
 };
 use crate::eval::Expr;
 use crate::eval::expr::arguments::{CallArg, CallWith};
-use crate::eval::expr::attribute::{Attribute, Cache};
+use crate::eval::expr::attribute::{Attribute, Cache, Member};
 use crate::eval::expr::binary::{Unary, binary};
 use crate::eval::expr::boolean::{And, IfElse, Not, Or};
-use crate::eval::expr::call::{Call, CallMethod, SuperCall};
+use crate::eval::expr::call::{Call, CallMethod, Site, SuperCall};
 use crate::eval::expr::compare::{Chain, compare};
 use crate::eval::expr::comprehension::{
     Clause, Clauses, DictComprehension, GeneratorExpression, ListComprehension, SetComprehension,
@@ -66,8 +66,8 @@ impl Lower<'_> {
         match &expr.kind {
             ExprKind::Constant(constant) => Box::new(Const(self.constant(constant))),
             ExprKind::Name(name) => self.name(name, span),
-            ExprKind::And(operands) => Box::new(And(self.exprs(operands))),
-            ExprKind::Or(operands) => Box::new(Or(self.exprs(operands))),
+            ExprKind::And(operands) => Box::new(And(self.operands(operands))),
+            ExprKind::Or(operands) => Box::new(Or(self.operands(operands))),
             ExprKind::Binary { op, left, right } => {
                 if let Some(node) = self.percent_format(*op, left, right, span) {
                     return node;
@@ -78,15 +78,7 @@ impl Lower<'_> {
             ExprKind::Unary { op, operand } => self.unary(*op, operand, span),
             ExprKind::Compare { left, rest } => self.comparison(left, rest, span),
             ExprKind::Call { function, args } => self.call(function, args, span),
-            ExprKind::Attribute { value, name } => {
-                let (value, name) = (self.operand(value), self.symbol(&name.name));
-                Box::new(Attribute {
-                    value,
-                    name,
-                    span,
-                    cache: Cache::default(),
-                })
-            }
+            ExprKind::Attribute { value, name } => Box::new(self.attribute(value, name, span)),
             ExprKind::Subscript { value, index } => Box::new(Item {
                 keeps: keeps_locals(index),
                 value: self.operand(value),
@@ -114,7 +106,8 @@ impl Lower<'_> {
             ExprKind::Comprehension(comprehension) => self.comprehension(comprehension, span),
             ExprKind::Lambda(lambda) => Box::new(self.lambda(lambda, span)),
             ExprKind::IfElse { test, body, orelse } => {
-                let (test, body, orelse) = (self.expr(test), self.expr(body), self.expr(orelse));
+                let test = self.operand(test);
+                let (body, orelse) = (self.operand(body), self.operand(orelse));
                 Box::new(IfElse { test, body, orelse })
             }
             ExprKind::Named { target, value } => Box::new(Named {
@@ -206,8 +199,27 @@ impl Lower<'_> {
                 ExprKind::Constant(Constant::Float(float)) => Operand::Const(Value::Float(-float)),
                 _ => Operand::Expr(self.expr(expr)),
             },
+            ExprKind::Attribute { value, name } => {
+                let attribute = self.deeper(|lower| lower.attribute(value, name, expr.span));
+                Operand::Attribute(Box::new(attribute))
+            }
             _ => Operand::Expr(self.expr(expr)),
         }
+    }
+
+    fn attribute(&mut self, value: &ast::Expr, name: &ast::Ident, span: Span) -> Attribute {
+        let (value, name) = (self.operand(value), self.symbol(&name.name));
+        Attribute {
+            value,
+            name,
+            span,
+            cache: Cache::default(),
+            member: Member::default(),
+        }
+    }
+
+    fn operands(&mut self, exprs: &[ast::Expr]) -> Nodes<Operand> {
+        exprs.iter().map(|expr| self.operand(expr)).collect()
     }
 
     /// A constant text with a tuple after `%`.
@@ -241,7 +253,7 @@ impl Lower<'_> {
 
     fn unary(&mut self, op: UnaryOp, operand: &ast::Expr, span: Span) -> Expr {
         if op == UnaryOp::Not {
-            return Box::new(Not(self.expr(operand)));
+            return Box::new(Not(self.operand(operand)));
         }
         match (op, &operand.kind) {
             (UnaryOp::Neg, ExprKind::Constant(Constant::Int(int))) => {
@@ -323,16 +335,21 @@ impl Lower<'_> {
             return Box::new(CallMethod {
                 receiver,
                 name,
-                args: args(self),
+                site: Site {
+                    args: args(self),
+                    span,
+                },
                 attribute_span,
-                span,
                 cache,
+                member: Member::default(),
             });
         }
         Box::new(Call {
             function: self.operand(function),
-            args: args(self),
-            span,
+            site: Site {
+                args: args(self),
+                span,
+            },
         })
     }
 
@@ -352,8 +369,10 @@ impl Lower<'_> {
         if !in_class {
             return Box::new(Call {
                 function: Operand::Expr(callee),
-                args: Nodes::default(),
-                span,
+                site: Site {
+                    args: Nodes::default(),
+                    span,
+                },
             });
         }
         let class = self.name("__class__", span);

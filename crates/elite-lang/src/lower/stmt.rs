@@ -8,7 +8,8 @@ use crate::ast::{self, ExprKind, Stmt, StmtKind};
 use crate::eval::code::Block;
 use crate::eval::expr::attribute::Cache;
 use crate::eval::stmt::assign::{
-    Assign, AssignLocal, AssignPair, AugAttribute, AugItem, AugName, augmented_local,
+    Assign, AssignAttribute, AssignEach, AssignItem, AssignLocal, AssignPair, AugAttribute,
+    AugItem, AugName, augmented_local,
 };
 use crate::eval::stmt::class_body::Annotate;
 use crate::eval::stmt::control::{Break, Continue, If, Return, ReturnNone};
@@ -162,15 +163,36 @@ impl Lower<'_> {
     fn assign(&mut self, targets: &[ast::Expr], value: &ast::Expr) -> Node {
         if let [target] = targets {
             if let (ExprKind::Tuple(names), ExprKind::Tuple(values)) = (&target.kind, &value.kind)
-                && let ([first, second], [x, y]) = (&names[..], &values[..])
-                && [first, second, x, y]
+                && names.len() == values.len()
+                && (2..=8).contains(&names.len())
+                && names
                     .iter()
+                    .chain(values)
                     .all(|expr| !matches!(expr.kind, ExprKind::Starred(_)))
             {
-                let values = [self.operand(x), self.operand(y)];
-                return Box::new(AssignPair {
-                    targets: [self.target(first), self.target(second)],
-                    values,
+                if let ([first, second], [x, y]) = (&names[..], &values[..]) {
+                    let values = [self.operand(x), self.operand(y)];
+                    return Box::new(AssignPair {
+                        targets: [self.destination(first), self.destination(second)],
+                        values,
+                    });
+                }
+                let values = values.iter().map(|value| self.operand(value)).collect();
+                let targets = names.iter().map(|name| self.destination(name)).collect();
+                return Box::new(AssignEach { targets, values });
+            }
+            if let ExprKind::Attribute { .. } = &target.kind {
+                let value = self.operand(value);
+                return Box::new(AssignAttribute {
+                    target: self.attribute_target(target),
+                    value,
+                });
+            }
+            if let ExprKind::Subscript { .. } = &target.kind {
+                let value = self.operand(value);
+                return Box::new(AssignItem {
+                    target: self.item_target(target),
+                    value,
                 });
             }
             if let ExprKind::Name(name) = &target.kind

@@ -6,7 +6,8 @@ use crate::ast::{self, ExprKind};
 use crate::eval::stmt::class_body::ClassSlot;
 use crate::eval::stmt::loops::LoopTarget;
 use crate::eval::stmt::target::{
-    AttributeTarget, ItemTarget, MappedTarget, Shared, SharedTarget, Slot, Target, Unpack,
+    AttributeTarget, Destination, ItemTarget, MappedTarget, Shared, SharedTarget, Slot, Target,
+    Unpack,
 };
 use crate::resolve::Place;
 use crate::source::Span;
@@ -19,18 +20,13 @@ impl Lower<'_> {
         match &target.kind {
             ExprKind::Name(name) => self.name_target(name, span),
             ExprKind::Attribute { .. } => Box::new(self.attribute_target(target)),
-            ExprKind::Subscript { value, index } => Box::new(ItemTarget {
-                keeps: keeps_locals(index),
-                value: self.operand(value),
-                index: self.operand(index),
-                span,
-            }),
+            ExprKind::Subscript { .. } => Box::new(self.item_target(target)),
             ExprKind::Starred(inner) => self.target(inner),
             ExprKind::Tuple(items) | ExprKind::List(items) => {
                 let star = items
                     .iter()
                     .position(|item| matches!(item.kind, ExprKind::Starred(_)));
-                let targets = items.iter().map(|item| self.target(item)).collect();
+                let targets = items.iter().map(|item| self.destination(item)).collect();
                 Box::new(Unpack {
                     targets,
                     star,
@@ -46,6 +42,17 @@ impl Lower<'_> {
         }
     }
 
+    /// A target, as what it is.
+    pub(super) fn destination(&mut self, target: &ast::Expr) -> Destination {
+        if let ExprKind::Name(name) = &target.kind
+            && let Place::Local(slot) = self.place(name)
+        {
+            let span = target.span;
+            return Destination::Local(Slot { slot, span });
+        }
+        Destination::Other(self.target(target))
+    }
+
     /// What a loop binds.
     pub(super) fn loop_target(&mut self, target: &ast::Expr) -> LoopTarget {
         if let ExprKind::Name(name) = &target.kind
@@ -59,7 +66,7 @@ impl Lower<'_> {
             && !matches!(second.kind, ExprKind::Starred(_))
         {
             return LoopTarget::Pair(Unpack {
-                targets: [self.target(first), self.target(second)]
+                targets: [self.destination(first), self.destination(second)]
                     .into_iter()
                     .collect(),
                 star: None,
@@ -71,6 +78,21 @@ impl Lower<'_> {
 
     pub(super) fn targets(&mut self, targets: &[ast::Expr]) -> Nodes<Box<dyn Target>> {
         targets.iter().map(|target| self.target(target)).collect()
+    }
+
+    /// The item that `target` is.
+    pub(super) fn item_target(&mut self, target: &ast::Expr) -> ItemTarget {
+        let (value, index) = match &target.kind {
+            ExprKind::Subscript { value, index } => (&**value, &**index),
+            // Only called for items.
+            _ => (target, target),
+        };
+        ItemTarget {
+            keeps: keeps_locals(index),
+            value: self.operand(value),
+            index: self.operand(index),
+            span: target.span,
+        }
     }
 
     /// The attribute that `target` is.

@@ -110,6 +110,7 @@ impl<'b, 'y> Builder<'b, 'y> {
             signature: Signature::default(),
             body: BuiltinBody::Raw(body),
             fills: true,
+            quick: None,
         };
         class.set(
             self.core().symbols.intern(name),
@@ -142,6 +143,7 @@ impl<'b, 'y> Builder<'b, 'y> {
             signature: Signature::parse(signature, &self.core().symbols),
             body: BuiltinBody::Bound(body),
             fills: true,
+            quick: None,
         }))
     }
 

@@ -10,7 +10,7 @@ use super::attrs::AttrMap;
 use super::held::Look;
 use super::symbol::{SymbolMap, SymbolSet, known};
 use super::weak::WeakList;
-use super::{Held, Symbol, Value, trash};
+use super::{Function, Held, Symbol, Value, trash};
 
 /// How instances of a class are laid out: which builtin type they extend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -335,6 +335,19 @@ impl Class {
             }
         };
         found.unwrap_or_default()
+    }
+
+    /// The function at a place from `locate`; None if something else is there.
+    #[inline(always)]
+    pub fn function_at(&self, location: Location) -> Option<Rc<Function>> {
+        let within = |class: &Class| match class.attrs.borrow().at(location.index as usize) {
+            Some(Value::Function(function)) => Some(function.clone()),
+            _ => None,
+        };
+        match location.depth {
+            0 => within(self),
+            depth => within(&self.ancestors.borrow()[depth as usize - 1]),
+        }
     }
 
     /// How calling the class makes an instance.

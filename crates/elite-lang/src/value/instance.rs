@@ -143,28 +143,50 @@ impl Instance {
         }
     }
 
-    /// Sets the attribute in slot `slot`; false (and the value back) if the attributes are in a dictionary.
-    #[inline]
-    pub fn set_slot(&self, slot: usize, value: Value) -> Result<(), Value> {
-        let old = self.attrs.change(|attrs| match attrs {
-            Attrs::Slots(slots) => match slots.get_mut(slot) {
-                // Dropping a number runs no script code.
-                Some(place) if place.is_flat() => {
-                    place.put(value);
-                    Ok(Value::Unbound)
-                }
-                Some(place) => Ok(std::mem::replace(place, value)),
-                None => {
-                    slots.resize_with(slot, Value::default);
-                    slots.push(value);
-                    Ok(Value::Unbound)
-                }
+    /// What `look` makes of the attribute in slot `slot`; None as in `slot`. No script code may run meanwhile.
+    #[inline(always)]
+    pub fn look_at<T>(&self, slot: usize, look: impl FnOnce(&Value) -> T) -> Option<T> {
+        match &*self.attrs.borrow() {
+            Attrs::Slots(slots) => match slots.get(slot) {
+                None | Some(Value::Unbound) => None,
+                Some(value) => Some(look(value)),
             },
+            Attrs::Dict(_) => None,
+        }
+    }
+
+    /// Sets the attribute in slot `slot`; false (and the value back) if the attributes are in a dictionary.
+    #[inline(always)]
+    pub fn set_slot(&self, slot: usize, mut value: Value) -> Result<(), Value> {
+        let swapped = self.attrs.change(|attrs| match attrs {
+            Attrs::Slots(slots) => match slots.get_mut(slot) {
+                Some(place) => {
+                    std::mem::swap(place, &mut value);
+                    true
+                }
+                None => false,
+            },
+            Attrs::Dict(_) => false,
+        });
+        if swapped {
+            // Dropped only now: the old value's last reference may run script code.
+            value.discard();
+            return Ok(());
+        }
+        self.add_slot(slot, value)
+    }
+
+    /// Sets a slot that the instance has no room for yet.
+    #[inline(never)]
+    fn add_slot(&self, slot: usize, value: Value) -> Result<(), Value> {
+        self.attrs.change(|attrs| match attrs {
+            Attrs::Slots(slots) => {
+                slots.resize_with(slot, Value::default);
+                slots.push(value);
+                Ok(())
+            }
             Attrs::Dict(_) => Err(value),
-        })?;
-        // Dropped only now: the old value's last reference may run script code.
-        drop(old);
-        Ok(())
+        })
     }
 
     /// The attribute `name` of the instance itself.

@@ -94,6 +94,22 @@ impl List {
         self.items.borrow().get(index).cloned()
     }
 
+    /// Appends an item if there is room for it; whether there was.
+    #[inline(always)]
+    pub fn push_within(&self, value: Value) -> bool {
+        self.has_changed();
+        let left = self
+            .items
+            .change(|items| match items.len() < items.capacity() {
+                true => {
+                    items.push(value);
+                    None
+                }
+                false => Some(value),
+            });
+        left.is_none()
+    }
+
     /// Appends an item.
     #[inline]
     pub fn push(&self, value: Value) {

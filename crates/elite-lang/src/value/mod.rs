@@ -53,7 +53,7 @@ use crate::eval::generator::Generator;
 /// The tag is a whole word: values are then moved as two words, each of which is read as it was written. With a tag of
 /// one byte the compiler moves the other fifteen in pieces that overlap the payload, and the processor has to wait for
 /// the stores it has just made.
-#[derive(Clone, Default)]
+#[derive(Default)]
 #[repr(u64)]
 #[allow(missing_docs)]
 pub enum Value {
@@ -99,6 +99,61 @@ pub enum Value {
     Cell(Rc<CellVar>),
     /// Only in searches for cycles: code of an evaluated text, which refers to variables of the text.
     Code(Rc<Code>),
+}
+
+impl Clone for Value {
+    /// Numbers, the commonest values, are copied without a call.
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        match self {
+            Value::Int(int) => Value::Int(*int),
+            Value::Float(float) => Value::Float(*float),
+            other => other.clone_other(),
+        }
+    }
+}
+
+impl Value {
+    #[inline(never)]
+    fn clone_other(&self) -> Self {
+        match self {
+            Value::Int(int) => Value::Int(*int),
+            Value::Float(float) => Value::Float(*float),
+            Value::Unbound => Value::Unbound,
+            Value::None => Value::None,
+            Value::Ellipsis => Value::Ellipsis,
+            Value::NotImplemented => Value::NotImplemented,
+            Value::Bool(flag) => Value::Bool(*flag),
+            Value::BigInt(rc) => Value::BigInt(rc.clone()),
+            Value::Complex(rc) => Value::Complex(rc.clone()),
+            Value::Str(rc) => Value::Str(rc.clone()),
+            Value::Bytes(rc) => Value::Bytes(rc.clone()),
+            Value::ByteArray(rc) => Value::ByteArray(rc.clone()),
+            Value::List(rc) => Value::List(rc.clone()),
+            Value::Tuple(rc) => Value::Tuple(rc.clone()),
+            Value::Dict(rc) => Value::Dict(rc.clone()),
+            Value::DictView(rc) => Value::DictView(rc.clone()),
+            Value::Set(rc) => Value::Set(rc.clone()),
+            Value::FrozenSet(rc) => Value::FrozenSet(rc.clone()),
+            Value::Range(rc) => Value::Range(rc.clone()),
+            Value::LongRange(rc) => Value::LongRange(rc.clone()),
+            Value::Slice(rc) => Value::Slice(rc.clone()),
+            Value::Function(rc) => Value::Function(rc.clone()),
+            Value::BoundMethod(rc) => Value::BoundMethod(rc.clone()),
+            Value::Builtin(rc) => Value::Builtin(rc.clone()),
+            Value::Class(rc) => Value::Class(rc.clone()),
+            Value::Instance(rc) => Value::Instance(rc.clone()),
+            Value::Module(rc) => Value::Module(rc.clone()),
+            Value::Iter(rc) => Value::Iter(rc.clone()),
+            Value::Generator(rc) => Value::Generator(rc.clone()),
+            Value::Property(rc) => Value::Property(rc.clone()),
+            Value::StaticMethod(rc) => Value::StaticMethod(rc.clone()),
+            Value::ClassMethod(rc) => Value::ClassMethod(rc.clone()),
+            Value::Super(rc) => Value::Super(rc.clone()),
+            Value::Cell(rc) => Value::Cell(rc.clone()),
+            Value::Code(rc) => Value::Code(rc.clone()),
+        }
+    }
 }
 
 const _: () = assert!(size_of::<Value>() == 16);
@@ -180,6 +235,24 @@ impl Value {
         } else {
             drop(old);
         }
+    }
+
+    /// Drops it; numbers go away without a call.
+    #[inline(always)]
+    pub fn discard(self) {
+        if self.is_flat() {
+            std::mem::forget(self);
+        } else {
+            drop(self);
+        }
+    }
+
+    /// Puts a value into an empty slot.
+    #[inline(always)]
+    pub fn fill(&mut self, value: Value) {
+        let empty = std::mem::replace(self, value);
+        debug_assert!(empty.is_flat());
+        std::mem::forget(empty);
     }
 
     /// A new string.

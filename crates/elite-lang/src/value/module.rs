@@ -181,9 +181,9 @@ impl Namespace {
         let mut kept = from;
         for at in from..end {
             let name = order[at];
-            let is_unused = cells
-                .get(&name)
-                .is_none_or(|cell| Rc::strong_count(cell) <= own && cell.value.borrow().is_unbound());
+            let is_unused = cells.get(&name).is_none_or(|cell| {
+                Rc::strong_count(cell) <= own && cell.value.borrow().is_unbound()
+            });
             if is_unused {
                 // It is unbound, so no code runs.
                 cells.remove(&name);
@@ -216,6 +216,13 @@ impl Namespace {
     /// The cells of all names of this very namespace.
     pub fn own_cells(&self) -> Vec<Rc<CellVar>> {
         self.cells.borrow().values().cloned().collect()
+    }
+
+    /// The cell of a name of this very namespace, if it is bound.
+    pub fn bound_cell(&self, name: Symbol) -> Option<Rc<CellVar>> {
+        let cell = self.cells.borrow().get(&name)?.clone();
+        let bound = !cell.value.borrow().is_unbound();
+        bound.then_some(cell)
     }
 
     /// The value of a name, if it is bound.

@@ -23,7 +23,7 @@ pub use dunder::install_next;
 
 use std::rc::Rc;
 
-use super::{BoundFn, Builtin, BuiltinBody, RawFn, Signature};
+use super::{BoundFn, Builtin, BuiltinBody, RawFn, Signature, quick};
 use crate::eval::{Core, Evaluator};
 use crate::value::class::Base;
 use crate::value::{Class, Raised, Value};
@@ -68,6 +68,7 @@ fn methods(core: &Core, class: &Class, list: &[(&'static str, &str, BoundFn)]) {
                 signature,
                 body,
                 fills: holds_items(class),
+                quick: quick::find(owner, None, name),
             })),
         );
     }
@@ -94,6 +95,7 @@ fn raw_method(core: &Core, class: &Class, name: &'static str, body: RawFn) {
             signature,
             body,
             fills: holds_items(class),
+            quick: None,
         })),
     );
 }
@@ -107,6 +109,7 @@ fn class_method(core: &Core, class: &Class, name: &'static str, signature: &str,
         signature: Signature::parse(&format!("cls {signature}"), &core.symbols),
         body: BuiltinBody::Bound(body),
         fills: false,
+        quick: None,
     };
     class.set(
         core.symbols.intern(name),

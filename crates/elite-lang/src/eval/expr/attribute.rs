@@ -1,17 +1,19 @@
 //! `value.name`, with an inline cache.
 
 use std::cell::Cell;
+use std::rc::Rc;
 
 use super::names::Peek;
 use super::operand::Operand;
+use crate::builtins::Quick;
 use crate::eval::{Evaluator, Expression, Frame, Located};
 use crate::source::Span;
 use crate::value::class::Location;
 use crate::value::symbol::known;
-use crate::value::{Class, R, Symbol, Value};
+use crate::value::{CellVar, Class, Held, Module, R, Symbol, Value};
 
 /// What a cache knows about an attribute of instances of one class in one state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy)]
 pub enum Hint {
     /// In the slot of the instance.
     Slot(u32),
@@ -21,26 +23,83 @@ pub enum Hint {
     Property(Location),
     /// A plain value of the class; no instance has an attribute of that name.
     Plain(Location),
+    /// A method of a builtin type that answers some calls at once.
+    Quick(Quick),
+    /// Something that is looked up each time.
+    Other,
+}
+
+/// Where a member of a module was found last. Modules are few and last, so the way there is kept for one.
+#[derive(Default)]
+pub struct Member(Held<Option<(Rc<Module>, Rc<CellVar>)>>);
+
+impl Member {
+    /// The variable of this name; None if the module has none.
+    #[inline]
+    pub fn of(&self, module: &Rc<Module>, name: Symbol) -> Option<Rc<CellVar>> {
+        if let Some((known, cell)) = &*self.0.borrow()
+            && Rc::ptr_eq(known, module)
+            && !cell.value.borrow().is_unbound()
+        {
+            return Some(cell.clone());
+        }
+        self.find(module, name)
+    }
+
+    #[cold]
+    fn find(&self, module: &Rc<Module>, name: Symbol) -> Option<Rc<CellVar>> {
+        // What a module says of itself need not be in its namespace.
+        if matches!(name, known::NAME | known::DICT | known::CLASS) {
+            return None;
+        }
+        let cell = module.namespace.bound_cell(name)?;
+        self.0.put(Some((module.clone(), cell.clone())));
+        Some(cell)
+    }
 }
 
 /// A cache for two classes: methods of a base class see instances of several.
-#[derive(Default)]
 pub struct Cache {
-    entries: [Cell<Option<(u32, Hint)>>; 2],
+    /// The version of a class, which is never 0, and the slot of its instances.
+    slots: [Cell<(u32, u32)>; 2],
+    /// The version of a class, and what else is known about it.
+    entries: [Cell<(u32, Hint)>; 2],
+}
+
+impl Default for Cache {
+    fn default() -> Self {
+        Cache {
+            slots: Default::default(),
+            entries: [const { Cell::new((0, Hint::Slot(0))) }; 2],
+        }
+    }
 }
 
 impl Cache {
+    /// The slot of instances of a class in the state `version`, if that is what is known.
+    #[inline(always)]
+    pub fn slot(&self, version: u32) -> Option<usize> {
+        let (first, second) = (self.slots[0].get(), self.slots[1].get());
+        if first.0 == version {
+            Some(first.1 as usize)
+        } else if second.0 == version {
+            Some(second.1 as usize)
+        } else {
+            None
+        }
+    }
+
     /// What is known for a class in the state `version`.
-    #[inline]
+    #[inline(always)]
     pub fn get(&self, version: u32) -> Option<Hint> {
-        match self.entries[0].get() {
-            Some((known, hint)) if known == version => return Some(hint),
-            _ => {}
+        let [first, second] = &self.entries;
+        if first.get().0 == version {
+            return Some(first.get().1);
         }
-        match self.entries[1].get() {
-            Some((known, hint)) if known == version => Some(hint),
-            _ => None,
+        if second.get().0 == version {
+            return Some(second.get().1);
         }
+        self.slot(version).map(|slot| Hint::Slot(slot as u32))
     }
 
     /// The attribute of `value`, if the cache knows where it lies.
@@ -49,16 +108,26 @@ impl Cache {
         let Value::Instance(instance) = value else {
             return None;
         };
-        match self.get(instance.class.version())? {
-            Hint::Slot(slot) => instance.slot(slot as usize),
+        let version = instance.class.version();
+        if let Some(slot) = self.slot(version) {
+            return instance.slot(slot);
+        }
+        match self.get(version)? {
             Hint::Plain(location) => Some(instance.class.at(location)),
-            Hint::Method(_) | Hint::Property(_) => None,
+            Hint::Slot(_) | Hint::Method(_) | Hint::Property(_) | Hint::Quick(_) | Hint::Other => {
+                None
+            }
         }
     }
 
     fn set(&self, version: u32, hint: Hint) {
+        if let Hint::Slot(slot) = hint {
+            self.slots[1].set(self.slots[0].get());
+            self.slots[0].set((version, slot));
+            return;
+        }
         self.entries[1].set(self.entries[0].get());
-        self.entries[0].set(Some((version, hint)));
+        self.entries[0].set((version, hint));
     }
 
     /// Finds out what can be remembered about reading `name` of instances of `class`.
@@ -74,9 +143,12 @@ impl Cache {
             (Some((_, _)), Some(slot)) => Hint::Slot(slot as u32),
             (Some((location, Value::Function(_))), None) => Hint::Method(location),
             (Some((location, Value::Builtin(builtin))), None) if builtin.owner.is_some() => {
-                Hint::Method(location)
+                match builtin.quick {
+                    Some(quick) if !class.is_script => Hint::Quick(quick),
+                    _ => Hint::Method(location),
+                }
             }
-            (Some((_, Value::StaticMethod(_) | Value::ClassMethod(_))), None) => return None,
+            (Some((_, Value::StaticMethod(_) | Value::ClassMethod(_))), None) => Hint::Other,
             (Some((location, _)), None) => Hint::Plain(location),
             (None, None) => return None,
         };
@@ -95,26 +167,63 @@ pub struct Attribute {
     pub span: Span,
     /// What is known about it.
     pub cache: Cache,
+    /// Where it is in a module.
+    pub member: Member,
 }
 
 impl Expression for Attribute {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        if let Operand::Local(local) = &self.value
-            && let Some(found) = self.cache.read(local.peek(f))
-        {
-            return Ok(found);
+        match self.look(f, Value::clone) {
+            Some(found) => Ok(found),
+            None => self.find(ev, f),
+        }
+    }
+}
+
+impl Attribute {
+    /// The attribute, wherever it is.
+    #[inline(never)]
+    fn find(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        if let Operand::Local(local) = &self.value {
+            local.check(ev, f)?;
+            if let Some(found) = self.cache.read(local.peek(f)) {
+                return Ok(found);
+            }
         }
         if let Some(cell) = self.value.shared(f)
             && let Some(found) = self.cache.read(&cell.value.borrow())
         {
             return Ok(found);
         }
+        if let Some(found) = self.of_module(f) {
+            return Ok(found);
+        }
         let value = self.value.eval(ev, f)?;
         self.of(&value, ev, f)
     }
-}
 
-impl Attribute {
+    /// What `look` makes of the attribute of an instance in a local variable, if it is known where it lies.
+    #[inline(always)]
+    pub fn look<T>(&self, f: &Frame<'_>, look: impl FnOnce(&Value) -> T) -> Option<T> {
+        let Operand::Local(local) = &self.value else {
+            return None;
+        };
+        let Value::Instance(instance) = local.peek(f) else {
+            return None;
+        };
+        let slot = self.cache.slot(instance.class.version())?;
+        instance.look_at(slot, look)
+    }
+
+    /// The member of a module.
+    #[inline]
+    fn of_module(&self, f: &Frame<'_>) -> Option<Value> {
+        self.value.look(f, |value| match value {
+            Value::Module(module) => Some(self.member.of(module, self.name)?.value.get()),
+            _ => None,
+        })?
+    }
+
     #[inline]
     fn of(&self, value: &Value, ev: &Evaluator<'_>, f: &Frame<'_>) -> R {
         if let Some(found) = self.cache.read(value) {

@@ -1,11 +1,12 @@
 //! `and`, `or`, `not`, and the conditional expression.
 
-use crate::eval::{Evaluator, Expr, Expression, Frame};
+use super::operand::Operand;
+use crate::eval::{Evaluator, Expression, Frame};
 use crate::value::trash::Nodes;
 use crate::value::{R, Value};
 
 /// `a and b and c`
-pub struct And(pub Nodes<Expr>);
+pub struct And(pub Nodes<Operand>);
 
 impl Expression for And {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
@@ -32,7 +33,7 @@ impl Expression for And {
 }
 
 /// `a or b or c`
-pub struct Or(pub Nodes<Expr>);
+pub struct Or(pub Nodes<Operand>);
 
 impl Expression for Or {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
@@ -59,7 +60,7 @@ impl Expression for Or {
 }
 
 /// `not a`
-pub struct Not(pub Expr);
+pub struct Not(pub Operand);
 
 impl Expression for Not {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
@@ -74,9 +75,9 @@ impl Expression for Not {
 /// `body if test else orelse`
 #[allow(missing_docs)]
 pub struct IfElse {
-    pub test: Expr,
-    pub body: Expr,
-    pub orelse: Expr,
+    pub test: Operand,
+    pub body: Operand,
+    pub orelse: Operand,
 }
 
 impl Expression for IfElse {

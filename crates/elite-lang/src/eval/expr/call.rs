@@ -2,75 +2,176 @@
 
 use std::rc::Rc;
 
-use super::attribute::{Cache, Hint};
+use super::attribute::{Cache, Hint, Member};
 use super::keywords::call_with_keywords;
+use super::names::Peek;
 use super::operand::Operand;
-use crate::builtins::{Builtin, BuiltinBody};
+use crate::builtins::{Builtin, BuiltinBody, Quick};
 use crate::errors::ExceptionKind;
-use crate::eval::run::with_slots;
+use crate::eval::run::{Slots, with_slots};
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
 use crate::value::class::Making;
 use crate::value::instance::Payload;
 use crate::value::trash::Nodes;
-use crate::value::{Class, Function, Instance, R, Symbol, Value};
+use crate::value::{Class, Function, Instance, Module, R, Symbol, Value};
 
 /// `function(a, b)` without stars and keywords.
 pub struct Call {
     /// What is called.
     pub function: Operand,
     /// With what.
+    pub site: Site,
+}
+
+/// The arguments of a call without stars and keywords.
+pub struct Site {
+    /// By position.
     pub args: Nodes<Operand>,
-    /// Where it is written.
+    /// Where the call is written.
     pub span: Span,
+}
+
+/// What the callee of a call turns out to be.
+enum Callee {
+    Script(Rc<Function>),
+    Quick(Quick),
+    Other,
 }
 
 impl Expression for Call {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let callee = self.function.look(f, |callee| match callee {
+            Value::Function(function) => Callee::Script(function.clone()),
+            other => Builtin::quick_of(other).map_or(Callee::Other, Callee::Quick),
+        });
+        match callee {
+            Some(Callee::Script(function)) => {
+                return call_script(&function, None, &self.site, ev, f);
+            }
+            Some(Callee::Quick(quick)) => {
+                if let Some(answer) = answer(quick, None, &self.site.args, ev, f) {
+                    return Ok(answer);
+                }
+            }
+            Some(Callee::Other) | None => {}
+        }
+        self.call_generally(ev, f)
+    }
+}
+
+impl Call {
+    #[inline(never)]
+    fn call_generally(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let callee = self.function.eval(ev, f)?;
         match &callee {
-            Value::Function(function) => call_script(function, None, &self.args, ev, f, self.span),
-            Value::Class(class) => make_instance(class, &self.args, ev, f, self.span),
-            Value::Builtin(builtin) => call_native(builtin, None, &self.args, ev, f, self.span),
-            _ => call_other(&callee, &self.args, ev, f, self.span),
+            Value::Function(function) => call_script(function, None, &self.site, ev, f),
+            Value::Class(class) => make_instance(class, &self.site, ev, f),
+            Value::Builtin(builtin) => call_native(builtin, None, &self.site, ev, f),
+            Value::BoundMethod(method) => match &method.function {
+                Value::Function(function) => {
+                    let receiver = Some(method.receiver.clone());
+                    call_script(function, receiver, &self.site, ev, f)
+                }
+                Value::Builtin(builtin) => {
+                    let receiver = Some(method.receiver.clone());
+                    call_native(builtin, receiver, &self.site, ev, f)
+                }
+                _ => call_other(&callee, &self.site.args, ev, f, self.site.span),
+            },
+            _ => call_other(&callee, &self.site.args, ev, f, self.site.span),
         }
     }
 }
 
-/// Calls a function written in Rust, its receiver (if any) before the arguments; they are evaluated straight into the
-/// places it wants them in.
-#[inline(never)]
+/// The answer to a call whose arguments are variables of the frame and constants, which are looked at where they lie.
+#[inline(always)]
+fn answer(
+    quick: Quick,
+    receiver: Option<&Value>,
+    args: &[Operand],
+    ev: &Evaluator<'_>,
+    f: &Frame<'_>,
+) -> Option<Value> {
+    match (receiver, args) {
+        (None, [a]) => quick(ev, &[a.bound(f)?]),
+        (None, [a, b]) => quick(ev, &[a.bound(f)?, b.bound(f)?]),
+        (Some(receiver), []) => quick(ev, &[receiver]),
+        (Some(receiver), [a]) => quick(ev, &[receiver, a.bound(f)?]),
+        (Some(receiver), [a, b]) => quick(ev, &[receiver, a.bound(f)?, b.bound(f)?]),
+        _ => None,
+    }
+}
+
+/// Calls a function written in Rust, its receiver (if any) before the arguments.
+#[inline]
 fn call_native(
     builtin: &Rc<Builtin>,
     receiver: Option<Value>,
-    args: &[Operand],
+    site: &Site,
     ev: &Evaluator<'_>,
     f: &mut Frame<'_>,
-    span: Span,
 ) -> R {
+    let given = site.args.len() + usize::from(receiver.is_some());
+    match builtin.signature.len().max(given) {
+        0..=2 => run_native::<2>(builtin, receiver, site, ev, f),
+        3..=4 => run_native::<4>(builtin, receiver, site, ev, f),
+        5..=8 => run_native::<8>(builtin, receiver, site, ev, f),
+        _ => {
+            let args = receiver.into_iter().map(Ok);
+            let mut args: Vec<Value> = args
+                .chain(site.args.iter().map(|arg| arg.eval(ev, f)))
+                .collect::<R<_>>()?;
+            let result = ev.call_builtin(builtin, &mut args, &[], Some(&mut *f));
+            result.at(ev, f, site.span)
+        }
+    }
+}
+
+/// The same for one that takes and is given at most `N` arguments: they are evaluated straight into the places it wants them in.
+#[inline(never)]
+fn run_native<const N: usize>(
+    builtin: &Rc<Builtin>,
+    receiver: Option<Value>,
+    site: &Site,
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+) -> R {
+    let mut slots = Slots::<N>::empty();
+    let slots = slots.first(N);
     let first = usize::from(receiver.is_some());
-    let given = args.len() + first;
-    let bound = match &builtin.body {
-        BuiltinBody::Bound(body) if builtin.signature.accepts(given) => Some(body),
-        _ => None,
+    let given = site.args.len() + first;
+    if let Some(receiver) = receiver {
+        slots[0].fill(receiver);
+    }
+    for (slot, arg) in slots[first..].iter_mut().zip(&site.args) {
+        slot.fill(arg.eval(ev, f)?);
+    }
+    if let Some(quick) = builtin.quick
+        && let Some(answer) = answer_to(quick, &slots[..given], ev)
+    {
+        return Ok(answer);
+    }
+    let result = match &builtin.body {
+        BuiltinBody::Bound(body) if builtin.signature.accepts(given) => {
+            let slots = &mut slots[..builtin.signature.len()];
+            ev.note_filled(builtin, slots);
+            body(ev, slots)
+        }
+        _ => ev.call_builtin(builtin, &mut slots[..given], &[], Some(&mut *f)),
     };
-    let places = bound.map_or(given, |_| builtin.signature.len());
-    with_slots(places, |slots| {
-        if let Some(receiver) = receiver {
-            slots[0].put(receiver);
-        }
-        for (slot, arg) in slots[first..given].iter_mut().zip(args) {
-            slot.put(arg.eval(ev, f)?);
-        }
-        let result = match bound {
-            Some(body) => {
-                ev.note_filled(builtin, slots);
-                body(ev, slots)
-            }
-            None => ev.call_builtin(builtin, slots, &[], Some(&mut *f)),
-        };
-        result.at(ev, f, span)
-    })
+    result.at(ev, f, site.span)
+}
+
+/// The answer to a call with arguments that have been evaluated.
+#[inline(always)]
+fn answer_to(quick: Quick, args: &[Value], ev: &Evaluator<'_>) -> Option<Value> {
+    match args {
+        [a] => quick(ev, &[a]),
+        [a, b] => quick(ev, &[a, b]),
+        [a, b, c] => quick(ev, &[a, b, c]),
+        _ => None,
+    }
 }
 
 /// Calls anything with arguments that are evaluated into a buffer.
@@ -90,13 +191,8 @@ fn call_other(
 
 /// Calls a class: a plain object gets the arguments evaluated straight into the slots of its `__init__`.
 #[inline(never)]
-fn make_instance(
-    class: &Rc<Class>,
-    args: &[Operand],
-    ev: &Evaluator<'_>,
-    f: &mut Frame<'_>,
-    span: Span,
-) -> R {
+fn make_instance(class: &Rc<Class>, site: &Site, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+    let (args, span) = (&*site.args, site.span);
     let version = class.version();
     let init = match class.making() {
         Making::Bare if args.is_empty() => {
@@ -105,7 +201,7 @@ fn make_instance(
         Making::Init(location) => class.at(location),
         Making::Native => {
             if let Value::Builtin(constructor) = class.constructor.get() {
-                return call_native(&constructor, None, args, ev, f, span);
+                return call_native(&constructor, None, site, ev, f);
             }
             Value::Unbound
         }
@@ -120,7 +216,7 @@ fn make_instance(
     }
     with_slots(init.code.slots, |slots| {
         for (slot, arg) in slots[1..given].iter_mut().zip(args) {
-            slot.put(arg.eval(ev, f)?);
+            slot.fill(arg.eval(ev, f)?);
         }
         if class.version() != version {
             // An argument has changed the class.
@@ -128,7 +224,7 @@ fn make_instance(
             return result.at(ev, f, span);
         }
         let object = Instance::new(class.clone(), Payload::None);
-        slots[0].put(Value::Instance(object.clone()));
+        slots[0].fill(Value::Instance(object.clone()));
         if given < params.positional {
             ev.fill_defaults(init, slots).at(ev, f, span)?;
         }
@@ -171,32 +267,48 @@ pub(super) fn with_args(
 
 /// Calls a script function, its receiver (if any) before the arguments.
 #[inline]
-pub(super) fn call_script(
+fn call_script(
     function: &Rc<Function>,
     receiver: Option<Value>,
-    args: &[Operand],
+    site: &Site,
     ev: &Evaluator<'_>,
     f: &mut Frame<'_>,
-    span: Span,
 ) -> R {
-    let params = &function.code.params;
-    let first = usize::from(receiver.is_some());
-    let given = args.len() + first;
-    if !params.is_simple() || given > params.positional {
-        return call_with_keywords(function, receiver, args, &[], ev, f, span);
+    let code = &*function.code;
+    let given = site.args.len() + usize::from(receiver.is_some());
+    if !code.params.is_simple() || given > code.params.positional || code.slots > 16 {
+        return call_with_keywords(function, receiver, &site.args, &[], ev, f, site.span);
     }
-    with_slots(function.code.slots, |slots| {
-        if let Some(receiver) = receiver {
-            slots[0].put(receiver);
-        }
-        for (slot, arg) in slots[first..given].iter_mut().zip(args) {
-            slot.put(arg.eval(ev, f)?);
-        }
-        if given < params.positional {
-            ev.fill_defaults(function, slots).at(ev, f, span)?;
-        }
-        ev.run(function, slots).at(ev, f, span)
-    })
+    match code.slots {
+        0..=2 => enter::<2>(function, receiver, site, ev, f),
+        3..=4 => enter::<4>(function, receiver, site, ev, f),
+        5..=8 => enter::<8>(function, receiver, site, ev, f),
+        _ => enter::<16>(function, receiver, site, ev, f),
+    }
+}
+
+/// Calls a function of at most `N` variables, which lie on the native stack; the arguments are evaluated straight into them.
+#[inline(never)]
+fn enter<const N: usize>(
+    function: &Rc<Function>,
+    receiver: Option<Value>,
+    site: &Site,
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+) -> R {
+    let mut slots = Slots::<N>::empty();
+    let slots = slots.first(function.code.slots);
+    let first = usize::from(receiver.is_some());
+    if let Some(receiver) = receiver {
+        slots[0].fill(receiver);
+    }
+    for (slot, arg) in slots[first..].iter_mut().zip(&site.args) {
+        slot.fill(arg.eval(ev, f)?);
+    }
+    if first + site.args.len() < function.code.params.positional {
+        ev.fill_defaults(function, slots).at(ev, f, site.span)?;
+    }
+    ev.run(function, slots).at(ev, f, site.span)
 }
 
 /// `receiver.name(a, b)` without stars and keywords: no bound method is made.
@@ -206,18 +318,110 @@ pub struct CallMethod {
     /// The method.
     pub name: Symbol,
     /// With what.
-    pub args: Nodes<Operand>,
+    pub site: Site,
     /// Where the attribute is written.
     pub attribute_span: Span,
-    /// Where the call is written.
-    pub span: Span,
     /// What is known about the method.
     pub cache: Cache,
+    /// Where it is in a module.
+    pub member: Member,
 }
 
 impl Expression for CallMethod {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        if let Operand::Local(local) = &self.receiver
+            && let Value::Instance(instance) = local.peek(f)
+        {
+            if let Some(function) = self.method_of(instance) {
+                let receiver = Some(Value::Instance(instance.clone()));
+                return call_script(&function, receiver, &self.site, ev, f);
+            }
+        } else if let Some(Some(answer)) = self.receiver.look(f, |receiver| match receiver {
+            Value::Module(module) => self.answer_of_module(module, ev, f),
+            receiver => {
+                let quick = self.quick(receiver, ev)?;
+                answer(quick, Some(receiver), &self.site.args, ev, f)
+            }
+        }) {
+            return Ok(answer);
+        }
         let receiver = self.receiver.eval(ev, f)?;
+        if let Value::Instance(instance) = &receiver {
+            if let Some(function) = self.method_of(instance) {
+                return call_script(&function, Some(receiver), &self.site, ev, f);
+            }
+        } else if let Some(quick) = self.quick(&receiver, ev)
+            && let Some(answer) = answer(quick, Some(&receiver), &self.site.args, ev, f)
+        {
+            return Ok(answer);
+        }
+        self.call_by_class(receiver, ev, f)
+    }
+}
+
+impl CallMethod {
+    /// The method of an instance that is a function of its class.
+    #[inline(always)]
+    fn method_of(&self, instance: &Instance) -> Option<Rc<Function>> {
+        let class = &*instance.class;
+        let hint = self
+            .cache
+            .get(class.version())
+            .or_else(|| self.cache.learn(class, self.name));
+        match hint {
+            Some(Hint::Method(location)) => class.function_at(location),
+            _ => None,
+        }
+    }
+
+    /// What a method of a builtin type answers at once.
+    #[inline(always)]
+    fn quick(&self, receiver: &Value, ev: &Evaluator<'_>) -> Option<Quick> {
+        let class = match receiver {
+            Value::List(_) => &ev.core.types.list,
+            Value::Dict(_) => &ev.core.types.dict,
+            _ => return None,
+        };
+        match self.cache.get(class.version()) {
+            Some(Hint::Quick(quick)) => Some(quick),
+            Some(_) => None,
+            None => match self.cache.learn(class, self.name) {
+                Some(Hint::Quick(quick)) => Some(quick),
+                _ => None,
+            },
+        }
+    }
+
+    /// What a function of a module answers at once.
+    #[inline]
+    fn answer_of_module(
+        &self,
+        module: &Rc<Module>,
+        ev: &Evaluator<'_>,
+        f: &Frame<'_>,
+    ) -> Option<Value> {
+        let cell = self.member.of(module, self.name)?;
+        let quick = Builtin::quick_of(&cell.value.borrow())?;
+        answer(quick, None, &self.site.args, ev, f)
+    }
+
+    /// Calls a method of a builtin type.
+    #[inline(never)]
+    fn call_by_class(&self, receiver: Value, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        if let Value::Module(module) = &receiver
+            && let Some(cell) = self.member.of(module, self.name)
+        {
+            let callee = cell.value.get();
+            match &callee {
+                Value::Builtin(builtin) => {
+                    return call_native(builtin, None, &self.site, ev, f);
+                }
+                Value::Function(function) => {
+                    return call_script(function, None, &self.site, ev, f);
+                }
+                _ => {}
+            }
+        }
         let by_class = !matches!(
             receiver,
             Value::Class(_) | Value::Module(_) | Value::Super(_) | Value::Function(_)
@@ -228,24 +432,25 @@ impl Expression for CallMethod {
                 .cache
                 .get(class.version())
                 .or_else(|| self.cache.learn(class, self.name));
-            if let Some(Hint::Method(location)) = hint {
-                return match class.at(location) {
-                    Value::Function(function) => {
-                        call_script(&function, Some(receiver), &self.args, ev, f, self.span)
-                    }
-                    Value::Builtin(builtin) => {
-                        call_native(&builtin, Some(receiver), &self.args, ev, f, self.span)
-                    }
-                    // The hint says what it is; anything else goes the general way.
-                    _ => self.call_generally(&receiver, ev, f),
-                };
+            let method = match hint {
+                Some(Hint::Method(location)) => class.at(location),
+                Some(Hint::Quick(_)) => class.lookup(self.name).unwrap_or_default(),
+                _ => Value::Unbound,
+            };
+            match &method {
+                Value::Function(function) => {
+                    return call_script(function, Some(receiver), &self.site, ev, f);
+                }
+                Value::Builtin(builtin) => {
+                    return call_native(builtin, Some(receiver), &self.site, ev, f);
+                }
+                // The hint says what it is; anything else goes the general way.
+                _ => {}
             }
         }
         self.call_generally(&receiver, ev, f)
     }
-}
 
-impl CallMethod {
     #[inline(never)]
     fn call_generally(&self, receiver: &Value, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if let Value::Super(sup) = receiver
@@ -253,25 +458,21 @@ impl CallMethod {
                 sup.receiver_class.lookup_after(&sup.class, self.name)
         {
             let receiver = Some(sup.receiver.clone());
-            return call_script(&function, receiver, &self.args, ev, f, self.span);
+            return call_script(&function, receiver, &self.site, ev, f);
         }
         let callee = ev
             .attribute(receiver, self.name)
             .at(ev, f, self.attribute_span)?;
         match &callee {
-            Value::Function(function) => call_script(function, None, &self.args, ev, f, self.span),
+            Value::Function(function) => call_script(function, None, &self.site, ev, f),
             Value::BoundMethod(method) => match &method.function {
-                Value::Function(function) => call_script(
-                    function,
-                    Some(method.receiver.clone()),
-                    &self.args,
-                    ev,
-                    f,
-                    self.span,
-                ),
-                _ => call_other(&callee, &self.args, ev, f, self.span),
+                Value::Function(function) => {
+                    let receiver = Some(method.receiver.clone());
+                    call_script(function, receiver, &self.site, ev, f)
+                }
+                _ => call_other(&callee, &self.site.args, ev, f, self.site.span),
             },
-            _ => call_other(&callee, &self.args, ev, f, self.span),
+            _ => call_other(&callee, &self.site.args, ev, f, self.site.span),
         }
     }
 }

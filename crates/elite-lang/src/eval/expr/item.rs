@@ -22,27 +22,29 @@ pub struct Item {
 
 impl Expression for Item {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        let span = self.span;
-        if let (Operand::Local(local), true) = (&self.value, self.keeps) {
-            local.check(ev, f)?;
-            return match &self.index {
-                Operand::Local(index) => {
-                    index.check(ev, f)?;
-                    ev.item(local.peek(f), index.peek(f)).at(ev, f, span)
-                }
-                Operand::Const(index) => ev.item(local.peek(f), index).at(ev, f, span),
-                index => {
-                    let index = index.eval(ev, f)?;
-                    ev.item(local.peek(f), &index).at(ev, f, span)
-                }
-            };
-        }
-        if let (Some(cell), Some(index)) = (self.value.shared(f), self.index.peek(f))
-            && let Some(item) = ev.item_at_once(&cell.value.borrow(), index)
+        if let Some(index) = self.index.peek(f)
+            && let Some(Some(item)) = self.value.look(f, |value| ev.item_at_once(value, index))
         {
             return Ok(item);
         }
+        self.find(ev, f)
+    }
+}
+
+impl Item {
+    /// The item, wherever container and index come from.
+    #[inline(never)]
+    fn find(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let span = self.span;
+        if let (Operand::Local(local), true) = (&self.value, self.keeps) {
+            local.check(ev, f)?;
+            let index = self.index.eval(ev, f)?;
+            return ev.item(local.peek(f), &index).at(ev, f, span);
+        }
         let value = self.value.eval(ev, f)?;
+        if let Some(index) = self.index.bound(f) {
+            return ev.item(&value, index).at(ev, f, span);
+        }
         let index = self.index.eval(ev, f)?;
         ev.item(&value, &index).at(ev, f, span)
     }

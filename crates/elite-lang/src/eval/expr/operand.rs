@@ -1,5 +1,6 @@
 //! Parts of nodes that are most often a local variable or a constant: those are read in place, without a further node.
 
+use super::attribute::Attribute;
 use super::names::{Const, Free, Global, Local, Peek};
 use crate::eval::{Evaluator, Expr, Expression, Frame};
 use crate::value::{CellVar, R, Value};
@@ -14,6 +15,8 @@ pub enum Operand {
     Free(Free),
     /// A global variable.
     Global(Global),
+    /// An attribute.
+    Attribute(Box<Attribute>),
     /// Anything else.
     Expr(Expr),
 }
@@ -26,6 +29,7 @@ impl Operand {
             Operand::Const(value) => Box::new(Const(value)),
             Operand::Free(free) => Box::new(free),
             Operand::Global(global) => Box::new(global),
+            Operand::Attribute(attribute) => attribute,
             Operand::Expr(expr) => expr,
         }
     }
@@ -38,14 +42,30 @@ impl Operand {
             Operand::Const(value) => Ok(value.clone()),
             Operand::Free(free) => free.eval(ev, f),
             Operand::Global(global) => global.eval(ev, f),
+            Operand::Attribute(attribute) => attribute.eval(ev, f),
             Operand::Expr(expr) => expr.eval(ev, f),
+        }
+    }
+
+    /// Its truth.
+    #[inline(always)]
+    pub fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
+        match self {
+            Operand::Local(local) => local.truth(ev, f),
+            Operand::Const(value) => ev.truth(value),
+            Operand::Free(free) => free.truth(ev, f),
+            Operand::Global(global) => global.truth(ev, f),
+            Operand::Attribute(attribute) => attribute.truth(ev, f),
+            Operand::Expr(expr) => expr.truth(ev, f),
         }
     }
 
     /// The same, with variables that others can change as expressions.
     pub fn peekable_or_expr(self) -> Operand {
         match self {
-            Operand::Free(_) | Operand::Global(_) => Operand::Expr(self.into_expr()),
+            Operand::Free(_) | Operand::Global(_) | Operand::Attribute(_) => {
+                Operand::Expr(self.into_expr())
+            }
             Operand::Local(_) | Operand::Const(_) | Operand::Expr(_) => self,
         }
     }
@@ -56,7 +76,39 @@ impl Operand {
         match self {
             Operand::Local(local) => Some(local.peek(f)),
             Operand::Const(value) => Some(value),
-            Operand::Free(_) | Operand::Global(_) | Operand::Expr(_) => None,
+            Operand::Free(_) | Operand::Global(_) | Operand::Attribute(_) | Operand::Expr(_) => {
+                None
+            }
+        }
+    }
+
+    /// Its value, if it can be looked at without evaluating anything and is bound.
+    #[inline(always)]
+    pub fn bound<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
+        self.peek(f).filter(|value| !value.is_unbound())
+    }
+
+    /// What `look` makes of the value of a variable, a constant or an attribute that lies in an instance, which is not
+    /// copied; None for anything else. No script code
+    /// may run meanwhile.
+    #[inline(always)]
+    pub fn look<T>(&self, f: &Frame<'_>, look: impl FnOnce(&Value) -> T) -> Option<T> {
+        match self {
+            Operand::Local(local) => Some(look(local.peek(f))),
+            Operand::Const(value) => Some(look(value)),
+            Operand::Free(free) => {
+                let cell = &f.function.closure[free.index as usize];
+                Some(look(&cell.value.borrow()))
+            }
+            Operand::Global(global) => {
+                let value = global.cell.value.borrow();
+                Some(match value.is_unbound() {
+                    false => look(&value),
+                    true => look(&global.builtin.value.borrow()),
+                })
+            }
+            Operand::Attribute(attribute) => attribute.look(f, look),
+            Operand::Expr(_) => None,
         }
     }
 
@@ -66,7 +118,9 @@ impl Operand {
         match self {
             Operand::Free(free) => Some(&f.function.closure[free.index as usize]),
             Operand::Global(global) => Some(&global.cell),
-            Operand::Local(_) | Operand::Const(_) | Operand::Expr(_) => None,
+            Operand::Local(_) | Operand::Const(_) | Operand::Attribute(_) | Operand::Expr(_) => {
+                None
+            }
         }
     }
 }

@@ -3,11 +3,12 @@
 use std::marker::PhantomData;
 use std::rc::Rc;
 
-use super::target::{AttributeTarget, Target};
+use super::target::{AttributeTarget, Destination, ItemTarget, Target};
 use crate::ast::BinaryOp;
 use crate::eval::expr::binary::{Operator, op};
 use crate::eval::expr::names::{Const, Peek};
 use crate::eval::expr::operand::Operand;
+use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
 use crate::ops::arith::fast;
 use crate::source::Span;
@@ -54,7 +55,7 @@ impl Statement for Assign {
 /// `a, b = x, y`: the values are taken first, no tuple is made.
 pub struct AssignPair {
     /// The targets.
-    pub targets: [Box<dyn Target>; 2],
+    pub targets: [Destination; 2],
     /// Their values.
     pub values: [Operand; 2],
 }
@@ -65,6 +66,59 @@ impl Statement for AssignPair {
         let second = attempt!(self.values[1].eval(ev, f));
         attempt!(self.targets[0].assign(ev, f, first));
         self.targets[1].assign(ev, f, second).into()
+    }
+}
+
+/// The same for more targets.
+pub struct AssignEach {
+    /// The targets.
+    pub targets: Box<[Destination]>,
+    /// Their values, as many.
+    pub values: Box<[Operand]>,
+}
+
+impl Statement for AssignEach {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let done = with_slots(self.values.len(), |places| {
+            for (place, value) in places.iter_mut().zip(&self.values) {
+                place.fill(value.eval(ev, f)?);
+            }
+            for (target, value) in self.targets.iter().zip(places) {
+                target.assign(ev, f, std::mem::take(value))?;
+            }
+            Ok(())
+        });
+        done.into()
+    }
+}
+
+/// `object.name = value`
+pub struct AssignAttribute {
+    /// The attribute.
+    pub target: AttributeTarget,
+    /// The value.
+    pub value: Operand,
+}
+
+impl Statement for AssignAttribute {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let value = attempt!(self.value.eval(ev, f));
+        self.target.assign(ev, f, value).into()
+    }
+}
+
+/// `container[index] = value`
+pub struct AssignItem {
+    /// The item.
+    pub target: ItemTarget,
+    /// The value.
+    pub value: Operand,
+}
+
+impl Statement for AssignItem {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let value = attempt!(self.value.eval(ev, f));
+        self.target.assign(ev, f, value).into()
     }
 }
 

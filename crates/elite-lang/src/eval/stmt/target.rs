@@ -6,6 +6,7 @@ use std::rc::Rc;
 use crate::errors::ExceptionKind;
 use crate::eval::expr::names::Peek;
 use crate::eval::expr::operand::Operand;
+use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Frame, Located};
 use crate::source::Span;
 use crate::value::trash::Nodes;
@@ -168,8 +169,35 @@ pub struct AttributeTarget {
 
 impl AttributeTarget {
     /// `object.name = value` for an object that has been evaluated.
-    #[inline]
+    #[inline(always)]
     pub fn set(&self, ev: &Evaluator<'_>, f: &Frame<'_>, object: &Value, value: Value) -> R<()> {
+        if let Value::Instance(instance) = object
+            && (instance.noted.get() || !value.holds_values())
+            && let Some(slot) = self.slot(instance.class.version())
+        {
+            return match instance.set_slot(slot, value) {
+                Ok(()) => Ok(()),
+                Err(back) => self.set_slowly(ev, f, object, back),
+            };
+        }
+        self.set_slowly(ev, f, object, value)
+    }
+
+    /// The slot that is known for instances of a class in the state `version`.
+    #[inline(always)]
+    fn slot(&self, version: u32) -> Option<usize> {
+        let (first, second) = (self.cache[0].get(), self.cache[1].get());
+        if first.0 == version {
+            Some(first.1 as usize)
+        } else if second.0 == version {
+            Some(second.1 as usize)
+        } else {
+            None
+        }
+    }
+
+    #[inline(never)]
+    fn set_slowly(&self, ev: &Evaluator<'_>, f: &Frame<'_>, object: &Value, value: Value) -> R<()> {
         let Value::Instance(instance) = object else {
             return ev
                 .set_attribute(object, self.name, value)
@@ -178,16 +206,11 @@ impl AttributeTarget {
         if !instance.noted.get() && value.holds_values() {
             ev.core.note_instance(instance);
         }
-        let version = instance.class.version();
         let mut value = value;
-        for entry in &self.cache {
-            let (known, slot) = entry.get();
-            if known == version {
-                match instance.set_slot(slot as usize, value) {
-                    Ok(()) => return Ok(()),
-                    Err(back) => value = back,
-                }
-                break;
+        if let Some(slot) = self.slot(instance.class.version()) {
+            match instance.set_slot(slot, value) {
+                Ok(()) => return Ok(()),
+                Err(back) => value = back,
             }
         }
         ev.set_attribute(object, self.name, value)
@@ -232,6 +255,7 @@ impl Evaluator<'_> {
 }
 
 impl Target for AttributeTarget {
+    #[inline]
     fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
         if let Operand::Local(local) = &self.value {
             local.check(ev, f)?;
@@ -263,9 +287,16 @@ impl Target for ItemTarget {
     fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
         if let (Operand::Local(local), true) = (&self.value, self.keeps) {
             local.check(ev, f)?;
-            let index = self.index.eval(ev, f)?;
+            let own;
+            let index = match self.index.bound(f) {
+                Some(index) => index,
+                None => {
+                    own = self.index.eval(ev, f)?;
+                    &own
+                }
+            };
             return ev
-                .set_item(local.peek(f), &index, value)
+                .set_item(local.peek(f), index, value)
                 .at(ev, f, self.span);
         }
         let container = self.value.eval(ev, f)?;
@@ -280,10 +311,39 @@ impl Target for ItemTarget {
     }
 }
 
+/// A target that is most often a local variable, which is assigned to without a further node.
+pub enum Destination {
+    /// A local variable.
+    Local(Slot),
+    /// Anything else.
+    Other(Box<dyn Target>),
+}
+
+impl Destination {
+    /// Puts a value there.
+    #[inline(always)]
+    pub fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
+        match self {
+            Destination::Local(local) => {
+                f.slots[local.slot as usize].put(value);
+                Ok(())
+            }
+            Destination::Other(target) => target.assign(ev, f, value),
+        }
+    }
+
+    fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()> {
+        match self {
+            Destination::Local(local) => local.delete(ev, f),
+            Destination::Other(target) => target.delete(ev, f),
+        }
+    }
+}
+
 /// `a, *b, c`
 pub struct Unpack {
     /// The targets.
-    pub targets: Nodes<Box<dyn Target>>,
+    pub targets: Nodes<Destination>,
     /// Which of them takes the rest.
     pub star: Option<usize>,
     /// Where it is written.
@@ -299,6 +359,20 @@ impl Target for Unpack {
                 target.assign(ev, f, item.clone())?;
             }
             return Ok(());
+        }
+        if let (Value::List(list), None) = (&value, self.star)
+            && list.len() == self.targets.len()
+        {
+            // All items are taken before the first is assigned, which may change the list.
+            return with_slots(self.targets.len(), |items| {
+                for (place, item) in items.iter_mut().zip(&*list.borrow()) {
+                    place.fill(item.clone());
+                }
+                for (target, item) in self.targets.iter().zip(items) {
+                    target.assign(ev, f, std::mem::take(item))?;
+                }
+                Ok(())
+            });
         }
         let items = self.items(ev, &value).at(ev, f, self.span)?;
         for (target, item) in self.targets.iter().zip(items) {

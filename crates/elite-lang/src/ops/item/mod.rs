@@ -48,7 +48,12 @@ impl Evaluator<'_> {
                 let items = tuple.items();
                 items.get(self.place(*at, items.len())?).cloned()
             }
-            (Value::Dict(dict), Value::Str(_) | Value::Int(_)) => {
+            (Value::Str(text), Value::Int(at)) if text.is_ascii() => {
+                let place = self.place(*at, text.len())?;
+                let byte = text.as_str().as_bytes()[place];
+                self.core.ascii.get(usize::from(byte)).cloned()
+            }
+            (Value::Dict(dict), Value::Str(_) | Value::Int(_) | Value::Tuple(_)) => {
                 match dict.find(crate::ops::hash::quick_hash(index)?, index) {
                     crate::value::dict::Found::At(at) => Some(dict.value_at(at)),
                     _ => None,

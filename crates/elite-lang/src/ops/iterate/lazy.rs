@@ -3,13 +3,24 @@
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::value::{Iter, R, Value};
+use crate::value::{Held, Iter, R, Value};
 
 impl Evaluator<'_> {
     #[inline]
     pub(super) fn pair_or_end(&self, iter: &Iter) -> R<Option<(Value, Value)>> {
         let pair = self.recurse(|| self.next_pair_lazily(iter));
         pair.or_else(|raised| self.at_end(raised))
+    }
+
+    /// An item with its number, which may be of any size.
+    pub(super) fn number_far(&self, count: &Held<Value>, item: Value) -> R<Option<(Value, Value)>> {
+        let number = count.get();
+        let following = match number {
+            Value::Int(number) if number < i64::MAX => Value::Int(number + 1),
+            _ => self.binary(crate::ast::BinaryOp::Add, &number, &Value::Int(1))?,
+        };
+        count.put(following);
+        Ok(Some((number, item)))
     }
 
     /// The pairs of `enumerate` and of `zip` with two sources.
@@ -19,13 +30,7 @@ impl Evaluator<'_> {
                 let Some(value) = self.next_with_end(source)? else {
                     return Ok(None);
                 };
-                let number = count.get();
-                let following = match number {
-                    Value::Int(number) if number < i64::MAX => Value::Int(number + 1),
-                    _ => self.binary(crate::ast::BinaryOp::Add, &number, &Value::Int(1))?,
-                };
-                count.put(following);
-                Ok(Some((number, value)))
+                self.number_far(count, value)
             }
             Iter::Zip { sources, .. } => {
                 let [first, second] = &sources[..] else {

@@ -280,6 +280,35 @@ impl Evaluator<'_> {
     #[inline]
     pub fn next_pair(&self, iter: &Iter) -> R<Option<Option<(Value, Value)>>> {
         match iter {
+            Iter::Enumerate { source, count } if let Some(item) = next_at_once(source) => {
+                let Some(item) = item else {
+                    return Ok(Some(None));
+                };
+                let number = match &*count.borrow() {
+                    Value::Int(number) => number.checked_add(1).map(|next| (*number, next)),
+                    _ => None,
+                };
+                match number {
+                    Some((number, following)) => {
+                        count.put(Value::Int(following));
+                        Ok(Some(Some((Value::Int(number), item))))
+                    }
+                    None => self.number_far(count, item).map(Some),
+                }
+            }
+            Iter::Zip {
+                sources,
+                strict: false,
+            } if let [first, second] = &sources[..]
+                && is_at_once(first)
+                && is_at_once(second) =>
+            {
+                let Some(first) = next_at_once(first).flatten() else {
+                    return Ok(Some(None));
+                };
+                let second = next_at_once(second).flatten();
+                Ok(Some(second.map(|second| (first, second))))
+            }
             Iter::Dict {
                 dict,
                 kind: ViewKind::Items,
@@ -351,6 +380,53 @@ impl Evaluator<'_> {
             items.push(value);
         }
         Ok(items)
+    }
+}
+
+/// Whether stepping an iterator is no more than taking the next item of a list, a tuple or a range.
+#[inline]
+fn is_at_once(iterator: &Value) -> bool {
+    match iterator {
+        Value::Iter(iter) => matches!(
+            &**iter,
+            Iter::List { .. } | Iter::Tuple { .. } | Iter::Range { .. }
+        ),
+        _ => false,
+    }
+}
+
+/// The next item of such an iterator, None at its end; None for any other iterator.
+#[inline]
+fn next_at_once(iterator: &Value) -> Option<Option<Value>> {
+    let Value::Iter(iter) = iterator else {
+        return None;
+    };
+    match &**iter {
+        Iter::List { list, index } => {
+            let at = index.get();
+            let item = list.borrow().as_ref().and_then(|list| list.get(at));
+            match item {
+                Some(_) => index.set(at + 1),
+                None => drop(list.take()),
+            }
+            Some(item)
+        }
+        Iter::Tuple { tuple, index } => {
+            let item = tuple.items().get(index.get()).cloned();
+            index.set(index.get() + 1);
+            Some(item)
+        }
+        Iter::Range { next, step, left } => {
+            let count = left.get();
+            if count == 0 {
+                return Some(None);
+            }
+            left.set(count - 1);
+            let value = next.get();
+            next.set(value.wrapping_add(*step));
+            Some(Some(Value::Int(value)))
+        }
+        _ => None,
     }
 }
 

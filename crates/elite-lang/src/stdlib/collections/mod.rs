@@ -126,5 +126,6 @@ fn method_with(
             body: Box::new(body),
         },
         fills: false,
+        quick: None,
     }))
 }

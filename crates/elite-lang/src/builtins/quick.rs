@@ -1,0 +1,231 @@
+//! What builtin functions and methods answer at once: no script code runs, nothing is raised, nothing takes long. Their
+//! arguments are only looked at, where they lie; whatever needs more goes the usual way (`call`), as if nobody had asked here.
+
+use super::Builtin;
+use crate::eval::Evaluator;
+use crate::ops::hash::quick_hash;
+use crate::value::dict::Found;
+use crate::value::int::from_f64;
+use crate::value::{List, Value};
+
+/// The answer of a builtin to these arguments by position (the receiver is the first one), if it has one at once.
+pub type Quick = fn(&Evaluator<'_>, &[&Value]) -> Option<Value>;
+
+/// Longest list whose items are moved up at once.
+const SHORT: usize = 64;
+
+/// The quick answers of a builtin: a method of a type, a function of a module, or a global one.
+pub fn find(owner: Option<&str>, module: Option<&str>, name: &str) -> Option<Quick> {
+    Some(match (owner, module, name) {
+        (None, None, "abs") => abs,
+        (None, None, "bool") => truth,
+        (None, None, "chr") => chr,
+        (None, None, "float") => float,
+        (None, None, "int") => int,
+        (None, None, "isinstance") => is_instance,
+        (None, None, "len") => len,
+        (None, None, "max") => max,
+        (None, None, "min") => min,
+        (None, None, "ord") => ord,
+        (Some("dict"), None, "get") => get,
+        (Some("list"), None, "append") => append,
+        (Some("list"), None, "pop") => pop,
+        (None, Some("math"), "atan2") => |_, args| two_floats(args, f64::atan2),
+        (None, Some("math"), "cos") => |_, args| one_float(args, f64::cos),
+        (None, Some("math"), "exp") => |_, args| one_float(args, f64::exp),
+        (None, Some("math"), "fabs") => |_, args| one_float(args, f64::abs),
+        (None, Some("math"), "sin") => |_, args| one_float(args, f64::sin),
+        (None, Some("math"), "sqrt") => |_, args| one_float(args, f64::sqrt),
+        (None, Some("math"), "tan") => |_, args| one_float(args, f64::tan),
+        (None, Some("math"), "floor") => |_, args| rounded(args, f64::floor),
+        (None, Some("math"), "ceil") => |_, args| rounded(args, f64::ceil),
+        _ => return None,
+    })
+}
+
+impl Builtin {
+    /// What a call of a value is answered with at once; None if that is no builtin, or one that takes its time.
+    #[inline]
+    pub fn quick_of(callee: &Value) -> Option<Quick> {
+        match callee {
+            Value::Builtin(builtin) => builtin.quick,
+            Value::Class(class) if !class.is_script && class.metaclass().is_none() => {
+                match &*class.constructor.borrow() {
+                    Value::Builtin(builtin) => builtin.quick,
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+}
+
+fn abs(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    match args {
+        [Value::Float(float)] => Some(Value::Float(float.abs())),
+        [Value::Int(int)] => int.checked_abs().map(Value::Int),
+        _ => None,
+    }
+}
+
+fn truth(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    let truth = match args {
+        [Value::Bool(flag)] => *flag,
+        [Value::None] => false,
+        [Value::Int(int)] => *int != 0,
+        [Value::Float(float)] => *float != 0.0,
+        [Value::Str(text)] => !text.is_empty(),
+        _ => return None,
+    };
+    Some(Value::Bool(truth))
+}
+
+fn chr(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    match args {
+        [Value::Int(code)] => ev.core.ascii.get(usize::try_from(*code).ok()?).cloned(),
+        _ => None,
+    }
+}
+
+fn ord(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    match args {
+        [Value::Str(text)] => match text.as_str().as_bytes() {
+            [byte] => Some(Value::Int(i64::from(*byte))),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+fn float(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    match args {
+        [Value::Float(float)] => Some(Value::Float(*float)),
+        [Value::Int(int)] => Some(Value::Float(*int as f64)),
+        _ => None,
+    }
+}
+
+fn int(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    match args {
+        [Value::Int(int)] => Some(Value::Int(*int)),
+        [Value::Bool(flag)] => Some(Value::Int(i64::from(*flag))),
+        [Value::Float(float)] if float.abs() < 9.0e18 => Some(from_f64(*float)),
+        _ => None,
+    }
+}
+
+fn is_instance(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    match args {
+        [value, Value::Class(class)] if class.metaclass().is_none() => {
+            let is = ev.core.types.of(value).is_subclass_of(class);
+            Some(Value::Bool(is))
+        }
+        _ => None,
+    }
+}
+
+fn len(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    let length = match args {
+        [Value::List(list)] => list.len(),
+        [Value::Str(text)] => text.len(),
+        [Value::Dict(dict)] => dict.len(),
+        [Value::Tuple(tuple)] => tuple.items().len(),
+        [Value::Set(set)] => set.len(),
+        _ => return None,
+    };
+    Some(Value::Int(length as i64))
+}
+
+/// The greater of two numbers of one type; the first one if neither is.
+fn max(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    match args {
+        [Value::Int(a), Value::Int(b)] => Some(Value::Int(*if b > a { b } else { a })),
+        [Value::Float(a), Value::Float(b)] => Some(Value::Float(*if b > a { b } else { a })),
+        _ => None,
+    }
+}
+
+/// The lesser of two numbers of one type; the first one if neither is.
+fn min(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    match args {
+        [Value::Int(a), Value::Int(b)] => Some(Value::Int(*if b < a { b } else { a })),
+        [Value::Float(a), Value::Float(b)] => Some(Value::Float(*if b < a { b } else { a })),
+        _ => None,
+    }
+}
+
+fn get(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    let (dict, key, default) = match args {
+        [Value::Dict(dict), key] => (dict, *key, &Value::None),
+        [Value::Dict(dict), key, default] => (dict, *key, *default),
+        _ => return None,
+    };
+    match dict.find(quick_hash(key)?, key) {
+        Found::At(at) => Some(dict.value_at(at)),
+        Found::Nowhere => Some(default.clone()),
+        Found::Ask(..) => None,
+    }
+}
+
+/// There is room, and the list is noted already if it has to be.
+fn append(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    let [Value::List(list), item] = args else {
+        return None;
+    };
+    if item.holds_values() && !list.noted.get() {
+        return None;
+    }
+    list.push_within((*item).clone()).then_some(Value::None)
+}
+
+fn pop(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    match args {
+        [Value::List(list)] => list.change(Vec::pop),
+        [Value::List(list), Value::Int(index)] => take(list, *index),
+        _ => None,
+    }
+}
+
+fn take(list: &List, index: i64) -> Option<Value> {
+    list.change(|items| {
+        let from_start = if index < 0 {
+            index + items.len() as i64
+        } else {
+            index
+        };
+        let place = usize::try_from(from_start).ok()?;
+        (place < items.len() && items.len() - place <= SHORT).then(|| items.remove(place))
+    })
+}
+
+/// A function of a float that has no error for this one.
+#[inline(always)]
+fn one_float(args: &[&Value], function: fn(f64) -> f64) -> Option<Value> {
+    match args {
+        [Value::Float(x)] => finite(function(*x)),
+        _ => None,
+    }
+}
+
+#[inline(always)]
+fn two_floats(args: &[&Value], function: fn(f64, f64) -> f64) -> Option<Value> {
+    match args {
+        [Value::Float(x), Value::Float(y)] => finite(function(*x, *y)),
+        _ => None,
+    }
+}
+
+/// What is not finite may be an error.
+#[inline(always)]
+fn finite(result: f64) -> Option<Value> {
+    result.is_finite().then_some(Value::Float(result))
+}
+
+#[inline(always)]
+fn rounded(args: &[&Value], function: fn(f64) -> f64) -> Option<Value> {
+    match args {
+        [Value::Float(x)] if x.abs() < 9.0e18 => Some(from_f64(function(*x))),
+        [Value::Int(x)] => Some(Value::Int(*x)),
+        _ => None,
+    }
+}

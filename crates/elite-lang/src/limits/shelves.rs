@@ -1,0 +1,219 @@
+//! Small blocks of memory that wait for the next request of their size: taking one from a shelf and putting one back is a few
+//! instructions, the system's own way of doing it is a hundred.
+//!
+//! Owns one shelf for each small size, for each thread. What lies there belongs to nobody: the account (`memory`) counts a block
+//! from when it is taken until it is put back. A shelf holds so little that it does not matter, and goes back to the system
+//! when its thread ends.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::ptr::null_mut;
+
+/// Number of small sizes: 24, 40, 56 … bytes, what the system's allocator rounds requests up to.
+const SIZES: usize = 16;
+/// Bytes on one shelf at most.
+const SHELF: usize = 32 << 10;
+
+/// One of the small sizes.
+#[derive(Clone, Copy)]
+pub(super) struct Size(usize);
+
+impl Size {
+    /// The size of a block for this layout; None if it is not small, or aligned more than usual.
+    #[inline(always)]
+    pub(super) fn of(layout: Layout) -> Option<Size> {
+        let size = (layout.size() + 7) / 16;
+        let index = size.saturating_sub(1);
+        (index < SIZES && layout.align() <= 16).then_some(Size(index))
+    }
+
+    #[inline(always)]
+    fn bytes(self) -> usize {
+        16 * self.0 + 24
+    }
+
+    /// What a block costs, the system's header included.
+    #[inline(always)]
+    pub(super) fn cost(self) -> isize {
+        16 * self.0 as isize + 32
+    }
+
+    /// The layout of a block on the shelf.
+    #[inline(always)]
+    pub(super) fn layout(self) -> Layout {
+        // SAFETY: the alignment is a power of two, and the size is far from the largest one.
+        #[allow(unsafe_code)]
+        unsafe {
+            Layout::from_size_align_unchecked(self.bytes(), 16)
+        }
+    }
+}
+
+/// A block on a shelf: its first word leads to the next one.
+struct Block {
+    next: *mut Block,
+}
+
+/// The blocks of one size.
+struct Shelf {
+    first: Cell<*mut Block>,
+    /// Bytes that may still be put there.
+    room: Cell<usize>,
+}
+
+struct Shelves([Shelf; SIZES]);
+
+thread_local! {
+    static SHELVES: Shelves = const {
+        Shelves([const {
+            Shelf {
+                first: Cell::new(null_mut()),
+                room: Cell::new(SHELF),
+            }
+        }; SIZES])
+    };
+}
+
+/// A block of this size; null if none lies there.
+#[inline(always)]
+pub(super) fn take(size: Size) -> *mut u8 {
+    let taken = SHELVES.try_with(|shelves| {
+        let shelf = &shelves.0[size.0];
+        let block = shelf.first.get();
+        if !block.is_null() {
+            // SAFETY: what lies on a shelf is a block of its size that nobody uses, whose first word `put` has written.
+            #[allow(unsafe_code)]
+            shelf.first.set(unsafe { (*block).next });
+            shelf.room.set(shelf.room.get() + size.bytes());
+        }
+        block
+    });
+    taken.unwrap_or(null_mut()).cast()
+}
+
+/// Takes a block back.
+///
+/// # Safety
+/// `block` comes from `take` with the same size, or from the system with the layout of the size, and nobody uses it any more.
+#[inline(always)]
+#[allow(unsafe_code)]
+pub(super) unsafe fn put(block: *mut u8, size: Size) {
+    let kept = SHELVES.try_with(|shelves| {
+        let shelf = &shelves.0[size.0];
+        let Some(room) = shelf.room.get().checked_sub(size.bytes()) else {
+            return false;
+        };
+        let block: *mut Block = block.cast();
+        // SAFETY: the block has at least one word, is aligned for it, and is ours.
+        unsafe {
+            block.write(Block {
+                next: shelf.first.get(),
+            });
+        }
+        shelf.first.set(block);
+        shelf.room.set(room);
+        true
+    });
+    if !matches!(kept, Ok(true)) {
+        // SAFETY: the caller's promise; it says where such a block comes from.
+        unsafe { give_back(block, size) };
+    }
+}
+
+#[cold]
+#[inline(never)]
+#[allow(unsafe_code)]
+unsafe fn give_back(block: *mut u8, size: Size) {
+    // SAFETY: the caller's promise.
+    unsafe { System.dealloc(block, size.layout()) };
+}
+
+/// Gives what lies on the shelves of this thread back to the system.
+pub(super) fn clear() {
+    let _ = SHELVES.try_with(Shelves::clear);
+}
+
+impl Shelves {
+    fn clear(&self) {
+        for (shelf, index) in self.0.iter().zip(0..) {
+            let mut block = shelf.first.replace(null_mut());
+            shelf.room.set(SHELF);
+            while !block.is_null() {
+                // SAFETY: as in `take`; the shelf no longer has any of these blocks.
+                #[allow(unsafe_code)]
+                unsafe {
+                    let next = (*block).next;
+                    give_back(block.cast(), Size(index));
+                    block = next;
+                }
+            }
+        }
+    }
+}
+
+impl Drop for Shelves {
+    fn drop(&mut self) {
+        self.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test
+
+    use super::*;
+
+    #[test]
+    fn every_small_layout_fits_its_size_and_no_block_is_given_twice() {
+        for bytes in 1..=16 * SIZES + 8 {
+            let layout = Layout::from_size_align(bytes, 16).unwrap();
+            let size = Size::of(layout).unwrap();
+            assert!(
+                size.bytes() >= bytes && size.bytes() < bytes.max(24) + 16,
+                "{bytes}"
+            );
+        }
+        assert!(Size::of(Layout::from_size_align(16 * SIZES + 9, 8).unwrap()).is_none());
+        assert!(Size::of(Layout::from_size_align(32, 32).unwrap()).is_none());
+        let mut blocks: Vec<Box<[u8; 40]>> = (0..5000).map(|_| Box::new([7; 40])).collect();
+        let mut places: Vec<usize> = blocks.iter().map(|b| b.as_ptr() as usize).collect();
+        places.sort_unstable();
+        places.dedup();
+        assert_eq!(places.len(), 5000);
+        blocks.truncate(10);
+        let again: Vec<Box<[u8; 40]>> = (0..5000).map(|_| Box::new([9; 40])).collect();
+        assert!(blocks.iter().all(|block| **block == [7; 40]));
+        assert!(again.iter().all(|block| **block == [9; 40]));
+    }
+
+    #[test]
+    fn blocks_grow_and_shrink_between_small_and_large_with_what_is_in_them() {
+        let mut data: Vec<u8> = Vec::new();
+        for round in 0..2000_usize {
+            data.push(round as u8);
+            if round % 97 == 0 {
+                data.shrink_to_fit();
+            }
+        }
+        assert!(
+            data.iter()
+                .zip(0..2000_usize)
+                .all(|(byte, round)| *byte == round as u8)
+        );
+        while data.len() > 3 {
+            data.truncate(data.len() / 2);
+            data.shrink_to_fit();
+        }
+        assert_eq!(data, [0, 1, 2]);
+    }
+
+    #[test]
+    fn a_block_may_be_freed_by_another_thread_and_after_its_own_has_ended() {
+        let made = std::thread::spawn(|| (0..1000).map(|n| Box::new([n; 4])).collect::<Vec<_>>());
+        let made: Vec<Box<[i32; 4]>> = made.join().unwrap();
+        assert!(made.iter().zip(0..).all(|(block, n)| **block == [n; 4]));
+        drop(made);
+        clear();
+        assert_eq!(vec![1_u64; 3], [1, 1, 1]);
+    }
+}
