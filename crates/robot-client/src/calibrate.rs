@@ -83,6 +83,8 @@ pub struct Reading {
     /// How far the TCP that the robot reports is from where these numbers have it, m, where it says so: more than a
     /// millimetre means that it counts with something that it does not send, such as offsets of the joints.
     pub unexplained: Option<f64>,
+    /// The state that all of this was read from, but for the configuration.
+    pub state: State,
 }
 
 /// Asks the robot; `path` is what errors call the calibration.
@@ -98,6 +100,7 @@ pub async fn read(address: &RobotAddress, path: &Path) -> Result<Reading, Calibr
     let mut reading = arm_of(&configuration, address, path)?;
     reading.tcp = tool_of(&state);
     reading.unexplained = unexplained(&state, &reading.calibration.open()?);
+    reading.state = state;
     Ok(reading)
 }
 
@@ -163,6 +166,7 @@ fn arm_of(
         distance,
         tcp: None,
         unexplained: None,
+        state: State::default(),
     })
 }
 

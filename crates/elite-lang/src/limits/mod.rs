@@ -1,6 +1,7 @@
 //! What one task may use: memory, call depth, digits of integers.
 
 pub mod memory;
+mod pages;
 mod shelves;
 
 /// Limits of one interpreter.

@@ -112,7 +112,7 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
 
     // The first values say where the arm is and what its clock shows.
     let mut state = unknown_state(step_time);
-    state.tcp_offset = reading.tcp.unwrap_or_default();
+    observe_state(&mut state, &reading.state);
     let (first, values) = loop {
         if let Arrival::Data(values) = rtsi.next().await? {
             break (observer.observe(&mut state, &values), values);
