@@ -39,7 +39,11 @@ fn a_robot_is_recorded_with_its_errors_and_its_recording_reads_like_our_own() {
     assert_eq!(last.mode, "unknown");
     assert_eq!(last.digital_out & 8, 8);
     assert!(last.target_qdd.iter().all(|value| value.is_nan()));
-    assert!(read.cycles.iter().all(|cycle| cycle.controller_temperature > 0.0));
+    assert!(
+        read.cycles
+            .iter()
+            .all(|cycle| cycle.controller_temperature > 0.0)
+    );
     let replay = |options: &[&str]| {
         let output = eliteserver()
             .arg("replay")
