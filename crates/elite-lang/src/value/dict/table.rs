@@ -1,0 +1,293 @@
+//! The table of a dictionary: entries in the order of their insertion, and slots that lead to them by hash.
+//!
+//! Owns how an entry is found, added, deleted and moved, and when there is more or less room. Runs no script code; who holds the
+//! table, and for how long, is the dictionary's business.
+
+use std::cell::Cell;
+use std::rc::Rc;
+
+use crate::ops::hash::{Equal, quick_equal};
+use crate::value::Value;
+
+/// A slot that leads nowhere.
+pub(super) const EMPTY: u32 = u32::MAX;
+/// Up to this many entries are scanned instead of hashed into a table.
+pub(super) const SCAN_MAX: usize = 8;
+
+/// A key and its value, with the key's hash.
+#[derive(Clone, Default)]
+pub struct Entry {
+    pub(super) hash: u64,
+    /// `Unbound` if the entry has been deleted.
+    pub(super) key: Value,
+    pub(super) value: Value,
+}
+
+#[derive(Default)]
+pub(super) struct Table {
+    pub(super) entries: Vec<Entry>,
+    /// Open addressing into `entries`; empty while the entries are few. A power of two, at most 2/3 full.
+    pub(super) slots: Vec<u32>,
+    pub(super) live: usize,
+    /// Changes whenever keys come or go.
+    pub(super) generation: u64,
+    /// All entries before this one are deleted, as far as is known.
+    pub(super) head: Cell<usize>,
+    /// All entries from this one on are deleted, as far as is known.
+    pub(super) tail: Cell<usize>,
+    /// Slots that were taken by entries which moved, beyond one for each entry.
+    pub(super) moves: usize,
+    /// The values lie in variables that code refers to (`Dict::hold_variables`); an unbound one is no entry.
+    pub(super) of_variables: bool,
+}
+
+impl Entry {
+    /// Its value, and whether there is one.
+    pub(super) fn read(&self, of_variables: bool) -> Option<Value> {
+        match &self.value {
+            Value::Cell(variable) if of_variables => {
+                Some(variable.value.get()).filter(|value| !value.is_unbound())
+            }
+            value => (!self.key.is_unbound()).then(|| value.clone()),
+        }
+    }
+}
+
+/// What a search for a key found.
+pub enum Found {
+    /// The entry's index.
+    At(usize),
+    /// No such key.
+    Nowhere,
+    /// The search needs script code to compare: the entries with the same hash, and the generation they belong to.
+    Ask(Vec<(usize, Value)>, u64),
+}
+
+pub(super) fn spread(hash: u64) -> usize {
+    // The tables are indexed by the low bits; Python hashes of integers need mixing first.
+    (hash.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize
+}
+
+/// Enters an entry's index in a table of slots with room for it.
+pub(super) fn place(slots: &mut [u32], hash: u64, index: u32) {
+    let mask = slots.len() - 1;
+    let mut at = spread(hash) & mask;
+    while slots[at] != EMPTY {
+        at = (at + 1) & mask;
+    }
+    slots[at] = index;
+}
+
+/// Slots for so many entries.
+pub(super) fn slots_for(entries: usize) -> usize {
+    (entries * 3).next_power_of_two()
+}
+
+impl Table {
+    pub(super) fn find(&self, hash: u64, key: &Value) -> Found {
+        let mut ask = false;
+        if self.slots.is_empty() {
+            for (index, entry) in self.entries.iter().enumerate() {
+                if entry.hash == hash {
+                    match quick_equal(&entry.key, key) {
+                        Equal::Yes => return Found::At(index),
+                        Equal::No => {}
+                        Equal::Ask => ask = true,
+                    }
+                }
+            }
+        } else {
+            let mask = self.slots.len() - 1;
+            let mut at = spread(hash) & mask;
+            while self.slots[at] != EMPTY {
+                let index = self.slots[at] as usize;
+                let entry = &self.entries[index];
+                if entry.hash == hash {
+                    match quick_equal(&entry.key, key) {
+                        Equal::Yes => return Found::At(index),
+                        Equal::No => {}
+                        Equal::Ask => ask = true,
+                    }
+                }
+                at = (at + 1) & mask;
+            }
+        }
+        if !ask {
+            return Found::Nowhere;
+        }
+        let same_hash = self
+            .entries
+            .iter()
+            .enumerate()
+            .filter(|(_, e)| e.hash == hash && !self.is_absent(e));
+        Found::Ask(
+            same_hash
+                .map(|(index, entry)| (index, entry.key.clone()))
+                .collect(),
+            self.generation,
+        )
+    }
+
+    /// Whether an entry has been deleted.
+    #[inline]
+    pub(super) fn is_absent(&self, entry: &Entry) -> bool {
+        match self.of_variables {
+            true => entry.read(true).is_none(),
+            false => entry.key.is_unbound(),
+        }
+    }
+
+    /// Adds a key of a dictionary of variables; the variable is the one that code refers to already, if there is one.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn append_variable(&mut self, hash: u64, key: Value, value: Value) {
+        let known = match self.find(hash, &key) {
+            Found::At(index) => self.delete(index).1,
+            Found::Nowhere | Found::Ask(..) => Value::Unbound,
+        };
+        let variable = match known {
+            Value::Cell(variable) => variable,
+            _ => Rc::default(),
+        };
+        // It was unbound.
+        variable.value.put(value);
+        self.push(hash, key, Value::Cell(variable));
+    }
+
+    pub(super) fn append(&mut self, hash: u64, key: Value, value: Value) {
+        match self.of_variables {
+            true => self.append_variable(hash, key, value),
+            false => self.push(hash, key, value),
+        }
+    }
+
+    pub(super) fn push(&mut self, hash: u64, key: Value, value: Value) {
+        let index = self.entries.len();
+        if index == self.entries.capacity() && self.live < index / 2 {
+            self.compact();
+        }
+        self.entries.push(Entry { hash, key, value });
+        self.tail.set(self.entries.len());
+        self.live += 1;
+        self.generation += 1;
+        if self.slots.is_empty() {
+            if self.entries.len() > SCAN_MAX {
+                self.rebuild();
+            }
+        } else if self.entries.len() * 3 > self.slots.len() * 2 {
+            self.compact();
+        } else {
+            let index = self.entries.len() - 1;
+            self.place(hash, index as u32);
+        }
+    }
+
+    pub(super) fn place(&mut self, hash: u64, index: u32) {
+        place(&mut self.slots, hash, index);
+    }
+
+    #[cold]
+    pub(super) fn growth_to(&self, needed: usize) -> usize {
+        let mut bytes = 0;
+        if needed > self.entries.capacity() {
+            let entries = needed.max(self.entries.capacity().saturating_mul(2));
+            bytes += (entries - self.entries.capacity()).saturating_mul(size_of::<Entry>());
+        }
+        if needed > SCAN_MAX && needed.saturating_mul(3) > self.slots.len().saturating_mul(2) {
+            let slots = needed.saturating_mul(4);
+            bytes = bytes.saturating_add(slots.saturating_mul(size_of::<u32>()));
+        }
+        bytes
+    }
+
+    /// Throws deleted entries away and builds the slots anew.
+    pub(super) fn compact(&mut self) {
+        self.squeeze();
+        self.rebuild();
+    }
+
+    /// Throws deleted entries away.
+    pub(super) fn squeeze(&mut self) {
+        if self.live < self.entries.len() {
+            self.entries.retain(|entry| !entry.key.is_unbound());
+        }
+        self.head.set(0);
+        self.tail.set(self.entries.len());
+    }
+
+    pub(super) fn rebuild(&mut self) {
+        self.slots.clear();
+        if self.entries.len() <= SCAN_MAX {
+            return;
+        }
+        let size = slots_for(self.entries.len());
+        self.slots.resize(size, EMPTY);
+        self.moves = 0;
+        for (entry, index) in self.entries.iter().zip(0..) {
+            if !entry.key.is_unbound() {
+                place(&mut self.slots, entry.hash, index);
+            }
+        }
+    }
+
+    /// Moves the entry at an index to the front. Room there is made for as many entries as there are, so that doing this again
+    /// and again takes no longer than adding keys does.
+    pub(super) fn move_to_front(&mut self, mut index: usize) {
+        let head = self.head.get();
+        let first = self.entries[head..]
+            .iter()
+            .position(|e| !e.key.is_unbound());
+        let mut first = head + first.unwrap_or(0);
+        if index == first {
+            return;
+        }
+        if first == 0 {
+            let room = self.live.max(SCAN_MAX);
+            let mut entries = Vec::with_capacity(room + self.live);
+            entries.resize(room, Entry::default());
+            for (at, entry) in std::mem::take(&mut self.entries).into_iter().enumerate() {
+                if at == index {
+                    index = entries.len();
+                }
+                if !entry.key.is_unbound() {
+                    entries.push(entry);
+                }
+            }
+            (self.entries, first) = (entries, room);
+            self.tail.set(self.entries.len());
+            self.rebuild();
+        }
+        let entry = std::mem::take(&mut self.entries[index]);
+        let hash = entry.hash;
+        first -= 1;
+        self.entries[first] = entry;
+        self.head.set(first);
+        self.generation += 1;
+        self.moves += 1;
+        if self.moves > self.slots.len() / 8 {
+            self.rebuild();
+        } else {
+            self.place(hash, first as u32);
+        }
+    }
+
+    pub(super) fn delete(&mut self, index: usize) -> (Value, Value) {
+        let entry = &mut self.entries[index];
+        let removed = (
+            std::mem::take(&mut entry.key),
+            std::mem::take(&mut entry.value),
+        );
+        self.live -= 1;
+        self.generation += 1;
+        if self.live == 0 {
+            self.entries.clear();
+            self.slots.clear();
+            self.squeeze();
+        } else if self.slots.is_empty() {
+            self.squeeze();
+        } else if index + 1 == self.entries.len() && self.live < self.entries.len() / 4 {
+            self.compact();
+        }
+        removed
+    }
+}
