@@ -1,5 +1,6 @@
 //! The interpreter of one task, and its script threads as the embedder drives them.
 
+use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::rc::Rc;
 
@@ -8,6 +9,8 @@ use corosensei::{Coroutine, CoroutineResult};
 
 use crate::builtins::Builtin;
 use crate::errors::ScriptError;
+use crate::embedded;
+use crate::eval::count::LineCounts;
 use crate::eval::coroutine::{Outlet, Request, Resume, StackKind, Stopping, ThreadState, limit_of};
 use crate::eval::node::{NodeState, Passage, TaskNode};
 use crate::eval::{Core, Evaluator};
@@ -99,7 +102,7 @@ impl Interpreter {
             let code = with_deep_stack(|| {
                 let (module, resolution) = (&program.module, &program.resolution);
                 let budget = Budget::of(usize::MAX);
-                crate::lower::module(
+                crate::lower::program(
                     &core,
                     &namespace,
                     &program.file,
@@ -157,6 +160,23 @@ impl Interpreter {
         Ok(ScriptThread::new(&self.core, move |ev| {
             ev.call(&function, &mut { args }, &[])
         }))
+    }
+
+    /// From now on the executions of the lines of programs are counted, of those that are spawned after this.
+    pub fn count_lines(&self) {
+        *self.core.counters.borrow_mut() = Some(Rc::default());
+    }
+
+    /// What was counted, by the names of the texts.
+    pub fn line_counts(&self) -> BTreeMap<String, LineCounts> {
+        let counters = self.core.counters.borrow();
+        counters.as_ref().map(|counters| counters.all()).unwrap_or_default()
+    }
+
+    /// An object that programs find beside the builtins, with methods of the embedder. `name` is its own and its class's.
+    pub fn provide_object(&self, name: &str, methods: Vec<NativeFunction>) {
+        let object = embedded::object(&self.core, name, methods, Vec::new());
+        self.core.builtins.set(self.core.symbols.intern(name), object);
     }
 
     /// The value of a global variable.

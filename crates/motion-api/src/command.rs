@@ -231,6 +231,17 @@ pub enum CommandKind {
     /// A wrench that acts on the tool from outside until the next one: N and Nm, base axes, about the TCP. Counts while
     /// [`FtRtsiInput`](Self::FtRtsiInput) is on.
     SetExternalWrench([f64; 6]),
+    /// A load on the tool from now on, as of `[[wrench]]` of the cell: felt by the arm, not only by its sensor. Loads add up.
+    Push {
+        /// N and Nm, about the TCP.
+        wrench: [f64; 6],
+        /// Its axes are the TCP's, otherwise the base's.
+        in_tool_axes: bool,
+        /// How long it acts, s.
+        duration: f64,
+        /// Earlier pushes end with it.
+        replaces: bool,
+    },
     /// Whether wrenches from a port count (`ft_rtsi_input_enable`), and the sensor that they come from.
     FtRtsiInput {
         /// They do.
@@ -383,6 +394,7 @@ impl CommandKind {
             Self::SetForceGain(_) => "force_mode_set_gain_scaling",
             Self::SetForceDamping(_) => "force_mode_set_damping",
             Self::SetExternalWrench(_) => "set_external_wrench",
+            Self::Push { .. } => "push",
             Self::FtRtsiInput { .. } => "ft_rtsi_input_enable",
             Self::ZeroFtSensor => "zero_ftsensor",
             Self::SetCollisionDetection(_) => "set_collision_detect_enabled",

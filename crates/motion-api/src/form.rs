@@ -19,6 +19,8 @@ pub const PAYLOAD_INERTIA_MAX: f64 = PAYLOAD_MASS_MAX * TOOL_REACH_MAX * TOOL_RE
 pub const GRAVITY_MAX: f64 = 30.0;
 /// Strongest wrench from outside that is taken, N and Nm.
 pub const WRENCH_MAX: f64 = 1e5;
+/// Longest push that is taken, s: some thirty years, which is for ever.
+pub const PUSH_DURATION_MAX: f64 = 1e9;
 /// Farthest a frame may lie from the base, m.
 pub const FRAME_REACH_MAX: f64 = 1000.0;
 /// Shortest direction of a belt, m.
@@ -48,6 +50,17 @@ impl CommandKind {
             Self::SetExternalWrench(wrench) => {
                 let name = "a component of the external wrench";
                 check_within(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")
+            }
+            Self::Push {
+                wrench, duration, ..
+            } => {
+                let name = "a component of the push";
+                check_within(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")?;
+                if !(0.0..=PUSH_DURATION_MAX).contains(duration) {
+                    let needed = "0 to 1e9 s";
+                    return Err(bad_value("the duration of the push", *duration, needed));
+                }
+                Ok(())
             }
             Self::FtRtsiInput {
                 mass,

@@ -5,6 +5,9 @@
 use kinematics::{Pose, Wrench};
 use nalgebra::Vector3;
 
+/// Most pushes that act at once.
+pub(crate) const PUSHES_MAX: usize = 32;
+
 /// In which axes a load is given. Its point is the TCP.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LoadFrame {
@@ -28,6 +31,13 @@ pub struct Load {
     pub frame: LoadFrame,
 }
 
+impl Load {
+    /// It acts no more.
+    fn is_over(&self, now: f64) -> bool {
+        now >= self.at + self.duration
+    }
+}
+
 /// The sensor whose readings come over a port, as `ft_rtsi_input_enable` describes it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct PortSensor {
@@ -40,9 +50,11 @@ pub(crate) struct PortSensor {
 }
 
 /// Everything that acts on the tool.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct External {
     loads: Vec<Load>,
+    /// Loads that commands have set on.
+    pushes: [Option<Load>; PUSHES_MAX],
     /// The latest reading from a port: base axes.
     pub(crate) set: Wrench,
     /// Readings from ports count.
@@ -77,9 +89,22 @@ impl External {
     pub(crate) fn new(loads: Vec<Load>) -> Self {
         Self {
             loads,
+            pushes: [None; PUSHES_MAX],
             set: Wrench::default(),
             port_sensor: None,
         }
+    }
+
+    /// Takes a load from now on; false when too many act already.
+    pub(crate) fn push(&mut self, load: Load, now: f64, replaces: bool) -> bool {
+        for place in &mut self.pushes {
+            *place = place.filter(|load| !replaces && !load.is_over(now));
+        }
+        let free = self.pushes.iter_mut().find(|place| place.is_none());
+        free.is_some_and(|place| {
+            *place = Some(load);
+            true
+        })
     }
 
     /// The sum at `time`, s: base axes, about the TCP, which is at `base_from_tcp`. `gravity` in base axes, m/s².
@@ -94,7 +119,7 @@ impl External {
         let mut sum = self.port_sensor.map_or_else(Wrench::default, |sensor| {
             sensor.without_itself(&self.set, base_from_flange, tcp, gravity)
         });
-        for load in &self.loads {
+        for load in self.loads.iter().chain(self.pushes.iter().flatten()) {
             if !(load.at..load.at + load.duration).contains(&time) {
                 continue;
             }
@@ -109,5 +134,39 @@ impl External {
             sum.moment += moment;
         }
         sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn push(external: &mut External, newtons: f64, now: f64, replaces: bool) -> bool {
+        let load = Load {
+            at: now,
+            duration: 1.0,
+            wrench: Wrench::from_array([newtons, 0.0, 0.0, 0.0, 0.0, 0.0]),
+            frame: LoadFrame::Base,
+        };
+        external.push(load, now, replaces)
+    }
+
+    fn force(external: &External, time: f64) -> f64 {
+        let (pose, gravity) = (Pose::IDENTITY, Vector3::zeros());
+        external.at(time, &pose, &pose, &gravity).force.x
+    }
+
+    #[test]
+    fn pushes_add_up_until_each_is_over_and_give_their_place_back() {
+        let mut external = External::new(Vec::new());
+        assert!(push(&mut external, 1.0, 0.0, false) && push(&mut external, 2.0, 0.5, false));
+        let at = [0.4, 0.9, 1.2, 1.6].map(|time| force(&external, time));
+        assert_eq!(at, [1.0, 3.0, 2.0, 0.0]);
+        assert!(push(&mut external, 5.0, 0.6, true));
+        assert_eq!(force(&external, 0.9), 5.0);
+        // The one that replaced the others takes a place.
+        let taken = (0..PUSHES_MAX).filter(|_| push(&mut external, 1.0, 0.7, false));
+        assert_eq!(taken.count(), PUSHES_MAX - 1);
+        assert!(push(&mut external, 1.0, 1.65, false));
     }
 }

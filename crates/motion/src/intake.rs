@@ -103,6 +103,7 @@ impl Cycle {
             CommandKind::SetForceGain(_)
             | CommandKind::SetForceDamping(_)
             | CommandKind::SetExternalWrench(_)
+            | CommandKind::Push { .. }
             | CommandKind::FtRtsiInput { .. }
             | CommandKind::ZeroFtSensor
             | CommandKind::SetCollisionDetection(_)
@@ -354,6 +355,12 @@ impl Cycle {
             CommandKind::SetForceGain(gain) => self.set_force_gain(gain),
             CommandKind::SetForceDamping(damping) => self.set_force_damping(damping),
             CommandKind::SetExternalWrench(wrench) => self.set_external_wrench(wrench),
+            CommandKind::Push {
+                wrench,
+                in_tool_axes,
+                duration,
+                replaces,
+            } => self.push(wrench, in_tool_axes, duration, replaces),
             CommandKind::FtRtsiInput {
                 enabled,
                 mass,

@@ -13,7 +13,7 @@ use motion_api::{
 use crate::allowed::Rule;
 use crate::constants::{LONGEST, SLOWEST};
 use crate::cycle::{Cycle, Generator};
-use crate::external::PortSensor;
+use crate::external::{Load, LoadFrame, PUSHES_MAX, PortSensor};
 use crate::intake::{Answer, Ending, bad_value};
 use crate::modes::freedrive::Freedrive;
 use crate::modes::joint_speed::JointSpeed;
@@ -301,6 +301,34 @@ impl Cycle {
     pub(crate) fn set_external_wrench(&mut self, wrench: [f64; 6]) -> Answer {
         self.external.set = Wrench::from_array(wrench);
         Ok(Ending::Now)
+    }
+
+    /// A load on the tool for some time.
+    pub(crate) fn push(
+        &mut self,
+        wrench: [f64; 6],
+        in_tool_axes: bool,
+        duration: f64,
+        replaces: bool,
+    ) -> Answer {
+        let now = self.out.cycle as f64 * self.step;
+        let load = Load {
+            at: now,
+            duration,
+            wrench: Wrench::from_array(wrench),
+            frame: match in_tool_axes {
+                true => LoadFrame::Tool,
+                false => LoadFrame::Base,
+            },
+        };
+        match self.external.push(load, now, replaces) {
+            true => Ok(Ending::Now),
+            false => Err(bad_value(
+                "the number of pushes at once",
+                (PUSHES_MAX + 1) as f64,
+                "at most 32",
+            )),
+        }
     }
 
     /// Whether readings of a port count, and what sensor makes them.

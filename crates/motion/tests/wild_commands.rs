@@ -26,7 +26,7 @@ const CASES: u64 = 40;
 const COMMANDS: usize = 50;
 
 /// Kinds of commands; [`place`] puts each of them somewhere.
-const KINDS: usize = 48;
+const KINDS: usize = 49;
 
 /// The place of a kind among all. There is no wildcard: a new command has no place, and this does not compile until it has
 /// one and is drawn below.
@@ -80,6 +80,7 @@ fn place(kind: &CommandKind) -> usize {
         CommandKind::PathOffsetSet { .. } => 45,
         CommandKind::PathOffsetFilter(_) => 46,
         CommandKind::PathOffsetMax { .. } => 47,
+        CommandKind::Push { .. } => 48,
     }
 }
 
@@ -363,6 +364,12 @@ impl Wild {
             47 => CommandKind::PathOffsetMax {
                 translation: self.number(0.05, 0.2),
                 rotation: self.number(0.2, 0.5),
+            },
+            48 => CommandKind::Push {
+                wrench: self.six(40.0),
+                in_tool_axes: self.draw.chance(0.5),
+                duration: self.number(0.0, 0.5),
+                replaces: self.draw.chance(0.3),
             },
             _ => CommandKind::SetDigitalInput {
                 index: *self.draw.pick(&[0, 16, 18, 20, 28]),

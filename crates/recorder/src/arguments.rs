@@ -96,6 +96,7 @@ commands! {
     "force_mode_set_gain_scaling" => SetForceGain(gain);
     "force_mode_set_damping" => SetForceDamping(damping);
     "set_external_wrench" => SetExternalWrench(wrench);
+    "push" => Push { wrench, in_tool_axes, duration, replaces };
     "ft_rtsi_input_enable" => FtRtsiInput { enabled, mass, measuring_offset, cog };
     "zero_ftsensor" => ZeroFtSensor;
     "set_collision_detect_enabled" => SetCollisionDetection(enabled);
@@ -393,6 +394,12 @@ mod tests {
             CommandKind::SetForceGain(x),
             CommandKind::SetForceDamping(x),
             CommandKind::SetExternalWrench(target.0),
+            CommandKind::Push {
+                wrench: target.0,
+                in_tool_axes: true,
+                duration: x.abs(),
+                replaces: false,
+            },
             CommandKind::FtRtsiInput {
                 enabled: true,
                 mass: x,

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::code::{Code, TextNames};
+use super::count::Counters;
 use super::coroutine::{StackPool, Stopping, ThreadState};
 use super::cycles::Cycles;
 use super::generator::LastActs;
@@ -87,6 +88,8 @@ pub struct Core {
     pub loading: Cell<u32>,
     /// What statements run by natives have defined.
     pub injected: RefCell<Injected>,
+    /// Executions of the lines of programs, where they are counted.
+    pub counters: RefCell<Option<Rc<Counters>>>,
     /// What generators that were given up still have to do.
     pub last_acts: LastActs,
     /// Possible parts of reference cycles.
@@ -144,6 +147,7 @@ impl Core {
             last_acts: LastActs::default(),
             cycles: Cycles::default(),
             injected: RefCell::default(),
+            counters: RefCell::default(),
             interrupts: RefCell::default(),
             next_thread: Cell::new(0),
             symbols,

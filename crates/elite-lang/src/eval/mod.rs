@@ -9,6 +9,7 @@ pub mod bulk;
 pub mod code;
 pub mod core;
 pub mod coroutine;
+pub mod count;
 pub mod cycles;
 pub mod expr;
 pub mod generator;

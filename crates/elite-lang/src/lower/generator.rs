@@ -148,6 +148,9 @@ impl Lower<'_> {
             for statement in body {
                 let (line, start) = (lower.line(statement.span), statement.span.start);
                 lower.pass_steps(NodePlace::Before(start), line, made);
+                if let Some(mark) = lower.mark(statement, line) {
+                    Self::run_step(Box::new(mark), line, made);
+                }
                 lower.step(statement, made);
                 lower.pass_steps(NodePlace::After(start), line, made);
             }

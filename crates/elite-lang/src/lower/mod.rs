@@ -16,6 +16,7 @@ use crate::ast::{self, Constant, NodeMark, NodePlace, ScopeId};
 use crate::eval::Core;
 use crate::eval::code::{Block, Body, Code, CodeKind, Params, Refers, TextNames};
 use crate::eval::coroutine::{LEVEL, RESERVE};
+use crate::eval::count::{Counters, Mark, MarkThen};
 use crate::eval::node::{Pass, PassThen};
 use crate::eval::{Expr, Statement};
 use crate::limits::memory::Budget;
@@ -40,16 +41,21 @@ pub fn module(
     resolution: &Resolution,
     budget: &Budget<'_>,
 ) -> Rc<Code> {
+    Lower::new(core, namespace, file, resolution, budget).whole_module(module)
+}
+
+/// Makes the code of a program, with marks where its lines are counted.
+pub fn program(
+    core: &Rc<Core>,
+    namespace: &Rc<Namespace>,
+    file: &Arc<SourceFile>,
+    module: &ast::Module,
+    resolution: &Resolution,
+    budget: &Budget<'_>,
+) -> Rc<Code> {
     let mut lower = Lower::new(core, namespace, file, resolution, budget);
-    lower.passes = passes(core, &module.nodes, budget);
-    let body = lower.deeper(|lower| {
-        let mut lines = lower.lines(&module.body);
-        let line = lines.last().map_or(1, |(line, _)| *line);
-        lower.pass(NodePlace::AtEnd, line, &mut lines);
-        Block::new(lines)
-    });
-    budget.drop_each(std::mem::take(&mut lower.passes));
-    lower.module_code(Body::Block(body), module.span)
+    lower.counters.clone_from(&core.counters.borrow());
+    lower.whole_module(module)
 }
 
 /// Makes the code of a single expression, as `eval` runs it.
@@ -88,6 +94,8 @@ struct Lower<'l> {
     names: Rc<TextNames>,
     /// What the frame refers to beyond itself.
     refers: RefCell<Refers>,
+    /// Where the lines are counted, if they are.
+    counters: Option<Rc<Counters>>,
 }
 
 /// What a frame takes and refers to.
@@ -138,7 +146,20 @@ impl<'l> Lower<'l> {
             passes: BTreeMap::new(),
             names: core.names_of_text(),
             refers: RefCell::default(),
+            counters: None,
         }
+    }
+
+    fn whole_module(mut self, module: &ast::Module) -> Rc<Code> {
+        self.passes = passes(self.core, &module.nodes, self.budget);
+        let body = self.deeper(|lower| {
+            let mut lines = lower.lines(&module.body);
+            let line = lines.last().map_or(1, |(line, _)| *line);
+            lower.pass(NodePlace::AtEnd, line, &mut lines);
+            Block::new(lines)
+        });
+        self.budget.drop_each(std::mem::take(&mut self.passes));
+        self.module_code(Body::Block(body), module.span)
     }
 
     /// Counts work; whether all of it is given up, so that whatever is returned will do.
@@ -291,12 +312,25 @@ impl<'l> Lower<'l> {
             }
             let (line, start) = (self.line(statement.span), statement.span.start);
             self.pass(NodePlace::Before(start), line, &mut lines);
+            if let Some(mark) = self.mark(statement, line) {
+                lines.push((line, Box::new(mark)));
+            }
             if let Some(node) = self.statement(statement) {
                 lines.push((line, node));
             }
             self.pass(NodePlace::After(start), line, &mut lines);
         }
         lines
+    }
+
+    /// The mark of a statement whose executions are counted; declarations are not executed.
+    fn mark(&self, statement: &ast::Stmt, line: u32) -> Option<Mark> {
+        let counters = self.counters.as_ref()?;
+        match &statement.kind {
+            ast::StmtKind::Global(_) | ast::StmtKind::Nonlocal(_) => None,
+            ast::StmtKind::Expr(expr) if matches!(expr.kind, ast::ExprKind::Constant(_)) => None,
+            _ => Some(counters.mark(self.file.name(), line)),
+        }
     }
 
     /// Adds the directives that are passed at `place`, as if they stood in `line`.
@@ -309,6 +343,14 @@ impl<'l> Lower<'l> {
     /// The condition of a branch of an `if`.
     fn branch_test(&mut self, test: &ast::Expr) -> Expr {
         let then = self.expr(test);
+        let counters = self.counters.as_ref();
+        let then = match counters {
+            None => then,
+            Some(counters) => Box::new(MarkThen {
+                mark: counters.mark(self.file.name(), self.line(test.span)),
+                then,
+            }),
+        };
         match self.passes.get(&NodePlace::Before(test.span.start)) {
             None => then,
             Some(passes) => Box::new(PassThen {

@@ -7,6 +7,7 @@ use super::expr::keeps_locals;
 use crate::ast::{self, ExprKind, Stmt, StmtKind};
 use crate::eval::code::Block;
 use crate::eval::expr::attribute::Cache;
+use crate::eval::stmt::assert::{Assert, AssertComparison};
 use crate::eval::stmt::assign::{
     Assign, AssignAttribute, AssignEach, AssignItem, AssignLocal, AssignPair, AugAttribute,
     AugItem, AugName, augmented_local,
@@ -17,7 +18,7 @@ use crate::eval::stmt::handle::{Finally, Handler, Try};
 use crate::eval::stmt::handle_star::TryStar;
 use crate::eval::stmt::import::{Import, ImportFrom, ImportStar};
 use crate::eval::stmt::loops::{For, While};
-use crate::eval::stmt::simple::{Assert, Delete, ExprStatement, Print, Raise};
+use crate::eval::stmt::simple::{Delete, ExprStatement, Print, Raise};
 use crate::eval::stmt::with::With;
 use crate::eval::{Expr, Statement};
 use crate::resolve::Place;
@@ -73,11 +74,24 @@ impl Lower<'_> {
             }
             StmtKind::Assert { test, message } => {
                 let message = message.as_ref().map(|message| self.expr(message));
-                Box::new(Assert {
-                    span: test.span,
-                    test: self.expr(test),
-                    message,
-                })
+                let span = test.span;
+                match &test.kind {
+                    ExprKind::Compare { left, rest } if rest.len() == 1 => {
+                        let (op, right) = &rest[0];
+                        Box::new(AssertComparison {
+                            left: self.expr(left),
+                            op: *op,
+                            right: self.expr(right),
+                            message,
+                            span,
+                        })
+                    }
+                    _ => Box::new(Assert {
+                        test: self.expr(test),
+                        message,
+                        span,
+                    }),
+                }
             }
             StmtKind::Import(names) => self.import(names, span),
             StmtKind::ImportFrom {

@@ -1,5 +1,6 @@
 //! The statement nodes.
 
+pub mod assert;
 pub mod assign;
 pub mod class_body;
 pub mod control;

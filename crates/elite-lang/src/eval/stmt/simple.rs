@@ -1,4 +1,4 @@
-//! Expression statements, `print x`, `del`, `assert`, `raise`.
+//! Expression statements, `print x`, `del`, `raise`.
 
 use std::rc::Rc;
 
@@ -56,30 +56,6 @@ impl Statement for Delete {
             attempt!(target.delete(ev, f));
         }
         Flow::Next
-    }
-}
-
-/// `assert test, message`
-pub struct Assert {
-    /// What must hold.
-    pub test: Expr,
-    /// What the error says.
-    pub message: Option<Expr>,
-    /// Where the test is written.
-    pub span: Span,
-}
-
-impl Statement for Assert {
-    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        if attempt!(self.test.truth(ev, f)) {
-            return Flow::Next;
-        }
-        let args = match &self.message {
-            Some(message) => vec![attempt!(message.eval(ev, f))],
-            None => Vec::new(),
-        };
-        let error = ev.raise_args(ExceptionKind::AssertionError, args);
-        Flow::Raise(ev.trace(f, self.span, error))
     }
 }
 

@@ -1,0 +1,99 @@
+//! `assert`. One that compares two values tells them when it fails, as advice before the last line of the report.
+
+use crate::ast::CompareOp;
+use crate::errors::ExceptionKind;
+use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
+use crate::source::Span;
+use crate::value::{R, Raised, Value};
+
+/// Characters of each side that are told, and items of a container up to which it is told at all.
+const SIDE_CHARS_MAX: usize = 300;
+const ITEMS_MAX: usize = 100;
+
+/// `assert test, message`
+pub struct Assert {
+    /// What must hold.
+    pub test: Expr,
+    /// What the error says.
+    pub message: Option<Expr>,
+    /// Where the test is written.
+    pub span: Span,
+}
+
+impl Statement for Assert {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        if attempt!(self.test.truth(ev, f)) {
+            return Flow::Next;
+        }
+        fail(ev, f, self.message.as_ref(), self.span, None)
+    }
+}
+
+/// `assert left op right, message`
+pub struct AssertComparison {
+    /// The one side.
+    pub left: Expr,
+    /// How they must compare.
+    pub op: CompareOp,
+    /// The other side.
+    pub right: Expr,
+    /// What the error says.
+    pub message: Option<Expr>,
+    /// Where the test is written.
+    pub span: Span,
+}
+
+impl Statement for AssertComparison {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let left = attempt!(self.left.eval(ev, f));
+        let right = attempt!(self.right.eval(ev, f));
+        let compared = ev.compare_truth(self.op, &left, &right);
+        if attempt!(compared.at(ev, f, self.span)) {
+            return Flow::Next;
+        }
+        fail(ev, f, self.message.as_ref(), self.span, Some((left, right)))
+    }
+}
+
+#[cold]
+fn fail(
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+    message: Option<&Expr>,
+    span: Span,
+    sides: Option<(Value, Value)>,
+) -> Flow {
+    let args = match message {
+        Some(message) => vec![attempt!(message.eval(ev, f))],
+        None => Vec::new(),
+    };
+    let error = ev.raise_args(ExceptionKind::AssertionError, args);
+    if let (Some((left, right)), Raised::Exception(exception)) = (sides, &error)
+        && let Some(state) = exception.exception()
+    {
+        let sides = [("left", left), ("right", right)];
+        let mut lines = Vec::new();
+        for (name, value) in sides {
+            lines.push(format!("the {name} side is {}", attempt!(shown(ev, &value))));
+        }
+        *state.help.borrow_mut() = Some(lines.join(", ").into());
+    }
+    Flow::Raise(ev.trace(f, span, error))
+}
+
+/// A value in a few words; a `__repr__` that fails is not this statement's error.
+fn shown(ev: &Evaluator<'_>, value: &Value) -> R<String> {
+    let is_long = ev.len(value).is_ok_and(|items| items > ITEMS_MAX);
+    let name = ev.core.types.name_of(value);
+    if is_long && !matches!(value, Value::Str(_)) {
+        return Ok(format!("a {name} of more than {ITEMS_MAX} items"));
+    }
+    match ev.repr(value) {
+        Ok(text) => Ok(match text.char_indices().nth(SIDE_CHARS_MAX) {
+            Some((end, _)) => format!("{}…", &text[..end]),
+            None => text,
+        }),
+        Err(Raised::Stop) => Err(Raised::Stop),
+        Err(_) => Ok(format!("a {name}")),
+    }
+}
