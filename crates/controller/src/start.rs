@@ -16,7 +16,7 @@ use io_bus::Fieldbus;
 use io_bus::serial::SerialLine;
 use kinematics::{CalibrationError, ModelError, RobotModel};
 use motion::{Cycle, CycleConfig};
-use motion_api::{BorderSizes, ScriptEnd, SnapshotCell, border};
+use motion_api::{BorderSizes, ScriptEnd, SnapshotCell, Timeline, border};
 use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Viewer};
 use supervision::Faults;
 use thiserror::Error;
@@ -221,6 +221,15 @@ impl Prepared {
     /// # Errors
     /// [`StartError`], in a sentence.
     pub fn start(self, observer: Arc<dyn Observer>) -> Result<Controller, StartError> {
+        self.start_through(observer, |timeline| timeline)
+    }
+
+    /// The same with something between the clock and whoever asks it for cycles.
+    pub(crate) fn start_through(
+        self,
+        observer: Arc<dyn Observer>,
+        door: impl FnOnce(Arc<dyn Timeline>) -> Arc<dyn Timeline>,
+    ) -> Result<Controller, StartError> {
         let Self {
             clock,
             manner,
@@ -246,6 +255,7 @@ impl Prepared {
         let (pump, robot_for_pump) = Pump::start(&faults)?;
         let thread = pump.thread();
         let (clock, timeline) = start_clock(clock, manner.passes_alone, cycle, thread, &faults)?;
+        let timeline = door(timeline);
         let robot = Robot::new(model, script_end.into(), timeline, chronicle.clone());
         let robot = Arc::new(robot.with_safety_bounds(safety));
         // The pump waits for exactly this; it cannot have ended before.

@@ -1,0 +1,290 @@
+//! How a program ended, in the words that tests, Python and sweeps share, and who notes it down.
+//!
+//! Owns the words, the result of a program and the [`Collector`] that gathers what it said. Starts and stops nothing:
+//! that is [`stepped`](crate::stepped)'s.
+
+use core::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use elite_lang::TaskNode;
+use elite_runtime::TaskEnd;
+use elite_runtime::message::{
+    EMERGENCY_STOP_CODE, InterpreterEvent, Message, Observer, PROTECTIVE_STOP_CODE,
+    SCRIPT_ALARM_CODE, Severity,
+};
+use elite_runtime::panel::VariableValue;
+use motion_api::{Frame, ProgramId, StopReason, ThreadNumber};
+
+use crate::peaks::Peaks;
+
+/// Most that is kept of what one program prints, bytes; the rest is counted.
+const PRINTS_BYTES_MAX: usize = 16 << 20;
+/// Most that is kept of the reports of one program's errors, bytes.
+const REPORT_BYTES_MAX: usize = 1 << 20;
+
+/// How a program ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Outcome {
+    /// It ran to its end.
+    Ended,
+    /// It does not compile, met an exception that it did not catch, or an alarm.
+    Failed,
+    /// Somebody stopped it.
+    Stopped,
+    /// The arm went into a protective stop.
+    ProtectiveStop,
+    /// The arm went into an emergency stop.
+    EmergencyStop,
+    /// It had not ended in the time it was given.
+    Timeout,
+}
+
+impl Outcome {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Ended,
+        Self::Failed,
+        Self::Stopped,
+        Self::ProtectiveStop,
+        Self::EmergencyStop,
+        Self::Timeout,
+    ];
+
+    /// The word for it.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Ended => "ended",
+            Self::Failed => "failed",
+            Self::Stopped => "stopped",
+            Self::ProtectiveStop => "protective_stop",
+            Self::EmergencyStop => "emergency_stop",
+            Self::Timeout => "timeout",
+        }
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl From<&TaskEnd> for Outcome {
+    fn from(end: &TaskEnd) -> Self {
+        match end {
+            TaskEnd::Finished => Self::Ended,
+            TaskEnd::NotCompiled | TaskEnd::Failed => Self::Failed,
+            TaskEnd::Stopped | TaskEnd::Replaced => Self::Stopped,
+            TaskEnd::ProtectiveStop(StopReason::EmergencyStop) => Self::EmergencyStop,
+            TaskEnd::ProtectiveStop(_) => Self::ProtectiveStop,
+        }
+    }
+}
+
+/// What became of a program.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProgramResult {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// `Type: message` of an exception, or the sentence of a stop, an alarm or a time-out.
+    pub error: Option<String>,
+    /// The line of the error, from 1; of a stop or a time-out the line in which the main program stood.
+    pub line: Option<u32>,
+    /// Simulated time from its start until it had ended and the arm stood, s.
+    pub time: f64,
+    /// What it printed, a line each.
+    pub prints: Vec<String>,
+    /// The whole report of its errors: places, source lines, call stacks.
+    pub report: Option<String>,
+}
+
+/// Notes what the newest program says, and the peaks of every cycle since then; passes everything on.
+pub struct Collector {
+    noted: Mutex<Noted>,
+    next: Arc<dyn Observer>,
+}
+
+#[derive(Default)]
+struct Noted {
+    prints: String,
+    prints_lost: usize,
+    error: Option<(String, u32)>,
+    report: String,
+    stop: Option<String>,
+    alarm: Option<String>,
+    line: u32,
+    peaks: Peaks,
+}
+
+impl Collector {
+    /// Nothing noted yet; `next` is told everything as well.
+    pub fn new(next: Arc<dyn Observer>) -> Self {
+        Self {
+            noted: Mutex::default(),
+            next,
+        }
+    }
+
+    /// Forgets what it noted: a program is about to start.
+    pub fn begin(&self) {
+        *self.noted() = Noted::default();
+    }
+
+    /// Lines that were printed so far. A last line without its end is one, too.
+    pub fn prints(&self) -> Vec<String> {
+        let noted = self.noted();
+        let mut lines: Vec<String> = noted.prints.lines().map(str::to_owned).collect();
+        if noted.prints_lost > 0 {
+            lines.push(format!("[cut, {} bytes more]", noted.prints_lost));
+        }
+        lines
+    }
+
+    /// The largest values since the program began.
+    pub fn peaks(&self) -> Peaks {
+        self.noted().peaks
+    }
+
+    /// The line in which the main program was seen last, 0 before the first.
+    pub fn line(&self) -> u32 {
+        self.noted().line
+    }
+
+    /// The result of a program with this outcome that took `time` simulated seconds; `given_up` says why it was ended, if
+    /// it was because of a time-out.
+    pub fn result(&self, outcome: Outcome, time: f64, given_up: Option<String>) -> ProgramResult {
+        let prints = self.prints();
+        let noted = self.noted();
+        let stands_in = (noted.line > 0).then_some(noted.line);
+        let raised = noted.error.clone();
+        let (error, line) = match outcome {
+            Outcome::Ended | Outcome::Stopped => (None, None),
+            Outcome::Timeout => (given_up, stands_in),
+            Outcome::ProtectiveStop | Outcome::EmergencyStop => (noted.stop.clone(), stands_in),
+            Outcome::Failed => match raised {
+                Some((error, line)) => (Some(error), Some(line)),
+                None => (noted.alarm.clone(), stands_in),
+            },
+        };
+        ProgramResult {
+            outcome,
+            error,
+            line,
+            time,
+            prints,
+            report: (!noted.report.is_empty()).then(|| noted.report.clone()),
+        }
+    }
+
+    /// The value is whole at every moment, so a poisoned lock is as good as any.
+    fn noted(&self) -> MutexGuard<'_, Noted> {
+        self.noted.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Noted {
+    fn message(&mut self, message: &Message) {
+        match message {
+            Message::Print { text, .. } => {
+                if self.prints_lost == 0 && self.prints.len() + text.len() <= PRINTS_BYTES_MAX {
+                    self.prints.push_str(text);
+                } else {
+                    self.prints_lost += text.len();
+                }
+            }
+            Message::ScriptError {
+                line,
+                summary,
+                report,
+                ..
+            } => {
+                self.error.get_or_insert_with(|| (summary.clone(), *line));
+                if self.report.len() + report.len() < REPORT_BYTES_MAX {
+                    if !self.report.is_empty() {
+                        self.report.push('\n');
+                    }
+                    self.report.push_str(report);
+                }
+            }
+            Message::Robot {
+                severity: Severity::Error,
+                code,
+                text,
+                ..
+            } => {
+                let told = match *code {
+                    PROTECTIVE_STOP_CODE | EMERGENCY_STOP_CODE => &mut self.stop,
+                    SCRIPT_ALARM_CODE => &mut self.alarm,
+                    _ => return,
+                };
+                told.get_or_insert_with(|| text.clone());
+            }
+            Message::Robot { .. } | Message::Log { .. } => {}
+        }
+    }
+}
+
+impl Observer for Collector {
+    fn message(&self, message: &Message) {
+        self.noted().message(message);
+        self.next.message(message);
+    }
+
+    fn program_started(&self, program: ProgramId, name: &str, text: &str) {
+        self.next.program_started(program, name, text);
+    }
+
+    fn program_runs(&self, program: ProgramId, text: &str) {
+        self.next.program_runs(program, text);
+    }
+
+    fn line_changed(
+        &self,
+        program: ProgramId,
+        thread: ThreadNumber,
+        line: u32,
+        node: Option<&TaskNode>,
+    ) {
+        if thread == ThreadNumber(0) {
+            self.noted().line = line;
+        }
+        self.next.line_changed(program, thread, line, node);
+    }
+
+    fn program_ended(&self, program: ProgramId) {
+        self.next.program_ended(program);
+    }
+
+    fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
+        self.next.variable_changed(program, name, value);
+    }
+
+    fn interpreter(&self, event: &InterpreterEvent<'_>) {
+        self.next.interpreter(event);
+    }
+
+    fn cycle_ended(&self, frame: &Frame) {
+        self.noted().peaks.take(&frame.state);
+        self.next.cycle_ended(frame);
+    }
+
+    fn hurry(&self) {
+        self.next.hurry();
+    }
+}
+
+/// An observer that is told everything and keeps nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Nobody;
+
+impl Observer for Nobody {
+    fn message(&self, _: &Message) {}
+    fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
+    fn program_runs(&self, _: ProgramId, _: &str) {}
+    fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32, _: Option<&TaskNode>) {}
+    fn program_ended(&self, _: ProgramId) {}
+    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
+    fn interpreter(&self, _: &InterpreterEvent<'_>) {}
+    fn cycle_ended(&self, _: &Frame) {}
+    fn hurry(&self) {}
+}

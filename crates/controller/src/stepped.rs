@@ -1,0 +1,511 @@
+//! A controller under the virtual clock whose time passes only when its owner says so: programs are run to their end or
+//! stepped, cycle by cycle, and every run is the same.
+//!
+//! Between two calls a program stands still: its thread waits at the [`Gate`]. So what the owner reads and sets between
+//! them belongs to a certain cycle, whatever the machine is doing. Owns the meeting of owner and program, and the two
+//! bounds that a program has: simulated time, and time of the machine in which no simulated time passes.
+
+use std::io;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use elite_lang::TaskNode;
+use elite_runtime::message::{InterpreterEvent, Message, Observer};
+use elite_runtime::panel::VariableValue;
+use elite_runtime::{ProgramText, SubmitError, TaskState};
+use motion_api::{Frame, ProgramId, RobotState, Seconds, ThreadNumber};
+use thiserror::Error;
+use tokio::runtime::Runtime;
+
+use crate::config::RobotConfig;
+use crate::gate::Gate;
+use crate::options::ClockChoice;
+use crate::outcome::{Collector, Outcome, ProgramResult};
+use crate::running::Controller;
+use crate::start::{Manner, Prepared, StartError};
+
+/// How often the owner is asked whether to go on.
+const ASK_EVERY: Duration = Duration::from_millis(20);
+/// A program that was stopped has so long to unwind and to bring the arm to rest.
+const END_MAX: Duration = Duration::from_secs(10);
+/// A program that has said that it ended is gone after so long.
+const LEAVING_POLL: Duration = Duration::from_micros(20);
+
+/// Who the sender of its programs is, for messages.
+const SENDER: &str = "the owner of the controller";
+
+/// Why a call could not do what it was asked for.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SteppedError {
+    /// A program runs.
+    #[error("a program is running; stop it first, or let it run to its end")]
+    Running,
+    /// No program was started.
+    #[error("no program was started")]
+    NoProgram,
+    /// It could not be started.
+    #[error(transparent)]
+    Submit(#[from] SubmitError),
+    /// A program computes without end.
+    #[error("no simulated time passed for {} s: the program computes without waiting; it was stopped{}", .wall.as_secs_f64(), in_line(*.line))]
+    Stuck {
+        /// The bound.
+        wall: Duration,
+        /// Where it stood, 0 unknown.
+        line: u32,
+    },
+    /// The program was told to stop and does not.
+    #[error("the program was stopped and has not ended within {} s", END_MAX.as_secs())]
+    DoesNotEnd,
+    /// The control cycle met a fault of ours.
+    #[error("{0}")]
+    Fault(String),
+}
+
+/// How long a call may take.
+pub struct Patience<'a> {
+    /// Longest time of the machine without simulated time passing.
+    pub wall: Duration,
+    /// Is asked now and then whether to go on.
+    pub goes_on: &'a mut dyn FnMut() -> bool,
+}
+
+/// What a call met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Met {
+    /// The program used what it was allowed and waits for more.
+    Waits,
+    /// The program has ended.
+    Ended,
+    /// The program computes without end.
+    Stuck,
+    /// The owner does not want to go on.
+    Interrupted,
+}
+
+/// A controller that passes time for its owner only. Its calls may come from any thread, one at a time but for
+/// [`ask_to_stop`](Self::ask_to_stop) and those that only read.
+pub struct SteppedController {
+    controller: Controller,
+    gate: Arc<Gate>,
+    collector: Arc<Collector>,
+    runtime: Runtime,
+    program: Mutex<Program>,
+}
+
+/// The newest program.
+#[derive(Default)]
+struct Program {
+    /// When it began, simulated time, s.
+    began: f64,
+    is_open: bool,
+    result: Option<ProgramResult>,
+}
+
+impl SteppedController {
+    /// Starts a controller; `observer` is told of everything. The clock of the settings is taken as virtual.
+    ///
+    /// # Errors
+    /// [`StartError`], in a sentence.
+    pub fn open(config: &RobotConfig, observer: Arc<dyn Observer>) -> Result<Self, StartError> {
+        let config = RobotConfig {
+            clock: ClockChoice::Virtual,
+            ..config.clone()
+        };
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()?;
+        let prepared = Prepared::new(&config, Manner::alone())?;
+        let collector = Arc::new(Collector::new(observer));
+        let herald = Arc::new(Herald {
+            gate: OnceLock::new(),
+            next: collector.clone(),
+        });
+        let mut gate = None;
+        let controller = prepared.start_through(herald.clone(), |timeline| {
+            gate.insert(Arc::new(Gate::new(timeline))).clone()
+        })?;
+        // The closure is called once, or the start has failed.
+        let gate = gate.ok_or_else(|| io::Error::other("the clock was not started"))?;
+        let _ = herald.gate.set(gate.clone());
+        Ok(Self {
+            controller,
+            gate,
+            collector,
+            runtime,
+            program: Mutex::default(),
+        })
+    }
+
+    /// The controller behind it.
+    pub const fn controller(&self) -> &Controller {
+        &self.controller
+    }
+
+    /// What the newest program said, and the peaks since it began.
+    pub const fn collector(&self) -> &Arc<Collector> {
+        &self.collector
+    }
+
+    /// The state after the latest cycle.
+    pub fn state(&self) -> RobotState {
+        self.controller.robot().state()
+    }
+
+    /// True while a program runs.
+    pub fn is_running(&self) -> bool {
+        self.controller.supervisor().status().state != TaskState::Stopped
+    }
+
+    /// How the newest program ended, once it has.
+    pub fn result(&self) -> Option<ProgramResult> {
+        if self.program().is_open && !self.is_running() {
+            return Some(self.close_program(None));
+        }
+        self.program().result.clone()
+    }
+
+    /// Starts a program and lets it come to where it first waits; no time passes.
+    ///
+    /// # Errors
+    /// [`SteppedError::Running`], [`SteppedError::Submit`], [`SteppedError::Stuck`].
+    pub fn start(
+        &self,
+        text: ProgramText,
+        patience: &mut Patience<'_>,
+    ) -> Result<(), SteppedError> {
+        if self.is_running() {
+            return Err(SteppedError::Running);
+        }
+        let robot = self.controller.robot();
+        robot.pump();
+        self.collector.begin();
+        *self.program() = Program {
+            began: robot.state().time,
+            is_open: true,
+            result: None,
+        };
+        self.gate.task_begins();
+        let submitting = self.controller.supervisor().submit(text, SENDER);
+        if let Err(error) = self.runtime.block_on(submitting) {
+            self.program().is_open = false;
+            return Err(error.into());
+        }
+        match self.follow(patience) {
+            Met::Waits | Met::Interrupted => Ok(()),
+            Met::Ended => {
+                self.close_program(None);
+                Ok(())
+            }
+            Met::Stuck => self.give_up_stuck(patience),
+        }
+    }
+
+    /// Lets the running program go on to its end, for at most `simulated` seconds. Interrupted, it is stopped.
+    ///
+    /// # Errors
+    /// [`SteppedError::NoProgram`], [`SteppedError::DoesNotEnd`], [`SteppedError::Fault`].
+    pub fn finish(
+        &self,
+        simulated: Seconds,
+        patience: &mut Patience<'_>,
+    ) -> Result<ProgramResult, SteppedError> {
+        if !self.is_running() {
+            return self.result().ok_or(SteppedError::NoProgram);
+        }
+        let step = Seconds::new(self.state().step_time).unwrap_or_default();
+        self.gate.allow(simulated.cycles(step));
+        match self.follow(patience) {
+            Met::Ended => Ok(self.close_program(None)),
+            Met::Interrupted => self.end_program(None),
+            Met::Waits => {
+                let text = format!(
+                    "TimeoutError: the program had not ended after {} s",
+                    simulated.get()
+                );
+                self.end_program(Some(text))
+            }
+            Met::Stuck => self.end_program(Some(without_time(patience.wall))),
+        }
+    }
+
+    /// Runs a program to its end, for at most `simulated` seconds. A program that computes without waiting for longer than
+    /// the patience has timed out as well. Interrupted, it is stopped.
+    ///
+    /// # Errors
+    /// As [`start`](Self::start) and [`finish`](Self::finish) but for [`SteppedError::Stuck`].
+    pub fn run_program(
+        &self,
+        text: ProgramText,
+        simulated: Seconds,
+        patience: &mut Patience<'_>,
+    ) -> Result<ProgramResult, SteppedError> {
+        match self.start(text, patience) {
+            Ok(()) => self.finish(simulated, patience),
+            Err(SteppedError::Stuck { .. }) => self.result().ok_or(SteppedError::NoProgram),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Lets `cycles` pass, with the program for as long as it runs. False when the owner did not want to go on.
+    ///
+    /// # Errors
+    /// [`SteppedError::Stuck`], [`SteppedError::Fault`].
+    pub fn pass(&self, cycles: u64, patience: &mut Patience<'_>) -> Result<bool, SteppedError> {
+        let mut left = cycles;
+        // One that ended without a cycle, because of a fault, is closed here.
+        drop(self.result());
+        if self.is_running() && left > 0 {
+            self.gate.allow(left);
+            match self.follow(patience) {
+                Met::Waits => return Ok(true),
+                Met::Ended => {
+                    self.close_program(None);
+                    left = self.gate.take_back();
+                }
+                Met::Interrupted => {
+                    self.gate.take_back();
+                    return Ok(false);
+                }
+                Met::Stuck => return self.give_up_stuck(patience).map(|()| false),
+            }
+        }
+        self.pass_alone(left, patience)
+    }
+
+    /// Lets cycles pass until `holds` says so, which is asked before the first and after every one; false when `simulated`
+    /// seconds have passed, or the owner did not want to go on.
+    ///
+    /// # Errors
+    /// As [`pass`](Self::pass), and whatever `holds` gives.
+    pub fn until<E: From<SteppedError>>(
+        &self,
+        mut holds: impl FnMut(&RobotState) -> Result<bool, E>,
+        simulated: Seconds,
+        patience: &mut Patience<'_>,
+    ) -> Result<bool, E> {
+        let state = self.state();
+        if holds(&state)? {
+            return Ok(true);
+        }
+        let step = Seconds::new(state.step_time).unwrap_or_default();
+        for _ in 0..simulated.cycles(step) {
+            if !self.pass(1, patience)? {
+                return Ok(false);
+            }
+            if holds(&self.state())? {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Ends the running program; the arm stands when this returns. The result of the newest program, if there was one.
+    ///
+    /// # Errors
+    /// [`SteppedError::DoesNotEnd`].
+    pub fn stop(&self) -> Result<Option<ProgramResult>, SteppedError> {
+        if self.is_running() {
+            return self.end_program(None).map(Some);
+        }
+        Ok(self.result())
+    }
+
+    /// Tells the running program to stop, while another call lets it run; that call sees its end.
+    pub fn ask_to_stop(&self) {
+        self.controller.supervisor().stop();
+    }
+
+    /// Ends everything, in order. True when the recording was written to its end.
+    ///
+    /// # Errors
+    /// [`SteppedError::DoesNotEnd`]: threads of the controller are left behind.
+    pub fn shut_down(self) -> Result<bool, SteppedError> {
+        if let Err(error) = self.stop() {
+            // Its program still uses everything.
+            std::mem::forget(self);
+            return Err(error);
+        }
+        self.gate.open();
+        Ok(self.controller.shut_down())
+    }
+
+    /// Waits for what the program does with the cycles it is allowed.
+    fn follow(&self, patience: &mut Patience<'_>) -> Met {
+        let (mut used, mut since) = (None, Instant::now());
+        loop {
+            let seen = self.gate.watch(ASK_EVERY);
+            if seen.over {
+                while self.is_running() {
+                    thread::sleep(LEAVING_POLL);
+                }
+                return Met::Ended;
+            }
+            if seen.waits {
+                return Met::Waits;
+            }
+            if used != Some(seen.used) {
+                (used, since) = (Some(seen.used), Instant::now());
+            } else if since.elapsed() >= patience.wall {
+                return Met::Stuck;
+            }
+            if !(patience.goes_on)() {
+                return Met::Interrupted;
+            }
+        }
+    }
+
+    /// Cycles without a program.
+    fn pass_alone(&self, cycles: u64, patience: &mut Patience<'_>) -> Result<bool, SteppedError> {
+        let (robot, mut since) = (self.controller.robot(), Instant::now());
+        let mut asked = since;
+        let mut left = cycles;
+        while left > 0 {
+            if self.gate.advance_past() {
+                robot.pump();
+                left -= 1;
+                since = Instant::now();
+            } else if robot.timeline().has_ended() || since.elapsed() >= patience.wall {
+                return Err(self.fault());
+            }
+            if asked.elapsed() >= ASK_EVERY {
+                asked = Instant::now();
+                if !(patience.goes_on)() {
+                    return Ok(false);
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    fn fault(&self) -> SteppedError {
+        let fault = self.controller.faults().fatal().map(ToString::to_string);
+        SteppedError::Fault(
+            fault.unwrap_or_else(|| "the recording takes nothing, no time can pass".to_owned()),
+        )
+    }
+
+    /// Ends a program that computes without end, and says so.
+    fn give_up_stuck(&self, patience: &Patience<'_>) -> Result<(), SteppedError> {
+        let wall = patience.wall;
+        self.end_program(Some(without_time(wall)))?;
+        let line = self.collector.line();
+        Err(SteppedError::Stuck { wall, line })
+    }
+
+    /// Ends the running program by force; `given_up` says why, if it was because of a time-out.
+    fn end_program(&self, given_up: Option<String>) -> Result<ProgramResult, SteppedError> {
+        // Whoever stopped it before the time was over has ended it.
+        let was_ending = self.controller.supervisor().status().ending;
+        self.controller.supervisor().stop();
+        self.gate.open();
+        let since = Instant::now();
+        while !self.gate.watch(ASK_EVERY).over {
+            if since.elapsed() >= END_MAX {
+                return Err(SteppedError::DoesNotEnd);
+            }
+        }
+        while self.is_running() {
+            thread::sleep(LEAVING_POLL);
+        }
+        Ok(self.close_program(given_up.filter(|_| !was_ending)))
+    }
+
+    /// Makes the result of a program that has ended.
+    fn close_program(&self, given_up: Option<String>) -> ProgramResult {
+        let robot = self.controller.robot();
+        robot.pump();
+        let mut program = self.program();
+        if let (false, Some(result)) = (program.is_open, &program.result) {
+            return result.clone();
+        }
+        let end = self.controller.supervisor().status().end;
+        let outcome = match (&given_up, &end) {
+            (Some(_), _) => Outcome::Timeout,
+            (None, Some(end)) => end.into(),
+            (None, None) => Outcome::Failed,
+        };
+        let time = robot.state().time - program.began;
+        let result = self.collector.result(outcome, time, given_up);
+        program.is_open = false;
+        program.result = Some(result.clone());
+        result
+    }
+
+    /// The value is whole at every moment, so a poisoned lock is as good as any.
+    fn program(&self) -> MutexGuard<'_, Program> {
+        self.program.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn without_time(wall: Duration) -> String {
+    format!(
+        "TimeoutError: no simulated time passed for {} s: the program computes without waiting",
+        wall.as_secs_f64()
+    )
+}
+
+fn in_line(line: u32) -> String {
+    match line {
+        0 => String::new(),
+        line => format!(" in line {line}"),
+    }
+}
+
+/// Tells the gate what becomes of programs.
+struct Herald {
+    gate: OnceLock<Arc<Gate>>,
+    next: Arc<dyn Observer>,
+}
+
+impl Observer for Herald {
+    fn message(&self, message: &Message) {
+        self.next.message(message);
+    }
+
+    fn program_started(&self, program: ProgramId, name: &str, text: &str) {
+        self.next.program_started(program, name, text);
+    }
+
+    fn program_runs(&self, program: ProgramId, text: &str) {
+        self.next.program_runs(program, text);
+    }
+
+    fn line_changed(
+        &self,
+        program: ProgramId,
+        thread: ThreadNumber,
+        line: u32,
+        node: Option<&TaskNode>,
+    ) {
+        self.next.line_changed(program, thread, line, node);
+    }
+
+    fn program_ended(&self, program: ProgramId) {
+        self.next.program_ended(program);
+        if let Some(gate) = self.gate.get() {
+            gate.task_ended();
+        }
+    }
+
+    fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
+        self.next.variable_changed(program, name, value);
+    }
+
+    fn interpreter(&self, event: &InterpreterEvent<'_>) {
+        self.next.interpreter(event);
+    }
+
+    fn cycle_ended(&self, frame: &Frame) {
+        self.next.cycle_ended(frame);
+    }
+
+    fn hurry(&self) {
+        self.next.hurry();
+        if let Some(gate) = self.gate.get() {
+            gate.hurry();
+        }
+    }
+}
