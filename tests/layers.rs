@@ -52,6 +52,19 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "script-test",
+        &[
+            "controller",
+            "elite-lang",
+            "elite-runtime",
+            "io-bus",
+            "kinematics",
+            "motion-api",
+            "recorder",
+            "supervision",
+        ],
+    ),
+    (
         "server",
         &[
             "controller",
@@ -64,6 +77,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "motion-api",
             "recorder",
             "robot-client",
+            "script-test",
             "supervision",
             "wire",
         ],

@@ -11,10 +11,11 @@ pub mod point;
 pub mod schema;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use io_bus::Fieldbus;
 use io_bus::modbus::{DeviceAddress, SignalKind, SignalSpec};
 use io_bus::serial::{Endpoint, SerialLine};
+use io_bus::{Fieldbus, StandIns};
 use kinematics::SafetyBounds;
 use kinematics::safety::SafetySettingError;
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
@@ -199,7 +200,11 @@ impl Cell {
     ///
     /// # Errors
     /// [`CellError::Value`] names the signal that cannot be added.
-    pub fn fieldbus(&self, faults: &Faults) -> Result<Fieldbus, CellError> {
+    pub fn fieldbus(
+        &self,
+        faults: &Faults,
+        stand_ins: Option<Arc<dyn StandIns>>,
+    ) -> Result<Fieldbus, CellError> {
         let line = |wanted| {
             let port = self
                 .tables
@@ -209,7 +214,7 @@ impl Cell {
             SerialLine::new(port.map(|serial| Endpoint::parse(&serial.device)))
         };
         let (tool, masterboard) = (line(SerialPort::Tool), line(SerialPort::Masterboard));
-        let fieldbus = Fieldbus::new(tool, masterboard, faults);
+        let fieldbus = Fieldbus::new(tool, masterboard, faults, stand_ins);
         for signal in &self.tables.modbus {
             let spec = SignalSpec {
                 device: DeviceAddress {

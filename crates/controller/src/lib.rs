@@ -14,8 +14,10 @@
 pub mod cell;
 pub mod chronicle;
 mod clock;
+pub mod condition;
 mod config;
 pub mod gate;
+pub mod inputs;
 mod loaded_model;
 pub mod options;
 pub mod outcome;

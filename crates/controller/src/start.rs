@@ -10,7 +10,8 @@ use std::time::Duration;
 use elite_runtime::message::{Message, Observer, RECORDING_ALARM_CODE, Severity};
 use elite_runtime::panel::Operator;
 use elite_runtime::{
-    FileAccess, FolderAccessError, Folders, Panel, Permissions, Robot, Supervisor, TaskSettings,
+    Extras, FileAccess, FolderAccessError, Folders, Panel, Permissions, Robot, Supervisor,
+    TaskSettings,
 };
 use io_bus::Fieldbus;
 use io_bus::serial::SerialLine;
@@ -221,13 +222,18 @@ impl Prepared {
     /// # Errors
     /// [`StartError`], in a sentence.
     pub fn start(self, observer: Arc<dyn Observer>) -> Result<Controller, StartError> {
-        self.start_through(observer, |timeline| timeline)
+        self.start_through(observer, Extras::default(), |timeline| timeline)
     }
 
-    /// The same with something between the clock and whoever asks it for cycles.
-    pub(crate) fn start_through(
+    /// The same with something between the clock and whoever asks it for cycles, and with what only tests of programs ask
+    /// for.
+    ///
+    /// # Errors
+    /// [`StartError`], in a sentence.
+    pub fn start_through(
         self,
         observer: Arc<dyn Observer>,
+        extras: Extras,
         door: impl FnOnce(Arc<dyn Timeline>) -> Arc<dyn Timeline>,
     ) -> Result<Controller, StartError> {
         let Self {
@@ -261,8 +267,11 @@ impl Prepared {
         // The pump waits for exactly this; it cannot have ended before.
         let _ = robot_for_pump.send(Arc::clone(&robot));
         let fieldbus = match &cell {
-            Some(cell) => cell.fieldbus(&faults)?,
-            None => Fieldbus::new(SerialLine::default(), SerialLine::default(), &faults),
+            Some(cell) => cell.fieldbus(&faults, extras.stand_ins.clone())?,
+            None => {
+                let line = SerialLine::default;
+                Fieldbus::new(line(), line(), &faults, extras.stand_ins.clone())
+            }
         };
         let fieldbus = Arc::new(fieldbus);
         let settings = TaskSettings {
@@ -274,6 +283,7 @@ impl Prepared {
             permissions,
             task_folder,
             faults: faults.clone(),
+            extras,
         };
         Ok(Controller {
             robot,

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use elite_lang::TaskNode;
 use elite_runtime::message::{InterpreterEvent, Message, Observer};
 use elite_runtime::panel::VariableValue;
-use elite_runtime::{ProgramText, SubmitError, TaskState};
+use elite_runtime::{Extras, ProgramText, SubmitError, TaskState};
 use motion_api::{Frame, ProgramId, RobotState, Seconds, ThreadNumber};
 use thiserror::Error;
 use tokio::runtime::Runtime;
@@ -124,7 +124,7 @@ impl SteppedController {
             next: collector.clone(),
         });
         let mut gate = None;
-        let controller = prepared.start_through(herald.clone(), |timeline| {
+        let controller = prepared.start_through(herald.clone(), Extras::default(), |timeline| {
             gate.insert(Arc::new(Gate::new(timeline))).clone()
         })?;
         // The closure is called once, or the start has failed.

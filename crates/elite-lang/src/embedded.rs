@@ -5,7 +5,7 @@ use crate::eval::Core;
 use crate::native::{NativeCall, NativeFunction};
 use crate::value::class::Base;
 use crate::value::instance::Payload;
-use crate::value::{Class, Instance, Value};
+use crate::value::{Class, Instance, Raised, Value};
 
 impl NativeCall<'_> {
     /// An object whose attributes are functions of the embedder and other values.
@@ -16,6 +16,29 @@ impl NativeCall<'_> {
         attributes: Vec<(&str, Value)>,
     ) -> Value {
         object(&self.ev.core, class_name, methods, attributes)
+    }
+}
+
+impl NativeCall<'_> {
+    /// The names of an exception's class and of those it is derived from; none for the stop of the thread.
+    pub fn ancestors(&self, raised: &Raised) -> Vec<String> {
+        match raised {
+            Raised::Exception(exception) => {
+                let classes = exception.class.line();
+                classes
+                    .iter()
+                    .map(|class| class.name().to_string())
+                    .collect()
+            }
+            Raised::Stop => Vec::new(),
+        }
+    }
+
+    /// Adds an item to a list; anything else stays as it is.
+    pub fn append(&self, list: &Value, item: Value) {
+        if let Value::List(list) = list {
+            list.push(item);
+        }
     }
 }
 

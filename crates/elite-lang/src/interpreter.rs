@@ -8,10 +8,10 @@ use corosensei::stack::DefaultStack;
 use corosensei::{Coroutine, CoroutineResult};
 
 use crate::builtins::Builtin;
-use crate::errors::ScriptError;
 use crate::embedded;
-use crate::eval::count::LineCounts;
+use crate::errors::ScriptError;
 use crate::eval::coroutine::{Outlet, Request, Resume, StackKind, Stopping, ThreadState, limit_of};
+use crate::eval::count::LineCounts;
 use crate::eval::node::{NodeState, Passage, TaskNode};
 use crate::eval::{Core, Evaluator};
 use crate::host::{Host, ThreadId};
@@ -170,13 +170,18 @@ impl Interpreter {
     /// What was counted, by the names of the texts.
     pub fn line_counts(&self) -> BTreeMap<String, LineCounts> {
         let counters = self.core.counters.borrow();
-        counters.as_ref().map(|counters| counters.all()).unwrap_or_default()
+        counters
+            .as_ref()
+            .map(|counters| counters.all())
+            .unwrap_or_default()
     }
 
     /// An object that programs find beside the builtins, with methods of the embedder. `name` is its own and its class's.
     pub fn provide_object(&self, name: &str, methods: Vec<NativeFunction>) {
         let object = embedded::object(&self.core, name, methods, Vec::new());
-        self.core.builtins.set(self.core.symbols.intern(name), object);
+        self.core
+            .builtins
+            .set(self.core.symbols.intern(name), object);
     }
 
     /// The value of a global variable.

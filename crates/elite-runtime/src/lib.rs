@@ -9,6 +9,7 @@
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
+pub mod attendant;
 pub mod builtins;
 mod compile_pool;
 mod foresight;
@@ -23,12 +24,13 @@ mod task;
 pub mod task_folder;
 mod value_text;
 
+pub use attendant::{Attendance, Attendant};
 pub use compile_pool::{CompilePool, NotCompiled};
 pub use message::{Message, Observer, Severity};
 pub use panel::Panel;
 pub use robot::Robot;
 pub use supervisor::{SubmitError, Supervisor, TaskState, TaskStatus};
 pub use task::{
-    FileAccess, FolderAccessError, Folders, Permissions, ProgramText, TaskEnd, TaskSettings,
-    all_children_are_tasks,
+    Extras, FileAccess, FolderAccessError, Folders, LineCountsOfTexts, Permissions, ProgramText,
+    TaskEnd, TaskSettings, all_children_are_tasks,
 };

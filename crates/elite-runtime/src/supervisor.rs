@@ -13,18 +13,22 @@ use supervision::{Fault, Kind, Panicked, catch};
 use thiserror::Error;
 use tokio::sync::{Mutex as Turns, watch};
 
+use crate::attendant::Attendant;
 use crate::compile_pool::CompilePool;
 use crate::interpreter::Interpreter;
-use crate::message::{Message, Severity};
+use crate::message::{Message, Observer, Severity};
 use crate::panel::{Panel, Watchdogs};
 use crate::task::{
-    Braking, Controller, Controls, Ended, ProgramText, Source, Task, TaskEnd, TaskSettings,
+    Braking, Controller, Controls, Ended, Extras, ProgramText, Source, Task, TaskEnd, TaskSettings,
     controls, message_of,
 };
 
 /// How long a new main program waits for one that it replaces: far longer than `finally` blocks may take. A secondary
 /// program that runs alone is waited for as long before it is replaced: it is short and has something to set up.
 pub const GRACE: Duration = Duration::from_secs(2);
+
+/// Numbers of programs that attend others come after this, so that the two never meet.
+const PROGRAMS_BEFORE_ATTENDANTS: u32 = 1 << 20;
 
 /// How long a secondary program waits for room beside a task that is flooded with such (the refusal must come soon), and
 /// a sender for its program to begin.
@@ -140,18 +144,42 @@ impl Supervisor {
         let (status, _) = watch::channel(TaskStatus::default());
         let pool = Arc::new(CompilePool::new(settings.faults.clone()));
         let news = settings.panel.news().clone();
+        let attendant = settings.extras.attendant.as_ref();
+        let current = Current {
+            last_program: attendant.map_or(0, |_| PROGRAMS_BEFORE_ATTENDANTS),
+            ..Current::default()
+        };
+        let known = crate::builtins::all().map(|builtin| builtin.name);
+        let known = KnownNames::new(known.chain(attendant.map(|attendant| attendant.object)));
         let shared = Shared {
             interpreter: Arc::new(Interpreter::new(news, pool.clone())),
             settings,
             pool,
-            known: Arc::new(KnownNames::new(crate::builtins::all().map(|b| b.name))),
-            current: Mutex::default(),
+            known: Arc::new(known),
+            current: Mutex::new(current),
             turns: Turns::default(),
             status,
         };
         Self {
             shared: Arc::new(shared),
         }
+    }
+
+    /// Starts and stops programs beside those of this one, on the same arm: see [`Attendant`].
+    pub fn beside(&self, observer: Arc<dyn Observer>, attendant: Attendant) -> Self {
+        let settings = &self.shared.settings;
+        let extras = Extras {
+            attendant: Some(attendant),
+            stand_ins: settings.extras.stand_ins.clone(),
+            line_counts: None,
+        };
+        Self::new(TaskSettings {
+            observer,
+            // What it shows and asks is its own.
+            panel: Arc::new(Panel::new(settings.panel.operator())),
+            extras,
+            ..settings.clone()
+        })
     }
 
     /// The statements of interpreter mode.
@@ -523,6 +551,8 @@ impl Shared {
         observer.program_started(id, name, source.text());
         match tokio::runtime::Builder::new_current_thread()
             .enable_all()
+            // Where nobody is out there, time-outs are simulated time: the clock of the runtime follows its waits.
+            .start_paused(self.settings.extras.stand_ins.is_some())
             .build()
         {
             Ok(runtime) => {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use supervision::Faults;
 
+use crate::link::StandIns;
 use crate::modbus::ModbusClient;
 use crate::port_image::PortImage;
 use crate::serial::SerialLine;
@@ -23,10 +24,15 @@ pub struct Fieldbus {
 }
 
 impl Fieldbus {
-    /// A field bus with these lines; `faults` hears of those on its threads.
-    pub fn new(tool_serial: SerialLine, masterboard_serial: SerialLine, faults: &Faults) -> Self {
+    /// A field bus with these lines; `faults` hears of those on its threads. Modbus devices may have stand-ins.
+    pub fn new(
+        tool_serial: SerialLine,
+        masterboard_serial: SerialLine,
+        faults: &Faults,
+        stand_ins: Option<Arc<dyn StandIns>>,
+    ) -> Self {
         Self {
-            modbus: ModbusClient::new(faults.clone()),
+            modbus: ModbusClient::new(faults.clone(), stand_ins),
             port_image: Arc::default(),
             tool_serial: tool_serial.told_to(faults.clone()),
             masterboard_serial: masterboard_serial.told_to(faults.clone()),

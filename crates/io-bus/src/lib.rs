@@ -11,6 +11,7 @@
 
 mod driver;
 mod fieldbus;
+pub mod link;
 pub mod modbus;
 pub mod modbus_server;
 pub mod names;
@@ -20,5 +21,6 @@ pub mod serial;
 pub mod xmlrpc;
 
 pub use fieldbus::Fieldbus;
+pub use link::{Link, StandIns};
 pub use port_image::{PortError, PortImage};
 pub use script_socket::ScriptSocket;

@@ -11,11 +11,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use socket2::SockRef;
-use tokio::net::TcpStream;
 use tokio::sync::Mutex;
 use tokio::time::{Instant, timeout, timeout_at};
 
-use crate::names;
+use crate::link::Link;
 use decode::{Found, floats, saturated, text};
 
 pub use decode::TEXT_BYTES_MAX;
@@ -30,7 +29,7 @@ const UNREAD_BYTES_MAX: usize = 64 << 10;
 /// One connection to a server.
 #[derive(Debug)]
 pub struct ScriptSocket {
-    stream: TcpStream,
+    stream: Link,
     unread: Mutex<Vec<u8>>,
     is_closed: AtomicBool,
 }
@@ -41,16 +40,19 @@ impl ScriptSocket {
     /// # Errors
     /// What the system said, or that it took too long.
     pub async fn open(address: &str, port: u16) -> io::Result<Self> {
-        let stream = timeout(CONNECT_TIME, names::connect(address, port))
+        let link = timeout(CONNECT_TIME, Link::open(address, port, None))
             .await
             .map_err(|_| io::Error::from(io::ErrorKind::TimedOut))??;
-        // Small messages are what scripts exchange; a system that refuses this only makes them slower.
-        let _ = stream.set_nodelay(true);
-        Ok(Self {
+        Ok(Self::over(link))
+    }
+
+    /// Over a connection that stands.
+    pub fn over(stream: Link) -> Self {
+        Self {
             stream,
             unread: Mutex::default(),
             is_closed: AtomicBool::new(false),
-        })
+        }
     }
 
     /// False once the peer has closed or the connection broke, even while bytes wait to be read.
@@ -211,7 +213,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
-    use tokio::net::TcpListener;
+    use tokio::net::{TcpListener, TcpStream};
 
     const SHORT: Option<Duration> = Some(Duration::from_millis(60));
 

@@ -147,6 +147,8 @@ pub enum CommandKind {
     ReleaseBrakes,
     /// Leaves a protective stop.
     UnlockProtectiveStop,
+    /// A protective stop without a reason of the arm's own: somebody wants to see what follows from one.
+    ProtectiveStop,
     /// Clears a safety fault.
     RestartSafetyBoard,
     /// The emergency stop button of the pendant: the arm brakes and loses its power.
@@ -379,6 +381,7 @@ impl CommandKind {
             Self::PowerOff => "power_off",
             Self::ReleaseBrakes => "release_brakes",
             Self::UnlockProtectiveStop => "unlock_protective_stop",
+            Self::ProtectiveStop => "protective_stop",
             Self::RestartSafetyBoard => "restart_safety_board",
             Self::EmergencyStop { .. } => "emergency_stop",
             Self::ServoJ { .. } => "servoj",

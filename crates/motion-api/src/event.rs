@@ -322,6 +322,9 @@ pub enum StopReason {
         /// How far their capsules would overlap, m.
         overlap: f64,
     },
+    /// Somebody asked for it: a test, a simulation.
+    #[error("a protective stop was asked for")]
+    Requested,
     /// The controller met a condition it has no rule for; the arm stops. A bug of ours.
     #[error("internal fault {code} in the motion thread; please report it with the recording")]
     Internal {
@@ -347,6 +350,7 @@ impl StopReason {
             Self::PathOffset { .. } => 15,
             Self::PathOffsetLost => 16,
             Self::SelfCollision { .. } => 17,
+            Self::Requested => 18,
             Self::Internal { .. } => 99,
         }
     }

@@ -98,6 +98,7 @@ impl Cycle {
             | CommandKind::PowerOff
             | CommandKind::ReleaseBrakes
             | CommandKind::UnlockProtectiveStop
+            | CommandKind::ProtectiveStop
             | CommandKind::RestartSafetyBoard
             | CommandKind::EmergencyStop { .. } => self.operate(command),
             CommandKind::SetForceGain(_)
@@ -332,6 +333,10 @@ impl Cycle {
                     return Err(Refusal::StillMoving);
                 }
                 self.machine.unlock();
+                Ok(Ending::Now)
+            }
+            CommandKind::ProtectiveStop => {
+                self.stop_on_request();
                 Ok(Ending::Now)
             }
             CommandKind::RestartSafetyBoard => {

@@ -15,6 +15,17 @@ impl Cycle {
         self.generator = Generator::Brake(brake);
     }
 
+    /// A protective stop that somebody asked for; nothing new for an arm that brakes already.
+    pub(crate) fn stop_on_request(&mut self) {
+        let reason = StopReason::Requested;
+        let brakes = matches!(self.generator, Generator::Brake(_));
+        if self.is_under_servo() && !brakes {
+            self.brake(reason);
+        } else if self.machine.protective_stop(reason) {
+            self.out.stopped(reason);
+        }
+    }
+
     /// Power and brakes take time; safety inputs are looked at.
     pub(crate) fn advance_machine(&mut self) {
         if self.machine.advance(self.step) {

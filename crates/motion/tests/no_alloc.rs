@@ -78,6 +78,14 @@ fn ten_thousand_ticks_through_every_mode_allocate_nothing() {
         CommandKind::PowerOn,
         CommandKind::ReleaseBrakes,
         CommandKind::UnlockProtectiveStop,
+        CommandKind::Push {
+            wrench: [5.0; 6],
+            in_tool_axes: true,
+            duration: 0.1,
+            replaces: false,
+        },
+        CommandKind::ProtectiveStop,
+        CommandKind::UnlockProtectiveStop,
         CommandKind::RestartSafetyBoard,
         CommandKind::SetTcp(RpyPose::default()),
     ];

@@ -26,7 +26,7 @@ const CASES: u64 = 40;
 const COMMANDS: usize = 50;
 
 /// Kinds of commands; [`place`] puts each of them somewhere.
-const KINDS: usize = 49;
+const KINDS: usize = 50;
 
 /// The place of a kind among all. There is no wildcard: a new command has no place, and this does not compile until it has
 /// one and is drawn below.
@@ -81,6 +81,7 @@ fn place(kind: &CommandKind) -> usize {
         CommandKind::PathOffsetFilter(_) => 46,
         CommandKind::PathOffsetMax { .. } => 47,
         CommandKind::Push { .. } => 48,
+        CommandKind::ProtectiveStop => 49,
     }
 }
 
@@ -371,6 +372,7 @@ impl Wild {
                 duration: self.number(0.0, 0.5),
                 replaces: self.draw.chance(0.3),
             },
+            49 => CommandKind::ProtectiveStop,
             _ => CommandKind::SetDigitalInput {
                 index: *self.draw.pick(&[0, 16, 18, 20, 28]),
                 level: self.draw.chance(0.4),

@@ -81,6 +81,7 @@ commands! {
     "power_off" => PowerOff;
     "release_brakes" => ReleaseBrakes;
     "unlock_protective_stop" => UnlockProtectiveStop;
+    "protective_stop" => ProtectiveStop;
     "restart_safety_board" => RestartSafetyBoard;
     "emergency_stop" => EmergencyStop { pressed };
     "servoj" => ServoJ { target, duration, lookahead, gain };
@@ -353,6 +354,7 @@ mod tests {
             CommandKind::ReleaseBrakes,
             CommandKind::EmergencyStop { pressed: true },
             CommandKind::UnlockProtectiveStop,
+            CommandKind::ProtectiveStop,
             CommandKind::RestartSafetyBoard,
             CommandKind::ServoJ {
                 target,

@@ -4,6 +4,7 @@
 //! put a flag over the configuration file over the default; the defaults are written there, the texts here name them.
 
 mod robot;
+mod test;
 
 use std::net::IpAddr;
 use std::path::PathBuf;
@@ -17,6 +18,8 @@ use controller::options::{
 
 use crate::config::PRIMARY_PORT;
 use crate::options::{LogFormat, PortSetting, TrustedHost};
+
+pub use test::{TestArgs, TestFormat};
 
 pub use robot::{
     CalibrateArgs, CompareArgs, CompareFormat, RecordArgs, RobotArgs, SendArgs, ShellArgs,
@@ -51,6 +54,9 @@ pub enum Command {
     Run(Box<RunArgs>),
     /// Parse and check scripts without running them. Exit status: 0 clean, 1 findings, 2 unreadable
     Check(CheckArgs),
+    /// Run the tests of programs: every test_ function of test_*.script and *_test.script files.
+    /// Exit status: 0 all passed, 1 some failed, 2 nothing to run
+    Test(TestArgs),
     /// Read a recording: a summary, a state, a table, or run it again
     Replay(ReplayArgs),
     /// List every builtin function of the script language

@@ -253,6 +253,36 @@ impl RunConfig {
     }
 }
 
+/// The robot that tests run on, from their `test.toml` if there is one. Relative paths in it count from its folder.
+///
+/// # Errors
+/// [`ConfigError`]
+pub fn robot_for_tests(file: Option<&Path>, seed: Option<u64>) -> Result<RobotConfig, ConfigError> {
+    let mut shared = with_file(ServeArgs {
+        shared: SharedArgs {
+            config: file.map(Path::to_owned),
+            ..SharedArgs::default()
+        },
+        ..ServeArgs::default()
+    })?
+    .shared;
+    let folder = file.and_then(Path::parent).unwrap_or(Path::new(""));
+    for path in [
+        &mut shared.cell,
+        &mut shared.calibration,
+        &mut shared.task_dir,
+    ] {
+        if let Some(path) = path {
+            *path = folder.join(&*path);
+        }
+    }
+    if let Some(ModelChoice::Urdf(path)) = &mut shared.model {
+        *path = folder.join(&*path);
+    }
+    shared.seed = seed.or(shared.seed);
+    robot(shared, ClockChoice::Virtual, RecordTarget::Off)
+}
+
 fn robot(
     args: SharedArgs,
     clock: ClockChoice,

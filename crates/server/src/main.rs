@@ -77,6 +77,10 @@ fn execute(command: Command) -> Result<ExitCode, String> {
             plain(&args.log)?;
             Ok(ExitCode::from(commands::check::check(&args)))
         }
+        Command::Test(args) => {
+            plain(&args.log)?;
+            Ok(commands::test::test(&args))
+        }
         Command::Replay(args) => {
             plain(&args.log)?;
             Ok(ExitCode::from(replay::run(&args)))

@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::code::{Code, TextNames};
-use super::count::Counters;
 use super::coroutine::{StackPool, Stopping, ThreadState};
+use super::count::Counters;
 use super::cycles::Cycles;
 use super::generator::LastActs;
 use super::node::Nodes;

@@ -28,8 +28,12 @@ impl Counters {
         if !texts.contains_key(text) {
             texts.insert(text.to_owned(), Lines::default());
         }
-        let marks = texts.get_mut(text).map(|lines| lines.entry(line).or_default());
-        marks.into_iter().for_each(|marks| marks.push(executed.clone()));
+        let marks = texts
+            .get_mut(text)
+            .map(|lines| lines.entry(line).or_default());
+        marks
+            .into_iter()
+            .for_each(|marks| marks.push(executed.clone()));
         Mark { executed }
     }
 

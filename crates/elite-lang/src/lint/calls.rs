@@ -74,6 +74,18 @@ pub(super) fn check(body: &[Stmt], known: &KnownNames, found: &mut Findings) {
 }
 
 fn expression(expr: &Expr, known: &KnownNames, hook: CallHook, found: &mut Findings) {
+    if let ExprKind::Attribute { value, name } = &expr.kind
+        && let ExprKind::Name(object) = &value.kind
+        && let Some(members) = known.members(object)
+        && !members.contains(&*name.name)
+    {
+        let wrong = &name.name;
+        let text = format!("`{object}` has no function `{wrong}`");
+        let mut diagnostic = Diagnostic::warning("unknown-attribute", name.span, text);
+        let members: Vec<&str> = members.iter().map(String::as_str).collect();
+        diagnostic.help = Some(format!("it has {}", members.join(", ")));
+        found.push(diagnostic);
+    }
     if let Some(site) = call_site(expr)
         && known.contains(site.function)
     {

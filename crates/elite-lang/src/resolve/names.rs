@@ -1,6 +1,6 @@
 //! Undefined names: what is known, what is probably meant.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::NAME;
 use super::collect::Scopes;
@@ -21,6 +21,8 @@ pub struct KnownNames {
     waiting: BTreeSet<String>,
     /// What the embedder says about calls.
     hook: Option<CallHook>,
+    /// Objects of the embedder, and the names of what they have.
+    members: BTreeMap<String, BTreeSet<String>>,
 }
 
 impl KnownNames {
@@ -42,6 +44,23 @@ impl KnownNames {
     pub fn with_call_hook(mut self, hook: CallHook) -> Self {
         self.hook = Some(hook);
         self
+    }
+
+    /// Adds an object of the embedder; `check` finds names that it does not have.
+    pub fn with_object<N: Into<String>>(
+        mut self,
+        object: &str,
+        members: impl IntoIterator<Item = N>,
+    ) -> Self {
+        self.insert(object);
+        let members = members.into_iter().map(Into::into).collect();
+        self.members.insert(object.to_owned(), members);
+        self
+    }
+
+    /// What an object of the embedder has.
+    pub(crate) fn members(&self, object: &str) -> Option<&BTreeSet<String>> {
+        self.members.get(object)
     }
 
     /// Whether a call of this name may wait.

@@ -319,6 +319,10 @@ impl<'a, 'n> Call<'a, 'n> {
             // The motion was ended by somebody else's stop; the program goes on after the call.
             Some(Outcome::Aborted) => Ok(()),
             Some(Outcome::Refused(refusal)) => Err(self.refused(&refusal)),
+            Some(Outcome::ProtectiveStop(reason)) if self.context.extras().attendant.is_some() => {
+                let text = format!("{}(): the motion ended with a stop: {reason}", self.name());
+                Err(self.error(ExceptionKind::RuntimeError, text))
+            }
             Some(Outcome::ProtectiveStop(_)) => {
                 // The task is ending because of the stop; this thread only has to wait until it is unwound.
                 self.wait(Wait::Never)?;

@@ -19,7 +19,7 @@ mod motion;
 mod path_offset;
 mod pendant;
 mod registers;
-mod rpc;
+pub mod rpc;
 mod serial;
 mod servo;
 mod socket;

@@ -40,8 +40,11 @@ fn rpc_factory(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         }
     };
     call.check_net()?;
-    let client = Rc::new(RpcClient::new(url));
     let context = call.shared_context();
+    let (host, port) = url.host_and_port();
+    context.has_stand_in(host, port);
+    let stand_ins = context.extras().stand_ins.clone();
+    let client = Rc::new(RpcClient::new(url).beside(stand_ins));
     let remote = move |native: &mut NativeCall<'_>, method: &str, args: &[Value]| {
         let arguments = args.iter().map(|value| to_rpc(native, method, value, 0));
         let arguments: Vec<RpcValue> = arguments.collect::<Result<_, _>>()?;
@@ -57,7 +60,11 @@ fn rpc_factory(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(call.native().object_with_any_method("rpc", Rc::new(remote)))
 }
 
-fn to_rpc(
+/// A value of a script as it goes over the line; `method` is named where it cannot.
+///
+/// # Errors
+/// `TypeError`, `ValueError`.
+pub fn to_rpc(
     native: &mut NativeCall<'_>,
     method: &str,
     value: &Value,
@@ -108,7 +115,8 @@ fn to_rpc(
     Err(native.raise(ExceptionKind::TypeError, text))
 }
 
-fn from_rpc(value: RpcValue) -> Value {
+/// What came over the line as a value of a script.
+pub fn from_rpc(value: RpcValue) -> Value {
     match value {
         RpcValue::Nil => Value::None,
         RpcValue::Bool(level) => Value::Bool(level),

@@ -6,7 +6,7 @@
 use std::rc::Rc;
 
 use elite_lang::{ExceptionKind, Raised, Value};
-use io_bus::ScriptSocket;
+use io_bus::{Link, ScriptSocket};
 
 use super::call::Call;
 use super::declare::{Builtin, Category::Socket, Default, Kind, Parameter, Range};
@@ -238,7 +238,10 @@ fn socket_open(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         );
         return Err(call.error(ExceptionKind::RuntimeError, text));
     }
-    let opened = call.outside(async move { ScriptSocket::open(&address, port).await })?;
+    let opened = match call.context().stand_in(&address, port) {
+        Some(stream) => stream.and_then(Link::local).map(ScriptSocket::over),
+        None => call.outside(async move { ScriptSocket::open(&address, port).await })?,
+    };
     Ok(Value::Bool(match opened {
         Ok(socket) => {
             sockets.borrow_mut().insert(name, Rc::new(socket));

@@ -5,6 +5,8 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
+use std::io;
+use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -16,6 +18,7 @@ use motion_api::{CommandId, Origin, ProgramId, ThreadNumber};
 use thiserror::Error;
 
 use super::braking::Braking;
+use super::extras::Extras;
 use super::host::Permissions;
 use super::outside::Outside;
 use super::scheduler::{TaskEnd, TaskSettings};
@@ -68,6 +71,9 @@ pub(crate) struct TaskContext {
     unwinding: Cell<Option<u32>>,
     /// What the program before has left moving.
     braking: RefCell<Option<Braking>>,
+    extras: Extras,
+    /// The task has to do with machines outside of this process.
+    met_the_world: Cell<bool>,
     /// Motions whose calls have returned before they ended, and whose they were.
     ahead: RefCell<Vec<(ThreadNumber, CommandId)>>,
 }
@@ -139,6 +145,8 @@ impl TaskContext {
             warned: RefCell::default(),
             unwinding: Cell::default(),
             braking: RefCell::new(braking),
+            extras: settings.extras.clone(),
+            met_the_world: Cell::default(),
             ahead: RefCell::default(),
         })
     }
@@ -176,6 +184,38 @@ impl TaskContext {
         let (own, others): (Vec<_>, Vec<_>) = ahead.drain(..).partition(|(t, _)| *t == thread);
         *ahead = others;
         own.into_iter().map(|(_, id)| id).collect()
+    }
+
+    /// A connection to who stands in for a machine. Where nobody does, that machine is meant.
+    pub fn stand_in(&self, host: &str, port: u16) -> Option<io::Result<UnixStream>> {
+        let stand_ins = self.extras.stand_ins.as_ref()?;
+        let connected = stand_ins.connect(host, port);
+        if connected.is_none() {
+            self.meets_the_world();
+        }
+        connected
+    }
+
+    /// Whether somebody stands in for a machine. Where nobody does, that machine is meant.
+    pub fn has_stand_in(&self, host: &str, port: u16) -> bool {
+        let stand_ins = self.extras.stand_ins.as_ref();
+        let known = stand_ins.is_some_and(|stand_ins| stand_ins.knows(host, port));
+        if !known {
+            self.meets_the_world();
+        }
+        known
+    }
+
+    /// Somebody out there is waited for from now on: where time-outs were simulated time, they are time of the machine.
+    pub fn meets_the_world(&self) {
+        if self.extras.stand_ins.is_some() && !self.met_the_world.replace(true) {
+            tokio::time::resume();
+        }
+    }
+
+    /// What only tests of programs ask for.
+    pub fn extras(&self) -> &Extras {
+        &self.extras
     }
 
     pub fn robot(&self) -> &Arc<Robot> {

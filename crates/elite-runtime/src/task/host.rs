@@ -70,7 +70,8 @@ impl TaskHost {
             FileAccess::Beneath(folders) => Some(folders.clone()),
             FileAccess::Nothing | FileAccess::Everything => None,
         };
-        let (sockets, files) = (Rc::<Sockets>::default(), Rc::new(Files::new(within)));
+        let sockets = Rc::new(Sockets::new(context.clone()));
+        let files = Rc::new(Files::new(within));
         Self {
             context,
             random_state: Cell::new(seed),

@@ -1,6 +1,7 @@
 //! One task: a main program, its script threads and the secondary programs beside it, on one OS thread.
 //!
 //! - `context`: what builtins see of their task (robot, waits, threads to start or stop).
+//! - `extras`: what only tests of programs ask for.
 //! - `controls`: what others ask of it.
 //! - `scheduler`: resumes script threads in a fixed order; `threads`: how they wait, wake, start and end.
 //! - `time`: which waits are over, and what makes time pass; `report`: what people are told.
@@ -16,6 +17,7 @@ mod braking;
 mod context;
 mod controls;
 mod death_signal;
+mod extras;
 mod family;
 mod files;
 mod host;
@@ -32,6 +34,7 @@ pub use beneath::{FolderAccessError, Folders};
 pub(crate) use braking::Braking;
 pub(crate) use context::{TaskContext, TaskRequest, ThreadLookup};
 pub(crate) use controls::{Controller, Controls, controls};
+pub use extras::{Extras, LineCountsOfTexts};
 pub use family::all_children_are_tasks;
 pub use host::{FileAccess, Permissions};
 pub(crate) use report::message_of;

@@ -11,11 +11,13 @@ use std::rc::{Rc, Weak};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use elite_lang::{HostSocket, Interest, ThreadId};
-use io_bus::names;
+use io_bus::{Link, names};
 use supervision::{Contained, Faults, Kind, Panicked};
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::sync::Notify;
 use tokio::task::AbortHandle;
+
+use super::context::TaskContext;
 
 /// Most sockets a task may have open.
 const SOCKETS_MAX: usize = 32;
@@ -74,13 +76,22 @@ impl Outside {
 }
 
 /// The sockets of one task.
-#[derive(Default)]
 pub(crate) struct Sockets {
+    context: Rc<TaskContext>,
     outside: Arc<Outside>,
     open: RefCell<Vec<Weak<Socket>>>,
 }
 
 impl Sockets {
+    /// None yet.
+    pub fn new(context: Rc<TaskContext>) -> Self {
+        Self {
+            context,
+            outside: Arc::default(),
+            open: RefCell::default(),
+        }
+    }
+
     /// Who waits for them.
     pub fn outside(&self) -> &Arc<Outside> {
         &self.outside
@@ -127,7 +138,7 @@ struct Socket {
 enum State {
     New(TcpSocket),
     Connecting(Arc<Mutex<Pending<TcpStream>>>),
-    Connected(Arc<TcpStream>),
+    Connected(Arc<Link>),
     Listening(
         Arc<TcpListener>,
         Arc<Mutex<Pending<(TcpStream, SocketAddr)>>>,
@@ -195,7 +206,7 @@ impl Socket {
         matches!(*self.state.borrow(), State::Closed)
     }
 
-    fn stream(&self) -> io::Result<Arc<TcpStream>> {
+    fn stream(&self) -> io::Result<Arc<Link>> {
         match &*self.state.borrow() {
             State::Connected(stream) => Ok(stream.clone()),
             State::Closed => Err(io::Error::from_raw_os_error(EBADF)),
@@ -209,6 +220,9 @@ const EBADF: i32 = 9;
 const EINVAL: i32 = 22;
 const EISCONN: i32 = 106;
 const ENOTCONN: i32 = 107;
+
+/// The address of both ends of a connection within this process.
+const HERE: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0);
 
 /// The address of a name of this machine.
 fn own_address(host: &str, port: u16) -> io::Result<SocketAddr> {
@@ -233,6 +247,10 @@ impl HostSocket for Socket {
             State::Connecting(..) => return Ok(()),
             _ => return Err(io::Error::from_raw_os_error(EISCONN)),
         };
+        if let Some(stream) = self.sockets.context.stand_in(host, port) {
+            *state = State::Connected(Arc::new(Link::local(stream?)?));
+            return Ok(());
+        }
         let State::New(socket) = std::mem::replace(&mut *state, State::Closed) else {
             return Err(io::Error::from_raw_os_error(EBADF));
         };
@@ -271,7 +289,7 @@ impl HostSocket for Socket {
         match result {
             None => Err(io::ErrorKind::WouldBlock.into()),
             Some(Ok(stream)) => {
-                *self.state.borrow_mut() = State::Connected(Arc::new(stream));
+                *self.state.borrow_mut() = State::Connected(Arc::new(Link::Tcp(stream)));
                 Ok(())
             }
             Some(Err(error)) => {
@@ -325,7 +343,9 @@ impl HostSocket for Socket {
             None => Err(io::ErrorKind::WouldBlock.into()),
             Some(result) => {
                 let (stream, from) = result?;
-                let socket = self.sockets.enter(State::Connected(Arc::new(stream)))?;
+                let socket = self
+                    .sockets
+                    .enter(State::Connected(Arc::new(Link::Tcp(stream))))?;
                 Ok((socket, from))
             }
         }
@@ -369,7 +389,10 @@ impl HostSocket for Socket {
 
     fn set_nodelay(&self, on: bool) -> io::Result<()> {
         match &*self.state.borrow() {
-            State::Connected(stream) => stream.set_nodelay(on),
+            State::Connected(stream) => match &**stream {
+                Link::Tcp(stream) => stream.set_nodelay(on),
+                Link::Local(_) => Ok(()),
+            },
             State::New(socket) => socket.set_nodelay(on),
             State::Connecting(..) | State::Listening(..) => Ok(()),
             State::Closed => Err(io::Error::from_raw_os_error(EBADF)),
@@ -379,7 +402,10 @@ impl HostSocket for Socket {
     fn local_address(&self) -> io::Result<SocketAddr> {
         match &*self.state.borrow() {
             State::New(socket) => socket.local_addr(),
-            State::Connected(stream) => stream.local_addr(),
+            State::Connected(stream) => match &**stream {
+                Link::Tcp(stream) => stream.local_addr(),
+                Link::Local(_) => Ok(HERE),
+            },
             State::Listening(listener, _) => listener.local_addr(),
             State::Connecting(..) => Err(io::Error::from_raw_os_error(ENOTCONN)),
             State::Closed => Err(io::Error::from_raw_os_error(EBADF)),
@@ -387,7 +413,10 @@ impl HostSocket for Socket {
     }
 
     fn peer_address(&self) -> io::Result<SocketAddr> {
-        self.stream()?.peer_addr()
+        match &*self.stream()? {
+            Link::Tcp(stream) => stream.peer_addr(),
+            Link::Local(_) => Ok(HERE),
+        }
     }
 
     fn watch(&self, thread: ThreadId, interest: Interest) {

@@ -23,8 +23,10 @@ use tokio::time::Instant;
 use super::braking::Braking;
 use super::context::{TaskContext, TaskRequest};
 use super::controls::{Control, Controls};
+use super::extras::Extras;
 use super::host::{Permissions, TaskHost};
 use super::report::Told;
+use crate::attendant::Attendance;
 use crate::builtins;
 use crate::interpreter::Interpreter as StatementPort;
 use crate::message::{Aside, Message, Observer};
@@ -97,6 +99,8 @@ pub struct TaskSettings {
     pub task_folder: Arc<Path>,
     /// Who hears of faults in tasks.
     pub faults: Faults,
+    /// What only tests of programs ask for.
+    pub extras: Extras,
 }
 
 /// How a task ended.
@@ -215,6 +219,14 @@ impl Task {
         let natives = builtins::natives(&context);
         let known = KnownNames::new(builtins::names());
         let interpreter = Interpreter::new(host.clone(), natives, Limits::default());
+        let extras = &settings.extras;
+        if let Some(attendant) = &extras.attendant {
+            let methods = (attendant.methods)(&Attendance(context.clone()));
+            interpreter.provide_object(attendant.object, methods);
+        }
+        if extras.line_counts.is_some() {
+            interpreter.count_lines();
+        }
         let stops_at_start = settings.robot.protective_stops().0;
         memory::outside(|| settings.panel.with_variables(Variables::clear));
         Self {
@@ -261,6 +273,9 @@ impl Task {
         }
         if self.is_broken {
             self.give_up_threads();
+        } else if self.settings.extras.line_counts.is_some() {
+            let counted = self.interpreter.line_counts();
+            memory::outside(|| self.settings.extras.add_counts(counted.clone()));
         }
         self.program_runs(false);
         let braking = self.settle(&end).await;
@@ -559,11 +574,17 @@ impl Task {
 
     /// For outputs that follow the run state (manual 5.20 to 5.25). A held program does not run.
     fn program_runs(&mut self, runs: bool) {
+        if self.settings.extras.attendant.is_some() {
+            return;
+        }
         self.tell_robot(CommandKind::SetIo(IoChange::ProgramRunning(runs)));
         self.settings.fieldbus.program_running(runs);
     }
 
     fn look_for_protective_stop(&mut self) {
+        if self.settings.extras.attendant.is_some() {
+            return;
+        }
         let (stops, reason) = self.settings.robot.protective_stops();
         if stops != self.stops_at_start
             && let Some(reason) = reason

@@ -13,6 +13,7 @@ use super::braking::Braking;
 use super::controls::Control;
 use super::scheduler::{Task, TaskEnd, Waiting};
 use super::wait::Wait;
+use crate::attendant::Attendant;
 
 /// Longest time to wait for the arm to stand after the end of a program, in simulated seconds.
 const SETTLE_TIME_MAX: f64 = 5.0;
@@ -66,6 +67,10 @@ impl Task {
                 Wait::Command(id) => robot.has_ended(id),
                 Wait::Motion(id) => robot.may_be_followed(id),
                 Wait::Cycle(wanted) => robot.state().cycle >= wanted,
+                Wait::CycleOrAlone(wanted) => {
+                    let attendant = self.settings.extras.attendant.as_ref();
+                    robot.state().cycle >= wanted || attendant.is_none_or(Attendant::is_alone)
+                }
                 Wait::Thread(other) => !self.threads.contains_key(&other),
                 Wait::Turn => true,
                 Wait::Outside(job) => self.context.outside().is_done(job),
@@ -122,8 +127,24 @@ impl Task {
         }
     }
 
+    /// The first cycle in which a thread may go on; the next one where that is not known.
+    fn first_due(&self) -> u64 {
+        let next = self.settings.robot.state().cycle + 1;
+        let due = self.threads.values().map(|entry| match entry.waiting {
+            Some(Waiting::Token(token)) => match self.context.wait_of(token) {
+                Wait::Cycle(cycle) | Wait::CycleOrAlone(cycle) => cycle,
+                _ => next,
+            },
+            _ => next,
+        });
+        due.min().unwrap_or(next)
+    }
+
     fn tick(&self) {
         let robot = &self.settings.robot;
+        if self.settings.extras.attendant.is_some() {
+            robot.timeline().rests_until(self.first_due());
+        }
         // The arm's memory is not the task's, even while the task's thread moves it.
         memory::outside(|| {
             if robot.timeline().advance() {
@@ -175,6 +196,14 @@ impl Task {
         }
         let robot = self.settings.robot.clone();
         let started = robot.state();
+        if self.settings.extras.attendant.is_some() {
+            // The arm is not its own; what it sent last is still taken.
+            self.tell_what_is_untold();
+            if !robot.timeline().has_ended() {
+                self.pass_a_cycle().await;
+            }
+            return None;
+        }
         let is_cut_off = *end != TaskEnd::Finished && started.target_qd.max_abs() > 0.0;
         // The last motions of a program that ran to its end may still be on their way.
         let is_ahead = *end == TaskEnd::Finished && self.context.is_ahead(started.command_id);

@@ -17,6 +17,8 @@ pub(crate) enum Wait {
     Motion(CommandId),
     /// The beginning of a cycle with at least this number.
     Cycle(u64),
+    /// The same, or the end of the program beside this one.
+    CycleOrAlone(u64),
     /// The end of a script thread.
     Thread(ThreadNumber),
     /// The result of a job outside.

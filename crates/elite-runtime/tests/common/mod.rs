@@ -198,6 +198,7 @@ pub fn run_while(
         fieldbus: Arc::default(),
         panel: Arc::new(Panel::new(Operator::Absent)),
         faults: supervision::Faults::default(),
+        extras: elite_runtime::Extras::default(),
     });
     let program = ProgramText {
         name: "test.script".into(),

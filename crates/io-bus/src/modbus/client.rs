@@ -16,6 +16,7 @@ use super::pdu::Request;
 use super::signal::{DeviceAddress, Signal, SignalKind, SignalSpec};
 use super::state::{Custom, Shared, State};
 use crate::driver::Driver;
+use crate::link::StandIns;
 
 /// Most signals of one controller (manual 6.1.1).
 pub const SIGNALS_MAX: usize = 200;
@@ -101,9 +102,12 @@ pub struct ModbusClient {
 }
 
 impl ModbusClient {
-    /// A client without signals; `faults` hears of those on its thread.
-    pub fn new(faults: Faults) -> Self {
+    /// A client without signals; `faults` hears of those on its thread, who stands in for devices is asked before the
+    /// network is.
+    pub fn new(faults: Faults, stand_ins: Option<Arc<dyn StandIns>>) -> Self {
+        let shared = Shared::beside(stand_ins);
         Self {
+            shared: Arc::new(shared),
             faults,
             ..Self::default()
         }

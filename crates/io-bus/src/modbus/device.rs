@@ -10,7 +10,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::io::{AsyncReadExt, AsyncWriteExt, BufStream};
-use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout, timeout_at};
 
 use supervision::injection;
@@ -19,7 +18,7 @@ use super::pdu::Reply;
 use super::schedule::{Asked, Next, Schedule, note_reply};
 use super::signal::DeviceAddress;
 use super::state::{Shared, State};
-use crate::names;
+use crate::link::Link;
 
 /// How long a connection and an answer may take.
 const CONNECT_TIME: Duration = Duration::from_secs(2);
@@ -53,12 +52,11 @@ pub(super) async fn run(shared: Arc<Shared>, address: DeviceAddress) {
     let mut one_by_one = false;
     while let Some(wake) = begin_connecting(&shared, &address) {
         injection::point("modbus");
-        let connecting = names::connect(&address.host, address.port);
+        let stand_ins = shared.stand_ins.as_ref();
+        let connecting = Link::open(&address.host, address.port, stand_ins);
         let connected = timeout(CONNECT_TIME, connecting).await;
         let failure = match connected {
             Ok(Ok(stream)) => {
-                // Small messages; a system that refuses this only makes them slower.
-                let _ = stream.set_nodelay(true);
                 note_connection(&shared, &address, true, 0);
                 pause = PAUSE_MIN;
                 let mut connection = Connection::new(stream, one_by_one);
@@ -140,7 +138,7 @@ fn errno(error: &io::Error) -> i32 {
 
 /// An open connection.
 struct Connection {
-    stream: BufStream<TcpStream>,
+    stream: BufStream<Link>,
     schedule: Schedule,
     under_way: VecDeque<UnderWay>,
     one_by_one: bool,
@@ -156,7 +154,7 @@ struct UnderWay {
 }
 
 impl Connection {
-    fn new(stream: TcpStream, one_by_one: bool) -> Self {
+    fn new(stream: Link, one_by_one: bool) -> Self {
         Self {
             stream: BufStream::new(stream),
             schedule: Schedule::default(),

@@ -1,5 +1,6 @@
 //! What scripts and the tasks of devices share: all signals, all devices, behind one lock that is never held while waiting.
 
+use crate::link::StandIns;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -21,6 +22,8 @@ pub(super) struct Shared {
     state: Mutex<State>,
     /// Counts updates, so that somebody can wait for the next.
     pub(super) updates: watch::Sender<u64>,
+    /// Consulted before the network is.
+    pub(super) stand_ins: Option<Arc<dyn StandIns>>,
 }
 
 #[derive(Default)]
@@ -54,6 +57,14 @@ pub(super) struct Custom {
 }
 
 impl Shared {
+    /// Without signals; stand-ins are asked before the network is.
+    pub(super) fn beside(stand_ins: Option<Arc<dyn StandIns>>) -> Self {
+        Self {
+            stand_ins,
+            ..Self::default()
+        }
+    }
+
     pub(super) fn state(&self) -> MutexGuard<'_, State> {
         // Every change under the lock is complete before anything that could panic.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)

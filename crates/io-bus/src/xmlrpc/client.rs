@@ -5,6 +5,8 @@
 
 use std::io::ErrorKind;
 use std::mem::MaybeUninit;
+use std::os::fd::AsFd;
+use std::sync::Arc;
 use std::time::Duration;
 
 use http_body_util::{BodyExt, Full, Limited};
@@ -15,11 +17,10 @@ use hyper_util::rt::TokioIo;
 use socket2::Socket;
 use supervision::{Faults, Kind};
 use thiserror::Error;
-use tokio::net::TcpStream;
 use tokio::sync::Mutex;
 use tokio::time::timeout;
 
-use crate::names;
+use crate::link::{Link, StandIns};
 
 use super::codec::{Fault, NotXmlRpc, RpcValue, decode_response, encode_call};
 
@@ -67,6 +68,19 @@ impl std::str::FromStr for Url {
             authority: format!("{host}:{port}"),
             path,
         })
+    }
+}
+
+impl Url {
+    /// Whom to connect to.
+    pub fn host_and_port(&self) -> (&str, u16) {
+        let (host, port) = self
+            .authority
+            .rsplit_once(':')
+            .unwrap_or((&self.authority, ""));
+        // A port that is none was refused when the text was read.
+        let host = host.trim_start_matches('[').trim_end_matches(']');
+        (host, port.parse().unwrap_or_default())
     }
 }
 
@@ -128,6 +142,7 @@ pub enum RpcError {
 /// A server to call.
 pub struct RpcClient {
     url: Url,
+    stand_ins: Option<Arc<dyn StandIns>>,
     connection: Mutex<Option<Connection>>,
 }
 
@@ -172,8 +187,14 @@ impl RpcClient {
     pub fn new(url: Url) -> Self {
         Self {
             url,
+            stand_ins: None,
             connection: Mutex::default(),
         }
+    }
+
+    /// The same; who stands in for its server is asked first.
+    pub fn beside(self, stand_ins: Option<Arc<dyn StandIns>>) -> Self {
+        Self { stand_ins, ..self }
     }
 
     /// Calls a method.
@@ -258,12 +279,11 @@ impl RpcClient {
             address: self.url.authority.clone(),
             source,
         };
-        let stream = names::connect_to(&self.url.authority)
+        let (host, port) = self.url.host_and_port();
+        let stream = Link::open(host, port, self.stand_ins.as_ref())
             .await
             .map_err(failed)?;
-        let stream = stream.into_std().map_err(failed)?;
-        let socket = Socket::from(stream.try_clone().map_err(failed)?);
-        let stream = TcpStream::from_std(stream).map_err(failed)?;
+        let socket = Socket::from(stream.as_fd().try_clone_to_owned().map_err(failed)?);
         let (sender, connection) = handshake(TokioIo::new(stream))
             .await
             .map_err(|error| self.not_sent(error.to_string()))?;

@@ -43,7 +43,7 @@ pub struct Fault {
 
 /// An answer that is none.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("the answer is no XML-RPC: {0}")]
+#[error("this is no XML-RPC: {0}")]
 pub struct NotXmlRpc(String);
 
 /// The body of a call.
@@ -87,6 +87,50 @@ fn put(out: &mut String, value: &RpcValue) {
         }
     };
     out.push_str("</value>");
+}
+
+/// The body of an answer with a result, or with the server's fault.
+pub fn encode_response(answer: &Result<RpcValue, Fault>) -> String {
+    let mut out = String::from("<?xml version=\"1.0\"?><methodResponse>");
+    match answer {
+        Ok(value) => {
+            out.push_str("<params><param>");
+            put(&mut out, value);
+            out.push_str("</param></params>");
+        }
+        Err(fault) => {
+            let members = vec![
+                ("faultCode".to_owned(), RpcValue::Int(fault.code)),
+                ("faultString".to_owned(), RpcValue::Text(fault.text.clone())),
+            ];
+            out.push_str("<fault>");
+            put(&mut out, &RpcValue::Struct(members));
+            out.push_str("</fault>");
+        }
+    }
+    out.push_str("</methodResponse>");
+    out
+}
+
+/// The method and the arguments of a call.
+///
+/// # Errors
+/// [`NotXmlRpc`] says what is wrong.
+pub fn decode_call(text: &str) -> Result<(String, Vec<RpcValue>), NotXmlRpc> {
+    let tree = read_tree(text)?;
+    if tree.name != "methodCall" {
+        return Err(NotXmlRpc(format!("it is a <{}>", tree.name)));
+    }
+    let Some(method) = tree.child("methodName") else {
+        return Err(NotXmlRpc("a call without a method".to_owned()));
+    };
+    let parameters = tree.child("params").into_iter();
+    let values = parameters
+        .flat_map(|params| &params.children)
+        .filter_map(|param| param.child("value"))
+        .map(value_of);
+    let values = values.collect::<Result<_, _>>()?;
+    Ok((method.text.trim().to_owned(), values))
 }
 
 /// The result in the body of an answer, or the server's fault.

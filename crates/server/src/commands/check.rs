@@ -15,13 +15,19 @@ use crate::ports::shown::{Escaped, Lines};
 
 /// Exit status: 0 clean, 1 findings (warnings count), 2 unreadable.
 pub fn check(args: &CheckArgs) -> u8 {
-    let known = elite_runtime::builtins::known_names();
+    let of_programs = elite_runtime::builtins::known_names();
+    let of_tests = elite_runtime::builtins::known_names()
+        .with_object(script_test::OBJECT, script_test::function_names());
     let mut status = 0;
     for path in &args.files {
         match read_script(path) {
             Ok(ProgramText { name, text }) => {
                 let file = SourceFile::new(name, text);
-                let findings = elite_lang::check(file.clone(), &known);
+                let known = match script_test::is_test_file(path) {
+                    true => &of_tests,
+                    false => &of_programs,
+                };
+                let findings = elite_lang::check(file.clone(), known);
                 for finding in &findings {
                     // Whoever reads may have seen enough; the status still tells.
                     let shown = render(finding, &file, args.format);

@@ -11,3 +11,4 @@ pub mod send;
 pub mod serve;
 mod setting;
 pub mod shell;
+pub mod test;

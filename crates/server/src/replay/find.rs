@@ -6,8 +6,8 @@ use std::io::Write;
 use recorder::{CommandMessage, Cycle, Entry, Recording, Topic};
 
 use super::ReplayError;
-use super::condition::{Condition, Doing};
 use crate::ports::shown::Shown;
+use controller::condition::{Condition, Doing};
 
 /// A row of cycles in which the condition held.
 struct Stretch {

@@ -3,7 +3,6 @@
 //! Owns the questions of the command line and their answers on stdout. Reading the file is the recorder's business,
 //! running it again that of [`motion`]; here they are put together.
 
-mod condition;
 mod csv;
 mod diff;
 mod failure;
@@ -28,7 +27,7 @@ use crate::cli::ReplayArgs;
 use crate::logging;
 use crate::ports::shown::Screen;
 
-pub use condition::ConditionError;
+pub use controller::condition::ConditionError;
 pub use plot::PictureError;
 pub use rerun::{Comparison, RerunError};
 pub use serve::ServeRecordingError;

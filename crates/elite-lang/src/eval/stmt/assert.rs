@@ -74,7 +74,10 @@ fn fail(
         let sides = [("left", left), ("right", right)];
         let mut lines = Vec::new();
         for (name, value) in sides {
-            lines.push(format!("the {name} side is {}", attempt!(shown(ev, &value))));
+            lines.push(format!(
+                "the {name} side is {}",
+                attempt!(shown(ev, &value))
+            ));
         }
         *state.help.borrow_mut() = Some(lines.join(", ").into());
     }

@@ -33,6 +33,8 @@ fn word(call: &mut Call<'_, '_>, index: usize) -> Result<u16, Raised> {
 fn device(call: &mut Call<'_, '_>, host: usize, port: usize) -> Result<DeviceAddress, Raised> {
     let (host, port) = (call.text(host)?, word(call, port)?);
     call.check_net()?;
+    // Signals are updated on a thread of their own, by the time of the machine.
+    call.context().meets_the_world();
     Ok(DeviceAddress { host, port })
 }
 

@@ -3,11 +3,12 @@
 //! Names are those of the cell file. A request sets all of its inputs or none.
 
 use motion_api::registers::{BOOLEAN_REGISTERS, FLOAT_REGISTERS, INTEGER_REGISTERS};
-use motion_api::{IoChange, IoConfig, IoPoint, RegisterBank, RegisterImages, RobotState};
+use motion_api::{IoChange, IoConfig, RegisterImages, RobotState};
 use serde_json::{Map, Value, json};
 use thiserror::Error;
 
 use controller::cell::point::{Direction, Group, Point};
+use controller::inputs::{self, InputChange, InputValue, RegisterValue};
 
 /// What a request wants to be changed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,28 +17,6 @@ pub struct InputChanges {
     pub points: Vec<IoChange>,
     /// Registers, which have their value at once.
     pub registers: Vec<RegisterValue>,
-}
-
-/// A value for an input register.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum RegisterValue {
-    /// `input_boolean_register`
-    Boolean(u8, bool),
-    /// `input_integer_register`
-    Integer(u8, i32),
-    /// `input_float_register`
-    Float(u8, f64),
-}
-
-impl RegisterValue {
-    /// Writes it.
-    pub fn write(self, bank: &RegisterBank) {
-        match self {
-            Self::Boolean(n, level) => bank.set_boolean(n, level),
-            Self::Integer(n, value) => bank.set_integer(n, value),
-            Self::Float(n, value) => bank.set_float(n, value),
-        }
-    }
 }
 
 /// Why nothing was set: one sentence that names the point, what was given and what is allowed.
@@ -51,25 +30,9 @@ pub enum InputError {
         "the body must be an object from names of inputs to values, as {{\"standard_digital_in[0]\": true}}"
     )]
     NotAnObject,
-    /// No such point.
-    #[error("{0}")]
-    NoPoint(String),
-    /// An output.
-    #[error("{0} is an output; only inputs can be set from outside")]
-    Output(Point),
-    /// A pin of the tool that reads nothing.
-    #[error("{0} reads nothing: the pin is disabled or an output")]
-    NotReadable(Point),
-    /// The value does not fit.
-    #[error("{point} is {given}; it must be {allowed}")]
-    Value {
-        /// Which point.
-        point: Point,
-        /// As given.
-        given: String,
-        /// What is allowed.
-        allowed: String,
-    },
+    /// An input cannot be set so.
+    #[error(transparent)]
+    Input(#[from] inputs::InputError),
 }
 
 /// Reads a request. `config` tells domains and pins.
@@ -85,52 +48,25 @@ pub fn read(body: &[u8], config: &IoConfig) -> Result<InputChanges, InputError> 
     let mut changes = InputChanges::default();
     let (mut mask, mut levels) = (0, 0);
     for (name, value) in &members {
-        let point: Point = name.parse().map_err(InputError::NoPoint)?;
-        if point.direction == Direction::Out {
-            return Err(InputError::Output(point));
-        }
-        let wrong = |allowed: String| InputError::Value {
-            point,
-            given: shown(value),
-            allowed,
+        let value = match value {
+            Value::Bool(level) => InputValue::Level(*level),
+            Value::Number(number) => match (number.as_i64(), number.as_f64()) {
+                (Some(whole), _) => InputValue::Whole(whole),
+                (None, Some(number)) => InputValue::Number(number),
+                (None, None) => InputValue::Other(shown(value)),
+            },
+            _ => InputValue::Other(shown(value)),
         };
-        let level = || {
-            let level = value.as_bool();
-            level.ok_or_else(|| wrong("true or false".to_owned()))
-        };
-        match point.io_point() {
-            IoPoint::Digital(bit) => {
-                if config.readable() >> bit & 1 == 0 {
-                    return Err(InputError::NotReadable(point));
-                }
-                mask |= 1 << bit;
-                levels |= u32::from(level()?) << bit;
+        match InputChange::new(name, &value, config)? {
+            InputChange::Point(IoChange::DigitalIn {
+                mask: one,
+                levels: level,
+            }) => {
+                mask |= one;
+                levels |= level;
             }
-            IoPoint::Analog(port) => {
-                // Three ports, three domains.
-                let domain = config.analog_in[usize::from(port)];
-                let most = domain.measurable_max();
-                let unit = if most > 1.0 { "V" } else { "A" };
-                let number = value.as_f64().filter(|x| (0.0..=most).contains(x));
-                let value =
-                    number.ok_or_else(|| wrong(format!("a number from 0 to {most} {unit}")))?;
-                changes.points.push(IoChange::AnalogIn { port, value });
-            }
-            IoPoint::BooleanRegister(n) => {
-                changes.registers.push(RegisterValue::Boolean(n, level()?));
-            }
-            IoPoint::IntegerRegister(n) => {
-                let number = value.as_i64().and_then(|x| i32::try_from(x).ok());
-                let allowed = || wrong(format!("a whole number from {} to {}", i32::MIN, i32::MAX));
-                changes
-                    .registers
-                    .push(RegisterValue::Integer(n, number.ok_or_else(allowed)?));
-            }
-            IoPoint::FloatRegister(n) => {
-                let number = value.as_f64().filter(|x| x.is_finite());
-                let number = number.ok_or_else(|| wrong("a number".to_owned()))?;
-                changes.registers.push(RegisterValue::Float(n, number));
-            }
+            InputChange::Point(change) => changes.points.push(change),
+            InputChange::Register(value) => changes.registers.push(value),
         }
     }
     if mask != 0 {
@@ -205,7 +141,7 @@ pub fn describe(state: &RobotState, registers: &RegisterImages) -> Value {
 mod tests {
     use super::*;
     use kinematics::JointPositions;
-    use motion_api::{AnalogDomain, Registers};
+    use motion_api::{AnalogDomain, RegisterBank, Registers};
     use proptest::prelude::*;
 
     #[test]

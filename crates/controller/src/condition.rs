@@ -2,7 +2,7 @@
 //!
 //! `tcp_force[2] < -20 and mode == "movel"`: an expression of EliteScript over the fields of `/cycle` and what the
 //! script was doing. Modes are their names in lower case, which are also words of their own: `safety_mode != normal`.
-//! Owns the names and their values; what to do with the answer is [`find`](super::find)'s business.
+//! Owns the names and their values; what to do with the answer is its callers' business.
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -45,7 +45,7 @@ pub enum ConditionError {
 
 /// What a script was doing in a cycle.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Doing {
+pub struct Doing {
     /// Name of the program, empty without one.
     pub program: String,
     /// Line of its main thread, 0 without one.
@@ -55,7 +55,7 @@ pub(super) struct Doing {
 }
 
 /// A compiled condition.
-pub(super) struct Condition {
+pub struct Condition {
     interpreter: Interpreter,
     function: Value,
     /// Names that occur in the text; only these are set.
@@ -85,7 +85,7 @@ impl Host for Nowhere {
 impl Condition {
     /// # Errors
     /// [`ConditionError::Text`].
-    pub(super) fn new(text: &str) -> Result<Self, ConditionError> {
+    pub fn new(text: &str) -> Result<Self, ConditionError> {
         let words = mode_words();
         let cycle = Cycle::default();
         let fields = cycle.fields().map(|(name, _)| name.to_owned());
@@ -146,7 +146,7 @@ impl Condition {
 
     /// # Errors
     /// [`ConditionError::Raised`], [`ConditionError::Endless`].
-    pub(super) fn holds(&self, cycle: &Cycle, doing: &Doing) -> Result<bool, ConditionError> {
+    pub fn holds(&self, cycle: &Cycle, doing: &Doing) -> Result<bool, ConditionError> {
         for (name, value) in cycle.fields() {
             self.set(name, || value_of(name, value));
         }

@@ -1,0 +1,605 @@
+//! The object `test` as a test sees it: its functions, their arguments, what they answer.
+//!
+//! Functions that wait let the program beside the test run on, cycle by cycle where the test has something to do in each.
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::Arc;
+
+use controller::ProgramResult;
+use controller::cell::point::{Direction, Point};
+use controller::inputs::{InputChange, InputValue};
+use elite_lang::{ExceptionKind, NativeCall, NativeFunction, Param, Raised, Value};
+use elite_runtime::{Attendance, ProgramText};
+use motion_api::{CommandKind, IoPoint, RobotMode, SafetyMode, Seconds};
+use recorder::{Cycle, FieldValue};
+
+use crate::bench::{Act, Bench, Verdict, Watched};
+use crate::golden;
+use crate::near::near;
+use crate::serve::{self, Served};
+
+type R<T = Value> = Result<T, Raised>;
+type Body = fn(&Site, &mut NativeCall<'_>) -> R;
+
+/// Where a function is called.
+pub(crate) struct Site {
+    pub bench: Arc<Bench>,
+    pub attendance: Attendance,
+    /// The servers that the test plays, by number.
+    pub served: RefCell<Vec<Served>>,
+}
+
+/// Longest time that is waited for or ahead, s: some thirty years.
+const TIME_MAX: f64 = 1e9;
+/// How long a program that was stopped may take to end, simulated s.
+const ENDING_MAX: f64 = 30.0;
+/// How long the arm may take to be ready again, simulated s.
+const READY_MAX: f64 = 10.0;
+/// Largest program, bytes.
+const PROGRAM_BYTES_MAX: u64 = 8 << 20;
+
+/// Name, parameters (`?` after those that may be left out) and body of every function.
+const FUNCTIONS: &[(&str, &[&str], Body)] = &[
+    ("run", &["program", "timeout?"], run),
+    ("start", &["program"], start),
+    ("wait", &["timeout?"], wait),
+    ("stop", &[], stop),
+    ("result", &[], result),
+    ("until", &["function", "timeout?"], until),
+    ("advance", &["seconds"], advance),
+    ("set", &["name", "value", "after?"], set),
+    ("get", &["name"], get),
+    ("wrench", &["w", "duration", "frame?", "after?"], wrench),
+    ("safety", &["state"], safety),
+    (
+        "socket_server",
+        &["port?", "answers?"],
+        serve::socket_server,
+    ),
+    ("rpc_server", &["port?", "functions?"], serve::rpc_server),
+    (
+        "modbus_device",
+        &["port?", "registers?", "coils?"],
+        serve::modbus_device,
+    ),
+    ("near", &["a", "b", "tolerance?"], is_near),
+    ("raises", &["type_name", "function"], raises),
+    ("path_near", &["golden_csv", "tolerance?"], path_near),
+    ("never", &["condition"], never),
+    ("always", &["condition"], always),
+    ("peak", &["name"], peak),
+];
+
+/// The names of all functions, for `check`.
+pub fn function_names() -> impl Iterator<Item = &'static str> {
+    FUNCTIONS.iter().map(|(name, _, _)| *name)
+}
+
+/// The functions for one test.
+pub(crate) fn functions(bench: &Arc<Bench>, attendance: &Attendance) -> Vec<NativeFunction> {
+    let site = Rc::new(Site {
+        bench: bench.clone(),
+        attendance: attendance.clone(),
+        served: RefCell::default(),
+    });
+    let functions = FUNCTIONS.iter().map(|(name, parameters, body)| {
+        let parameter = |text: &&'static str| match text.strip_suffix('?') {
+            Some(name) => Param::optional(name),
+            None => Param::required(text),
+        };
+        let (site, body) = (site.clone(), *body);
+        NativeFunction {
+            name,
+            params: parameters.iter().map(parameter).collect(),
+            call: Rc::new(move |call| body(&site, call)),
+        }
+    });
+    functions.collect()
+}
+
+pub(crate) fn wrong(call: &NativeCall<'_>, text: impl Into<String>) -> Raised {
+    call.raise(ExceptionKind::ValueError, text)
+}
+
+/// A finite number within bounds; `default` where it is left out.
+fn number(
+    call: &NativeCall<'_>,
+    index: usize,
+    name: &str,
+    (least, most): (f64, f64),
+    default: Option<f64>,
+) -> R<f64> {
+    let given = match (call.arg(index), default) {
+        (None, Some(default)) => return Ok(default),
+        (given, _) => given.cloned().unwrap_or_default(),
+    };
+    let number = given.as_f64().filter(|_| !matches!(given, Value::Bool(_)));
+    match number.filter(|x| (least..=most).contains(x)) {
+        Some(number) => Ok(number),
+        None => {
+            let shown = call.repr(&given)?;
+            Err(wrong(
+                call,
+                format!("{name} is {shown}; allowed are numbers from {least} to {most}"),
+            ))
+        }
+    }
+}
+
+fn seconds(call: &NativeCall<'_>, index: usize, name: &str, default: Option<f64>) -> R<Seconds> {
+    let time = number(call, index, name, (0.0, TIME_MAX), default)?;
+    // Within its bounds it is finite and not negative.
+    Ok(Seconds::new(time).unwrap_or_default())
+}
+
+pub(crate) fn text(call: &NativeCall<'_>, index: usize, name: &str) -> R<String> {
+    let given = call.arg(index).cloned().unwrap_or_default();
+    match given.as_str() {
+        Some(text) => Ok(text.to_owned()),
+        None => {
+            let text = format!("{name} must be a text, not {}", given.type_name());
+            Err(call.raise(ExceptionKind::TypeError, text))
+        }
+    }
+}
+
+fn failed(call: &NativeCall<'_>, text: impl Into<String>) -> Raised {
+    call.raise(ExceptionKind::AssertionError, text)
+}
+
+/// The program that `run` and `start` are given: a file that is there, or the text itself.
+fn program(site: &Site, call: &NativeCall<'_>) -> R<ProgramText> {
+    let given = text(call, 0, "program")?;
+    let looks_like_a_file = !given.contains(['\n', ';', '(', '='])
+        && (given.ends_with(".script") || given.ends_with(".task") || given.ends_with(".py"));
+    if !looks_like_a_file {
+        return Ok(ProgramText {
+            name: "program".to_owned(),
+            text: given,
+        });
+    }
+    let path = site.bench.folder.join(&given);
+    let read = match std::fs::metadata(&path) {
+        Ok(file) if file.len() > PROGRAM_BYTES_MAX => Err(format!(
+            "it has {} bytes, at most {PROGRAM_BYTES_MAX} are read",
+            file.len()
+        )),
+        Ok(_) => std::fs::read_to_string(&path).map_err(|error| error.to_string()),
+        Err(error) => Err(error.to_string()),
+    };
+    match read {
+        Ok(text) => Ok(ProgramText {
+            name: tidy(&path).display().to_string(),
+            text,
+        }),
+        Err(why) => {
+            let text = format!("cannot read the program {}: {why}", path.display());
+            Err(call.raise(ExceptionKind::FileNotFoundError, text))
+        }
+    }
+}
+
+/// The path without `.` in it.
+fn tidy(path: &Path) -> PathBuf {
+    path.components()
+        .filter(|part| !matches!(part, std::path::Component::CurDir))
+        .collect()
+}
+
+fn begin(site: &Site, call: &NativeCall<'_>) -> R<()> {
+    let program = program(site, call)?;
+    let started = site.bench.start(program);
+    started.map_err(|sentence| call.raise(ExceptionKind::RuntimeError, sentence))
+}
+
+fn start(site: &Site, call: &mut NativeCall<'_>) -> R {
+    begin(site, call)?;
+    Ok(Value::None)
+}
+
+fn run(site: &Site, call: &mut NativeCall<'_>) -> R {
+    let timeout = seconds(call, 1, "timeout", Some(60.0))?;
+    begin(site, call)?;
+    let result = match wait_for_end(site, call, timeout)? {
+        true => site.bench.close(None),
+        false => {
+            let text = format!(
+                "TimeoutError: the program had not ended after {} s",
+                timeout.get()
+            );
+            end(site, call, Some(text))?
+        }
+    };
+    shown_result(call, result)
+}
+
+/// Waits until no program runs, for at most so long.
+fn wait_for_end(site: &Site, call: &mut NativeCall<'_>, timeout: Seconds) -> R<bool> {
+    let bench = &site.bench;
+    let deadline = bench.cycle_after(timeout);
+    while bench.has_company() && bench.turns.cycles() < deadline {
+        step(site, call, deadline)?;
+    }
+    // What came last is noted down before anybody looks.
+    bench.peers.serve();
+    serve::answer(site, call)?;
+    Ok(!bench.has_company())
+}
+
+/// Lets time pass until `cycle`, or for a cycle where the test has something to do in each.
+fn step(site: &Site, call: &mut NativeCall<'_>, cycle: u64) -> R<()> {
+    serve::answer(site, call)?;
+    if let Some(refused) = site.bench.refused() {
+        return Err(call.raise(ExceptionKind::RuntimeError, refused));
+    }
+    match site.bench.peers.ask_the_test() {
+        true => {
+            let next = site.bench.turns.cycles() + 1;
+            site.attendance.until_cycle(call, next)
+        }
+        false => site.attendance.until_cycle_or_alone(call, cycle),
+    }
+}
+
+/// Ends the program that runs.
+fn end(
+    site: &Site,
+    call: &mut NativeCall<'_>,
+    given_up: Option<String>,
+) -> R<Option<ProgramResult>> {
+    site.bench.programs.stop();
+    let patience = Seconds::new(ENDING_MAX).unwrap_or_default();
+    if !wait_for_end(site, call, patience)? {
+        let text = format!("the program was stopped and had not ended after {ENDING_MAX} s");
+        return Err(call.raise(ExceptionKind::RuntimeError, text));
+    }
+    Ok(site.bench.close(given_up))
+}
+
+fn wait(site: &Site, call: &mut NativeCall<'_>) -> R {
+    let timeout = seconds(call, 0, "timeout", Some(60.0))?;
+    let ended = wait_for_end(site, call, timeout)?;
+    if ended {
+        site.bench.close(None);
+    }
+    Ok(Value::Bool(ended))
+}
+
+fn stop(site: &Site, call: &mut NativeCall<'_>) -> R {
+    let result = match site.bench.has_company() {
+        true => end(site, call, None)?,
+        false => site.bench.close(None),
+    };
+    shown_result(call, result)
+}
+
+fn result(site: &Site, call: &mut NativeCall<'_>) -> R {
+    let result = match site.bench.has_company() {
+        true => None,
+        false => site.bench.close(None),
+    };
+    shown_result(call, result)
+}
+
+/// The object that tells how a program ended; None when there is nothing to tell.
+fn shown_result(call: &NativeCall<'_>, result: Option<ProgramResult>) -> R {
+    let Some(result) = result else {
+        return Ok(Value::None);
+    };
+    let prints = result.prints.iter().map(|line| Value::str(line.as_str()));
+    let error = result.error.as_deref().map_or(Value::None, Value::str);
+    let line = result
+        .line
+        .map_or(Value::None, |line| Value::Int(line.into()));
+    Ok(call.object(
+        "result",
+        Vec::new(),
+        vec![
+            ("outcome", Value::str(result.outcome.as_str())),
+            ("error", error),
+            ("line", line),
+            ("time", Value::Float(result.time)),
+            ("prints", Value::list(prints.collect())),
+        ],
+    ))
+}
+
+fn until(site: &Site, call: &mut NativeCall<'_>) -> R {
+    let function = call.arg(0).cloned().unwrap_or_default();
+    if !function.is_callable() {
+        let text = format!("function must be callable, not {}", function.type_name());
+        return Err(call.raise(ExceptionKind::TypeError, text));
+    }
+    let timeout = seconds(call, 1, "timeout", Some(60.0))?;
+    let deadline = site.bench.cycle_after(timeout);
+    loop {
+        let holds = call.call_value(&function, &[])?;
+        if call.truth(&holds)? {
+            return Ok(Value::Bool(true));
+        }
+        let now = site.bench.turns.cycles();
+        if now >= deadline {
+            return Ok(Value::Bool(false));
+        }
+        serve::answer(site, call)?;
+        site.attendance.until_cycle(call, now + 1)?;
+    }
+}
+
+fn advance(site: &Site, call: &mut NativeCall<'_>) -> R {
+    let time = seconds(call, 0, "seconds", None)?;
+    let until = site.bench.cycle_after(time);
+    while site.bench.turns.cycles() < until {
+        serve::answer(site, call)?;
+        let next = match site.bench.peers.ask_the_test() {
+            true => site.bench.turns.cycles() + 1,
+            false => until,
+        };
+        site.attendance.until_cycle(call, next)?;
+    }
+    serve::answer(site, call)?;
+    Ok(Value::None)
+}
+
+/// Does something now, or after a while.
+fn act(site: &Site, call: &NativeCall<'_>, after: Seconds, act: Act) -> R {
+    let done = match after.get() {
+        0.0 => site.bench.act(act),
+        _ => site.bench.plan(site.bench.cycle_after(after), act),
+    };
+    match done {
+        Ok(()) => Ok(Value::None),
+        Err(sentence) => Err(call.raise(ExceptionKind::RuntimeError, sentence)),
+    }
+}
+
+fn set(site: &Site, call: &mut NativeCall<'_>) -> R {
+    let name = text(call, 0, "name")?;
+    let given = call.arg(1).cloned().unwrap_or_default();
+    let value = match given {
+        Value::Bool(level) => InputValue::Level(level),
+        Value::Int(whole) => InputValue::Whole(whole),
+        Value::Float(number) => InputValue::Number(number),
+        _ => InputValue::Other(call.repr(&given)?),
+    };
+    let after = seconds(call, 2, "after", Some(0.0))?;
+    let config = site.bench.robot.state().io_config;
+    let change = InputChange::new(&name, &value, &config);
+    let change = change.map_err(|error| wrong(call, error.to_string()))?;
+    act(site, call, after, Act::Input(change))
+}
+
+fn get(site: &Site, call: &mut NativeCall<'_>) -> R {
+    let name = text(call, 0, "name")?;
+    let robot = &site.bench.robot;
+    let point: Point = match name.parse() {
+        Ok(point) => point,
+        Err(sentence) => {
+            let cycle = Cycle::from(&robot.state());
+            let fields = cycle.fields();
+            let field = fields.iter().find(|(field, _)| *field == name);
+            return match field.map(|(_, value)| *value) {
+                Some(FieldValue::Unsigned(x)) => {
+                    Ok(Value::Int(i64::try_from(x).unwrap_or(i64::MAX)))
+                }
+                Some(FieldValue::Number(x)) => Ok(Value::Float(x)),
+                Some(FieldValue::Numbers(values)) => Ok(Value::list_of_f64(values)),
+                Some(FieldValue::Text(text)) => Ok(Value::str(text)),
+                None => Err(wrong(
+                    call,
+                    format!("{sentence}; columns of replay --csv /cycle can be read as well"),
+                )),
+            };
+        }
+    };
+    let (io, registers) = (robot.io(), robot.registers());
+    let is_input = point.direction == Direction::In;
+    let bank = match is_input {
+        true => &registers.input,
+        false => &registers.output,
+    };
+    Ok(match point.io_point() {
+        IoPoint::Digital(bit) => {
+            let levels = if is_input {
+                io.digital_in
+            } else {
+                io.digital_out
+            };
+            Value::Bool(levels >> bit & 1 == 1)
+        }
+        IoPoint::Analog(port) => {
+            let values = if is_input {
+                io.analog_in
+            } else {
+                io.analog_out()
+            };
+            Value::Float(values[usize::from(port)])
+        }
+        IoPoint::BooleanRegister(n) => Value::Bool(bank.boolean(n)),
+        IoPoint::IntegerRegister(n) => Value::Int(bank.integer(n).into()),
+        IoPoint::FloatRegister(n) => Value::Float(bank.float(n)),
+    })
+}
+
+fn wrench(site: &Site, call: &mut NativeCall<'_>) -> R {
+    let given = call.arg(0).cloned().unwrap_or_default();
+    let numbers = given.as_items().and_then(|items| {
+        let numbers = items
+            .iter()
+            .map(Value::as_f64)
+            .collect::<Option<Vec<f64>>>()?;
+        <[f64; 6]>::try_from(numbers).ok()
+    });
+    let Some(wrench) = numbers else {
+        let shown = call.repr(&given)?;
+        let text = format!("w is {shown}; six numbers are needed: force in N, moment in Nm");
+        return Err(wrong(call, text));
+    };
+    let duration = seconds(call, 1, "duration", None)?;
+    let in_tool_axes = match call.arg(2) {
+        None => false,
+        Some(_) => match text(call, 2, "frame")?.as_str() {
+            "base" => false,
+            "tool" => true,
+            other => {
+                let text = format!("frame is {other:?}; allowed are \"base\" and \"tool\"");
+                return Err(wrong(call, text));
+            }
+        },
+    };
+    let after = seconds(call, 3, "after", Some(0.0))?;
+    let push = CommandKind::Push {
+        wrench,
+        in_tool_axes,
+        duration: duration.get(),
+        replaces: false,
+    };
+    if let Err(refusal) = push.check_form() {
+        return Err(wrong(call, refusal.to_string()));
+    }
+    act(site, call, after, Act::Command(push))
+}
+
+fn safety(site: &Site, call: &mut NativeCall<'_>) -> R {
+    let wanted = text(call, 0, "state")?;
+    let kind = match wanted.as_str() {
+        "normal" => return make_ready(site, call),
+        "protective_stop" => CommandKind::ProtectiveStop,
+        "emergency_stop" => CommandKind::EmergencyStop { pressed: true },
+        other => {
+            let text = format!(
+                "state is {other:?}; allowed are \"normal\", \"protective_stop\" and \"emergency_stop\""
+            );
+            return Err(wrong(call, text));
+        }
+    };
+    act(site, call, Seconds::default(), Act::Command(kind))?;
+    // So that what is asked next sees it.
+    let next = site.bench.turns.cycles() + 1;
+    site.attendance.until_cycle(call, next)?;
+    Ok(Value::None)
+}
+
+/// What a person does after a stop: releases the button, unlocks, powers on, releases the brakes.
+fn make_ready(site: &Site, call: &mut NativeCall<'_>) -> R {
+    let robot = site.bench.robot.clone();
+    let step = robot.state().step_time;
+    let deadline = site.bench.turns.cycles() + (READY_MAX / step) as u64;
+    let released = CommandKind::EmergencyStop { pressed: false };
+    act(site, call, Seconds::default(), Act::Command(released))?;
+    loop {
+        let state = robot.state();
+        let is_safe = matches!(state.safety_mode, SafetyMode::Normal | SafetyMode::Reduced);
+        let next = match (is_safe, state.robot_mode) {
+            (true, RobotMode::Running) => return Ok(Value::None),
+            (false, _) => Some(CommandKind::UnlockProtectiveStop),
+            (true, RobotMode::PowerOff) => Some(CommandKind::PowerOn),
+            (true, RobotMode::Idle) => Some(CommandKind::ReleaseBrakes),
+            (true, _) => None,
+        };
+        if site.bench.turns.cycles() >= deadline {
+            let text = format!(
+                "the arm is not ready after {READY_MAX} s: its robot mode is {}, its safety mode {}",
+                state.robot_mode, state.safety_mode
+            );
+            return Err(call.raise(ExceptionKind::RuntimeError, text));
+        }
+        if let Some(command) = next {
+            act(site, call, Seconds::default(), Act::Command(command))?;
+        }
+        // Commands take a cycle or two; asked for again meanwhile they would only be refused.
+        let wait = site.bench.turns.cycles() + 4;
+        site.attendance.until_cycle(call, wait)?;
+    }
+}
+
+fn is_near(_: &Site, call: &mut NativeCall<'_>) -> R {
+    let tolerance = number(call, 2, "tolerance", (0.0, f64::MAX), Some(1e-6))?;
+    let arg = |index| call.arg(index).cloned().unwrap_or_default();
+    let (a, b) = (arg(0), arg(1));
+    match near(&a, &b, tolerance) {
+        Ok(()) => Ok(Value::Bool(true)),
+        Err(difference) => {
+            let (a, b) = (call.repr(&a)?, call.repr(&b)?);
+            let text = format!("{a} is not within {tolerance} of {b}: {difference}");
+            Err(failed(call, text))
+        }
+    }
+}
+
+fn raises(_: &Site, call: &mut NativeCall<'_>) -> R {
+    let wanted = match call.arg(0) {
+        // The class itself is as good as its name.
+        Some(class) if class.is_callable() => {
+            let shown = call.repr(class)?;
+            let name = shown.trim_start_matches("<class '").trim_end_matches("'>");
+            name.to_owned()
+        }
+        _ => text(call, 0, "type_name")?,
+    };
+    let function = call.arg(1).cloned().unwrap_or_default();
+    if !function.is_callable() {
+        let text = format!("function must be callable, not {}", function.type_name());
+        return Err(call.raise(ExceptionKind::TypeError, text));
+    }
+    match call.call_value(&function, &[]) {
+        Ok(value) => {
+            let shown = call.repr(&value)?;
+            let text =
+                format!("{wanted} was expected, but nothing was raised: the value is {shown}");
+            Err(failed(call, text))
+        }
+        Err(Raised::Stop) => Err(Raised::Stop),
+        Err(raised) => match call.ancestors(&raised) {
+            names if names.contains(&wanted) => Ok(Value::Bool(true)),
+            _ => {
+                let report = call.report(&raised);
+                let met = report.map_or_else(String::new, |error| error.headline());
+                let text = format!("{wanted} was expected, but this was raised: {met}");
+                Err(failed(call, text))
+            }
+        },
+    }
+}
+
+fn path_near(site: &Site, call: &mut NativeCall<'_>) -> R {
+    let file = site.bench.folder.join(text(call, 0, "golden_csv")?);
+    let tolerance = number(call, 1, "tolerance", (0.0, f64::MAX), Some(1e-3))?;
+    let places = site.bench.trace.places();
+    let checked = golden::check(&places, &tidy(&file), tolerance, site.bench.goldens);
+    match checked {
+        Ok(()) => Ok(Value::Bool(true)),
+        Err(error) => Err(failed(call, error.to_string())),
+    }
+}
+
+fn never(site: &Site, call: &mut NativeCall<'_>) -> R {
+    watch(site, call, false)
+}
+
+fn always(site: &Site, call: &mut NativeCall<'_>) -> R {
+    watch(site, call, true)
+}
+
+fn watch(site: &Site, call: &mut NativeCall<'_>, always: bool) -> R {
+    let watched = Watched {
+        text: text(call, 0, "condition")?,
+        always,
+        line: call.line(),
+    };
+    match site.bench.watch(watched) {
+        Verdict::Kept => Ok(Value::None),
+        Verdict::Broken(sentence) => Err(failed(call, sentence)),
+        Verdict::NoCondition(sentence) => Err(wrong(call, sentence)),
+    }
+}
+
+fn peak(site: &Site, call: &mut NativeCall<'_>) -> R {
+    let name = text(call, 0, "name")?;
+    let value = site.bench.trace.peaks().get(&name);
+    value
+        .map(Value::Float)
+        .map_err(|sentence| wrong(call, sentence))
+}

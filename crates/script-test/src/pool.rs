@@ -1,0 +1,156 @@
+//! Which test runs when: several at once, in an order that follows from the seed.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, mpsc};
+use std::time::Duration;
+
+use controller::RobotConfig;
+use elite_runtime::LineCountsOfTexts;
+use motion_api::Seconds;
+use supervision::{Faults, Kind, catch};
+
+use crate::discover::TestCase;
+use crate::golden::Goldens;
+use crate::single::{self, Plan, Status, TestResult};
+
+/// How tests are run.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// How many at once.
+    pub jobs: NonZeroUsize,
+    /// Of their order.
+    pub seed: u64,
+    /// Simulated time of a test.
+    pub timeout: Seconds,
+    /// Time of the machine without simulated time passing, after which a test is given up.
+    pub wall_timeout: Duration,
+    /// Compare with what was kept, or keep anew.
+    pub goldens: Goldens,
+    /// Count executed lines of the programs under test.
+    pub counts_lines: bool,
+    /// Folder for the recordings of failed tests.
+    pub record_failed: Option<PathBuf>,
+}
+
+/// Runs tests; `tell` hears of each when it has ended. `settings` says what each is run with; a sentence where there is no
+/// such setting. The executed lines, if they are counted.
+///
+/// # Errors
+/// The operating system gave no thread or no folder.
+pub fn run(
+    cases: &[TestCase],
+    options: &Options,
+    settings: &dyn Fn(&TestCase) -> Result<RobotConfig, String>,
+    tell: &mut dyn FnMut(TestResult),
+) -> io::Result<LineCountsOfTexts> {
+    if let Some(folder) = &options.record_failed {
+        std::fs::create_dir_all(folder)?;
+    }
+    let counts = options.counts_lines.then(Arc::<Mutex<_>>::default);
+    let mut planned = Vec::new();
+    let mut taken = BTreeMap::new();
+    for case in cases {
+        let plan = settings(case).map(|config| Plan {
+            config,
+            goldens: options.goldens,
+            timeout: options.timeout,
+            wall_timeout: options.wall_timeout,
+            counts: counts.clone(),
+            recording: options
+                .record_failed
+                .as_deref()
+                .map(|folder| recording_path(folder, case, &mut taken)),
+        });
+        planned.push((case.clone(), plan));
+    }
+    shuffle(&mut planned, options.seed);
+    let planned: Arc<[_]> = planned.into();
+    let next = Arc::new(AtomicUsize::new(0));
+    let (results, inbox) = mpsc::channel();
+    let jobs = options.jobs.get().min(planned.len().max(1));
+    let faults = Faults::default();
+    let mut workers = Vec::new();
+    for number in 0..jobs {
+        let (planned, next, results) = (planned.clone(), next.clone(), results.clone());
+        let work = move || {
+            while let Some((case, plan)) = planned.get(next.fetch_add(1, Ordering::Relaxed)) {
+                let result = match plan {
+                    Ok(plan) => one(case, plan),
+                    Err(sentence) => not_run(case, sentence.clone()),
+                };
+                if results.send(result).is_err() {
+                    return;
+                }
+            }
+        };
+        workers.push(faults.start(Kind::Service, format!("tests-{number}"), work)?);
+    }
+    drop(results);
+    for result in inbox {
+        tell(result);
+    }
+    for worker in workers {
+        // A fault of ours was told as the error of its test.
+        let _ = worker.join();
+    }
+    let counts = counts.map(|counts| {
+        let mut counts = counts
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        std::mem::take(&mut *counts)
+    });
+    Ok(counts.unwrap_or_default())
+}
+
+/// A fault of ours is the error of the test, and not the end of the others.
+fn one(case: &TestCase, plan: &Plan) -> TestResult {
+    catch(|| single::run(case, plan)).unwrap_or_else(|panicked| {
+        let what = format!("a fault of the controller: {}", panicked.message);
+        not_run(case, what)
+    })
+}
+
+fn not_run(case: &TestCase, sentence: String) -> TestResult {
+    TestResult {
+        case: case.clone(),
+        status: Status::Error,
+        report: sentence.clone(),
+        message: sentence,
+        line: case.line,
+        time: 0.0,
+        wall: Duration::ZERO,
+        seed: 0,
+        prints: Vec::new(),
+        recording: None,
+    }
+}
+
+/// A file for the recording of a test, named after it.
+fn recording_path(folder: &Path, case: &TestCase, taken: &mut BTreeMap<String, usize>) -> PathBuf {
+    let stem = case.file.path.file_stem().unwrap_or_default();
+    let name = format!("{}-{}", stem.to_string_lossy(), case.name);
+    let count = taken.entry(name.clone()).or_insert(0);
+    *count += 1;
+    // Files of the same name in several folders.
+    match *count {
+        1 => folder.join(format!("{name}.mcap")),
+        number => folder.join(format!("{name}-{number}.mcap")),
+    }
+}
+
+/// Fisher and Yates, with the numbers of SplitMix64.
+fn shuffle<T>(items: &mut [T], seed: u64) {
+    let mut state = seed;
+    for last in (1..items.len()).rev() {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        let drawn = (z ^ (z >> 31)) % (last as u64 + 1);
+        items.swap(last, drawn as usize);
+    }
+}

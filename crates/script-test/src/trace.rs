@@ -1,0 +1,87 @@
+//! What the arm did in the course of a test: every cycle for conditions and paths, peaks for everything else.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use controller::Peaks;
+use elite_lang::TaskNode;
+use elite_runtime::message::{InterpreterEvent, Message, Observer};
+use elite_runtime::panel::VariableValue;
+use motion_api::{Frame, ProgramId, RobotState, ThreadNumber};
+
+/// Cycles that are kept; what comes after them is counted only. At 4 ms it is the first 400 s of a test.
+const CYCLES_MAX: usize = 100_000;
+
+/// A place on the way of the TCP.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place {
+    /// Simulated time, s.
+    pub time: f64,
+    /// Pose of the TCP in the base frame: m and rad (roll, pitch, yaw).
+    pub pose: [f64; 6],
+}
+
+/// Keeps the cycles of a test.
+#[derive(Default)]
+pub(crate) struct Trace(Mutex<Kept>);
+
+#[derive(Default)]
+struct Kept {
+    states: Vec<RobotState>,
+    missed: usize,
+    peaks: Peaks,
+}
+
+impl Trace {
+    /// The peaks of the test so far.
+    pub(crate) fn peaks(&self) -> Peaks {
+        self.kept().peaks
+    }
+
+    /// The cycles from number `from` on of those that are kept, and how many were not.
+    pub(crate) fn since(&self, from: usize, most: usize) -> (Vec<RobotState>, usize) {
+        let kept = self.kept();
+        let states = kept.states.iter().skip(from).take(most);
+        (states.copied().collect(), kept.missed)
+    }
+
+    /// Where the TCP has been.
+    pub(crate) fn places(&self) -> Vec<Place> {
+        let kept = self.kept();
+        let place = |state: &RobotState| Place {
+            time: state.time,
+            pose: state.actual_tcp_pose.to_array(),
+        };
+        kept.states.iter().map(place).collect()
+    }
+
+    /// Whole at every moment, so a poisoned lock is as good as any.
+    fn kept(&self) -> MutexGuard<'_, Kept> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn take(&self, state: &RobotState) {
+        let mut kept = self.kept();
+        kept.peaks.take(state);
+        match kept.states.len() < CYCLES_MAX {
+            true => kept.states.push(*state),
+            false => kept.missed += 1,
+        }
+    }
+}
+
+/// Shows every cycle to a trace.
+pub(crate) struct Watcher(pub Arc<Trace>);
+
+impl Observer for Watcher {
+    fn message(&self, _: &Message) {}
+    fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
+    fn program_runs(&self, _: ProgramId, _: &str) {}
+    fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32, _: Option<&TaskNode>) {}
+    fn program_ended(&self, _: ProgramId) {}
+    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
+    fn interpreter(&self, _: &InterpreterEvent<'_>) {}
+    fn cycle_ended(&self, frame: &Frame) {
+        self.0.take(&frame.state);
+    }
+    fn hurry(&self) {}
+}

@@ -1,0 +1,493 @@
+//! Tests run as people run them: files in a folder, results told.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "test helpers fail by panicking"
+)]
+
+use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use controller::RobotConfig;
+use controller::options::PlantChoice;
+use elite_runtime::LineCountsOfTexts;
+use motion_api::Seconds;
+use recorder::Recording;
+use script_test::{Goldens, Options, Status, TestResult, discover, run};
+
+fn options() -> Options {
+    Options {
+        jobs: NonZeroUsize::new(2).unwrap(),
+        seed: 0,
+        timeout: Seconds::new(60.0).unwrap(),
+        wall_timeout: Duration::from_secs(30),
+        goldens: Goldens::Compare,
+        counts_lines: false,
+        record_failed: None,
+    }
+}
+
+fn ideal() -> RobotConfig {
+    RobotConfig {
+        plant: PlantChoice::Ideal,
+        ..RobotConfig::default()
+    }
+}
+
+/// Results by name, and the executed lines.
+fn run_folder(
+    folder: &Path,
+    options: &Options,
+) -> (BTreeMap<String, TestResult>, LineCountsOfTexts) {
+    let cases = discover(&[folder.to_owned()]).unwrap();
+    let mut results = BTreeMap::new();
+    let counts = run(&cases, options, &|_| Ok(ideal()), &mut |result| {
+        results.insert(result.case.name.clone(), result);
+    });
+    assert_eq!(results.len(), cases.len());
+    (results, counts.unwrap())
+}
+
+/// Runs one file of tests.
+fn run_text(text: &str) -> BTreeMap<String, TestResult> {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("test_it.script"), text).unwrap();
+    run_folder(folder.path(), &options()).0
+}
+
+#[track_caller]
+fn assert_all_passed(results: &BTreeMap<String, TestResult>) {
+    for (name, result) in results {
+        assert_eq!(result.status, Status::Passed, "{name}: {}", result.report);
+    }
+    assert!(!results.is_empty());
+}
+
+#[test]
+fn programs_end_in_all_the_ways_they_can() {
+    assert_all_passed(&run_text(
+        r#"
+MOVE = "movej([0.5, -1.5, 1.5, -1.5, -1.5, 0], a=2, v=1)"
+
+def test_ended():
+    r = test.run("print('a')\nprint('b c')\nsleep(1)")
+    assert r.outcome == "ended" and r.error is None and r.line is None
+    assert r.prints == ["a", "b c"]
+    assert 1.0 <= r.time < 1.1
+
+def test_failed():
+    r = test.run("x = 1\ny = x / 0")
+    assert (r.outcome, r.error, r.line) == ("failed", "ZeroDivisionError: division by zero", 2)
+    r = test.run("x = (")
+    assert r.outcome == "failed" and r.error.startswith("SyntaxError")
+
+def test_stopped():
+    test.start(MOVE)
+    test.advance(0.2)
+    r = test.stop()
+    assert r.outcome == "stopped"
+    test.start("while True: sync()")
+    assert not test.wait(0.5)
+    assert test.result() is None
+    assert test.stop().outcome == "stopped"
+    assert test.result().outcome == "stopped"
+
+def test_protective_stop():
+    test.start(MOVE)
+    test.advance(0.2)
+    test.safety("protective_stop")
+    assert test.wait(5)
+    r = test.result()
+    assert r.outcome == "protective_stop" and "protective stop" in r.error and r.line == 1
+    test.safety("normal")
+    assert test.run(MOVE).outcome == "ended"
+
+def test_emergency_stop():
+    test.start(MOVE)
+    test.advance(0.2)
+    test.safety("emergency_stop")
+    test.wait()
+    assert test.result().outcome == "emergency_stop"
+    test.safety("normal")
+    assert test.get("robot_mode") == 7
+    assert test.run(MOVE).outcome == "ended"
+
+def test_timeout():
+    r = test.run("sleep(100)", timeout=2)
+    assert r.outcome == "timeout" and "2 s" in r.error and r.line == 1
+    assert 2.0 <= r.time < 2.2
+
+def test_one_at_a_time():
+    test.start("sleep(1)")
+    test.raises("RuntimeError", lambda: test.start("sleep(1)"))
+    test.raises(RuntimeError, lambda: test.run("sleep(1)"))
+"#,
+    ));
+}
+
+#[test]
+fn time_inputs_outputs_and_loads_are_the_tests() {
+    assert_all_passed(&run_text(
+        r#"
+def test_time():
+    before = test.get("time")
+    test.advance(1.5)
+    test.near(test.get("time") - before, 1.5)
+    assert not test.until(lambda: False, 0.5)
+    test.near(test.get("time") - before, 2.0)
+    assert test.until(lambda: test.get("time") - before > 3, 5)
+    test.near(test.get("time") - before, 3.0, 0.005)
+
+def test_inputs():
+    test.set("standard_digital_in[3]", True)
+    assert test.get("standard_digital_in[3]") is True
+    test.set("standard_digital_in[3]", False, after=0.5)
+    test.set("standard_analog_in[0]", 2.5)
+    test.set("input_integer_register[7]", -5)
+    test.set("input_float_register[1]", 0.25)
+    test.set("input_boolean_register[9]", True)
+    r = test.run("""
+while get_standard_digital_in(3): sync()
+print(get_standard_analog_in(0), read_input_integer_register(7), read_input_float_register(1), read_input_boolean_register(9))
+write_output_integer_register(2, 11)
+set_standard_digital_out(4, True)
+""")
+    assert r.prints == ["2.5 -5 0.25 True"]
+    test.near(r.time, 0.5, 0.02)
+    assert test.get("output_integer_register[2]") == 11
+    assert test.get("standard_digital_out[4]")
+    assert len(test.get("actual_q")) == 6
+
+def test_what_cannot_be_set():
+    test.raises("ValueError", lambda: test.set("standard_digital_out[0]", True))
+    test.raises("ValueError", lambda: test.set("standard_digital_in[16]", True))
+    test.raises("ValueError", lambda: test.set("standard_digital_in[0]", 5))
+    test.raises("ValueError", lambda: test.set("standard_analog_in[0]", 99.0))
+    test.raises("ValueError", lambda: test.get("nothing"))
+    test.raises("ValueError", lambda: test.advance(-1))
+    test.raises("ValueError", lambda: test.wrench([1, 2, 3], 1))
+    test.raises("ValueError", lambda: test.wrench([0] * 6, 1, frame="flange"))
+    test.raises("ValueError", lambda: test.safety("maybe"))
+    test.raises("ValueError", lambda: test.peak("height"))
+    test.raises("TypeError", lambda: test.until(5))
+    test.raises("FileNotFoundError", lambda: test.run("nowhere.script"))
+
+def test_loads():
+    test.wrench([0, 0, -10, 0, 0, 0], 0.5, after=0.2)
+    test.advance(0.4)
+    test.near(get_tcp_force()[2], -10, 0.5)
+    test.advance(0.6)
+    test.near(get_tcp_force()[2], 0, 0.5)
+    assert test.peak("tcp_force") > 9.5
+
+def test_the_test_moves_the_arm_itself():
+    movej([0.3, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=2)
+    test.near(get_actual_joint_positions(), [0.3, -1.5, 1.5, -1.5, -1.5, 0], 1e-3)
+    assert test.peak("joint_speed[0]") > 0.3
+"#,
+    ));
+}
+
+#[test]
+fn what_is_asserted_tells_both_sides() {
+    let results = run_text(
+        r#"
+def helper(x):
+    assert x == [1, 2], "lists"
+
+def test_sides():
+    helper([1, 3])
+
+def test_near():
+    test.near([1.0, [2.0, 3.0]], [1.0, [2.0, 3.5]], 0.1)
+
+def test_raises_nothing():
+    test.raises("KeyError", lambda: 5)
+
+def test_raises_another():
+    test.raises("KeyError", lambda: [][0])
+
+def test_never():
+    test.never("joint_speed_is_no_name > 3")
+
+def test_never_before():
+    test.run("movej([0.5, -1.5, 1.5, -1.5, -1.5, 0], a=2, v=1)")
+    test.never("abs(actual_qd[0]) > 0.3")
+
+def test_never_after():
+    test.never("abs(actual_qd[0]) > 0.3")
+    test.run("movej([0.5, -1.5, 1.5, -1.5, -1.5, 0], a=2, v=1)")
+
+def test_always():
+    test.always("safety_mode == normal")
+    test.safety("protective_stop")
+
+def test_prints():
+    print("said before")
+    raise ValueError("no")
+
+def test_halts():
+    test.run("movej([0.5, -1.5, 1.5, -1.5, -1.5, 0], a=2, v=1)")
+    halt()
+    assert False
+"#,
+    );
+    for (name, line, said) in [
+        (
+            "test_sides",
+            3,
+            "AssertionError: lists (the left side is [1, 3], the right side is [1, 2])",
+        ),
+        ("test_near", 9, "they differ by 0.5 at [1][1]"),
+        (
+            "test_raises_nothing",
+            12,
+            "nothing was raised: the value is 5",
+        ),
+        (
+            "test_raises_another",
+            15,
+            "this was raised: IndexError: list index out of range",
+        ),
+        ("test_never", 18, "ValueError: the condition cannot be read"),
+        (
+            "test_never_before",
+            22,
+            "AssertionError: never: `abs(actual_qd[0]) > 0.3` held at",
+        ),
+        ("test_never_after", 25, "; actual_qd was [0.3"),
+        ("test_always", 29, "did not hold at 0.00"),
+        ("test_prints", 34, "ValueError: no"),
+    ] {
+        let result = &results[name];
+        assert_eq!(result.status, Status::Failed, "{name}");
+        assert!(result.message.contains(said), "{name}: {}", result.message);
+        assert_eq!(result.line, line, "{name}: {}", result.report);
+        assert!(!result.report.contains("line 41"), "{}", result.report);
+    }
+    assert_eq!(results["test_prints"].prints, ["said before"]);
+    assert_eq!(results["test_halts"].status, Status::Passed);
+}
+
+#[test]
+fn machines_on_the_network_are_played_within_the_test() {
+    assert_all_passed(&run_text(
+        r#"
+def test_sockets():
+    server = test.socket_server(4000, ["ONE\n", lambda message: message.strip()[::-1] + "\n", b"\x00\x00\x00\x07"])
+    r = test.run("""
+print(socket_open("10.0.0.99", 4000))
+socket_send_line("first")
+print(socket_read_string(suffix="\\n"))
+socket_send_line("second")
+print(socket_read_string(suffix="\\n"))
+socket_send_string("third")
+print(socket_read_binary_integer(1))
+print(socket_read_string(timeout=1.0) == "")
+""")
+    assert r.outcome == "ended", r.error
+    assert r.prints == ["True", "ONE", "dnoces", "[1, 7]", "True"], r.prints
+    assert server.received == ["first\n", "second\n", "third"]
+    assert server.port == 4000
+    assert 1.0 <= r.time < 1.2
+
+def test_pythons_sockets():
+    server = test.socket_server(0, lambda message: b"pong:" + message.encode())
+    r = test.run("""
+import socket
+s = socket.create_connection(("127.0.0.1", %d), 5)
+s.sendall(b"ping")
+print(s.recv(100))
+s.close()
+""" % server.port)
+    assert r.prints == ["b'pong:ping'"], r.error
+
+def test_rpc():
+    calls = []
+    def add(a, b):
+        calls.append((a, b))
+        return a + b
+    server = test.rpc_server(9120, {"add": add, "version": "1.2", "fail": lambda: 1 / 0})
+    r = test.run("""
+camera = rpc_factory("xmlrpc", "10.1.1.1:9120")
+print(camera.add(2, 3), camera.version())
+for name in ("fail", "missing"):
+    try:
+        getattr(camera, name)()
+    except RuntimeError as e:
+        print(e)
+""")
+    assert r.prints[0] == "5 1.2", r.error
+    assert "division by zero" in r.prints[1]
+    assert "there is no method missing" in r.prints[2]
+    assert calls == [(2, 3)]
+    assert server.received == [("add", [2, 3]), ("version", []), ("fail", []), ("missing", [])]
+
+def test_modbus():
+    device = test.modbus_device(5502, registers={100: 7}, coils=[False, True])
+    r = test.run("""
+modbus_add_signal("10.0.0.5", 1, 100, 3, "speed", True, 1, 5502)
+modbus_add_signal("10.0.0.5", 1, 1, 0, "ready", True, 1, 5502)
+print(modbus_get_signal_status("speed"), modbus_get_signal_status("ready"))
+modbus_set_output_register("speed", [9])
+sleep(0.5)
+""")
+    assert r.outcome == "ended", r.error
+    assert (16, 100, [9]) in device.received or (6, 100, [9]) in device.received, device.received
+
+def test_what_cannot_be_played():
+    test.raises("ValueError", lambda: test.socket_server(70000))
+    test.raises("TypeError", lambda: test.socket_server(1, [5]))
+    test.raises("TypeError", lambda: test.rpc_server(1, ["add"]))
+    test.raises("ValueError", lambda: test.modbus_device(1, {5: 70000}))
+    test.socket_server(77)
+    test.raises("ValueError", lambda: test.rpc_server(77))
+"#,
+    ));
+}
+
+#[test]
+fn a_test_that_never_ends_is_given_up_and_so_is_its_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = r#"
+def test_waits():
+    test.start("while True: sync()")
+    test.advance(1000)
+
+def test_computes():
+    while True:
+        pass
+
+def test_program_computes():
+    test.run("x = 0\nwhile True:\n    x += 1")
+
+def test_fine():
+    test.advance(1)
+"#;
+    std::fs::write(folder.path().join("ends_test.script"), text).unwrap();
+    let options = Options {
+        timeout: Seconds::new(5.0).unwrap(),
+        wall_timeout: Duration::from_millis(500),
+        ..options()
+    };
+    let (results, _) = run_folder(folder.path(), &options);
+    for (name, said) in [
+        (
+            "test_waits",
+            "timeout: the test had not ended after 5.000 s",
+        ),
+        (
+            "test_computes",
+            "timeout: no simulated time passed for 0.5 s",
+        ),
+        (
+            "test_program_computes",
+            "timeout: no simulated time passed for 0.5 s",
+        ),
+    ] {
+        assert!(
+            results[name].message.contains(said),
+            "{name}: {}",
+            results[name].message
+        );
+    }
+    assert_eq!(results["test_fine"].status, Status::Passed);
+}
+
+/// A file of tests, a program and what belongs to them.
+fn project() -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let program = "import random\nfor i in range(3):\n    x = random.uniform(-0.3, 0.3)\n    movej([x, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=2)\nif x > 10:\n    print('never')\n";
+    std::fs::create_dir(folder.path().join("programs")).unwrap();
+    std::fs::write(folder.path().join("programs/moves.script"), program).unwrap();
+    let tests = "def test_moves():\n    assert test.run('programs/moves.script').outcome == 'ended'\n    test.path_near('ways/moves.csv', 0.001)\n\ndef test_fails():\n    test.run('programs/moves.script')\n    assert False\n";
+    std::fs::write(folder.path().join("test_moves.script"), tests).unwrap();
+    let path = folder.path().to_owned();
+    (folder, path)
+}
+
+#[test]
+fn executed_lines_are_counted_ways_kept_and_failures_recorded() {
+    let (_folder, path) = project();
+    let recordings = path.join("recordings");
+    let options = Options {
+        goldens: Goldens::Update,
+        counts_lines: true,
+        record_failed: Some(recordings.clone()),
+        ..options()
+    };
+    let (results, counts) = run_folder(&path, &options);
+    assert_eq!(results["test_moves"].status, Status::Passed);
+    assert!(path.join("ways/moves.csv").is_file());
+    let kept: Vec<PathBuf> = std::fs::read_dir(&recordings)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
+    assert_eq!(kept, [recordings.join("test_moves-test_fails.mcap")]);
+    assert_eq!(results["test_fails"].recording.as_ref(), kept.first());
+    let cycles = Recording::open(&kept[0]).unwrap().cycles().unwrap().count();
+    assert!(cycles > 100, "{cycles}");
+    let (name, lines) = counts.iter().next().unwrap();
+    assert!(name.ends_with("programs/moves.script"), "{name}");
+    let expected = [(1, 2), (2, 2), (3, 6), (4, 6), (5, 2), (6, 0)];
+    assert_eq!(lines.clone().into_iter().collect::<Vec<_>>(), expected);
+    // On the way that was kept, and with another seed on another one.
+    let (results, _) = run_folder(&path, &self::options());
+    assert_eq!(
+        results["test_moves"].status,
+        Status::Passed,
+        "{}",
+        results["test_moves"].report
+    );
+}
+
+#[test]
+fn the_same_seed_is_the_same_run_whatever_runs_beside_it() {
+    let (_folder, path) = project();
+    let record = |name: &str, jobs: usize, seed: u64| {
+        let folder = path.join(name);
+        let options = Options {
+            jobs: NonZeroUsize::new(jobs).unwrap(),
+            seed,
+            record_failed: Some(folder.clone()),
+            ..options()
+        };
+        run_folder(&path, &options);
+        let recording = Recording::open(&folder.join("test_moves-test_fails.mcap")).unwrap();
+        let cycles: Vec<_> = recording.cycles().unwrap().map(Result::unwrap).collect();
+        cycles
+    };
+    let (alone, beside) = (record("a", 1, 1), record("b", 4, 2));
+    assert_eq!(alone.len(), beside.len());
+    let differ = alone
+        .iter()
+        .zip(&beside)
+        .find_map(|(a, b)| recorder::difference(a, b));
+    assert!(differ.is_none(), "{differ:?}");
+}
+
+#[test]
+fn what_is_no_test_is_said_before_anything_runs() {
+    for (text, said) in [
+        ("def test_x(\n", "test_it.script"),
+        (
+            "def test_x():\n    pass\ndef test_x():\n    pass\n",
+            ":3: there are two tests called test_x",
+        ),
+        ("def test_x(a):\n    pass\n", ":1: test_x takes arguments"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("test_it.script"), text).unwrap();
+        let error = discover(&[folder.path().to_owned()])
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains(said), "{text:?}: {error}");
+    }
+    let error = discover(&["no/such/folder".into()])
+        .unwrap_err()
+        .to_string();
+    assert!(error.starts_with("cannot read no/such/folder"), "{error}");
+}

@@ -1,0 +1,160 @@
+//! `eliteserver test`: which tests, with which settings, told how.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::thread;
+use std::time::Instant;
+
+use controller::RobotConfig;
+use script_test::report::{github, human, json, junit, lcov};
+use script_test::{Goldens, Options, Status, TestCase, TestResult, discover, run};
+
+use crate::cli::{TestArgs, TestFormat};
+use crate::config::robot_for_tests;
+use crate::logging;
+
+/// The settings of the tests of a folder.
+const SETTINGS: &str = "test.toml";
+
+/// Exit status: 0 all passed, 1 some failed, 2 nothing to run.
+pub fn test(args: &TestArgs) -> ExitCode {
+    match try_test(args) {
+        Ok(all_passed) => ExitCode::from(u8::from(!all_passed)),
+        Err(sentence) => {
+            logging::say(&format!("eliteserver: {sentence}"));
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn try_test(args: &TestArgs) -> Result<bool, String> {
+    let mut cases = discover(&args.paths).map_err(|error| error.to_string())?;
+    if let Some(text) = &args.select {
+        select(&mut cases, text);
+    }
+    if cases.is_empty() {
+        return Err(match &args.select {
+            Some(text) => format!("no test has {text:?} in its path or name"),
+            None => "there is no test: tests are functions test_… in files test_*.script or *_test.script".to_owned(),
+        });
+    }
+    if args.list {
+        for case in &cases {
+            say(&format!("{}::{}\n", case.file.path.display(), case.name));
+        }
+        return Ok(true);
+    }
+    let settings = Settings::read(&cases, args.seed)?;
+    let cores = thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let options = Options {
+        jobs: args.jobs.unwrap_or(cores),
+        seed: args.seed.unwrap_or(0),
+        timeout: args.timeout,
+        wall_timeout: args.wall_timeout,
+        goldens: match args.update {
+            true => Goldens::Update,
+            false => Goldens::Compare,
+        },
+        counts_lines: args.coverage.is_some(),
+        record_failed: args.record_failed.clone(),
+    };
+    let width = cases.iter().map(|case| case.name.chars().count()).max();
+    let (width, started) = (width.unwrap_or(0), Instant::now());
+    let mut results: Vec<TestResult> = Vec::new();
+    let counts = run(&cases, &options, &|case| settings.of(case), &mut |result| {
+        match args.format {
+            TestFormat::Json => say(&json::line(&result)),
+            TestFormat::Human | TestFormat::Github => say(&human::line(&result, width)),
+        }
+        results.push(result);
+    })
+    .map_err(|error| format!("the tests cannot be run: {error}"))?;
+    results.sort_by(|a, b| {
+        let key = |r: &TestResult| (r.case.file.path.clone(), r.case.line);
+        key(a).cmp(&key(b))
+    });
+    match args.format {
+        TestFormat::Json => {}
+        TestFormat::Human => say(&human::summary(&results, started.elapsed())),
+        TestFormat::Github => {
+            results
+                .iter()
+                .for_each(|result| say(&github::annotation(result)));
+            say(&human::summary(&results, started.elapsed()));
+        }
+    }
+    if let Some(path) = &args.junit {
+        write(path, &junit::document(&results))?;
+    }
+    if let Some(path) = &args.coverage {
+        write(path, &lcov::trace_file(&counts))?;
+    }
+    Ok(results.iter().all(|result| result.status == Status::Passed))
+}
+
+/// Keeps the tests whose path and name hold the text; those that are called exactly so alone, if there are any.
+fn select(cases: &mut Vec<TestCase>, text: &str) {
+    let is_exact = cases.iter().any(|case| case.name == text);
+    cases.retain(|case| match is_exact {
+        true => case.name == text,
+        false => format!("{}::{}", case.file.path.display(), case.name).contains(text),
+    });
+}
+
+/// What the tests of each folder are run with.
+struct Settings(BTreeMap<PathBuf, RobotConfig>);
+
+impl Settings {
+    fn read(cases: &[TestCase], seed: Option<u64>) -> Result<Self, String> {
+        let mut known = BTreeMap::new();
+        for case in cases {
+            let folder = folder_of(case);
+            if !known.contains_key(&folder) {
+                let file = settings_file(&folder, &case.root);
+                let config = robot_for_tests(file.as_deref(), seed);
+                known.insert(folder, config.map_err(|error| error.to_string())?);
+            }
+        }
+        Ok(Self(known))
+    }
+
+    fn of(&self, case: &TestCase) -> Result<RobotConfig, String> {
+        let folder = folder_of(case);
+        let config = self.0.get(&folder).cloned();
+        config.ok_or_else(|| format!("{} has no settings", folder.display()))
+    }
+}
+
+fn folder_of(case: &TestCase) -> PathBuf {
+    let folder = case.file.path.parent().unwrap_or(Path::new(""));
+    folder.to_owned()
+}
+
+/// `test.toml` in the folder, or in the nearest one above it up to `root`.
+fn settings_file(folder: &Path, root: &Path) -> Option<PathBuf> {
+    let mut at = Some(folder);
+    while let Some(folder) = at {
+        let file = folder.join(SETTINGS);
+        if file.is_file() {
+            return Some(file);
+        }
+        if folder == root {
+            return None;
+        }
+        at = folder.parent();
+    }
+    None
+}
+
+/// Whoever reads may have seen enough.
+fn say(text: &str) {
+    let mut out = std::io::stdout().lock();
+    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+}
+
+fn write(path: &Path, text: &str) -> Result<(), String> {
+    std::fs::write(path, text).map_err(|error| format!("cannot write {}: {error}", path.display()))
+}
