@@ -45,6 +45,26 @@ fn the_examples_pass() {
 }
 
 #[test]
+fn the_tutorial_shows_what_the_examples_do() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let tutorial = std::fs::read_to_string(folder.join("docs/testing.md")).unwrap();
+    let tests = std::fs::read_to_string(examples().join("test_pick.script")).unwrap();
+    let blocks: Vec<&str> = tutorial
+        .split("```python\n")
+        .skip(1)
+        .filter_map(|rest| rest.split("```").next())
+        .collect();
+    assert!(!blocks.is_empty());
+    for block in blocks {
+        assert!(tests.contains(block), "not in the examples:\n{block}");
+    }
+    // Every function of the object is told of.
+    for name in script_test::function_names() {
+        assert!(tutorial.contains(&format!("test.{name}(")), "{name}");
+    }
+}
+
+#[test]
 fn a_failure_is_told_to_people_programs_and_servers_that_build() {
     let folder = project();
     let path = folder.path();

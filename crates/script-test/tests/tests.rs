@@ -9,11 +9,12 @@
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
-use controller::RobotConfig;
-use controller::options::PlantChoice;
-use elite_runtime::LineCountsOfTexts;
+use controller::options::{PlantChoice, RecordTarget};
+use controller::{Manner, Nobody, Prepared, RobotConfig};
+use elite_runtime::{LineCountsOfTexts, ProgramText, TaskEnd};
 use motion_api::Seconds;
 use recorder::Recording;
 use script_test::{Goldens, Options, Status, TestResult, discover, run};
@@ -465,6 +466,45 @@ fn the_same_seed_is_the_same_run_whatever_runs_beside_it() {
     let differ = alone
         .iter()
         .zip(&beside)
+        .find_map(|(a, b)| recorder::difference(a, b));
+    assert!(differ.is_none(), "{differ:?}");
+}
+
+#[test]
+fn a_program_in_a_test_is_the_run_that_it_is_by_itself() {
+    let (_folder, path) = project();
+    let alone = path.join("alone.mcap");
+    let config = RobotConfig {
+        record: RecordTarget::File(alone.clone()),
+        ..ideal()
+    };
+    let prepared = Prepared::new(&config, Manner::alone()).unwrap();
+    let controller = prepared.start(Arc::new(Nobody)).unwrap();
+    let program = ProgramText {
+        name: "moves.script".to_owned(),
+        text: std::fs::read_to_string(path.join("programs/moves.script")).unwrap(),
+    };
+    let end = controller.run_to_end(program, "a test", std::future::pending());
+    assert_eq!(end.unwrap(), Some(TaskEnd::Finished));
+    assert!(controller.shut_down());
+    let failed = path.join("failed");
+    let options = Options {
+        record_failed: Some(failed.clone()),
+        ..options()
+    };
+    run_folder(&path, &options);
+    let cycles = |path: &Path| -> Vec<_> {
+        let recording = Recording::open(path).unwrap();
+        recording.cycles().unwrap().map(Result::unwrap).collect()
+    };
+    let (alone, tested) = (
+        cycles(&alone),
+        cycles(&failed.join("test_moves-test_fails.mcap")),
+    );
+    assert!(alone.len() > 100 && tested.len() >= alone.len());
+    let differ = alone
+        .iter()
+        .zip(&tested)
         .find_map(|(a, b)| recorder::difference(a, b));
     assert!(differ.is_none(), "{differ:?}");
 }
