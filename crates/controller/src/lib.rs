@@ -14,6 +14,7 @@
 pub mod cell;
 pub mod chronicle;
 mod clock;
+pub mod condition;
 mod config;
 pub mod gate;
 mod loaded_model;

@@ -9,5 +9,4 @@ mod robot;
 pub mod run;
 pub mod send;
 pub mod serve;
-mod setting;
 pub mod shell;

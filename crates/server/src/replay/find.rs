@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
+use controller::condition::{Condition, Doing};
 use recorder::{CommandMessage, Cycle, Entry, Recording, Topic};
 
 use super::ReplayError;
-use super::condition::{Condition, Doing};
 use crate::ports::shown::Shown;
 
 /// A row of cycles in which the condition held.
@@ -23,7 +23,7 @@ pub(super) fn print(
     text: &str,
     out: &mut impl Write,
 ) -> Result<(), ReplayError> {
-    let condition = Condition::new(text)?;
+    let condition = Condition::new("--find", text)?;
     let mut doing = Doing::default();
     let mut commands: BTreeMap<u64, CommandMessage> = BTreeMap::new();
     let mut current: Option<Stretch> = None;

@@ -3,7 +3,6 @@
 //! Owns the questions of the command line and their answers on stdout. Reading the file is the recorder's business,
 //! running it again that of [`motion`]; here they are put together.
 
-mod condition;
 mod csv;
 mod diff;
 mod failure;
@@ -20,6 +19,7 @@ use std::collections::BTreeMap;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
+use controller::condition::ConditionError;
 use kinematics::{Calibration, RobotModel};
 use recorder::{CommandMessage, Ending, ReadError, Recording, Setup, Summary};
 use thiserror::Error;
@@ -28,7 +28,6 @@ use crate::cli::ReplayArgs;
 use crate::logging;
 use crate::ports::shown::Screen;
 
-pub use condition::ConditionError;
 pub use plot::PictureError;
 pub use rerun::{Comparison, RerunError};
 pub use serve::ServeRecordingError;
