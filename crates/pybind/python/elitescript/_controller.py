@@ -6,7 +6,7 @@ import numbers
 import os
 import warnings
 from dataclasses import dataclass, field
-from typing import Any, Callable, Iterator, List, Mapping, NoReturn, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, Mapping, NoReturn, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -151,6 +151,11 @@ class Controller:
     Time passes only in ``run``, ``step``, ``run_until`` and ``wait``, without the interpreter lock: controllers in threads
     run beside each other, each deterministic. What is set between two calls counts from the next cycle on.
     """
+
+    _native: NativeController
+    _options: Dict[str, str]
+    _io: Io
+    _wall: float
 
     def __init__(
         self,

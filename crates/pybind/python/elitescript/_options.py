@@ -55,7 +55,7 @@ def _whole(name: str, given: Any) -> str:
 def _path(name: str, given: Any) -> str:
     if not isinstance(given, (str, os.PathLike)) or not os.fspath(given):
         raise ValueError(f"{name} must be a path, got {given!r}")
-    return os.fspath(given)  # type: ignore[return-value]
+    return os.fspath(given)
 
 
 def _payload(given: Any) -> Dict[str, str]:
@@ -121,7 +121,7 @@ def option_texts(given: Mapping[str, Any], folder: Optional[Union[str, Path]] = 
         else:
             if not isinstance(value, (str, os.PathLike)):
                 raise ValueError(f"{name} must be a text, got {value!r}")
-            texts[name] = os.fspath(value)  # type: ignore[assignment]
+            texts[name] = os.fspath(value)
     return texts
 
 

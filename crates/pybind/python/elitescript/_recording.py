@@ -59,15 +59,15 @@ class Recording:
 
 
 def _column(cells: List[Optional[str]]) -> NDArray[Any]:
-    filled = [cell for cell in cells if cell not in (None, "")]
+    filled = [cell for cell in cells if cell]
     if filled and len(filled) == len(cells):
         try:
-            return np.array([int(cell) for cell in filled], dtype=np.int64)  # type: ignore[arg-type]
+            return np.array([int(cell) for cell in filled], dtype=np.int64)
         except (ValueError, OverflowError):
             pass
     if filled:
         try:
-            return np.array([float(cell) if cell not in (None, "") else np.nan for cell in cells])  # type: ignore[arg-type]
+            return np.array([float(cell) if cell else np.nan for cell in cells])
         except ValueError:
             pass
     return np.array([cell or "" for cell in cells], dtype=np.str_)

@@ -8,25 +8,29 @@ from __future__ import annotations
 
 import concurrent.futures as futures
 import hashlib
+import importlib
+import io
 import itertools
 import json
+import math
 import os
 import shlex
+import shutil
 import sys
 import tempfile
 import threading
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optional, Set, Tuple, Union
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optional, Set, Sized, Tuple, Union
 
 import numpy as np
 
 from ._controller import Controller
-from ._elitescript import __version__
+from ._elitescript import NativeController, __version__
 from ._options import command_options, duration, kept_text, literal, option_texts, preset_pairs, program_text
 
 if TYPE_CHECKING:
-    import pyarrow
+    import pyarrow as _pa  # type: ignore[import-untyped,import-not-found,unused-ignore]
 
 #: Columns behind those of the parameters.
 COLUMNS = (
@@ -62,7 +66,7 @@ def sweep(
     record: str = "none",
     progress: Optional[bool] = None,
     on_row: Optional[Callable[[Row], Any]] = None,
-) -> "pyarrow.Table":
+) -> "_pa.Table":
     """Runs the program once for each set of parameters; a pyarrow table with a row for each, in their order.
 
     program: a text or the path of a file. The parameters are globals that it finds set.
@@ -131,29 +135,27 @@ _Unit = Dict[str, Any]
 
 def _pyarrow() -> Any:
     try:
-        import pyarrow
+        return importlib.import_module("pyarrow")
     except ImportError:
         raise ImportError('a sweep needs pyarrow: pip install "elitescript[sweep]"') from None
-    return pyarrow
 
 
 def _sets(parameters: Any) -> Tuple[Iterator[Parameters], Optional[int]]:
     """The sets of parameters, and how many there are, if that is known."""
+    total: Optional[int]
     if isinstance(parameters, Mapping):
         names = list(parameters)
-        values = []
+        values: List[List[Any]] = []
         for name in names:
             column = parameters[name]
             if isinstance(column, (str, bytes)) or not isinstance(column, Iterable):
                 raise ValueError(f"parameter {name} of a grid must be a list of values, got {column!r}")
             values.append(list(column))
-        total = 1
-        for column in values:
-            total *= len(column)
+        total = math.prod(len(column) for column in values)
         return (dict(zip(names, chosen)) for chosen in itertools.product(*values)), total
     if isinstance(parameters, (str, bytes)) or not isinstance(parameters, Iterable):
         raise ValueError(f"parameters must be a grid (a dict of lists) or samples (dicts), got {parameters!r}")
-    total = len(parameters) if hasattr(parameters, "__len__") else None
+    total = len(parameters) if isinstance(parameters, Sized) else None
     return iter(parameters), total
 
 
@@ -216,14 +218,12 @@ def _plain(value: Any) -> Any:
 
 
 #: Controllers of this process that a sweep runs, so that an interrupted one can end them.
-_LIVE: Set[Controller] = set()
+_LIVE: Set[NativeController] = set()
 _LIVE_LOCK = threading.Lock()
 
 
 def run_unit(unit: _Unit) -> Row:
     """One row. The same unit gives the same row on every machine."""
-    from ._elitescript import NativeController
-
     texts = dict(unit["options"])
     scratch = None
     if unit["record"] != "none":
@@ -232,21 +232,19 @@ def run_unit(unit: _Unit) -> Row:
     try:
         native = NativeController(texts, 0)
         with _LIVE_LOCK:
-            _LIVE.add(native)  # type: ignore[arg-type]
+            _LIVE.add(native)
         try:
             parts = native.run(unit["name"], unit["text"], unit["presets"], unit["timeout"], unit["wall"])
             speed, force, _, joint_speed, _ = native.peaks()
         finally:
             with _LIVE_LOCK:
-                _LIVE.discard(native)  # type: ignore[arg-type]
+                _LIVE.discard(native)
             native.close()
         outcome, error, line, taken, _, _ = parts
         if scratch is not None and (unit["record"] == "all" or outcome != "ended"):
             _Store(unit["keep"]).take_recording(unit["index"], texts["record"])
     finally:
         if scratch is not None:
-            import shutil
-
             shutil.rmtree(scratch, ignore_errors=True)
     return _row(unit, outcome, error, line, taken, (speed, force, max(joint_speed)))
 
@@ -309,9 +307,9 @@ class _Pool:
                     break
                 try:
                     waiting[self.submit(unit)] = unit
-                except futures.BrokenExecutor as error:
-                    broken = futures.Future()  # type: futures.Future[Row]
-                    broken.set_exception(error)
+                except futures.BrokenExecutor as refused:
+                    broken: "futures.Future[Row]" = futures.Future()
+                    broken.set_exception(refused)
                     waiting[broken] = unit
                     break
             if not waiting:
@@ -405,7 +403,7 @@ class _Ray(_Pool):
 
     def __enter__(self) -> "_Ray":
         try:
-            import ray
+            ray = importlib.import_module("ray")
         except ImportError:
             raise ImportError('this executor needs Ray: pip install "elitescript[ray]"') from None
         self._began = not ray.is_initialized()
@@ -439,10 +437,10 @@ class _Store:
         self._fs: Any = None
         if "://" in address:
             try:
-                import fsspec
+                fsspec = importlib.import_module("fsspec.core")
             except ImportError:
                 raise ImportError(f"{address} needs fsspec: pip install \"elitescript[sweep]\"") from None
-            self._fs, self._root = fsspec.core.url_to_fs(address)
+            self._fs, self._root = fsspec.url_to_fs(address)
         else:
             self.local = Path(address).absolute()
             self.address = str(self.local)
@@ -499,12 +497,8 @@ class _Store:
         self._write(f"recordings/{index:06}.mcap", Path(path).read_bytes())
 
     def write_table(self, table: Any) -> None:
-        import io
-
-        import pyarrow.parquet as parquet
-
         data = io.BytesIO()
-        parquet.write_table(table, data)
+        importlib.import_module("pyarrow.parquet").write_table(table, data)
         self._write("table.parquet", data.getvalue())
 
 

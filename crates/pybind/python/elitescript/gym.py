@@ -136,7 +136,7 @@ class ContactTask:
         self._held[arm] = 0
         plate = (
             '[[obstacle]]\nname = "plate"\nshape = "plane"\n'
-            f"pose = [0, 0, {position[2] - gap!r}, 0, 0, 0]\nstiffness = {stiffness!r}\ndamping = 50.0\n"
+            f"pose = [0, 0, {float(position[2] - gap)!r}, 0, 0, 0]\nstiffness = {stiffness!r}\ndamping = 50.0\n"
         )
         return {"home": home, "cell": plate}
 
@@ -163,7 +163,7 @@ class ContactTask:
             self._force(rows) / self.wanted,
             self._held[:, None] / self.lasting,
         ]
-        return np.clip(np.concatenate(parts, axis=1), low, high).astype(np.float32)
+        return np.asarray(np.clip(np.concatenate(parts, axis=1), low, high), dtype=np.float32)
 
     def judge(self, actions: _Floats, rows: NDArray[np.void]) -> Tuple[_Floats, NDArray[np.bool_], NDArray[np.bool_]]:
         """Reward, whether it has ended, and whether well, an arm each."""
@@ -259,7 +259,7 @@ class EliteEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._arms.fleet.close()
 
 
-class EliteVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]):
+class EliteVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], NDArray[Any]]):
     """Many arms that are stepped together; ``make_vec`` makes it. An arm that ended begins anew in the next step."""
 
     metadata: Dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -295,7 +295,7 @@ class EliteVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], NDArray
 
     def step(
         self, actions: NDArray[np.float32]
-    ) -> Tuple[NDArray[np.float32], _Floats, NDArray[np.bool_], NDArray[np.bool_], Dict[str, Any]]:
+    ) -> Tuple[NDArray[np.float32], NDArray[Any], NDArray[Any], NDArray[Any], Dict[str, Any]]:
         if not self._randoms:
             raise RuntimeError("reset() comes before step()")
         shape = (self.num_envs,) + self.single_action_space.shape  # type: ignore[operator]
