@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -59,9 +60,32 @@ def test_processes_give_the_same_table(table):
     assert sweep(PROGRAM, GRID, options={"plant": "ideal"}, seed=5, executor="processes", workers=2).equals(table)
 
 
-def test_ray_gives_the_same_table(table):
+def test_ray_gives_the_same_table_and_the_same_cycles(table, tmp_path):
     pytest.importorskip("ray")
-    assert sweep(PROGRAM, GRID, options={"plant": "ideal"}, seed=5, executor="ray", workers=2).equals(table)
+    call = dict(options={"plant": "ideal"}, seed=5, folder=tmp_path, record="all")
+    assert sweep(PROGRAM, GRID, executor="ray", workers=2, **call).drop("command").equals(table.drop("command"))
+    with elitescript.Controller(plant="ideal", seed=5) as c:
+        c.run(PROGRAM, globals={"angle": 0.2, "speed": 0.5})
+        recording = elitescript.open_recording(tmp_path / "recordings" / "000002.mcap")
+        np.testing.assert_array_equal(recording["/cycle"], c.trace)
+
+
+@pytest.mark.parametrize("executor", ["threads", "processes"])
+def test_an_interrupted_sweep_ends_at_once_and_keeps_its_rows(tmp_path, executor):
+    program = f"""
+import elitescript
+if __name__ == "__main__":
+    samples = [{{"turns": 1}}] + [{{"turns": 10**9}}] * 5
+    elitescript.sweep("for i in range(turns):\\n    sleep(0.1)\\nend\\n", samples, executor={executor!r}, workers=2,
+        timeout=1e9, folder={str(tmp_path / "kept")!r}, on_row=lambda row: print("row", flush=True))
+"""
+    (tmp_path / "it.py").write_text(program)
+    process = subprocess.Popen([sys.executable, tmp_path / "it.py"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout.readline() == b"row\n"
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=20)
+    assert b"KeyboardInterrupt" in err and process.returncode != 0
+    assert [path.name for path in (tmp_path / "kept" / "rows").iterdir()] == ["000000.json"]
 
 
 def test_samples_come_from_an_iterator_and_options_from_the_parameters():

@@ -50,6 +50,8 @@ Row = Dict[str, Any]
 
 #: Units that wait at each worker, so that none is idle and an endless iterator is not read ahead.
 _AHEAD = 2
+#: A wait is begun again so often, s: an interrupt that comes while Python is about to wait does not wake it.
+_LOOK_EVERY = 0.2
 
 
 def sweep(
@@ -217,12 +219,42 @@ def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-#: Controllers of this process that a sweep runs, so that an interrupted one can end them.
-_LIVE: Set[NativeController] = set()
-_LIVE_LOCK = threading.Lock()
+class _Live:
+    """Controllers that threads of a sweep run, so that an interrupted one can end them."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._running: Set[NativeController] = set()
+        self._is_over = False
+
+    def add(self, native: NativeController) -> None:
+        with self._lock:
+            if self._is_over:
+                raise RuntimeError("the sweep was interrupted")
+            self._running.add(native)
+
+    def discard(self, native: NativeController) -> None:
+        with self._lock:
+            self._running.discard(native)
+
+    def stop_all(self) -> None:
+        """Returns when none runs. One that is about to begin its program is stopped the next time."""
+        while True:
+            with self._lock:
+                self._is_over = True
+                running = list(self._running)
+            if not running:
+                return
+            for native in running:
+                try:
+                    native.stop()
+                except RuntimeError:
+                    # It was closed meanwhile.
+                    pass
+            time.sleep(0.01)
 
 
-def run_unit(unit: _Unit) -> Row:
+def run_unit(unit: _Unit, live: Optional[_Live] = None) -> Row:
     """One row. The same unit gives the same row on every machine."""
     texts = dict(unit["options"])
     scratch = None
@@ -231,14 +263,14 @@ def run_unit(unit: _Unit) -> Row:
         texts["record"] = os.path.join(scratch, "unit.mcap")
     try:
         native = NativeController(texts, 0)
-        with _LIVE_LOCK:
-            _LIVE.add(native)
         try:
+            if live is not None:
+                live.add(native)
             parts = native.run(unit["name"], unit["text"], unit["presets"], unit["timeout"], unit["wall"])
             speed, force, _, joint_speed, _ = native.peaks()
         finally:
-            with _LIVE_LOCK:
-                _LIVE.discard(native)
+            if live is not None:
+                live.discard(native)
             native.close()
         outcome, error, line, taken, _, _ = parts
         if scratch is not None and (unit["record"] == "all" or outcome != "ended"):
@@ -272,6 +304,12 @@ def _gave_up(unit: _Unit, error: BaseException) -> Row:
     return _row(unit, "failed", text.splitlines()[0][:2000], None, None, (None, None, None))
 
 
+def _awaited(future: "futures.Future[Row]") -> Row:
+    while not futures.wait([future], _LOOK_EVERY).done:
+        pass
+    return future.result()
+
+
 class _Pool:
     """Runs units on workers of some kind; each that fails is repeated once."""
 
@@ -291,7 +329,7 @@ class _Pool:
         """Repeats units that have failed, one after the other, so that each answers for itself."""
         for unit in units:
             try:
-                row = self.submit(unit).result()
+                row = _awaited(self.submit(unit))
             except Exception as second:
                 row = _gave_up(unit, second)
             yield unit, row
@@ -314,7 +352,7 @@ class _Pool:
                     break
             if not waiting:
                 continue
-            done, _ = futures.wait(waiting, return_when=futures.FIRST_COMPLETED)
+            done, _ = futures.wait(waiting, _LOOK_EVERY, futures.FIRST_COMPLETED)
             failed: List[_Unit] = []
             trouble: Optional[BaseException] = None
             for future in done:
@@ -341,21 +379,16 @@ class _Pool:
 class _Threads(_Pool):
     def __enter__(self) -> "_Threads":
         self._pool = futures.ThreadPoolExecutor(self.workers, "sweep")
+        self._live = _Live()
         return self
 
     def submit(self, unit: _Unit) -> "futures.Future[Row]":
-        return self._pool.submit(run_unit, unit)
+        return self._pool.submit(run_unit, unit, self._live)
 
     def __exit__(self, kind: Any, *_: Any) -> None:
         if kind is not None:
             self._pool.shutdown(wait=False, cancel_futures=True)
-            with _LIVE_LOCK:
-                live = list(_LIVE)
-            for controller in live:
-                try:
-                    controller.stop()
-                except RuntimeError:
-                    pass
+            self._live.stop_all()
         self._pool.shutdown()
 
 
@@ -384,7 +417,7 @@ class _Processes(_Pool):
             # A worker of its own: whoever kills it takes nobody else along.
             with self._made(1) as alone:
                 try:
-                    row = alone.submit(run_unit, unit).result()
+                    row = _awaited(alone.submit(run_unit, unit))
                 except Exception as second:
                     row = _gave_up(unit, second)
             yield unit, row
