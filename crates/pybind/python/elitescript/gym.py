@@ -53,8 +53,8 @@ STEP_CYCLES = 10
 STEPS_MAX = 250
 #: How fast joints take up their speeds, rad/s^2.
 ACCELERATION = 10.0
-#: Safety modes in which the arm may move: normal, reduced.
-MOVING_MODES = (1, 2)
+#: The last safety mode in which the arm may move: 1 normal, 2 reduced.
+MOVING_MODES_MAX = 2
 
 _Floats = NDArray[np.float64]
 
@@ -97,8 +97,8 @@ class ReachTask:
 
     def judge(self, actions: _Floats, rows: NDArray[np.void]) -> Tuple[_Floats, NDArray[np.bool_], NDArray[np.bool_]]:
         """Reward, whether it has ended, and whether well, an arm each."""
-        distance = np.linalg.norm(rows["actual_tcp_pose"][:, :3] - self._targets, axis=1)
-        stopped = ~np.isin(rows["safety_mode"], MOVING_MODES)
+        distance = np.sqrt(((rows["actual_tcp_pose"][:, :3] - self._targets) ** 2).sum(axis=1))
+        stopped = rows["safety_mode"] > MOVING_MODES_MAX
         well = (distance < self.near) & ~stopped
         reward = -distance - 0.01 * (actions**2).sum(axis=1) + 1.0 * well - 5.0 * stopped
         return reward, well | stopped, well
@@ -170,7 +170,7 @@ class ContactTask:
         force = self._force(rows)
         off = np.abs(force[:, 2] - self.wanted)
         self._held = np.where(off < self.within, self._held + 1, 0).clip(max=self.lasting)
-        failed = ~np.isin(rows["safety_mode"], MOVING_MODES) | (np.linalg.norm(force, axis=1) > self.most)
+        failed = (rows["safety_mode"] > MOVING_MODES_MAX) | ((force**2).sum(axis=1) > self.most**2)
         well = (self._held >= self.lasting) & ~failed
         effort = 0.01 * (actions**2).sum(axis=1)
         reward = -np.minimum(off / self.wanted, 2.0) - effort + 1.0 * well - 5.0 * failed
@@ -193,6 +193,7 @@ class _Arms:
         robot = Robot(options.get("model") or "cs66", tcp=options.get("tcp"), calibration=options.get("calibration"))
         self.task = _TASKS[env](arms, robot)
         self.fleet = Fleet(arms, threads)
+        self._rows = np.empty(0, CYCLE_DTYPE)
         self.steps = np.zeros(arms, dtype=np.int64)
 
     def begin(self, arms: List[int], randoms: List[np.random.Generator]) -> None:
@@ -207,22 +208,25 @@ class _Arms:
         self.steps[arms] = 0
 
     def rows(self) -> NDArray[np.void]:
-        return self.fleet.states().view(CYCLE_DTYPE)
+        """The latest cycle of each arm."""
+        self._rows = self.fleet.states().view(CYCLE_DTYPE)
+        return self._rows
 
     def step(self, actions: _Floats) -> NDArray[np.void]:
-        speeds = np.asarray(self.task.speeds(actions, self.rows()))
+        speeds = np.asarray(self.task.speeds(actions, self._rows))
         self.fleet.step(np.ascontiguousarray(speeds), ACCELERATION, STEP_CYCLES)
         self.steps += 1
         return self.rows()
 
 
-def _clipped(actions: Any, space: spaces.Box, shape: Tuple[int, ...]) -> _Floats:
+def _clipped(actions: Any, shape: Tuple[int, ...]) -> _Floats:
     array = np.asarray(actions, dtype=np.float64)
     if array.shape != shape:
         raise ValueError(f"action must have shape {shape}, got {array.shape}")
     if not np.isfinite(array).all():
         raise ValueError("action must be finite")
-    return np.clip(array, space.low, space.high)
+    # All spaces of actions are -1 to 1.
+    return np.minimum(np.maximum(array, -1.0), 1.0)
 
 
 class EliteEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
@@ -248,7 +252,7 @@ class EliteEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
     def step(
         self, action: NDArray[np.float32]
     ) -> Tuple[NDArray[np.float32], float, bool, bool, Dict[str, Any]]:
-        actions = _clipped(action, self.action_space, self.action_space.shape)[None]  # type: ignore[arg-type]
+        actions = _clipped(action, self.action_space.shape)[None]  # type: ignore[arg-type]
         rows = self._arms.step(actions)
         reward, ended, well = self._arms.task.judge(actions, rows)
         cut = bool(self._arms.steps[0] >= STEPS_MAX) and not ended[0]
@@ -299,7 +303,7 @@ class EliteVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], NDArray
         if not self._randoms:
             raise RuntimeError("reset() comes before step()")
         shape = (self.num_envs,) + self.single_action_space.shape  # type: ignore[operator]
-        clipped = _clipped(actions, self.single_action_space, shape)  # type: ignore[arg-type]
+        clipped = _clipped(actions, shape)  # type: ignore[arg-type]
         again = self._over.copy()
         # Whoever begins anew stands still meanwhile; its action does not count.
         clipped[again] = 0.0
