@@ -303,7 +303,7 @@ class EliteVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], NDArray
         if not self._randoms:
             raise RuntimeError("reset() comes before step()")
         shape = (self.num_envs,) + self.single_action_space.shape  # type: ignore[operator]
-        clipped = _clipped(actions, shape)  # type: ignore[arg-type]
+        clipped = _clipped(actions, shape)
         again = self._over.copy()
         # Whoever begins anew stands still meanwhile; its action does not count.
         clipped[again] = 0.0
