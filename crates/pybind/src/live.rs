@@ -52,6 +52,9 @@ fn parts(result: ProgramResult) -> ResultParts {
     (outcome.as_str(), error, line, time, prints, report)
 }
 
+/// A wrench that is set acts so long, s: until the next one.
+const FOR_GOOD: f64 = 1e9;
+
 /// What a settings error is in Python: of the arguments, but for what the machine refuses.
 pub(crate) fn start_error(error: &StartError) -> PyErr {
     match error {
@@ -379,19 +382,17 @@ impl NativeController {
         io::set(self.open()?.controller().robot(), point, level).map_err(PyValueError::new_err)
     }
 
-    /// A wrench on the tool from now on: base axes, about the TCP, N and Nm.
-    fn set_wrench(&self, wrench: [f64; 6]) -> PyResult<()> {
-        let inner = self.open()?;
-        let sensor = CommandKind::FtRtsiInput {
-            enabled: true,
-            mass: 0.0,
-            measuring_offset: [0.0; 3],
-            cog: [0.0; 3],
+    /// A wrench on the tool from now on, about the TCP, N and Nm: in base or tool axes.
+    fn set_wrench(&self, wrench: [f64; 6], in_tool_axes: bool) -> PyResult<()> {
+        let push = CommandKind::Push {
+            wrench,
+            in_tool_axes,
+            duration: FOR_GOOD,
+            replaces: true,
         };
-        let kinds = [sensor, CommandKind::SetExternalWrench(wrench)];
-        let robot = inner.controller().robot();
-        robot
-            .send_all(Origin::default(), &kinds)
+        let inner = self.open()?;
+        let sent = inner.controller().robot().send(Origin::default(), push);
+        sent.map(drop)
             .map_err(|full| PyRuntimeError::new_err(full.to_string()))
     }
 

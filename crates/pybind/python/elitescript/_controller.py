@@ -333,19 +333,16 @@ class Controller:
     def set_external_wrench(self, wrench: ArrayLike, frame: str = "base") -> None:
         """A force and a moment on the tool from the next cycle on until the next call, about the TCP: N and Nm, (6,).
 
-        frame: "base" or "tool". A wrench in tool axes is turned into base axes as the tool stands now and keeps them.
+        frame: "base" or "tool": whose axes it keeps.
         """
         array = np.asarray(wrench, dtype=float) if not isinstance(wrench, str) else np.empty(0)
         if array.shape != (6,):
             raise ValueError(f"wrench must have shape (6,), got {wrench!r}")
-        if not np.isfinite(array).all() or np.abs(array).max() > 1e6:
-            raise ValueError(f"wrench must be finite and at most 1e6, got {wrench!r}")
-        if frame == "tool":
-            turn = _rotation(self.state.actual_tcp_pose[3:])
-            array = np.concatenate([turn @ array[:3], turn @ array[3:]])
-        elif frame != "base":
+        if not np.isfinite(array).all() or np.abs(array).max() > 1e5:
+            raise ValueError(f"wrench must be finite and at most 1e5, got {wrench!r}")
+        if frame not in ("base", "tool"):
             raise ValueError(f'frame must be "base" or "tool", got {frame!r}')
-        self._native.set_wrench([float(x) for x in array])
+        self._native.set_wrench([float(x) for x in array], frame == "tool")
 
     def order(self, name: str) -> None:
         """An order of the pendant, from the next cycle on: "unlock" (leaves a protective stop), "emergency_stop",
@@ -384,11 +381,3 @@ class Controller:
 def _result(parts: Tuple[str, Optional[str], Optional[int], float, List[str], Optional[str]]) -> Result:
     return Result(*parts)
 
-
-def _rotation(rpy: NDArray[np.float64]) -> NDArray[np.float64]:
-    """R = Rz(Rz) Ry(Ry) Rx(Rx)."""
-    (cx, cy, cz), (sx, sy, sz) = np.cos(rpy), np.sin(rpy)
-    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
-    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
-    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-    return np.asarray(about_z @ about_y @ about_x)

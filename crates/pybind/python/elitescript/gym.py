@@ -41,7 +41,7 @@ try:
 except ImportError:
     raise ImportError('environments need gymnasium: pip install "elitescript[gym]"') from None
 
-from ._controller import CYCLE_DTYPE, _rotation
+from ._controller import CYCLE_DTYPE
 from ._elitescript import Fleet, Robot
 from ._options import option_texts
 
@@ -57,6 +57,15 @@ ACCELERATION = 10.0
 MOVING_MODES_MAX = 2
 
 _Floats = NDArray[np.float64]
+
+
+def _rotation(rpy: NDArray[np.float64]) -> NDArray[np.float64]:
+    """R = Rz(Rz) Ry(Ry) Rx(Rx)."""
+    (cx, cy, cz), (sx, sy, sz) = np.cos(rpy), np.sin(rpy)
+    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    return np.asarray(about_z @ about_y @ about_x)
 
 
 class ReachTask:
