@@ -82,7 +82,18 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "wire",
         ],
     ),
-    ("pybind", &["kinematics"]),
+    (
+        "pybind",
+        &[
+            "controller",
+            "elite-lang",
+            "elite-runtime",
+            "kinematics",
+            "motion-api",
+            "recorder",
+            "server",
+        ],
+    ),
     // Tries the decoders of all of them; nothing imports it.
     (
         "dev",

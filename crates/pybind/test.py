@@ -4,20 +4,23 @@
     python3 crates/pybind/test.py [--debug] [--quick] [pytest arguments]
 
 --debug builds without optimisation. --quick leaves out what fetches more packages: the type stubs held against the
-binary (mypy), and the pictures of examples/python (matplotlib).
+binary (mypy), the pictures of examples/python (matplotlib), sweeps on a Ray cluster of this machine (ray).
 """
 
 import sys
 
 import wheel
 
+#: What the tests of sweeps and environments need, and what a quick run leaves out.
+TOOLS = ["pytest==9.2.0", "gymnasium==1.4.0", "pyarrow==26.0.1", "fsspec==2026.9.0"]
+MORE = ["mypy==2.4.1", "matplotlib==3.11.2", "ray==2.60.0"]
+
 
 def test():
     arguments = sys.argv[1:]
     debug, quick = ("--debug" in arguments, "--quick" in arguments)
     arguments = [a for a in arguments if a not in ("--debug", "--quick")]
-    tools = ["pytest"] if quick else ["pytest", "mypy", "matplotlib"]
-    python = wheel.with_wheel("wheel", *tools, debug=debug)
+    python = wheel.with_wheel("wheel", *TOOLS, *([] if quick else MORE), debug=debug)
     wheel.run(python, "-m", "pytest", *arguments)
     if not quick:
         wheel.run(python, "-m", "mypy.stubtest", "elitescript", "--concise")

@@ -19,6 +19,8 @@ use crate::start::StartError;
 
 /// How often the pump looks for events when no motion thread wakes it (virtual clock, nothing running).
 const IDLE_PUMP: Duration = Duration::from_millis(2);
+/// The same where time passes only for somebody who pumps: many idle controllers must cost nothing.
+const RARE_PUMP: Duration = Duration::from_millis(100);
 
 /// What moves time.
 pub(crate) enum Clock {
@@ -68,7 +70,11 @@ pub(crate) struct Pump {
 
 impl Pump {
     /// Starts the thread; it begins once it is given the robot.
-    pub(crate) fn start(faults: &Faults) -> io::Result<(Self, mpsc::Sender<Arc<Robot>>)> {
+    pub(crate) fn start(
+        faults: &Faults,
+        passes_alone: bool,
+    ) -> io::Result<(Self, mpsc::Sender<Arc<Robot>>)> {
+        let idle = if passes_alone { IDLE_PUMP } else { RARE_PUMP };
         let ending = Arc::new(AtomicBool::new(false));
         let (sender, receiver) = mpsc::channel::<Arc<Robot>>();
         let told = ending.clone();
@@ -83,7 +89,7 @@ impl Pump {
                 injection::point("pump");
                 robot.pump();
                 if robot.timeline().is_virtual() {
-                    thread::park_timeout(IDLE_PUMP);
+                    thread::park_timeout(idle);
                 } else {
                     thread::park();
                 }

@@ -258,7 +258,7 @@ impl Prepared {
         let snapshot = script_end.snapshot.clone();
         let chronicle = Arc::new(Chronicle::new(handle, snapshot, observer));
         alarm.connect(&chronicle);
-        let (pump, robot_for_pump) = Pump::start(&faults)?;
+        let (pump, robot_for_pump) = Pump::start(&faults, manner.passes_alone)?;
         let thread = pump.thread();
         let (clock, timeline) = start_clock(clock, manner.passes_alone, cycle, thread, &faults)?;
         let timeline = door(timeline);

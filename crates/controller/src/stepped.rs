@@ -291,9 +291,17 @@ impl SteppedController {
             return Ok(true);
         }
         let step = Seconds::new(state.step_time).unwrap_or_default();
+        let mut asked = Instant::now();
         for _ in 0..simulated.cycles(step) {
             if !self.pass(1, patience)? {
                 return Ok(false);
+            }
+            // A single cycle is too short for `pass` to ask.
+            if asked.elapsed() >= ASK_EVERY {
+                asked = Instant::now();
+                if !(patience.goes_on)() {
+                    return Ok(false);
+                }
             }
             if holds(&self.state())? {
                 return Ok(true);

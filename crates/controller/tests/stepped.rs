@@ -228,6 +228,14 @@ fn another_thread_and_the_owner_can_end_a_run() {
     };
     let result = controller.run_program(text(forever), seconds(1e7), &mut patience);
     assert_eq!(result.unwrap().outcome, Outcome::Stopped);
+    // A condition is asked cycle by cycle, its owner all the same.
+    let begin = Instant::now();
+    let mut patience = Patience {
+        wall: LONG,
+        goes_on: &mut || begin.elapsed() < Duration::from_millis(50),
+    };
+    let never = controller.until::<SteppedError>(|_| Ok(false), seconds(1e7), &mut patience);
+    assert!(!never.unwrap() && begin.elapsed() < Duration::from_secs(10));
     assert_eq!(run(&controller, "pass", 1.0).outcome, Outcome::Ended);
     controller.shut_down().unwrap();
 }

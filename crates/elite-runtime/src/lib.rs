@@ -18,6 +18,7 @@ pub mod interpreter_queue;
 pub mod message;
 pub mod micro_line;
 pub mod panel;
+pub mod preset;
 pub mod robot;
 pub mod supervisor;
 mod task;
@@ -28,6 +29,7 @@ pub use attendant::{Attendance, Attendant};
 pub use compile_pool::{CompilePool, NotCompiled};
 pub use message::{Message, Observer, Severity};
 pub use panel::Panel;
+pub use preset::{Preset, PresetError};
 pub use robot::Robot;
 pub use supervisor::{SubmitError, Supervisor, TaskState, TaskStatus};
 pub use task::{

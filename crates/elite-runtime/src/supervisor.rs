@@ -18,6 +18,7 @@ use crate::compile_pool::CompilePool;
 use crate::interpreter::Interpreter;
 use crate::message::{Message, Observer, Severity};
 use crate::panel::{Panel, Watchdogs};
+use crate::preset::Preset;
 use crate::task::{
     Braking, Controller, Controls, Ended, Extras, ProgramText, Source, Task, TaskEnd, TaskSettings,
     controls, message_of,
@@ -111,6 +112,8 @@ struct Shared {
     known: Arc<KnownNames>,
     interpreter: Arc<Interpreter>,
     current: Mutex<Current>,
+    /// What main programs find set.
+    presets: Mutex<Arc<[Preset]>>,
     /// Main programs take the place of one another in the order in which they came.
     turns: Turns<()>,
     status: watch::Sender<TaskStatus>,
@@ -157,6 +160,7 @@ impl Supervisor {
             pool,
             known: Arc::new(known),
             current: Mutex::new(current),
+            presets: Mutex::default(),
             turns: Turns::default(),
             status,
         };
@@ -190,6 +194,16 @@ impl Supervisor {
     /// Where texts from outside are compiled.
     pub fn compile_pool(&self) -> &CompilePool {
         &self.shared.pool
+    }
+
+    /// Globals that every main program from now on finds set. They replace those of before.
+    pub fn set_presets(&self, presets: &[Preset]) {
+        *self.presets() = presets.into();
+    }
+
+    fn presets(&self) -> MutexGuard<'_, Arc<[Preset]>> {
+        let presets = self.shared.presets.lock();
+        presets.unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What runs right now.
@@ -453,10 +467,11 @@ impl Supervisor {
             end: None,
         });
         let called = format!("task-{}", id.0);
+        let presets = self.presets().clone();
         let faults = self.shared.settings.faults.clone();
         faults
             .start(Kind::Task, called, move || {
-                shared.run_task(id, &called_program, source, controls, braking)
+                shared.run_task(id, &called_program, source, presets, controls, braking)
             })
             .map_err(|error| {
                 self.shared.interpreter.task_ended();
@@ -538,6 +553,7 @@ impl Shared {
         id: ProgramId,
         name: &str,
         source: Source,
+        presets: Arc<[Preset]>,
         controls: Controls,
         braking: Option<Braking>,
     ) {
@@ -560,6 +576,7 @@ impl Shared {
                 let settings = self.settings.clone();
                 let ran = catch(|| {
                     let task = Task::new(settings, interpreter, id, controls, status, braking);
+                    let task = task.with_presets(presets);
                     tokio::task::LocalSet::new().block_on(&runtime, task.run(source))
                 });
                 // Whatever the program left on it is not waited for.

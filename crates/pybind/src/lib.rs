@@ -1,12 +1,21 @@
-//! The Python wheel `elitescript`: the kinematics crate with numpy arrays in and out.
+//! The Python wheel `elitescript`: the arms' mathematics with numpy arrays in and out, controllers in the process of
+//! Python, recordings as tables, and the program `eliteserver` as a function.
 //!
-//! Owns the conversion of arguments and results and the wording of argument errors. Knows no robot that runs: no script,
-//! no port, no controller. What Python sees is assembled in `python/elitescript/`.
+//! Owns the conversion of arguments and results and the wording of argument errors. What Python sees is assembled in
+//! `python/elitescript/`; what is native of controllers is small: numbers and texts in, numbers and texts out.
 
 mod arguments;
+mod command;
+mod fleet;
 mod functions;
+mod io;
+mod live;
+mod recording;
 mod results;
 mod robot;
+mod row;
+mod settings;
+mod trace;
 
 use pyo3::prelude::*;
 
@@ -17,11 +26,29 @@ pyo3::create_exception!(
     "No joint positions inside the limits reach the pose."
 );
 
+pyo3::create_exception!(
+    elitescript,
+    ControllerClosed,
+    pyo3::exceptions::PyRuntimeError,
+    "The controller was closed."
+);
+
+pyo3::create_exception!(
+    elitescript,
+    ScriptError,
+    pyo3::exceptions::PyRuntimeError,
+    "A program did not end well. Raised only where it is asked for, by Result.check()."
+);
+
 /// Native part of `elitescript`; import that instead.
 #[pymodule]
 mod _elitescript {
     #[pymodule_export]
     use super::NoSolutionError;
+    #[pymodule_export]
+    use super::command::{eliteserver, preset};
+    #[pymodule_export]
+    use super::fleet::Fleet;
     #[pymodule_export]
     use super::functions::{
         bit_list_to_integer, d2r, integer_to_bit_list, interpolate_pose, log, models, norm,
@@ -29,7 +56,15 @@ mod _elitescript {
         rotvec2rpy, rpy2rotvec, wrench_trans,
     };
     #[pymodule_export]
+    use super::live::NativeController;
+    #[pymodule_export]
+    use super::recording::{recording_cycles, recording_table};
+    #[pymodule_export]
     use super::robot::Robot;
+    #[pymodule_export]
+    use super::row::row_fields;
+    #[pymodule_export]
+    use super::{ControllerClosed, ScriptError};
 
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "Python's name")]

@@ -15,6 +15,7 @@ use controller::options::{
     ByteSize, ClockChoice, Home, ModelChoice, PayloadChoice, Permission, PlantChoice, RecordTarget,
     RotateAt, StepMillis, Tcp,
 };
+use elite_runtime::Preset;
 
 use crate::config::PRIMARY_PORT;
 use crate::options::{LogFormat, PortSetting, TrustedHost};
@@ -199,9 +200,17 @@ pub struct RunArgs {
     /// The script; - reads it from stdin
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
+    /// A global variable that is set before the program; repeat it for more: --set speed=0.25 --set 'name="left"'
+    #[arg(long, value_name = "NAME=VALUE", value_parser = preset)]
+    pub set: Vec<Preset>,
     #[command(flatten)]
     #[allow(missing_docs)]
     pub shared: SharedArgs,
+}
+
+/// A global of `--set`.
+fn preset(text: &str) -> Result<Preset, &'static str> {
+    Preset::parse(text).map_err(|error| error.why)
 }
 
 /// How findings are printed.

@@ -8,6 +8,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use elite_runtime::Preset;
 use kinematics::{Calibration, CalibrationError};
 use thiserror::Error;
 
@@ -200,6 +201,8 @@ pub struct RunConfig {
     pub log: LogConfig,
     /// The script, `-` for stdin.
     pub file: PathBuf,
+    /// Globals that it finds set.
+    pub presets: Vec<Preset>,
 }
 
 impl ServeConfig {
@@ -249,6 +252,7 @@ impl RunConfig {
             log: LogConfig::taken(&mut shared),
             robot: robot(shared, ClockChoice::Virtual, RecordTarget::Off)?,
             file: args.file,
+            presets: args.set,
         })
     }
 }

@@ -1,7 +1,7 @@
 //! Everything of the `eliteserver` binary, as a library so that its parts can be tested and fuzzed one by one.
 //!
 //! Wires the other crates together and owns what users meet: command line, configuration, ports. No other crate
-//! imports this one but `dev`, which tries the decoders.
+//! imports this one but `dev`, which tries the decoders, and `pybind`, whose wheel has the same program as a command.
 
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(
@@ -23,6 +23,7 @@ pub mod logging;
 pub mod options;
 pub mod plot;
 pub mod ports;
+pub mod program;
 pub mod ready_file;
 pub mod replay;
 pub mod shutdown;

@@ -1,7 +1,6 @@
 //! `eliteserver wait`: returns once a running server answers with a state message.
 
 use std::net::SocketAddr;
-use std::process::ExitCode;
 use std::time::Duration;
 
 use thiserror::Error;
@@ -29,7 +28,7 @@ pub struct NoAnswer {
 }
 
 /// The command: exit status 0 once a server answers, 1 with a sentence on stderr when none did in time.
-pub fn command(args: &WaitArgs) -> ExitCode {
+pub fn command(args: &WaitArgs) -> u8 {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build();
@@ -40,10 +39,10 @@ pub fn command(args: &WaitArgs) -> ExitCode {
         Err(error) => Err(format!("cannot wait: {error}")),
     };
     match answered {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(sentence) => {
             logging::say(&format!("eliteserver: {sentence}"));
-            ExitCode::FAILURE
+            1
         }
     }
 }

@@ -239,7 +239,12 @@ fn judge(data: &[u8]) {
         ..SharedArgs::default()
     };
     let file = PathBuf::from("case.script");
-    let config = RunConfig::load(RunArgs { file, shared }).expect("the defaults are right");
+    let config = RunConfig::load(RunArgs {
+        file,
+        shared,
+        set: Vec::new(),
+    })
+    .expect("the defaults are right");
     let host = Host::start(&config.robot, None, Console::Log, false).expect("it starts");
     let controller = host.controller();
     let mut messages = host.announcer().subscribe();

@@ -31,6 +31,7 @@ use crate::builtins;
 use crate::interpreter::Interpreter as StatementPort;
 use crate::message::{Aside, Message, Observer};
 use crate::panel::{Panel, Variables};
+use crate::preset::Preset;
 use crate::robot::Robot;
 use crate::supervisor::{TaskState, TaskStatus, is_secondary};
 
@@ -40,6 +41,8 @@ const FUEL_PER_SLICE: u32 = 20_000;
 /// Slices a secondary program may take: about a second of work (language.md 7). Counted, not timed, so that a run under
 /// the virtual clock ends the same way on every machine.
 const SLICES_OF_SECONDARY: u32 = 1000;
+/// Slices that the value of one preset may take.
+const SLICES_OF_PRESET: u32 = 100;
 /// Longest a secondary program may wait for a lock of the main program, simulated seconds.
 const WAIT_OF_SECONDARY: f64 = 1.0;
 /// Most secondary programs at once; they are short, so more than a few mean that a client floods the task.
@@ -127,6 +130,7 @@ pub(crate) struct Task {
     pub(super) host: Rc<TaskHost>,
     pub(super) interpreter: Interpreter,
     known: KnownNames,
+    presets: Arc<[Preset]>,
     pub(super) threads: BTreeMap<ThreadNumber, Entry>,
     pub(super) ready: VecDeque<ThreadNumber>,
     pub(super) controls: Controls,
@@ -235,6 +239,7 @@ impl Task {
             host,
             interpreter,
             known,
+            presets: Arc::default(),
             threads: BTreeMap::new(),
             ready: VecDeque::new(),
             controls,
@@ -254,6 +259,11 @@ impl Task {
             next_tick: None,
             untold: VecDeque::new(),
         }
+    }
+
+    /// The same task, whose main program finds these globals set.
+    pub fn with_presets(self, presets: Arc<[Preset]>) -> Self {
+        Self { presets, ..self }
     }
 
     /// Runs the program to its end; the arm stands when this returns, unless another program takes its place. A fault of
@@ -295,6 +305,11 @@ impl Task {
         };
         match compiled {
             Ok(program) => {
+                if program.kind() == ProgramKind::Main
+                    && let Err(end) = self.set_presets()
+                {
+                    return end;
+                }
                 self.start_program(ThreadNumber(0), &program);
                 let text = program.file().text();
                 self.settings
@@ -314,6 +329,45 @@ impl Task {
                 TaskEnd::NotCompiled
             }
         }
+    }
+
+    /// Sets the globals that the program is to find; one that cannot be worked out ends the task.
+    fn set_presets(&mut self) -> Result<(), TaskEnd> {
+        for preset in self.presets.clone().iter() {
+            let file = SourceFile::new("--set", format!("{}\n", preset.statement()));
+            let program = elite_lang::compile(file.clone(), &self.known).map_err(|findings| {
+                for finding in &findings {
+                    self.report_finding(finding, &file, false);
+                }
+                TaskEnd::NotCompiled
+            })?;
+            let mut script = self.interpreter.spawn_program(&program);
+            let mut slices = 0;
+            loop {
+                slices += 1;
+                match script.resume(Resume::Continue, FUEL_PER_SLICE) {
+                    Step::Done(_) => break,
+                    Step::OutOfFuel if slices < SLICES_OF_PRESET => {}
+                    Step::Failed(error) => {
+                        self.report_script_error(&error);
+                        return Err(TaskEnd::Failed);
+                    }
+                    _ => {
+                        let summary =
+                            format!("TimeoutError: --set {}: a value cannot wait", preset.name());
+                        self.settings.observer.message(&Message::ScriptError {
+                            program: self.context.program(),
+                            line: 1,
+                            column: 1,
+                            report: summary.clone(),
+                            summary,
+                        });
+                        return Err(TaskEnd::Failed);
+                    }
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Compiles the program of the task on the threads for that, so that a stop does not wait for a long text; `None` when

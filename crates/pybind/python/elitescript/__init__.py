@@ -1,4 +1,8 @@
-"""Kinematics and dynamics of the Elite Robots CS arms, with the pose functions of EliteScript.
+"""Elite Robots CS arms: their mathematics, whole controllers in this process, recordings, sweeps.
+
+``Controller`` runs programs on a simulated arm, ``sweep`` runs one with many parameters, ``open_recording`` reads what was
+recorded; ``elitescript.gym`` has environments for learning. ``Robot`` is the arm's kinematics and dynamics, the functions
+are those of EliteScript.
 
 Poses are ``[x, y, z, Rx, Ry, Rz]`` in metres and radians with R = Rz(Rz) Ry(Ry) Rx(Rx), joint positions six radians,
 base first. Every such argument is one row, ``(6,)``, or a batch, ``(N, 6)``; a single row goes with any batch. Lists,
@@ -11,9 +15,12 @@ A bad shape or a number that is not finite raises ``ValueError`` that names the 
 array([-0.8175, -0.2395,  0.066 ,  1.5708,  0.    ,  0.    ])
 """
 
+from ._controller import Controller, Io, Result, State
 from ._elitescript import (
+    ControllerClosed,
     NoSolutionError,
     Robot,
+    ScriptError,
     __version__,
     bit_list_to_integer,
     d2r,
@@ -33,6 +40,9 @@ from ._elitescript import (
     rpy2rotvec,
     wrench_trans,
 )
+
+from ._recording import Recording, open_recording
+from ._sweep import sweep
 
 # The manual's plain number functions (3.2.7 to 3.2.34). They are here so that script code finds them, and not in
 # __all__, because several would hide Python's own.
@@ -55,8 +65,15 @@ from ._numbers import (
 )
 
 __all__ = [
+    "Controller",
+    "ControllerClosed",
+    "Io",
     "NoSolutionError",
+    "Recording",
+    "Result",
     "Robot",
+    "ScriptError",
+    "State",
     "__version__",
     "bit_list_to_integer",
     "d2r",
@@ -65,6 +82,7 @@ __all__ = [
     "models",
     "norm",
     "normalize",
+    "open_recording",
     "point_dist",
     "pose_add",
     "pose_dist",
@@ -74,5 +92,6 @@ __all__ = [
     "r2d",
     "rotvec2rpy",
     "rpy2rotvec",
+    "sweep",
     "wrench_trans",
 ]

@@ -1,7 +1,5 @@
 //! `eliteserver calibrate`: the arm's own kinematics from a controller into a calibration file.
 
-use std::process::ExitCode;
-
 use robot_client::RobotAddress;
 use robot_client::calibrate::read;
 
@@ -12,15 +10,15 @@ use crate::{logging, ready_file};
 const UNEXPLAINED_MAX: f64 = 0.0005;
 
 /// Exit status: 0 written, 2 not.
-pub fn calibrate(args: &CalibrateArgs) -> ExitCode {
+pub fn calibrate(args: &CalibrateArgs) -> u8 {
     match written(args) {
         Ok(sentence) => {
             logging::say(&sentence);
-            ExitCode::SUCCESS
+            0
         }
         Err(sentence) => {
             logging::say(&format!("eliteserver: {sentence}"));
-            ExitCode::from(2)
+            2
         }
     }
 }

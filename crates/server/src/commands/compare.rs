@@ -7,7 +7,6 @@ mod run_here;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
-use std::process::ExitCode;
 
 use recorder::{ReadError, Recording};
 use robot_client::compare::{
@@ -47,12 +46,12 @@ enum CompareError {
 }
 
 /// Exit status: 0 within the bound, or no bound; 1 beyond; 2 unreadable.
-pub fn compare(args: &CompareArgs) -> ExitCode {
+pub fn compare(args: &CompareArgs) -> u8 {
     match told(args) {
-        Ok(status) => ExitCode::from(status),
+        Ok(status) => status,
         Err(error) => {
             logging::say(&format!("eliteserver: {error}"));
-            ExitCode::from(UNREADABLE)
+            UNREADABLE
         }
     }
 }

@@ -9,6 +9,5 @@ mod robot;
 pub mod run;
 pub mod send;
 pub mod serve;
-mod setting;
 pub mod shell;
 pub mod test;

@@ -7,7 +7,6 @@ mod clock;
 mod reports;
 mod robot;
 
-use std::process::ExitCode;
 use std::time::{Duration, SystemTime};
 
 use kinematics::{CalibrationError, JointPositions};
@@ -66,7 +65,7 @@ enum RecordingError {
 }
 
 /// Exit status: 0 recorded, 2 no connection or no recording.
-pub fn record(args: &RecordArgs) -> ExitCode {
+pub fn record(args: &RecordArgs) -> u8 {
     let recorded = Shutdown::start(0)
         .map_err(RecordingError::from)
         .and_then(|shutdown| {
@@ -81,11 +80,11 @@ pub fn record(args: &RecordArgs) -> ExitCode {
     match recorded {
         Ok(summary) => {
             logging::say(&summary);
-            ExitCode::SUCCESS
+            0
         }
         Err(error) => {
             logging::say(&format!("eliteserver: {error}"));
-            ExitCode::from(NO_RECORDING)
+            NO_RECORDING
         }
     }
 }

@@ -39,6 +39,7 @@ pub fn run(config: &RunConfig) -> Result<u8, HostError> {
     )?;
     let controller = host.controller();
     shutdown.close_in_any_case(controller.closer());
+    controller.supervisor().set_presets(&config.presets);
     let started = Instant::now();
     let end = controller.run_to_end(program, SENDER, shutdown.token().cancelled())?;
     let simulated = controller.robot().state().time;

@@ -8,11 +8,11 @@ mod screen;
 mod watched;
 
 use std::io::IsTerminal;
-use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
 use elite_lang::{Severity, SourceFile, check, compile};
+use elite_runtime::{Preset, PresetError};
 use robot_client::{Follower, News, Outcome, Primary, PrimaryError, RobotAddress};
 use thiserror::Error;
 use tokio::sync::watch;
@@ -22,7 +22,6 @@ use wire::primary::{Exception, Message, Numbered, RobotException, Source};
 use crate::cli::SendArgs;
 use crate::commands::check::read_script;
 use crate::commands::robot;
-use crate::commands::setting::{Setting, SettingError};
 use crate::logging;
 use crate::ports::shown::{Escaped, Lines};
 use crate::shutdown::Shutdown;
@@ -49,13 +48,13 @@ enum Refusal {
     #[error(transparent)]
     Refused(#[from] robot::Refusal),
     #[error(transparent)]
-    Setting(#[from] SettingError),
+    Setting(#[from] PresetError),
     #[error("cannot start: {0}")]
     Start(#[from] std::io::Error),
 }
 
 /// Exit status: 0 ended, 1 failed or stopped, 2 not sent.
-pub fn send(args: &SendArgs) -> ExitCode {
+pub fn send(args: &SendArgs) -> u8 {
     let status = Shutdown::start_within(FAILED, robot::END_PATIENCE)
         .map_err(Refusal::from)
         .and_then(|shutdown| {
@@ -64,14 +63,14 @@ pub fn send(args: &SendArgs) -> ExitCode {
                 .build()?;
             runtime.block_on(conversation(args, &shutdown))
         });
-    ExitCode::from(status.unwrap_or_else(|refusal| {
+    status.unwrap_or_else(|refusal| {
         logging::say(&format!("eliteserver: {refusal}"));
         NOT_SENT
-    }))
+    })
 }
 
 async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<u8, Refusal> {
-    let settings = Setting::parse_all(&args.set)?;
+    let settings = Preset::parse_all(&args.set)?;
     let (file, outgoing) = prepared(args, &settings)?;
     let address = RobotAddress::new(&args.robot.robot, args.robot.primary_port);
     let what = format!("Send {} to", Escaped(file.name()));
@@ -117,7 +116,7 @@ async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<u8, Refusa
 }
 
 /// Reads and checks the file, and makes of it what is sent.
-fn prepared(args: &SendArgs, settings: &[Setting]) -> Result<(Arc<SourceFile>, Outgoing), Refusal> {
+fn prepared(args: &SendArgs, settings: &[Preset]) -> Result<(Arc<SourceFile>, Outgoing), Refusal> {
     let script = read_script(&args.file).map_err(Refusal::Sentence)?;
     let known = elite_runtime::builtins::known_names();
     let file = SourceFile::new(script.name, script.text);

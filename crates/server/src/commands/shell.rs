@@ -11,11 +11,11 @@ mod typed;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::io::{IsTerminal, stdin, stdout};
-use std::process::ExitCode;
 use std::rc::Rc;
 use std::time::Duration;
 
 use elite_lang::{SourceFile, compile};
+use elite_runtime::{Preset, PresetError};
 use robot_client::{RobotAddress, Word};
 use supervision::{Faults, Handle, Kind};
 use thiserror::Error;
@@ -24,7 +24,6 @@ use tokio::sync::mpsc;
 
 use crate::cli::ShellArgs;
 use crate::commands::robot;
-use crate::commands::setting::{Setting, SettingError};
 use crate::logging;
 use crate::shutdown::Shutdown;
 use editor::{Line, Lines, Names};
@@ -64,7 +63,7 @@ enum ShellError {
     #[error("cannot start: {0}")]
     Start(#[from] std::io::Error),
     #[error(transparent)]
-    Setting(#[from] SettingError),
+    Setting(#[from] PresetError),
     #[error(transparent)]
     Refused(#[from] robot::Refusal),
     #[error(transparent)]
@@ -72,15 +71,15 @@ enum ShellError {
 }
 
 /// Exit status: 0 ended, 1 a line of a pipe was discarded or failed, 2 no connection.
-pub fn shell(args: &ShellArgs) -> ExitCode {
-    ExitCode::from(shelled(args).unwrap_or_else(|error| {
+pub fn shell(args: &ShellArgs) -> u8 {
+    shelled(args).unwrap_or_else(|error| {
         logging::say(&format!("eliteserver: {error}"));
         NO_CONNECTION
-    }))
+    })
 }
 
 fn shelled(args: &ShellArgs) -> Result<u8, ShellError> {
-    let settings = Setting::parse_all(&args.set)?;
+    let settings = Preset::parse_all(&args.set)?;
     let shutdown = Shutdown::start_within(FAILED, robot::END_PATIENCE)?;
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
@@ -112,7 +111,7 @@ fn shelled(args: &ShellArgs) -> Result<u8, ShellError> {
 
 async fn opened(
     args: &ShellArgs,
-    settings: &[Setting],
+    settings: &[Preset],
     shutdown: &Shutdown,
 ) -> Result<Session, ShellError> {
     let robot = &args.robot;

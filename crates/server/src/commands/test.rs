@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::thread;
 use std::time::Instant;
 
@@ -20,12 +19,12 @@ use crate::logging;
 const SETTINGS: &str = "test.toml";
 
 /// Exit status: 0 all passed, 1 some failed, 2 nothing to run.
-pub fn test(args: &TestArgs) -> ExitCode {
+pub fn test(args: &TestArgs) -> u8 {
     match try_test(args) {
-        Ok(all_passed) => ExitCode::from(u8::from(!all_passed)),
+        Ok(all_passed) => u8::from(!all_passed),
         Err(sentence) => {
             logging::say(&format!("eliteserver: {sentence}"));
-            ExitCode::from(2)
+            2
         }
     }
 }

@@ -6,9 +6,9 @@
 use std::sync::Arc;
 
 use elite_lang::{Diagnostic, Program, ProgramKind, SourceFile, compile};
+use elite_runtime::{Preset, PresetError};
 use thiserror::Error;
 
-use crate::commands::setting::{Setting, SettingError};
 use crate::ports::text::{StringTracker, is_end_line};
 
 /// What the function around a file of plain statements is called.
@@ -33,7 +33,7 @@ pub(super) struct Outgoing {
 pub(super) enum SendError {
     /// A setting is none.
     #[error(transparent)]
-    Setting(#[from] SettingError),
+    Setting(#[from] PresetError),
     /// Settings go before a main program.
     #[error("--set: the file is a secondary program, which has no globals of its own")]
     SecondarySet,
@@ -44,7 +44,7 @@ pub(super) enum SendError {
 
 impl Outgoing {
     /// The file as a program for port 30001. `program` is the file compiled.
-    pub(super) fn new(program: &Program, settings: &[Setting]) -> Result<Self, SendError> {
+    pub(super) fn new(program: &Program, settings: &[Preset]) -> Result<Self, SendError> {
         let text = program.file().text();
         if program.kind() == ProgramKind::Secondary {
             return match settings {
@@ -76,9 +76,9 @@ impl Outgoing {
         }
     }
 
-    fn wrapped(program: &Program, settings: &[Setting]) -> Self {
+    fn wrapped(program: &Program, settings: &[Preset]) -> Self {
         let mut names: Vec<&str> = program.global_names().collect();
-        names.extend(settings.iter().map(Setting::name));
+        names.extend(settings.iter().map(Preset::name));
         names.sort_unstable();
         names.dedup();
         let mut out = Self {
@@ -134,10 +134,10 @@ impl Outgoing {
     }
 
     /// The file whatever is in it, for a controller that knows more than we do.
-    pub(super) fn unchecked(file: &SourceFile, settings: &[Setting]) -> Result<Self, SendError> {
+    pub(super) fn unchecked(file: &SourceFile, settings: &[Preset]) -> Result<Self, SendError> {
         match settings {
             [] => Ok(Self::as_it_is(file.text(), file.text().starts_with("sec "))),
-            [first, ..] => Err(SendError::Setting(SettingError {
+            [first, ..] => Err(SendError::Setting(PresetError {
                 given: first.name().to_owned(),
                 why: "a text that is not checked is sent as it is; leave --no-check out",
             })),

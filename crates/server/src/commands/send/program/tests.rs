@@ -3,8 +3,8 @@ use super::*;
 fn outgoing(text: &str, settings: &[&str]) -> Result<Outgoing, SendError> {
     let file = SourceFile::new("task.script", text);
     let program = compile(file, &elite_runtime::builtins::known_names()).expect("it compiles");
-    let settings: Result<Vec<Setting>, SettingError> =
-        settings.iter().map(|given| Setting::parse(given)).collect();
+    let settings: Result<Vec<Preset>, PresetError> =
+        settings.iter().map(|given| Preset::parse(given)).collect();
     Outgoing::new(&program, &settings?)
 }
 

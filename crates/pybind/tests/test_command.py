@@ -1,0 +1,45 @@
+"""The console command of the wheel: the same program, exit statuses and signals as the binary."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import elitescript
+
+COMMAND = Path(sys.executable).with_name("eliteserver")
+
+
+def call(*arguments, **options):
+    return subprocess.run([COMMAND, *arguments], capture_output=True, text=True, timeout=60, **options)
+
+
+def test_every_subcommand_is_there(tmp_path):
+    assert call("--version").stdout.split()[1] == elitescript.__version__
+    assert "calibrate" in call("--help").stdout
+    assert any(entry["name"] == "movej" for entry in json.loads(call("builtins", "--format", "json").stdout))
+    program = tmp_path / "one.script"
+    program.write_text("print(n)\n")
+    done = call("run", program, "--set", "n=3")
+    assert (done.returncode, done.stdout) == (0, "3\n")
+    assert call("run", program).returncode == 1
+    assert call("run", tmp_path / "none.script").returncode == 2
+    assert call("run", program, "--set", "n").returncode == 2
+    assert call("check", program, "--format", "json").returncode == 1
+    assert call("replay", tmp_path / "none.mcap").returncode == 2
+
+
+def test_an_interrupt_ends_a_run_as_in_the_binary(tmp_path):
+    program, recording = tmp_path / "forever.script", tmp_path / "run.mcap"
+    program.write_text("print('on', flush=True)\nwhile True:\n    sleep(0.01)\nend\n")
+    process = subprocess.Popen(
+        [COMMAND, "run", program, "--clock", "realtime", "--record", recording], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert process.stdout.readline() == b"on\n"
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=20)
+    assert process.returncode == 1 and b"Traceback" not in err, err
+    assert len(elitescript.open_recording(recording)["/cycle"]) > 0

@@ -1,0 +1,115 @@
+//! The whole program as a function: reads a command line, hands over to the command, gives back the exit status.
+//!
+//! Called by the binary and by the console command of the Python wheel, so that both are one program.
+
+use std::ffi::OsString;
+use std::io::{ErrorKind, Write};
+use std::time::Duration;
+
+use clap::Parser;
+use supervision::{Fault, Kind, catch};
+
+use crate::cli::{Cli, Command, LogArgs};
+use crate::config::{RunConfig, ServeConfig};
+use crate::options::LogFormat;
+use crate::shutdown::FAULT_EXIT;
+use crate::{commands, logging, replay, wait};
+
+/// Standard error has this long to be read to its end.
+const LAST_LINES: Duration = Duration::from_secs(1);
+
+/// Runs the program with these arguments, the name of the program first. What is wrong with them, and `--help`, end the
+/// process as clap does. It is the only thing its process does: it listens for signals and takes the children.
+pub fn program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    supervision::install_panic_hook();
+    supervision::injection::begin();
+    // This process starts no others but those that programs ask for.
+    elite_runtime::all_children_are_tasks();
+    let command = Cli::parse_from(arguments).into_command();
+    let status = match catch(|| execute(command)) {
+        Ok(Ok(status)) => status,
+        Ok(Err(sentence)) => {
+            logging::say(&format!("eliteserver: {sentence}"));
+            2
+        }
+        // A fault outside every thread that contains its own.
+        Err(panicked) => {
+            let fault = Fault::new(Kind::Service, "the command", panicked);
+            logging::say(&format!("eliteserver: {fault}"));
+            FAULT_EXIT
+        }
+    };
+    logging::flush_within(LAST_LINES);
+    status
+}
+
+/// Writes the answer of a command. Whoever reads it may have seen enough: `eliteserver builtins | head`.
+fn answer(text: &str) -> Result<u8, String> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Ok(()) => Ok(0),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(0),
+        Err(error) => Err(format!("cannot write the answer: {error}")),
+    }
+}
+
+/// The exit status, or a sentence that says why there is none better than 2.
+fn execute(command: Command) -> Result<u8, String> {
+    let plain = |log: &LogArgs| start_log(log.log_format.unwrap_or_default());
+    match command {
+        Command::Serve(args) => {
+            let config = ServeConfig::load(*args).map_err(|e| e.to_string())?;
+            start_log(config.log.format)?;
+            commands::serve::serve(&config).map_err(|e| e.to_string())
+        }
+        Command::Run(args) => {
+            let config = RunConfig::load(*args).map_err(|e| e.to_string())?;
+            start_log(config.log.format)?;
+            commands::run::run(&config).map_err(|e| e.to_string())
+        }
+        Command::Check(args) => {
+            plain(&args.log)?;
+            Ok(commands::check::check(&args))
+        }
+        Command::Test(args) => {
+            plain(&args.log)?;
+            Ok(commands::test::test(&args))
+        }
+        Command::Replay(args) => {
+            plain(&args.log)?;
+            Ok(replay::run(&args))
+        }
+        Command::Builtins(args) => {
+            plain(&args.log)?;
+            answer(&commands::builtins::list(args.format))
+        }
+        Command::Send(args) => {
+            plain(&args.robot.log)?;
+            Ok(commands::send::send(&args))
+        }
+        Command::Shell(args) => {
+            plain(&args.robot.log)?;
+            Ok(commands::shell::shell(&args))
+        }
+        Command::Calibrate(args) => {
+            plain(&args.robot.log)?;
+            Ok(commands::calibrate::calibrate(&args))
+        }
+        Command::Record(args) => {
+            plain(&args.robot.log)?;
+            Ok(commands::record::record(&args))
+        }
+        Command::Compare(args) => {
+            plain(&args.log)?;
+            Ok(commands::compare::compare(&args))
+        }
+        Command::Wait(args) => {
+            plain(&args.log)?;
+            Ok(wait::command(&args))
+        }
+    }
+}
+
+fn start_log(format: LogFormat) -> Result<(), String> {
+    logging::init(format).map_err(|error| error.to_string())
+}
