@@ -13,6 +13,7 @@ use super::types::Types;
 use crate::host::{Host, ThreadId};
 use crate::limits::{Limits, memory};
 use crate::statement::Injected;
+use crate::stdlib::Kept;
 use crate::value::module::Namespace;
 use crate::value::symbol::Symbols;
 use crate::value::weak::WeakList;
@@ -89,6 +90,8 @@ pub struct Core {
     pub injected: RefCell<Injected>,
     /// What generators that were given up still have to do.
     pub last_acts: LastActs,
+    /// What modules of the library keep.
+    pub kept: Kept,
     /// Possible parts of reference cycles.
     pub cycles: Cycles,
     /// Calls that the main thread makes as soon as it goes on (handlers of signals).
@@ -142,6 +145,7 @@ impl Core {
             sweeping: Cell::new(false),
             loading: Cell::new(0),
             last_acts: LastActs::default(),
+            kept: Kept::default(),
             cycles: Cycles::default(),
             injected: RefCell::default(),
             interrupts: RefCell::default(),
