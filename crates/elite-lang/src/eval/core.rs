@@ -298,6 +298,12 @@ impl Core {
         (memory::held() - self.memory_base).max(0) as usize
     }
 
+    /// The same with what lies ready for the next small requests.
+    #[inline]
+    pub fn memory_taken(&self) -> usize {
+        (memory::taken() - self.memory_base).max(0) as usize
+    }
+
     /// Bytes that may still be held.
     pub fn memory_left(&self) -> usize {
         self.limits.memory_bytes.saturating_sub(self.memory_used())

@@ -131,13 +131,15 @@ impl Dict {
         self.table.change(|table| {
             let entry = &table.entries[index];
             if let (true, Value::Cell(variable)) = (table.of_variables(), &entry.value) {
+                let unbound = table.known_unbound();
                 let removed = (entry.key.clone(), variable.take());
-                table.generation += 1;
                 // One that no code refers to goes as a whole; it holds nothing any more.
-                if Rc::strong_count(variable) == 1 {
+                let goes = Rc::strong_count(variable) == 1;
+                table.generation += 1;
+                if goes {
                     drop(table.delete(index));
-                    table.count_anew();
                 }
+                table.note_unbound(unbound.map(|count| count + usize::from(!goes)));
                 return removed;
             }
             table.delete(index)

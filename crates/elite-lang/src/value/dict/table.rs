@@ -237,7 +237,8 @@ impl Table {
         }
         if first == 0 {
             let room = self.live.max(SCAN_MAX);
-            let mut entries = Vec::with_capacity(room + self.live);
+            // As much at the end, or the next key that is added throws the room at the front away again.
+            let mut entries = Vec::with_capacity(2 * room + self.live);
             entries.resize(room, Entry::default());
             for (at, entry) in std::mem::take(&mut self.entries).into_iter().enumerate() {
                 if at == index {

@@ -196,10 +196,17 @@ impl Table {
         Value::Cell(variable)
     }
 
-    /// A variable is gone.
-    pub(super) fn count_anew(&self) {
+    /// How many of its variables are unbound, if that is known.
+    pub(super) fn known_unbound(&self) -> Option<usize> {
+        let (then, unbound) = self.variables.as_deref()?.unbound.get()?;
+        (then == bindings()).then_some(unbound)
+    }
+
+    /// Notes how many are unbound now, if that is known.
+    pub(super) fn note_unbound(&self, unbound: Option<usize>) {
         if let Some(variables) = &self.variables {
-            variables.unbound.set(None);
+            let now = bindings();
+            variables.unbound.set(unbound.map(|unbound| (now, unbound)));
         }
     }
 
@@ -214,7 +221,9 @@ impl Table {
         let entered = match (known, value) {
             (Value::Cell(variable), value) => {
                 // It was unbound.
+                let unbound = self.known_unbound();
                 drop(variable.replace(value));
+                self.note_unbound(unbound.map(|count| count.saturating_sub(1)));
                 Value::Cell(variable)
             }
             (_, value @ Value::Cell(_)) => self.new_variable(value),
