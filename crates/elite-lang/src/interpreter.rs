@@ -1,5 +1,6 @@
 //! The interpreter of one task, and its script threads as the embedder drives them.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::rc::Rc;
@@ -26,18 +27,19 @@ use crate::value::{Function, R, Raised, Value, trash};
 pub struct Interpreter {
     core: Rc<Core>,
     // Dropped after the core, whose tables go back to the system as well.
-    leftovers: Leftovers,
+    leftovers: Rc<Leftovers>,
 }
 
-/// Gives memory back to the system when it is dropped, if that is worth it.
+/// The memory that a task has freed. It goes back to the system, if that is worth it, when the interpreter and everybody who
+/// has asked for this (`Interpreter::leftovers`) has dropped it; that takes some milliseconds for every hundred megabytes.
 #[derive(Default)]
-struct Leftovers {
-    are_large: bool,
+pub struct Leftovers {
+    are_large: Cell<bool>,
 }
 
 impl Drop for Leftovers {
     fn drop(&mut self) {
-        if self.are_large {
+        if self.are_large.get() {
             memory::trim();
         }
     }
@@ -88,7 +90,7 @@ impl Interpreter {
         }
         Interpreter {
             core,
-            leftovers: Leftovers::default(),
+            leftovers: Rc::default(),
         }
     }
 
@@ -213,6 +215,12 @@ impl Interpreter {
         self.core.is_searching()
     }
 
+    /// What is left of the task in the system's allocator. Who drops this last, on the thread that ran the task, gives it
+    /// back: after others have been told that the task has ended, for it takes its time.
+    pub fn leftovers(&self) -> Rc<Leftovers> {
+        self.leftovers.clone()
+    }
+
     /// What all script threads share. For the interpreter's own library.
     pub fn core(&self) -> &Rc<Core> {
         &self.core
@@ -224,7 +232,8 @@ impl Drop for Interpreter {
         self.core.memory_look();
         while trash::drop_some() {}
         self.core.dismantle();
-        self.leftovers.are_large = self.core.memory_was_large();
+        let are_large = self.core.memory_was_large();
+        self.leftovers.are_large.set(are_large);
     }
 }
 

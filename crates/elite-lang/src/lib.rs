@@ -49,7 +49,7 @@ pub use host::process::{
     Stream as ProcessStream,
 };
 pub use host::{Access, Host, HostSocket, Interest, ThreadId};
-pub use interpreter::{Interpreter, ScriptThread, Step};
+pub use interpreter::{Interpreter, Leftovers, ScriptThread, Step};
 pub use limits::{Limits, memory};
 pub use lint::{CallArgument, CallHint, CallHook, CallSite, Literal};
 pub use native::{NativeBody, NativeCall, NativeFunction, Param, ParamKind, WaitToken};

@@ -128,7 +128,7 @@ impl Injected {
         self.names.dismantle();
         let cells = self.mirrors.iter().flat_map(|(_, cells)| cells.values());
         for cell in cells {
-            drop(cell.value.take());
+            drop(cell.take());
         }
     }
 
@@ -249,7 +249,7 @@ impl Scope {
                 Value::Cell(cell) => cell.clone(),
                 value => {
                     let cell = core.injected.borrow_mut().mirror(code, *name);
-                    drop(cell.value.replace(value.clone()));
+                    drop(cell.replace(value.clone()));
                     self.mirrored.push((slot, cell.clone()));
                     cell
                 }

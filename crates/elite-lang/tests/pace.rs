@@ -495,7 +495,8 @@ const TEXT: usize = if cfg!(debug_assertions) {
     1 << 20
 };
 
-fn check_texts(part: usize, parts: usize) {
+/// Reads the texts, with what `damage` makes of each (`t`).
+fn check_texts(damage: &str, part: usize, parts: usize) {
     let given: Vec<_> = TEXTS.iter().skip(part).step_by(parts).collect();
     let calls: String = given
         .iter()
@@ -505,37 +506,52 @@ fn check_texts(part: usize, parts: usize) {
                 "compile" => ", 'text', 'exec'",
                 _ => "",
             };
-            format!("attempt('{index}', lambda t: {function}(t{rest}), lambda: (({text}),), lambda: ('1',))\n")
+            format!("attempt('{index}', lambda t: {function}(t{rest}), lambda: (damaged({text}),), lambda: ('1',))\n")
         })
         .collect();
-    let trouble: Vec<String> = too_long(&format!("{BEGIN}\nn = {TEXT}\n{calls}"))
-        .iter()
-        .map(|(index, stretch)| {
-            let (function, text) = given[index.parse::<usize>().unwrap_or(0)];
-            format!("{function}({text}): {stretch:?}")
-        })
-        .collect();
+    let trouble: Vec<String> = too_long(&format!(
+        "{BEGIN}\nn = {TEXT}\ndef damaged(t): return {damage}\n{calls}"
+    ))
+    .iter()
+    .map(|(index, stretch)| {
+        let (function, text) = given[index.parse::<usize>().unwrap_or(0)];
+        format!("{function}({text}): {stretch:?}")
+    })
+    .collect();
     assert!(trouble.is_empty(), "\n{}", trouble.join("\n"));
+}
+
+/// An error after most of a text, in whatever it is in the middle of then.
+const BROKEN_OFF: &str = "t[:len(t) // 4 * 3] + (b' 7 7' if isinstance(t, bytes) else ' 7 7')";
+
+#[test]
+fn reading_texts_that_break_off_gives_way_1() {
+    check_texts(BROKEN_OFF, 0, 2);
+}
+
+#[test]
+fn reading_texts_that_break_off_gives_way_2() {
+    check_texts(BROKEN_OFF, 1, 2);
 }
 
 #[test]
 fn reading_texts_gives_way_1() {
-    check_texts(0, 4);
+    check_texts("t", 0, 4);
 }
 
 #[test]
 fn reading_texts_gives_way_2() {
-    check_texts(1, 4);
+    check_texts("t", 1, 4);
 }
 
 #[test]
 fn reading_texts_gives_way_3() {
-    check_texts(2, 4);
+    check_texts("t", 2, 4);
 }
 
 #[test]
 fn reading_texts_gives_way_4() {
-    check_texts(3, 4);
+    check_texts("t", 3, 4);
 }
 
 /// What is done with names, formats and numbers of any length: an expression of `n`.

@@ -557,6 +557,8 @@ impl Shared {
         controls: Controls,
         braking: Option<Braking>,
     ) {
+        // Dropped after `ending`, which tells everybody that the task has ended.
+        let leftovers;
         let mut ending = Ending {
             shared: self,
             id,
@@ -584,14 +586,19 @@ impl Shared {
                 let ended = ran.unwrap_or_else(|panicked| Ended {
                     end: self.met_fault(id, panicked),
                     braking: None,
+                    leftovers: None,
                 });
+                leftovers = ended.leftovers;
                 (ending.end, ending.braking) = (ended.end, ended.braking);
             }
             Err(error) => {
                 let text = format!("the program could not be started: {error}");
                 observer.message(&Message::log(Severity::Error, Origin::default(), text));
+                leftovers = None;
             }
         }
+        drop(ending);
+        drop(leftovers);
     }
 
     /// A fault outside the program itself, which the task could not contain: nobody else will stop the arm.

@@ -3,7 +3,7 @@
 //! Names are text here; slots come from `resolve`. Nothing in this tree is executed: `lower` turns it into
 //! executable nodes for one interpreter.
 
-mod release;
+pub(crate) mod release;
 mod stmt;
 
 use num_bigint::BigInt;

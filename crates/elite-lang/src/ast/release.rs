@@ -139,7 +139,7 @@ fn parameters(all: Parameters, budget: &Budget<'_>) {
     }
 }
 
-fn arguments(args: Vec<Arg>, budget: &Budget<'_>) {
+pub(crate) fn arguments(args: Vec<Arg>, budget: &Budget<'_>) {
     for arg in args {
         match arg {
             Arg::Positional(value)
@@ -150,11 +150,11 @@ fn arguments(args: Vec<Arg>, budget: &Budget<'_>) {
     }
 }
 
-fn expressions(all: impl IntoIterator<Item = Expr>, budget: &Budget<'_>) {
+pub(crate) fn expressions(all: impl IntoIterator<Item = Expr>, budget: &Budget<'_>) {
     all.into_iter().for_each(|expr| expression(expr, budget));
 }
 
-fn format_parts(parts: Vec<FStringPart>, budget: &Budget<'_>) {
+pub(crate) fn format_parts(parts: Vec<FStringPart>, budget: &Budget<'_>) {
     for part in parts {
         budget.worked(PART);
         if let FStringPart::Value {
@@ -193,14 +193,7 @@ fn expression(expr: Expr, budget: &Budget<'_>) {
         | ExprKind::List(items)
         | ExprKind::Tuple(items)
         | ExprKind::Set(items) => expressions(items, budget),
-        ExprKind::Dict(items) => {
-            for item in items {
-                match item {
-                    DictItem::Pair(key, value) => expressions([key, value], budget),
-                    DictItem::Unpack(mapping) => expression(mapping, budget),
-                }
-            }
-        }
+        ExprKind::Dict(items) => dict_items(items, budget),
         ExprKind::Call { function, args } => {
             expression(*function, budget);
             arguments(args, budget);
@@ -248,5 +241,14 @@ fn expression(expr: Expr, budget: &Budget<'_>) {
             }
         }
         ExprKind::FString(parts) => format_parts(parts, budget),
+    }
+}
+
+pub(crate) fn dict_items(items: Vec<DictItem>, budget: &Budget<'_>) {
+    for item in items {
+        match item {
+            DictItem::Pair(key, value) => expressions([key, value], budget),
+            DictItem::Unpack(mapping) => expression(mapping, budget),
+        }
     }
 }

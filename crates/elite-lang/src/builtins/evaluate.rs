@@ -394,7 +394,7 @@ fn text_scope(
     {
         namespace = core.new_namespace(Some(namespace));
         for (name, value) in ev.frame_variables(frame) {
-            drop(namespace.own_cell(name).value.replace(value));
+            drop(namespace.own_cell(name).replace(value));
         }
         is_separate = true;
     }

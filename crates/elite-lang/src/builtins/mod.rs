@@ -7,6 +7,7 @@ mod functions;
 mod numbers;
 pub mod quick;
 mod scope;
+mod short;
 mod signature;
 mod sort;
 pub mod types;

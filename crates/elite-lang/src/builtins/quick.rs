@@ -1,12 +1,17 @@
 //! What builtin functions and methods answer at once: no script code runs, nothing is raised, nothing takes long. Their
 //! arguments are only looked at, where they lie; whatever needs more goes the usual way (`call`), as if nobody had asked here.
 
-use super::Builtin;
+use std::rc::Rc;
+
+use super::{Builtin, short};
 use crate::eval::Evaluator;
 use crate::ops::hash::quick_hash;
+use crate::stdlib::collections::deque;
+use crate::stdlib::heap;
 use crate::value::dict::Found;
 use crate::value::int::from_f64;
-use crate::value::{List, Value};
+use crate::value::symbol::known;
+use crate::value::{BoundMethod, List, Value};
 
 /// The answer of a builtin to these arguments by position (the receiver is the first one), if it has one at once.
 pub type Quick = fn(&Evaluator<'_>, &[&Value]) -> Option<Value>;
@@ -21,6 +26,7 @@ pub fn find(owner: Option<&str>, module: Option<&str>, name: &str) -> Option<Qui
         (None, None, "bool") => truth,
         (None, None, "chr") => chr,
         (None, None, "float") => float,
+        (None, None, "getattr") => attribute,
         (None, None, "int") => int,
         (None, None, "isinstance") => is_instance,
         (None, None, "len") => len,
@@ -30,6 +36,28 @@ pub fn find(owner: Option<&str>, module: Option<&str>, name: &str) -> Option<Qui
         (Some("dict"), None, "get") => get,
         (Some("list"), None, "append") => append,
         (Some("list"), None, "pop") => pop,
+        (Some("set"), None, "add") => add,
+        (Some("str"), None, "endswith") => short::endswith,
+        (Some("str"), None, "find") => short::find,
+        (Some("str"), None, "isalnum") => |_, args| short::all(args, char::is_alphanumeric),
+        (Some("str"), None, "isalpha") => |_, args| short::all(args, char::is_alphabetic),
+        (Some("str"), None, "isdigit") => |_, args| short::all(args, |c| c.is_ascii_digit()),
+        (Some("str"), None, "isspace") => short::is_space,
+        (Some("str"), None, "join") => short::join,
+        (Some("str"), None, "lower") => short::lower,
+        (Some("str"), None, "lstrip") => short::lstrip,
+        (Some("str"), None, "replace") => short::replace,
+        (Some("str"), None, "rstrip") => short::rstrip,
+        (Some("str"), None, "split") => short::split,
+        (Some("str"), None, "startswith") => short::startswith,
+        (Some("str"), None, "strip") => short::strip,
+        (Some("str"), None, "upper") => short::upper,
+        (Some("deque"), None, "append") => |_, args| deque::push_at_once(args, false),
+        (Some("deque"), None, "appendleft") => |_, args| deque::push_at_once(args, true),
+        (Some("deque"), None, "pop") => |_, args| deque::pop_at_once(args, false),
+        (Some("deque"), None, "popleft") => |_, args| deque::pop_at_once(args, true),
+        (None, Some("heapq"), "heappop") => heap::pop_at_once,
+        (None, Some("heapq"), "heappush") => heap::push_at_once,
         (None, Some("math"), "atan2") => |_, args| two_floats(args, f64::atan2),
         (None, Some("math"), "cos") => |_, args| one_float(args, f64::cos),
         (None, Some("math"), "exp") => |_, args| one_float(args, f64::exp),
@@ -163,6 +191,65 @@ fn get(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     match dict.find(quick_hash(key)?, key) {
         Found::At(at) => Some(dict.value_at(at)),
         Found::Nowhere => Some(default.clone()),
+        Found::Ask(..) => None,
+    }
+}
+
+/// An attribute in a slot of an instance, or a method of its class.
+fn attribute(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    let [receiver @ Value::Instance(instance), Value::Str(name)] = args else {
+        return None;
+    };
+    let name = ev.core.symbols.find(name.as_str())?;
+    let class = &instance.class;
+    if instance.in_dict.get() || class.lookup(known::GETATTRIBUTE).is_some() {
+        return None;
+    }
+    let slot = class.slot(name).and_then(|slot| instance.slot(slot));
+    match (class.lookup(name), slot) {
+        (None, Some(found)) => Some(found),
+        (Some(Value::Function(_)), Some(found)) => Some(found),
+        (Some(function @ Value::Function(_)), None) if class.slot(name).is_none() => {
+            Some(Value::BoundMethod(Rc::new(BoundMethod {
+                receiver: (*receiver).clone(),
+                function,
+            })))
+        }
+        _ => None,
+    }
+}
+
+/// The element is there already, or there is room for it and the set is noted if it has to be.
+fn add(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    let [Value::Set(set), item] = args else {
+        return None;
+    };
+    let hash = quick_hash(item)?;
+    match set.find(hash, item) {
+        Found::At(_) => Some(Value::None),
+        Found::Nowhere
+            if (set.noted.get() || !item.holds_values())
+                && set.growth(1) == 0
+                && !set.grows_far() =>
+        {
+            set.append(hash, (*item).clone());
+            Some(Value::None)
+        }
+        Found::Nowhere | Found::Ask(..) => None,
+    }
+}
+
+/// Whether a container has an item, if that takes no code of a script and is soon said.
+#[inline]
+pub fn contains(container: &Value, item: &Value) -> Option<bool> {
+    let found = match container {
+        Value::Dict(dict) => dict.find(quick_hash(item)?, item),
+        Value::Set(set) | Value::FrozenSet(set) => set.find(quick_hash(item)?, item),
+        _ => return None,
+    };
+    match found {
+        Found::At(_) => Some(true),
+        Found::Nowhere => Some(false),
         Found::Ask(..) => None,
     }
 }

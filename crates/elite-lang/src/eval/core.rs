@@ -14,6 +14,7 @@ use super::types::Types;
 use crate::host::{Host, ThreadId};
 use crate::limits::{Limits, memory};
 use crate::statement::Injected;
+use crate::stdlib::Kept;
 use crate::value::module::Namespace;
 use crate::value::symbol::Symbols;
 use crate::value::weak::WeakList;
@@ -92,6 +93,8 @@ pub struct Core {
     pub counters: RefCell<Option<Rc<Counters>>>,
     /// What generators that were given up still have to do.
     pub last_acts: LastActs,
+    /// What modules of the library keep.
+    pub kept: Kept,
     /// Possible parts of reference cycles.
     pub cycles: Cycles,
     /// Calls that the main thread makes as soon as it goes on (handlers of signals).
@@ -145,6 +148,7 @@ impl Core {
             sweeping: Cell::new(false),
             loading: Cell::new(0),
             last_acts: LastActs::default(),
+            kept: Kept::default(),
             cycles: Cycles::default(),
             injected: RefCell::default(),
             counters: RefCell::default(),
@@ -296,6 +300,12 @@ impl Core {
     #[inline]
     pub fn memory_used(&self) -> usize {
         (memory::held() - self.memory_base).max(0) as usize
+    }
+
+    /// The same with what lies ready for the next small requests.
+    #[inline]
+    pub fn memory_taken(&self) -> usize {
+        (memory::taken() - self.memory_base).max(0) as usize
     }
 
     /// Bytes that may still be held.

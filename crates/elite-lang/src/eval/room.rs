@@ -265,6 +265,8 @@ impl Core {
     /// Whether `more` bytes fit the limit.
     #[inline]
     pub fn memory_allows(&self, more: usize) -> bool {
-        self.memory_used().saturating_add(more) <= self.limits.memory_bytes
+        let fits = |used: usize| used.saturating_add(more) <= self.limits.memory_bytes;
+        // The first is a little more, and found out at once.
+        fits(self.memory_taken()) || fits(self.memory_used())
     }
 }

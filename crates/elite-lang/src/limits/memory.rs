@@ -25,8 +25,9 @@ pub struct CountingAllocator;
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 struct Account {
-    /// Bytes the allocations of this thread come to; less than nothing if it frees what others have made.
-    held: Cell<isize>,
+    /// Bytes that this thread has from the system, those on its shelves included; less than nothing if it frees what others
+    /// have made.
+    taken: Cell<isize>,
     /// Beyond this the fuel is withheld.
     alarm: Cell<isize>,
     /// Safepoints that may be passed.
@@ -42,7 +43,7 @@ struct Account {
 thread_local! {
     static ACCOUNT: Account = const {
         Account {
-            held: Cell::new(0),
+            taken: Cell::new(0),
             alarm: Cell::new(isize::MAX),
             fuel: Cell::new(0),
             withheld: Cell::new(None),
@@ -85,9 +86,9 @@ fn cost_of_small(size: usize) -> isize {
 impl Account {
     #[inline(always)]
     fn add(&self, bytes: isize) {
-        let held = self.held.get() + bytes;
-        self.held.set(held);
-        if held > self.alarm.get() {
+        let taken = self.taken.get() + bytes;
+        self.taken.set(taken);
+        if taken > self.alarm.get() {
             self.raise_alarm();
         }
     }
@@ -106,12 +107,6 @@ impl Account {
 fn count(bytes: isize) {
     // Neither initialised nor dropped, so it is there as long as the thread is.
     let _ = ACCOUNT.try_with(|account| account.add(bytes));
-}
-
-/// Counts what is given back, which raises no alarm.
-#[inline(always)]
-fn count_off(bytes: isize) {
-    let _ = ACCOUNT.try_with(|account| account.held.set(account.held.get() - bytes));
 }
 
 /// A block of the system, or with pages of its own, counted.
@@ -146,7 +141,6 @@ unsafe impl GlobalAlloc for CountingAllocator {
         if let Some(size) = Size::of(layout) {
             let block = shelves::take(size);
             if !block.is_null() {
-                count(size.cost());
                 return block;
             }
         }
@@ -182,7 +176,6 @@ unsafe impl GlobalAlloc for CountingAllocator {
     #[inline]
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
         if let Some(size) = Size::of(layout) {
-            count_off(size.cost());
             // SAFETY: the block was made for this layout, so for this size, and nobody uses it any more.
             return unsafe { shelves::put(block, size) };
         }
@@ -294,9 +287,14 @@ impl CountingAllocator {
     }
 }
 
-/// Bytes the allocations of this thread come to.
+/// Bytes the allocations of this thread come to; less than nothing if it frees what others have made.
 pub fn held() -> isize {
-    ACCOUNT.with(|account| account.held.get())
+    taken() - shelves::cost()
+}
+
+/// The same with what lies on the shelves of this thread, which changes little; found out at once.
+pub(crate) fn taken() -> isize {
+    ACCOUNT.with(|account| account.taken.get())
 }
 
 /// Counts memory that does not come from the allocator, or that another thread has made for this one.
@@ -320,13 +318,14 @@ pub fn outside<T>(work: impl FnOnce() -> T) -> T {
     impl Drop for Back {
         fn drop(&mut self) {
             let _ = ACCOUNT.try_with(|account| {
-                account.held.set(self.held);
+                account.taken.set(self.held + shelves::cost());
                 account.alarm.set(self.alarm);
             });
         }
     }
+    let held = held();
     let back = ACCOUNT.with(|account| Back {
-        held: account.held.get(),
+        held,
         alarm: account.alarm.replace(isize::MAX),
     });
     let result = work();
@@ -430,9 +429,11 @@ impl<'p> Budget<'p> {
     }
 }
 
-/// Has the fuel withheld once this thread holds more than `bytes`; `isize::MAX` never does.
+/// Has the fuel withheld once this thread holds more than `bytes`; `isize::MAX` never does. What lies on its shelves now may
+/// come to be held without that.
 pub(crate) fn set_alarm(bytes: isize) {
-    ACCOUNT.with(|account| account.alarm.set(bytes));
+    let alarm = bytes.saturating_add(shelves::cost());
+    ACCOUNT.with(|account| account.alarm.set(alarm));
 }
 
 /// Whether the alarm has gone off since the last call; gives the fuel back.

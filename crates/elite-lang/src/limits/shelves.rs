@@ -1,9 +1,9 @@
 //! Small blocks of memory that wait for the next request of their size: taking one from a shelf and putting one back is a few
 //! instructions, the system's own way of doing it is a hundred.
 //!
-//! Owns one shelf for each small size, for each thread. What lies there belongs to nobody: the account (`memory`) counts a block
-//! from when it is taken until it is put back. A shelf holds so little that it does not matter, and goes back to the system
-//! when its thread ends.
+//! Owns one shelf for each small size, for each thread. What lies there belongs to nobody: the account (`memory`) counts what
+//! comes from the system and subtracts what lies here, so that a block costs it nothing on its way from here and back. A shelf
+//! holds so little that it does not matter, and goes back to the system when its thread ends.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -28,8 +28,13 @@ impl Size {
     }
 
     #[inline(always)]
-    fn bytes(self) -> usize {
+    const fn bytes(self) -> usize {
         16 * self.0 + 24
+    }
+
+    /// Blocks of this size on a shelf at most.
+    const fn most(self) -> usize {
+        SHELF / self.bytes()
     }
 
     /// What a block costs, the system's header included.
@@ -57,21 +62,30 @@ struct Block {
 /// The blocks of one size.
 struct Shelf {
     first: Cell<*mut Block>,
-    /// Bytes that may still be put there.
+    /// Blocks that may still be put there.
     room: Cell<usize>,
 }
 
 struct Shelves([Shelf; SIZES]);
 
+/// Empty shelves.
+const fn empty() -> [Shelf; SIZES] {
+    let mut shelves = [const {
+        Shelf {
+            first: Cell::new(null_mut()),
+            room: Cell::new(0),
+        }
+    }; SIZES];
+    let mut index = 0;
+    while index < SIZES {
+        shelves[index].room = Cell::new(Size(index).most());
+        index += 1;
+    }
+    shelves
+}
+
 thread_local! {
-    static SHELVES: Shelves = const {
-        Shelves([const {
-            Shelf {
-                first: Cell::new(null_mut()),
-                room: Cell::new(SHELF),
-            }
-        }; SIZES])
-    };
+    static SHELVES: Shelves = const { Shelves(empty()) };
 }
 
 /// A block of this size; null if none lies there.
@@ -84,7 +98,7 @@ pub(super) fn take(size: Size) -> *mut u8 {
             // SAFETY: what lies on a shelf is a block of its size that nobody uses, whose first word `put` has written.
             #[allow(unsafe_code)]
             shelf.first.set(unsafe { (*block).next });
-            shelf.room.set(shelf.room.get() + size.bytes());
+            shelf.room.set(shelf.room.get() + 1);
         }
         block
     });
@@ -100,7 +114,7 @@ pub(super) fn take(size: Size) -> *mut u8 {
 pub(super) unsafe fn put(block: *mut u8, size: Size) {
     let kept = SHELVES.try_with(|shelves| {
         let shelf = &shelves.0[size.0];
-        let Some(room) = shelf.room.get().checked_sub(size.bytes()) else {
+        let Some(room) = shelf.room.get().checked_sub(1) else {
             return false;
         };
         let block: *mut Block = block.cast();
@@ -124,8 +138,21 @@ pub(super) unsafe fn put(block: *mut u8, size: Size) {
 #[inline(never)]
 #[allow(unsafe_code)]
 unsafe fn give_back(block: *mut u8, size: Size) {
+    super::memory::let_go(size.cost() as usize);
     // SAFETY: the caller's promise.
     unsafe { System.dealloc(block, size.layout()) };
+}
+
+/// What the blocks on the shelves of this thread cost.
+pub(super) fn cost() -> isize {
+    let cost = |shelves: &Shelves| {
+        let each = shelves.0.iter().zip(0..).map(|(shelf, index)| {
+            let blocks = Size(index).most() - shelf.room.get();
+            blocks as isize * Size(index).cost()
+        });
+        each.sum()
+    };
+    SHELVES.try_with(cost).unwrap_or(0)
 }
 
 /// Gives what lies on the shelves of this thread back to the system.
@@ -137,7 +164,7 @@ impl Shelves {
     fn clear(&self) {
         for (shelf, index) in self.0.iter().zip(0..) {
             let mut block = shelf.first.replace(null_mut());
-            shelf.room.set(SHELF);
+            shelf.room.set(Size(index).most());
             while !block.is_null() {
                 // SAFETY: as in `take`; the shelf no longer has any of these blocks.
                 #[allow(unsafe_code)]

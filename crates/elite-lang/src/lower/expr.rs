@@ -79,12 +79,7 @@ impl Lower<'_> {
             ExprKind::Compare { left, rest } => self.comparison(left, rest, span),
             ExprKind::Call { function, args } => self.call(function, args, span),
             ExprKind::Attribute { value, name } => Box::new(self.attribute(value, name, span)),
-            ExprKind::Subscript { value, index } => Box::new(Item {
-                keeps: keeps_locals(index),
-                value: self.operand(value),
-                index: self.operand(index),
-                span,
-            }),
+            ExprKind::Subscript { value, index } => Box::new(self.item(value, index, span)),
             ExprKind::Slice { lower, upper, step } => {
                 let (lower, upper, step) = (self.boxed(lower), self.boxed(upper), self.boxed(step));
                 Box::new(SliceExpr { lower, upper, step })
@@ -203,7 +198,20 @@ impl Lower<'_> {
                 let attribute = self.deeper(|lower| lower.attribute(value, name, expr.span));
                 Operand::Attribute(Box::new(attribute))
             }
+            ExprKind::Subscript { value, index } => {
+                let item = self.deeper(|lower| lower.item(value, index, expr.span));
+                Operand::Item(Box::new(item))
+            }
             _ => Operand::Expr(self.expr(expr)),
+        }
+    }
+
+    fn item(&mut self, value: &ast::Expr, index: &ast::Expr, span: Span) -> Item {
+        Item {
+            keeps: keeps_locals(index),
+            value: self.operand(value),
+            index: self.operand(index),
+            span,
         }
     }
 
@@ -335,10 +343,7 @@ impl Lower<'_> {
             return Box::new(CallMethod {
                 receiver,
                 name,
-                site: Site {
-                    args: args(self),
-                    span,
-                },
+                site: Site::new(args(self), span),
                 attribute_span,
                 cache,
                 member: Member::default(),
@@ -346,10 +351,7 @@ impl Lower<'_> {
         }
         Box::new(Call {
             function: self.operand(function),
-            site: Site {
-                args: args(self),
-                span,
-            },
+            site: Site::new(args(self), span),
         })
     }
 
@@ -369,10 +371,7 @@ impl Lower<'_> {
         if !in_class {
             return Box::new(Call {
                 function: Operand::Expr(callee),
-                site: Site {
-                    args: Nodes::default(),
-                    span,
-                },
+                site: Site::new(Nodes::default(), span),
             });
         }
         let class = self.name("__class__", span);

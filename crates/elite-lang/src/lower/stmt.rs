@@ -9,8 +9,8 @@ use crate::eval::code::Block;
 use crate::eval::expr::attribute::Cache;
 use crate::eval::stmt::assert::{Assert, AssertComparison};
 use crate::eval::stmt::assign::{
-    Assign, AssignAttribute, AssignEach, AssignItem, AssignLocal, AssignPair, AugAttribute,
-    AugItem, AugName, augmented_local,
+    Assign, AssignAttribute, AssignEach, AssignItem, AssignItems, AssignLocal, AssignPair,
+    AugAttribute, AugItem, AugName, augmented_local,
 };
 use crate::eval::stmt::class_body::Annotate;
 use crate::eval::stmt::control::{Break, Continue, If, Return, ReturnNone};
@@ -194,6 +194,18 @@ impl Lower<'_> {
                 let values = values.iter().map(|value| self.operand(value)).collect();
                 let targets = names.iter().map(|name| self.destination(name)).collect();
                 return Box::new(AssignEach { targets, values });
+            }
+            if let ExprKind::Tuple(names) | ExprKind::List(names) = &target.kind {
+                macro_rules! unpacked {
+                    ($($count:literal),*) => {
+                        $(if let Some(slots) = self.local_slots::<$count>(names) {
+                            let value = self.operand(value);
+                            let targets = self.unpack(names, target.span);
+                            return Box::new(AssignItems { slots, value, targets });
+                        })*
+                    };
+                }
+                unpacked!(2, 3, 4);
             }
             if let ExprKind::Attribute { .. } = &target.kind {
                 let value = self.operand(value);

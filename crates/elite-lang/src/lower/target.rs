@@ -22,17 +22,7 @@ impl Lower<'_> {
             ExprKind::Attribute { .. } => Box::new(self.attribute_target(target)),
             ExprKind::Subscript { .. } => Box::new(self.item_target(target)),
             ExprKind::Starred(inner) => self.target(inner),
-            ExprKind::Tuple(items) | ExprKind::List(items) => {
-                let star = items
-                    .iter()
-                    .position(|item| matches!(item.kind, ExprKind::Starred(_)));
-                let targets = items.iter().map(|item| self.destination(item)).collect();
-                Box::new(Unpack {
-                    targets,
-                    star,
-                    span,
-                })
-            }
+            ExprKind::Tuple(items) | ExprKind::List(items) => Box::new(self.unpack(items, span)),
             // The parser accepts no other targets.
             _ => Box::new(Unpack {
                 targets: Nodes::default(),
@@ -40,6 +30,34 @@ impl Lower<'_> {
                 span,
             }),
         }
+    }
+
+    pub(super) fn unpack(&mut self, items: &[ast::Expr], span: Span) -> Unpack {
+        let star = items
+            .iter()
+            .position(|item| matches!(item.kind, ExprKind::Starred(_)));
+        let targets = items.iter().map(|item| self.destination(item)).collect();
+        Unpack {
+            targets,
+            star,
+            span,
+        }
+    }
+
+    /// The slots of targets that are all local names.
+    pub(super) fn local_slots<const N: usize>(&mut self, items: &[ast::Expr]) -> Option<[u32; N]> {
+        let items: &[ast::Expr; N] = items.try_into().ok()?;
+        let mut slots = [0; N];
+        for (slot, item) in slots.iter_mut().zip(items) {
+            match &item.kind {
+                ExprKind::Name(name) => match self.place(name) {
+                    Place::Local(local) => *slot = local,
+                    _ => return None,
+                },
+                _ => return None,
+            }
+        }
+        Some(slots)
     }
 
     /// A target, as what it is.

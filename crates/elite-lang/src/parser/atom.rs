@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Parse, Parser};
+use super::{Failed, Parse, Parser};
 use crate::ast::{
     Arg, Comprehension, ComprehensionClause, ComprehensionKind, Constant, DictItem, Expr, ExprKind,
 };
@@ -42,19 +42,22 @@ impl Parser<'_> {
             let kind = match self.kind() {
                 T::LeftParen => {
                     self.bump();
-                    let args = self.arguments()?;
+                    let args = self.arguments();
+                    let (function, args) = self.behind(expr, args)?;
                     ExprKind::Call {
-                        function: Box::new(expr),
+                        function: Box::new(function),
                         args,
                     }
                 }
                 T::LeftBracket => {
                     self.bump();
-                    let index = Box::new(self.subscript_index()?);
-                    self.expect(T::RightBracket)?;
+                    let index = self.subscript_index();
+                    let (value, index) = self.behind(expr, index)?;
+                    let closed = self.expect(T::RightBracket);
+                    let (index, _) = self.behind(index, closed)?;
                     ExprKind::Subscript {
-                        value: Box::new(expr),
-                        index,
+                        value: Box::new(value),
+                        index: Box::new(index),
                     }
                 }
                 T::Dot => {
@@ -115,7 +118,8 @@ impl Parser<'_> {
         }
         if self.kind() != T::Comma {
             self.check_no_star(&first)?;
-            self.expect(T::RightParen)?;
+            let closed = self.expect(T::RightParen);
+            let (first, _) = self.behind(first, closed)?;
             let span = self.span_from(start);
             return Ok(Expr { span, ..first });
         }
@@ -145,10 +149,11 @@ impl Parser<'_> {
             if self.kind() == closer {
                 break;
             }
-            items.push(self.star_or_named()?);
+            let item = self.star_or_named();
+            items = self.listed(items, item)?;
         }
-        self.close(closer)?;
-        Ok(items)
+        let closed = self.close(closer);
+        self.behind(items, closed).map(|(items, ())| items)
     }
 
     fn close(&mut self, closer: T) -> Parse<()> {
@@ -200,26 +205,36 @@ impl Parser<'_> {
     /// Further items of a dict display and its closing brace.
     fn dict_items(&mut self, mut items: Vec<DictItem>) -> Parse<ExprKind> {
         if !items.is_empty() && self.eat(T::Comma).is_none() {
-            self.close(T::RightBrace)?;
+            let closed = self.close(T::RightBrace);
+            let (items, ()) = self.behind(items, closed)?;
             return Ok(ExprKind::Dict(items));
         }
         while self.kind() != T::RightBrace {
-            if self.eat(T::DoubleStar).is_some() {
-                let mapping = self.nested(|parser| parser.binary(2))?;
-                items.push(DictItem::Unpack(mapping));
-            } else {
-                let key = self.expression()?;
-                if self.eat(T::Colon).is_none() {
-                    return self.unexpected("':' after the dict key");
-                }
-                items.push(DictItem::Pair(key, self.expression()?));
-            }
+            let item = self.dict_item();
+            items = self.listed(items, item)?;
             if self.eat(T::Comma).is_none() {
                 break;
             }
         }
-        self.close(T::RightBrace)?;
+        let closed = self.close(T::RightBrace);
+        let (items, ()) = self.behind(items, closed)?;
         Ok(ExprKind::Dict(items))
+    }
+
+    fn dict_item(&mut self) -> Parse<DictItem> {
+        if self.eat(T::DoubleStar).is_some() {
+            let mapping = self.nested(|parser| parser.binary(2))?;
+            return Ok(DictItem::Unpack(mapping));
+        }
+        let key = self.expression()?;
+        if self.eat(T::Colon).is_none() {
+            let failed = self.unexpected::<()>("':' after the dict key");
+            self.behind(key, failed)?;
+            return Err(Failed);
+        }
+        let value = self.expression();
+        let (key, value) = self.behind(key, value)?;
+        Ok(DictItem::Pair(key, value))
     }
 
     /// The `for` clauses after the element of a comprehension.
@@ -295,15 +310,17 @@ impl Parser<'_> {
         let mut args: Vec<Arg> = Vec::new();
         let mut earlier = Earlier::default();
         while self.kind() != T::RightParen {
-            let arg = self.argument(&earlier)?;
-            earlier.note(&arg);
-            args.push(arg);
+            let arg = self.argument(&earlier);
+            args = self.listed(args, arg)?;
+            if let Some(arg) = args.last() {
+                earlier.note(arg);
+            }
             if self.eat(T::Comma).is_none() {
                 break;
             }
         }
-        self.close(T::RightParen)?;
-        Ok(args)
+        let closed = self.close(T::RightParen);
+        self.behind(args, closed).map(|(args, ())| args)
     }
 
     fn argument(&mut self, earlier: &Earlier) -> Parse<Arg> {
@@ -384,7 +401,8 @@ impl Parser<'_> {
         }
         let mut items = vec![first];
         while self.eat(T::Comma).is_some() && self.kind() != T::RightBracket {
-            items.push(self.slice_item()?);
+            let item = self.slice_item();
+            items = self.listed(items, item)?;
         }
         Ok(Expr::new(ExprKind::Tuple(items), self.span_from(start)))
     }

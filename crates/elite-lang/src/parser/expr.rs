@@ -47,7 +47,8 @@ impl Parser<'_> {
         }
         let mut items = vec![first];
         while self.eat(T::Comma).is_some() && self.starts_expression() {
-            items.push(self.star_or_expression()?);
+            let item = self.star_or_expression();
+            items = self.listed(items, item)?;
         }
         Ok(Expr::new(ExprKind::Tuple(items), self.span_from(start)))
     }
@@ -189,7 +190,8 @@ impl Parser<'_> {
         }
         let mut operands = vec![first];
         while self.eat(T::Or).is_some() {
-            operands.push(self.conjunction()?);
+            let operand = self.conjunction();
+            operands = self.listed(operands, operand)?;
         }
         Ok(Expr::new(ExprKind::Or(operands), self.span_from(start)))
     }
@@ -202,7 +204,8 @@ impl Parser<'_> {
         }
         let mut operands = vec![first];
         while self.eat(T::And).is_some() {
-            operands.push(self.negation()?);
+            let operand = self.negation();
+            operands = self.listed(operands, operand)?;
         }
         Ok(Expr::new(ExprKind::And(operands), self.span_from(start)))
     }
@@ -277,13 +280,14 @@ impl Parser<'_> {
             self.bump();
             // `**` groups to the right and its right operand may have a sign.
             let right = if op == BinaryOp::Pow {
-                self.nested(Self::unary)?
+                self.nested(Self::unary)
             } else {
-                self.binary(op_power + 1)?
+                self.binary(op_power + 1)
             };
+            let (complete, right) = self.behind(left, right)?;
             let kind = ExprKind::Binary {
                 op,
-                left: Box::new(left),
+                left: Box::new(complete),
                 right: Box::new(right),
             };
             left = self.check_depth(Expr::new(kind, self.span_from(start)))?;
@@ -297,7 +301,8 @@ impl Parser<'_> {
             let text = format!("this expression is deeper than {DEPTH_MAX} levels");
             // Only where it starts: the whole of it may be megabytes.
             let end = expr.span.start;
-            return self.fail(Span { end, ..expr.span }, text);
+            let failed = self.fail::<()>(Span { end, ..expr.span }, text);
+            return self.behind(expr, failed).map(|(expr, ())| expr);
         }
         Ok(expr)
     }

@@ -59,15 +59,20 @@ impl Parser<'_> {
                 literal_start = at;
             } else if here.starts_with('{') {
                 self.fstring_text(literal, offset + literal_start, offset + brace, &mut parts);
-                let end = self.field(literal, offset + brace, span, level, &mut parts)?;
+                let end = self.field(literal, offset + brace, span, level, &mut parts);
+                let end = match end {
+                    Ok(end) => end,
+                    failed => return self.behind(parts, failed).map(|(parts, _)| parts),
+                };
                 at = end - offset;
                 literal_start = at;
             } else {
                 let span = Span::new(offset + brace, offset + brace + 1);
-                return self.fail(
+                let failed = self.fail::<()>(
                     span,
                     "a single '}' is not allowed in an f-string; write '}}'",
                 );
+                return self.behind(parts, failed).map(|(parts, ())| parts);
             }
         }
         self.fstring_text(

@@ -4,6 +4,7 @@
 //! are reported in one go. Names are not looked up here (`resolve` does), but everything the grammar alone decides
 //! is: where `return`, `yield`, `break` may stand, what can be assigned to, how deep things may nest.
 
+mod aside;
 mod atom;
 mod compound;
 mod directive;
@@ -113,6 +114,8 @@ struct Parser<'f> {
     /// What tokens and tree may take; spent, the parser is at the end of the text.
     budget: &'f Budget<'f>,
     is_too_large: bool,
+    /// What is no part of the tree after all.
+    aside: Vec<aside::Aside>,
 }
 
 impl<'f> Parser<'f> {
@@ -141,6 +144,7 @@ impl<'f> Parser<'f> {
             depth: 0,
             budget,
             is_too_large: false,
+            aside: Vec::new(),
         }
     }
 
@@ -149,6 +153,9 @@ impl<'f> Parser<'f> {
         diagnostics.extend(self.diagnostics.into_vec());
         let span = Span::new(0, self.file.text().len());
         drop(self.tokens);
+        for parts in self.aside {
+            parts.release(self.budget);
+        }
         let mut nodes: Vec<_> = self.marks.into_iter().map(|mark| mark.node).collect();
         if self.is_too_large {
             (body, nodes) = (Vec::new(), Vec::new());
@@ -181,7 +188,8 @@ impl<'f> Parser<'f> {
             return self.fail(expr.span, "a starred expression cannot stand here");
         }
         if self.kind() != TokenKind::EndOfFile {
-            return self.unexpected("the end of the expression");
+            let failed = self.unexpected::<()>("the end of the expression");
+            return self.behind(expr, failed).map(|(expr, ())| expr);
         }
         Ok(expr)
     }

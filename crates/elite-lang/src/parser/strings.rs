@@ -52,7 +52,10 @@ impl Parser<'_> {
             if literal.bytes {
                 bytes.extend(self.byte_body(&literal));
             } else if literal.formatted {
-                parts.extend(self.fstring_parts(&literal, literal.body, 0)?);
+                let found = self.fstring_parts(&literal, literal.body, 0);
+                let more;
+                (parts, more) = self.behind(parts, found)?;
+                parts.extend(more);
             } else {
                 parts.push(FStringPart::Text(
                     self.text_body(&literal, literal.body).into(),

@@ -1,22 +1,38 @@
 //! `_struct`: values to bytes and back by a format, as C lays out structures.
 
-use num_bigint::{BigInt, Sign};
+use std::cell::RefCell;
+use std::rc::Rc;
 
-use super::define::Builder;
+use num_bigint::BigInt;
+
+use super::define::{Builder, native_class};
+use crate::builtins::Args;
+use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::{EACH, STRIDE, many};
 use crate::value::int::Int;
 use crate::value::{Bytes, R, Raised, Value};
 
 pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+    let exception = module
+        .core()
+        .types
+        .exception(ExceptionKind::Exception)
+        .clone();
+    module.derived("error", &exception, &[])?;
+    module.raw("pack", pack);
     module.functions(&[
-        ("_size", "format error /", |ev, args| {
-            Ok(Value::Int(
-                Format::parse(ev, &args[0], &args[1])?.size as i64,
-            ))
+        ("calcsize", "format /", |ev, args| {
+            let format = Format::of(ev, &args[0])?;
+            Ok(Value::Int(format.size as i64))
         }),
-        ("_pack", "format values error /", pack),
-        ("_unpack", "format data offset error /", unpack),
+        ("unpack", "format buffer /", |ev, args| {
+            unpack(ev, &args[0], &args[1], None)
+        }),
+        ("unpack_from", "format buffer offset?", |ev, args| {
+            let from = args[2].given().unwrap_or(&Value::Int(0));
+            unpack(ev, &args[0], &args[1], Some(from))
+        }),
     ]);
     Ok(())
 }
@@ -24,7 +40,34 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
 /// Largest structure.
 const SIZE_MAX: usize = 64 << 20;
 
-struct Format {
+/// Formats that are kept, how long their texts and how many their fields may be.
+const KEPT: usize = 16;
+const KEPT_TEXT: usize = 64;
+const KEPT_FIELDS: usize = 64;
+
+/// Formats that were used lately, by their texts.
+#[derive(Default)]
+pub struct Formats(RefCell<Vec<(Box<[u8]>, Rc<Format>)>>);
+
+impl Formats {
+    fn find(&self, text: &[u8]) -> Option<Rc<Format>> {
+        let kept = self.0.borrow();
+        let found = kept.iter().find(|(known, _)| **known == *text);
+        found.map(|(_, format)| format.clone())
+    }
+
+    fn keep(&self, text: &[u8], format: &Rc<Format>) {
+        if text.len() > KEPT_TEXT || format.fields.len() > KEPT_FIELDS {
+            return;
+        }
+        let mut kept = self.0.borrow_mut();
+        kept.truncate(KEPT - 1);
+        kept.insert(0, (text.into(), format.clone()));
+    }
+}
+
+/// What a format says.
+pub struct Format {
     little: bool,
     native: bool,
     /// Kind, how often (for `s` and `p` the length), offset.
@@ -35,8 +78,10 @@ struct Format {
 }
 
 #[cold]
-fn fail(ev: &Evaluator<'_>, class: &Value, message: impl Into<String>) -> Raised {
-    match ev.call1(class, Value::str(message.into())) {
+fn fail(ev: &Evaluator<'_>, message: impl Into<String>) -> Raised {
+    let made = native_class(ev, "_struct.error")
+        .and_then(|class| ev.call1(&Value::Class(class), Value::str(message.into())));
+    match made {
         Ok(Value::Instance(exception)) => Raised::Exception(exception),
         Ok(_) => ev.value_error("bad error class"),
         Err(raised) => raised,
@@ -63,7 +108,13 @@ fn width(code: u8, native: bool) -> Option<usize> {
 }
 
 impl Format {
-    fn parse(ev: &Evaluator<'_>, format: &Value, error: &Value) -> R<Format> {
+    fn of(ev: &Evaluator<'_>, format: &Value) -> R<Rc<Format>> {
+        let formats = &ev.core.kept.formats;
+        if let Value::Str(text) = format
+            && let Some(known) = formats.find(text.as_str().as_bytes())
+        {
+            return Ok(known);
+        }
         let text = match ev.plain(format) {
             Value::Str(text) => ev.copied_bytes(text.as_str().as_bytes())?,
             other => match ev.bytes_like(&other) {
@@ -76,6 +127,12 @@ impl Format {
                 }
             },
         };
+        let format = Rc::new(Format::parse(ev, &text)?);
+        formats.keep(&text, &format);
+        Ok(format)
+    }
+
+    fn parse(ev: &Evaluator<'_>, text: &[u8]) -> R<Format> {
         let (native, aligned, little, codes) = match text.first() {
             Some(b'<') => (false, false, true, &text[1..]),
             Some(b'>' | b'!') => (false, false, false, &text[1..]),
@@ -97,19 +154,19 @@ impl Format {
                 let digit = usize::from(code - b'0');
                 let next = count.unwrap_or(0) * 10 + digit;
                 if next > SIZE_MAX {
-                    return Err(fail(ev, error, "total struct size too long"));
+                    return Err(fail(ev, "total struct size too long"));
                 }
                 count = Some(next);
                 continue;
             }
             if code.is_ascii_whitespace() {
                 if count.is_some() {
-                    return Err(fail(ev, error, "bad char in struct format"));
+                    return Err(fail(ev, "bad char in struct format"));
                 }
                 continue;
             }
             let Some(width) = width(*code, native) else {
-                return Err(fail(ev, error, "bad char in struct format"));
+                return Err(fail(ev, "bad char in struct format"));
             };
             let times = count.take().unwrap_or(1);
             if aligned {
@@ -117,7 +174,7 @@ impl Format {
             }
             let total = made.size + width * times;
             if total > SIZE_MAX {
-                return Err(fail(ev, error, "total struct size too long"));
+                return Err(fail(ev, "total struct size too long"));
             }
             match code {
                 b'x' => {}
@@ -137,54 +194,45 @@ impl Format {
             made.size = total;
         }
         if count.is_some() {
-            return Err(fail(
-                ev,
-                error,
-                "repeat count given without format specifier",
-            ));
+            return Err(fail(ev, "repeat count given without format specifier"));
         }
         Ok(made)
     }
 }
 
-fn pack(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let error = args[2].clone();
-    let format = Format::parse(ev, &args[0], &error)?;
-    let values = ev.collect(&args[1])?;
+fn pack(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
+    if !args.keywords.is_empty() {
+        return Err(ev.type_error("_struct.pack() takes no keyword arguments"));
+    }
+    let Some((format, values)) = args.positional.split_first() else {
+        return Err(ev.type_error("pack expected at least 1 argument, got 0"));
+    };
+    let format = Format::of(ev, format)?;
     if values.len() != format.values {
         let (wanted, got) = (format.values, values.len());
-        return Err(fail(
-            ev,
-            &error,
-            format!("pack expected {wanted} items for packing (got {got})"),
-        ));
+        let text = format!("pack expected {wanted} items for packing (got {got})");
+        return Err(fail(ev, text));
     }
+    ev.check_allocation(format.size)?;
     let mut out = vec![0; format.size];
-    for ((code, width, offset), value) in format.fields.iter().zip(&values) {
+    for ((code, width, offset), value) in format.fields.iter().zip(values) {
         ev.worked(4 * EACH)?;
         let place = &mut out[*offset..*offset + *width];
-        pack_one(ev, *code, format.native, value, place, &error)?;
+        pack_one(ev, *code, format.native, value, place)?;
         if format.little && !matches!(code, b's' | b'p' | b'c') {
             place.reverse();
         }
     }
-    Ok(Value::Bytes(std::rc::Rc::new(Bytes::new(out))))
+    Ok(Value::Bytes(Rc::new(Bytes::new(out))))
 }
 
 /// Writes one value, big end first.
-fn pack_one(
-    ev: &Evaluator<'_>,
-    code: u8,
-    native: bool,
-    value: &Value,
-    place: &mut [u8],
-    error: &Value,
-) -> R<()> {
+fn pack_one(ev: &Evaluator<'_>, code: u8, native: bool, value: &Value, place: &mut [u8]) -> R<()> {
     match code {
         b'?' => place[0] = u8::from(ev.truth(value)?),
         b'f' | b'd' | b'e' => {
             let Ok(float) = ev.to_f64(value) else {
-                return Err(fail(ev, error, "required argument is not a float"));
+                return Err(fail(ev, "required argument is not a float"));
             };
             match code {
                 b'd' => place.copy_from_slice(&float.to_be_bytes()),
@@ -209,18 +257,13 @@ fn pack_one(
         b'c' => match ev.bytes_like(value).as_deref() {
             Some([byte]) => place[0] = *byte,
             _ => {
-                return Err(fail(
-                    ev,
-                    error,
-                    "char format requires a bytes object of length 1",
-                ));
+                return Err(fail(ev, "char format requires a bytes object of length 1"));
             }
         },
         b's' | b'p' => {
             let Some(data) = ev.bytes_like(value) else {
                 return Err(fail(
                     ev,
-                    error,
                     format!("argument for '{}' must be a bytes object", char::from(code)),
                 ));
             };
@@ -237,21 +280,14 @@ fn pack_one(
                 ev.worked(many(to.len()))?;
             }
         }
-        _ => pack_int(ev, code, native, value, place, error)?,
+        _ => pack_int(ev, code, native, value, place)?,
     }
     Ok(())
 }
 
-fn pack_int(
-    ev: &Evaluator<'_>,
-    code: u8,
-    native: bool,
-    value: &Value,
-    place: &mut [u8],
-    error: &Value,
-) -> R<()> {
+fn pack_int(ev: &Evaluator<'_>, code: u8, native: bool, value: &Value, place: &mut [u8]) -> R<()> {
     let Ok(int) = ev.to_int(value) else {
-        return Err(fail(ev, error, "required argument is not an integer"));
+        return Err(fail(ev, "required argument is not an integer"));
     };
     let bits = place.len() as u32 * 8;
     let unsigned = code.is_ascii_uppercase();
@@ -273,15 +309,13 @@ fn pack_int(
             place.copy_from_slice(&bytes[16 - place.len()..]);
             Ok(())
         }
-        None if bits < 64 && matches!(int, Int::Big(_)) => {
-            Err(fail(ev, error, "argument out of range"))
-        }
+        None if bits < 64 && matches!(int, Int::Big(_)) => Err(fail(ev, "argument out of range")),
         None if unsigned && bits >= 32 && int.is_negative() => {
-            Err(fail(ev, error, "argument out of range"))
+            Err(fail(ev, "argument out of range"))
         }
-        None if bits == 64 && unsigned => Err(fail(ev, error, "argument out of range")),
-        None if bits == 64 && native => Err(fail(ev, error, "argument out of range")),
-        None if bits == 64 => Err(fail(ev, error, "int too large to convert")),
+        None if bits == 64 && unsigned => Err(fail(ev, "argument out of range")),
+        None if bits == 64 && native => Err(fail(ev, "argument out of range")),
+        None if bits == 64 => Err(fail(ev, "int too large to convert")),
         None => {
             let code = char::from(code);
             let text = format!("'{code}' format requires {least} <= number <= {most}");
@@ -294,46 +328,44 @@ fn pack_int(
             } else {
                 text
             };
-            Err(fail(ev, error, text))
+            Err(fail(ev, text))
         }
     }
 }
 
-fn unpack(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let error = args[3].clone();
-    let format = Format::parse(ev, &args[0], &error)?;
-    let Some(data) = ev.bytes_like(&args[1]) else {
-        let name = ev.core.types.name_of(&args[1]);
+fn unpack(ev: &Evaluator<'_>, format: &Value, buffer: &Value, from: Option<&Value>) -> R {
+    let format = Format::of(ev, format)?;
+    let Some(data) = ev.bytes_like(buffer) else {
+        let name = ev.core.types.name_of(buffer);
         return Err(ev.type_error(format!("a bytes-like object is required, not '{name}'")));
     };
-    let data = match args[2] {
-        Value::None => {
+    let data = match from {
+        None => {
             if data.len() != format.size {
-                return Err(fail(
-                    ev,
-                    &error,
-                    format!("unpack requires a buffer of {} bytes", format.size),
-                ));
+                let text = format!("unpack requires a buffer of {} bytes", format.size);
+                return Err(fail(ev, text));
             }
             &data[..]
         }
-        _ => {
-            let (given, length) = (ev.index(&args[2])?, data.len() as i64);
-            let offset = if given < 0 { given + length } else { given };
-            let left = length - offset;
+        Some(from) => {
+            let (given, length) = (ev.index(from)?, data.len() as i64);
+            let offset = if given < 0 {
+                given.saturating_add(length)
+            } else {
+                given
+            };
             if offset < 0 {
-                return Err(fail(
-                    ev,
-                    &error,
-                    format!("offset {given} out of range for {length}-byte buffer"),
-                ));
+                let text = format!("offset {given} out of range for {length}-byte buffer");
+                return Err(fail(ev, text));
             }
+            let left = length.saturating_sub(offset);
             if left < format.size as i64 {
-                let (size, needed) = (format.size, offset + format.size as i64);
+                let size = format.size;
+                let needed = offset.saturating_add(size as i64);
                 let text = format!(
                     "unpack_from requires a buffer of at least {needed} bytes for unpacking {size} bytes at offset {offset} (actual buffer size is {length})"
                 );
-                return Err(fail(ev, &error, text));
+                return Err(fail(ev, text));
             }
             &data[offset as usize..]
         }
@@ -343,39 +375,45 @@ fn unpack(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut values = Vec::with_capacity(format.fields.len());
     for (code, width, offset) in &format.fields {
         ev.worked(4 * EACH)?;
-        let mut field = ev.copied_bytes(&data[*offset..*offset + *width])?;
-        if format.little && !matches!(code, b's' | b'p' | b'c') {
-            field.reverse();
-        }
-        values.push(unpack_one(*code, field));
+        let field = &data[*offset..*offset + *width];
+        values.push(match code {
+            b'c' | b's' => text_value(ev.copied_bytes(field)?),
+            b'p' => {
+                let (length, body) = field.split_first().map_or((0, field), |(length, body)| {
+                    (usize::from(*length).min(body.len()), body)
+                });
+                text_value(ev.copied_bytes(&body[..length])?)
+            }
+            _ => number(*code, format.little, field),
+        });
     }
     Ok(Value::tuple(values))
 }
 
-/// Reads one value from bytes, big end first.
-fn unpack_one(code: u8, field: Vec<u8>) -> Value {
-    let unsigned = || {
-        field
-            .iter()
-            .fold(0u64, |value, byte| value << 8 | u64::from(*byte))
+fn text_value(bytes: Vec<u8>) -> Value {
+    Value::Bytes(Rc::new(Bytes::new(bytes)))
+}
+
+/// Reads a number of at most eight bytes.
+fn number(code: u8, little: bool, field: &[u8]) -> Value {
+    let place = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
+    let bits = match little {
+        true => field.iter().rev().fold(0, place),
+        false => field.iter().fold(0, place),
     };
     match code {
-        b'?' => Value::Bool(field.iter().any(|byte| *byte != 0)),
-        b'd' => Value::Float(f64::from_bits(unsigned())),
-        b'f' => Value::Float(f64::from(f32::from_bits(unsigned() as u32))),
-        b'e' => Value::Float(f64_from_half(unsigned() as u16)),
-        b'c' | b's' => Value::Bytes(std::rc::Rc::new(Bytes::new(field))),
-        b'p' => {
-            let length = field.first().map_or(0, |length| usize::from(*length));
-            let body = field.get(1..).unwrap_or_default();
-            Value::Bytes(std::rc::Rc::new(Bytes::new(
-                body[..length.min(body.len())].to_vec(),
-            )))
+        b'?' => Value::Bool(bits != 0),
+        b'd' => Value::Float(f64::from_bits(bits)),
+        b'f' => Value::Float(f64::from(f32::from_bits(bits as u32))),
+        b'e' => Value::Float(f64_from_half(bits as u16)),
+        code if code.is_ascii_uppercase() => match i64::try_from(bits) {
+            Ok(int) => Value::Int(int),
+            Err(_) => Value::bigint(BigInt::from(bits)),
+        },
+        _ => {
+            let unused = 64 - 8 * field.len() as u32;
+            Value::Int((bits << unused) as i64 >> unused)
         }
-        code if code.is_ascii_uppercase() => {
-            Value::bigint(BigInt::from_bytes_be(Sign::Plus, &field))
-        }
-        _ => Value::bigint(BigInt::from_signed_bytes_be(&field)),
     }
 }
 

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use crate::builtins::types::install_next;
-use crate::builtins::{BoundFn, Builtin, BuiltinBody, RawFn, Signature};
+use crate::builtins::{BoundFn, Builtin, BuiltinBody, RawFn, Signature, quick};
 use crate::eval::{Core, Evaluator};
 use crate::value::class::Base;
 use crate::value::instance::{Holds, Payload};
@@ -143,7 +143,7 @@ impl<'b, 'y> Builder<'b, 'y> {
             signature: Signature::parse(signature, &self.core().symbols),
             body: BuiltinBody::Bound(body),
             fills: true,
-            quick: None,
+            quick: quick::find(Some(owner), None, name),
         }))
     }
 

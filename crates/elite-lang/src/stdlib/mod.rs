@@ -7,10 +7,11 @@
 mod binary;
 mod bisect;
 mod codecs;
-mod collections;
+pub(crate) mod collections;
 mod define;
 mod files;
 mod functools;
+pub(crate) mod heap;
 mod itertools;
 mod json;
 mod math;
@@ -37,6 +38,12 @@ use crate::value::{Function, Module, R, Symbol, Value};
 
 use define::Builder;
 
+/// What modules keep for the programs of one interpreter.
+#[derive(Default)]
+pub struct Kept {
+    formats: binary::Formats,
+}
+
 /// What a module is made of.
 #[derive(Clone, Copy)]
 enum Content {
@@ -54,6 +61,7 @@ const MODULES: &[(&str, Content)] = &[
     ("_collections", Native(collections::fill)),
     ("_files", Native(files::fill)),
     ("_functools", Native(functools::fill)),
+    ("_heapq", Native(heap::fill)),
     ("_json", Native(json::fill)),
     ("_process", Native(process::fill)),
     ("_random", Native(random::fill)),

@@ -13,7 +13,6 @@ use std::rc::Rc;
 use super::{Held, Value, trash};
 use table::{EMPTY, SCAN_MAX, Table, place, slots_for};
 pub use table::{Entry, Found};
-use variables::count_bound;
 
 /// A dictionary.
 #[derive(Default)]
@@ -42,8 +41,8 @@ impl Dict {
     #[inline]
     pub fn len(&self) -> usize {
         let table = self.table.borrow();
-        match table.of_variables {
-            true => count_bound(&table),
+        match table.of_variables() {
+            true => table.count_bound(),
             false => table.live,
         }
     }
@@ -58,7 +57,7 @@ impl Dict {
     pub fn find(&self, hash: u64, key: &Value) -> Found {
         let table = self.table.borrow();
         match table.find(hash, key) {
-            Found::At(index) if table.of_variables && table.is_absent(&table.entries[index]) => {
+            Found::At(index) if table.of_variables() && table.is_absent(&table.entries[index]) => {
                 Found::Nowhere
             }
             found => found,
@@ -84,7 +83,7 @@ impl Dict {
     pub fn value_at(&self, index: usize) -> Value {
         let table = self.table.borrow();
         match &table.entries[index].value {
-            Value::Cell(variable) if table.of_variables => variable.value.get(),
+            Value::Cell(variable) if table.of_variables() => variable.value.get(),
             value => value.clone(),
         }
     }
@@ -92,12 +91,10 @@ impl Dict {
     /// Replaces the value of the entry at an index from `find`.
     #[inline]
     pub fn set_value_at(&self, index: usize, value: Value) {
-        let old = self
-            .table
-            .change(|table| match &table.entries[index].value {
-                Value::Cell(variable) if table.of_variables => variable.value.replace(value),
-                _ => std::mem::replace(&mut table.entries[index].value, value),
-            });
+        let old = self.table.change(|table| match table.of_variables() {
+            true => table.set_variable(index, value),
+            false => std::mem::replace(&mut table.entries[index].value, value),
+        });
         drop(old);
     }
 
@@ -133,13 +130,16 @@ impl Dict {
     pub fn delete_at(&self, index: usize) -> (Value, Value) {
         self.table.change(|table| {
             let entry = &table.entries[index];
-            if let (true, Value::Cell(variable)) = (table.of_variables, &entry.value) {
-                let removed = (entry.key.clone(), variable.value.take());
-                table.generation += 1;
+            if let (true, Value::Cell(variable)) = (table.of_variables(), &entry.value) {
+                let unbound = table.known_unbound();
+                let removed = (entry.key.clone(), variable.take());
                 // One that no code refers to goes as a whole; it holds nothing any more.
-                if Rc::strong_count(variable) == 1 {
+                let goes = Rc::strong_count(variable) == 1;
+                table.generation += 1;
+                if goes {
                     drop(table.delete(index));
                 }
+                table.note_unbound(unbound.map(|count| count + usize::from(!goes)));
                 return removed;
             }
             table.delete(index)
@@ -152,14 +152,16 @@ impl Dict {
         let table = self.table.borrow();
         let head = table.head.get();
         let mut at = from.max(head);
+        let mut is_first = from <= head;
         loop {
             let entry = table.entries.get(at)?;
+            // A variable that is unbound may be bound again.
+            if is_first && !entry.key.is_unbound() {
+                table.head.set(at);
+                is_first = false;
+            }
             at += 1;
-            if let Some(value) = entry.read(table.of_variables) {
-                // A variable before it may be bound again.
-                if from <= head && !table.of_variables {
-                    table.head.set(at - 1);
-                }
+            if let Some(value) = entry.read(table.of_variables()) {
                 return Some((at, entry.key.clone(), value));
             }
         }
@@ -170,14 +172,16 @@ impl Dict {
         let table = self.table.borrow();
         let tail = table.tail.get();
         let end = from.min(tail);
-        let at = table.entries[..end]
+        if end == tail {
+            let is_there = |entry: &Entry| !entry.key.is_unbound();
+            let last = table.entries[..end].iter().rposition(is_there);
+            table.tail.set(last.map_or(0, |last| last + 1));
+        }
+        let at = table.entries[..end.min(table.tail.get())]
             .iter()
             .rposition(|entry| !table.is_absent(entry))?;
-        if end == tail && !table.of_variables {
-            table.tail.set(at + 1);
-        }
         let entry = &table.entries[at];
-        Some((at, entry.key.clone(), entry.read(table.of_variables)?))
+        Some((at, entry.key.clone(), entry.read(table.of_variables())?))
     }
 
     /// All keys with their hashes and values, in order. For dictionaries that are small or nobody else's.
@@ -198,7 +202,7 @@ impl Dict {
         let end = from.saturating_add(count).min(table.entries.len());
         let live = table.entries.get(from..end)?.iter();
         out.extend(live.filter_map(|entry| {
-            let value = entry.read(table.of_variables)?;
+            let value = entry.read(table.of_variables())?;
             Some((entry.hash, entry.key.clone(), value))
         }));
         (end < table.entries.len()).then_some(end)
@@ -234,20 +238,14 @@ impl Dict {
         table
             .entries
             .iter()
-            .filter_map(|entry| entry.read(table.of_variables))
+            .filter_map(|entry| entry.read(table.of_variables()))
             .collect()
     }
 
     /// Removes everything.
     pub fn clear(&self) {
-        let bound = self.variables();
-        if !bound.is_empty() {
-            // Code still refers to them.
-            self.table.change(|table| table.generation += 1);
-            bound
-                .into_iter()
-                .for_each(|variable| drop(variable.value.take()));
-            return;
+        if self.table.borrow().of_variables() {
+            return self.clear_variables();
         }
         let old = self.table.change(|table| {
             let generation = table.generation + 1;
@@ -273,7 +271,7 @@ impl Dict {
                     let end = table.entries.len().min(at + SOME);
                     let some = table.entries.get(at..end).unwrap_or_default();
                     entries.extend(some.iter().filter_map(|entry| {
-                        let value = entry.read(table.of_variables)?;
+                        let value = entry.read(table.of_variables())?;
                         let (hash, key) = (entry.hash, entry.key.clone());
                         Some(Entry { hash, key, value })
                     }));

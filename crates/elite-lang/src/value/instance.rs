@@ -20,6 +20,8 @@ pub struct Instance {
     pub noted: Cell<bool>,
     /// A search for cycles has found it in use.
     pub old: Cell<bool>,
+    /// Its attributes are in a dictionary, which may have any name.
+    pub in_dict: Cell<bool>,
 }
 
 /// Attributes by slot; as many as most objects have lie in the object itself.
@@ -69,6 +71,7 @@ impl Instance {
             payload,
             noted: Cell::new(false),
             old: Cell::new(false),
+            in_dict: Cell::new(false),
         })
     }
 
@@ -266,6 +269,7 @@ impl Instance {
 
     /// Replaces all attributes of the instance itself by those in a dictionary, live from now on.
     pub fn set_dict(&self, dict: Rc<Dict>) {
+        self.in_dict.set(true);
         let old = self.attrs.replace(Attrs::Dict(dict));
         if let Attrs::Slots(mut slots) = old {
             trash::dismantle_all(&mut slots);
@@ -281,6 +285,7 @@ impl Instance {
         for (key, value) in self.entries(symbols) {
             dict.set_interned(key, value);
         }
+        self.in_dict.set(true);
         self.attrs.put(Attrs::Dict(dict.clone()));
         dict
     }

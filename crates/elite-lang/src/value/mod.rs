@@ -163,7 +163,7 @@ const _: () = assert!(size_of::<Result<Value, Raised>>() == 16);
 /// A variable shared between a function and functions inside it.
 #[derive(Default)]
 pub struct CellVar {
-    /// The current value.
+    /// The current value; `replace` changes it.
     pub value: Held<Value>,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
@@ -180,6 +180,39 @@ impl CellVar {
             old: Cell::new(false),
         })
     }
+
+    /// Puts a value in the place of the one before, which is given back.
+    #[inline(always)]
+    #[must_use = "what was kept is dropped only now"]
+    pub fn replace(&self, value: Value) -> Value {
+        let is_unbound = value.is_unbound();
+        let old = self.value.replace(value);
+        if old.is_unbound() != is_unbound {
+            note_binding();
+        }
+        old
+    }
+
+    /// Takes the value out; it is unbound then.
+    #[must_use = "what was kept is dropped only now"]
+    pub fn take(&self) -> Value {
+        self.replace(Value::Unbound)
+    }
+}
+
+thread_local! {
+    static BINDINGS: Cell<u64> = const { Cell::new(0) };
+}
+
+#[cold]
+#[inline(never)]
+fn note_binding() {
+    let _ = BINDINGS.try_with(|bindings| bindings.set(bindings.get() + 1));
+}
+
+/// How often a variable of this OS thread has become bound or unbound: while it is the same, so is which of them are.
+pub fn bindings() -> u64 {
+    BINDINGS.try_with(Cell::get).unwrap_or(u64::MAX)
 }
 
 impl Drop for CellVar {

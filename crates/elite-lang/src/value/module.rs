@@ -237,7 +237,7 @@ impl Namespace {
     /// Binds a name.
     pub fn set(&self, name: Symbol, value: Value) {
         let cell = self.cell(name);
-        let old = cell.value.replace(value);
+        let old = cell.replace(value);
         drop(old);
     }
 
@@ -267,7 +267,7 @@ impl Namespace {
             .map(|(_, cell)| cell)
             .collect();
         for cell in cells {
-            let value = cell.value.take();
+            let value = cell.take();
             drop(value);
         }
         if let Some(shown) = self.shown.get() {
@@ -284,10 +284,10 @@ mod tests {
     fn names_that_are_neither_bound_nor_used_leave() {
         let namespace = Namespace::default();
         let kept = namespace.own_cell(Symbol(0));
-        namespace.own_cell(Symbol(1)).value.put(Value::Int(1));
+        drop(namespace.own_cell(Symbol(1)).replace(Value::Int(1)));
         for number in 2..100_000 {
-            namespace.own_cell(Symbol(number)).value.put(Value::Int(2));
-            namespace.own_cell(Symbol(number)).value.put(Value::Unbound);
+            drop(namespace.own_cell(Symbol(number)).replace(Value::Int(2)));
+            drop(namespace.own_cell(Symbol(number)).take());
         }
         assert!(namespace.cells.borrow().len() <= 2 * NAMES_MIN);
         assert!(Rc::ptr_eq(&kept, &namespace.own_cell(Symbol(0))));

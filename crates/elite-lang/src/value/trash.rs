@@ -154,15 +154,15 @@ thread_local! {
 
 /// Drops nodes, last ones first, while the portion lasts.
 fn drop_nodes<T>(nodes: &mut Vec<T>) {
-    let mut held = memory::held();
+    let mut taken = memory::taken();
     let mut given_back = GIVEN_BACK.with(Cell::get);
     while given_back < NODES
         && let Some(node) = nodes.pop()
     {
         drop(node);
-        let now = memory::held();
-        given_back += NODE + (held - now).max(0);
-        held = now;
+        let now = memory::taken();
+        given_back += NODE + (taken - now).max(0);
+        taken = now;
         // Nodes below this one have noted a part of that.
         GIVEN_BACK.with(|cell| cell.set(given_back));
     }

@@ -11,8 +11,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{
-    Diagnostic, Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ScriptThread,
-    SourceFile, Step, WaitToken, memory,
+    Diagnostic, Interpreter, KnownNames, Leftovers, Limits, Program, ProgramKind, Resume,
+    ScriptThread, SourceFile, Step, WaitToken, memory,
 };
 use io_bus::Fieldbus;
 use motion_api::{CommandKind, IoChange, Origin, ProgramId, StopReason, ThreadNumber};
@@ -81,6 +81,8 @@ pub(crate) struct Ended {
     pub end: TaskEnd,
     /// The arm may still be on its way to rest; only where another program takes the task's place.
     pub braking: Option<Braking>,
+    /// Its memory, which goes back to the system when the others know that the task has ended.
+    pub leftovers: Option<Rc<Leftovers>>,
 }
 
 /// What a task needs from its surroundings.
@@ -289,7 +291,11 @@ impl Task {
         }
         self.program_runs(false);
         let braking = self.settle(&end).await;
-        Ended { end, braking }
+        Ended {
+            end,
+            braking,
+            leftovers: Some(self.interpreter.leftovers()),
+        }
     }
 
     async fn run_program(&mut self, program: Source) -> TaskEnd {

@@ -216,7 +216,7 @@ pub(super) fn take_apart(value: &Value) {
         Value::Dict(dict) => dict.clear(),
         Value::Set(set) => set.clear(),
         Value::Instance(instance) => instance.dismantle(),
-        Value::Cell(cell) => drop(cell.value.take()),
+        Value::Cell(cell) => drop(cell.take()),
         Value::Function(function) => {
             let attrs = function.attrs.take();
             let defaults = function.defaults.replace(Rc::from([]));

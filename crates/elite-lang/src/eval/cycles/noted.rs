@@ -8,27 +8,43 @@ use crate::value::{CellVar, Class, Dict, Function, Instance, List, Set, Value};
 
 /// Kinds of noted objects.
 pub(super) const KINDS: usize = 8;
-/// Young ones up to which the list is not looked through for dead ones.
-const LEAST: usize = 512;
 /// Listed objects that are looked at for each one that grows old.
 const TIDIED: usize = 4;
+/// The same for each one that is noted: about half of those that are listed are alive, or more.
+const TIDIED_YOUNG: usize = 2;
 
-/// Weak references of one kind. A dead object's memory is kept while it is listed; the young ones are looked through by
-/// the next search, the old ones little by little as others join them.
+/// Weak references of one kind. A dead object's memory is kept while it is listed; the lists are looked through little by
+/// little as others join them.
 pub(super) struct Kind<T> {
     young: RefCell<Vec<Weak<T>>>,
-    /// With so many young ones the dead leave.
-    limit: Cell<usize>,
+    /// The next young entry to look at.
+    next_young: Cell<usize>,
     old: RefCell<Vec<Weak<T>>>,
     /// The next old entry to look at.
     next: Cell<usize>,
+}
+
+/// Looks at `count` entries from number `next` on; the dead ones leave.
+fn tidy<T>(list: &mut Vec<Weak<T>>, next: &Cell<usize>, count: usize) {
+    let mut at = next.get();
+    for _ in 0..count {
+        match list.get(at) {
+            Some(object) if object.strong_count() == 0 => drop(list.swap_remove(at)),
+            Some(_) => at += 1,
+            None => {
+                at = 0;
+                break;
+            }
+        }
+    }
+    next.set(at);
 }
 
 impl<T> Default for Kind<T> {
     fn default() -> Self {
         Kind {
             young: RefCell::default(),
-            limit: Cell::new(LEAST),
+            next_young: Cell::new(0),
             old: RefCell::default(),
             next: Cell::new(0),
         }
@@ -36,14 +52,12 @@ impl<T> Default for Kind<T> {
 }
 
 impl<T> Kind<T> {
-    /// Notes one more. Unless a search is under way, which counts on their order, the dead leave when there are twice as
-    /// many as there were alive; how many did.
+    /// Notes one more. Unless a search is under way, which counts on their order, some dead ones leave; how many did.
     pub(super) fn push(&self, object: &Rc<T>, searching: bool) -> usize {
         let mut young = self.young.borrow_mut();
         let before = young.len();
-        if before >= self.limit.get() && !searching {
-            young.retain(|object| object.strong_count() > 0);
-            self.limit.set((young.len() * 2).max(LEAST));
+        if !searching {
+            tidy(&mut young, &self.next_young, TIDIED_YOUNG);
         }
         let left = before - young.len();
         young.push(Rc::downgrade(object));
@@ -75,18 +89,7 @@ impl<T> Kind<T> {
                 old.push(object);
             }
         }
-        let mut next = self.next.get();
-        for _ in 0..now * TIDIED {
-            match old.get(next) {
-                Some(object) if object.strong_count() == 0 => drop(old.swap_remove(next)),
-                Some(_) => next += 1,
-                None => {
-                    next = 0;
-                    break;
-                }
-            }
-        }
-        self.next.set(next);
+        tidy(&mut old, &self.next, now * TIDIED);
         if old.len() < old.capacity() / 4 {
             let room = old.len() * 2;
             old.shrink_to(room);

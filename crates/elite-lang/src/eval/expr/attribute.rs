@@ -10,7 +10,7 @@ use crate::eval::{Evaluator, Expression, Frame, Located};
 use crate::source::Span;
 use crate::value::class::Location;
 use crate::value::symbol::known;
-use crate::value::{CellVar, Class, Held, Module, R, Symbol, Value};
+use crate::value::{BoundMethod, CellVar, Class, Held, Module, R, Symbol, Value};
 
 /// What a cache knows about an attribute of instances of one class in one state.
 #[derive(Clone, Copy)]
@@ -25,6 +25,8 @@ pub enum Hint {
     Plain(Location),
     /// A method of a builtin type that answers some calls at once.
     Quick(Quick),
+    /// A static method of the class; no instance has an attribute of that name.
+    Static(Location),
     /// Something that is looked up each time.
     Other,
 }
@@ -113,10 +115,14 @@ impl Cache {
             return instance.slot(slot);
         }
         match self.get(version)? {
-            Hint::Plain(location) => Some(instance.class.at(location)),
-            Hint::Slot(_) | Hint::Method(_) | Hint::Property(_) | Hint::Quick(_) | Hint::Other => {
-                None
-            }
+            Hint::Plain(location) if !instance.in_dict.get() => Some(instance.class.at(location)),
+            Hint::Slot(_)
+            | Hint::Method(_)
+            | Hint::Property(_)
+            | Hint::Quick(_)
+            | Hint::Static(_)
+            | Hint::Plain(_)
+            | Hint::Other => None,
         }
     }
 
@@ -148,7 +154,8 @@ impl Cache {
                     _ => Hint::Method(location),
                 }
             }
-            (Some((_, Value::StaticMethod(_) | Value::ClassMethod(_))), None) => Hint::Other,
+            (Some((location, Value::StaticMethod(_))), None) => Hint::Static(location),
+            (Some((_, Value::ClassMethod(_))), None) => Hint::Other,
             (Some((location, _)), None) => Hint::Plain(location),
             (None, None) => return None,
         };
@@ -237,6 +244,14 @@ impl Attribute {
                         && !property.get.is_none()
                     {
                         return ev.call1(&property.get, value.clone()).at(ev, f, self.span);
+                    }
+                }
+                Some(Hint::Method(location)) if !instance.in_dict.get() => {
+                    if let Some(function) = class.function_at(location) {
+                        return Ok(Value::BoundMethod(Rc::new(BoundMethod {
+                            receiver: value.clone(),
+                            function: Value::Function(function),
+                        })));
                     }
                 }
                 Some(_) => {}

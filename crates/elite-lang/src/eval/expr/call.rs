@@ -28,8 +28,23 @@ pub struct Call {
 pub struct Site {
     /// By position.
     pub args: Nodes<Operand>,
+    /// All of them can be looked at without evaluating anything, some after copying them.
+    is_lent: bool,
     /// Where the call is written.
     pub span: Span,
+}
+
+impl Site {
+    /// A call with these arguments.
+    pub fn new(args: Nodes<Operand>, span: Span) -> Self {
+        let is_expr = |arg: &Operand| matches!(arg, Operand::Expr(_));
+        let is_bound = |arg: &Operand| matches!(arg, Operand::Local(_) | Operand::Const(_));
+        Site {
+            is_lent: !args.iter().any(is_expr) && !args.iter().all(is_bound),
+            args,
+            span,
+        }
+    }
 }
 
 /// What the callee of a call turns out to be.
@@ -50,7 +65,7 @@ impl Expression for Call {
                 return call_script(&function, None, &self.site, ev, f);
             }
             Some(Callee::Quick(quick)) => {
-                if let Some(answer) = answer(quick, None, &self.site.args, ev, f) {
+                if let Some(answer) = answer(quick, None, &self.site, ev, f) {
                     return Ok(answer);
                 }
             }
@@ -84,9 +99,31 @@ impl Call {
     }
 }
 
-/// The answer to a call whose arguments are variables of the frame and constants, which are looked at where they lie.
+/// The answer to a call whose arguments are variables of the frame and constants, which are looked at where they lie, or
+/// other variables, attributes and items, of which there are copies.
 #[inline(always)]
 fn answer(
+    quick: Quick,
+    receiver: Option<&Value>,
+    site: &Site,
+    ev: &Evaluator<'_>,
+    f: &Frame<'_>,
+) -> Option<Value> {
+    if site.is_lent {
+        return answer_to_copies(quick, receiver, &site.args, ev, f);
+    }
+    match (receiver, &*site.args) {
+        (None, [a]) => quick(ev, &[a.bound(f)?]),
+        (None, [a, b]) => quick(ev, &[a.bound(f)?, b.bound(f)?]),
+        (Some(receiver), []) => quick(ev, &[receiver]),
+        (Some(receiver), [a]) => quick(ev, &[receiver, a.bound(f)?]),
+        (Some(receiver), [a, b]) => quick(ev, &[receiver, a.bound(f)?, b.bound(f)?]),
+        _ => None,
+    }
+}
+
+#[inline(never)]
+fn answer_to_copies(
     quick: Quick,
     receiver: Option<&Value>,
     args: &[Operand],
@@ -94,11 +131,10 @@ fn answer(
     f: &Frame<'_>,
 ) -> Option<Value> {
     match (receiver, args) {
-        (None, [a]) => quick(ev, &[a.bound(f)?]),
-        (None, [a, b]) => quick(ev, &[a.bound(f)?, b.bound(f)?]),
-        (Some(receiver), []) => quick(ev, &[receiver]),
-        (Some(receiver), [a]) => quick(ev, &[receiver, a.bound(f)?]),
-        (Some(receiver), [a, b]) => quick(ev, &[receiver, a.bound(f)?, b.bound(f)?]),
+        (None, [a]) => quick(ev, &[&a.copied(f)?]),
+        (None, [a, b]) => quick(ev, &[&a.copied(f)?, &b.copied(f)?]),
+        (Some(receiver), [a]) => quick(ev, &[receiver, &a.copied(f)?]),
+        (Some(receiver), [a, b]) => quick(ev, &[receiver, &a.copied(f)?, &b.copied(f)?]),
         _ => None,
     }
 }
@@ -327,31 +363,59 @@ pub struct CallMethod {
     pub member: Member,
 }
 
+/// What the method of an instance turns out to be.
+enum Method {
+    /// A function of the class; the instance has no attribute of that name.
+    Script(Rc<Function>),
+    /// One that may have an answer at once.
+    Quick(Quick),
+    Other,
+}
+
 impl Expression for CallMethod {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if let Operand::Local(local) = &self.receiver
             && let Value::Instance(instance) = local.peek(f)
         {
-            if let Some(function) = self.method_of(instance) {
-                let receiver = Some(Value::Instance(instance.clone()));
-                return call_script(&function, receiver, &self.site, ev, f);
+            match self.method_of(instance) {
+                Method::Script(function) => {
+                    let receiver = Some(Value::Instance(instance.clone()));
+                    return call_script(&function, receiver, &self.site, ev, f);
+                }
+                Method::Quick(quick) => {
+                    let receiver = Some(local.peek(f));
+                    if let Some(answer) = answer(quick, receiver, &self.site, ev, f) {
+                        return Ok(answer);
+                    }
+                }
+                Method::Other => {}
             }
-        } else if let Some(Some(answer)) = self.receiver.look(f, |receiver| match receiver {
-            Value::Module(module) => self.answer_of_module(module, ev, f),
-            receiver => {
-                let quick = self.quick(receiver, ev)?;
-                answer(quick, Some(receiver), &self.site.args, ev, f)
-            }
-        }) {
+        } else if !matches!(self.receiver, Operand::Item(_))
+            && let Some(Some(answer)) = self.receiver.look(f, |receiver| match receiver {
+                Value::Module(module) => self.answer_of_module(module, ev, f),
+                receiver => {
+                    let quick = self.quick(receiver, ev)?;
+                    answer(quick, Some(receiver), &self.site, ev, f)
+                }
+            })
+        {
             return Ok(answer);
         }
         let receiver = self.receiver.eval(ev, f)?;
         if let Value::Instance(instance) = &receiver {
-            if let Some(function) = self.method_of(instance) {
-                return call_script(&function, Some(receiver), &self.site, ev, f);
+            match self.method_of(instance) {
+                Method::Script(function) => {
+                    return call_script(&function, Some(receiver), &self.site, ev, f);
+                }
+                Method::Quick(quick) => {
+                    if let Some(answer) = answer(quick, Some(&receiver), &self.site, ev, f) {
+                        return Ok(answer);
+                    }
+                }
+                Method::Other => {}
             }
         } else if let Some(quick) = self.quick(&receiver, ev)
-            && let Some(answer) = answer(quick, Some(&receiver), &self.site.args, ev, f)
+            && let Some(answer) = answer(quick, Some(&receiver), &self.site, ev, f)
         {
             return Ok(answer);
         }
@@ -360,17 +424,24 @@ impl Expression for CallMethod {
 }
 
 impl CallMethod {
-    /// The method of an instance that is a function of its class.
+    /// What the method of an instance is, as far as its class alone says.
     #[inline(always)]
-    fn method_of(&self, instance: &Instance) -> Option<Rc<Function>> {
+    fn method_of(&self, instance: &Instance) -> Method {
+        if instance.in_dict.get() {
+            return Method::Other;
+        }
         let class = &*instance.class;
         let hint = self
             .cache
             .get(class.version())
             .or_else(|| self.cache.learn(class, self.name));
         match hint {
-            Some(Hint::Method(location)) => class.function_at(location),
-            _ => None,
+            Some(Hint::Method(location)) => match class.function_at(location) {
+                Some(function) => Method::Script(function),
+                None => Method::Other,
+            },
+            Some(Hint::Quick(quick)) => Method::Quick(quick),
+            _ => Method::Other,
         }
     }
 
@@ -380,6 +451,8 @@ impl CallMethod {
         let class = match receiver {
             Value::List(_) => &ev.core.types.list,
             Value::Dict(_) => &ev.core.types.dict,
+            Value::Set(_) => &ev.core.types.set,
+            Value::Str(_) => &ev.core.types.str,
             _ => return None,
         };
         match self.cache.get(class.version()) {
@@ -402,7 +475,7 @@ impl CallMethod {
     ) -> Option<Value> {
         let cell = self.member.of(module, self.name)?;
         let quick = Builtin::quick_of(&cell.value.borrow())?;
-        answer(quick, None, &self.site.args, ev, f)
+        answer(quick, None, &self.site, ev, f)
     }
 
     /// Calls a method of a builtin type.
@@ -422,10 +495,11 @@ impl CallMethod {
                 _ => {}
             }
         }
-        let by_class = !matches!(
-            receiver,
-            Value::Class(_) | Value::Module(_) | Value::Super(_) | Value::Function(_)
-        );
+        let by_class = match &receiver {
+            Value::Class(_) | Value::Module(_) | Value::Super(_) | Value::Function(_) => false,
+            Value::Instance(instance) => !instance.in_dict.get(),
+            _ => true,
+        };
         if by_class {
             let class = ev.core.types.of(&receiver);
             let hint = self
@@ -433,7 +507,7 @@ impl CallMethod {
                 .get(class.version())
                 .or_else(|| self.cache.learn(class, self.name));
             let method = match hint {
-                Some(Hint::Method(location)) => class.at(location),
+                Some(Hint::Method(location) | Hint::Static(location)) => class.at(location),
                 Some(Hint::Quick(_)) => class.lookup(self.name).unwrap_or_default(),
                 _ => Value::Unbound,
             };
@@ -443,6 +517,11 @@ impl CallMethod {
                 }
                 Value::Builtin(builtin) => {
                     return call_native(builtin, Some(receiver), &self.site, ev, f);
+                }
+                Value::StaticMethod(function) => {
+                    if let Value::Function(function) = &**function {
+                        return call_script(function, None, &self.site, ev, f);
+                    }
                 }
                 // The hint says what it is; anything else goes the general way.
                 _ => {}

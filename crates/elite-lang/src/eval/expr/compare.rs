@@ -5,6 +5,7 @@ use std::marker::PhantomData;
 use super::names::{Const, Peek};
 use super::operand::{Operand, two_operands};
 use crate::ast::CompareOp;
+use crate::builtins::quick::contains;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::ops::compare::fast;
 use crate::source::Span;
@@ -141,6 +142,12 @@ impl Expression for Membership {
     }
 
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
+        let looked = self
+            .left
+            .look(f, |a| self.right.look(f, |b| self.at_once(a, b)));
+        if let Some(Some(Some(holds))) = looked {
+            return Ok(holds);
+        }
         let a = self.left.eval(ev, f)?;
         if let Operand::Local(right) = &self.right {
             right.check(ev, f)?;
@@ -152,6 +159,20 @@ impl Expression for Membership {
 }
 
 impl Membership {
+    /// Whether it holds, if that is soon said.
+    #[inline(always)]
+    fn at_once(&self, a: &Value, b: &Value) -> Option<bool> {
+        if a.is_unbound() || b.is_unbound() {
+            return None;
+        }
+        match self.op {
+            CompareOp::Is => Some(a.is(b)),
+            CompareOp::IsNot => Some(!a.is(b)),
+            CompareOp::In => contains(b, a),
+            _ => contains(b, a).map(|found| !found),
+        }
+    }
+
     #[inline]
     fn holds(&self, a: &Value, b: &Value, ev: &Evaluator<'_>, f: &Frame<'_>) -> R<bool> {
         match self.op {

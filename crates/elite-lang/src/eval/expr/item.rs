@@ -5,6 +5,7 @@ use std::rc::Rc;
 use super::names::Peek;
 use super::operand::Operand;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::ops::item::place_of;
 use crate::source::Span;
 use crate::value::{R, Slice, Value};
 
@@ -22,16 +23,47 @@ pub struct Item {
 
 impl Expression for Item {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        if let Some(index) = self.index.peek(f)
-            && let Some(Some(item)) = self.value.look(f, |value| ev.item_at_once(value, index))
-        {
-            return Ok(item);
+        let found = match self.index.peek(f) {
+            Some(index) => self.value.look(f, |value| ev.item_at_once(value, index)),
+            None => self.index.look(f, |index| {
+                let value = |value: &Value| ev.item_at_once(value, index);
+                self.value.look(f, value).flatten()
+            }),
+        };
+        match found {
+            Some(Some(item)) => Ok(item),
+            _ => self.find(ev, f),
         }
-        self.find(ev, f)
     }
 }
 
 impl Item {
+    /// Shows `each` the item, if container and index can be looked at and it lies in a list or tuple.
+    #[inline(never)]
+    pub fn show(&self, f: &Frame<'_>, each: &mut dyn FnMut(&Value)) {
+        let Some(Some(at)) = self.index.look(f, |index| match index {
+            Value::Int(at) => Some(*at),
+            _ => None,
+        }) else {
+            return;
+        };
+        self.value.look(f, |value| match value {
+            Value::List(list) => {
+                let items = list.borrow();
+                if let Some(item) = place_of(at, items.len()).and_then(|place| items.get(place)) {
+                    each(item);
+                }
+            }
+            Value::Tuple(tuple) => {
+                let items = tuple.items();
+                if let Some(item) = place_of(at, items.len()).and_then(|place| items.get(place)) {
+                    each(item);
+                }
+            }
+            _ => {}
+        });
+    }
+
     /// The item, wherever container and index come from.
     #[inline(never)]
     fn find(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {

@@ -1,6 +1,7 @@
 //! Parts of nodes that are most often a local variable or a constant: those are read in place, without a further node.
 
 use super::attribute::Attribute;
+use super::item::Item;
 use super::names::{Const, Free, Global, Local, Peek};
 use crate::eval::{Evaluator, Expr, Expression, Frame};
 use crate::value::{CellVar, R, Value};
@@ -17,6 +18,8 @@ pub enum Operand {
     Global(Global),
     /// An attribute.
     Attribute(Box<Attribute>),
+    /// An item of a container.
+    Item(Box<Item>),
     /// Anything else.
     Expr(Expr),
 }
@@ -30,6 +33,7 @@ impl Operand {
             Operand::Free(free) => Box::new(free),
             Operand::Global(global) => Box::new(global),
             Operand::Attribute(attribute) => attribute,
+            Operand::Item(item) => item,
             Operand::Expr(expr) => expr,
         }
     }
@@ -43,6 +47,7 @@ impl Operand {
             Operand::Free(free) => free.eval(ev, f),
             Operand::Global(global) => global.eval(ev, f),
             Operand::Attribute(attribute) => attribute.eval(ev, f),
+            Operand::Item(item) => item.eval(ev, f),
             Operand::Expr(expr) => expr.eval(ev, f),
         }
     }
@@ -56,6 +61,7 @@ impl Operand {
             Operand::Free(free) => free.truth(ev, f),
             Operand::Global(global) => global.truth(ev, f),
             Operand::Attribute(attribute) => attribute.truth(ev, f),
+            Operand::Item(item) => item.truth(ev, f),
             Operand::Expr(expr) => expr.truth(ev, f),
         }
     }
@@ -63,7 +69,7 @@ impl Operand {
     /// The same, with variables that others can change as expressions.
     pub fn peekable_or_expr(self) -> Operand {
         match self {
-            Operand::Free(_) | Operand::Global(_) | Operand::Attribute(_) => {
+            Operand::Free(_) | Operand::Global(_) | Operand::Attribute(_) | Operand::Item(_) => {
                 Operand::Expr(self.into_expr())
             }
             Operand::Local(_) | Operand::Const(_) | Operand::Expr(_) => self,
@@ -76,9 +82,11 @@ impl Operand {
         match self {
             Operand::Local(local) => Some(local.peek(f)),
             Operand::Const(value) => Some(value),
-            Operand::Free(_) | Operand::Global(_) | Operand::Attribute(_) | Operand::Expr(_) => {
-                None
-            }
+            Operand::Free(_)
+            | Operand::Global(_)
+            | Operand::Attribute(_)
+            | Operand::Item(_)
+            | Operand::Expr(_) => None,
         }
     }
 
@@ -88,9 +96,9 @@ impl Operand {
         self.peek(f).filter(|value| !value.is_unbound())
     }
 
-    /// What `look` makes of the value of a variable, a constant or an attribute that lies in an instance, which is not
-    /// copied; None for anything else. No script code
-    /// may run meanwhile.
+    /// What `look` makes of the value of a variable, a constant, an attribute that lies in an instance or an item of a list
+    /// or tuple, which is not copied; None for anything else. No script code may run meanwhile, and the list that an
+    /// item is from must not be changed.
     #[inline(always)]
     pub fn look<T>(&self, f: &Frame<'_>, look: impl FnOnce(&Value) -> T) -> Option<T> {
         match self {
@@ -108,8 +116,20 @@ impl Operand {
                 })
             }
             Operand::Attribute(attribute) => attribute.look(f, look),
+            Operand::Item(item) => {
+                let (mut look, mut seen) = (Some(look), None);
+                item.show(f, &mut |value| seen = look.take().map(|look| look(value)));
+                seen
+            }
             Operand::Expr(_) => None,
         }
+    }
+
+    /// A copy of its value, if that can be looked at without evaluating anything and is bound.
+    #[inline]
+    pub fn copied(&self, f: &Frame<'_>) -> Option<Value> {
+        self.look(f, Value::clone)
+            .filter(|value| !value.is_unbound())
     }
 
     /// The variable of an outer function or of the module that it is; its value may be `Unbound`.
@@ -118,9 +138,11 @@ impl Operand {
         match self {
             Operand::Free(free) => Some(&f.function.closure[free.index as usize]),
             Operand::Global(global) => Some(&global.cell),
-            Operand::Local(_) | Operand::Const(_) | Operand::Attribute(_) | Operand::Expr(_) => {
-                None
-            }
+            Operand::Local(_)
+            | Operand::Const(_)
+            | Operand::Attribute(_)
+            | Operand::Item(_)
+            | Operand::Expr(_) => None,
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 use std::rc::Rc;
 
-use super::target::{AttributeTarget, Destination, ItemTarget, Target};
+use super::target::{AttributeTarget, Destination, ItemTarget, Target, Unpack};
 use crate::ast::BinaryOp;
 use crate::eval::expr::binary::{Operator, op};
 use crate::eval::expr::names::{Const, Peek};
@@ -69,7 +69,50 @@ impl Statement for AssignPair {
     }
 }
 
-/// The same for more targets.
+/// `a, b = value` for `N` local names: the items of a tuple or list of as many are put there without a detour.
+pub struct AssignItems<const N: usize> {
+    /// Their slots.
+    pub slots: [u32; N],
+    /// What is unpacked.
+    pub value: Operand,
+    /// The same names, for whatever else that may be.
+    pub targets: Unpack,
+}
+
+impl<const N: usize> Statement for AssignItems<N> {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let items = match self.value.look(f, items_of::<N>) {
+            Some(Some(items)) => items,
+            _ => {
+                let value = attempt!(self.value.eval(ev, f));
+                match items_of(&value) {
+                    Some(items) => items,
+                    None => return self.targets.assign(ev, f, value).into(),
+                }
+            }
+        };
+        for (slot, item) in self.slots.iter().zip(items) {
+            f.slots[*slot as usize].put(item);
+        }
+        Flow::Next
+    }
+}
+
+/// The items of a tuple or list of that many.
+#[inline(always)]
+fn items_of<const N: usize>(value: &Value) -> Option<[Value; N]> {
+    let cloned = |items: &[Value]| -> Option<[Value; N]> {
+        let items: &[Value; N] = items.try_into().ok()?;
+        Some(items.clone())
+    };
+    match value {
+        Value::Tuple(tuple) => cloned(tuple.items()),
+        Value::List(list) => cloned(&list.borrow()),
+        _ => None,
+    }
+}
+
+/// The same as `AssignPair` for more targets.
 pub struct AssignEach {
     /// The targets.
     pub targets: Box<[Destination]>,

@@ -154,7 +154,7 @@ impl DefineClass {
                 .make_class(&self.code.name, bases, attrs)
                 .at(ev, f, self.span)?;
             if let Some(Value::Cell(cell)) = self.class_cell.map(|slot| &slots[slot as usize]) {
-                cell.value.put(Value::Class(class.clone()));
+                drop(cell.replace(Value::Class(class.clone())));
             }
             ev.finish_class(&class, keywords).at(ev, f, self.span)?;
             Ok(Value::Class(class))

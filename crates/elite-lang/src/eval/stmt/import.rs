@@ -106,7 +106,7 @@ impl Statement for ImportStar {
             let names = attempt!(star_names(ev, &module));
             for name in names {
                 let value = attempt!(ev.attribute(&module, name));
-                drop((self.global)(name).value.replace(value));
+                drop((self.global)(name).replace(value));
             }
             return Flow::Next;
         };
@@ -124,7 +124,7 @@ impl Statement for ImportStar {
                     None => !ev.core.symbols.name(name).starts_with('_'),
                 };
                 if is_public {
-                    drop((self.global)(name).value.replace(value));
+                    drop((self.global)(name).replace(value));
                 }
             }
         }

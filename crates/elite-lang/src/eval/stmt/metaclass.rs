@@ -163,7 +163,7 @@ impl Evaluator<'_> {
             class.set_metaclass(winner);
         }
         if let Some(Value::Cell(cell)) = cell {
-            cell.value.put(Value::Class(class.clone()));
+            drop(cell.replace(Value::Class(class.clone())));
         }
         self.finish_class(&class, keywords)?;
         Ok(Value::Class(class))

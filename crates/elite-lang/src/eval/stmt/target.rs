@@ -126,17 +126,14 @@ impl Target for SharedTarget {
             if !is_global && !cell.noted.get() && value.holds_values() {
                 ev.core.note_cell(cell);
             }
-            let old = cell.value.replace(value);
+            let old = cell.replace(value);
             drop(old);
         }
         Ok(())
     }
 
     fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()> {
-        let old = self
-            .cell(f)
-            .map(|cell| cell.value.take())
-            .unwrap_or_default();
+        let old = self.cell(f).map(|cell| cell.take()).unwrap_or_default();
         if !old.is_unbound() {
             return Ok(());
         }

@@ -58,7 +58,7 @@ impl Evaluator<'_> {
                 if new.holds_values() {
                     self.core.note_cell(cell);
                 }
-                cell.value.put(new);
+                drop(cell.replace(new));
                 Ok(())
             }
             _ => Err(self.cannot_set(value, name)),
@@ -223,7 +223,7 @@ impl Evaluator<'_> {
                 Ok(())
             }
             Value::Cell(cell) if &*self.core.symbols.name(name) == "cell_contents" => {
-                drop(cell.value.take());
+                drop(cell.take());
                 Ok(())
             }
             Value::Function(function) if self.delete_function_attribute(function, name)? => Ok(()),

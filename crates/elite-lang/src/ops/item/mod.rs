@@ -8,16 +8,22 @@ use crate::eval::Evaluator;
 use crate::value::symbol::known;
 use crate::value::{R, Raised, Str, Value};
 
+/// The place `index` means in a sequence of `length` items; None if out of range.
+#[inline]
+pub fn place_of(index: i64, length: usize) -> Option<usize> {
+    let index = if index < 0 {
+        index + length as i64
+    } else {
+        index
+    };
+    usize::try_from(index).ok().filter(|index| *index < length)
+}
+
 impl Evaluator<'_> {
     /// The place `index` means in a sequence of `length` items; None if out of range.
     #[inline]
     pub fn place(&self, index: i64, length: usize) -> Option<usize> {
-        let index = if index < 0 {
-            index + length as i64
-        } else {
-            index
-        };
-        usize::try_from(index).ok().filter(|index| *index < length)
+        place_of(index, length)
     }
 
     /// `value[index]`

@@ -579,3 +579,41 @@ fn pop(ev: &Evaluator<'_>, receiver: &Value, left: bool) -> R {
         None => Err(ev.raise(ExceptionKind::IndexError, "pop from an empty deque")),
     }
 }
+
+/// The data of a deque, if this is one.
+fn at_once(receiver: &Value) -> Option<&Deque> {
+    match receiver {
+        Value::Instance(instance) => instance.object::<Rc<Deque>>().map(|deque| &**deque),
+        _ => None,
+    }
+}
+
+/// `append` or `appendleft` where there is room, and the deque is noted already if it has to be.
+pub fn push_at_once(args: &[&Value], left: bool) -> Option<Value> {
+    let [receiver @ Value::Instance(instance), item] = args else {
+        return None;
+    };
+    let deque = at_once(receiver)?;
+    if item.holds_values() && !instance.noted.get() {
+        return None;
+    }
+    let has_room = {
+        let items = deque.items.borrow();
+        items.len() < items.capacity()
+    };
+    if has_room {
+        deque.push((*item).clone(), left);
+    }
+    has_room.then_some(Value::None)
+}
+
+/// `pop` or `popleft` of a deque that is not empty.
+pub fn pop_at_once(args: &[&Value], left: bool) -> Option<Value> {
+    let [receiver] = args else { return None };
+    let deque = at_once(receiver)?;
+    let is_empty = deque.items.borrow().is_empty();
+    if is_empty {
+        return None;
+    }
+    deque.pop(left)
+}

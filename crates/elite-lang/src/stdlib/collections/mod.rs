@@ -4,7 +4,7 @@
 //! with names. The wrappers and the views over several mappings are scripts (`lib/collections.py`).
 
 mod counter;
-mod deque;
+pub(crate) mod deque;
 mod maps;
 mod named;
 

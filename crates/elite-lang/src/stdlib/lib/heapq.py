@@ -1,69 +1,6 @@
 """Heaps in lists: the smallest item is item 0, every item is at most those at 2 i + 1 and 2 i + 2."""
+from _heapq import heapify, heappop, heappush, heappushpop, heapreplace
 from itertools import count as _count, islice as _islice
-
-
-def _up(heap, start, position):
-    item = heap[position]
-    while position > start:
-        parent = (position - 1) >> 1
-        if not item < heap[parent]:
-            break
-        heap[position] = heap[parent]
-        position = parent
-    heap[position] = item
-
-
-def _down(heap, position):
-    end = len(heap)
-    start = position
-    item = heap[position]
-    child = 2 * position + 1
-    # To the bottom along the smaller children, then up again: fewer comparisons than stopping on the way.
-    while child < end:
-        right = child + 1
-        if right < end and not heap[child] < heap[right]:
-            child = right
-        heap[position] = heap[child]
-        position = child
-        child = 2 * position + 1
-    heap[position] = item
-    _up(heap, start, position)
-
-
-def heappush(heap, item):
-    heap.append(item)
-    _up(heap, 0, len(heap) - 1)
-
-
-def heappop(heap):
-    if not heap:
-        raise IndexError("index out of range")
-    last = heap.pop()
-    if heap:
-        first = heap[0]
-        heap[0] = last
-        _down(heap, 0)
-        return first
-    return last
-
-
-def heapreplace(heap, item):
-    first = heap[0]
-    heap[0] = item
-    _down(heap, 0)
-    return first
-
-
-def heappushpop(heap, item):
-    if heap and heap[0] < item:
-        item, heap[0] = heap[0], item
-        _down(heap, 0)
-    return item
-
-
-def heapify(x):
-    for i in reversed(range(len(x) // 2)):
-        _down(x, i)
 
 
 def nsmallest(n, iterable, key=None):
@@ -125,6 +62,6 @@ def merge(*iterables, key=None, reverse=False):
         head = heads[0]
         yield head.item
         if head.step():
-            _down(heads, 0)
+            heapreplace(heads, head)
         else:
             heappop(heads)

@@ -1,29 +1,9 @@
 """Values to bytes and back by a format."""
-from _struct import _size, _pack, _unpack
-
-
-class error(Exception):
-    """What went wrong with a format or with data."""
-
-
-def calcsize(format):
-    return _size(format, error)
-
-
-def pack(format, *values):
-    return _pack(format, values, error)
-
-
-def unpack(format, buffer):
-    return _unpack(format, buffer, None, error)
-
-
-def unpack_from(format, buffer, offset=0):
-    return _unpack(format, buffer, offset, error)
+from _struct import calcsize, error, pack, unpack, unpack_from
 
 
 def pack_into(format, buffer, offset, *values):
-    data = _pack(format, values, error)
+    data = pack(format, *values)
     if offset < 0:
         offset += len(buffer)
     if offset < 0 or len(buffer) - offset < len(data):
@@ -37,7 +17,7 @@ def iter_unpack(format, buffer):
         raise error("cannot iteratively unpack with a struct of length 0")
     if len(buffer) % size:
         raise error(f"iterative unpacking requires a buffer of a multiple of {size} bytes")
-    return (_unpack(format, buffer, offset, error) for offset in range(0, len(buffer), size))
+    return (unpack_from(format, buffer, offset) for offset in range(0, len(buffer), size))
 
 
 class Struct:
@@ -46,13 +26,13 @@ class Struct:
         self.size = calcsize(format)
 
     def pack(self, *values):
-        return _pack(self.format, values, error)
+        return pack(self.format, *values)
 
     def unpack(self, buffer):
-        return _unpack(self.format, buffer, None, error)
+        return unpack(self.format, buffer)
 
     def unpack_from(self, buffer, offset=0):
-        return _unpack(self.format, buffer, offset, error)
+        return unpack_from(self.format, buffer, offset)
 
     def pack_into(self, buffer, offset, *values):
         pack_into(self.format, buffer, offset, *values)

@@ -4,8 +4,8 @@
 //! table, and for how long, is the dictionary's business.
 
 use std::cell::Cell;
-use std::rc::Rc;
 
+use super::variables::Variables;
 use crate::ops::hash::{Equal, quick_equal};
 use crate::value::Value;
 
@@ -37,8 +37,8 @@ pub(super) struct Table {
     pub(super) tail: Cell<usize>,
     /// Slots that were taken by entries which moved, beyond one for each entry.
     pub(super) moves: usize,
-    /// The values lie in variables that code refers to (`Dict::hold_variables`); an unbound one is no entry.
-    pub(super) of_variables: bool,
+    /// If code refers to its values: those that it has asked for lie in variables; an unbound one is no entry.
+    pub(super) variables: Option<Box<Variables>>,
 }
 
 impl Entry {
@@ -49,6 +49,14 @@ impl Entry {
                 Some(variable.value.get()).filter(|value| !value.is_unbound())
             }
             value => (!self.key.is_unbound()).then(|| value.clone()),
+        }
+    }
+
+    /// Whether there is none.
+    pub(super) fn is_absent(&self, of_variables: bool) -> bool {
+        match &self.value {
+            Value::Cell(variable) if of_variables => variable.value.borrow().is_unbound(),
+            _ => self.key.is_unbound(),
         }
     }
 }
@@ -84,6 +92,12 @@ pub(super) fn slots_for(entries: usize) -> usize {
 }
 
 impl Table {
+    /// Whether code may refer to its values.
+    #[inline(always)]
+    pub(super) fn of_variables(&self) -> bool {
+        self.variables.is_some()
+    }
+
     pub(super) fn find(&self, hash: u64, key: &Value) -> Found {
         let mut ask = false;
         if self.slots.is_empty() {
@@ -131,31 +145,11 @@ impl Table {
     /// Whether an entry has been deleted.
     #[inline]
     pub(super) fn is_absent(&self, entry: &Entry) -> bool {
-        match self.of_variables {
-            true => entry.read(true).is_none(),
-            false => entry.key.is_unbound(),
-        }
-    }
-
-    /// Adds a key of a dictionary of variables; the variable is the one that code refers to already, if there is one.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn append_variable(&mut self, hash: u64, key: Value, value: Value) {
-        let known = match self.find(hash, &key) {
-            Found::At(index) => self.delete(index).1,
-            Found::Nowhere | Found::Ask(..) => Value::Unbound,
-        };
-        let variable = match known {
-            Value::Cell(variable) => variable,
-            _ => Rc::default(),
-        };
-        // It was unbound.
-        variable.value.put(value);
-        self.push(hash, key, Value::Cell(variable));
+        entry.is_absent(self.of_variables())
     }
 
     pub(super) fn append(&mut self, hash: u64, key: Value, value: Value) {
-        match self.of_variables {
+        match self.of_variables() {
             true => self.append_variable(hash, key, value),
             false => self.push(hash, key, value),
         }
@@ -243,7 +237,8 @@ impl Table {
         }
         if first == 0 {
             let room = self.live.max(SCAN_MAX);
-            let mut entries = Vec::with_capacity(room + self.live);
+            // As much at the end, or the next key that is added throws the room at the front away again.
+            let mut entries = Vec::with_capacity(2 * room + self.live);
             entries.resize(room, Entry::default());
             for (at, entry) in std::mem::take(&mut self.entries).into_iter().enumerate() {
                 if at == index {

@@ -1,0 +1,160 @@
+//! Answers at once (`quick`) about short texts: the methods of `str` that most calls are of, on ASCII.
+//!
+//! Longer texts and other letters go the usual way, which lets others have their turn meanwhile and knows all of Unicode.
+
+use crate::eval::Evaluator;
+use crate::value::Value;
+
+/// Longest text, in bytes, that is answered about here.
+const SHORT: usize = 64;
+/// Most texts that are joined here.
+const PARTS: usize = 16;
+
+/// A short text of ASCII.
+#[inline]
+fn short(value: &Value) -> Option<&str> {
+    match value {
+        Value::Str(text) if text.is_ascii() && text.len() <= SHORT => Some(text.as_str()),
+        _ => None,
+    }
+}
+
+fn is_blank(c: char) -> bool {
+    matches!(c, ' ' | '\t'..='\r' | '\x1c'..='\x1f')
+}
+
+/// A text as a value; of one character, or none, there is one already.
+fn made(ev: &Evaluator<'_>, text: &str) -> Value {
+    match text.as_bytes() {
+        [] => ev.core.empty_str.clone(),
+        [byte] => match ev.core.ascii.get(usize::from(*byte)) {
+            Some(value) => value.clone(),
+            None => Value::str(text),
+        },
+        _ => Value::str(text),
+    }
+}
+
+/// A text made of that of the receiver; the receiver itself where nothing has changed.
+fn changed(
+    ev: &Evaluator<'_>,
+    args: &[&Value],
+    change: impl FnOnce(&str) -> &str,
+) -> Option<Value> {
+    let [value] = args else { return None };
+    let text = short(value)?;
+    let result = change(text);
+    Some(match result.len() == text.len() {
+        true => (*value).clone(),
+        false => made(ev, result),
+    })
+}
+
+pub(super) fn strip(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    changed(ev, args, |text| text.trim_matches(is_blank))
+}
+
+pub(super) fn lstrip(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    changed(ev, args, |text| text.trim_start_matches(is_blank))
+}
+
+pub(super) fn rstrip(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    changed(ev, args, |text| text.trim_end_matches(is_blank))
+}
+
+pub(super) fn lower(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    match args {
+        [value] => Some(made(ev, &short(value)?.to_ascii_lowercase())),
+        _ => None,
+    }
+}
+
+pub(super) fn upper(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    match args {
+        [value] => Some(made(ev, &short(value)?.to_ascii_uppercase())),
+        _ => None,
+    }
+}
+
+/// Whether a text is not empty and all its letters are of a kind.
+pub(super) fn all(args: &[&Value], is: fn(char) -> bool) -> Option<Value> {
+    let [value] = args else { return None };
+    let text = short(value)?;
+    Some(Value::Bool(!text.is_empty() && text.chars().all(is)))
+}
+
+pub(super) fn is_space(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    all(args, is_blank)
+}
+
+/// Whether a text of any length begins with a short one.
+pub(super) fn startswith(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    match args {
+        [Value::Str(text), part] => Some(Value::Bool(text.as_str().starts_with(short(part)?))),
+        _ => None,
+    }
+}
+
+/// Whether a text of any length ends with a short one.
+pub(super) fn endswith(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    match args {
+        [Value::Str(text), part] => Some(Value::Bool(text.as_str().ends_with(short(part)?))),
+        _ => None,
+    }
+}
+
+pub(super) fn find(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    let [text, part] = args else { return None };
+    let place = short(text)?.find(short(part)?);
+    Some(Value::Int(place.map_or(-1, |place| place as i64)))
+}
+
+pub(super) fn replace(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    let [value, old, new] = args else { return None };
+    let (text, old, new) = (short(value)?, short(old)?, short(new)?);
+    if old.is_empty() {
+        return None;
+    }
+    Some(match text.contains(old) {
+        true => made(ev, &text.replace(old, new)),
+        false => (*value).clone(),
+    })
+}
+
+pub(super) fn split(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    let value = |part: &str| made(ev, part);
+    let parts: Vec<Value> = match args {
+        [text] => {
+            let parts = short(text)?.split(is_blank);
+            parts.filter(|part| !part.is_empty()).map(value).collect()
+        }
+        [text, separator] => {
+            let separator = short(separator).filter(|separator| !separator.is_empty())?;
+            short(text)?.split(separator).map(value).collect()
+        }
+        _ => return None,
+    };
+    Some(Value::list(parts))
+}
+
+pub(super) fn join(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    let joined = |separator: &str, parts: &[Value]| {
+        if parts.len() > PARTS {
+            return None;
+        }
+        let mut text = String::new();
+        for (index, part) in parts.iter().enumerate() {
+            if index > 0 {
+                text.push_str(separator);
+            }
+            text.push_str(short(part)?);
+        }
+        // The only text there is is that itself.
+        (parts.len() != 1).then(|| made(ev, &text))
+    };
+    match args {
+        [separator, Value::List(parts)] => joined(short(separator)?, &parts.borrow()),
+        [separator, Value::Tuple(parts)] => joined(short(separator)?, parts.items()),
+        _ => None,
+    }
+}
