@@ -82,14 +82,18 @@ impl External {
         }
     }
 
-    /// The sum at `time`, s: base axes, about the TCP, which is at `base_from_tcp`. `gravity` in base axes, m/s².
+    /// The sum at `time`, s: base axes, about the TCP. `gravity` in base axes, m/s².
     pub(crate) fn at(
         &self,
         time: f64,
         base_from_flange: &Pose,
-        base_from_tcp: &Pose,
+        flange_from_tcp: &Pose,
         gravity: &Vector3<f64>,
     ) -> Wrench {
+        if self.port_sensor.is_none() && self.loads.is_empty() {
+            return Wrench::default();
+        }
+        let base_from_tcp = *base_from_flange * *flange_from_tcp;
         let tcp = base_from_tcp.translation;
         let mut sum = self.port_sensor.map_or_else(Wrench::default, |sensor| {
             sensor.without_itself(&self.set, base_from_flange, tcp, gravity)

@@ -57,7 +57,7 @@ impl Task {
         let wait = match waiting {
             Waiting::Token(token) => self.context.wait_of(token),
             Waiting::Parked { until } => {
-                let over = until.is_some_and(|time| robot.state().time >= time);
+                let over = until.is_some_and(|time| robot.moment().time >= time);
                 return over && concerned(Wait::Never);
             }
         };
@@ -65,7 +65,7 @@ impl Task {
             && match wait {
                 Wait::Command(id) => robot.has_ended(id),
                 Wait::Motion(id) => robot.may_be_followed(id),
-                Wait::Cycle(wanted) => robot.state().cycle >= wanted,
+                Wait::Cycle(wanted) => robot.moment().cycle >= wanted,
                 Wait::Thread(other) => !self.threads.contains_key(&other),
                 Wait::Turn => true,
                 Wait::Outside(job) => self.context.outside().is_done(job),
@@ -139,7 +139,7 @@ impl Task {
         let is_virtual = robot.timeline().is_virtual();
         let (now, step) = (
             Instant::now(),
-            Duration::from_secs_f64(robot.state().step_time),
+            Duration::from_secs_f64(robot.moment().step_time),
         );
         let due = match self.next_tick {
             Some(due) if now < due + LAG_MAX => due,
